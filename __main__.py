@@ -4,7 +4,9 @@ import sys
 
 if __name__ == "__main__":
     if not sys.flags.safe_path:
-        del sys.path[0]  # the working directory, which Python has put there: before anything is imported from it
+        del sys.path[
+            0
+        ]  # the working directory, which Python has put there: before anything is imported from it
     from pyroshock.app.cli.main import main
 
     main(prog_name="pyroshock")

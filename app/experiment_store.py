@@ -83,7 +83,14 @@ class ExperimentStore:
         if target_motion not in ("none", "plate"):
             raise ValueError(f"target_motion is {target_motion!r}; expected 'none' or 'plate'")
         options = IngestOptions(
-            _settings(ExtractionSettings, settings), jobs, plan, free_factors, confirmed, again, target_motion, dry_run
+            _settings(ExtractionSettings, settings),
+            jobs,
+            plan,
+            free_factors,
+            confirmed,
+            again,
+            target_motion,
+            dry_run,
         )
         path = Path(folder)
         with step_bar(path.name, "recordings", progress) as step:
@@ -196,7 +203,9 @@ class ExperimentStore:
             return FrozenDataset(read_snapshot(self.store, name))
         chosen = predictors_named(predictors) if predictors else None
         names = _names(campaigns)
-        return FrozenDataset(build_snapshot(self.store, name, names, chosen, quality, extraction, velocity).snapshot)
+        return FrozenDataset(
+            build_snapshot(self.store, name, names, chosen, quality, extraction, velocity).snapshot
+        )
 
     @raises_library_errors
     def train(
@@ -269,11 +278,15 @@ class ExperimentStore:
         from .train.service import ModelComparison, compare_versions
 
         (wanted,) = metrics_named(metric)[:1]
-        comparisons = compare_versions(self.store, self.url, models, dataset=dataset, split=split, metric=wanted)
+        comparisons = compare_versions(
+            self.store, self.url, models, dataset=dataset, split=split, metric=wanted
+        )
         return ModelComparison(comparisons, wanted)
 
     @raises_library_errors
-    def promote(self, model: str, *, reason: str = "", on: str | None = None, force: bool = False) -> PromotionDecision:
+    def promote(
+        self, model: str, *, reason: str = "", on: str | None = None, force: bool = False
+    ) -> PromotionDecision:
         """Put a version ("hybrid@3") in use for the benches of its kind, if it predicts unseen configurations better.
 
         `on` is a dataset or campaign whose pulses decide; `force` puts it in use though it is worse, which needs a
@@ -433,7 +446,9 @@ class ExperimentStore:
 
 
 @raises_library_errors
-def open_experiment_store(address: str | os.PathLike[str], *, create: bool = True) -> ExperimentStore:
+def open_experiment_store(
+    address: str | os.PathLike[str], *, create: bool = True
+) -> ExperimentStore:
     """The store at `address`: "sqlite:///lab.db", "postgresql+psycopg://USER@HOST/NAME", or the path of a file.
 
     An SQLite file that does not exist is made, unless `create` is False. Raises `StorageError` where the store cannot
@@ -458,4 +473,6 @@ def _settings(kind: Callable[..., Any], given: dict[str, Any]) -> Any:
     try:
         return kind(**given)
     except TypeError as error:
-        raise ValueError(f"{', '.join(given)}: {error}; see `help(ExperimentStore.ingest)`") from error
+        raise ValueError(
+            f"{', '.join(given)}: {error}; see `help(ExperimentStore.ingest)`"
+        ) from error

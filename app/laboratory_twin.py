@@ -32,7 +32,9 @@ class LaboratoryTwin:
     quantities; pressures are gauge.
     """
 
-    def __init__(self, built: BuiltTwin, store: Store | None, url: str, request: TwinRequest) -> None:
+    def __init__(
+        self, built: BuiltTwin, store: Store | None, url: str, request: TwinRequest
+    ) -> None:
         self.built = built
         self.request = request
         self._store, self._url = store, url
@@ -103,7 +105,13 @@ class LaboratoryTwin:
 
     @raises_library_errors
     def predict_many(
-        self, shots: pd.DataFrame, *, draws: int = DRAWS, seed: int = 0, jobs: int = 1, progress: bool = True
+        self,
+        shots: pd.DataFrame,
+        *,
+        draws: int = DRAWS,
+        seed: int = 0,
+        jobs: int = 1,
+        progress: bool = True,
     ) -> pd.DataFrame:
         """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of the 90 % bands, SI.
 
@@ -119,7 +127,9 @@ class LaboratoryTwin:
         from .predict.service import shot_rows
 
         rows = shot_rows(shots)
-        bench, rows, notes = bench_of_rows(self._store, self._url, self.request, rows, draws, seed, self.built)
+        bench, rows, notes = bench_of_rows(
+            self._store, self._url, self.request, rows, draws, seed, self.built
+        )
         with step_bar("predicting", "shots", progress) as step:
             predicted_shots = predict_batch(bench, rows, ExecutorConfig(jobs=jobs), step)
         numbers = [
@@ -161,7 +171,18 @@ class LaboratoryTwin:
         campaigns = (measured,) if isinstance(measured, str) else tuple(measured)
         masses = masses_of(bullet_mass, "bullet_mass")
         wanted, owned = target_of(target, tolerance), factors_of(factors)
-        ask = Ask(wanted, self.request, owned, campaigns, sensor, masses, share, extrapolate, seed, at_least)
+        ask = Ask(
+            wanted,
+            self.request,
+            owned,
+            campaigns,
+            sensor,
+            masses,
+            share,
+            extrapolate,
+            seed,
+            at_least,
+        )
         with step_bar("tune", "settings", progress) as step:
             return search_settings(self._store, self._url, ask, step)
 

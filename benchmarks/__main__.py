@@ -43,7 +43,11 @@ class Theme:
         yield from function(folder, **(self.full if full and self.full is not None else self.quick))
 
 
-_SERIES = ("51.2 kHz, 16 bits in float32", "51.2 kHz, 24 bits in float32", "1 MHz, 16 bits in float32")
+_SERIES = (
+    "51.2 kHz, 16 bits in float32",
+    "51.2 kHz, 24 bits in float32",
+    "1 MHz, 16 bits in float32",
+)
 THEMES: dict[str, Theme] = {
     "ingest": Theme("ingest", "measure_ingest", {"recordings": 60, "formats": (".mat",)}, {}),
     "memory": Theme("ingest", "measure_memory", {"recordings": 40, "repeats": 2}, {}),
@@ -64,7 +68,9 @@ THEMES: dict[str, Theme] = {
     "coregional": Theme("coregional", "measure_coregional", {}, {"full": True}),
     "genetic": Theme("genetic", "measure_genetic"),
     "designs": Theme("designs", "measure_designs"),
-    "diagnosing": Theme("diagnosing", "measure_diagnosing", {}, {"campaigns": 24, "learn_from": 40}),
+    "diagnosing": Theme(
+        "diagnosing", "measure_diagnosing", {}, {"campaigns": 24, "learn_from": 40}
+    ),
 }
 if not sys.platform.startswith("linux"):  # memory of a family of processes is read from /proc
     del THEMES["memory"]
@@ -76,7 +82,16 @@ def measured(name: str, full: bool, folder: Path) -> list[Figure]:
         return in_fresh_process(name, full, folder)
     except Exception as error:  # noqa: BLE001  # the minutes of the other themes are not lost with it
         sys.stderr.write(f"{name}: {error!r}\n")
-        return [Figure(name, "the measurement itself", f"failed: {type(error).__name__}", "—", None, limit=1.0)]
+        return [
+            Figure(
+                name,
+                "the measurement itself",
+                f"failed: {type(error).__name__}",
+                "—",
+                None,
+                limit=1.0,
+            )
+        ]
 
 
 def in_fresh_process(name: str, full: bool, folder: Path) -> list[Figure]:
@@ -129,7 +144,9 @@ def main(words: Sequence[str]) -> int:
     return 1 if lost else 0
 
 
-def write(figures: Sequence[Figure], full: bool, minutes: float, folder: Path, docs: Path = DOCS) -> Path:
+def write(
+    figures: Sequence[Figure], full: bool, minutes: float, folder: Path, docs: Path = DOCS
+) -> Path:
     """The page and, for the quick sizes, its pictures in `docs`; the theme "growth" leaves its points in `folder`."""
     path = docs / "measurements" / f"benchmarks{'-full' if full else ''}.md"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -140,7 +157,9 @@ def write(figures: Sequence[Figure], full: bool, minutes: float, folder: Path, d
         if (points := folder / "growth.json").is_file():
             draw_growth(json.loads(points.read_text(encoding="utf-8")), docs / PICTURES[1])
             pictures.append(f"../{PICTURES[1]}")
-    path.write_text(page(figures, FULL_COMMAND if full else QUICK_COMMAND, minutes, pictures), encoding="utf-8")
+    path.write_text(
+        page(figures, FULL_COMMAND if full else QUICK_COMMAND, minutes, pictures), encoding="utf-8"
+    )
     return path
 
 

@@ -19,7 +19,13 @@ from pyroshock.doe.factors import DesignFactor
 from pyroshock.doe.merit.quality import aliases
 from pyroshock.doe.space import space_of
 from pyroshock.training.estimators.contact_time import THESIS
-from pyroshock.training.estimators.exact_process import PRIOR, Process, ProcessInputs, inverse, leave_folds_out
+from pyroshock.training.estimators.exact_process import (
+    PRIOR,
+    Process,
+    ProcessInputs,
+    inverse,
+    leave_folds_out,
+)
 from pyroshock.training.gp.basis_process import BasisProcess
 from pyroshock.training.gp.kernels import kernel_matrix
 from pyroshock.training.gp.marginal_likelihood import (
@@ -40,7 +46,12 @@ SATURATED = "a b c d ab ac ad bc bd cd abc abd acd bcd abcd"
 SETTINGS: dict[str, dict[str, Any]] = {
     "rbf, one lengthscale": dict(THESIS),
     "rbf, a lengthscale each": {**THESIS, "ard": True, "basis": "linear"},
-    "matern52, a lengthscale each": {**THESIS, "kernel": "matern52", "ard": True, "basis": "linear"},
+    "matern52, a lengthscale each": {
+        **THESIS,
+        "kernel": "matern52",
+        "ard": True,
+        "basis": "linear",
+    },
 }
 
 
@@ -85,9 +96,14 @@ def likelihoods(rows: int = TRAINED) -> dict[str, Callable[[], float]]:
 
     def numpy_alone() -> float:
         scaled = x / at.lengthscales
-        return exact_likelihood(kernel_matrix("rbf", scaled, scaled), y, at.b, np.diag(at.noise)).value
+        return exact_likelihood(
+            kernel_matrix("rbf", scaled, scaled), y, at.b, np.diag(at.noise)
+        ).value
 
-    return {"NumPy, no gradient of the kernel": numpy_alone, "GPyTorch's model": coregional.ours(rows)}
+    return {
+        "NumPy, no gradient of the kernel": numpy_alone,
+        "GPyTorch's model": coregional.ours(rows),
+    }
 
 
 def one_output(kernel: str, rows: int) -> dict[str, Callable[[], None]]:
@@ -96,7 +112,17 @@ def one_output(kernel: str, rows: int) -> dict[str, Callable[[], None]]:
 
     x, outputs = pulses(rows)
     several = CoregionalModel(x, outputs[:, [9]], named_kernel(kernel, x.shape[1]), 1)
-    one = BasisProcess(x, np.empty((rows, 0)), outputs[:, 9], kernel, np.full(x.shape[1], 3.0), 1.0, 0.3, 0.01, PRIOR)
+    one = BasisProcess(
+        x,
+        np.empty((rows, 0)),
+        outputs[:, 9],
+        kernel,
+        np.full(x.shape[1], 3.0),
+        1.0,
+        0.3,
+        0.01,
+        PRIOR,
+    )
 
     def evaluated(objective: Any) -> None:
         model = objective.model
@@ -105,7 +131,9 @@ def one_output(kernel: str, rows: int) -> dict[str, Callable[[], None]]:
             objective(model(*model.train_inputs), model.train_targets).backward()
 
     return {
-        "Kronecker": partial(evaluated, KroneckerMarginalLogLikelihood(several.likelihood, several)),
+        "Kronecker": partial(
+            evaluated, KroneckerMarginalLogLikelihood(several.likelihood, several)
+        ),
         "Cholesky": partial(evaluated, CholeskyMarginalLogLikelihood(one.likelihood, one)),
     }
 
@@ -124,7 +152,10 @@ def kernels(rows: int = TRAINED) -> dict[str, Callable[[], Floats]]:
         return np.asarray(kernel.raw_lengthscale.grad.numpy()).copy()
 
     types = {"SquaredExponential": SquaredExponential, "GPyTorch's RBFKernel": RBFKernel}
-    return {name: partial(slopes, kind(ard_num_dims=x.shape[1]).double()) for name, kind in types.items()}
+    return {
+        name: partial(slopes, kind(ard_num_dims=x.shape[1]).double())
+        for name, kind in types.items()
+    }
 
 
 def contact_time(settings: dict[str, Any], rows: int = TRAINED) -> dict[str, Callable[[], float]]:
@@ -139,8 +170,14 @@ def contact_time(settings: dict[str, Any], rows: int = TRAINED) -> dict[str, Cal
 
     def train(likelihood: Any) -> float:
         noise = max(start.noise, floor), floor
-        model = BasisProcess(z, h, view.output, start.kernel, lengthscales, start.signal, *noise, PRIOR)
-        return float(maximise(likelihood(model.likelihood, model), 30, change=2.2e-9, gradient=1e-5).losses.min())
+        model = BasisProcess(
+            z, h, view.output, start.kernel, lengthscales, start.signal, *noise, PRIOR
+        )
+        return float(
+            maximise(
+                likelihood(model.likelihood, model), 30, change=2.2e-9, gradient=1e-5
+            ).losses.min()
+        )
 
     kinds = {"pyroshock": CholeskyMarginalLogLikelihood, "GPyTorch": ExactMarginalLogLikelihood}
     return {name: partial(train, kind) for name, kind in kinds.items()}
@@ -168,12 +205,17 @@ def fewest_runs() -> str:
             theirs = str(len(pyDOE3.fracfact_by_res(factors, resolution)))
         except ValueError:
             theirs = "none"
-        cells.append(f"{factors} factors of resolution {resolution}: {len(ours)} runs, pyDOE3 {theirs}")
+        cells.append(
+            f"{factors} factors of resolution {resolution}: {len(ours)} runs, pyDOE3 {theirs}"
+        )
     return "; ".join(cells)
 
 
 def compare(
-    what: str, functions: Mapping[str, Callable[[], Any]], repeats: int, difference: float | None = None
+    what: str,
+    functions: Mapping[str, Callable[[], Any]],
+    repeats: int,
+    difference: float | None = None,
 ) -> bool:
     """Prints a row for each way; whether the first is the quickest. Raises `ValueError` where answers are more than
     `difference` from the first one's."""
@@ -195,9 +237,14 @@ def main() -> int:
         compare(f"{FOLDS} folds of {SEARCHED} pulses left out", left_out(), 9, 1e-8)
         compare(f"likelihood and gradient, {TRAINED:,} pulses x 20", likelihoods(), 9, 1e-4)
         for kernel, rows in (("rbf", SEARCHED), ("rbf", TRAINED), ("matern52", SEARCHED)):
-            compare(f"likelihood of one output, {rows:,} pulses, {kernel}", one_output(kernel, rows), 9)
+            compare(
+                f"likelihood of one output, {rows:,} pulses, {kernel}", one_output(kernel, rows), 9
+            )
         compare(f"kernel and gradient, {TRAINED:,} pulses x 13", kernels(), 9, 1e-6)
-        fits = [compare(f"contact time, {TRAINED:,} pulses, {s}", contact_time(SETTINGS[s]), 3, 1e-5) for s in SETTINGS]
+        fits = [
+            compare(f"contact time, {TRAINED:,} pulses, {s}", contact_time(SETTINGS[s]), 3, 1e-5)
+            for s in SETTINGS
+        ]
         compare("aliases of 15 factors in 16 runs", alias_tables(), 2)
     print(f"\n{fewest_runs()}")
     return 0 if all(fits) else 1

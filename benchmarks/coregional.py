@@ -77,10 +77,16 @@ def pulses(n: int) -> tuple[Floats, Floats]:
     tips, layers = rng.normal(size=(3, 5)), rng.normal(size=(5, 4))
     tip, layer, held = (rng.integers(size, size=n) for size in (3, 5, 2))
     speed = rng.choice([0.6, 1.3], n) * np.exp(0.15 * rng.standard_normal(n))
-    x = np.column_stack([tips[tip], layers[layer], np.column_stack([speed, layer % 3, layer > 2, held])])
+    x = np.column_stack(
+        [tips[tip], layers[layer], np.column_stack([speed, layer % 3, layer > 2, held])]
+    )
     phase = np.linspace(0.0, 1.0, OUTPUTS)
-    shape = np.sin(np.pi * np.clip(phase, 0.02, 0.98)) ** (1 + 0.2 * tip + 0.1 * (layer > 2))[:, None]
-    y = shape * (speed * np.exp(0.03 * rng.standard_normal(n)))[:, None] + 0.01 * rng.standard_normal((n, OUTPUTS))
+    shape = (
+        np.sin(np.pi * np.clip(phase, 0.02, 0.98)) ** (1 + 0.2 * tip + 0.1 * (layer > 2))[:, None]
+    )
+    y = shape * (speed * np.exp(0.03 * rng.standard_normal(n)))[
+        :, None
+    ] + 0.01 * rng.standard_normal((n, OUTPUTS))
     return (x - x.mean(axis=0)) / x.std(axis=0), (y - y.mean(axis=0)) / y.std(axis=0)
 
 
@@ -154,7 +160,9 @@ def ours(n: int) -> Evaluate:
     with_priors = _backward(model, lambda: -y.numel() * objective(model(x), y), exactly)
 
     def log_prior() -> float:
-        priors = (prior.log_prob(closure(module)) for _, module, prior, closure, _ in model.named_priors())
+        priors = (
+            prior.log_prob(closure(module)) for _, module, prior, closure, _ in model.named_priors()
+        )
         return sum(float(log_density.detach().sum()) for log_density in priors)
 
     return lambda: with_priors() + log_prior()
@@ -185,7 +193,11 @@ def peer_prediction(make: Callable[[int], Any], n: int, asked: int) -> Predict:
     def predict() -> tuple[Floats, Floats]:
         with torch.no_grad(), settings.fast_computations(False, False, False):
             kronecker = hasattr(model, "posterior")
-            answer = model.posterior(at, observation_noise=True) if kronecker else model.likelihood(model(at))
+            answer = (
+                model.posterior(at, observation_noise=True)
+                if kronecker
+                else model.likelihood(model(at))
+            )
             return np.asarray(answer.mean), np.sqrt(np.asarray(answer.variance))
 
     return predict
@@ -202,7 +214,9 @@ def botorch_model(n: int) -> Any:
     from botorch.models import KroneckerMultiTaskGP
 
     at, like, (x, y) = parameters(), gpytorch_model(n), map(torch.tensor, pulses(n))
-    model = KroneckerMultiTaskGP(x, y, likelihood=like.likelihood, data_covar_module=like.kernel, rank=RANK)
+    model = KroneckerMultiTaskGP(
+        x, y, likelihood=like.likelihood, data_covar_module=like.kernel, rank=RANK
+    )
     model.double().train()
     index = model.covar_module.task_covar_module
     index.covar_factor.data, index.var = map(torch.tensor, (at.loadings, at.kappa))
@@ -217,7 +231,9 @@ def _multitask(n: int, kernel: Any) -> Any:
     return model
 
 
-def _backward(model: Any, loss: Callable[[], Any], exact: Callable[[], AbstractContextManager[Any]]) -> Evaluate:
+def _backward(
+    model: Any, loss: Callable[[], Any], exact: Callable[[], AbstractContextManager[Any]]
+) -> Evaluate:
     def evaluate() -> float:
         model.zero_grad()
         with exact():
@@ -268,7 +284,9 @@ def answering(name: str) -> Callable[[Message], Message]:
         with one_core() if name in ONE_CORE else nullcontext():
             if (what, n) not in prepared:
                 likelihood = what == "likelihood"
-                prepared[what, n] = LIKELIHOODS[name](n) if likelihood else PREDICTIONS[name](n, request["asked"])
+                prepared[what, n] = (
+                    LIKELIHOODS[name](n) if likelihood else PREDICTIONS[name](n, request["asked"])
+                )
             begin = time.perf_counter()
             result = prepared[what, n]()
             seconds = time.perf_counter() - begin
@@ -316,9 +334,17 @@ def measure_coregional(
     with ExitStack() as stack:
         programs: dict[str, Program] = {}
         for name in (OURS, PLAIN, CHOLESKY, *PEERS):
-            words = ("peer_programs", "gpy", folder) if name == GPY else ("coregional", "serve", name)
+            words = (
+                ("peer_programs", "gpy", folder) if name == GPY else ("coregional", "serve", name)
+            )
             if python := interpreter_with(PEERS[name][0] if name in PEERS else "numpy"):
-                program = Program("-m", f"benchmarks.{words[0]}", *words[1:], python=python, limit_bytes=LIMIT_BYTES)
+                program = Program(
+                    "-m",
+                    f"benchmarks.{words[0]}",
+                    *words[1:],
+                    python=python,
+                    limit_bytes=LIMIT_BYTES,
+                )
                 programs[name] = stack.enter_context(program)
         for n, repeats in sizes.items():
             yield from _likelihoods(programs, n, repeats, warm=n > min(sizes), last=n == max(sizes))
@@ -340,17 +366,23 @@ def _answers(programs: Mapping[str, Program], what: str, n: int) -> dict[str, Me
 def _timed(
     programs: Mapping[str, Program], names: Iterable[str], what: str, n: int, repeats: int
 ) -> dict[str, list[float]]:
-    questions = {name: partial(programs[name].seconds, what=what, n=n, asked=ASKED) for name in names}
+    questions = {
+        name: partial(programs[name].seconds, what=what, n=n, asked=ASKED) for name in names
+    }
     return take_turns(questions, repeats, reported=[*questions], warm=False)
 
 
-def _beside(programs: Mapping[str, Program], what: str, seconds: Mapping[str, Any], name: str, **fields: Any) -> Figure:
+def _beside(
+    programs: Mapping[str, Program], what: str, seconds: Mapping[str, Any], name: str, **fields: Any
+) -> Figure:
     model = f" {PEERS[name][1]}" if name in PEERS else ""
     why = programs[name].why if name in programs else ABSENT
     return beside(THEME, f"{what}, beside {name}{model}", seconds, name, why, **fields)
 
 
-def _likelihoods(programs: Mapping[str, Program], n: int, repeats: int, *, warm: bool, last: bool) -> Iterator[Figure]:
+def _likelihoods(
+    programs: Mapping[str, Program], n: int, repeats: int, *, warm: bool, last: bool
+) -> Iterator[Figure]:
     """The first answers count as well where every way is `warm`: another of a peer takes seconds."""
     first = _answers(programs, "likelihood", n)
     values = {name: [answer["value"]] for name, answer in first.items() if name != CHOLESKY}
@@ -368,10 +400,16 @@ def _likelihoods(programs: Mapping[str, Program], n: int, repeats: int, *, warm:
 
 
 def _predictions(programs: Mapping[str, Program], n: int) -> Iterator[Figure]:
-    first = _answers({name: program for name, program in programs.items() if name != PLAIN}, "prediction", n)
-    means, spreads = ({name: np.ravel(a[kind]) for name, a in first.items()} for kind in ("mean", "spread"))
+    first = _answers(
+        {name: program for name, program in programs.items() if name != PLAIN}, "prediction", n
+    )
+    means, spreads = (
+        {name: np.ravel(a[kind]) for name, a in first.items()} for kind in ("mean", "spread")
+    )
     check_agreement({name: mean for name, mean in means.items() if name != CHOLESKY}, 1e-5)
-    check_agreement({name: s for name, s in spreads.items() if name not in (CHOLESKY, BOTORCH)}, 1e-5)
+    check_agreement(
+        {name: s for name, s in spreads.items() if name not in (CHOLESKY, BOTORCH)}, 1e-5
+    )
     seconds = _timed(programs, first, "prediction", n, 5)
     for name in PEERS:
         bound = f"two products of {ASKED} x {n} with {n} x {OUTPUTS}"
@@ -388,12 +426,17 @@ def _alone(programs: Mapping[str, Program], n: int) -> Iterator[Figure]:
     """Ours and its limit at a size at which the peers have no room."""
     names = (OURS, PLAIN, CHOLESKY)
     peak = _answers({name: programs[name] for name in names}, "likelihood", n)[OURS]["peak_bytes"]
-    seconds, what = _timed(programs, names, "likelihood", n, QUICK_REPEATS), f"loss and gradient, {n:,} pulses"
+    seconds, what = (
+        _timed(programs, names, "likelihood", n, QUICK_REPEATS),
+        f"loss and gradient, {n:,} pulses",
+    )
     yield compared(
         THEME, f"{what}, over one Cholesky factorisation", seconds[OURS], seconds[CHOLESKY], kind="bound",
         limit=FACTORISATIONS, bound="the loss alone takes one; the gradient is products of the same size",
     )  # fmt: skip
-    yield compared(THEME, f"{what}, beside {PLAIN}", seconds[OURS], seconds[PLAIN], limit=1.0, peer_name=PLAIN)
+    yield compared(
+        THEME, f"{what}, beside {PLAIN}", seconds[OURS], seconds[PLAIN], limit=1.0, peer_name=PLAIN
+    )
     memory = f"peak memory of a likelihood of {n:,} pulses"
     yield promised(THEME, memory, [peak], BYTES, "MB", bound="two matrices of pulses by pulses")
 

@@ -60,8 +60,13 @@ def measure_coupled(folder: Path, count: int = IMPACTS, repeats: int = REPEATS) 
     mass = drawing.area_m2 * THICKNESS_M * PLATE.density_kg_m3
     for tip in TIPS[0.010]:
         body = (MASS_KG, THESIS[tip], 0.045, PLATE, THICKNESS_M, mass)
-        strikes = ImpactBatch([Setting(*body, impact_velocity_m_s=float(u)) for u in velocity], velocity)
-        functions = {"coupled": partial(coupled.pulses, strikes), "uncoupled": partial(uncoupled.pulses, strikes)}
+        strikes = ImpactBatch(
+            [Setting(*body, impact_velocity_m_s=float(u)) for u in velocity], velocity
+        )
+        functions = {
+            "coupled": partial(coupled.pulses, strikes),
+            "uncoupled": partial(uncoupled.pulses, strikes),
+        }
         seconds = take_turns(functions, repeats, processor_seconds)
         yield compared(
             THEME, f"{count:,} impacts with a tip of {tip}, {plate.frequency_hz.size} modes", seconds["coupled"],
@@ -71,13 +76,22 @@ def measure_coupled(folder: Path, count: int = IMPACTS, repeats: int = REPEATS) 
 
 def bench_impacts(thickness_m: float) -> Iterator[ImpactTruth]:
     """One impact of each tip on the first impact point of a free plate of the bench's outline."""
-    build = replace(resonant_plate("aluminum", "free", np.random.default_rng(0)), thickness_m=thickness_m)
-    plate, body = modes(build, Effects.none(), max_frequency_hz=ERRORS_HIGHEST_HZ), target("aluminum", thickness_m)
-    echoes = PlateEchoes(plate.frequencies_hz, plate.damping, plate.shape_impact[0], body.plate_impedance_n_s_m)
+    build = replace(
+        resonant_plate("aluminum", "free", np.random.default_rng(0)), thickness_m=thickness_m
+    )
+    plate, body = (
+        modes(build, Effects.none(), max_frequency_hz=ERRORS_HIGHEST_HZ),
+        target("aluminum", thickness_m),
+    )
+    echoes = PlateEchoes(
+        plate.frequencies_hz, plate.damping, plate.shape_impact[0], body.plate_impedance_n_s_m
+    )
     elastic = Effects.none().with_strength("contact.plate_compliance", 1.0)
     for tip in TIPS[thickness_m]:
         impactor, rng = Impactor(contact_material(tip), RADIUS_M, MASS_KG), np.random.default_rng(0)
-        yield strike_many([impactor], [body], elastic, [SPEED_M_S], rng, steps_per_contact=100, echoes=echoes)[0]
+        yield strike_many(
+            [impactor], [body], elastic, [SPEED_M_S], rng, steps_per_contact=100, echoes=echoes
+        )[0]
 
 
 def error_rows(thickness_m: float) -> Iterator[str]:
@@ -96,15 +110,23 @@ def error_rows(thickness_m: float) -> Iterator[str]:
     )
     mass = build.area_m2 * thickness_m * PLATE.density_kg_m3
     for tip, truth in zip(TIPS[thickness_m], bench_impacts(thickness_m), strict=True):
-        setting = Setting(MASS_KG, THESIS[tip], RADIUS_M, PLATE, thickness_m, mass, impact_velocity_m_s=SPEED_M_S)
+        setting = Setting(
+            MASS_KG, THESIS[tip], RADIUS_M, PLATE, thickness_m, mass, impact_velocity_m_s=SPEED_M_S
+        )
         strikes = ImpactBatch([setting], np.array([SPEED_M_S]))
-        truths = truth.peak_force_n, truth.contact_time_s, float(np.trapezoid(truth.force_n, truth.time_s))
+        truths = (
+            truth.peak_force_n,
+            truth.contact_time_s,
+            float(np.trapezoid(truth.force_n, truth.time_s)),
+        )
         cells = [f"{thickness_m * 1e3:g} mm", tip, f"{truths[0] / 1e3:.3g} kN", f"{truths[1] * 1e3:.3g} ms",
                  f"{truths[2] / MASS_KG / SPEED_M_S:.2f}"]  # fmt: skip
         for pulses in (stage.pulses(strikes) for stage in stages):
             figures = pulses.peak_force_n[0], pulses.contact_time_s[0], pulses.impulse_n_s[0]
             pairs = zip(figures, truths, strict=True)
-            cells.append(" / ".join(f"{100 * (figure / true - 1):+.0f} %" for figure, true in pairs))
+            cells.append(
+                " / ".join(f"{100 * (figure / true - 1):+.0f} %" for figure, true in pairs)
+            )
         yield table_row(*cells)
 
 

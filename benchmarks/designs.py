@@ -27,12 +27,25 @@ from pyroshock.doe.merit import FIGURES, Quality, quality
 from pyroshock.doe.merit.space_filling import cell_counts
 from pyroshock.doe.space import Space, gun_space, hammer_space
 
-from .harness import ABSENT, ROOT, Figure, Spread, compared, has, missing, promised, table, table_row
+from .harness import (
+    ABSENT,
+    ROOT,
+    Figure,
+    Spread,
+    compared,
+    has,
+    missing,
+    promised,
+    table,
+    table_row,
+)
 
 Levels = NDArray[np.int64]
 Make = Callable[[Space, int, np.random.Generator], Levels]
 
-THEME = "Plans of 105 gun runs: Latin hypercubes rounded to levels beside the balanced design, {} seeds"
+THEME = (
+    "Plans of 105 gun runs: Latin hypercubes rounded to levels beside the balanced design, {} seeds"
+)
 RUNS, ANNEAL_S, LIMIT_S = 105, 2.0, 10.0
 TABLE = ROOT / "tests" / "data" / "thesis" / "table_a1_lhs_105_runs.csv"
 SHOWN = {
@@ -78,7 +91,9 @@ def by_pydoe(criterion: LhsCriterion) -> Make:
 def by_scipy(space: Space, n: int, rng: np.random.Generator) -> Levels:
     from scipy.stats import qmc
 
-    return rounded(qmc.LatinHypercube(len(space.axes), optimization="random-cd", rng=rng).random(n), space)
+    return rounded(
+        qmc.LatinHypercube(len(space.axes), optimization="random-cd", rng=rng).random(n), space
+    )
 
 
 def by_smt(space: Space, n: int, rng: np.random.Generator) -> Levels:
@@ -94,7 +109,9 @@ def by_plain_exchange(space: Space, n: int, rng: np.random.Generator) -> Levels:
     sizes = [axis.size for axis in space.axes]
     rows = np.stack([rng.permutation(np.arange(n) % size) for size in sizes], axis=1)
     pairs = {
-        (a, b): np.asarray(cell_counts(rows, sizes, (a, b)) - n / (sizes[a] * sizes[b]), dtype=np.float64)
+        (a, b): np.asarray(
+            cell_counts(rows, sizes, (a, b)) - n / (sizes[a] * sizes[b]), dtype=np.float64
+        )
         for a, b in combinations(range(len(sizes)), 2)
     }
     repeats: dict[tuple[int, ...], int] = {}
@@ -134,7 +151,10 @@ def by_us(space: Space, n: int, rng: np.random.Generator) -> Levels:
 
 PLAIN, OURS = f"plain exchange anneal, {ANNEAL_S:g} s", "pyroshock"
 METHODS: dict[str, Make] = {
-    **{f"pyDOE3 {criterion} LHS, rounded": by_pydoe(criterion) for criterion in get_args(LhsCriterion)},
+    **{
+        f"pyDOE3 {criterion} LHS, rounded": by_pydoe(criterion)
+        for criterion in get_args(LhsCriterion)
+    },
     "scipy random-CD LHS, rounded": by_scipy,
     **({"SMT ESE LHS, rounded": by_smt} if has("smt") else {}),
     PLAIN: by_plain_exchange,
@@ -162,16 +182,24 @@ def lost(ours: Plans, peer: Plans) -> list[str]:
     for figure, shown in SHOWN.items():
         sign = 1 if FIGURES[figure][1] == "less" else -1
         worst = max(sign * value for value in ours.values(figure))
-        if float(shown.format(worst)) > float(shown.format(sign * statistics.median(peer.values(figure)))):
+        if float(shown.format(worst)) > float(
+            shown.format(sign * statistics.median(peer.values(figure)))
+        ):
             figures.append(figure)
     return figures
 
 
 def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
-    methods = {name: make for name, make in METHODS.items() if not name.startswith("pyDOE3") or " maximin" in name}
+    methods = {
+        name: make
+        for name, make in METHODS.items()
+        if not name.startswith("pyDOE3") or " maximin" in name
+    }
     theme, plans = THEME.format(seeds), plans_of(gun_space(), range(seeds), methods)
     ours, plain = plans.pop(OURS), plans[PLAIN]
-    bounds = {INFORMATION: [1 / design_quality.d_efficiency_limit for design_quality in ours.qualities]}
+    bounds = {
+        INFORMATION: [1 / design_quality.d_efficiency_limit for design_quality in ours.qualities]
+    }
     for peer in plans.values():
         yield compared(
             theme, f"time, {peer.name}", ours.seconds, peer.seconds, "s", question="a plan of 105 runs",

@@ -57,20 +57,31 @@ class Answers:
     seconds: dict[str, float] = field(default_factory=dict)
 
 
-def measure_diagnosing(_folder: Path, campaigns: int = CAMPAIGNS, learn_from: int = LEARN_FROM) -> Iterator[Figure]:
+def measure_diagnosing(
+    _folder: Path, campaigns: int = CAMPAIGNS, learn_from: int = LEARN_FROM
+) -> Iterator[Figure]:
     """`learn_from`: so many other campaigns the random forest learns from first; 0: without it."""
-    forest = trained(learn_from, SEED, ExecutorConfig(jobs=2), lambda *_: None) if learn_from else None
-    cases = [_answered(*drawn(kind, i), forest) for i, kind in enumerate(islice(cycle(KINDS), campaigns))]
+    forest = (
+        trained(learn_from, SEED, ExecutorConfig(jobs=2), lambda *_: None) if learn_from else None
+    )
+    cases = [
+        _answered(*drawn(kind, i), forest) for i, kind in enumerate(islice(cycle(KINDS), campaigns))
+    ]
     methods = [*BASELINES, *([FOREST] if forest else [])]
     seconds = {name: [case.seconds[name] for case in cases] for name in (OURS, READING, *methods)}
     for method in methods:
-        learned = f"the forest learned from {learn_from} campaigns before; " if method == FOREST else ""
+        learned = (
+            f"the forest learned from {learn_from} campaigns before; " if method == FOREST else ""
+        )
         yield beside(
             THEME.format(campaigns), f"from the folder to an answer, beside {method}", seconds, method, unit="s",
             bound=f"{learned}reading the folder and simulating every effect", question="the time of a diagnosis",
         )  # fmt: skip
     for method in methods:
-        rows = [[CaseResult(case.truth, case.answers[name]) for case in cases] for name in (OURS, method)]
+        rows = [
+            [CaseResult(case.truth, case.answers[name]) for case in cases]
+            for name in (OURS, method)
+        ]
         brier, peer_brier = (figures(method, method_rows).reliability.brier for method_rows in rows)
         own, other = (
             f"{sum(map(answer_sets.first_label, method_rows))} of {campaigns} first, Brier {score:.2f}"

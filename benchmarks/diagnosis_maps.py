@@ -42,7 +42,12 @@ ROWS = ROOT / "docs" / "blind-check" / "development" / "maps.jsonl"
 #: First number of every seed; the second is the place of the campaign in the list.
 SEED = 26_113
 DEVELOPMENT, CALIBRATION = "development", "calibration"
-_STAGES, _CHAIN, _GUN, _BARREL = ("gun", "hammer", "plate"), ("chain",), ("gun",), (GUN_AND_CONTACT,)
+_STAGES, _CHAIN, _GUN, _BARREL = (
+    ("gun", "hammer", "plate"),
+    ("chain",),
+    ("gun",),
+    (GUN_AND_CONTACT,),
+)
 #: Campaigns by what is drawn: kinds, tier, cause (where the tier leaves it open), how many of each kind.
 PLAN = (
     (_STAGES, "strong", "unknown", 6), (_STAGES, "middle", "unknown", 3), (_STAGES, "strong", "catalogue", 4),
@@ -115,7 +120,9 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         case = BENCHES[campaign.tier].draw(campaign.kind, rng, campaign.split, campaign.number)
     else:
         gaps, rough = ("strong", True) if campaign.tier == "rough" else (campaign.tier, False)
-        case = draw_case(campaign.kind, gaps, rng, cause=campaign.cause, split=campaign.split, rough=rough)
+        case = draw_case(
+            campaign.kind, gaps, rng, cause=campaign.cause, split=campaign.split, rough=rough
+        )
     options = Options(where=False, plan=False, rate_pulses=False)
     with tempfile.TemporaryDirectory(prefix="pyroshock-maps-") as place:
         label = record_case(case, Path(place) / "campaign", int(rng.integers(2**31)))
@@ -130,14 +137,18 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
     row["true_shares"] = true = shares(label.shapley)
     if _is_found_exactly(row):
         return row | {"sets": verdict_of_case.set_scores}
-    return row | {"shares": [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]]}
+    return row | {
+        "shares": [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]]
+    }
 
 
 def temper(rows: Sequence[dict[str, Any]]) -> dict[float, float]:
     """By power of the posterior: the mean logarithm of the probability that it gives to the true set of effects, of
     campaigns with none, one or two of them."""
     used = [row for row in rows if row["truth"] != ["unknown"] and _is_found_exactly(row)]
-    return {power: float(np.mean([_log_probability(row, power) for row in used])) for power in _TEMPERS}
+    return {
+        power: float(np.mean([_log_probability(row, power) for row in used])) for power in _TEMPERS
+    }
 
 
 def _weights(row: dict[str, Any], power: float) -> Floats:
@@ -149,7 +160,10 @@ def _weights(row: dict[str, Any], power: float) -> Floats:
 
 def _log_probability(row: dict[str, Any], power: float) -> float:
     true = frozenset() if row["truth"] == ["none"] else frozenset(row["truth"])
-    same = [within if not true else (1 - within) * (true == frozenset(names)) for names, _, _, within in row["sets"]]
+    same = [
+        within if not true else (1 - within) * (true == frozenset(names))
+        for names, _, _, within in row["sets"]
+    ]
     share = float(_weights(row, power) @ same)
     return float(np.log(_LEAST_PROBABILITY + (1 - _LEAST_PROBABILITY) * share))
 
@@ -172,7 +186,9 @@ def _balanced(rows: Sequence[dict[str, Any]]) -> Floats:
     return np.array([len(rows) * share[name] / number[name] for name in groups])
 
 
-def likeliest(x: Floats, y: Floats, mean: Floats, sd: Floats, weights: Floats | float = 1.0) -> Floats:
+def likeliest(
+    x: Floats, y: Floats, mean: Floats, sd: Floats, weights: Floats | float = 1.0
+) -> Floats:
     """Parameters of a logit with a normal prior, of rows that count by their `weights` (Newton's steps)."""
     theta = mean.copy()
     for _ in range(200):
@@ -185,7 +201,9 @@ def likeliest(x: Floats, y: Floats, mean: Floats, sd: Floats, weights: Floats | 
 
 def entry_map(rows: Sequence[dict[str, Any]]) -> Floats:
     """The likeliest numbers of `first_entry_probability`: of campaigns with a gap that the catalogue explains."""
-    used = [row for row in rows if row["truth"] != ["unknown"] and row["unknown_figures"] is not None]
+    used = [
+        row for row in rows if row["truth"] != ["unknown"] and row["unknown_figures"] is not None
+    ]
     x, y = [], []
     for row in used:
         effects = [] if row["known"] == ["none"] else row["known"][0].split("+")
@@ -212,9 +230,14 @@ def first_entries(rows: Sequence[dict[str, Any]]) -> tuple[int, int, int]:
     """Of campaigns with effects by second laws: how many there are, in how many the first entry has the effect with the
     largest true share, and in how many it is `unknown`."""
     used = [row for row in rows if row["tier"] in SECOND_LAWS and "true_shares" in row]
-    largest = [max(row["true_shares"], key=row["true_shares"].__getitem__, default="") for row in used]
+    largest = [
+        max(row["true_shares"], key=row["true_shares"].__getitem__, default="") for row in used
+    ]
     entries = [row["first"]["effects"] for row in used]
-    is_named = [any(name in names.split("+") for names in entry) for name, entry in zip(largest, entries, strict=True)]
+    is_named = [
+        any(name in names.split("+") for names in entry)
+        for name, entry in zip(largest, entries, strict=True)
+    ]
     return len(used), sum(is_named), entries.count(["unknown"])
 
 
@@ -251,16 +274,29 @@ def _rows(jobs: int) -> Iterator[dict[str, Any]]:
     done = {row["number"]: row for row in _stored_rows()}
     yield from done.values()
     with ProcessPoolExecutor(jobs) as pool, ROWS.open("a", encoding="utf-8") as file:
-        campaigns_to_do = [campaign for campaign in reversed(campaigns()) if campaign.number not in done]
-        campaign_of_future = {pool.submit(diagnosed, campaign): campaign for campaign in campaigns_to_do}
+        campaigns_to_do = [
+            campaign for campaign in reversed(campaigns()) if campaign.number not in done
+        ]
+        campaign_of_future = {
+            pool.submit(diagnosed, campaign): campaign for campaign in campaigns_to_do
+        }
         for future in as_completed(campaign_of_future):
-            if isinstance(error := future.exception(), ValueError):  # a campaign that is refused has no answer
+            if isinstance(
+                error := future.exception(), ValueError
+            ):  # a campaign that is refused has no answer
                 print(*campaign_of_future[future], f"no row: {error}", flush=True)
                 continue
             row = future.result()
             file.write(json.dumps(_rounded(row)) + "\n")
             file.flush()
-            print(row["number"], row["kind"], row["truth"], row["first"]["effects"], row["known"], flush=True)
+            print(
+                row["number"],
+                row["kind"],
+                row["truth"],
+                row["first"]["effects"],
+                row["known"],
+                flush=True,
+            )
             yield row
 
 
@@ -274,7 +310,11 @@ def _rounded(value: Any) -> Any:
 
 
 def _stored_rows() -> list[dict[str, Any]]:
-    return [json.loads(line) for line in ROWS.read_text(encoding="utf-8").splitlines()] if ROWS.exists() else []
+    return (
+        [json.loads(line) for line in ROWS.read_text(encoding="utf-8").splitlines()]
+        if ROWS.exists()
+        else []
+    )
 
 
 def main() -> None:
@@ -283,14 +323,22 @@ def main() -> None:
     parser.add_argument("--fit-only", action="store_true", help="from the rows that are there")
     options = parser.parse_args()
     rows = _stored_rows() if options.fit_only else list(_rows(options.jobs))
-    names = zip((item.name for item in fields(UnknownMap) if item.name != "source"), unknown_map(rows), strict=True)
-    print(f"UnknownMap({', '.join(f'{name}={value:.2f}' for name, value in names)}) from {len(rows)} campaigns")
+    names = zip(
+        (item.name for item in fields(UnknownMap) if item.name != "source"),
+        unknown_map(rows),
+        strict=True,
+    )
+    print(
+        f"UnknownMap({', '.join(f'{name}={value:.2f}' for name, value in names)}) from {len(rows)} campaigns"
+    )
     entry = ", ".join(f"{value:.2f}" for value in entry_map(rows))
     print(f"ENTRY_INTERCEPT, _NONE, _SEVERAL, _FRACTION = {entry}")
     for power, score in temper(rows).items():
         print(f"TEMPER = {power:g}: mean log probability of the true set {score:.3f}")
     count, named, unknown = first_entries(rows)
-    print(f"second laws: the largest effect in the first entry of {named} of {count}, unknown first in {unknown}")
+    print(
+        f"second laws: the largest effect in the first entry of {named} of {count}, unknown first in {unknown}"
+    )
     error, held = share_error(rows)
     print(f"SHARE_ERROR = {error:.2f}; the intervals of the rows held {held:.0%}")
 

@@ -56,7 +56,9 @@ def folds_of(x: Floats, y: Floats, groups: NDArray[np.str_]) -> list[Fold]:
     folds = []
     for out in grouped_folds(groups, FOLDS, np.random.default_rng(3)):
         inputs, outputs = Standard.of(x[~out]), Standard.of(y[~out])
-        folds.append(Fold(inputs.apply(x[~out]), outputs.apply(y[~out]), inputs.apply(x[out]), outputs, out))
+        folds.append(
+            Fold(inputs.apply(x[~out]), outputs.apply(y[~out]), inputs.apply(x[out]), outputs, out)
+        )
     return folds
 
 
@@ -64,10 +66,15 @@ def by_us(folds: Sequence[Fold], candidates: Sequence[Layers], start: int) -> li
     """Left-out forces of each candidate and fold, from the random weights of a `start`."""
 
     def evaluate(layers: Layers) -> list[Floats]:
-        rng, sizes = np.random.default_rng(4 + start), (folds[0].x.shape[1], *layers, folds[0].y.shape[1])
+        rng, sizes = (
+            np.random.default_rng(4 + start),
+            (folds[0].x.shape[1], *layers, folds[0].y.shape[1]),
+        )
         networks = [train_network(fold.x, fold.y, sizes, 0.0, STEPS, rng) for fold in folds]
         pairs = zip(folds, networks, strict=True)
-        return [fold.outputs.undo(outputs_of(network.layers, fold.asked)) for fold, network in pairs]
+        return [
+            fold.outputs.undo(outputs_of(network.layers, fold.asked)) for fold, network in pairs
+        ]
 
     with one_thread(), ThreadPoolExecutor(CORES) as pool:
         # The dearest first, as the search does.
@@ -80,7 +87,9 @@ def fit_peer(fold: Fold, layers: Layers, seed: int) -> Floats:
     from sklearn.neural_network import MLPRegressor
     from threadpoolctl import threadpool_limits
 
-    network = MLPRegressor(hidden_layer_sizes=layers, solver="lbfgs", alpha=0.0, max_iter=STEPS, random_state=seed)
+    network = MLPRegressor(
+        hidden_layer_sizes=layers, solver="lbfgs", alpha=0.0, max_iter=STEPS, random_state=seed
+    )
     with warnings.catch_warnings(), threadpool_limits(1):
         warnings.simplefilter("ignore")  # that it could have gone on
         return fold.outputs.undo(network.fit(fold.x, fold.y).predict(fold.asked))
@@ -89,7 +98,11 @@ def fit_peer(fold: Fold, layers: Layers, seed: int) -> Floats:
 def by_peer(folds: Sequence[Fold], candidates: Sequence[Layers], start: int) -> list[list[Floats]]:
     from joblib import Parallel, delayed
 
-    fits = [(fold, layers, seed) for layers in candidates for seed, fold in enumerate(folds, start * len(folds))]
+    fits = [
+        (fold, layers, seed)
+        for layers in candidates
+        for seed, fold in enumerate(folds, start * len(folds))
+    ]
     forces = Parallel(n_jobs=CORES)(delayed(fit_peer)(*fit) for fit in fits)
     return [forces[first : first + len(folds)] for first in range(0, len(forces), len(folds))]
 
@@ -102,20 +115,31 @@ def error(forces: Sequence[Floats], folds: Sequence[Fold], y: Floats) -> float:
     return float(np.mean(np.sqrt(np.mean(wrong**2, axis=1)) / np.ptp(y, axis=1)))
 
 
-def measure_genetic(_folder: Path, candidates: Sequence[Layers] = QUICK, repeats: int = 3) -> Iterator[Figure]:
+def measure_genetic(
+    _folder: Path, candidates: Sequence[Layers] = QUICK, repeats: int = 3
+) -> Iterator[Figure]:
     """All candidates at once, as the search has them; then how good what they learned from some starts is."""
-    table, _ = held_out(pulse_table(np.random.default_rng(1), repetitions=10, positions=3), np.random.default_rng(2))
+    table, _ = held_out(
+        pulse_table(np.random.default_rng(1), repetitions=10, positions=3), np.random.default_rng(2)
+    )
     folds = folds_of(table.x, table.force_n, table.configuration)
     errors: dict[str, list[float]] = {OURS: [], PEER: []}
 
-    def learn(name: str, evaluate: Callable[[Sequence[Fold], Sequence[Layers], int], list[list[Floats]]]) -> None:
+    def learn(
+        name: str, evaluate: Callable[[Sequence[Fold], Sequence[Layers], int], list[list[Floats]]]
+    ) -> None:
         forces = evaluate(folds, candidates, len(errors[name]))
-        errors[name].append(float(np.mean([error(force_of_run, folds, table.force_n) for force_of_run in forces])))
+        errors[name].append(
+            float(np.mean([error(force_of_run, folds, table.force_n) for force_of_run in forces]))
+        )
 
     functions = {OURS: partial(learn, OURS, by_us), PEER: partial(learn, PEER, by_peer)}
     limit = multiplying(_flops(folds, candidates), np.float32)
     taken = take_turns({**functions, "bound": limit}, repeats, reported=["bound"])
-    seconds = {name: [s / len(candidates) for s in all_candidates] for name, all_candidates in taken.items()}
+    seconds = {
+        name: [s / len(candidates) for s in all_candidates]
+        for name, all_candidates in taken.items()
+    }
     sizes = ", ".join("x".join(map(str, layers)) for layers in candidates)
     yield beside(
         THEME, f"seconds for one of {sizes}", seconds, PEER, unit="s", limit=1.0,

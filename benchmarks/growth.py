@@ -39,12 +39,21 @@ FILE = "growth.json"
 BUDGET_S = 12.0
 IMPACTS = (1_000, 10_000, 100_000, 1_000_000)
 _STEEL = (Condition("tip_material", "=", "steel"),)
-_PAGE, _CAMPAIGN = "50 rows at any size", "its rows: 1,000 in the smallest store, 1,800 in the others"
+_PAGE, _CAMPAIGN = (
+    "50 rows at any size",
+    "its rows: 1,000 in the smallest store, 1,800 in the others",
+)
 #: Questions of a store, and what bounds their growth.
 QUESTIONS: dict[str, tuple[Callable[[Session], object], str]] = {
     "the first 50 impacts": (lambda s: list_impacts_page(s, None, (), None, 50), _PAGE),
-    "the first 50 with tip_material=steel": (lambda s: list_impacts_page(s, None, _STEEL, None, 50), _PAGE),
-    "all impacts of a campaign": (lambda s: sum(1 for _ in iter_impacts(s, campaign_name(1))), _CAMPAIGN),
+    "the first 50 with tip_material=steel": (
+        lambda s: list_impacts_page(s, None, _STEEL, None, 50),
+        _PAGE,
+    ),
+    "all impacts of a campaign": (
+        lambda s: sum(1 for _ in iter_impacts(s, campaign_name(1))),
+        _CAMPAIGN,
+    ),
     "all campaigns with their counts": (list_campaigns, "an entry of an index for each impact"),
 }
 ROOM = "room without series and curves"
@@ -94,7 +103,10 @@ class Curve:
         """p of value = c size^p by least squares of logarithms, one for each repeat; fewer of them repeat."""
         sizes = np.log([point.size for point in self.points])
         turns = max(len(point.values) for point in self.points)
-        rows = [np.log([point.values[turn % len(point.values)] for point in self.points]) for turn in range(turns)]
+        rows = [
+            np.log([point.values[turn % len(point.values)] for point in self.points])
+            for turn in range(turns)
+        ]
         return Spread.of([float(np.polyfit(sizes, row, 1)[0]) for row in rows])
 
     def figure(self) -> Figure:
@@ -132,7 +144,9 @@ def _expected_s(costs: dict[int, tuple[float, ...]], size: int) -> float:
     return float(min(seconds) * (size / last) ** power)
 
 
-def repeated(function: Callable[[], object], most: int = 3, enough_s: float = 2.0) -> tuple[float, ...]:
+def repeated(
+    function: Callable[[], object], most: int = 3, enough_s: float = 2.0
+) -> tuple[float, ...]:
     """Seconds of some repeats after a first one that does not count; of what is slow, the first one's alone."""
     first = wall_seconds(function)
     return (first,) if first > enough_s else tuple(wall_seconds(function) for _ in range(most))
@@ -154,14 +168,18 @@ def store_curves(folder: Path, sizes: Sequence[int] = IMPACTS, repeats: int = 5)
     for size in sizes:
         url = filled(folder, size)
         with open_store(url, WRITER) as store:
-            questions = {name: partial(_answer, store, question) for name, (question, _) in QUESTIONS.items()}
+            questions = {
+                name: partial(_answer, store, question) for name, (question, _) in QUESTIONS.items()
+            }
             seconds = take_turns(questions, repeats)
         for name, values in seconds.items():
             curves[name].append(Point("impacts", name, size, tuple(values)))
         room = float(Path(url.removeprefix("sqlite:///")).stat().st_size)
         curves[ROOM].append(Point("impacts", ROOM, size, (room,), "bytes"))
     bounds = {name: bound for name, (_, bound) in QUESTIONS.items()}
-    bounds[ROOM] = f"{room / sizes[-1]:.0f} bytes an impact, its pulse's figures and indexes included"
+    bounds[ROOM] = (
+        f"{room / sizes[-1]:.0f} bytes an impact, its pulse's figures and indexes included"
+    )
     return (Curve(points, bounds[name]) for name, points in curves.items())
 
 
@@ -175,9 +193,13 @@ def diagnosis_curves(budget_s: float) -> Iterator[Curve]:
     diagnose(gun_record([ValveFlow()]), options=options)  # imports
 
     def cost(size: int) -> tuple[float, ...]:
-        pressures, masses = (np.geomspace(*ends, n) for ends, n in zip(RANGES, GRIDS[size], strict=True))
+        pressures, masses = (
+            np.geomspace(*ends, n) for ends, n in zip(RANGES, GRIDS[size], strict=True)
+        )
         # Gas that is lost to a valve no nominal law knows.
-        record = gun_record([ValveFlow()], scatter=0.01, pressures_pa=pressures.tolist(), masses_kg=masses.tolist())
+        record = gun_record(
+            [ValveFlow()], scatter=0.01, pressures_pa=pressures.tolist(), masses_kg=masses.tolist()
+        )
         return repeated(lambda: diagnose(record, options=options))
 
     costs = within_budget(cost, GRIDS, budget_s)
@@ -190,7 +212,9 @@ def _left_out(sizes: Sequence[int], costs: dict[int, tuple[float, ...]], budget_
     return f"{rest} would take more than {budget_s:g} s and are left out" if rest else ""
 
 
-def training_curves(budget_s: float, sizes: Sequence[int] = PULSES, names: Sequence[str] = ()) -> Iterator[Curve]:
+def training_curves(
+    budget_s: float, sizes: Sequence[int] = PULSES, names: Sequence[str] = ()
+) -> Iterator[Curve]:
     """Training and 1,000 predictions of the named families (none: of all)."""
     new_inputs = pulses(ASKED)[0]
     for name in names or FAMILIES:
@@ -198,7 +222,9 @@ def training_curves(budget_s: float, sizes: Sequence[int] = PULSES, names: Seque
 
         def train(n: int, name: str = name) -> Estimator:
             x, y = pulses(n)
-            return FAMILIES[name]().fit(x, y, np.arange(n) // PULSES_PER_GROUP, np.random.default_rng(0))
+            return FAMILIES[name]().fit(
+                x, y, np.arange(n) // PULSES_PER_GROUP, np.random.default_rng(0)
+            )
 
         def cost(n: int, train=train, name=name, predictions=predictions) -> tuple[float, ...]:  # type: ignore[no-untyped-def]
             models: list[Estimator] = []

@@ -55,7 +55,11 @@ def three_effects(n: int, rng: np.random.Generator) -> tuple[Floats, Floats, lis
 def with_valve(n: int, rng: np.random.Generator) -> tuple[Floats, Floats, list[GunEffect]]:
     """The same with a valve in place of the barrel's losses: the costliest three."""
     pressure, mass, effects = three_effects(n, rng)
-    return pressure, mass, [effects[0], ValveFlow(rng.uniform(0.5, 5.0, n), rng.uniform(0.02, 0.2, n)), effects[1]]
+    return (
+        pressure,
+        mass,
+        [effects[0], ValveFlow(rng.uniform(0.5, 5.0, n), rng.uniform(0.02, 0.2, n)), effects[1]],
+    )
 
 
 @dataclass(frozen=True)
@@ -68,19 +72,29 @@ class Solver:
     evaluations: float
 
 
-def figure(case: Case, name: str, shots: int = SHOTS, repeats: int = REPEATS, limit: float | None = None) -> Figure:
+def figure(
+    case: Case, name: str, shots: int = SHOTS, repeats: int = REPEATS, limit: float | None = None
+) -> Figure:
     """Both on one case. Raises `ValueError` where velocities are not the exact ones to 1e-6."""
     pressure, mass, effects = case(shots, np.random.default_rng(1))
     rows = np.arange(max(shots // PEER_SHARE, 3))
-    guns = scalar_guns(THESIS_GUN, pressure[rows], mass[rows], [effect.take(rows) for effect in effects])
+    guns = scalar_guns(
+        THESIS_GUN, pressure[rows], mass[rows], [effect.take(rows) for effect in effects]
+    )
     exact = np.array([gun.velocity(*EXACT) for gun in guns])
     # Behind a valve the explicit methods take minutes.
-    solvers = [s for method in (STIFF if case is with_valve else METHODS) if (s := _loosest(guns, exact, method))]
+    solvers = [
+        s
+        for method in (STIFF if case is with_valve else METHODS)
+        if (s := _loosest(guns, exact, method))
+    ]
     solver, needed = min(solvers, key=lambda s: s.seconds), min(s.evaluations for s in solvers)
     fire = partial(gun_velocity, THESIS_GUN, pressure, mass, effects)
     difference = float(np.max(np.abs(fire().velocity_m_s[rows] / exact - 1)))
     if not difference <= ACCURACY:
-        raise ValueError(f"{name}: velocities {difference:.1g} apart; expected at most {ACCURACY:g}")
+        raise ValueError(
+            f"{name}: velocities {difference:.1g} apart; expected at most {ACCURACY:g}"
+        )
     peer = f"solve_ivp loop, {solver.method} at {solver.rtol:g}"
     functions: dict[str, Callable[[], object]] = {
         "ours": fire,

@@ -60,7 +60,9 @@ def spread_text(values: Sequence[float], unit: str = "") -> str:
 
 def ratio(ours: Sequence[float], peers: Sequence[float]) -> Spread:
     """Ours over the peer's, turn by turn; 1 where both are nothing."""
-    return Spread.of([a / b if b else (np.inf if a else 1.0) for a, b in zip(ours, peers, strict=True)])
+    return Spread.of(
+        [a / b if b else (np.inf if a else 1.0) for a, b in zip(ours, peers, strict=True)]
+    )
 
 
 def wall_seconds(function: Callable[[], object]) -> float:
@@ -152,7 +154,9 @@ class Figure:
 
     def row(self) -> str:
         over_bound = self.over_bound.text() if self.over_bound else "—"
-        return table_row(self.name, self.ours, self.peer, self.ratio, self.promise, self.bound or "—", over_bound)
+        return table_row(
+            self.name, self.ours, self.peer, self.ratio, self.promise, self.bound or "—", over_bound
+        )
 
 
 def table_row(*cells: str) -> str:
@@ -180,12 +184,18 @@ def compared(
     if bound_values is not None:
         bound, over_bound = f"{bound}: {spread_text(bound_values, unit)}", ratio(ours, bound_values)
     texts = spread_text(ours, unit), spread_text(peer, unit)
-    return Figure(theme, name, *texts, ratio(ours, peer), bound=bound, over_bound=over_bound, **fields)
+    return Figure(
+        theme, name, *texts, ratio(ours, peer), bound=bound, over_bound=over_bound, **fields
+    )
 
 
-def promised(theme: str, name: str, ours: Sequence[float], most: float, unit: str = "ms", **fields: Any) -> Figure:
+def promised(
+    theme: str, name: str, ours: Sequence[float], most: float, unit: str = "ms", **fields: Any
+) -> Figure:
     """Ours beside the most that is promised."""
-    figure = compared(theme, name, ours, [most] * len(ours), unit, limit=1.0, kind="bound", **fields)
+    figure = compared(
+        theme, name, ours, [most] * len(ours), unit, limit=1.0, kind="bound", **fields
+    )
     return replace(figure, peer=f"{_UNITS[unit] * most:g} {unit}".rstrip() + ", promised")
 
 
@@ -195,14 +205,21 @@ def missing(theme: str, name: str, why: str, **fields: Any) -> Figure:
 
 
 def beside(
-    theme: str, name: str, seconds: Mapping[str, Sequence[float]], peer: str, why: str = ABSENT, **fields: Any
+    theme: str,
+    name: str,
+    seconds: Mapping[str, Sequence[float]],
+    peer: str,
+    why: str = ABSENT,
+    **fields: Any,
 ) -> Figure:
     """ "ours" of the `seconds` beside a peer, and over the "bound" where it is among them; `why`: no such peer."""
     fields = {"peer_name": peer, "bound_values": seconds.get("bound"), **fields}
     if peer in seconds:
         return compared(theme, name, seconds["ours"], seconds[peer], **fields)
     shown = {key: fields[key] for key in ("question", "peer_name") if key in fields}
-    return missing(theme, name, why, ours=spread_text(seconds["ours"], fields.get("unit", "ms")), **shown)
+    return missing(
+        theme, name, why, ours=spread_text(seconds["ours"], fields.get("unit", "ms")), **shown
+    )
 
 
 def report(measure: Callable[[Path], Iterable[Figure]]) -> int:
@@ -236,7 +253,9 @@ def copying(nbytes: int) -> Callable[[], object]:
     return lambda: np.copyto(target, source)
 
 
-def multiplying(flops: float, dtype: type[np.floating[Any]] = np.float64, size: int = 512) -> Callable[[], float]:
+def multiplying(
+    flops: float, dtype: type[np.floating[Any]] = np.float64, size: int = 512
+) -> Callable[[], float]:
     """A limit: returns the seconds of so many operations at the rate of a product of two matrices."""
     a = np.random.default_rng(0).normal(size=(size, size)).astype(dtype)
     out = np.empty_like(a)
@@ -248,7 +267,9 @@ def run_program(words: Sequence[str | Path], *, watch_memory: bool = False) -> i
     together (0: not watched). Raises `CalledProcessError`."""
     command = [*map(str, words)]
     # With this variable each process would compile what it imports.
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    environment = {
+        name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"
+    }
     with subprocess.Popen(
         command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     ) as process:
@@ -297,7 +318,9 @@ class Program:
 
     why = ""
 
-    def __init__(self, *arguments: str | Path, python: str | Path = sys.executable, limit_bytes: int = 0) -> None:
+    def __init__(
+        self, *arguments: str | Path, python: str | Path = sys.executable, limit_bytes: int = 0
+    ) -> None:
         def limit_memory() -> None:
             import resource
 
@@ -343,7 +366,10 @@ class Program:
         errors = self._errors.read().decode(errors="replace")
         if "No module named" in errors:
             return "not installed"
-        if any(word in errors.lower() for word in ("memoryerror", "allocate memory", "not enough memory")):
+        if any(
+            word in errors.lower()
+            for word in ("memoryerror", "allocate memory", "not enough memory")
+        ):
             return "out of memory"
         return f"failed ({self._process.returncode}): {errors.strip().splitlines()[-1:] or ''}"
 

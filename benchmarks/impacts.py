@@ -33,7 +33,17 @@ from pyroshock.twin.contact.laws import ELASTIC, LOSSY
 from pyroshock.twin.contact.pulse import Law as PulseLaw
 from pyroshock.twin.contact.restitution_laws import constant
 
-from .harness import Figure, beside, processor_seconds, promised, report, table, table_row, take_turns, wall_seconds
+from .harness import (
+    Figure,
+    beside,
+    processor_seconds,
+    promised,
+    report,
+    table,
+    table_row,
+    take_turns,
+    wall_seconds,
+)
 from .shared_records import ball, impacts
 
 THEME = "Impacts in one call, beside solve_ivp one after the other"
@@ -61,10 +71,14 @@ def bodies(every: int = 1, count: int = IMPACTS) -> Bodies:
 def ours(some: Bodies) -> NDArray[np.float64]:
     """4 x n."""
     pulse = impact(some, EFFECTS)
-    return np.stack([pulse.peak_force_n, pulse.contact_time_s, pulse.impulse_n_s, pulse.separation_velocity_m_s])
+    return np.stack(
+        [pulse.peak_force_n, pulse.contact_time_s, pulse.impulse_n_s, pulse.separation_velocity_m_s]
+    )
 
 
-def looped(some: Bodies, tolerance: float, evaluations: list[int] | None = None) -> NDArray[np.float64]:
+def looped(
+    some: Bodies, tolerance: float, evaluations: list[int] | None = None
+) -> NDArray[np.float64]:
     """The same, one after the other; into `evaluations` goes how often each part asked for the rates."""
     prepared, counts = _prepared(some), [] if evaluations is None else evaluations
     names = ("mass_kg", "stiffness_n_mp", "rate_loss_s_m", "yield_load_n", "plate_mobility_m_n_s")
@@ -92,14 +106,23 @@ def _evaluations(columns: NDArray[np.float64], times: int) -> float:
     """Each of another depth, or a compiler would do it once."""
     total = 0.0
     for i in range(len(columns)):
-        law = Law(columns[i, 0], 1.0, 0.0, columns[i, 3], columns[i, 1], columns[i, 2], 0.0, 0.0, 1.0)
+        law = Law(
+            columns[i, 0], 1.0, 0.0, columns[i, 3], columns[i, 1], columns[i, 2], 0.0, 0.0, 1.0
+        )
         for k in range(times):
             total += rates(law, 0.1 + 0.01 * k, 1.0).force_rate
     return total
 
 
 def _solved(
-    tolerance: float, counts: list[int], u: float, m: float, k: float, chi: float, load: float, mobility: float
+    tolerance: float,
+    counts: list[int],
+    u: float,
+    m: float,
+    k: float,
+    chi: float,
+    load: float,
+    mobility: float,
 ) -> tuple[float, float, float, float]:
     """Loading to the turn, unloading to parting; the peak where the force's rate changes its sign."""
     from scipy.integrate import solve_ivp
@@ -116,7 +139,9 @@ def _solved(
         share = max(d - stays, 0.0) / recovered
         return top * share**1.5, 1.5 * top / recovered * share**0.5
 
-    def run(law: _Course, start: list[float], time: float, stays: float | None) -> tuple[float, list[float], float]:
+    def run(
+        law: _Course, start: list[float], time: float, stays: float | None
+    ) -> tuple[float, list[float], float]:
         def approach(d: float, v: float) -> tuple[float, float]:
             force = law(d)[0]
             rate = (v - mobility * force) / (1 + chi * mobility * force)
@@ -134,7 +159,10 @@ def _solved(
             static, slope = law(float(state[0]))
             grip = 1 + chi * rate
             lossy = 1 + chi * mobility * static
-            return slope * rate * grip - chi * static * (force / m + mobility * slope * rate * grip) / lossy
+            return (
+                slope * rate * grip
+                - chi * static * (force / m + mobility * slope * rate * grip) / lossy
+            )
 
         end.terminal, end.direction = True, -1.0  # type: ignore[attr-defined]
         steepness.direction = -1.0  # type: ignore[attr-defined]
@@ -162,7 +190,9 @@ def measure_impacts(
     some, all_bodies = bodies(every, count), bodies(1, count)
     evaluations: list[int] = []
     exact = looped(some, 1e-11)
-    scale = np.stack([*exact[:3], some.impact_velocity_m_s])  # a velocity near nothing has no relative error
+    scale = np.stack(
+        [*exact[:3], some.impact_velocity_m_s]
+    )  # a velocity near nothing has no relative error
     theirs = np.abs((looped(some, 1e-8, evaluations) - exact) / scale).max(axis=1)
     our_error = np.abs((ours(all_bodies)[:, ::every] - exact) / scale).max(axis=1)
     needed = sum(evaluations) / exact.shape[1]
@@ -179,7 +209,9 @@ def measure_impacts(
     errors = ", ".join(f"{name} {error:.1g}" for name, error in zip(_NAMES, theirs, strict=True))
     for name, own in zip(_NAMES, our_error, strict=True):
         title = f"largest error of the {name}, against solve_ivp at 1e-11"
-        yield promised(THEME, title, [float(own)], LARGEST_ERROR, "", bound=f"the loop's at 1e-8: {errors}")
+        yield promised(
+            THEME, title, [float(own)], LARGEST_ERROR, "", bound=f"the loop's at 1e-8: {errors}"
+        )
 
 
 def compare_laws(picture: Path | None = None) -> int:
@@ -190,11 +222,28 @@ def compare_laws(picture: Path | None = None) -> int:
         pulse = law(at)  # compiled
         seconds = wall_seconds(lambda law=law: law(ball(impact_velocity_m_s=speeds)).force_n())  # type: ignore[misc]
         slowest = max(slowest, seconds)
-        time_s, share = pulse.contact_time_s[0], pulse.compression_time_s[0] / pulse.contact_time_s[0]
+        time_s, share = (
+            pulse.contact_time_s[0],
+            pulse.compression_time_s[0] / pulse.contact_time_s[0],
+        )
         cells = f"{1e3 * time_s:.4f}", f"{share:.3f}", f"{pulse.peak_force_n[0]:.0f}"
-        rows.append(table_row(name, *cells, f"{pulse.impulse_n_s[0] / momentum:.3f}", f"{1e3 * seconds:.1f}"))
+        rows.append(
+            table_row(
+                name, *cells, f"{pulse.impulse_n_s[0] / momentum:.3f}", f"{1e3 * seconds:.1f}"
+            )
+        )
     print(
-        table(("law", "contact time, ms", "compression, share", "peak, N", "impulse / m u", "1,800 impacts, ms"), rows)
+        table(
+            (
+                "law",
+                "contact time, ms",
+                "compression, share",
+                "peak, N",
+                "impulse / m u",
+                "1,800 impacts, ms",
+            ),
+            rows,
+        )
     )
     if picture:
         _draw_laws(picture, at)
@@ -208,7 +257,11 @@ def _draw_laws(path: Path, at: Bodies) -> None:
     for name, law in LAWS.items():
         pulse, style = law(at), "--" if name in ("hertz", "hunt-crossley") else "-"
         axes.plot(phase, pulse.force_at(phase)[0] / pulse.peak_force_n[0], style, label=name)
-    axes.set(xlabel="time / contact time", ylabel="force / peak", title="Nominal pulses, e = 2/3 where a law is lossy")
+    axes.set(
+        xlabel="time / contact time",
+        ylabel="force / peak",
+        title="Nominal pulses, e = 2/3 where a law is lossy",
+    )
     axes.legend()
     canvas.savefig(path, dpi=120)
 

@@ -64,7 +64,13 @@ def further_records(folder: Path) -> Iterator[Record]:
     for path in sorted(folder.glob("*.txt")):
         time, acceleration = np.loadtxt(path, unpack=True)
         _refuse_other_numbers(path, "acceleration", acceleration * G)
-        yield Record("text", path.name, "acceleration", acceleration * G, (len(time) - 1) / (time[-1] - time[0]))
+        yield Record(
+            "text",
+            path.name,
+            "acceleration",
+            acceleration * G,
+            (len(time) - 1) / (time[-1] - time[0]),
+        )
     for path in sorted(folder.glob("*.lvm")):
         for name, samples in lvm_columns(path).items():
             if name.startswith("Acceleration") and samples.size > 1000:
@@ -105,7 +111,9 @@ def calculated_pulse(force: Floats, rate_hz: float) -> dict[str, float]:
 
 def calculated_shock(acceleration: Floats) -> dict[str, float]:
     """Largest acceleration of a shock (n,) above the mean of the first half of what lies before it."""
-    loud = np.flatnonzero(np.abs(acceleration - np.median(acceleration)) > 0.05 * np.abs(acceleration).max())
+    loud = np.flatnonzero(
+        np.abs(acceleration - np.median(acceleration)) > 0.05 * np.abs(acceleration).max()
+    )
     rest = acceleration[: loud[0] // 2]
     x = acceleration - (rest.mean() if rest.size >= 16 else 0.0)
     return {"peak": float(np.abs(x).max())}
@@ -114,8 +122,14 @@ def calculated_shock(acceleration: Floats) -> dict[str, float]:
 def our_figures(record: Record) -> dict[str, float]:
     """The same by the product."""
     if record.quantity == "force":
-        pulse = max(extract_pulses(record.samples, record.rate_hz), key=lambda each: each.peak_force_n)
-        return {"peak": pulse.peak_force_n, "half width": pulse.width_half_s, "impulse": pulse.impulse_n_s}
+        pulse = max(
+            extract_pulses(record.samples, record.rate_hz), key=lambda each: each.peak_force_n
+        )
+        return {
+            "peak": pulse.peak_force_n,
+            "half width": pulse.width_half_s,
+            "impulse": pulse.impulse_n_s,
+        }
     figures = shock_figures(record.samples, record.rate_hz)
     return {} if figures is None else {"peak": figures.peak_acceleration_m_s2}
 
@@ -123,7 +137,11 @@ def our_figures(record: Record) -> dict[str, float]:
 def deviations(record: Record) -> dict[str, float]:
     """Relative deviation of ours, by figure."""
     force = record.quantity == "force"
-    calculated = calculated_pulse(record.samples, record.rate_hz) if force else calculated_shock(record.samples)
+    calculated = (
+        calculated_pulse(record.samples, record.rate_hz)
+        if force
+        else calculated_shock(record.samples)
+    )
     ours = our_figures(record)
     return {name: abs(ours[name] / value - 1.0) for name, value in calculated.items()}
 
@@ -132,7 +150,9 @@ def _refuse_other_numbers(path: Path, name: str, expected: Floats) -> None:
     """Raise `AssertionError` where the product reads other samples in SI than NumPy."""
     with open_recording(path) as recording:
         gain, offset = to_si(recording.info(name).unit or "m/s2", "acceleration")
-        np.testing.assert_allclose(np.asarray(recording.read(name), dtype=float) * gain + offset, expected, rtol=1e-9)
+        np.testing.assert_allclose(
+            np.asarray(recording.read(name), dtype=float) * gain + offset, expected, rtol=1e-9
+        )
 
 
 def main() -> None:

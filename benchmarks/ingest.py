@@ -24,27 +24,39 @@ _FORMATS = {".mat": "MATLAB 5, uncompressed", ".npz": "NumPy .npz"}
 
 
 def measure_ingest(
-    folder: Path, recordings: int = RECORDINGS, repeats: int = 3, formats: Collection[str] = tuple(_FORMATS)
+    folder: Path,
+    recordings: int = RECORDINGS,
+    repeats: int = 3,
+    formats: Collection[str] = tuple(_FORMATS),
 ) -> Iterator[Figure]:
     """Time of the command over the peer's."""
     for suffix in formats:
         source = kept_campaign(folder, recordings, suffix)
-        peer, copy = "h5py, the series alone", ("-m", "benchmarks.ingest", source, folder / "peer.h5")
+        peer, copy = (
+            "h5py, the series alone",
+            ("-m", "benchmarks.ingest", source, folder / "peer.h5"),
+        )
         commands = {peer: partial(run_python, *copy), "ours": partial(ingest_once, source, folder)}
-        seconds = take_turns(commands, repeats, warm=False) | {"bound": _hash_and_compress_s(recordings, repeats)}
+        seconds = take_turns(commands, repeats, warm=False) | {
+            "bound": _hash_and_compress_s(recordings, repeats)
+        }
         yield beside(
             THEME.format(recordings), _FORMATS[suffix], seconds, peer, unit="s", limit=LIMIT,
             bound="hashing and compressing the same bytes on one processor", question="a campaign into the store",
         )  # fmt: skip
 
 
-def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False) -> int:
+def ingest_once(
+    source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False
+) -> int:
     """The command in a fresh process, into a new SQLite store; its peak memory as `run_program`."""
     for old in folder.glob("ingested.db*"):
         old.unlink()
     options = [] if jobs is None else ["--jobs", str(jobs)]
     database = f"sqlite:///{folder / 'ingested.db'}"
-    return run_python(*PYROSHOCK, "ingest", source, "--db", database, *options, watch_memory=watch_memory)
+    return run_python(
+        *PYROSHOCK, "ingest", source, "--db", database, *options, watch_memory=watch_memory
+    )
 
 
 def copy_recordings(folder: Path, target: Path) -> None:
@@ -54,9 +66,14 @@ def copy_recordings(folder: Path, target: Path) -> None:
 
     with h5py.File(target, "w") as out:
         for path in sorted((folder / "recordings").iterdir()):
-            group, recording = out.create_group(path.name), np.load(path) if path.suffix == ".npz" else loadmat(path)
+            group, recording = (
+                out.create_group(path.name),
+                np.load(path) if path.suffix == ".npz" else loadmat(path),
+            )
             for name in ("force", "acceleration"):
-                group.create_dataset(name, data=recording[name].reshape(-1), compression="gzip", shuffle=True)
+                group.create_dataset(
+                    name, data=recording[name].reshape(-1), compression="gzip", shuffle=True
+                )
 
 
 def _hash_and_compress_s(recordings: int, repeats: int) -> list[float]:
@@ -74,12 +91,16 @@ def _hash_and_compress_s(recordings: int, repeats: int) -> list[float]:
     return [recordings * seconds for seconds in take_turns({"work": work}, repeats)["work"]]
 
 
-def measure_memory(folder: Path, recordings: int = RECORDINGS, repeats: int = 3) -> Iterator[Figure]:
+def measure_memory(
+    folder: Path, recordings: int = RECORDINGS, repeats: int = 3
+) -> Iterator[Figure]:
     """Peak memory of larger and larger campaigns over that of the smallest, which is long enough for all to be busy."""
 
     def peaks(count: int, jobs: int) -> list[float]:
         source = kept_campaign(folder, count, ".mat")
-        return [float(ingest_once(source, folder, jobs=jobs, watch_memory=True)) for _ in range(repeats)]
+        return [
+            float(ingest_once(source, folder, jobs=jobs, watch_memory=True)) for _ in range(repeats)
+        ]
 
     libraries = [float(run_python("-c", _LIBRARIES, watch_memory=True)) for _ in range(repeats)]
     for jobs, in_flight in ((1, 1), (2, 4)):

@@ -25,7 +25,13 @@ Word = str | float
 THICKNESS_M, PLATE_AREA_M2, HAMMER_KG = 0.010, 0.3, 0.32
 _EFFECTS = tuple(
     f"contact.{name}"
-    for name in ("viscous_loss", "plastic_yield", "layer_compliance", "plate_compliance", "effective_mass")
+    for name in (
+        "viscous_loss",
+        "plastic_yield",
+        "layer_compliance",
+        "plate_compliance",
+        "effective_mass",
+    )
 )
 _STRENGTHS = (0.5, 2.0)
 _FORCE_SCATTER, _TIME_SCATTER, _POINT_NOISE = 0.02, 0.01, 0.003
@@ -57,14 +63,20 @@ class LawBench:
         """Each effect has with probability one half a strength from a half to two of its usual one; else it does not
         act or, among the first laws, acts as usual."""
         low, high = np.log(_STRENGTHS)
-        strengths = {name: float(np.exp(rng.uniform(low, high))) for name in _EFFECTS if rng.random() < 0.5}
+        strengths = {
+            name: float(np.exp(rng.uniform(low, high))) for name in _EFFECTS if rng.random() < 0.5
+        }
         return cls(kind, laws, strengths)
 
     def __str__(self) -> str:
         return f"{self.kind}, {self.laws} laws"
 
     def forces(
-        self, impactors: Sequence[Impactor], targets: Sequence[ImpactTarget], speed: Floats, rng: np.random.Generator
+        self,
+        impactors: Sequence[Impactor],
+        targets: Sequence[ImpactTarget],
+        speed: Floats,
+        rng: np.random.Generator,
     ) -> list[tuple[float, Floats]]:
         """Contact time (s) and true force (points,) in N at equal phases of each impact."""
         if self.laws != "first":
@@ -76,7 +88,12 @@ class LawBench:
         pulses = []
         for truth in strike_many(impactors, targets, effects, speed, rng):
             phases = np.linspace(0.0, truth.contact_time_s, 40 * POINTS)
-            pulses.append((truth.contact_time_s, np.maximum(np.interp(phases, truth.time_s, truth.force_n), 0.0)))
+            pulses.append(
+                (
+                    truth.contact_time_s,
+                    np.maximum(np.interp(phases, truth.time_s, truth.force_n), 0.0),
+                )
+            )
         return pulses
 
 
@@ -95,12 +112,21 @@ def drawn_pulses(
     n, gun = len(rows), bench.kind == "gun"
     masses = [float(row.get("mass", HAMMER_KG)) for row in rows]
     radii = [float(row.get("radius", _HAMMER_RADIUS_M.get(str(row["tip"]), 0.0))) for row in rows]
-    tips, plates = [str(row["tip"]) for row in rows], [str(row.get("plate", "aluminum")) for row in rows]
+    tips, plates = (
+        [str(row["tip"]) for row in rows],
+        [str(row.get("plate", "aluminum")) for row in rows],
+    )
     anvils, layers = zip(*(str(row["layers"]).split("/") for row in rows), strict=True)
     bodies = zip(tips, radii, masses, strict=True)
-    impactors = [projectile(mass, tip, radius) if gun else hammer(tip, radius) for tip, radius, mass in bodies]
+    impactors = [
+        projectile(mass, tip, radius) if gun else hammer(tip, radius)
+        for tip, radius, mass in bodies
+    ]
     below = zip(plates, anvils, layers, strict=True)
-    targets = [target(plate, THICKNESS_M, anvil_material=anvil, insulator=layer) for plate, anvil, layer in below]
+    targets = [
+        target(plate, THICKNESS_M, anvil_material=anvil, insulator=layer)
+        for plate, anvil, layer in below
+    ]
     nominal = np.array([float(row["velocity"]) for row in rows])
     speed = nominal * np.exp((0.02 if gun else 0.1) * rng.standard_normal(n))
     pulses = bench.forces(impactors, targets, speed, rng)
@@ -108,13 +134,19 @@ def drawn_pulses(
     scatter = rng.standard_normal((configurations, 2))[member] + rng.standard_normal((n, 2))
     time = np.array([duration for duration, _ in pulses]) * np.exp(_TIME_SCATTER * scatter[:, 0])
     gain = np.exp(_FORCE_SCATTER * scatter[:, 1])
-    fine = np.array([np.interp(np.linspace(0, 1, 400), np.linspace(0, 1, f.size), f) for _, f in pulses])
+    fine = np.array(
+        [np.interp(np.linspace(0, 1, 400), np.linspace(0, 1, f.size), f) for _, f in pulses]
+    )
     fine *= gain[:, None]
-    points = np.array([np.interp(np.linspace(0, 1, POINTS), np.linspace(0, 1, 400), force) for force in fine])
+    points = np.array(
+        [np.interp(np.linspace(0, 1, POINTS), np.linspace(0, 1, 400), force) for force in fine]
+    )
     peak = fine.max(axis=1)
     points[:, 1:-1] += _POINT_NOISE * peak[:, None] * rng.standard_normal((n, POINTS - 2))
     measured = speed * np.exp(_VELOCITY_SCATTER[bench.kind] * rng.standard_normal(n))
-    faces = [plate if anvil == "none" else anvil for plate, anvil in zip(plates, anvils, strict=True)]
+    faces = [
+        plate if anvil == "none" else anvil for plate, anvil in zip(plates, anvils, strict=True)
+    ]
     names = np.array([_name(row) for row in rows])
     columns: dict[str, Floats | list[float]] = {
         "tip_radius": radii, "impact_velocity": measured, "bullet_mass": masses,
@@ -125,7 +157,9 @@ def drawn_pulses(
     for part, materials in (("tip", tips), ("plate", faces)):
         for quantity, unit in (("youngs_modulus", "_pa"), ("poisson_ratio", ""), ("density", "_kg_m3"),
                                ("yield_strength", "_pa")):  # fmt: skip
-            columns[f"{part}_{quantity}"] = [float(getattr(THESIS[name], quantity + unit) or 0) for name in materials]
+            columns[f"{part}_{quantity}"] = [
+                float(getattr(THESIS[name], quantity + unit) or 0) for name in materials
+            ]
     predictors = shipped(bench.kind).predictors
     top = fine.argmax(axis=1) / (fine.shape[1] - 1)
     impulse = np.trapezoid(fine, axis=1) / (fine.shape[1] - 1) * time
@@ -157,7 +191,9 @@ def _name(row: Mapping[str, Word]) -> str:
     return "/".join(f"{factor}={row[factor]}" for factor in sorted(row))
 
 
-def _drawn_rows(kind: str, count: int, rng: np.random.Generator, without: Collection[str]) -> list[Mapping[str, Word]]:
+def _drawn_rows(
+    kind: str, count: int, rng: np.random.Generator, without: Collection[str]
+) -> list[Mapping[str, Word]]:
     """Different configurations, each factor's levels about equally often; layers are an anvil and its insulator."""
     rows: dict[str, Mapping[str, Word]] = {}
     while len(rows) < count:

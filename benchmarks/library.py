@@ -67,18 +67,30 @@ def measure_start_up(folder: Path, repeats: int = 5) -> Iterator[Figure]:
         return {f"mlflow {option}": partial(run_program, [_BIN / "mlflow", option])}
 
     rows = f"Python that fetches the same {HITS * _RECORDINGS} rows with sqlite3"
-    imports = {f"import {module}": _importing(module) for module in ("qcodes", "pyyeti.srs", "endaq.calc")}
+    imports = {
+        f"import {module}": _importing(module) for module in ("qcodes", "pyyeti.srs", "endaq.calc")
+    }
     commands: tuple[tuple[list[str], Mapping[str, Run | None], str, str], ...] = (
         (["--version"], {**mlflow("--version"), **imports}, "Python that starts and ends", "pass"),
         (["--help"], mlflow("--help"), "Python that starts and ends", "pass"),
-        (["impacts", "--db", f"sqlite:///{store}"], {"pandas.read_sql": partial(run_python, "-c", frame)}, rows, plain),
+        (
+            ["impacts", "--db", f"sqlite:///{store}"],
+            {"pandas.read_sql": partial(run_python, "-c", frame)},
+            rows,
+            plain,
+        ),
     )
     for words, peers, bound, limit in commands:
-        runs = {"ours": partial(run_program, [_BIN / "pyroshock", *words]), "bound": partial(run_python, "-c", limit)}
+        runs = {
+            "ours": partial(run_program, [_BIN / "pyroshock", *words]),
+            "bound": partial(run_python, "-c", limit),
+        }
         seconds = take_turns({**runs, **{peer: run for peer, run in peers.items() if run}}, repeats)
         for peer in peers:
             name = f"pyroshock {words[0]}"
-            yield beside(COMMANDS, f"{name}; {peer}", seconds, peer, question=f"`{name}`", bound=bound)
+            yield beside(
+                COMMANDS, f"{name}; {peer}", seconds, peer, question=f"`{name}`", bound=bound
+            )
 
 
 def _importing(module: str) -> Run | None:
@@ -88,7 +100,11 @@ def _importing(module: str) -> Run | None:
 
 def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> Iterator[Figure]:
     seconds = take_turns(
-        {"import": partial(run_python, "-c", "import pyroshock"), "start": partial(run_python, "-c", "pass")}, repeats
+        {
+            "import": partial(run_python, "-c", "import pyroshock"),
+            "start": partial(run_python, "-c", "pass"),
+        },
+        repeats,
     )
     own = [max(a - b, 0.0) for a, b in zip(seconds["import"], seconds["start"], strict=True)]
     yield promised(
@@ -103,7 +119,10 @@ def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> I
         channel = max(recording.values(), key=len)
         begin = len(channel) // 2
         whole = "the whole channel"
-        seconds = take_turns({"ours": lambda: channel[begin : begin + _SLICE], whole: lambda: channel[:]}, 3 * repeats)
+        seconds = take_turns(
+            {"ours": lambda: channel[begin : begin + _SLICE], whole: lambda: channel[:]},
+            3 * repeats,
+        )
         yield beside(
             LIBRARY, f"recording[...][a:b], {_SLICE} of {len(channel):,} samples", seconds, whole, limit=1.0,
             bound="the chunks that the slice touches are fetched", question="slice of a recording",
@@ -119,7 +138,9 @@ def frame_figure(store: Any, repeats: int) -> Figure:
 
     ours, peer = store.impacts(), read_sql()
     if not np.array_equal(ours["peak_force_n"], peer["peak_force_n"]):
-        raise ValueError("store.impacts() and read_sql have other rows; expected the same peak forces")
+        raise ValueError(
+            "store.impacts() and read_sql have other rows; expected the same peak forces"
+        )
     seconds = take_turns({"ours": store.impacts, "pandas.read_sql": read_sql}, repeats)
     return beside(
         LIBRARY, f"store.impacts(), {len(ours):,} of them, {store.store.engine.dialect.name}", seconds,
@@ -138,7 +159,10 @@ class Listing(NamedTuple):
 
     def keys(self, store: Store) -> list[int]:
         with store.reading() as session:
-            return [row["id"] for row in islice(iter_impacts(session, self.campaign, self.where), self.rows)]
+            return [
+                row["id"]
+                for row in islice(iter_impacts(session, self.campaign, self.where), self.rows)
+            ]
 
 
 _STEEL, _RARE = Condition("tip_material", "=", "steel"), Condition(RARE[0], "=", RARE[1])
@@ -161,9 +185,14 @@ def measure_listings(folder: Path, large: int = LARGE, repeats: int = 15) -> Ite
         for listing in FILTERED:
             counts = len(listing.keys(small)), len(keys := listing.keys(many))
             if counts[0] != counts[1] or not counts[0]:
-                raise ValueError(f"{listing.name}: {counts[0]} and {counts[1]} rows; expected the same, and some")
+                raise ValueError(
+                    f"{listing.name}: {counts[0]} and {counts[1]} rows; expected the same, and some"
+                )
             beside_small, by_key = f"ours with {SMALL:,} impacts", partial(_rows_by_key, many, keys)
-            asked_of = {"ours": partial(listing.keys, many), beside_small: partial(listing.keys, small)}
+            asked_of = {
+                "ours": partial(listing.keys, many),
+                beside_small: partial(listing.keys, small),
+            }
             yield beside(
                 LISTINGS.format(large, SMALL), listing.name, take_turns({**asked_of, "bound": by_key}, repeats),
                 beside_small, limit=LISTING_LIMIT, question="a filtered listing as the store grows", kind="growth",

@@ -49,7 +49,11 @@ class Campaign:
     seconds: float
 
     def row(self, model: str, split: str) -> Row:
-        return next(row for row in self.rows if (row["model"], row["split"], row["seed"]) == (model, split, 0))
+        return next(
+            row
+            for row in self.rows
+            if (row["model"], row["split"], row["seed"]) == (model, split, 0)
+        )
 
     def metric(self, model: str, split: str, metric: str) -> float:
         return float(self.row(model, split)["metrics"][metric])
@@ -76,7 +80,9 @@ def measured(seed: str, models: str, folder: Path) -> Campaign:
         pyroshock("ingest", "hammer")
         pyroshock("dataset", "build", "hammer", "--from", "hammer", "--json", str(frozen))
     begin = time.perf_counter()
-    pyroshock("train", "hammer", "--split", ",".join(SPLITS[:2]), "--json", str(rows), "--models", models)
+    pyroshock(
+        "train", "hammer", "--split", ",".join(SPLITS[:2]), "--json", str(rows), "--models", models
+    )
     if not clock.exists():  # a repeat finds everything trained
         clock.write_text(json.dumps(time.perf_counter() - begin))
     promised = ("train", "hammer", "--models", ",".join(PROMISED))
@@ -88,7 +94,9 @@ def measured(seed: str, models: str, folder: Path) -> Campaign:
     texts = registry.floors(json.loads(frozen.read_text())["hash"], 0)
     floors: dict[str, Any] = {split: {} for split in texts}
     for split, scope in product(texts, ("configuration", "treatment")):
-        floors[split][scope] = {name: mean.mean for name, mean in floor_metrics(texts[split], scope).items()}
+        floors[split][scope] = {
+            name: mean.mean for name, mean in floor_metrics(texts[split], scope).items()
+        }
     return Campaign(seed, json.loads(rows.read_text()), floors, json.loads(clock.read_text()))
 
 
@@ -118,12 +126,20 @@ def checks(campaigns: Sequence[Campaign]) -> list[Check]:
             floors = [campaign.floors["repetitions"]["treatment"][metric] for campaign in campaigns]
             shares = [value / floor for value, floor in zip(values, floors, strict=True)]
             at_most(f"{model}: {metric} over its floor, at most {OF_FLOOR}", shares, OF_FLOOR)
-        costs = [c.metric(model, "repetitions", "cost") / c.metric("hann", "repetitions", "cost") for c in campaigns]
+        costs = [
+            c.metric(model, "repetitions", "cost") / c.metric("hann", "repetitions", "cost")
+            for c in campaigns
+        ]
         at_most(f"{model}: cost over the von Hann pulse's, at most 1/6", costs, OF_HANN)
         for what in ("force_covered", "time_covered"):
-            shares = [statistics.fmean(campaign.covered(model, "configurations", what)) for campaign in campaigns]
+            shares = [
+                statistics.fmean(campaign.covered(model, "configurations", what))
+                for campaign in campaigns
+            ]
             promise = f"{model}: {what} by the 90 % band, mean of {len(DRAWS) + 1} draws of configurations, .87 to .93"
-            results.append(Check(promise, shares, COVERAGE[0] <= min(shares) and max(shares) <= COVERAGE[1]))
+            results.append(
+                Check(promise, shares, COVERAGE[0] <= min(shares) and max(shares) <= COVERAGE[1])
+            )
     at_most(f"all models, two splits: seconds, at most {LIMIT_S}", [campaigns[0].seconds], LIMIT_S)
     return results
 
@@ -133,7 +149,11 @@ def model_table(campaign: Campaign) -> str:
     lines = []
     for scope in ("configuration", "treatment"):
         floors = [campaign.floors[split][scope] for split in SPLITS[:2]]
-        cells = [cell for metric in LIMITS for cell in (*(f"{floor[metric]:.4f}" for floor in floors), "—")]
+        cells = [
+            cell
+            for metric in LIMITS
+            for cell in (*(f"{floor[metric]:.4f}" for floor in floors), "—")
+        ]
         row = table_row(f"*floor by {scope}*", *cells, f"{floors[0]['cost']:.0f}", "—", "—")
         lines.append((floors[0]["force_nrmse"], row))
     for model in dict.fromkeys(row["model"] for row in campaign.rows):
@@ -145,7 +165,9 @@ def model_table(campaign: Campaign) -> str:
         cells += [f"{campaign.metric(model, 'repetitions', 'cost'):.0f}"]
         cells += [f"{coverage['force_covered']:.2f}" if coverage else "—"]
         cells += [f"{sum(row['seconds'] for row in campaign.rows if row['model'] == model):.1f}"]
-        lines.append((campaign.metric(model, "repetitions", "force_nrmse"), table_row(f"`{model}`", *cells)))
+        lines.append(
+            (campaign.metric(model, "repetitions", "force_nrmse"), table_row(f"`{model}`", *cells))
+        )
     head = ("model", "NRMSE rep.", "conf.", "thesis", "time rep.", "conf.", "thesis", "impulse rep.", "conf.", "thesis",
             "cost rep.", "cover conf.", "s")  # fmt: skip
     return table(head, (line for _, line in sorted(lines)))
@@ -153,13 +175,29 @@ def model_table(campaign: Campaign) -> str:
 
 def spread_table(campaigns: Sequence[Campaign]) -> str:
     """The promised models over campaigns and splits: mean of the campaigns, least and greatest."""
-    head = ("model", "split", "NRMSE", "time", "impulse", "cost", "force in the 90 % band", "time in it")
+    head = (
+        "model",
+        "split",
+        "NRMSE",
+        "time",
+        "impulse",
+        "cost",
+        "force in the 90 % band",
+        "time in it",
+    )
     rows = []
     for model in PROMISED:
         for split in SPLITS:
-            cells = [_range([c.metric(model, split, metric) for c in campaigns]) for metric in (*LIMITS, "cost")]
+            cells = [
+                _range([c.metric(model, split, metric) for c in campaigns])
+                for metric in (*LIMITS, "cost")
+            ]
             for what in ("force_covered", "time_covered"):
-                shares = [share for campaign in campaigns for share in campaign.covered(model, split, what)]
+                shares = [
+                    share
+                    for campaign in campaigns
+                    for share in campaign.covered(model, split, what)
+                ]
                 cells += [_range(shares) if shares else "—"]
             rows.append(table_row(f"`{model}`", split, *cells))
     return table(head, rows)

@@ -37,11 +37,28 @@ _GROWTH_CAPTION = (
     "The picture shows what more impacts, more configurations and more training pulses cost, on logarithmic axes. Bars "
     "reach from the least to the largest repeat."
 )
-_SUMMARY_HEAD = ("question", "ours", "the strongest peer", "ours over the peer's", "what bounds ours", "times that")
-_DETAIL_HEAD = ("figure", "ours", "peer", "ours over the peer's", "promised", "what bounds ours", "times that")
+_SUMMARY_HEAD = (
+    "question",
+    "ours",
+    "the strongest peer",
+    "ours over the peer's",
+    "what bounds ours",
+    "times that",
+)
+_DETAIL_HEAD = (
+    "figure",
+    "ours",
+    "peer",
+    "ours over the peer's",
+    "promised",
+    "what bounds ours",
+    "times that",
+)
 
 
-def page(figures: Sequence[Figure], command: str, minutes: float, pictures: Sequence[str] = ()) -> str:
+def page(
+    figures: Sequence[Figure], command: str, minutes: float, pictures: Sequence[str] = ()
+) -> str:
     """Markdown. `pictures`: paths beside the page of the ratios and, where it was drawn, of the growth."""
     title = "# Benchmarks" if command == QUICK_COMMAND else "# Benchmarks at full size"
     parts = [title, "", *_preface(command, minutes)]
@@ -51,7 +68,12 @@ def page(figures: Sequence[Figure], command: str, minutes: float, pictures: Sequ
     behind = [figure for figure in figures if figure.behind or not figure.holds]
     rows = (table_row(figure.theme, figure.name, figure.ratio, figure.promise) for figure in behind)
     list_behind = table(("theme", "figure", "ours over the peer's", "promised"), rows)
-    parts += ["", "## Where we are behind", "", list_behind if behind else "We are behind nowhere in this run."]
+    parts += [
+        "",
+        "## Where we are behind",
+        "",
+        list_behind if behind else "We are behind nowhere in this run.",
+    ]
     for theme in dict.fromkeys(figure.theme for figure in figures):
         details = [figure.row() for figure in figures if figure.theme == theme]
         parts += ["", f"## {theme}", "", table(_DETAIL_HEAD, details)]
@@ -65,14 +87,18 @@ def summary(figures: Sequence[Figure]) -> list[Figure]:
     def badness(figure: Figure) -> float:
         return figure.value.median if figure.value else -1.0
 
-    return [max((f for f in figures if f.question == question), key=badness) for question in questions]
+    return [
+        max((f for f in figures if f.question == question), key=badness) for question in questions
+    ]
 
 
 def _summary_row(figure: Figure) -> str:
     peer = f"{figure.peer_name}: {figure.peer}" if figure.peer_name else figure.peer
     lost = "" if figure.holds else f"; {'promised ' if figure.binding else ''}{figure.promise}"
     over_bound = figure.over_bound.text() if figure.over_bound else "—"
-    return table_row(figure.question, figure.ours, peer, figure.ratio + lost, figure.bound or "—", over_bound)
+    return table_row(
+        figure.question, figure.ours, peer, figure.ratio + lost, figure.bound or "—", over_bound
+    )
 
 
 def _preface(command: str, minutes: float) -> list[str]:
@@ -110,9 +136,13 @@ def versions(packages: Sequence[str]) -> str:
 
 def drawn_figures(figures: Sequence[Figure]) -> list[Figure]:
     """Times beside a peer's that answer a question, by question, the strongest peer first."""
-    times = [figure for figure in figures if figure.question and figure.kind == "time" and figure.value]
+    times = [
+        figure for figure in figures if figure.question and figure.kind == "time" and figure.value
+    ]
     questions = list(dict.fromkeys(figure.question for figure in times))
-    return sorted(times, key=lambda f: (questions.index(f.question), -f.value.median if f.value else 0.0))
+    return sorted(
+        times, key=lambda f: (questions.index(f.question), -f.value.median if f.value else 0.0)
+    )
 
 
 def draw_ratios(figures: Sequence[Figure], path: Path) -> None:
@@ -126,12 +156,16 @@ def draw_ratios(figures: Sequence[Figure], path: Path) -> None:
         bars = [[over.median - over.low], [over.high - over.median]]
         axes.errorbar(over.median, place, xerr=bars, fmt="o", color=colour, capsize=3, markersize=5)
         at = (over.high, place)
-        axes.annotate(f"{over.median:.2g}", at, (6, 0), textcoords="offset points", va="center", fontsize=8)
+        axes.annotate(
+            f"{over.median:.2g}", at, (6, 0), textcoords="offset points", va="center", fontsize=8
+        )
         first = figure.question != question  # the question stands once, beside its first peer
         if first and place:
             axes.axhline(place - 0.5, color="#cccccc", linewidth=0.8)
         question = figure.question
-        labels.append((f"{question} | {figure.peer_name}" if first else figure.peer_name).replace("`", ""))
+        labels.append(
+            (f"{question} | {figure.peer_name}" if first else figure.peer_name).replace("`", "")
+        )
     axes.axvline(1.0, color="black", linewidth=1)
     axes.set_xscale("log")
     axes.margins(x=0.12)
@@ -158,7 +192,9 @@ def draw_growth(points: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Points as growth.json holds them (`growth.Point`), each curve with its spread and its fitted exponent."""
     from matplotlib.ticker import NullFormatter
 
-    panels = [(panel[3:], curves) for panel in _PANELS if (curves := _panel_curves(points, *panel[:3]))]
+    panels = [
+        (panel[3:], curves) for panel in _PANELS if (curves := _panel_curves(points, *panel[:3]))
+    ]
     across, down = min(_PANELS_ACROSS, len(panels)), -(-len(panels) // _PANELS_ACROSS)
     canvas = new_figure(5.2 * across, 4.8 * down)
     for place, ((x, y), curves) in enumerate(panels, 1):
@@ -192,8 +228,12 @@ def _draw_curve(axes: Any, name: str, rows: Sequence[Mapping[str, Any]]) -> None
     middle = np.array([factor * np.median(row["values"]) for row in rows])
     ends = factor * np.array([[min(row["values"]), max(row["values"])] for row in rows]).T
     (line,) = axes.plot(sizes, middle, "o", markersize=4, label=name)
-    axes.errorbar(sizes, middle, np.abs(ends - middle), fmt="none", color=line.get_color(), capsize=2)
+    axes.errorbar(
+        sizes, middle, np.abs(ends - middle), fmt="none", color=line.get_color(), capsize=2
+    )
     if len(rows) > 1:
         slope, level = np.polyfit(np.log(sizes), np.log(middle), 1)
         line.set_label(f"{name}: $n^{{{slope:.2f}}}$")
-        axes.plot(sizes, np.exp(level) * np.power(sizes, slope), color=line.get_color(), linewidth=1)
+        axes.plot(
+            sizes, np.exp(level) * np.power(sizes, slope), color=line.get_color(), linewidth=1
+        )

@@ -33,7 +33,11 @@ def endaq(file: str) -> Callable[[Message], Message]:
         return result
 
     def answer(request: Message) -> Message:
-        return {"value": spectrum()["a"].tolist()} if request.get("value") else {"seconds": wall_seconds(spectrum)}
+        return (
+            {"value": spectrum()["a"].tolist()}
+            if request.get("value")
+            else {"seconds": wall_seconds(spectrum)}
+        )
 
     return answer
 
@@ -50,8 +54,13 @@ class CoregionalizedRegression:
         d, m = x.shape[1], y.shape[1]
         rbf = GPy.kern.RBF(d, variance=1.0, lengthscale=given["lengthscales"], ARD=True)
         loadings, kappa = given["loadings"], given["kappa"]
-        kernel = GPy.util.multioutput.ICM(d, m, rbf, W_rank=loadings.shape[1], W=loadings, kappa=kappa)
-        noises = [GPy.likelihoods.Gaussian(variance=v, name=f"noise_{j}") for j, v in enumerate(given["noise"])]
+        kernel = GPy.util.multioutput.ICM(
+            d, m, rbf, W_rank=loadings.shape[1], W=loadings, kappa=kappa
+        )
+        noises = [
+            GPy.likelihoods.Gaussian(variance=v, name=f"noise_{j}")
+            for j, v in enumerate(given["noise"])
+        ]
         self._model: Any = GPy.models.GPCoregionalizedRegression(
             [x] * m, [y[:, [j]] for j in range(m)], kernel=kernel, likelihoods_list=noises
         )
@@ -70,7 +79,10 @@ class CoregionalizedRegression:
         output = np.repeat(np.arange(m), n)[:, None]
         at = np.hstack([np.tile(self._asked, (m, 1)), output])
         mean, variance = self._model.predict(at, Y_metadata={"output_index": output})
-        return {"mean": mean.reshape(m, n).T.tolist(), "spread": np.sqrt(variance).reshape(m, n).T.tolist()}
+        return {
+            "mean": mean.reshape(m, n).T.tolist(),
+            "spread": np.sqrt(variance).reshape(m, n).T.tolist(),
+        }
 
 
 def gpy(folder: str) -> Callable[[Message], Message]:
@@ -117,13 +129,18 @@ class QcodesDataset:
                 measurement.register_custom_parameter(name, paramtype="array")
             with measurement.run() as saver:
                 saver.add_result(*arrays.items())
-                for tag, value in (*row["attributes"].items(), ("impacts", json.dumps(row["impacts"]))):
+                for tag, value in (
+                    *row["attributes"].items(),
+                    ("impacts", json.dumps(row["impacts"])),
+                ):
                     saver.dataset.add_metadata(tag, value)
 
     def whole(self, run: int) -> np.ndarray[Any, Any]:
         from qcodes.dataset import load_by_id
 
-        data = load_by_id(run, self._experiment.conn)  # runs are numbered from 1, as the campaign's are
+        data = load_by_id(
+            run, self._experiment.conn
+        )  # runs are numbered from 1, as the campaign's are
         return np.asarray(data.get_parameter_data("force")["force"]["force"]).reshape(-1)
 
     def window(self, run: int, start: int, stop: int) -> np.ndarray[Any, Any]:
@@ -138,7 +155,9 @@ class QcodesDataset:
         pulses = []
         for (key,) in self._experiment.conn.execute(query, (level,)):
             data = load_by_id(key, self._experiment.conn)
-            names = [p.name for p in data.get_parameters() if p.name.startswith("pulse_")]  # in no order
+            names = [
+                p.name for p in data.get_parameters() if p.name.startswith("pulse_")
+            ]  # in no order
             names.sort(key=lambda name: int(name.removeprefix("pulse_")))
             arrays = data.get_parameter_data(*names)
             pulses += [np.asarray(arrays[name][name]).reshape(-1) for name in names]
@@ -156,12 +175,19 @@ def qcodes(content: str, folder: str, factor: str) -> Callable[[Message], Messag
         result = getattr(dataset, request["what"])(*request["of"])
         seconds = time.perf_counter() - begin
         arrays = [] if result is None else [result] if isinstance(result, np.ndarray) else result
-        return {"seconds": seconds, "sums": [[len(x), float(np.sum(x, dtype=np.float64))] for x in arrays]}
+        return {
+            "seconds": seconds,
+            "sums": [[len(x), float(np.sum(x, dtype=np.float64))] for x in arrays],
+        }
 
     return answer
 
 
-PROGRAMS: dict[str, Callable[..., Callable[[Message], Message]]] = {"endaq": endaq, "gpy": gpy, "qcodes": qcodes}
+PROGRAMS: dict[str, Callable[..., Callable[[Message], Message]]] = {
+    "endaq": endaq,
+    "gpy": gpy,
+    "qcodes": qcodes,
+}
 
 if __name__ == "__main__":
     answer_requests(PROGRAMS[sys.argv[1]](*sys.argv[2:]))

@@ -21,7 +21,18 @@ from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.build import OUTLINE_M, resonant_plate
 from pyroshock.virtualbench.plate.modes import PlateModes, modes
 
-from .harness import Figure, beside, compared, copying, multiplying, promised, report, table, table_row, take_turns
+from .harness import (
+    Figure,
+    beside,
+    compared,
+    copying,
+    multiplying,
+    promised,
+    report,
+    table,
+    table_row,
+    take_turns,
+)
 
 THEME = "The plate of the virtual bench: 10 mm of aluminium, modes up to 20 kHz, two sensors"
 STEP_S, SAMPLES, PULSES, WIDTH, HIGHEST_HZ = 1e-5, 10_000, 64, 300, 20e3
@@ -31,8 +42,16 @@ FLOPS_PER_STEP, FLOPS_PER_SENSOR = 9, 2
 #: As on a lab's drawing; the same places that `virtualbench.plate.resonant` has.
 IMPACTS_M = {"#1": (0.47, 0.28), "#2": (0.31, 0.37), "#3": (0.68, 0.22)}
 SENSORS_M = {"acceleration_1": (0.22, 0.20), "acceleration_2": (0.73, 0.37)}
-BUILD = PlateBuild(OUTLINE_M, 0.010, THESIS["aluminum"], named_points(IMPACTS_M), named_points(SENSORS_M))
-DISTANCES = ("modes up to, Hz", "number", "corrected, % at most", "mean", "Kirchhoff alone, % at most")
+BUILD = PlateBuild(
+    OUTLINE_M, 0.010, THESIS["aluminum"], named_points(IMPACTS_M), named_points(SENSORS_M)
+)
+DISTANCES = (
+    "modes up to, Hz",
+    "number",
+    "corrected, % at most",
+    "mean",
+    "Kirchhoff alone, % at most",
+)
 
 
 def bench_modes() -> PlateModes:
@@ -61,7 +80,9 @@ def measure_plate(_folder: Path, repeats: int = 9) -> Iterator[Figure]:
 def _one_pulse(plate: ModalPlate, force: Floats, repeats: int) -> Iterator[Figure]:
     """By recursion, beside `lfilter` mode by mode with the same ramp-invariant filters."""
     by_lfilter, peer = filters(plate), "scipy lfilter, mode by mode"
-    flops = plate.frequency_hz.size * SAMPLES * (FLOPS_PER_STEP + FLOPS_PER_SENSOR * len(plate.sensors))
+    flops = (
+        plate.frequency_hz.size * SAMPLES * (FLOPS_PER_STEP + FLOPS_PER_SENSOR * len(plate.sensors))
+    )
     functions: dict[str, Callable[[], object]] = {
         "ours": lambda: respond(plate, force, STEP_S),
         peer: lambda: by_lfilter(force),
@@ -82,8 +103,12 @@ def _many_pulses(plate: ModalPlate, force: Floats, repeats: int) -> Iterator[Fig
     response = PlateResponse.of(plate, "#1", None, STEP_S, SAMPLES)
     methods: dict[str, Callable[[], Floats]] = {
         "ours": lambda: response.accelerations(force),
-        "scipy fftconvolve": lambda: fftconvolve(force[:, None], response.hat[None], axes=-1)[..., :SAMPLES],
-        "scipy oaconvolve": lambda: oaconvolve(force[:, None], response.hat[None], axes=-1)[..., :SAMPLES],
+        "scipy fftconvolve": lambda: fftconvolve(force[:, None], response.hat[None], axes=-1)[
+            ..., :SAMPLES
+        ],
+        "scipy oaconvolve": lambda: oaconvolve(force[:, None], response.hat[None], axes=-1)[
+            ..., :SAMPLES
+        ],
     }
     ours, *_ = answers = [method() for method in methods.values()]
     functions: dict[str, Callable[[], object]] = {**methods, "bound": copying(ours.nbytes)}
@@ -105,7 +130,9 @@ def filters(plate: ModalPlate) -> Callable[[Floats], Floats]:
     coefficients = []
     for f, z in zip(plate.frequency_hz[~rigid], plate.damping_ratio[~rigid], strict=True):
         w = 2 * np.pi * f
-        b, a, _ = cont2discrete(([-2 * z * w, -(w**2)], [1.0, 2 * z * w, w**2]), STEP_S, method="foh")
+        b, a, _ = cont2discrete(
+            ([-2 * z * w, -(w**2)], [1.0, 2 * z * w, w**2]), STEP_S, method="foh"
+        )
         coefficients.append((np.ravel(b), a))
     gains = plate.shapes * plate.shape_impact[plate.impact_points.index("#1")]
 
@@ -126,8 +153,17 @@ def distances() -> Iterator[str]:
     plate, bench = solve_plate(BUILD, HIGHEST_HZ), bench_modes()
     bare = solve_plate(BUILD, HIGHEST_HZ, thickness_correction=False)
     for top in (1e3, 5e3, 10e3, 20e3):
-        band = slice(3, min(int(np.sum(bench.frequencies_hz < top)), plate.frequency_hz.size, bare.frequency_hz.size))
-        ours, alone = (100 * (p.frequency_hz[band] / bench.frequencies_hz[band] - 1) for p in (plate, bare))
+        band = slice(
+            3,
+            min(
+                int(np.sum(bench.frequencies_hz < top)),
+                plate.frequency_hz.size,
+                bare.frequency_hz.size,
+            ),
+        )
+        ours, alone = (
+            100 * (p.frequency_hz[band] / bench.frequencies_hz[band] - 1) for p in (plate, bare)
+        )
         corrected = f"{np.abs(ours).max():.2f}", f"{ours.mean():+.2f}"
         yield table_row(f"{top:g}", str(ours.size), *corrected, f"{np.abs(alone).max():.1f}")
 

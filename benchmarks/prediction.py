@@ -30,7 +30,9 @@ from scipy.fft import irfft, next_fast_len
 from .harness import Figure, promised, report, spread_text, take_turns
 from .shared_records import BENCH, PREDICTORS, pulse_table, ringing_plate, setting
 
-THEME = "The twin: 64 random shots through gun, contact, plate (300 modes), two sensors and 41 lines"
+THEME = (
+    "The twin: 64 random shots through gun, contact, plate (300 modes), two sensors and 41 lines"
+)
 LAW_LIMIT_S, PROCESS_LIMIT_S = 0.050, 0.150
 SEARCHED, MODES, PULSES, DRAWS, SENSORS, WARM = 2_000, 300, 300, 64, 2, 5
 PROCESS = "coregional-gp"
@@ -46,16 +48,27 @@ def registered_process() -> ContactStage:
     table = pulse_table(np.random.default_rng(0), repetitions=PULSES // 60)
     model = entry_of(PROCESS).make(BuildOptions()).fit(table, np.random.default_rng(0))
     dataset, when = DatasetName("spring", "5" * 64, "hammer"), datetime(2026, 1, 1, tzinfo=UTC)
-    version = Version(PROCESS, 1, dataset, "repetitions", 0, {}, Cost(1, 1), "k", "r", "0" * 64, when, "hammer")
-    return RegisteredContact(RegisteredModel(version, unpack(*pack(model)), PREDICTORS, Domain.of(table), {}))
+    version = Version(
+        PROCESS, 1, dataset, "repetitions", 0, {}, Cost(1, 1), "k", "r", "0" * 64, when, "hammer"
+    )
+    return RegisteredContact(
+        RegisteredModel(version, unpack(*pack(model)), PREDICTORS, Domain.of(table), {})
+    )
 
 
 def measure_prediction(_folder: Path, runs: int = 40) -> Iterator[Figure]:
     at, law = setting(tank_pressure_pa=5e5), twin_with(LawContact("hertz"))
     process = twin_with(registered_process())
-    length = next_fast_len(2 * law.samples, real=True)  # so that the convolution does not run into itself
-    transforms = partial(irfft, np.ones((DRAWS * SENSORS, length // 2 + 1), dtype=np.complex128), length, workers=2)
-    for name, twin, limit in (("Hertz", law, LAW_LIMIT_S), ("a registered Gaussian process", process, PROCESS_LIMIT_S)):
+    length = next_fast_len(
+        2 * law.samples, real=True
+    )  # so that the convolution does not run into itself
+    transforms = partial(
+        irfft, np.ones((DRAWS * SENSORS, length // 2 + 1), dtype=np.complex128), length, workers=2
+    )
+    for name, twin, limit in (
+        ("Hertz", law, LAW_LIMIT_S),
+        ("a registered Gaussian process", process, PROCESS_LIMIT_S),
+    ):
 
         def predict(twin: Twin = twin) -> object:
             return twin.predict(at, rng=np.random.default_rng(0))

@@ -84,7 +84,9 @@ def coverage_rows(
             rng = np.random.default_rng([seed, number])
             bench = LawBench.drawn(kind, laws, rng)
             learned = drawn_pulses(bench, configurations, REPETITIONS, rng, campaign="learned")
-            earlier = drawn_pulses(bench, EARLIER_CONFIGURATIONS, REPETITIONS, rng, campaign="earlier")
+            earlier = drawn_pulses(
+                bench, EARLIER_CONFIGURATIONS, REPETITIONS, rng, campaign="earlier"
+            )
             names = {*learned.configuration.tolist(), *earlier.configuration.tolist()}
             unseen = drawn_pulses(bench, fresh, 1, rng, campaign="fresh", without=names)
             for row in _rows_of_bench(seed, bench, models, (learned, earlier, unseen), rng, law):
@@ -102,7 +104,9 @@ def _rows_of_bench(
     law: bool,
 ) -> Iterator[CoverageRow]:
     learned, earlier, unseen = campaigns
-    predictions = {name: unseen_draws(_fitted(name, learned, rng), learned, BEFORE_CONTACT) for name in models}
+    predictions = {
+        name: unseen_draws(_fitted(name, learned, rng), learned, BEFORE_CONTACT) for name in models
+    }
     in_use = unseen_draws(_fitted(EARLIER_MODEL, earlier, rng), earlier, BEFORE_CONTACT)
     references = {f"{EARLIER_MODEL}@0": in_use}
     if law:
@@ -137,7 +141,10 @@ def _fitted(name: str, pulses: PulseTable, rng: np.random.Generator) -> ContactM
 
 
 def promotions_by_chance(
-    draws: int, seed: int, models: Sequence[str] = NULL_MODELS, configurations: int = NULL_CONFIGURATIONS
+    draws: int,
+    seed: int,
+    models: Sequence[str] = NULL_MODELS,
+    configurations: int = NULL_CONFIGURATIONS,
 ) -> list[str]:
     """Verdicts on candidates that are equal to what is in use: both learned from the same configurations, each from its
     own repetitions, of a law in closed form. The bands need not hold: only what the comparison lets pass is counted."""
@@ -154,26 +161,43 @@ def promotions_by_chance(
             for place, half in enumerate(halves)
         }
         scores = unseen_scores(pulses, predictions, rng)
-        verdicts.append("better" if scores.first_is_better and scores.p_value(rng) < 0.05 else "not better")
+        verdicts.append(
+            "better" if scores.first_is_better and scores.p_value(rng) < 0.05 else "not better"
+        )
     return verdicts
 
 
 def report(seeds: Sequence[int], draws: int, law: bool = False) -> int:
     """Print both tables; 1 where a promise is lost."""
     begin = time.monotonic()
-    rows = list(coverage_rows(seeds, law=law, tell=lambda line: print(line, file=sys.stderr, flush=True)))
-    head = ("group", "candidates", *(f"{quantity}, mean (least to largest)" for quantity in QUANTITIES))
+    rows = list(
+        coverage_rows(seeds, law=law, tell=lambda line: print(line, file=sys.stderr, flush=True))
+    )
+    head = (
+        "group",
+        "candidates",
+        *(f"{quantity}, mean (least to largest)" for quantity in QUANTITIES),
+    )
     promoted = [row for row in rows if row.promoted]
     groups = {"promoted": promoted, "all candidates": rows}
     groups |= {
-        f"promoted, {kind}": [row for row in promoted if row.bench.startswith(kind)] for kind in ("gun", "hammer")
+        f"promoted, {kind}": [row for row in promoted if row.bench.startswith(kind)]
+        for kind in ("gun", "hammer")
     }
-    groups |= {f"promoted, {name}": [row for row in promoted if row.model == name] for name in MODELS}
-    lines = [table_row(name, str(len(group)), *_spreads(group)) for name, group in groups.items() if group]
+    groups |= {
+        f"promoted, {name}": [row for row in promoted if row.model == name] for name in MODELS
+    }
+    lines = [
+        table_row(name, str(len(group)), *_spreads(group))
+        for name, group in groups.items()
+        if group
+    ]
     print(table(head, lines))
     for place, reference in enumerate((f"{EARLIER_MODEL}@0", *([UPDATED_LAW] if law else []))):
         counts = Counter(row.verdicts[place] for row in rows)
-        print(f"\nbeside {reference}: {', '.join(f'{verdict} {count}' for verdict, count in counts.items())}")
+        print(
+            f"\nbeside {reference}: {', '.join(f'{verdict} {count}' for verdict, count in counts.items())}"
+        )
     verdicts = promotions_by_chance(draws, seeds[0])
     by_chance = verdicts.count("better") / max(draws, 1)
     print(
@@ -187,14 +211,20 @@ def report(seeds: Sequence[int], draws: int, law: bool = False) -> int:
 
 def _spreads(rows: Sequence[CoverageRow]) -> list[str]:
     shares = np.array([row.coverage for row in rows])
-    return [f"{column.mean():.3f} ({column.min():.2f} to {column.max():.2f})" for column in shares.T]
+    return [
+        f"{column.mean():.3f} ({column.min():.2f} to {column.max():.2f})" for column in shares.T
+    ]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("--seeds", default="7,8,9", help="comma list; each draws benches of its own [7,8,9]")
+    parser.add_argument(
+        "--seeds", default="7,8,9", help="comma list; each draws benches of its own [7,8,9]"
+    )
     parser.add_argument("--draws", type=int, default=200, help="pairs of equal models [200]")
-    parser.add_argument("--law", action="store_true", help="judge beside the updated contact law, too (an hour)")
+    parser.add_argument(
+        "--law", action="store_true", help="judge beside the updated contact law, too (an hour)"
+    )
     options = parser.parse_args(arguments)
     warnings.filterwarnings("ignore")
     return report([int(seed) for seed in options.seeds.split(",")], options.draws, options.law)

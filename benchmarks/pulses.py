@@ -42,8 +42,14 @@ class DetectedPulse:
 def ours(force: Floats, rate_hz: float) -> list[DetectedPulse]:
     pulses = extract_pulses(force, rate_hz)
     channel = Channel(Sensor("force", "force", "N"), force, rate_hz)
-    doubted = {finding.contact for finding in check_double_hit(channel, tuple(pulse.contact for pulse in pulses))}
-    return [DetectedPulse(pulse.start_s, pulse.contact_time_s, i in doubted) for i, pulse in enumerate(pulses)]
+    doubted = {
+        finding.contact
+        for finding in check_double_hit(channel, tuple(pulse.contact for pulse in pulses))
+    }
+    return [
+        DetectedPulse(pulse.start_s, pulse.contact_time_s, i in doubted)
+        for i, pulse in enumerate(pulses)
+    ]
 
 
 @dataclass(frozen=True)
@@ -61,9 +67,14 @@ def by_peak_widths(force: Floats, rate_hz: float) -> list[PeerPulse]:
     """`find_peaks`, then `peak_widths` at 99.5 % of the prominence: ten lines from the manual."""
     from scipy.signal import find_peaks, peak_widths
 
-    peaks, _ = find_peaks(force, height=EVENT_SHARE * force.max(), distance=round(INTERVAL_S * rate_hz))
+    peaks, _ = find_peaks(
+        force, height=EVENT_SHARE * force.max(), distance=round(INTERVAL_S * rate_hz)
+    )
     _, _, left_end, right = peak_widths(force, peaks, rel_height=1 - END_SHARE)
-    return [_peer_pulse(force, *ends, rate_hz) for ends in zip(peaks, left_end.tolist(), right.tolist(), strict=True)]
+    return [
+        _peer_pulse(force, *ends, rate_hz)
+        for ends in zip(peaks, left_end.tolist(), right.tolist(), strict=True)
+    ]
 
 
 def by_threshold(force: Floats, rate_hz: float) -> list[PeerPulse]:
@@ -87,14 +98,19 @@ def _peer_pulse(force: Floats, peak: int, left: float, right: float, rate_hz: fl
     return PeerPulse(left / rate_hz, (right - left) / rate_hz, float(force[peak]), impulse, points)
 
 
-def with_second_hits(force: Floats, pulses: Sequence[PeerPulse], rate_hz: float) -> list[DetectedPulse]:
+def with_second_hits(
+    force: Floats, pulses: Sequence[PeerPulse], rate_hz: float
+) -> list[DetectedPulse]:
     """Whether `find_peaks` sees another peak within 0.1 s after a contact."""
     from scipy.signal import find_peaks
 
     detected, distance = [], max(1, round(SECOND_INTERVAL_S * rate_hz))
     for pulse in pulses:
         end = round((pulse.start_s + pulse.contact_time_s) * rate_hz)
-        after, height = force[end : end + round(INTERVAL_S * rate_hz)], SECOND_SHARE * pulse.peak_force_n
+        after, height = (
+            force[end : end + round(INTERVAL_S * rate_hz)],
+            SECOND_SHARE * pulse.peak_force_n,
+        )
         peaks, _ = find_peaks(after, height=height, prominence=height, distance=distance)
         detected.append(DetectedPulse(pulse.start_s, pulse.contact_time_s, bool(peaks.size)))
     return detected
@@ -128,7 +144,9 @@ def score(record: ForceRecord, pulses: Sequence[DetectedPulse]) -> Score:
             errors.append(pulses[near].contact_time_s / hit.contact_time_s - 1)
             misjudged += pulses[near].followed != hit.followed
     wrong = len(record.hits) - len(matched) + len(pulses) - len(matched)
-    return Score(wrong, misjudged, float(np.sqrt(np.mean(np.square(errors)))) if errors else float("inf"))
+    return Score(
+        wrong, misjudged, float(np.sqrt(np.mean(np.square(errors)))) if errors else float("inf")
+    )
 
 
 def measure_pulses(_folder: Path, repeats: int = 9) -> Iterator[Figure]:
@@ -137,15 +155,25 @@ def measure_pulses(_folder: Path, repeats: int = 9) -> Iterator[Figure]:
     def all_records(method: Callable[[Floats, float], object]) -> Callable[[], object]:
         return lambda: [method(record.force_n, record.rate_hz) for record in records]
 
-    functions = {"ours": all_records(extract_pulses)} | {name: all_records(method) for name, method in PEERS.items()}
+    functions = {"ours": all_records(extract_pulses)} | {
+        name: all_records(method) for name, method in PEERS.items()
+    }
     functions["bound"] = copying(sum(record.force_n.nbytes for record in records))
-    seconds = {name: [s / len(records) for s in taken] for name, taken in take_turns(functions, repeats).items()}
+    seconds = {
+        name: [s / len(records) for s in taken]
+        for name, taken in take_turns(functions, repeats).items()
+    }
     for name in PEERS:
         bound, question = "copying the record in memory", "pulses of a force record"
-        yield beside(THEME, f"time for a record, {name}", seconds, name, bound=bound, question=question)
+        yield beside(
+            THEME, f"time for a record, {name}", seconds, name, bound=bound, question=question
+        )
     our_scores = [score(record, ours(record.force_n, record.rate_hz)) for record in records]
     for name, method in PEERS.items():
-        theirs = [score(r, with_second_hits(r.force_n, method(r.force_n, r.rate_hz), r.rate_hz)) for r in records]
+        theirs = [
+            score(r, with_second_hits(r.force_n, method(r.force_n, r.rate_hz), r.rate_hz))
+            for r in records
+        ]
         yield from _correctness(name, records, our_scores, theirs)
 
 
@@ -157,12 +185,17 @@ def _correctness(
         ("impacts missed or made up", "miscounted", len(hits)),
         ("second hits missed or made up", "misjudged", sum(hit.followed for hit in hits)),
     ):
-        wrong, peers = ([float(sum(getattr(score, key) for score in scores))] for scores in (mine, theirs))
+        wrong, peers = (
+            [float(sum(getattr(score, key) for score in scores))] for scores in (mine, theirs)
+        )
         yield compared(
             THEME, f"{what}, {name}, of {total}", wrong, peers, "", limit=1.0, kind="quality", question=what,
             peer_name=name, bound="none is wrong",
         )  # fmt: skip
-    steps = [1 / (r.rate_hz * np.median([h.contact_time_s for h in r.hits])) / np.sqrt(6) for r in records]
+    steps = [
+        1 / (r.rate_hz * np.median([h.contact_time_s for h in r.hits])) / np.sqrt(6)
+        for r in records
+    ]
     yield compared(
         THEME, f"error of the contact time, {name}", [x.error for x in mine], [x.error for x in theirs],
         "%", kind="quality", question="error of a contact time", peer_name=name,

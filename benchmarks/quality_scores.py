@@ -54,7 +54,10 @@ def real_records(folder: Path) -> Iterator[Labelled]:
     hits = np.load(folder / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
     for key in hits.files:
         for hit in hits[key].astype(float) if hits[key].ndim == 3 else ():
-            axes = [Signal(f"a{a}", "acceleration", x, axis=a) for a, x in zip("xyz", hit[1:], strict=True)]
+            axes = [
+                Signal(f"a{a}", "acceleration", x, axis=a)
+                for a, x in zip("xyz", hit[1:], strict=True)
+            ]
             yield Labelled(key, "ok", 20e3, (Signal("force", "force", hit[0]), *axes), "vrtac")
     for record in shipped_records(folder):
         if record.origin == "afrl":
@@ -67,7 +70,10 @@ def real_records(folder: Path) -> Iterator[Labelled]:
         # the sphere that enters the water carries its sensor, and goes on moving
         position = "impactor" if key.startswith("water") else "plate"
         names = enumerate("xyz", 1)
-        signals = [Signal(f"a{a}", "acceleration", record[:, i] * G, axis=a, position=position) for i, a in names]
+        signals = [
+            Signal(f"a{a}", "acceleration", record[:, i] * G, axis=a, position=position)
+            for i, a in names
+        ]
         yield Labelled(key, verdict, _rate_hz(record[:, 0]), tuple(signals), "endaq")
     irvine = np.load(folder / "vibrationdata-irvine" / "records.npz")
     for key, verdict in IRVINE.items():
@@ -83,9 +89,19 @@ WRONG_TESTS = ("017", "024")
 def impact_tests(folder: Path) -> Iterator[Labelled]:
     """32 shocks of a table and of the board on it, two accelerations each."""
     for path in sorted(folder.glob("Test_0*.lvm")):
-        columns = {name: x for name, x in lvm_columns(path).items() if name.startswith("Acceleration")}
-        signals = tuple(Signal(name, "acceleration", x, position=name) for name, x in columns.items())
-        yield Labelled(path.stem, "reject" if path.stem[-3:] in WRONG_TESTS else "ok", 51200.0, signals, "high-rate")
+        columns = {
+            name: x for name, x in lvm_columns(path).items() if name.startswith("Acceleration")
+        }
+        signals = tuple(
+            Signal(name, "acceleration", x, position=name) for name, x in columns.items()
+        )
+        yield Labelled(
+            path.stem,
+            "reject" if path.stem[-3:] in WRONG_TESTS else "ok",
+            51200.0,
+            signals,
+            "high-rate",
+        )
 
 
 #: Channel 33 rests 6 g lower after the shock than before (its neighbours move by 1.5 g and less).
@@ -111,7 +127,9 @@ def report(records: Iterable[Labelled]) -> list[str]:
     rows = []
     for verdict in VERDICTS:
         right = pairs[verdict, verdict]
-        deserve, given = (sum(n for pair, n in pairs.items() if pair[end] == verdict) for end in (0, 1))
+        deserve, given = (
+            sum(n for pair, n in pairs.items() if pair[end] == verdict) for end in (0, 1)
+        )
         shares = (f"{right / of:.3f}" if of else "-" for of in (given, deserve))
         rows.append(table_row(verdict, str(deserve), str(given), *shares))
     others = (table_row(*key, str(count)) for key, count in sorted(wrong.items()))

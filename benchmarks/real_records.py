@@ -52,7 +52,9 @@ def small_hits(folder: Path) -> Hits:
     """The 33 hits of the vrtac records."""
     records = [record for record in shipped_records(folder) if record.origin == "vrtac"]
     pulses = [extract_pulses(record.samples, record.rate_hz)[0] for record in records]
-    return Hits(np.array([p.peak_force_n for p in pulses]), np.array([p.width_half_s for p in pulses]))
+    return Hits(
+        np.array([p.peak_force_n for p in pulses]), np.array([p.width_half_s for p in pulses])
+    )
 
 
 def virtual_hits(hits: int = 33) -> Hits:
@@ -93,7 +95,10 @@ def virtual_shots(offset_bar: float) -> Floats:
     """Muzzle velocities (m/s) at the pressures of Table 3.1, true pressures higher by `offset_bar`."""
     effects = Effects.default().with_strength("bench.hand_scatter", 0.0)
     gun, bullet = GunBuild(), Projectile()
-    fired = [fire(gun, effects, (bar + offset_bar) * 1e5, bullet, np.random.default_rng(0)) for bar, _ in SHOTS]
+    fired = [
+        fire(gun, effects, (bar + offset_bar) * 1e5, bullet, np.random.default_rng(0))
+        for bar, _ in SHOTS
+    ]
     return np.array([shot.muzzle_velocity_m_s for shot in fired])
 
 
@@ -126,7 +131,9 @@ def _draw_widths(axes: Any, real: Hits, virtual: Hits) -> None:
         label = f"{name}: slope {hits.slope:.3f}"
         axes.loglog(hits.peak_n, hits.width_s * 1e6, "o", color=colour, ms=4, label=label)
         forces = f"{hits.peak_n.min():.3g} to {hits.peak_n.max():.3g} N"
-        print(f"{label}, {forces}, {hits.width_s.min() * 1e6:.3g} to {hits.width_s.max() * 1e6:.3g} us")
+        print(
+            f"{label}, {forces}, {hits.width_s.min() * 1e6:.3g} to {hits.width_s.max() * 1e6:.3g} us"
+        )
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter("{x:g}")

@@ -26,8 +26,13 @@ from .shared_records import WRITER, fresh_database, kept_campaign, make_tables, 
 
 LIMIT = 1.05
 WITH, WITHOUT = "with", "without"
-THEME = "Hashes of rows: the ingest of {} recordings into PostgreSQL with and without them, one process"
-CLOCKS = {"processor_s": "processor time of the ingest", "wall_s": "from call to end, the server's work included"}
+THEME = (
+    "Hashes of rows: the ingest of {} recordings into PostgreSQL with and without them, one process"
+)
+CLOCKS = {
+    "processor_s": "processor time of the ingest",
+    "wall_s": "from call to end, the server's work included",
+}
 
 
 def measure_row_hashes(folder: Path, recordings: int = 30, repeats: int = 8) -> Iterator[Figure]:
@@ -40,14 +45,17 @@ def measure_row_hashes(folder: Path, recordings: int = 30, repeats: int = 8) -> 
         make_tables(tables)
         template = str(make_url(tables).database)
         programs = {
-            side: stack.enter_context(Program("-m", "benchmarks.row_hashes", source, side)) for side in (WITH, WITHOUT)
+            side: stack.enter_context(Program("-m", "benchmarks.row_hashes", source, side))
+            for side in (WITH, WITHOUT)
         }
         for turn in range(repeats + 1):  # the first does not count
             for side in sorted(programs, reverse=turn % 2 == 0):
                 with fresh_database(server, template) as url:
                     answer = programs[side].ask(address=url)
                 if answer["hashed"] != (answer["impacts"] if side == WITH else 0):
-                    raise RuntimeError(f"{side} hashes: {answer['hashed']} of {answer['impacts']} impacts have one")
+                    raise RuntimeError(
+                        f"{side} hashes: {answer['hashed']} of {answer['impacts']} impacts have one"
+                    )
                 answers[side] += [answer] if turn else []
     for clock, name in CLOCKS.items():
         seconds = {side: [float(answer[clock]) for answer in answers[side]] for side in answers}
@@ -64,7 +72,9 @@ def ingest(source: Path, address: str) -> dict[str, Any]:
         ingest_folder(store, source, jobs=1)
         processor, wall = time.process_time() - processor, time.perf_counter() - wall
         with store.reading() as session:
-            impacts, hashed = session.execute(select(func.count(Impact.id), func.count(Impact.row_sha256))).one()
+            impacts, hashed = session.execute(
+                select(func.count(Impact.id), func.count(Impact.row_sha256))
+            ).one()
     return {"processor_s": processor, "wall_s": wall, "impacts": impacts, "hashed": hashed}
 
 

@@ -38,7 +38,17 @@ from pyroshock.schema.session import Store, open_store
 from sqlalchemy import NullPool, create_engine, event, func, make_url, select, text
 from sqlalchemy.orm import Session
 
-from .harness import PYROSHOCK, ROOT, Spread, ratio, run_python, table, table_row, take_turns, work_folder
+from .harness import (
+    PYROSHOCK,
+    ROOT,
+    Spread,
+    ratio,
+    run_python,
+    table,
+    table_row,
+    take_turns,
+    work_folder,
+)
 from .page import machine
 from .shared_records import (
     HITS,
@@ -69,7 +79,17 @@ _SMALLEST = 50e6
 #: A page that takes longer keeps a person waiting, seconds.
 _SLOW_S = 1.0
 #: Nodes of a plan that only pass rows on say nothing.
-_SILENT = ("Gather", "Gather Merge", "Materialize", "Memoize", "Hash", "Result", "Subquery Scan", "Unique", "Limit")
+_SILENT = (
+    "Gather",
+    "Gather Merge",
+    "Materialize",
+    "Memoize",
+    "Hash",
+    "Result",
+    "Subquery Scan",
+    "Unique",
+    "Limit",
+)
 #: Of every ordinary table of the store with its TOAST, and of every index of it.
 _SIZES = text(
     """
@@ -96,7 +116,9 @@ def _middle(size: StoreSize) -> str:
 
 def _page(*where: Condition, campaign: bool = False) -> Callable[[Session, StoreSize], object]:
     """The first page of what meets the conditions, of all impacts or of a campaign."""
-    return lambda session, size: list_impacts_page(session, _middle(size) if campaign else None, where, None, PAGE)
+    return lambda session, size: list_impacts_page(
+        session, _middle(size) if campaign else None, where, None, PAGE
+    )
 
 
 def _impact_with_slice(session: Session, size: StoreSize) -> object:
@@ -115,26 +137,42 @@ def _export(session: Session, size: StoreSize) -> object:
 _STEEL, _LOW = Condition("tip_material", "=", "steel"), Condition("hammer_speed", "=", "low")
 _NONE = Condition("peak_force_n", ">", 1e9)
 QUESTIONS = (
-    Question("the newest ten campaigns with their counts", lambda s, _: list_campaigns_page(s, limit=10)),
+    Question(
+        "the newest ten campaigns with their counts", lambda s, _: list_campaigns_page(s, limit=10)
+    ),
     Question("all campaigns with their counts", lambda s, _: list_campaigns(s)),
     Question("a campaign's page", lambda s, size: campaign_overview(s, _middle(size))),
-    Question("all impacts of a campaign", lambda s, size: sum(1 for _ in iter_impacts(s, _middle(size)))),
+    Question(
+        "all impacts of a campaign", lambda s, size: sum(1 for _ in iter_impacts(s, _middle(size)))
+    ),
     Question("a campaign's impacts, first page", _page(campaign=True)),
     Question("all impacts, first page", _page()),
-    Question("all impacts, last page", lambda s, size: list_impacts_page(s, None, (), size.impacts - PAGE, PAGE)),
+    Question(
+        "all impacts, last page",
+        lambda s, size: list_impacts_page(s, None, (), size.impacts - PAGE, PAGE),
+    ),
     Question("tip_material=steel, first page", _page(_STEEL)),
     Question("tip_material!=steel, first page", _page(Condition("tip_material", "!=", "steel"))),
     Question("tip_material=steel and hammer_speed=low, first page", _page(_STEEL, _LOW)),
     Question("the same in one campaign", _page(_STEEL, _LOW, campaign=True)),
     Question("a level that ten impacts have", _page(Condition(RARE[0], "=", RARE[1]))),
-    Question("peak_force_n>2990 (one in a hundred), first page", _page(Condition("peak_force_n", ">", 2990.0))),
+    Question(
+        "peak_force_n>2990 (one in a hundred), first page",
+        _page(Condition("peak_force_n", ">", 2990.0)),
+    ),
     Question("peak_force_n>1e9 (no match)", _page(_NONE)),
     Question("the same in one campaign", _page(_NONE, campaign=True)),
     Question("an impact's page, and 0.1 s of a channel", _impact_with_slice),
-    Question("overlaid pulses of a campaign", lambda s, n: pulse_overlay(s, _middle(n), (), "tip_material")),
-    Question("overlaid pulses of all impacts", lambda s, _: pulse_overlay(s, None, (), "tip_material")),
     Question(
-        "pulses for a dataset from one campaign", lambda s, n: select_pulses(s, [_middle(n)], None, "reject", None)
+        "overlaid pulses of a campaign",
+        lambda s, n: pulse_overlay(s, _middle(n), (), "tip_material"),
+    ),
+    Question(
+        "overlaid pulses of all impacts", lambda s, _: pulse_overlay(s, None, (), "tip_material")
+    ),
+    Question(
+        "pulses for a dataset from one campaign",
+        lambda s, n: select_pulses(s, [_middle(n)], None, "reject", None),
     ),
     Question("a campaign's pulses as Parquet", _export),
 )
@@ -146,28 +184,45 @@ def measure(folder: Path) -> Measured:
     with open_store(f"sqlite:///{folder / 'sample.db'}", WRITER, create=True) as store:
         ingest_folder(store, source, jobs=1)
         sample = sample_of(store)
-    sizes = [StoreSize(impacts, PER_CAMPAIGN, own_radii=True, sample=sample) for impacts in (SMALL, LARGE)]
+    sizes = [
+        StoreSize(impacts, PER_CAMPAIGN, own_radii=True, sample=sample)
+        for impacts in (SMALL, LARGE)
+    ]
     with ExitStack() as stack:
-        server = os.environ.get(SERVER_VARIABLE) or stack.enter_context(running_server(durable=True))
+        server = os.environ.get(SERVER_VARIABLE) or stack.enter_context(
+            running_server(durable=True)
+        )
         urls = [kept_store(server, size) for size in sizes]
         small, large = stores = [stack.enter_context(open_store(url, WRITER)) for url in urls]
         with large.reading() as session:
             version = str(session.scalars(select(func.current_setting("server_version"))).one())
-        stores_json = [{name: getattr(size, name) for name in ("impacts", "campaigns", "recordings")} for size in sizes]
+        stores_json = [
+            {name: getattr(size, name) for name in ("impacts", "campaigns", "recordings")}
+            for size in sizes
+        ]
         measured: Measured = {"machine": machine(), "server": version, "stores": stores_json}
         measured |= {"rooms": rooms(small, large), "frames_share": frames_share(large)}
         measured |= {"series": list(series_kinds(folder))}
-        measured |= {"questions": [measured_question(question, stores, sizes) for question in QUESTIONS]}
+        measured |= {
+            "questions": [measured_question(question, stores, sizes) for question in QUESTIONS]
+        }
         return measured | {"ingest": measured_ingest(server, urls[1], folder)}
 
 
 def kept_store(server_url: str, size: StoreSize) -> str:
     """The store of this size on the server, filled where the server lacks it, at this software's revision; one that is
     half filled is filled anew."""
-    server, name = make_url(server_url).set(drivername="postgresql+psycopg"), f"pyroshock_scale_{size.impacts}"
+    server, name = (
+        make_url(server_url).set(drivername="postgresql+psycopg"),
+        f"pyroshock_scale_{size.impacts}",
+    )
     unfinished = f"{name}_unfinished"
-    with create_engine(server, isolation_level="AUTOCOMMIT", poolclass=NullPool).connect() as connection:
-        if not connection.scalar(text("SELECT count(*) FROM pg_database WHERE datname = :name"), {"name": name}):
+    with create_engine(
+        server, isolation_level="AUTOCOMMIT", poolclass=NullPool
+    ).connect() as connection:
+        if not connection.scalar(
+            text("SELECT count(*) FROM pg_database WHERE datname = :name"), {"name": name}
+        ):
             connection.exec_driver_sql(f'DROP DATABASE IF EXISTS "{unfinished}" WITH (FORCE)')
             connection.exec_driver_sql(f'CREATE DATABASE "{unfinished}"')
             fill(server.set(database=unfinished).render_as_string(hide_password=False), size)
@@ -184,7 +239,9 @@ def rooms(small: Store, large: Store) -> list[Measured]:
     sizes: list[dict[tuple[str, str | None], int]] = []
     for store in (small, large):
         with store.engine.connect() as connection:
-            sizes.append({(table, index): int(size) for table, index, size in connection.execute(_SIZES)})
+            sizes.append(
+                {(table, index): int(size) for table, index, size in connection.execute(_SIZES)}
+            )
     rows = [
         {"table": table, "index": index, "small": sizes[0].get((table, index), 0), "large": size}
         for (table, index), size in sizes[1].items()
@@ -204,10 +261,14 @@ def series_kinds(folder: Path) -> Iterator[Measured]:
     """What raw series weigh, of made, measured and simulated campaigns, each in a store of its own."""
     made = write_campaign(folder / "made", 8, ".mat", np.random.default_rng(11))
     yield _series_row(
-        "hammer: two channels, ten hits in 10 s (`tests/support/records/hammer_recordings.py`)", made, folder
+        "hammer: two channels, ten hits in 10 s (`tests/support/records/hammer_recordings.py`)",
+        made,
+        folder,
     )
     measured = ROOT / "examples" / "modal-hammer-hit"
-    yield _series_row("hammer: two channels, one measured hit (`examples/modal-hammer-hit`)", measured, folder)
+    yield _series_row(
+        "hammer: two channels, one measured hit (`examples/modal-hammer-hit`)", measured, folder
+    )
     plans = f"sqlite:///{folder / 'plans.db'}"
     for kind in ("hammer", "gun"):
         design = ("--kind", kind, "--runs", "6", "--repetitions", "5", "--seed", "1")
@@ -224,19 +285,30 @@ def _series_row(kind: str, source: Path, folder: Path) -> Measured:
             impacts = session.scalars(select(func.count()).select_from(Impact)).one()
             rate, samples = session.execute(channel).one()
             stored = session.scalars(select(func.sum(func.length(SeriesChunk.frame)))).one()
-    per_impact = {"samples_per_impact": float(samples) / impacts, "bytes_per_impact": float(stored) / impacts}
+    per_impact = {
+        "samples_per_impact": float(samples) / impacts,
+        "bytes_per_impact": float(stored) / impacts,
+    }
     return {"kind": kind, "rate_hz": float(rate), **per_impact}
 
 
-def measured_question(question: Question, stores: Sequence[Store], sizes: Sequence[StoreSize]) -> Measured:
+def measured_question(
+    question: Question, stores: Sequence[Store], sizes: Sequence[StoreSize]
+) -> Measured:
     def ask(store: Store, size: StoreSize) -> None:
         with store.reading() as session:
             question.ask(session, size)
 
     pairs = zip(("small", "large"), stores, sizes, strict=True)
-    seconds = take_turns({name: partial(ask, store, size) for name, store, size in pairs}, QUESTION_REPEATS)
+    seconds = take_turns(
+        {name: partial(ask, store, size) for name, store, size in pairs}, QUESTION_REPEATS
+    )
     print(f"{question.name}: {min(seconds['large']):.3g} s", flush=True)
-    return {"name": question.name, **seconds, "plans": plans_of(stores[1], partial(ask, stores[1], sizes[1]))}
+    return {
+        "name": question.name,
+        **seconds,
+        "plans": plans_of(stores[1], partial(ask, stores[1], sizes[1])),
+    }
 
 
 def plans_of(store: Store, ask: Callable[[], object]) -> Measured:
@@ -254,10 +326,17 @@ def plans_of(store: Store, ask: Callable[[], object]) -> Measured:
         event.remove(store.engine, "before_cursor_execute", record)
     explain = "EXPLAIN (ANALYZE, BUFFERS, FORMAT JSON) "
     with store.engine.connect() as connection:
-        plans = [connection.exec_driver_sql(explain + words, values).scalar_one()[0] for words, values in statements]
+        plans = [
+            connection.exec_driver_sql(explain + words, values).scalar_one()[0]
+            for words, values in statements
+        ]
     dearest = max(plans, key=lambda plan: float(plan["Execution Time"]))
     lines = list(_plan_lines(dearest["Plan"], 0))
-    return {"statements": len(statements), "milliseconds": float(dearest["Execution Time"]), "lines": lines}
+    return {
+        "statements": len(statements),
+        "milliseconds": float(dearest["Execution Time"]),
+        "lines": lines,
+    }
 
 
 def _plan_lines(node: Mapping[str, Any], depth: int) -> Iterator[str]:
@@ -265,7 +344,9 @@ def _plan_lines(node: Mapping[str, Any], depth: int) -> Iterator[str]:
     silent = node["Node Type"] in _SILENT
     if not silent:
         names = (("on", "Relation Name"), ("by", "Index Name"))
-        what = " ".join([node["Node Type"], *(f"{word} {node[name]}" for word, name in names if name in node)])
+        what = " ".join(
+            [node["Node Type"], *(f"{word} {node[name]}" for word, name in names if name in node)]
+        )
         loops = int(node["Actual Loops"])
         rows = f"{round(node['Actual Rows'] * loops):,} rows".replace(",", " ")
         pages = int(node.get("Shared Hit Blocks", 0)) + int(node.get("Shared Read Blocks", 0))
@@ -389,15 +470,26 @@ def _questions(questions: Sequence[Measured], small: int, large: int) -> dict[st
         times = [Spread.of(question[store]) for store in ("small", "large")]
         growth, plan = ratio(question["large"], question["small"]), question["plans"]
         grows = growth.median > 2  # a tree that is a page deeper does not double a time
-        on_line = times[1].median + (times[1].median - times[0].median) * (TARGET - LARGE) / (LARGE - SMALL)
+        on_line = times[1].median + (times[1].median - times[0].median) * (TARGET - LARGE) / (
+            LARGE - SMALL
+        )
         expected_s = on_line if grows else times[1].median * max(1.0, growth.median)
-        cells = [f"{_duration(t.median)} ({_duration(t.low)} to {_duration(t.high)})" for t in times]
+        cells = [
+            f"{_duration(t.median)} ({_duration(t.low)} to {_duration(t.high)})" for t in times
+        ]
         cells += [f"{growth.text()} times", _duration(expected_s), str(plan["statements"])]
         rows.append(table_row(question["name"], *cells))
         growing = "grows with the store" if grows else "does not grow with it"
-        slow += [(expected_s, f"- {question['name']}: {_duration(expected_s)}; {growing}")] * (expected_s > _SLOW_S)
+        slow += [(expected_s, f"- {question['name']}: {_duration(expected_s)}; {growing}")] * (
+            expected_s > _SLOW_S
+        )
         spent = f"{plan['milliseconds']:{'.3g' if plan['milliseconds'] < 999 else ',.0f'}}"
-        plans += [f"\n{question['name']} (1 of {plan['statements']}, {spent} ms):\n", "```text", *plan["lines"], "```"]
+        plans += [
+            f"\n{question['name']} (1 of {plan['statements']}, {spent} ms):\n",
+            "```text",
+            *plan["lines"],
+            "```",
+        ]
     head = ("question", f"{small:,}", f"{large:,}", "growth", f"{TARGET:,}", "statements")
     slowest = "\n".join(line for _, line in sorted(slow, key=lambda pair: -pair[0]))
     return {"questions": table(head, rows), "slow": slowest, "plans": "\n".join(plans)}
@@ -410,14 +502,20 @@ def _duration(seconds: float) -> str:
 def _rooms(rooms: Sequence[Measured], small: int, large: int) -> str:
     rows, total, total_bytes = [], 0.0, 0
     for room in rooms:
-        if room["table"] == "series_chunks":  # few recordings have series: their own table shows their room
+        if (
+            room["table"] == "series_chunks"
+        ):  # few recordings have series: their own table shows their room
             continue
         slope = float(room["large"] - room["small"]) / (large - small)
         at_target = float(room["large"]) + slope * (TARGET - large)
         total, total_bytes = total + at_target, total_bytes + room["large"]
         if at_target >= _SMALLEST:
             names = f"`{room['table']}`", f"`{room['index']}`" if room["index"] else ""
-            rows.append(table_row(*names, f"{room['large'] / 1e6:,.0f}", f"{slope:,.0f}", f"{at_target / 1e9:.3g}"))
+            rows.append(
+                table_row(
+                    *names, f"{room['large'] / 1e6:,.0f}", f"{slope:,.0f}", f"{at_target / 1e9:.3g}"
+                )
+            )
     sums = f"{total_bytes / 1e6:,.0f}", f"{total / TARGET:,.0f}", f"{total / 1e9:.3g}"
     head = ("table", "index", f"{large:,}: MB", "bytes an impact", f"{TARGET:,}: GB")
     return table(head, [*rows, table_row("all, without series", "", *sums)])
@@ -430,13 +528,22 @@ def _series(kinds: Sequence[Measured], share: float) -> str:
         room = f"{nbytes / 1e3:{'.3g' if nbytes < 999e3 else ',.0f'}}"
         rate, samples = f"{kind['rate_hz'] / 1e3:.3g}", f"{kind['samples_per_impact']:,.0f}"
         rows.append(table_row(kind["kind"], rate, samples, room, f"{nbytes * TARGET / 1e12:.3g}"))
-    return table(("recordings", "kHz", "samples an impact", "kB an impact", f"{TARGET:,}: TB"), rows)
+    return table(
+        ("recordings", "kHz", "samples an impact", "kB an impact", f"{TARGET:,}: TB"), rows
+    )
 
 
 def _ingest_rates(ingest: Measured) -> str:
-    cases = (("1", "new", "new"), ("1", "large", "full"), (str(ingest["clients"]), "large", "together"))
+    cases = (
+        ("1", "new", "new"),
+        ("1", "large", "full"),
+        (str(ingest["clients"]), "large", "together"),
+    )
     rates = [(clients, store, Spread.of(ingest[name])) for clients, store, name in cases]
-    rows = (table_row(n, store, rate.text(), f"{TARGET / rate.median / 3600:.3g}") for n, store, rate in rates)
+    rows = (
+        table_row(n, store, rate.text(), f"{TARGET / rate.median / 3600:.3g}")
+        for n, store, rate in rates
+    )
     return table(("clients", "store", "impacts a second", f"hours for {TARGET:,}"), rows)
 
 

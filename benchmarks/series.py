@@ -23,7 +23,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from pyroshock.ingest.folder import CampaignFile, read_campaign_file
-from pyroshock.ingest.processing import ProcessedRecording, StoredSeries, process_recording, read_channels
+from pyroshock.ingest.processing import (
+    ProcessedRecording,
+    StoredSeries,
+    process_recording,
+    read_channels,
+)
 from pyroshock.ingest.runs import MatchedImpact, RunRow, expected_hits, match, read_runs
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.ingest.store import CampaignStore
@@ -33,7 +38,14 @@ from pyroshock.schema.conditions import Condition
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.listings import list_pulse_keys
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
-from pyroshock.schema.series import as_floats, encode_series, read_slice, samples_of, series_hash, write_series
+from pyroshock.schema.series import (
+    as_floats,
+    encode_series,
+    read_slice,
+    samples_of,
+    series_hash,
+    write_series,
+)
 from pyroshock.schema.session import Store, open_store
 from pyroshock.signals.channel import Channel
 from sqlalchemy import func, select
@@ -59,7 +71,9 @@ SERIES = "A stored series against h5py with gzip and shuffle"
 TIME_LIMIT, SLICE_LIMIT = 1 / 4, 0.1
 
 
-def _record(sampling_rate_hz: float, bits: int, noise_steps: float = NOISE_STEPS) -> NDArray[np.float32]:
+def _record(
+    sampling_rate_hz: float, bits: int, noise_steps: float = NOISE_STEPS
+) -> NDArray[np.float32]:
     rng = np.random.default_rng(3)
     force = hit_force(round(10 * sampling_rate_hz), sampling_rate_hz, rng)
     return digitised(force, FULL_SCALE_N, rng, bits, noise_steps)
@@ -70,7 +84,9 @@ KINDS: dict[str, Callable[[], Samples]] = {
     "51.2 kHz, 16 bits in float32": lambda: _record(51_200.0, 16),
     "51.2 kHz, 16 bits in float32, noisy": lambda: _record(51_200.0, 16, noise_steps=8.0),
     "51.2 kHz, 24 bits in float32": lambda: _record(51_200.0, 24),
-    "51.2 kHz, 16 bits scaled in float64": lambda: _record(51_200.0, 16).astype(np.float64) * 0.980665,
+    "51.2 kHz, 16 bits scaled in float64": lambda: (
+        _record(51_200.0, 16).astype(np.float64) * 0.980665
+    ),
     "1 MHz, 16 bits in float32": lambda: _record(1_000_000.0, 16),
 }
 
@@ -84,7 +100,9 @@ def measure_series(folder: Path, only: Collection[str] = (), repeats: int = 15) 
             yield from _one_series(store, name, KINDS[name](), folder / "peer.h5", repeats)
 
 
-def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: int) -> Iterator[Figure]:
+def _one_series(
+    store: Store, kind: str, samples: Samples, path: Path, repeats: int
+) -> Iterator[Figure]:
     size = samples.size
     peer = f"h5py, gzip and shuffle, {kind.partition(' in ')[0]}"
     ours = _StoredSeries(store, samples)
@@ -122,7 +140,11 @@ def _one_series(store: Store, kind: str, samples: Samples, path: Path, repeats: 
         SERIES, f"reading, {kind}", seconds, peer, limit=TIME_LIMIT, question="reading a raw series",
         bound=f"decoding takes {spread_text(seconds['decode'], 'ms')}, copying as many bytes",
     )  # fmt: skip
-    rooms = {"ours": [ours.stored_bytes()], peer: [peer_reads(size)], "bound": [_noise_bytes(samples)]}
+    rooms = {
+        "ours": [ours.stored_bytes()],
+        peer: [peer_reads(size)],
+        "bound": [_noise_bytes(samples)],
+    }
     yield beside(
         SERIES, f"room, {kind}", rooms, peer, unit="MB", limit=1.0, kind="room", question="room of a raw series",
         bound="the entropy of the recorder's noise, which no packing loses",
@@ -155,7 +177,9 @@ class _StoredSeries:
         self.encoded = encode_series(samples)
         with store.writing() as session:
             day = dt.date(2026, 11, 1)
-            new = Campaign(name=f"measured {next(self._paths)}", kind="hammer", date=day, fingerprint="x")
+            new = Campaign(
+                name=f"measured {next(self._paths)}", kind="hammer", date=day, fingerprint="x"
+            )
             session.add(new)
             session.flush()
             self._campaign = new.id
@@ -240,8 +264,13 @@ class Content:
             path = str(row.recording)
             channels, _ = read_channels(folder / path, file.sensors)
             expected = expected_hits([row], rows)
-            done = process_recording(folder, path, file.sensors, ExtractionSettings(), expected=expected)
-            factors = {level.factor: level.label if level.number is None else level.number for level in row.levels}
+            done = process_recording(
+                folder, path, file.sensors, ExtractionSettings(), expected=expected
+            )
+            factors = {
+                level.factor: level.label if level.number is None else level.number
+                for level in row.levels
+            }
             impacts = [
                 {"repetition": number, **{name: getattr(pulse, name) for name in FIGURES}}
                 for number, pulse in enumerate(done.pulses, row.repetition)
@@ -257,8 +286,12 @@ class Content:
 
     @property
     def bytes(self) -> int:
-        series = sum(samples.nbytes for recording in self.recordings for samples in recording.series.values())
-        return series + sum(force.nbytes for recording in self.recordings for force in recording.pulses)
+        series = sum(
+            samples.nbytes for recording in self.recordings for samples in recording.series.values()
+        )
+        return series + sum(
+            force.nbytes for recording in self.recordings for force in recording.pulses
+        )
 
     def request(self, what: str) -> tuple[Any, ...]:
         """The arguments of a question; a window is a hundredth of a series, from its first third on."""
@@ -282,7 +315,13 @@ class Content:
         for recording in self.recordings:
             pulses = {f"pulse_{i}": pulse for i, pulse in enumerate(recording.pulses)}
             np.savez(folder / f"{recording.run}.npz", **recording.series, **pulses)  # type: ignore[arg-type]  # takes them by name
-            index.append({"run": recording.run, "attributes": recording.attributes, "impacts": recording.impacts})
+            index.append(
+                {
+                    "run": recording.run,
+                    "attributes": recording.attributes,
+                    "impacts": recording.impacts,
+                }
+            )
         (folder / "index.json").write_text(json.dumps(index))
         return folder
 
@@ -358,7 +397,9 @@ class OurStore(Storage):
         return super().room()
 
     def store(self) -> None:
-        target = CampaignStore(self._store, self.content.file, None, self.content.rows, ExtractionSettings())
+        target = CampaignStore(
+            self._store, self.content.file, None, self.content.rows, ExtractionSettings()
+        )
         for recording in self.content.recordings:
             series = tuple(StoredSeries.of(channel) for channel in recording.channels)
             target.add_recording(replace(recording.processed, series=series), recording.matched)
@@ -422,7 +463,10 @@ class Hdf5(Storage):
 class PlainSqlite(Storage):
     """Three tables and the module of the standard library; a series is its bytes, a window of it a part of the blob."""
 
-    name, guarantees = "sqlite3", "a transaction a recording, with the same settings as ours; no hashes"
+    name, guarantees = (
+        "sqlite3",
+        "a transaction a recording, with the same settings as ours; no hashes",
+    )
 
     def _open(self) -> closing[sqlite3.Connection]:
         connection = sqlite3.connect(self.folder / "campaign.db")
@@ -435,14 +479,26 @@ class PlainSqlite(Storage):
         figures = ", ".join(self.content.recordings[0].impacts[0])
         with self._open() as db:
             db.execute(f"CREATE TABLE recordings (run INTEGER PRIMARY KEY, {attributes})")
-            db.execute("CREATE TABLE series (run, channel, samples BLOB, PRIMARY KEY (run, channel))")
-            db.execute(f"CREATE TABLE impacts (run, {figures}, force BLOB, PRIMARY KEY (run, repetition))")
+            db.execute(
+                "CREATE TABLE series (run, channel, samples BLOB, PRIMARY KEY (run, channel))"
+            )
+            db.execute(
+                f"CREATE TABLE impacts (run, {figures}, force BLOB, PRIMARY KEY (run, repetition))"
+            )
             for recording in self.content.recordings:
                 row = (recording.run, *recording.attributes.values())
-                series = [(recording.run, name, x.tobytes()) for name, x in recording.series.items()]
+                series = [
+                    (recording.run, name, x.tobytes()) for name, x in recording.series.items()
+                ]
                 pairs = zip(recording.impacts, recording.pulses, strict=True)
-                impacts = [(recording.run, *impact.values(), force.tobytes()) for impact, force in pairs]
-                for table, rows in (("recordings", [row]), ("series", series), ("impacts", impacts)):
+                impacts = [
+                    (recording.run, *impact.values(), force.tobytes()) for impact, force in pairs
+                ]
+                for table, rows in (
+                    ("recordings", [row]),
+                    ("series", series),
+                    ("impacts", impacts),
+                ):
                     marks = ", ".join("?" * len(rows[0]))
                     db.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)  # noqa: S608 - question marks
                 db.commit()
@@ -458,7 +514,9 @@ class PlainSqlite(Storage):
             (row,) = db.execute(query, (run, CHANNEL)).fetchone()
             with db.blobopen("series", "samples", row, readonly=True) as blob:
                 blob.seek(4 * start)
-                return np.frombuffer(blob.read(-1 if stop is None else 4 * (stop - start)), np.float32)
+                return np.frombuffer(
+                    blob.read(-1 if stop is None else 4 * (stop - start)), np.float32
+                )
 
     def pulses(self, level: str) -> list[Floats]:
         where = f"WHERE {FACTOR} = ? ORDER BY run, repetition"
@@ -477,15 +535,23 @@ class Parquet(Storage):
         for recording in self.content.recordings:
             pd.DataFrame(recording.series).to_parquet(self.folder / f"{recording.run}.parquet")
             for impact, force in zip(recording.impacts, recording.pulses, strict=True):
-                rows.append({"run": recording.run, **recording.attributes, **impact, "force_n": force})
+                rows.append(
+                    {"run": recording.run, **recording.attributes, **impact, "force_n": force}
+                )
         pd.DataFrame(rows).to_parquet(self.folder / "impacts.parquet")
 
     def whole(self, run: int) -> Samples:
-        return np.asarray(pd.read_parquet(self.folder / f"{run}.parquet", columns=[CHANNEL])[CHANNEL].to_numpy())
+        return np.asarray(
+            pd.read_parquet(self.folder / f"{run}.parquet", columns=[CHANNEL])[CHANNEL].to_numpy()
+        )
 
     def pulses(self, level: str) -> list[Floats]:
         filters = [(FACTOR, "==", level)]
-        return list(pd.read_parquet(self.folder / "impacts.parquet", columns=["force_n"], filters=filters)["force_n"])
+        return list(
+            pd.read_parquet(self.folder / "impacts.parquet", columns=["force_n"], filters=filters)[
+                "force_n"
+            ]
+        )
 
 
 class RawBytes(Storage):
@@ -532,30 +598,45 @@ class QcodesProgram(Storage):
 PEERS: tuple[type[Storage], ...] = (Hdf5, PlainSqlite, Parquet)
 
 
-def measure_querying(folder: Path, recordings: int = 24, stores: int = 3, reads: int = 15) -> Iterator[Figure]:
+def measure_querying(
+    folder: Path, recordings: int = 24, stores: int = 3, reads: int = 15
+) -> Iterator[Figure]:
     """Every question of every way. Raises `ValueError` where a way gives back other numbers than were stored."""
     with tempfile.TemporaryDirectory(dir=folder) as name, ExitStack() as stack:
         place = Path(name)
-        content = Content.of(write_campaign(place / "campaign", recordings, ".npz", np.random.default_rng(5)))
+        content = Content.of(
+            write_campaign(place / "campaign", recordings, ".npz", np.random.default_rng(5))
+        )
         ours = stack.enter_context(closing(OurStore(place / "ours", content)))
         storages: dict[str, Storage] = {OURS: ours, RAW: RawBytes(place / "raw", content)}
         storages |= {kind.name: kind(place / kind.name, content) for kind in PEERS}
         if python := interpreter_with("qcodes"):
             words = ("qcodes", content.write(place / "content"), place / QcodesProgram.name, FACTOR)
-            program = stack.enter_context(Program("-m", "benchmarks.peer_programs", *words, python=python))
-            storages[QcodesProgram.name] = QcodesProgram(place / QcodesProgram.name, content, program)
+            program = stack.enter_context(
+                Program("-m", "benchmarks.peer_programs", *words, python=python)
+            )
+            storages[QcodesProgram.name] = QcodesProgram(
+                place / QcodesProgram.name, content, program
+            )
         yield from _querying_figures(storages, content, stores, reads)
 
 
-def _querying_figures(storages: Mapping[str, Storage], content: Content, stores: int, reads: int) -> Iterator[Figure]:
-    theme, names = QUERYING.format(len(content.recordings)), [*(kind.name for kind in PEERS), QcodesProgram.name]
+def _querying_figures(
+    storages: Mapping[str, Storage], content: Content, stores: int, reads: int
+) -> Iterator[Figure]:
+    theme, names = (
+        QUERYING.format(len(content.recordings)),
+        [*(kind.name for kind in PEERS), QcodesProgram.name],
+    )
     for what, (row, question) in QUESTIONS.items():
         for storage in storages.values():
             storage.seconds(what)
         if what != "store":
             check_answers(what, storages, content)
         questions = {name: partial(storage.seconds, what) for name, storage in storages.items()}
-        seconds = take_turns(questions, stores if what == "store" else reads, reported=[*questions], warm=False)
+        seconds = take_turns(
+            questions, stores if what == "store" else reads, reported=[*questions], warm=False
+        )
         for name in names:
             bound = "the same bytes in plain files"
             if what == "store" and name in storages:
@@ -579,7 +660,11 @@ def check_answers(what: str, storages: Mapping[str, Storage], content: Content) 
     expected = _sums(stored.get(what) or content.pulses(LEVEL))
     for name, storage in storages.items():
         sums = storage.sums(what)
-        alike = sums == expected if name != RAW else np.allclose(np.sum(sums, axis=0), np.sum(expected, axis=0))
+        alike = (
+            sums == expected
+            if name != RAW
+            else np.allclose(np.sum(sums, axis=0), np.sum(expected, axis=0))
+        )
         if not alike:
             raise ValueError(f"{name}, {what}: gave back other numbers than were stored")
 

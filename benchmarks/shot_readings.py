@@ -48,7 +48,9 @@ Row = dict[str, Any]
 def valve_way(port: Callable[[Floats], Floats], opening_s: float) -> ValveWay:
     """The ball's way by which the virtual port opens as another law."""
     time = np.linspace(0, 1, 100)
-    position = DEAD_SHARE + (1 - DEAD_SHARE) * np.log1p(port(time) * (RANGEABILITY - 1)) / math.log(RANGEABILITY)
+    position = DEAD_SHARE + (1 - DEAD_SHARE) * np.log1p(port(time) * (RANGEABILITY - 1)) / math.log(
+        RANGEABILITY
+    )
     return ValveWay(tuple((opening_s * time).tolist()), tuple(np.minimum(position, 1).tolist()))
 
 
@@ -61,22 +63,36 @@ def truths(every: int) -> Iterator[tuple[Row, ShotTruth, Projectile]]:
                 number += 1
                 if number % every:
                     continue
-                gun, bullet = replace(GunBuild(), valve_opening_time_s=opening_s), Projectile(mass_kg)
+                gun, bullet = (
+                    replace(GunBuild(), valve_opening_time_s=opening_s),
+                    Projectile(mass_kg),
+                )
                 way = None if port is None else valve_way(port, opening_s)
                 rng = np.random.default_rng(0)
-                shot = fire(gun, effects, pressure_pa, bullet, rng, until_s=1.4 + opening_s, valve_way=way)
+                shot = fire(
+                    gun, effects, pressure_pa, bullet, rng, until_s=1.4 + opening_s, valve_way=way
+                )
                 opens_s = shot.port_opens_s if port is None else 0.0
-                row = {"port": name, "opening_s": opening_s, "pressure_pa": pressure_pa, "opens_s": opens_s}
+                row = {
+                    "port": name,
+                    "opening_s": opening_s,
+                    "pressure_pa": pressure_pa,
+                    "opens_s": opens_s,
+                }
                 yield row, shot, bullet
 
 
-def with_noise(values: Floats, rate_hz: float, noise: float, hum: float, rng: np.random.Generator) -> Floats:
+def with_noise(
+    values: Floats, rate_hz: float, noise: float, hum: float, rng: np.random.Generator
+) -> Floats:
     """Values (n,) with white noise and hum of any phase."""
     phase = 2 * np.pi * (MAINS_HZ * np.arange(values.size) / rate_hz + rng.uniform())
     return np.asarray(values + noise * rng.standard_normal(values.size) + hum * np.sin(phase))
 
 
-def pressure_rows(row: Row, shot: ShotTruth, bullet: Projectile, rng: np.random.Generator) -> Iterator[Row]:
+def pressure_rows(
+    row: Row, shot: ShotTruth, bullet: Projectile, rng: np.random.Generator
+) -> Iterator[Row]:
     """One row for each pre-trigger and recorder."""
     for pre_trigger_s in PRE_TRIGGERS_S:
         trigger = Trigger(pre_trigger_s=pre_trigger_s)
@@ -86,17 +102,24 @@ def pressure_rows(row: Row, shot: ShotTruth, bullet: Projectile, rng: np.random.
             case = {**row, "pre_trigger_s": pre_trigger_s, "recorder": (rate_hz, noise, hum)}
             try:
                 reading = pressure_drop(with_noise(tank, rate_hz, noise, hum, rng), rate_hz)
-            except NoDropError:  # a record that is refused is a row without a reading, and is counted as such
+            except (
+                NoDropError
+            ):  # a record that is refused is a row without a reading, and is counted as such
                 yield case
                 continue
             level, moment = row["pressure_pa"], row["opens_s"] - trigger.begin_s(shot)
             yield case | {
-                "pressure, %": (100 * (reading.pressure_pa / level - 1), 100 * reading.pressure_u_pa / level),
+                "pressure, %": (
+                    100 * (reading.pressure_pa / level - 1),
+                    100 * reading.pressure_u_pa / level,
+                ),
                 "opening, ms": (1e3 * (reading.time_s - moment), 1e3 * reading.time_u_s),
             }
 
 
-def laser_rows(row: Row, shot: ShotTruth, bullet: Projectile, rng: np.random.Generator) -> Iterator[Row]:
+def laser_rows(
+    row: Row, shot: ShotTruth, bullet: Projectile, rng: np.random.Generator
+) -> Iterator[Row]:
     """One row for each laser; the stated bullet length is as wrong as its uncertainty says."""
     if not shot.laser_blocked:
         return
@@ -116,7 +139,10 @@ def laser_rows(row: Row, shot: ShotTruth, bullet: Projectile, rng: np.random.Gen
 
 def print_table(rows: list[Row], quantity: str, keys: tuple[str, ...]) -> None:
     heads = ("shots", "read", "median", "rms", "stated", "rms z", "max z")
-    print(f"\n{quantity}\n{'class':46} " + " ".join(f"{head:>{5 if head in heads[:2] else 8}}" for head in heads))
+    print(
+        f"\n{quantity}\n{'class':46} "
+        + " ".join(f"{head:>{5 if head in heads[:2] else 8}}" for head in heads)
+    )
     for key in ("", *keys):
         for value in sorted({str(row.get(key)) for row in rows if not key or key in row}):
             of_class = [row for row in rows if not key or str(row.get(key)) == value]
@@ -145,7 +171,9 @@ def main() -> None:
         of_pressure += pressure_rows(row, shot, bullet, rng)
         of_laser += laser_rows(row, shot, bullet, rng)
     for quantity in ("pressure, %", "opening, ms"):
-        print_table(of_pressure, quantity, ("pre_trigger_s", "port", "opening_s", "pressure_pa", "recorder"))
+        print_table(
+            of_pressure, quantity, ("pre_trigger_s", "port", "opening_s", "pressure_pa", "recorder")
+        )
     print_table(of_laser, "velocity, %", ("opening_s", "laser"))
 
 

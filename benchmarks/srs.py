@@ -65,7 +65,9 @@ def spectra(record: Floats, lines: Floats) -> dict[str, Callable[[], Floats]]:
 
     plain = partial(srs, record, RATE_HZ, lines, Q)
     return {
-        OURS: lambda: shock_response_spectrum(record, RATE_HZ, lines, q=Q, resample_within=None).primary,
+        OURS: lambda: (
+            shock_response_spectrum(record, RATE_HZ, lines, q=Q, resample_within=None).primary
+        ),
         "pyyeti": partial(plain, rolloff="none", parallel="no"),
         "pyyeti, processes": partial(plain, rolloff="none", parallel="yes"),
         "pyyeti, as it comes": plain,
@@ -78,7 +80,9 @@ def filtered(record: Floats, lines: Floats) -> Floats:
     from scipy.signal import lfilter
 
     filters = absolute_acceleration(2 * np.pi * lines, 1 / RATE_HZ, 1 / (2 * Q))
-    return np.array([np.abs(lfilter(b, a, record)).max() for b, a in zip(filters.b.T, filters.a.T, strict=True)])
+    return np.array(
+        [np.abs(lfilter(b, a, record)).max() for b, a in zip(filters.b.T, filters.a.T, strict=True)]
+    )
 
 
 def measure_srs(folder: Path, repeats: int = 45) -> Iterator[Figure]:
@@ -88,13 +92,17 @@ def measure_srs(folder: Path, repeats: int = 45) -> Iterator[Figure]:
     record, lines = np.random.default_rng(0).normal(size=SAMPLES), np.geomspace(10, 1e4, LINES)
     methods = spectra(record, lines)
     ours = methods[OURS]()
-    difference = {name: float(np.abs(method() / ours - 1).max()) for name, method in methods.items()}
+    difference = {
+        name: float(np.abs(method() / ours - 1).max()) for name, method in methods.items()
+    }
     functions: dict[str, Callable[[], object]] = {**methods}
     with ExitStack() as stack:
         program = _endaq(stack, folder, record, lines)
         if isinstance(program, Program):
             functions[ENDAQ] = program.seconds
-            difference[ENDAQ] = float(np.abs(np.array(program.ask(value=True)["value"]) / ours - 1).max())
+            difference[ENDAQ] = float(
+                np.abs(np.array(program.ask(value=True)["value"]) / ours - 1).max()
+            )
         seconds = take_turns(functions, repeats, reported=[ENDAQ])
         # The product's threads go on waiting for work and would take a processor from whatever comes next.
         limit = multiplying(float(FLOPS_PER_STEP * SAMPLES * LINES))
@@ -116,9 +124,14 @@ def _measure_default(noise: Floats, lines: Floats, repeats: int) -> Iterator[Fig
     hit = _shipped_hit()
     phase = np.clip((np.arange(SAMPLES) / RATE_HZ - 0.05) / 2e-3, 0, 1)
     since = np.maximum(np.arange(SAMPLES) / RATE_HZ - 0.05, 0.0)
-    ringing = sum(np.exp(-0.03 * 2 * np.pi * f * since) * np.sin(2 * np.pi * f * since) for f in (150, 400, 1000))
+    ringing = sum(
+        np.exp(-0.03 * 2 * np.pi * f * since) * np.sin(2 * np.pi * f * since)
+        for f in (150, 400, 1000)
+    )
     half_sine = np.sin(np.pi * phase)
-    of_hit = f"a hit of a modal hammer, {hit.si.size:,} samples at {1e-3 * hit.sampling_rate_hz:g} kHz"
+    of_hit = (
+        f"a hit of a modal hammer, {hit.si.size:,} samples at {1e-3 * hit.sampling_rate_hz:g} kHz"
+    )
     records = {
         "white noise": (noise, RATE_HZ),
         NOT_RESAMPLED: (half_sine, RATE_HZ),
@@ -130,7 +143,9 @@ def _measure_default(noise: Floats, lines: Floats, repeats: int) -> Iterator[Fig
     for name, (record, rate) in records.items():
         spectrum = partial(shock_response_spectrum, record, rate, lines[lines <= rate / 5], q=Q)
         as_it_is = partial(spectrum, resample_within=None)
-        seconds = take_turns({"default": spectrum, "as it is": as_it_is}, repeats, processor_seconds)
+        seconds = take_turns(
+            {"default": spectrum, "as it is": as_it_is}, repeats, processor_seconds
+        )
         factor = int(spectrum().resampled.max())
         resampling = f"resampled {factor}-fold" if factor > 1 else "not resampled"
         yield compared(
@@ -138,12 +153,20 @@ def _measure_default(noise: Floats, lines: Floats, repeats: int) -> Iterator[Fig
             limit=DEFAULT_LIMIT if name == NOT_RESAMPLED else None,
         )  # fmt: skip
     seconds = take_turns({"ours": partial(shock_figures, hit.si, hit.sampling_rate_hz)}, repeats)
-    yield beside(DEFAULT_THEME, "all figures that an ingest measures of that hit", seconds, "", "no peer, no promise")
+    yield beside(
+        DEFAULT_THEME,
+        "all figures that an ingest measures of that hit",
+        seconds,
+        "",
+        "no peer, no promise",
+    )
 
 
 def _shipped_hit() -> Channel:
     folder = ROOT / "examples" / "modal-hammer-hit"
-    channels, _ = read_channels(folder / "recordings" / "acceleration.lvm", read_campaign_file(folder).sensors)
+    channels, _ = read_channels(
+        folder / "recordings" / "acceleration.lvm", read_campaign_file(folder).sensors
+    )
     return next(channel for channel in channels if channel.quantity == "acceleration")
 
 
@@ -153,7 +176,9 @@ def _endaq(stack: ExitStack, folder: Path, record: Floats, lines: Floats) -> Pro
     if python is None:
         return ABSENT
     np.savez(file, record=record, lines_hz=lines, rate_hz=RATE_HZ, damping_ratio=1 / (2 * Q))
-    program = stack.enter_context(Program("-m", "benchmarks.peer_programs", "endaq", file, python=python))
+    program = stack.enter_context(
+        Program("-m", "benchmarks.peer_programs", "endaq", file, python=python)
+    )
     try:
         program.seconds()
     except ProgramError as error:

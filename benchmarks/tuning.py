@@ -89,7 +89,9 @@ class VirtualGun:
     def truth(self, setting: Setting) -> tuple[Floats, float]:
         """The noise-free spectrum (f,), m/s2, and the largest acceleration, m/s2."""
         bench = self._bench(Effects.default().without(*NOISE))
-        wide = tuple(replace(s, full_scale=_WIDE_G) if s.name == SENSOR else s for s in bench.sensors)
+        wide = tuple(
+            replace(s, full_scale=_WIDE_G) if s.name == SENSOR else s for s in bench.sensors
+        )
         record = _record(replace(bench, sensors=wide), setting, np.random.default_rng(self.seed))
         return spectrum(record), float(np.abs(record).max())
 
@@ -98,7 +100,9 @@ class VirtualGun:
         row = {"run": "1", "anvil_material": "none", "insulator": "none", "tip_material": "PLA", "tip_radius_mm": "30",
                "bullet_mass_kg": "0.5", "tank_pressure_bar": "1"}  # fmt: skip
         rows = [{**row, "plate_material": name} for name in PLATES]
-        return set_up(rows, effects, np.random.default_rng(np.random.SeedSequence(self.seed).spawn(1)[0]))
+        return set_up(
+            rows, effects, np.random.default_rng(np.random.SeedSequence(self.seed).spawn(1)[0])
+        )
 
 
 def _sensor(bench: VirtualGunBench) -> SensorBuild:
@@ -107,7 +111,9 @@ def _sensor(bench: VirtualGunBench) -> SensorBuild:
 
 def _record(bench: VirtualGunBench, setting: Setting, rng: np.random.Generator) -> Floats:
     (task,) = bench.tasks([row_of(setting)], 1)
-    return np.asarray(calibrated(bench.take(task, rng).channels[SENSOR], _sensor(bench)), dtype=np.float64)
+    return np.asarray(
+        calibrated(bench.take(task, rng).channels[SENSOR], _sensor(bench)), dtype=np.float64
+    )
 
 
 def spectrum(acceleration: Floats) -> Floats:
@@ -142,8 +148,19 @@ def lab(folder: Path, seed: int) -> Lab:
     folder.mkdir(parents=True, exist_ok=True)
     factors, url = folder / "factors.toml", f"sqlite:///{(folder / 'lab.db').resolve()}"
     shipped = (ROOT / "doe" / "data" / "gun.toml").read_text(encoding="utf-8")
-    factors.write_text(shipped.replace("[[requires]]", _POSITION + "[[requires]]", 1), encoding="utf-8")
-    runs = ("--runs", str(RUNS), "--repetitions", "1", "--seed", str(seed), "--factors", str(factors))
+    factors.write_text(
+        shipped.replace("[[requires]]", _POSITION + "[[requires]]", 1), encoding="utf-8"
+    )
+    runs = (
+        "--runs",
+        str(RUNS),
+        "--repetitions",
+        "1",
+        "--seed",
+        str(seed),
+        "--factors",
+        str(factors),
+    )
     for step in (
         ("init",),
         ("plan", "lhs", NAME, *runs),
@@ -164,7 +181,10 @@ def lab(folder: Path, seed: int) -> Lab:
     )  # fmt: skip
     with open_store(url, Writer("benchmarks.tuning", "0")) as store:
         built = twin_of(store, url, request)
-        plates = {name: cached_plate(build, MAX_MODE_HZ, folder / "plates") for name, build in builds.items()}
+        plates = {
+            name: cached_plate(build, MAX_MODE_HZ, folder / "plates")
+            for name, build in builds.items()
+        }
         stage = PlateStage(plates, label="finite elements")
         forward = SensorTwin(replace(built.twin, calibration=None, plate=stage), SENSOR)
         shots = _history(store, CampaignPlate(PLATES[0], THICKNESS_M, builds[PLATES[0]].area_m2))
@@ -203,7 +223,9 @@ class Outcome:
     seconds: list[float] = field(default_factory=list)
 
 
-def by_tuner(task: Task, forward: Forward, history: FiredShots, rng: np.random.Generator) -> Outcome:
+def by_tuner(
+    task: Task, forward: Forward, history: FiredShots, rng: np.random.Generator
+) -> Outcome:
     """Fire the best proposal until a shot meets the goal, three times at most; then hand over the best by then."""
     measured, seconds = history, []
     spoiled: list[tuple[Setting, Spoiled]] = []
@@ -260,7 +282,9 @@ def by_one_variable(task: Task) -> Outcome:
         for variable in _variables(task.space, ratio):
             others = [other for other in variable(setting) if other != setting]
             allowed = task.refusals(others) if others else []
-            for other in [other for other, refused in zip(others, allowed, strict=True) if not refused]:
+            for other in [
+                other for other, refused in zip(others, allowed, strict=True) if not refused
+            ]:
                 if shots == MOST_SHOTS_BY_HAND or best[0]:
                     break
                 shots += 1
@@ -297,7 +321,9 @@ def _variables(space: TuningSpace, ratio: float) -> list[Variable]:
 
     def amounts(setting: Setting, pressure: float, mass: float) -> Setting:
         assert setting.tank_pressure_pa is not None
-        pressure = float(np.clip(setting.tank_pressure_pa * pressure, *space.tank_pressure_pa.grid(2)))
+        pressure = float(
+            np.clip(setting.tank_pressure_pa * pressure, *space.tank_pressure_pa.grid(2))
+        )
         mass = float(np.clip(setting.impactor_mass_kg * mass, *space.impactor_mass_kg.grid(2)))
         return replace(setting, tank_pressure_pa=pressure, impactor_mass_kg=mass)
 
@@ -315,7 +341,9 @@ def _variables(space: TuningSpace, ratio: float) -> list[Variable]:
 Method = Callable[[Task, Lab, np.random.Generator], Outcome]
 
 METHODS: Mapping[str, Method] = {
-    "tune, history and own shots": lambda task, lab, rng: by_tuner(task, lab.forward, lab.history, rng),
+    "tune, history and own shots": lambda task, lab, rng: by_tuner(
+        task, lab.forward, lab.history, rng
+    ),
     "tune, own shots only": lambda task, lab, rng: by_tuner(task, lab.forward, FiredShots(), rng),
     "one variable at a time": lambda task, _, __: by_one_variable(task),
 }
@@ -344,7 +372,10 @@ def hidden(number: int, seed: int, lab: Lab, gun: VirtualGun) -> Hidden:
     Drawn anew where the bench refuses it, and where the true acceleration is beyond the 10,000 g of its limits.
     """
     rng = np.random.default_rng([seed, number])
-    refusals, most = bench_refusals(lab.forward.twin, BenchLimits()), BenchLimits().max_acceleration_m_s2
+    refusals, most = (
+        bench_refusals(lab.forward.twin, BenchLimits()),
+        BenchLimits().max_acceleration_m_s2,
+    )
     while True:
         space = space_on(PLATES[rng.integers(len(PLATES))], lab)
         mounts = list(space.mounts())
@@ -357,11 +388,18 @@ def hidden(number: int, seed: int, lab: Lab, gun: VirtualGun) -> Hidden:
             return Goal.even(LINES_HZ, spectrum, TOLERANCE_DB, SHARE), setting
 
 
-def judged(method: Method, case: Hidden, number: int, seed: int, lab: Lab, gun: VirtualGun) -> dict[str, Any]:
+def judged(
+    method: Method, case: Hidden, number: int, seed: int, lab: Lab, gun: VirtualGun
+) -> dict[str, Any]:
     """One case one way, and what the judge finds."""
     (goal, setting), shots = case, iter(range(1_000_000 * (seed + 1) + 1000 * number, 10**12))
     refusals = bench_refusals(lab.forward.twin, BenchLimits())
-    task = Task(goal, space_on(setting.plate.name, lab), refusals, lambda fired: gun.shot(fired, next(shots)))
+    task = Task(
+        goal,
+        space_on(setting.plate.name, lab),
+        refusals,
+        lambda fired: gun.shot(fired, next(shots)),
+    )
     outcome = method(task, lab, np.random.default_rng([seed, number, 1]))
     share = float(np.mean(goal.margin_db(level_db(gun.truth(outcome.setting)[0])) >= 0))
     return {"success": share >= SHARE, "share_within": share, "shots": outcome.shots, "seconds": outcome.seconds,
@@ -369,13 +407,18 @@ def judged(method: Method, case: Hidden, number: int, seed: int, lab: Lab, gun: 
 
 
 def method_row(name: str, results: list[dict[str, Any]]) -> str:
-    hits, shots = sum(result["success"] for result in results), sorted(result["shots"] for result in results)
+    hits, shots = (
+        sum(result["success"] for result in results),
+        sorted(result["shots"] for result in results),
+    )
     low, high = wilson(hits, len(results))
     seconds = [s for result in results for s in result["seconds"]]
     took = f"{np.median(seconds):.0f} (at most {max(seconds):.0f})" if seconds else "—"
     spent = f"{np.median(shots):g} ({shots[0]} to {shots[-1]})"
     share = np.mean([result["share_within"] for result in results])
-    return table_row(name, f"{hits} of {len(results)} ({low:.0%} to {high:.0%})", f"{share:.0%}", spent, took)
+    return table_row(
+        name, f"{hits} of {len(results)} ({low:.0%} to {high:.0%})", f"{share:.0%}", spent, took
+    )
 
 
 def main(arguments: list[str]) -> int:
@@ -389,8 +432,14 @@ def main(arguments: list[str]) -> int:
         folder = (options.folder or place) / "tuning"
         known_lab, gun = lab(folder, BENCH_SEED), VirtualGun(BENCH_SEED)
         for number in range(options.cases):
-            files = [folder / "cases" / f"{options.seed}-{number}-{i}.json" for i in range(len(METHODS))]
-            case = None if all(file.exists() for file in files) else hidden(number, options.seed, known_lab, gun)
+            files = [
+                folder / "cases" / f"{options.seed}-{number}-{i}.json" for i in range(len(METHODS))
+            ]
+            case = (
+                None
+                if all(file.exists() for file in files)
+                else hidden(number, options.seed, known_lab, gun)
+            )
             for (name, method), file in zip(METHODS.items(), files, strict=True):
                 if case is not None and not file.exists():
                     file.parent.mkdir(parents=True, exist_ok=True)
@@ -398,12 +447,16 @@ def main(arguments: list[str]) -> int:
                     file.write_text(json.dumps(result, indent=1), encoding="utf-8")
                 results[name].append(json.loads(file.read_text(encoding="utf-8")))
                 within, shots = results[name][-1]["share_within"], results[name][-1]["shots"]
-                sys.stderr.write(f"case {number}, {name}: {within:.0%} of lines after {shots} shots\n")
+                sys.stderr.write(
+                    f"case {number}, {name}: {within:.0%} of lines after {shots} shots\n"
+                )
     head = ("way", "recovered", "lines within", "shots", "seconds a proposal")
     print(table(head, (method_row(name, score_row) for name, score_row in results.items())))
     ours = next(iter(results.values()))
     slowest = max((s for r in ours for s in r["seconds"]), default=0)
-    lost = [f"fewer than {PROMISED:.0%} recovered"] * (sum(r["success"] for r in ours) < PROMISED * len(ours))
+    lost = [f"fewer than {PROMISED:.0%} recovered"] * (
+        sum(r["success"] for r in ours) < PROMISED * len(ours)
+    )
     lost += [f"a proposal over {PROPOSAL_S:g} s"] * (slowest > PROPOSAL_S)
     print(f"\npromises lost: {'; '.join(lost) or 'none'}")
     return 1 if lost else 0

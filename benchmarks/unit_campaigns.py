@@ -46,7 +46,13 @@ _PLATE_HZ = 800.0
 _LARGE, _LARGE_FROM = 3, 0.5
 #: Standard uncertainty of a laser's velocity that stands in runs.csv, relative.
 _READING_U = 0.003
-_TIPS = (("steel", 30.0), ("aluminum", 30.0), ("delrin", 30.0), ("polyurethane", 15.0), ("PLA", 45.0))
+_TIPS = (
+    ("steel", 30.0),
+    ("aluminum", 30.0),
+    ("delrin", 30.0),
+    ("polyurethane", 15.0),
+    ("PLA", 45.0),
+)
 _LAYERS = (("none", "none"), ("steel", "none"), ("aluminum", "none"), ("steel", "polymeric"))
 
 
@@ -67,13 +73,28 @@ def _record(kind: str, number: int, rng: np.random.Generator, folder: Path) -> s
     effects = _drawn_effects(rng, full_scale=full_scale)
     with _coarse_plates():
         if kind == "blows":
-            simulate(_blow_rows(rng), "hammer", folder, seed=number, effects=effects, repetitions=2, jobs=1)
+            simulate(
+                _blow_rows(rng),
+                "hammer",
+                folder,
+                seed=number,
+                effects=effects,
+                repetitions=2,
+                jobs=1,
+            )
         else:
-            campaign = simulate(_shot_rows(rng), "gun", folder, seed=number, effects=effects, repetitions=1, jobs=1)
+            campaign = simulate(
+                _shot_rows(rng), "gun", folder, seed=number, effects=effects, repetitions=1, jobs=1
+            )
             if number % 2:  # without, the ingest finds it in the laser's channel
-                truths = [run["hits"][0]["muzzle_velocity_m_s"] for run in open_seal(campaign.seal).runs]
+                truths = [
+                    run["hits"][0]["muzzle_velocity_m_s"] for run in open_seal(campaign.seal).runs
+                ]
                 read_m_s = np.array(truths) * (1 + _READING_U * rng.standard_normal(len(truths)))
-                _rewrite_rows(folder, lambda _, place: {"measured_velocity_m_s": _velocity_cell(read_m_s[place])})
+                _rewrite_rows(
+                    folder,
+                    lambda _, place: {"measured_velocity_m_s": _velocity_cell(read_m_s[place])},
+                )
     return "full scale" if full_scale else "realistic"
 
 
@@ -92,7 +113,11 @@ def _coarse_plates() -> Iterator[None]:
 
 def _drawn_effects(rng: np.random.Generator, *, full_scale: bool) -> Effects:
     """Each effect off, or at 0.3 to 3 times its default; at full scale some are drawn up to their ends."""
-    scaled = [name for name in CATALOGUE if name in RANGES and name != ALWAYS and not name.startswith("sensor.")]
+    scaled = [
+        name
+        for name in CATALOGUE
+        if name in RANGES and name != ALWAYS and not name.startswith("sensor.")
+    ]
     large = set(rng.choice(scaled, _LARGE, replace=False).tolist()) if full_scale else set()
     switches = []
     for name in CATALOGUE:
@@ -104,7 +129,9 @@ def _drawn_effects(rng: np.random.Generator, *, full_scale: bool) -> Effects:
         acts = name in large or bool(rng.random() >= OFF)
         switches.append(EffectSwitch(name, on=acts, strength=sign * size))
     # Every bench stands in an atmosphere.
-    return Effects(tuple(switches)).with_strength(ALWAYS, float(rng.uniform(RANGES[ALWAYS].low, RANGES[ALWAYS].high)))
+    return Effects(tuple(switches)).with_strength(
+        ALWAYS, float(rng.uniform(RANGES[ALWAYS].low, RANGES[ALWAYS].high))
+    )
 
 
 def _shot_rows(rng: np.random.Generator) -> list[dict[str, str]]:
@@ -187,7 +214,10 @@ def _channels(beginning: str, factor: float) -> Callable[[Path], None]:
         for path in sorted((folder / "recordings").iterdir()):
             with np.load(path) as file:
                 arrays = {name: file[name] for name in file.files}
-            changed = {name: x * np.float32(factor) if name.startswith(beginning) else x for name, x in arrays.items()}
+            changed = {
+                name: x * np.float32(factor) if name.startswith(beginning) else x
+                for name, x in arrays.items()
+            }
             rate = float(arrays["fs"]) * (factor if beginning == "fs" else 1.0)
             path.unlink()
             write_recording(path, {name: x for name, x in changed.items() if name != "fs"}, rate)
@@ -200,12 +230,18 @@ _FORCE = WrongUnit("lbf as N", "values in lbf where N", _channels("force", _LBF)
 _CLOCK = WrongUnit("ms as s", "values in kHz where Hz", _channels("fs", 1e-3))
 _RADIUS = WrongUnit("mm as m: tip radius", "tip", _column("tip_radius_mm", 1e-3))
 _LENGTH = WrongUnit("mm as m: bullet length", "bullet length", _column("bullet_length_mm", 1e-3))
-_MUZZLE = WrongUnit("ft/s as m/s", "values in ft/s where m/s", _column("measured_velocity_m_s", _FOOT))
-_IMPACT = WrongUnit("ft/s as m/s", "values in ft/s where m/s", _column("impact_velocity_m_s", _FOOT))
+_MUZZLE = WrongUnit(
+    "ft/s as m/s", "values in ft/s where m/s", _column("measured_velocity_m_s", _FOOT)
+)
+_IMPACT = WrongUnit(
+    "ft/s as m/s", "values in ft/s where m/s", _column("impact_velocity_m_s", _FOOT)
+)
 _PSI_BAR = WrongUnit("psi as bar", "values in psi where bar", _column("tank_pressure_bar", _PSI))
 _BAR_KPA = WrongUnit("bar as kPa", "values in bar where kPa", _column("tank_pressure_bar", 1e-2))
 _PLATE_G = WrongUnit("g as m/s2: plate", "values in g where m/s2", _channels("acceleration_", _G))
-_HEAD_G = WrongUnit("g as m/s2: hammer", "values in g where m/s2", _channels("acceleration_hammer", _G))
+_HEAD_G = WrongUnit(
+    "g as m/s2: hammer", "values in g where m/s2", _channels("acceleration_hammer", _G)
+)
 #: The wrong units of each kind of campaign, in turns. A muzzle velocity stands in every second table of shots.
 WRONG_UNITS: Mapping[str, tuple[WrongUnit, ...]] = {
     "shots": (_FORCE, _MUZZLE, _PSI_BAR, _BAR_KPA, _CLOCK, _LENGTH),
@@ -222,6 +258,8 @@ def wrong_unit_of(kind: str, turn: int, folder: Path) -> WrongUnit:
     wrong = WRONG_UNITS[kind][turn % len(WRONG_UNITS[kind])]
     head = (folder / "runs.csv").read_text(encoding="utf-8").split("\n", 1)[0]
     reported = "measured_velocity_m_s" in head
-    if kind == "shots" and wrong is (_LENGTH if reported else _MUZZLE):  # the length of the bullet is in the laser's
+    if kind == "shots" and wrong is (
+        _LENGTH if reported else _MUZZLE
+    ):  # the length of the bullet is in the laser's
         return _MUZZLE if reported else _LENGTH
     return wrong

@@ -65,7 +65,9 @@ def unit_alarms(folder: Path) -> list[UnitAlarm]:
     except ValueError:  # nothing to compare: no diagnosis says anything of units
         return alarms
     findings = implausible(record, stages)
-    return alarms + [UnitAlarm("diagnosis", item.severity == "refuse", item.message) for item in findings]
+    return alarms + [
+        UnitAlarm("diagnosis", item.severity == "refuse", item.message) for item in findings
+    ]
 
 
 @dataclass(frozen=True)
@@ -105,32 +107,59 @@ def unit_rows(numbers: Sequence[int], seed: int, wrong_below: int = CAMPAIGNS) -
             wrong = wrong_unit_of(kind, turn, folder)
             shutil.copytree(folder, changed)
             wrong.write(changed)
-            yield UnitRow(number, kind, strengths, unit_alarms(folder), wrong.name, wrong.words, unit_alarms(changed))
+            yield UnitRow(
+                number,
+                kind,
+                strengths,
+                unit_alarms(folder),
+                wrong.name,
+                wrong.words,
+                unit_alarms(changed),
+            )
 
 
 def report(rows: Sequence[UnitRow]) -> str:
     """Both tables, and every message of a right campaign."""
-    by_kind: dict[str, list[UnitRow]] = {kind: [row for row in rows if row.kind == kind] for kind in KINDS}
+    by_kind: dict[str, list[UnitRow]] = {
+        kind: [row for row in rows if row.kind == kind] for kind in KINDS
+    }
     right = [
         table_row(KINDS[kind], str(len(group)), *(str(count) for count in _alarms_by_place(group)))
         for kind, group in by_kind.items()
         if group
     ]
-    right.append(table_row("all", str(len(rows)), *(str(count) for count in _alarms_by_place(rows))))
+    right.append(
+        table_row("all", str(len(rows)), *(str(count) for count in _alarms_by_place(rows)))
+    )
     by_unit: dict[tuple[str, str], list[UnitRow]] = defaultdict(list)
     for row in rows:
         if not row.wrong_unit:
             continue
         by_unit[row.wrong_unit, row.kind].append(row)
-    outcomes = ("refused, named", "refused, otherwise", "warned, named", "warned, otherwise", "not noticed")
+    outcomes = (
+        "refused, named",
+        "refused, otherwise",
+        "warned, named",
+        "warned, otherwise",
+        "not noticed",
+    )
     wrong = []
     for (unit, kind), group in sorted(by_unit.items()):
         counts = Counter(row.outcome for row in group)
-        wrong.append(table_row(unit, kind, str(len(group)), *(str(counts[outcome]) for outcome in outcomes)))
+        wrong.append(
+            table_row(unit, kind, str(len(group)), *(str(counts[outcome]) for outcome in outcomes))
+        )
     messages = [
-        f"{row.number} {row.kind} {row.strengths}: {alarm.by}: {alarm.message}" for row in rows for alarm in row.right
+        f"{row.number} {row.kind} {row.strengths}: {alarm.by}: {alarm.message}"
+        for row in rows
+        for alarm in row.right
     ]
-    places = ("refused at ingest", "warned at ingest", "refused by diagnosis", "warned by diagnosis")
+    places = (
+        "refused at ingest",
+        "warned at ingest",
+        "refused by diagnosis",
+        "warned by diagnosis",
+    )
     return "\n\n".join(
         [
             table(("units right: kind", "campaigns", *places), right),
@@ -155,7 +184,9 @@ def _stored(path: Path | None) -> list[UnitRow]:
     rows = []
     for line in path.read_text(encoding="utf-8").splitlines():
         values = json.loads(line)
-        alarms = {name: [UnitAlarm(**alarm) for alarm in values[name]] for name in ("right", "wrong")}
+        alarms = {
+            name: [UnitAlarm(**alarm) for alarm in values[name]] for name in ("right", "wrong")
+        }
         rows.append(UnitRow(**{**values, **alarms}))
     return rows
 
@@ -163,7 +194,12 @@ def _stored(path: Path | None) -> list[UnitRow]:
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--campaigns", type=int, default=CAMPAIGNS, help=f"how many [{CAMPAIGNS}]")
-    parser.add_argument("--wrong", type=int, default=CAMPAIGNS, help="of these, so many with a wrong unit, too [all]")
+    parser.add_argument(
+        "--wrong",
+        type=int,
+        default=CAMPAIGNS,
+        help="of these, so many with a wrong unit, too [all]",
+    )
     parser.add_argument("--seed", type=int, default=1, help="other campaigns for each seed [1]")
     parser.add_argument("--rows", type=Path, help="file of one JSON line a campaign")
     options = parser.parse_args(arguments)

@@ -43,7 +43,10 @@ def pulse_key(row: Row) -> str:
     impact = [row["campaign"], row["run"], row["repetition"], row["recording_sha256"]]
     pulse = [row["extraction"], [float(row[name]).hex() for name in _FIGURES]]
     force = np.asarray(row["force_points_n"], dtype="<f8")
-    return _digest(json.dumps(impact).encode())[:IMPACT_DIGITS] + _digest(json.dumps(pulse).encode(), force)[:32]
+    return (
+        _digest(json.dumps(impact).encode())[:IMPACT_DIGITS]
+        + _digest(json.dumps(pulse).encode(), force)[:32]
+    )
 
 
 def content_hash(predictors: PredictorSet, table: PulseTable) -> str:
@@ -74,7 +77,9 @@ def _digest(*parts: bytes | NDArray[Any]) -> str:
     digest = hashlib.sha256()
     for part in parts:
         content = part if isinstance(part, bytes) else part.tobytes()
-        digest.update(len(content).to_bytes(8, "little"))  # so that no two lists of parts run together
+        digest.update(
+            len(content).to_bytes(8, "little")
+        )  # so that no two lists of parts run together
         digest.update(content)
     return digest.hexdigest()
 
@@ -102,7 +107,9 @@ def member_of(row: Row, levels: Levels, predictors: PredictorSet, materials: Mat
     if not (case.velocity_m_s is None or case.velocity_m_s > 0):
         raise MissingError("an impact velocity of zero")
     pairs = zip(predictors.predictors, predictors.sources, strict=True)
-    return Member(row, case, tuple(_value(predictor, source, case, materials) for predictor, source in pairs))
+    return Member(
+        row, case, tuple(_value(predictor, source, case, materials) for predictor, source in pairs)
+    )
 
 
 def _value(predictor: Predictor, source: str, case: ImpactSource, materials: Materials) -> float:
@@ -150,7 +157,11 @@ def table_of(members: Sequence[Member], predictors: PredictorSet) -> PulseTable:
 def _sample_s(row: Row) -> float:
     """The sampling period of the force: that of the finely smoothed pulse times what its extraction refined it by."""
     settings = row.get("extraction_settings") or {}
-    return float(row["fine_period_s"]) * float(settings["refinement"]) if "refinement" in settings else float("nan")
+    return (
+        float(row["fine_period_s"]) * float(settings["refinement"])
+        if "refinement" in settings
+        else float("nan")
+    )
 
 
 def configuration_text(words: Mapping[str, str]) -> str:

@@ -25,11 +25,15 @@ def get_snapshot_row(session: Session, name: str) -> DatasetSnapshot:
     if row is not None:
         return row
     if len(name) >= _SHORTEST_HASH and set(name) <= set("0123456789abcdef"):
-        query = select(DatasetSnapshot).where(DatasetSnapshot.content_hash.startswith(name, autoescape=True))
+        query = select(DatasetSnapshot).where(
+            DatasetSnapshot.content_hash.startswith(name, autoescape=True)
+        )
         matches = session.scalars(query.limit(2)).all()
         if len(matches) == 1:
             return matches[0]
-    existing_names = ", ".join(session.scalars(select(DatasetSnapshot.name).order_by(DatasetSnapshot.name).limit(10)))
+    existing_names = ", ".join(
+        session.scalars(select(DatasetSnapshot.name).order_by(DatasetSnapshot.name).limit(10))
+    )
     raise LookupError(
         f"no dataset {name!r} in the store; there: {existing_names or 'none yet (pyroshock dataset build)'}"
     )
@@ -39,7 +43,9 @@ def list_snapshots(session: Session) -> list[dict[str, Any]]:
     """Every snapshot, the oldest first: name, hash, pulses, campaigns, predictors, quality rule, when it was frozen."""
     counts = select(SnapshotPulse.snapshot_id, func.count()).group_by(SnapshotPulse.snapshot_id)
     pulses: dict[int, int] = dict(iter(session.execute(counts)))
-    rows = session.scalars(select(DatasetSnapshot).order_by(DatasetSnapshot.id))  # not by a clock, which may go back
+    rows = session.scalars(
+        select(DatasetSnapshot).order_by(DatasetSnapshot.id)
+    )  # not by a clock, which may go back
     return [
         {
             "name": row.name,
@@ -77,7 +83,9 @@ class Withdrawal:
 def source_deleted(session: Session, row: DatasetSnapshot) -> str | None:
     """What to say of a snapshot that has fewer pulses than before a deletion; None where deletions do not explain all
     that it lacks."""
-    withdrawal = _withdrawal(session, row, session.scalars(select(Tombstone).order_by(Tombstone.id)).all())
+    withdrawal = _withdrawal(
+        session, row, session.scalars(select(Tombstone).order_by(Tombstone.id)).all()
+    )
     return None if withdrawal is None else withdrawal.error
 
 
@@ -85,12 +93,18 @@ def list_withdrawals(session: Session) -> dict[str, Withdrawal]:
     """Datasets that lost pulses by deletions and have not got them back, by hash."""
     stones = session.scalars(select(Tombstone).order_by(Tombstone.id)).all()
     hashes = {member["hash"] for stone in stones for member in stone.stood_on["datasets"]}
-    rows = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.content_hash.in_(hashes))) if hashes else ()
+    rows = (
+        session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.content_hash.in_(hashes)))
+        if hashes
+        else ()
+    )
     withdrawals = [_withdrawal(session, row, stones) for row in rows]
     return {withdrawal.hash: withdrawal for withdrawal in withdrawals if withdrawal is not None}
 
 
-def _withdrawal(session: Session, row: DatasetSnapshot, stones: Sequence[Tombstone]) -> Withdrawal | None:
+def _withdrawal(
+    session: Session, row: DatasetSnapshot, stones: Sequence[Tombstone]
+) -> Withdrawal | None:
     entries = [
         (stone, entry)
         for stone in stones
@@ -106,7 +120,9 @@ def _withdrawal(session: Session, row: DatasetSnapshot, stones: Sequence[Tombsto
         return None
     stone = entries[-1][0]
     source = _source(stone)
-    return Withdrawal(row.name, row.content_hash, frozen - pulses, frozen, source, _error(row, stone, source))
+    return Withdrawal(
+        row.name, row.content_hash, frozen - pulses, frozen, source, _error(row, stone, source)
+    )
 
 
 def _source(stone: Tombstone) -> str:

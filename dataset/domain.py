@@ -79,20 +79,29 @@ class Subspace:
 
     def as_json(self) -> dict[str, Any]:
         """What `from_json` reads back."""
-        arrays = {name: getattr(self, name).tolist() for name in ("mean", "scale", "axes", "spread")}
+        arrays = {
+            name: getattr(self, name).tolist() for name in ("mean", "scale", "axes", "spread")
+        }
         return {**arrays, "leverage_limit": self.leverage_limit, "off_limit": self.off_limit}
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Self:
         """Raises `KeyError`, `TypeError` or `ValueError` for other data."""
-        mean, scale, spread = (np.array(data[name], dtype=np.float64) for name in ("mean", "scale", "spread"))
+        mean, scale, spread = (
+            np.array(data[name], dtype=np.float64) for name in ("mean", "scale", "spread")
+        )
         axes = np.array(data["axes"], dtype=np.float64).reshape(spread.size, mean.size)
-        return cls(mean, scale, axes, spread, float(data["leverage_limit"]), float(data["off_limit"]))
+        return cls(
+            mean, scale, axes, spread, float(data["leverage_limit"]), float(data["off_limit"])
+        )
 
 
 _FORMAT = 1
 #: Quantities of the bench that are inputs, if no predictors: name -> (attribute of `Inputs`, unit).
-_BENCH = {"impactor_mass": ("impactor_mass_kg", "kg"), "plate_thickness": ("plate_thickness_m", "m")}
+_BENCH = {
+    "impactor_mass": ("impactor_mass_kg", "kg"),
+    "plate_thickness": ("plate_thickness_m", "m"),
+}
 
 _Found = list[list[OutOfRange]]
 
@@ -112,8 +121,12 @@ class Domain:
         """The domain of training rows: none of them lies outside. Raises `ValueError` for no rows, or a NaN."""
         unknown = int(np.isnan(table.x).sum())
         if not len(table) or unknown:
-            raise ValueError(f"{len(table)} impacts with {unknown} unknown values; expected at least one, and none")
-        limits = tuple(Limit.of(p, column) for p, column in zip(table.predictors, table.x.T, strict=True))
+            raise ValueError(
+                f"{len(table)} impacts with {unknown} unknown values; expected at least one, and none"
+            )
+        limits = tuple(
+            Limit.of(p, column) for p, column in zip(table.predictors, table.x.T, strict=True)
+        )
         met = np.unique(_positions(limits, table.x), axis=0)
         return cls(limits, _bench(table), met, Subspace.of(_encoded(limits, table.x)))
 
@@ -129,7 +142,9 @@ class Domain:
         combination is told by the predictor that contributes most. Raises `ValueError` for other predictors.
         """
         if inputs.predictors != self.predictors:
-            own_names, theirs = (", ".join(p.name for p in ps) for ps in (self.predictors, inputs.predictors))
+            own_names, theirs = (
+                ", ".join(p.name for p in ps) for ps in (self.predictors, inputs.predictors)
+            )
             raise ValueError(f"inputs have predictors {theirs}; the domain is of {own_names}")
         limits_by_row: _Found = [[] for _ in range(len(inputs))]
         for limit, column in zip(self.limits, inputs.x.T, strict=True):
@@ -157,10 +172,14 @@ class Domain:
         for number in np.unique(pairs[:, 0]):
             own_pairs = pairs[pairs[:, 0] == number, 1:]
             worst = int(np.bincount(own_pairs.ravel()).argmax())
-            other = int(next(b if a == worst else a for a, b in own_pairs.tolist() if worst in (a, b)))
+            other = int(
+                next(b if a == worst else a for a, b in own_pairs.tolist() if worst in (a, b))
+            )
             row, (i, j) = rows[number], (at[worst], at[other])
             stranger = f"{self.limits[j].predictor.name} {_text(self.limits[j].shown(x[row, j]))}"
-            reasons[row].append(self.limits[i].telling(x[row, i], f"was never recorded together with {stranger}"))
+            reasons[row].append(
+                self.limits[i].telling(x[row, i], f"was never recorded together with {stranger}")
+            )
 
     def _tell_far(self, x: Floats, rows: Integers, reasons: _Found) -> None:
         """Combinations of high leverage, or off the subspace of the recorded ones."""
@@ -192,11 +211,18 @@ class Domain:
             limits = tuple(Limit.from_json(limit) for limit in data["limits"])
             bench = tuple(Limit.from_json(limit) for limit in data["bench"])
             subspace = Subspace.from_json(data["subspace"])
-            met = np.array(data["met"], dtype=np.int64).reshape(-1, sum(bool(limit.values) for limit in limits))
-            if subspace.mean.size != sum(map(_width, limits)) or {b.predictor.name for b in bench} - _BENCH.keys():
+            met = np.array(data["met"], dtype=np.int64).reshape(
+                -1, sum(bool(limit.values) for limit in limits)
+            )
+            if (
+                subspace.mean.size != sum(map(_width, limits))
+                or {b.predictor.name for b in bench} - _BENCH.keys()
+            ):
                 raise ValueError("its parts do not belong together")
         except (KeyError, TypeError, ValueError) as error:
-            raise ValueError(f"validity domain is damaged ({error!r}); train the model anew") from error
+            raise ValueError(
+                f"validity domain is damaged ({error!r}); train the model anew"
+            ) from error
         return cls(limits, bench, met, subspace)
 
 
@@ -220,7 +246,9 @@ def _positions(limits: Sequence[Limit], x: Floats) -> Integers:
 def _encoded(limits: Sequence[Limit], x: Floats) -> Floats:
     """Numbers as they are, a category as a column for each level that was recorded (n x p)."""
     columns = [
-        (x[:, [i]] == np.asarray(limit.values)).astype(np.float64) if limit.predictor.levels else x[:, [i]]
+        (x[:, [i]] == np.asarray(limit.values)).astype(np.float64)
+        if limit.predictor.levels
+        else x[:, [i]]
         for i, limit in enumerate(limits)
     ]
     return np.concatenate(columns, axis=1)
@@ -232,7 +260,9 @@ def _width(limit: Limit) -> int:
 
 def _clean(reasons: _Found) -> Integers:
     """Rows of which nothing is told yet."""
-    return np.array([row for row, row_limits in enumerate(reasons) if not row_limits], dtype=np.int64)
+    return np.array(
+        [row for row, row_limits in enumerate(reasons) if not row_limits], dtype=np.int64
+    )
 
 
 def _tell(limit: Limit, column: Floats, outside: Any, reasons: _Found) -> None:

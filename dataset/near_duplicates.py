@@ -16,7 +16,11 @@ TOLERANCE = 1e-6
 
 
 def duplicate_groups(
-    key: NDArray[np.str_], force_n: Floats, peak_force_n: Floats, contact_time_s: Floats, impulse_n_s: Floats
+    key: NDArray[np.str_],
+    force_n: Floats,
+    peak_force_n: Floats,
+    contact_time_s: Floats,
+    impulse_n_s: Floats,
 ) -> NDArray[np.intp]:
     """The first row, in the order of keys (n,), of the pulses that each pulse is a copy of; its own for all others.
 
@@ -38,7 +42,9 @@ def duplicate_groups(
     return first
 
 
-def _figures(force_n: Floats, peak_force_n: Floats, contact_time_s: Floats, impulse_n_s: Floats) -> Floats:
+def _figures(
+    force_n: Floats, peak_force_n: Floats, contact_time_s: Floats, impulse_n_s: Floats
+) -> Floats:
     """(n x 23): logarithms of peak, contact time and impulse, and the force over the peak."""
     tiny = np.finfo(np.float64).tiny
     scale = np.maximum(np.abs(peak_force_n), tiny)

@@ -29,9 +29,9 @@ from typing import Any
 import numpy as np
 
 from ..array_types import Floats
+from ..files.toml_text import check_keys, read_toml_text, toml_table
 from ..schema.campaigns import KINDS
 from ..schema.known_factors import BY_NAME
-from ..schema.toml_text import check_keys, read_toml_text, toml_table
 from .sources import FACTOR, NUMBERS, WORDS, known_sources
 from .table import Inputs, Predictor
 
@@ -53,7 +53,10 @@ class PredictorSet:
     def as_json(self) -> dict[str, Any]:
         """What `from_json` reads back, with the keys of the TOML."""
         pairs = zip(self.predictors, self.sources, strict=True)
-        entries = [{"name": p.name, "unit": p.unit, "from": source, "levels": list(p.levels)} for p, source in pairs]
+        entries = [
+            {"name": p.name, "unit": p.unit, "from": source, "levels": list(p.levels)}
+            for p, source in pairs
+        ]
         return {"name": self.name, "kind": self.kind, "predictors": entries}
 
 
@@ -61,7 +64,9 @@ class PredictorSet:
 def shipped(name: str) -> PredictorSet:
     """The set of this name. Raises `LookupError` naming those there are."""
     if name not in SHIPPED:
-        raise LookupError(f"no predictors {name!r}; there are: {', '.join(SHIPPED)}, or a TOML file of your own")
+        raise LookupError(
+            f"no predictors {name!r}; there are: {', '.join(SHIPPED)}, or a TOML file of your own"
+        )
     return parse((files(__package__) / "data" / f"{name}.toml").read_text(encoding="utf-8"))
 
 
@@ -87,14 +92,22 @@ def from_json(table: Mapping[str, Any]) -> PredictorSet:
     if kind not in KINDS:
         raise ValueError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
     entries = table["predictors"]
-    if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
+    if (
+        not isinstance(entries, list)
+        or not entries
+        or not all(isinstance(entry, dict) for entry in entries)
+    ):
         raise ValueError(f"predictors is {entries!r}; expected tables [[predictors]]")
     pairs = [_entry(entry, f"[[predictors]] {number}") for number, entry in enumerate(entries, 1)]
     names = [predictor.name for predictor, _ in pairs]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"predictor {name!r} is given {names.count(name)} times; expected once")
-    return PredictorSet(_name(table, "the file"), kind, tuple(p for p, _ in pairs), tuple(s for _, s in pairs))
+            raise ValueError(
+                f"predictor {name!r} is given {names.count(name)} times; expected once"
+            )
+    return PredictorSet(
+        _name(table, "the file"), kind, tuple(p for p, _ in pairs), tuple(s for _, s in pairs)
+    )
 
 
 def _entry(entry: Mapping[str, Any], where: str) -> tuple[Predictor, str]:
@@ -110,7 +123,11 @@ def _entry(entry: Mapping[str, Any], where: str) -> tuple[Predictor, str]:
 
 
 def _is_known(source: str) -> bool:
-    return source in NUMBERS or source in WORDS or (source.startswith(FACTOR) and len(source) > len(FACTOR))
+    return (
+        source in NUMBERS
+        or source in WORDS
+        or (source.startswith(FACTOR) and len(source) > len(FACTOR))
+    )
 
 
 def _check_kind(source: str, unit: str, levels: tuple[str, ...], where: str) -> None:
@@ -123,7 +140,9 @@ def _check_kind(source: str, unit: str, levels: tuple[str, ...], where: str) -> 
     if is_word and not levels:
         raise ValueError(f"{where}: {source!r} is a word; expected its levels")
     if is_number:
-        expected = NUMBERS[source][0] if source in NUMBERS else (factor.si_unit if factor else None) or ""
+        expected = (
+            NUMBERS[source][0] if source in NUMBERS else (factor.si_unit if factor else None) or ""
+        )
         if unit != expected:
             raise ValueError(f"{where}: unit is {unit!r}; {source!r} is in {expected!r}")
 
@@ -139,7 +158,9 @@ def _levels(value: object, where: str) -> tuple[str, ...]:
 def _name(entry: Mapping[str, Any], where: str) -> str:
     name = entry["name"]
     if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise ValueError(f"{where}: name is {name!r}; expected lower-case letters, digits and _, at most 63")
+        raise ValueError(
+            f"{where}: name is {name!r}; expected lower-case letters, digits and _, at most 63"
+        )
     return name
 
 
@@ -174,7 +195,12 @@ def ranges(inputs: Inputs) -> list[dict[str, Any]]:
     """One row per predictor: its unit, smallest and largest value, distinct values; of a category its level counts."""
     rows = []
     for predictor, column in zip(inputs.predictors, inputs.x.T, strict=True):
-        row: dict[str, Any] = {"predictor": predictor.name, "unit": predictor.unit, "min": None, "max": None}
+        row: dict[str, Any] = {
+            "predictor": predictor.name,
+            "unit": predictor.unit,
+            "min": None,
+            "max": None,
+        }
         row |= {"distinct": len(np.unique(column)), "levels": None}
         if predictor.levels:
             counts = {level: int((column == i).sum()) for i, level in enumerate(predictor.levels)}

@@ -64,22 +64,32 @@ _COLUMNS = (
 )
 
 
-def rows_of_campaigns(session: Session, campaigns: Sequence[int], extraction: int | None) -> list[Row]:
+def rows_of_campaigns(
+    session: Session, campaigns: Sequence[int], extraction: int | None
+) -> list[Row]:
     """Every impact of the campaigns with its pulse in use, or that of one extraction; without pulse those are None."""
-    version = and_(Pulse.settings_id == extraction) if extraction is not None else and_(Pulse.current)
-    query = _joined(and_(Pulse.impact_id == Impact.id, version)).where(Impact.campaign_id.in_(campaigns))
+    version = (
+        and_(Pulse.settings_id == extraction) if extraction is not None else and_(Pulse.current)
+    )
+    query = _joined(and_(Pulse.impact_id == Impact.id, version)).where(
+        Impact.campaign_id.in_(campaigns)
+    )
     return _in_order(session, query)
 
 
 def rows_of_snapshot(session: Session, snapshot: int) -> list[Row]:
     """The impacts of a snapshot with the pulses that it was frozen with, in use or not."""
-    frozen = _joined(Pulse.impact_id == Impact.id).join(SnapshotPulse, SnapshotPulse.pulse_id == Pulse.id)
+    frozen = _joined(Pulse.impact_id == Impact.id).join(
+        SnapshotPulse, SnapshotPulse.pulse_id == Pulse.id
+    )
     return _in_order(session, frozen.where(SnapshotPulse.snapshot_id == snapshot))
 
 
 def _joined(pulse: ColumnElement[bool]) -> Select[Any]:
     shot = and_(
-        Shot.campaign_id == Impact.campaign_id, Shot.run == Impact.run, Shot.repetition == Impact.repetition
+        Shot.campaign_id == Impact.campaign_id,
+        Shot.run == Impact.run,
+        Shot.repetition == Impact.repetition,
     )  # by the unique key, which has an index
     return (
         select(*_COLUMNS)
@@ -97,7 +107,10 @@ def _joined(pulse: ColumnElement[bool]) -> Select[Any]:
 
 def _in_order(session: Session, query: Select[Any]) -> list[Row]:
     """By campaign, run and repetition: sorted here, for databases differ in how they order text."""
-    return sorted(session.execute(query).mappings(), key=lambda row: (row["campaign"], row["run"], row["repetition"]))
+    return sorted(
+        session.execute(query).mappings(),
+        key=lambda row: (row["campaign"], row["run"], row["repetition"]),
+    )
 
 
 def levels_of(session: Session, configurations: Iterable[int]) -> dict[int, Levels]:
@@ -105,7 +118,9 @@ def levels_of(session: Session, configurations: Iterable[int]) -> dict[int, Leve
     levels_by_configuration: defaultdict[int, Levels] = defaultdict(lambda: ({}, {}))
     keys = sorted(set(configurations))
     query = (
-        select(ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number)
+        select(
+            ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number
+        )
         .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
         .join(Factor, FactorLevel.factor_id == Factor.id)
     )
@@ -134,7 +149,10 @@ def materials_of(session: Session) -> Materials:
     """Properties of every material of the store, SI."""
     columns = [column for column, _ in PROPERTIES.values()]
     query = select(Material.name, *(getattr(Material, column) for column in columns))
-    return {name: dict(zip(columns, map(float, values), strict=True)) for name, *values in session.execute(query)}
+    return {
+        name: dict(zip(columns, map(float, values), strict=True))
+        for name, *values in session.execute(query)
+    }
 
 
 def case_of(row: Row, levels: Levels) -> ImpactSource:
@@ -184,10 +202,16 @@ def stored_materials(session: Session) -> dict[str, ElasticMaterial]:
     rows = session.scalars(select(Material).options(selectinload(Material.aliases))).all()
     aliases = {alias.alias: row.name for row in rows for alias in row.aliases}
     properties = [item.name for item in fields(ElasticMaterial)]
-    return by_name([ElasticMaterial(*(getattr(row, name) for name in properties)) for row in rows], aliases)
+    return by_name(
+        [ElasticMaterial(*(getattr(row, name) for name in properties)) for row in rows], aliases
+    )
 
 
-def by_name(materials: Iterable[ElasticMaterial], aliases: Mapping[str, str]) -> dict[str, ElasticMaterial]:
+def by_name(
+    materials: Iterable[ElasticMaterial], aliases: Mapping[str, str]
+) -> dict[str, ElasticMaterial]:
     """Materials by name and alias in lower case; a name goes before another's alias."""
     named = {material.name: material for material in materials}
-    return {alias.lower(): named[name] for alias, name in aliases.items()} | {k.lower(): m for k, m in named.items()}
+    return {alias.lower(): named[name] for alias, name in aliases.items()} | {
+        k.lower(): m for k, m in named.items()
+    }

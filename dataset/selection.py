@@ -19,7 +19,13 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign, Factor
-from ..schema.impacts import INTEGRATED, TARGET_MOTION_ADDED, ExtractionSettingsRow, Impact, velocity_kind
+from ..schema.impacts import (
+    INTEGRATED,
+    TARGET_MOTION_ADDED,
+    ExtractionSettingsRow,
+    Impact,
+    velocity_kind,
+)
 from ..schema.known_factors import BY_NAME, column_of
 from ..schema.listings import get_campaign_id
 from ..schema.recordings import QualityFinding, RecordedChannel
@@ -27,7 +33,15 @@ from ..signals.channel import on_impactor
 from .build_table import Member, MissingError, member_of, table_of
 from .predictors import PredictorSet, shipped
 from .rows import Levels, Row, case_of, force_hashes, levels_of, materials_of, rows_of_campaigns
-from .sources import FACTOR, STATED_PLATE_MASS, VELOCITY, ImpactSource, Materials, read_number, read_word
+from .sources import (
+    FACTOR,
+    STATED_PLATE_MASS,
+    VELOCITY,
+    ImpactSource,
+    Materials,
+    read_number,
+    read_word,
+)
 from .table import POINTS, PulseTable
 from .velocities import CHOICES, converted, definition_of, one_kind
 
@@ -45,15 +59,22 @@ class MissingFacts:
     remedies: tuple[str, ...]
 
 
-def missing_in_campaigns(session: Session, campaigns: Sequence[str], predictors: PredictorSet) -> list[MissingFacts]:
+def missing_in_campaigns(
+    session: Session, campaigns: Sequence[str], predictors: PredictorSet
+) -> list[MissingFacts]:
     """What the impacts of `campaigns` lack that have a pulse in use. Raises `LookupError` for an unknown campaign."""
-    rows = rows_of_campaigns(session, [get_campaign_id(session, name) for name in sorted(set(campaigns))], None)
+    rows = rows_of_campaigns(
+        session, [get_campaign_id(session, name) for name in sorted(set(campaigns))], None
+    )
     levels = levels_of(session, (row["configuration_id"] for row in rows))
     return missing_facts(rows, levels, predictors, materials_of(session))
 
 
 def missing_facts(
-    rows: Iterable[Row], levels: Mapping[int, Levels], predictors: PredictorSet, materials: Materials
+    rows: Iterable[Row],
+    levels: Mapping[int, Levels],
+    predictors: PredictorSet,
+    materials: Materials,
 ) -> list[MissingFacts]:
     """What the impacts with a pulse lack, in the predictors' order; predictors that lack the same thing together."""
     counts: Counter[tuple[str, tuple[str, ...]]] = Counter()
@@ -62,14 +83,20 @@ def missing_facts(
             continue
         case = case_of(row, levels[row["configuration_id"]])
         for predictor, source in zip(predictors.predictors, predictors.sources, strict=True):
-            value = read_word(source, case) if predictor.levels else read_number(source, case, materials)
+            value = (
+                read_word(source, case)
+                if predictor.levels
+                else read_number(source, case, materials)
+            )
             if value is None:
                 counts[predictor.name, _remedies(source, case, row["kind"])] += 1
     order = [predictor.name for predictor in predictors.predictors]
     together: dict[tuple[int, tuple[str, ...]], list[str]] = {}
     for (name, remedies), count in sorted(counts.items(), key=lambda item: order.index(item[0][0])):
         together.setdefault((count, remedies), []).append(name)
-    return [MissingFacts(count, tuple(names), remedies) for (count, remedies), names in together.items()]
+    return [
+        MissingFacts(count, tuple(names), remedies) for (count, remedies), names in together.items()
+    ]
 
 
 def missing_words(missing: Sequence[MissingFacts]) -> str:
@@ -77,7 +104,9 @@ def missing_words(missing: Sequence[MissingFacts]) -> str:
     if not missing:
         return ""
     lacking = [f"{fact.impacts} no {', '.join(fact.predictors)}" for fact in missing]
-    lacking[0] = lacking[0].replace(" no ", f" impact{'s have' if missing[0].impacts > 1 else ' has'} no ", 1)
+    lacking[0] = lacking[0].replace(
+        " no ", f" impact{'s have' if missing[0].impacts > 1 else ' has'} no ", 1
+    )
     remedies = dict.fromkeys(remedy for fact in missing for remedy in fact.remedies)
     return (
         f"{'; '.join(lacking)}: training leaves such impacts out; add {'; '.join(remedies)}; "
@@ -89,7 +118,9 @@ def _remedies(source: str, case: ImpactSource, kind: str) -> tuple[str, ...]:
     if source.startswith(FACTOR):
         return (f"{column_of(source.removeprefix(FACTOR))[0]} in runs.csv",)
     if source == VELOCITY:
-        return ("impact_velocity_m_s in runs.csv (not to impacts that are stored: give the campaign another name)",)
+        return (
+            "impact_velocity_m_s in runs.csv (not to impacts that are stored: give the campaign another name)",
+        )
     if source == "impactor.mass":
         return ("bullet_mass_kg in runs.csv" if kind == "gun" else "mass_kg in [bench.hammer]",)
     if source == "plate.thickness":
@@ -113,17 +144,25 @@ def _of_material(part: str, case: ImpactSource) -> tuple[str, ...]:
 #: A recording without one of its accelerometers; no number of its impacts comes from what is not there.
 MISSING_CHANNEL = "missing-channel"
 #: Rule -> severities that leave an impact out.
-RULES: dict[str, tuple[str, ...]] = {"reject": ("reject",), "warning": ("reject", "warning"), "none": ()}
+RULES: dict[str, tuple[str, ...]] = {
+    "reject": ("reject",),
+    "warning": ("reject", "warning"),
+    "none": (),
+}
 
 
-def verdicts(session: Session, campaigns: Sequence[int], rows: Iterable[Row], rule: str) -> dict[int, str]:
+def verdicts(
+    session: Session, campaigns: Sequence[int], rows: Iterable[Row], rule: str
+) -> dict[int, str]:
     """Impacts that `rule` leaves out: the impact's key -> "CHECK (SEVERITY)", the worst. `ValueError` for no rule."""
     if rule not in RULES:
         raise ValueError(f"quality rule is {rule!r}; expected one of {', '.join(RULES)}")
     findings = _findings(session, campaigns, RULES[rule]) if RULES[rule] else []
     of_impact: dict[int, str] = {}
     of_recording: dict[tuple[int, bool], str] = {}
-    for impact, recording, force, velocity, text in reversed(findings):  # the worst is first, and stays
+    for impact, recording, force, velocity, text in reversed(
+        findings
+    ):  # the worst is first, and stays
         if impact is not None:
             of_impact[impact] = text
         else:
@@ -134,7 +173,9 @@ def verdicts(session: Session, campaigns: Sequence[int], rows: Iterable[Row], ru
     out = {}
     for row in rows:
         integrated = velocity_kind(row["velocity_source"]) in (INTEGRATED, TARGET_MOTION_ADDED)
-        verdict = of_impact.get(row["impact_id"]) or of_recording.get((row["recording_id"], integrated))
+        verdict = of_impact.get(row["impact_id"]) or of_recording.get(
+            (row["recording_id"], integrated)
+        )
         if verdict:
             out[row["impact_id"]] = verdict
     return out
@@ -143,7 +184,9 @@ def verdicts(session: Session, campaigns: Sequence[int], rows: Iterable[Row], ru
 _Finding = tuple[int | None, int, bool, bool, str]
 
 
-def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str, ...]) -> list[_Finding]:
+def _findings(
+    session: Session, campaigns: Sequence[int], severities: tuple[str, ...]
+) -> list[_Finding]:
     """(impact, recording, on the force or the recording, on the impactor's accelerometer, text), rejects first."""
     recordings = select(Impact.recording_id).where(Impact.campaign_id.in_(campaigns))
     query = (
@@ -214,11 +257,18 @@ def select_pulses(
     if not members:
         levels = levels_of(session, (row["configuration_id"] for row in rows))
         facts = missing_words(missing_facts(rows, levels, chosen, materials))
-        raise ValueError(f"no usable pulse in {', '.join(names)}: {_reasons_text(left_out)}{facts and f'; {facts}'}")
+        raise ValueError(
+            f"no usable pulse in {', '.join(names)}: {_reasons_text(left_out)}{facts and f'; {facts}'}"
+        )
     entered = [member.row for member in members]
     kind = one_kind(entered) if changed is None else CHOICES.get(velocity or "")
     table = table_of(members, chosen)
-    used = {name for m in members for name in (m.case.tip, m.case.target, m.case.plate) if name in materials}
+    used = {
+        name
+        for m in members
+        for name in (m.case.tip, m.case.target, m.case.plate)
+        if name in materials
+    }
     definition = {
         "format": FORMAT,
         "campaigns": names,
@@ -232,17 +282,26 @@ def select_pulses(
         # kept, for a material may be corrected later, and a frozen dataset stays as it is
         "materials": {str(name): dict(materials[str(name)]) for name in sorted(map(str, used))},
         "pulses": len(table),
-        "left_out": [{"reason": reason, "impacts": count} for reason, count in sorted(left_out.items())],
+        "left_out": [
+            {"reason": reason, "impacts": count} for reason, count in sorted(left_out.items())
+        ],
     }
     return DatasetDraft(chosen, table, definition)
 
 
-def _fitting(session: Session, names: Sequence[str], predictors: PredictorSet | None) -> PredictorSet:
+def _fitting(
+    session: Session, names: Sequence[str], predictors: PredictorSet | None
+) -> PredictorSet:
     """The predictors, of the kind that all the campaigns are."""
-    kinds = {name: session.scalars(select(Campaign.kind).where(Campaign.name == name)).one() for name in names}
+    kinds = {
+        name: session.scalars(select(Campaign.kind).where(Campaign.name == name)).one()
+        for name in names
+    }
     if predictors is None:
         if len(set(kinds.values())) > 1:
-            raise ValueError(f"campaigns of two kinds ({_pairs(kinds)}) have no predictors in common: take one kind")
+            raise ValueError(
+                f"campaigns of two kinds ({_pairs(kinds)}) have no predictors in common: take one kind"
+            )
         return shipped(next(iter(kinds.values())))
     others = {name: kind for name, kind in kinds.items() if kind != predictors.kind}
     if others:
@@ -264,22 +323,32 @@ def _check_factors(session: Session, predictors: PredictorSet) -> None:
         name = source.removeprefix(FACTOR)
         if source.startswith(FACTOR) and name not in there and name not in BY_NAME:
             existing_names = ", ".join(sorted(there))
-            raise LookupError(f"predictor {predictor.name}: no factor {name!r} in the store; known: {existing_names}")
+            raise LookupError(
+                f"predictor {predictor.name}: no factor {name!r} in the store; known: {existing_names}"
+            )
 
 
 def _extraction_id(session: Session, fingerprint: str | None) -> int | None:
     if fingerprint is None:
         return None
-    settings_rows = session.execute(select(ExtractionSettingsRow.id, ExtractionSettingsRow.fingerprint)).all()
+    settings_rows = session.execute(
+        select(ExtractionSettingsRow.id, ExtractionSettingsRow.fingerprint)
+    ).all()
     matches = [key for key, text in settings_rows if fingerprint and text.startswith(fingerprint)]
     if len(matches) != 1:
         there = ", ".join(text[:12] for _, text in settings_rows) or "none yet"
-        raise LookupError(f"{len(matches) or 'no'} extractions {fingerprint!r} in the store; there: {there}")
+        raise LookupError(
+            f"{len(matches) or 'no'} extractions {fingerprint!r} in the store; there: {there}"
+        )
     return matches[0]
 
 
 def _entering(
-    session: Session, rows: Sequence[Row], bad: dict[int, str], predictors: PredictorSet, materials: Materials
+    session: Session,
+    rows: Sequence[Row],
+    bad: dict[int, str],
+    predictors: PredictorSet,
+    materials: Materials,
 ) -> tuple[list[Member], Counter[str]]:
     """Impacts that can enter, and how many cannot, by reason."""
     levels = levels_of(session, (row["configuration_id"] for row in rows))
@@ -295,7 +364,9 @@ def _entering(
     return members, left_out
 
 
-def _without_twins(members: list[Member], force: Mapping[int, str], left_out: Counter[str]) -> list[Member]:
+def _without_twins(
+    members: list[Member], force: Mapping[int, str], left_out: Counter[str]
+) -> list[Member]:
     """The first of the impacts that are one contact of one record: two would stand on both sides of every split."""
     first: dict[tuple[str, float], Member] = {}
     for member in members:

@@ -83,7 +83,9 @@ def build_snapshot(
     """
     _check_name(name)
     with store.reading() as session:
-        draft = select_pulses(session, campaigns, predictors, quality, extraction, velocity, impacts)
+        draft = select_pulses(
+            session, campaigns, predictors, quality, extraction, velocity, impacts
+        )
     digest = content_hash(draft.predictors, draft.table)
 
     def freeze(session: Session) -> _Known | None:
@@ -103,7 +105,9 @@ def build_snapshot(
 
 def _check_name(name: str) -> None:
     if not name or name != name.strip() or not name.isprintable() or len(name) > _LONGEST_NAME:
-        raise SnapshotError(f"dataset name is {name!r}; expected one line of at most {_LONGEST_NAME} characters")
+        raise SnapshotError(
+            f"dataset name is {name!r}; expected one line of at most {_LONGEST_NAME} characters"
+        )
 
 
 @dataclass(frozen=True)
@@ -115,7 +119,9 @@ class _Known:
 
 def _find_snapshot(session: Session, name: str, digest: str) -> _Known | None:
     """The snapshot of this content. Raises `SnapshotError` where there is none and the name is taken."""
-    same = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.content_hash == digest)).one_or_none()
+    same = session.scalars(
+        select(DatasetSnapshot).where(DatasetSnapshot.content_hash == digest)
+    ).one_or_none()
     if same is not None:
         return _Known(same.id, same.name, same.definition)
     taken = session.scalar(select(DatasetSnapshot.content_hash).where(DatasetSnapshot.name == name))
@@ -129,15 +135,23 @@ def _find_snapshot(session: Session, name: str, digest: str) -> _Known | None:
 
 def _add(store: Store, session: Session, name: str, digest: str, draft: DatasetDraft) -> None:
     now = datetime.now(UTC)
-    row = DatasetSnapshot(name=name, content_hash=digest, frozen_at=now, definition=draft.definition)
+    row = DatasetSnapshot(
+        name=name, content_hash=digest, frozen_at=now, definition=draft.definition
+    )
     session.add(row)
     session.flush()
     _add_pulses(store, session, row.id, draft.table.pulse_id.tolist())
 
 
-def _fill_up(store: Store, session: Session, settled: _Known, digest: str, draft: DatasetDraft) -> None:
+def _fill_up(
+    store: Store, session: Session, settled: _Known, digest: str, draft: DatasetDraft
+) -> None:
     """Give a snapshot back the pulses that it lost by a deletion, when the same content was ingested again."""
-    own = set(session.scalars(select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == settled.key)))
+    own = set(
+        session.scalars(
+            select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == settled.key)
+        )
+    )
     lost = [key for key in draft.table.pulse_id.tolist() if key not in own]
     if lost and len(own) + len(lost) == len(draft.table.pulse_id):
         _add_pulses(store, session, settled.key, lost)
@@ -173,7 +187,12 @@ def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
     stated = definition.get("velocity") or {}
     if stated.get("converted"):
         rows = converted(rows, levels, definition["materials"], stated["kind"]).rows
-    frozen = Snapshot(row.name, row.content_hash, definition, _table(row.name, rows, levels, definition, predictors))
+    frozen = Snapshot(
+        row.name,
+        row.content_hash,
+        definition,
+        _table(row.name, rows, levels, definition, predictors),
+    )
     digest = content_hash(predictors, frozen.table)
     if digest != frozen.hash:
         raise SnapshotError(
@@ -183,7 +202,9 @@ def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
     return frozen
 
 
-def _with_kept_facts(session: Session, name: str, rows: Sequence[Row], definition: Mapping[str, Any]) -> Sequence[Any]:
+def _with_kept_facts(
+    session: Session, name: str, rows: Sequence[Row], definition: Mapping[str, Any]
+) -> Sequence[Any]:
     """The rows with the facts that the dataset was frozen with, where facts were added to a campaign since."""
     if FACTS not in definition:
         return rows
@@ -191,12 +212,16 @@ def _with_kept_facts(session: Session, name: str, rows: Sequence[Row], definitio
     fingerprints = {fingerprint for _, of_hits in kept.values() for fingerprint in of_hits.values()}
     keys = known_configurations(session, sorted(fingerprints))
     if fingerprints - keys.keys():
-        raise SnapshotError(f"dataset {name!r}: a configuration that it was frozen with is gone: restore the store")
+        raise SnapshotError(
+            f"dataset {name!r}: a configuration that it was frozen with is gone: restore the store"
+        )
     as_frozen = []
     for row in rows:
         bench, of_hits = kept[row["campaign"]]
         own = of_hits.get(hit_key(row["run"], row["repetition"]))
-        as_frozen.append({**row, **bench, **({} if own is None else {"configuration_id": keys[own]})})
+        as_frozen.append(
+            {**row, **bench, **({} if own is None else {"configuration_id": keys[own]})}
+        )
     return as_frozen
 
 
@@ -213,9 +238,14 @@ def _understood(row: DatasetSnapshot) -> dict[str, Any]:
     return row.definition
 
 
-def _table(name: str, rows: Any, levels: Any, definition: dict[str, Any], predictors: PredictorSet) -> PulseTable:
+def _table(
+    name: str, rows: Any, levels: Any, definition: dict[str, Any], predictors: PredictorSet
+) -> PulseTable:
     try:
-        members = [member_of(row, levels[row["configuration_id"]], predictors, definition["materials"]) for row in rows]
+        members = [
+            member_of(row, levels[row["configuration_id"]], predictors, definition["materials"])
+            for row in rows
+        ]
     except ValueError as error:
         raise SnapshotError(
             f"dataset {name!r}: a pulse no longer enters it ({error}): rows of the store were changed since; "
@@ -226,7 +256,14 @@ def _table(name: str, rows: Any, levels: Any, definition: dict[str, Any], predic
     return table_of(members, predictors)
 
 
-__all__ = ["Built", "Snapshot", "SnapshotError", "build_snapshot", "list_snapshots", "read_snapshot"]
+__all__ = [
+    "Built",
+    "Snapshot",
+    "SnapshotError",
+    "build_snapshot",
+    "list_snapshots",
+    "read_snapshot",
+]
 
 
 _SHORTEST_KEY = 4
@@ -253,7 +290,11 @@ class Trace:
 
 def trace(session: Session, snapshot: Snapshot, key: str) -> Trace:
     """The origin of a pulse by its key, or the start of it. Raises `LookupError` where none or several have it."""
-    matches = [row for row, text in enumerate(snapshot.table.key) if len(key) >= _SHORTEST_KEY and text.startswith(key)]
+    matches = [
+        row
+        for row, text in enumerate(snapshot.table.key)
+        if len(key) >= _SHORTEST_KEY and text.startswith(key)
+    ]
     if len(matches) != 1:
         raise LookupError(
             f"{len(matches) or 'no'} pulses of dataset {snapshot.name!r} have the key {key!r}; "

@@ -112,4 +112,8 @@ def read_number(source: str, case: ImpactSource, materials: Materials) -> float 
 
 def read_word(source: str, case: ImpactSource) -> str | None:
     """A word of a case; None where the store does not know it."""
-    return case.words.get(source.removeprefix(FACTOR)) if source.startswith(FACTOR) else WORDS[source](case)
+    return (
+        case.words.get(source.removeprefix(FACTOR))
+        if source.startswith(FACTOR)
+        else WORDS[source](case)
+    )

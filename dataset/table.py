@@ -65,7 +65,9 @@ class Inputs:
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """The same of some rows."""
         arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "predictors"}
-        return replace(self, **{name: values[rows] for name, values in arrays.items() if values is not None})
+        return replace(
+            self, **{name: values[rows] for name, values in arrays.items() if values is not None}
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +112,8 @@ def concatenate(tables: Sequence[PulseTable]) -> PulseTable:
     names = [f.name for f in fields(first) if f.name != "predictors"]
     columns = {name: [getattr(table, name) for table in tables] for name in names}
     arrays: dict[str, Any] = {
-        name: None if any(part is None for part in parts) else np.concatenate(parts) for name, parts in columns.items()
+        name: None if any(part is None for part in parts) else np.concatenate(parts)
+        for name, parts in columns.items()
     }
     return replace(first, **arrays)
 
@@ -148,7 +151,9 @@ def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
 
 def first_copies(table: PulseTable) -> NDArray[np.intp]:
     """The row (n,) of the pulse that each pulse is a copy of, which may be its own (`near_duplicates`)."""
-    return duplicate_groups(table.key, table.force_n, table.peak_force_n, table.contact_time_s, table.impulse_n_s)
+    return duplicate_groups(
+        table.key, table.force_n, table.peak_force_n, table.contact_time_s, table.impulse_n_s
+    )
 
 
 def check_form(text: str) -> None:
@@ -170,7 +175,11 @@ def expand(table: PulseTable, text: str) -> tuple[str, ...]:
     """
     if text == "materials":
         materials = sorted({*table.tip_material.tolist(), *table.target_material.tolist()} - {""})
-        return tuple(f"material={material}" for material in materials if not _of_material(table, material)[0].all())
+        return tuple(
+            f"material={material}"
+            for material in materials
+            if not _of_material(table, material)[0].all()
+        )
     if text == "campaigns":
         campaigns = sorted(set(table.campaign.tolist()))
         return tuple(f"campaign={campaign}" for campaign in campaigns) if len(campaigns) > 1 else ()
@@ -179,7 +188,9 @@ def expand(table: PulseTable, text: str) -> tuple[str, ...]:
 
 def _repetitions(table: PulseTable, seed: int) -> tuple[Mask, str]:
     """Thesis, section 4.3: two of ten of each configuration."""
-    places = zip(table.campaign.tolist(), table.run.tolist(), table.repetition.tolist(), strict=True)
+    places = zip(
+        table.campaign.tolist(), table.run.tolist(), table.repetition.tolist(), strict=True
+    )
     names = [f"{campaign}/{run}/{repetition}" for campaign, run, repetition in places]
     rank = np.array([_lot(seed, "repetitions", name) for name in names])
     test = np.zeros(len(table), dtype=bool)
@@ -196,7 +207,9 @@ def _groups(values: NDArray[np.str_]) -> list[NDArray[np.intp]]:
 
 
 def _configurations(table: PulseTable, seed: int) -> tuple[Mask, str]:
-    return _fifth_of_values(table.configuration, seed, "configurations"), "a fifth of the configurations"
+    return _fifth_of_values(
+        table.configuration, seed, "configurations"
+    ), "a fifth of the configurations"
 
 
 def _treatments(table: PulseTable, seed: int) -> tuple[Mask, str]:
@@ -221,7 +234,9 @@ def _lot(seed: int, what: str, name: str) -> str:
 
 def _of_material(table: PulseTable, material: str) -> tuple[Mask, str]:
     test = (table.tip_material == material) | (table.target_material == material)
-    _refuse_unknown("material", material, test, (*table.tip_material.tolist(), *table.target_material.tolist()))
+    _refuse_unknown(
+        "material", material, test, (*table.tip_material.tolist(), *table.target_material.tolist())
+    )
     return test, f"every pulse of a tip or a first layer of {material}"
 
 

@@ -66,12 +66,22 @@ class OutOfRange:
 
     def as_json(self) -> dict[str, Any]:
         """Plain data; a number that is not known is null."""
-        value = None if isinstance(self.value, float) and not np.isfinite(self.value) else self.value
-        return {"predictor": self.predictor, "value": value, "range": list(self.range), "reason": self.reason}
+        value = (
+            None if isinstance(self.value, float) and not np.isfinite(self.value) else self.value
+        )
+        return {
+            "predictor": self.predictor,
+            "value": value,
+            "range": list(self.range),
+            "reason": self.reason,
+        }
 
     def __str__(self) -> str:
         """ "impact_velocity = 9 lies beyond what was recorded (0.31 to 2.4)"."""
-        value, *ends = (bound if isinstance(bound, str) else f"{bound:.4g}" for bound in (self.value, *self.range))
+        value, *ends = (
+            bound if isinstance(bound, str) else f"{bound:.4g}"
+            for bound in (self.value, *self.range)
+        )
         between = ", " if isinstance(self.range[0], str) else " to "
         return f"{self.predictor} = {value} {self.reason} ({between.join(dict.fromkeys(ends))})"
 
@@ -148,4 +158,6 @@ class Limit:
     def from_json(cls, data: dict[str, Any]) -> Self:
         """Raises `KeyError`, `TypeError` or `ValueError` for other data."""
         predictor = Predictor(data["name"], data["unit"], tuple(data["levels"]))
-        return cls(predictor, float(data["low"]), float(data["high"]), tuple(map(float, data["values"])))
+        return cls(
+            predictor, float(data["low"]), float(data["high"]), tuple(map(float, data["values"]))
+        )

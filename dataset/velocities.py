@@ -56,12 +56,18 @@ def one_kind(rows: Sequence[Row]) -> str | None:
     return next(iter(counts), None)
 
 
-def definition_of(kind: str | None, converted: ConvertedRows | None, impacts: Sequence[int]) -> dict[str, Any]:
+def definition_of(
+    kind: str | None, converted: ConvertedRows | None, impacts: Sequence[int]
+) -> dict[str, Any]:
     """What a dataset's definition states of its velocities: kind, how many of the `impacts` have a converted one, and
     the median relative standard uncertainty of these."""
     relative_u = {} if converted is None else converted.relative_u
     shares = [relative_u[impact] for impact in impacts if impact in relative_u]
-    return {"kind": kind, "converted": len(shares), "relative_u": float(np.median(shares)) if shares else None}
+    return {
+        "kind": kind,
+        "converted": len(shares),
+        "relative_u": float(np.median(shares)) if shares else None,
+    }
 
 
 def kind_of_snapshot(session: Session, digest: str, definition: Mapping[str, Any]) -> str | None:
@@ -77,19 +83,30 @@ def kind_of_snapshot(session: Session, digest: str, definition: Mapping[str, Any
     return counts.most_common(1)[0][0] if counts else None
 
 
-def converted(rows: Sequence[Row], levels: Mapping[int, Levels], materials: Materials, wanted: str) -> ConvertedRows:
+def converted(
+    rows: Sequence[Row], levels: Mapping[int, Levels], materials: Materials, wanted: str
+) -> ConvertedRows:
     """The rows with velocities of the `wanted` kind of `CHOICES`' values, each from its own pulse and plate.
 
     Refused are rows whose plate is not known. Rows without a velocity or a pulse are left as they are.
     """
     from ..twin.contact.impacts import plate_impedance
-    from ..twin.contact.target_motion import PulseMoments, TargetMotion, integrated_velocity, velocity_before_contact
+    from ..twin.contact.target_motion import (
+        PulseMoments,
+        TargetMotion,
+        integrated_velocity,
+        velocity_before_contact,
+    )
 
     refused: dict[int, str] = {}
     chosen: list[tuple[int, float, float, tuple[float, ...], bool]] = []
     for place, row in enumerate(rows):
         kind = kind_of_row(row)
-        if row["pulse_id"] is None or kind is None or (kind == INTEGRATED) == (wanted == INTEGRATED):
+        if (
+            row["pulse_id"] is None
+            or kind is None
+            or (kind == INTEGRATED) == (wanted == INTEGRATED)
+        ):
             continue
         case = case_of(row, levels[row["configuration_id"]])
         figures = materials.get(case.plate or "", {})
@@ -100,18 +117,25 @@ def converted(rows: Sequence[Row], levels: Mapping[int, Levels], materials: Mate
                 "a velocity that cannot be converted: the plate's material or thickness is unknown"
             )
             continue
-        own_u = (row["impact_velocity_u_m_s"] or 0.0) if row["impact_velocity_m_s"] is not None else 0.0
+        own_u = (
+            (row["impact_velocity_u_m_s"] or 0.0) if row["impact_velocity_m_s"] is not None else 0.0
+        )
         anvil = case.words.get("anvil_material", NONE) != NONE
         chosen.append((place, case.velocity_m_s, own_u, plate_values, anvil))
     out: list[Any] = list(rows)
     if not chosen:
         return ConvertedRows(out, {}, refused)
     places = [item[0] for item in chosen]
-    velocity, own_u = (np.array([item[column] for item in chosen], dtype=np.float64) for column in (1, 2))
-    motion = TargetMotion.of(
-        plate_impedance(*np.array([item[3] for item in chosen]).T), np.array([item[4] for item in chosen])
+    velocity, own_u = (
+        np.array([item[column] for item in chosen], dtype=np.float64) for column in (1, 2)
     )
-    pulses = PulseMoments.of(np.array([rows[place]["force_points_n"] for place in places], dtype=np.float64))
+    motion = TargetMotion.of(
+        plate_impedance(*np.array([item[3] for item in chosen]).T),
+        np.array([item[4] for item in chosen]),
+    )
+    pulses = PulseMoments.of(
+        np.array([rows[place]["force_points_n"] for place in places], dtype=np.float64)
+    )
     if wanted == INTEGRATED:
         values, uncertainty = integrated_velocity(velocity, pulses, motion)
         uncertainty = np.hypot(uncertainty, own_u / pulses.factor)

@@ -15,7 +15,9 @@ from .options import Options
 from .record import CampaignRecord
 
 
-def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
+def stages_of(
+    record: CampaignRecord, options: Options
+) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
     """Gun, contact and plate, as far as they were measured, and a sentence for each that was not.
 
     Raises `ValueError` where nothing was, where one configuration was, and for an uncertain number that cannot act.
@@ -72,7 +74,9 @@ def _contact(record: CampaignRecord, options: Options) -> Stage | str:
         return f"contact: not diagnosed: {error}"
     uncertain = options.uncertain_of("contact")
     if options.contact is not None:
-        return RegisteredContactStage(record, options.contact, uncertain, plate_mass_kg=options.plate_mass_kg)
+        return RegisteredContactStage(
+            record, options.contact, uncertain, plate_mass_kg=options.plate_mass_kg
+        )
     return ContactObservables(record, uncertain)
 
 
@@ -86,6 +90,8 @@ def _plate(record: CampaignRecord, options: Options) -> Stage | str:  # noqa: AR
         )
     driven = any(run.force is not None and run.accelerations for run in record.runs)
     try:
-        return (PlateObservables if driven and record.plate_points_known else PlateRingdownStage)(record)
+        return (PlateObservables if driven and record.plate_points_known else PlateRingdownStage)(
+            record
+        )
     except ValueError as error:
         return f"plate: not diagnosed: {error}"

@@ -53,7 +53,9 @@ def conclude(
     channels that were not recorded would show."""
     judged = _by_families(posterior, held)
     established = established_sets(posterior, shares, held, judged, stages)
-    large_sets = [item for item in established.sets if max(item.share, item.held_out_gain) >= _LEAST_LISTED]
+    large_sets = [
+        item for item in established.sets if max(item.share, item.held_out_gain) >= _LEAST_LISTED
+    ]
     listed = _listed_sets(posterior, large_sets)
     causes_in_catalogue, p_unknown = _known_causes(posterior, *listed), 0.0
     figures = _unknown_figures(posterior, judged, held) if _large(posterior) else None
@@ -79,7 +81,9 @@ def _unknown_figures(
 ) -> UnknownFigures:
     return UnknownFigures(
         log_odds=posterior.log_odds_unknown,
-        fraction=judged.fraction(judged.correction) if judged is not None and judged.is_gap else None,
+        fraction=judged.fraction(judged.correction)
+        if judged is not None and judged.is_gap
+        else None,
         remaining_gap=None if held is None else _remaining_gap(posterior, held),
         none=posterior.within_probability,
         discrepancy=posterior.discrepancy,
@@ -89,10 +93,15 @@ def _unknown_figures(
 
 def _large(posterior: HypothesisPosterior) -> bool:
     """Whether some family of observables has a gap beyond noise and tolerance to be explained."""
-    return any(family.beyond_noise for family in family_gaps(posterior.gap)) or posterior.none_probability < 0.5
+    return (
+        any(family.beyond_noise for family in family_gaps(posterior.gap))
+        or posterior.none_probability < 0.5
+    )
 
 
-def _by_families(posterior: HypothesisPosterior, held: FoldCorrections | None) -> FoldCorrections | None:
+def _by_families(
+    posterior: HypothesisPosterior, held: FoldCorrections | None
+) -> FoldCorrections | None:
     """What was held out, by the size of the gap; where that is within tolerance and some family of observables is not,
     by the families that are not, each counted alike, in tolerances."""
     gap = posterior.gap
@@ -116,7 +125,10 @@ def _remaining_gap(posterior: HypothesisPosterior, held: FoldCorrections) -> flo
     rows = held.split.held_out
     excess = ((gap.mean - table) ** 2 - gap.floor_variance)[rows] / gap.tolerance**2
     counted = [own for name, own in family_columns(gap).items() if name not in FINER_THAN_LAWS]
-    cells = [excess[:, own][np.isfinite(excess[:, own])] for own in counted or family_columns(gap).values()]
+    cells = [
+        excess[:, own][np.isfinite(excess[:, own])]
+        for own in counted or family_columns(gap).values()
+    ]
     return float(np.sqrt(max([0.0, *(float(own.mean()) for own in cells if own.size)])))
 
 
@@ -157,7 +169,9 @@ def _known_causes(
     return sorted(entries, key=lambda entry: -entry.probability)
 
 
-def _weighed(entries: Sequence[Cause], fraction: float | None, p_unknown: float = 0.0) -> list[Cause]:
+def _weighed(
+    entries: Sequence[Cause], fraction: float | None, p_unknown: float = 0.0
+) -> list[Cause]:
     """The first entry with the probability that such entries are right by experience, and the others with what it
     leaves, in proportion, but no more than `_MOST_GROWN` times their own; but "none" keeps its own where it is not the
     first: other sets that may act do not make it likelier. What the first entry leaves and no other takes is nobody's:
@@ -167,47 +181,70 @@ def _weighed(entries: Sequence[Cause], fraction: float | None, p_unknown: float 
     p = first_entry_probability(effects, fraction)
     none = [entry for entry in others if entry.effects == (NONE,)]
     others = [entry for entry in others if entry.effects != (NONE,)]
-    whole, rest = 1 - sum(entry.probability for entry in none), sum(entry.probability for entry in others)
+    whole, rest = (
+        1 - sum(entry.probability for entry in none),
+        sum(entry.probability for entry in others),
+    )
     p = min(p, whole)
     if rest >= _LISTED:
         second = others[0].probability / rest  # the first stays first
         p = max(p, whole * second / (1 + second))
     growth = min((whole - p) / rest, _MOST_GROWN) if rest >= _LISTED else 1.0
-    least_probability = (1 - unknown_bound(fraction)) / (1 - p_unknown) if effects and p_unknown < 1 else 0.0
+    least_probability = (
+        (1 - unknown_bound(fraction)) / (1 - p_unknown) if effects and p_unknown < 1 else 0.0
+    )
     p = max(p, min(whole * min(least_probability, 1.0), whole - growth * rest))
     scaled = [replace(entry, probability=entry.probability * growth) for entry in others]
     return [replace(first, probability=p), *scaled, *none]
 
 
-def _listed(causes: Sequence[Cause], p_unknown: float, background: float = 0.0) -> tuple[Cause, ...]:
+def _listed(
+    causes: Sequence[Cause], p_unknown: float, background: float = 0.0
+) -> tuple[Cause, ...]:
     """Entries by falling probability, of sum one; `p_unknown` given that the gap is more than sets within tolerance.
 
     What the first entry loses and no other has is unknown, too; but it does not make "unknown" the likeliest. What no
     effect explains is a simulator's background with the probability `background`: then nothing acts.
     """
     entries = [
-        entry if entry.effects == (NONE,) else replace(entry, probability=entry.probability * (1 - p_unknown))
+        entry
+        if entry.effects == (NONE,)
+        else replace(entry, probability=entry.probability * (1 - p_unknown))
         for entry in causes
     ]
-    by_map = p_unknown * (1 - sum(entry.probability for entry in causes if entry.effects == (NONE,)))
+    by_map = p_unknown * (
+        1 - sum(entry.probability for entry in causes if entry.effects == (NONE,))
+    )
     p = max(1 - sum(entry.probability for entry in entries), 0.0)
     largest = max(entry.probability for entry in entries)
     unknown = by_map if by_map <= largest < p else p
     entries = [
-        replace(entry, probability=entry.probability + background * unknown) if entry.effects == (NONE,) else entry
+        replace(entry, probability=entry.probability + background * unknown)
+        if entry.effects == (NONE,)
+        else entry
         for entry in entries
     ]
     entries.append(Cause((UNKNOWN,), (1 - background) * unknown))
-    kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
+    kept = [
+        entry
+        for entry in entries
+        if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)
+    ]
     total = sum(entry.probability for entry in kept) or 1.0
     scaled = [replace(entry, probability=entry.probability / total) for entry in kept]
     return tuple(sorted(scaled, key=lambda entry: -entry.probability))
 
 
-def _cause(fit: SubsetFit, group: Sequence[tuple[str, ...]], probabilities: Sequence[float]) -> Cause:
+def _cause(
+    fit: SubsetFit, group: Sequence[tuple[str, ...]], probabilities: Sequence[float]
+) -> Cause:
     total = sum(probabilities)
     prefix = len(group[0]) > 1
-    parameters = [item for name in group[0] for item in fitted_parameters(fit, name, f"{name}." if prefix else "")]
+    parameters = [
+        item
+        for name in group[0]
+        for item in fitted_parameters(fit, name, f"{name}." if prefix else "")
+    ]
     return Cause(
         effects=tuple("+".join(names) for names in group),
         probability=total,
@@ -237,7 +274,9 @@ def _effect_shares(
 
 
 def _fits(
-    posterior: HypothesisPosterior, established: EstablishedSets, sets: Mapping[tuple[str, ...], SubsetFit]
+    posterior: HypothesisPosterior,
+    established: EstablishedSets,
+    sets: Mapping[tuple[str, ...], SubsetFit],
 ) -> dict[str, SubsetFit]:
     """By name, "a+b" for several: the choices of the established sets, every set of the report, and single effects. One
     that was fitted by itself goes before a larger set that holds it."""

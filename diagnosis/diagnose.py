@@ -48,7 +48,9 @@ def localise_gap(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generato
         factors=factor_regions(gap.residuals, of, gap.record.configurations, gap.observables, rng),
         time=time,
         frequency=(*frequency, *_of_spectra(gap, rng)),
-        drift=drift(gap.residuals, of, order, gap.observables, rng, configurations=gap.record.configurations),
+        drift=drift(
+            gap.residuals, of, order, gap.observables, rng, configurations=gap.record.configurations
+        ),
     )
 
 
@@ -61,7 +63,9 @@ def _of_pulses(
     pulses = pulse_residuals(stage)
     runs = np.isfinite(pulses.measured).all(axis=1) & np.isfinite(pulses.simulated).all(axis=1)
     of = stage.record.configuration_of[runs]
-    windows = time_windows(pulses.time_s, pulses.measured[runs], pulses.simulated[runs], of, "force", rng)
+    windows = time_windows(
+        pulses.time_s, pulses.measured[runs], pulses.simulated[runs], of, "force", rng
+    )
     spectra = (pulses.spectrum_n_s(force[runs]) for force in (pulses.measured, pulses.simulated))
     lines, level = amplitude_residual_db(pulses.frequency_hz, *spectra)
     return windows, frequency_bands(lines, level, of, "force", rng) if lines.size else ()
@@ -108,7 +112,9 @@ def diagnose(
         return _verdict(record, options or Options(), progress or (lambda *_: None), draw)
 
 
-def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw: Draw | None) -> Verdict:
+def _verdict(
+    record: CampaignRecord, options: Options, progress: Progress, draw: Draw | None
+) -> Verdict:
     started = time.perf_counter()
     rng = np.random.default_rng(options.seed)
     stages, notes = stages_of(record, options)
@@ -124,7 +130,9 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
     fit = partial(fit_fold, posterior.library)
     held = measure_reduction(stages, fit, rng, scales, options.rate_pulses, tolerances)
     entries = tuple(entry for entry, _ in held)
-    conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map, stages)
+    conclusion = conclude(
+        posterior, shares, held[0][1] if held else None, options.unknown_map, stages
+    )
     progress(4, _STEPS, "where")
     where = localise_gap(gap, stages, rng) if options.where else Where()
     progress(5, _STEPS, "next experiment")
@@ -143,17 +151,27 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
         sets=conclusion.established.sets,
         path=conclusion.established.path,
         next_runs=runs,
-        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *known_fact_sentences(posterior), *assumed),
+        assumptions=(
+            *record.assumptions,
+            *notes,
+            *stage_notes(stages),
+            *known_fact_sentences(posterior),
+            *assumed,
+        ),
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
         averaged=conclusion.established.averaged,
         unknown_figures=conclusion.unknown_figures,
         set_scores=posterior.set_scores(),
-        pictures=draw(gap, stages, _drawn_choices(posterior, conclusion)) if draw is not None else Pictures(),
+        pictures=draw(gap, stages, _drawn_choices(posterior, conclusion))
+        if draw is not None
+        else Pictures(),
     )
 
 
-def _drawn_choices(posterior: HypothesisPosterior, conclusion: Conclusion) -> list[tuple[Sequence[Effect], float]]:
+def _drawn_choices(
+    posterior: HypothesisPosterior, conclusion: Conclusion
+) -> list[tuple[Sequence[Effect], float]]:
     """The effects that the established sets stand for, as they were fitted, with weights of sum one; the likeliest
     effects where no set is established."""
     choices = conclusion.established.drawn or ((posterior.best, 1.0),)
@@ -170,8 +188,14 @@ def _effect_kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect
     detectable = {identity for stage in stages for identity in stage.shows}
     for name in options.catalogue or ():
         if name not in detectable:
-            raise ValueError(f"{name} cannot show in this campaign; these can: {', '.join(sorted(detectable))}")
-    return [table[name] for name in table if name in (options.catalogue or table) and name not in options.without]
+            raise ValueError(
+                f"{name} cannot show in this campaign; these can: {', '.join(sorted(detectable))}"
+            )
+    return [
+        table[name]
+        for name in table
+        if name in (options.catalogue or table) and name not in options.without
+    ]
 
 
 def _assumptions(
@@ -198,7 +222,11 @@ def _assumptions(
                 )
     first = conclusion.causes[0].effects[0]
     for entry in entries if first not in (NONE, UNKNOWN) else ():
-        if entry.held_out_by == "configuration" and entry.fraction is not None and entry.fraction < _PREDICTS:
+        if (
+            entry.held_out_by == "configuration"
+            and entry.fraction is not None
+            and entry.fraction < _PREDICTS
+        ):
             yield (
                 f"{first} is the likeliest cause of the catalogue, but what is chosen on other configurations takes "
                 f"only {entry.fraction:.0%} of the gap where it was not fitted: a cause outside of the catalogue is "

@@ -25,7 +25,15 @@ from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
 from .observables.base import PossibleObservables, Stage
 from .parameter_limits import exceeded_limits
-from .verdict import OTHERS, AveragedEffects, EffectSet, PathStep, SettledBy, WeightedEffects, set_name
+from .verdict import (
+    OTHERS,
+    AveragedEffects,
+    EffectSet,
+    PathStep,
+    SettledBy,
+    WeightedEffects,
+    set_name,
+)
 
 #: A set with less of the squared gap than this is no cause.
 _LEAST_SHARE = 0.02
@@ -125,11 +133,16 @@ def _held_out_gains(
     best = frozenset(posterior.best.effects)
     rest_of = {group: best - set(group) for group in groups}
     several = [group for group in groups if len(group) > 1]
-    wanted = [own for group in several for own in (rest_of[group], *(rest_of[group] | {m} for m in group))]
+    wanted = [
+        own for group in several for own in (rest_of[group], *(rest_of[group] | {m} for m in group))
+    ]
     _fit_missing(posterior, wanted)
     fit_of = best_by_effects(posterior)
     flipped = {name: fit_of.get(best ^ {name}) for name in posterior.effects}
-    fits = {fit.key: fit for fit in [posterior.best, *(fit for fit in flipped.values() if fit is not None)]}
+    fits = {
+        fit.key: fit
+        for fit in [posterior.best, *(fit for fit in flipped.values() if fit is not None)]
+    }
     fits |= {fit_of[own].key: fit_of[own] for own in wanted}
     tables = dict(zip(fits, _unseen(posterior, held, list(fits.values())), strict=True))
     squares = {key: held.squares(table) for key, table in tables.items()}
@@ -145,11 +158,16 @@ def _held_out_gains(
     for group in several:
         rest_fit = fit_of[rest_of[group]]
         members = [fit_of[rest_of[group] | {name}] for name in group]
-        joint = posterior.library.temper * np.array([posterior.library.log_joint(fit) for fit in members])
+        joint = posterior.library.temper * np.array(
+            [posterior.library.log_joint(fit) for fit in members]
+        )
         weights = np.exp(joint - joint.max())
         mean = np.tensordot(weights / weights.sum(), [tables[fit.key] for fit in members], axes=1)
         of_groups[group] = _gain(held, squares[rest_fit.key], held.squares(mean))
-        gains |= {n: _gain(held, squares[rest_fit.key], squares[f.key])[0] for n, f in zip(group, members, strict=True)}
+        gains |= {
+            n: _gain(held, squares[rest_fit.key], squares[f.key])[0]
+            for n, f in zip(group, members, strict=True)
+        }
     return gains, {group: of_groups[group] for group in groups}
 
 
@@ -159,12 +177,18 @@ def _gain(held: FoldCorrections, without: Floats, with_effect: Floats) -> tuple[
 
     def value(rows: NDArray[np.bool_]) -> float:
         room = np.sqrt(before[rows].mean()) - np.sqrt(floor[rows].mean())
-        return float((np.sqrt(without[rows].mean()) - np.sqrt(with_effect[rows].mean())) / max(room, 1e-9))
+        return float(
+            (np.sqrt(without[rows].mean()) - np.sqrt(with_effect[rows].mean())) / max(room, 1e-9)
+        )
 
     everything = np.ones(len(before), dtype=bool)
-    left_out = np.array([value(everything & (np.arange(len(before)) != i)) for i in range(len(before))])
+    left_out = np.array(
+        [value(everything & (np.arange(len(before)) != i)) for i in range(len(before))]
+    )
     count = len(before)
-    return value(everything), float(np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2)))
+    return value(everything), float(
+        np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2))
+    )
 
 
 def _path(
@@ -175,33 +199,49 @@ def _path(
 ) -> tuple[PathStep, ...]:
     """Sets added one by one, largest share first, held out, up to what all effects of the fit take: the last figure is
     that of the shrinkage."""
-    path = [_step(set_name(own), held, _mean(some, tables)) for own, some in zip(steps, choices, strict=True)]
+    path = [
+        _step(set_name(own), held, _mean(some, tables))
+        for own, some in zip(steps, choices, strict=True)
+    ]
     whole = _step(OTHERS, held, held.correction)
-    if _has_others(held, {name for own in steps for name in own}) and _differ(path[-1].fraction, whole.fraction):
+    if _has_others(held, {name for own in steps for name in own}) and _differ(
+        path[-1].fraction, whole.fraction
+    ):
         return (*path, whole)
     return (*path[:-1], replace(whole, added=path[-1].added))
 
 
-def _mean(choices: Sequence[tuple[SubsetFit, float]], tables: Mapping[tuple[str, ...], Floats]) -> Floats:
+def _mean(
+    choices: Sequence[tuple[SubsetFit, float]], tables: Mapping[tuple[str, ...], Floats]
+) -> Floats:
     """(C, D): the mean prediction of choices whose weights need not sum to one."""
     total = sum(weight for _, weight in choices)
     return np.asarray(np.sum([weight / total * tables[fit.key] for fit, weight in choices], axis=0))
 
 
-def _possible_choices(choices: Sequence[tuple[SubsetFit, float]]) -> tuple[tuple[SubsetFit, float], ...]:
+def _possible_choices(
+    choices: Sequence[tuple[SubsetFit, float]],
+) -> tuple[tuple[SubsetFit, float], ...]:
     """Those whose parameters are values that the parts can have, with weights of sum one."""
-    possible = [(fit, weight) for fit, weight in choices if not exceeded_limits(common_effects(fit))]
+    possible = [
+        (fit, weight) for fit, weight in choices if not exceeded_limits(common_effects(fit))
+    ]
     total = sum(weight for _, weight in possible)
     return tuple((fit, weight / total) for fit, weight in possible)
 
 
 def _averaged(
-    choices: Sequence[tuple[SubsetFit, float]], held: FoldCorrections | None, tables: Mapping[tuple[str, ...], Floats]
+    choices: Sequence[tuple[SubsetFit, float]],
+    held: FoldCorrections | None,
+    tables: Mapping[tuple[str, ...], Floats],
 ) -> AveragedEffects:
     def after(some: Sequence[tuple[SubsetFit, float]]) -> float | None:
         return None if held is None else _root(held, _mean(some, tables))
 
-    rows = [WeightedEffects(weight, common_effects(fit), after([(fit, weight)])) for fit, weight in choices]
+    rows = [
+        WeightedEffects(weight, common_effects(fit), after([(fit, weight)]))
+        for fit, weight in choices
+    ]
     return AveragedEffects(tuple(rows), after(choices))
 
 
@@ -215,14 +255,18 @@ def _root(held: FoldCorrections, correction: Floats) -> float:
 
 
 def _has_others(held: FoldCorrections, effects: Collection[str]) -> bool:
-    return any(name not in effects for fold in held.folds for fit in fold.fits for name in fit.effects)
+    return any(
+        name not in effects for fold in held.folds for fit in fold.fits for name in fit.effects
+    )
 
 
 def _differ(a: float, b: float) -> bool:
     return not abs(a - b) < _LEAST_STEP
 
 
-def _choices(posterior: HypothesisPosterior, sets: Sequence[tuple[str, ...]]) -> list[tuple[SubsetFit, float]]:
+def _choices(
+    posterior: HypothesisPosterior, sets: Sequence[tuple[str, ...]]
+) -> list[tuple[SubsetFit, float]]:
     """What the likely sets of effects have of some sets, an effect of each at least, fitted by itself; with weights of
     sum one, the largest first."""
     effects = {name for own in sets for name in own}
@@ -233,7 +277,11 @@ def _choices(posterior: HypothesisPosterior, sets: Sequence[tuple[str, ...]]) ->
             mass[frozenset(acting)] = mass.get(frozenset(acting), 0.0) + weight
     first = frozenset(own[0] for own in sets)
     likely = sorted((mass or {first: 1.0}).items(), key=lambda item: -item[1])
-    likely_sets = [(own, weight) for own, weight in likely[:_MOST_CHOICES] if weight >= _LEAST_WEIGHT * likely[0][1]]
+    likely_sets = [
+        (own, weight)
+        for own, weight in likely[:_MOST_CHOICES]
+        if weight >= _LEAST_WEIGHT * likely[0][1]
+    ]
     _fit_missing(posterior, [own for own, _ in likely_sets])
     fit_of, total = best_by_effects(posterior), sum(weight for _, weight in likely_sets)
     return [(fit_of[own], weight / total) for own, weight in likely_sets]
@@ -251,13 +299,17 @@ def _fit_missing(posterior: HypothesisPosterior, sets: Sequence[frozenset[str]])
     fit_sets(posterior.problem, posterior.library, [sorted(own) for own in missing])
 
 
-def _unseen(posterior: HypothesisPosterior, held: FoldCorrections, fits: Sequence[SubsetFit]) -> list[Floats]:
+def _unseen(
+    posterior: HypothesisPosterior, held: FoldCorrections, fits: Sequence[SubsetFit]
+) -> list[Floats]:
     """By set (C, D): what it predicts of each configuration, fitted to the folds that do not have it."""
     tables = [set_predictions(posterior.library, fold.training, fits) for fold in held.folds]
     return [held.unseen(held.gaps.over_scale(np.array(own))) for own in zip(*tables, strict=True)]
 
 
-def _settled_by(posterior: HypothesisPosterior, group: Sequence[str], stages: Sequence[Stage]) -> SettledBy | None:
+def _settled_by(
+    posterior: HypothesisPosterior, group: Sequence[str], stages: Sequence[Stage]
+) -> SettledBy | None:
     """Of the channels that were not recorded, the one that tells every two effects of a set apart by most."""
     if len(group) < 2 or not any(stage.possible_channels for stage in stages):
         return None
@@ -271,7 +323,9 @@ def _settled_by(posterior: HypothesisPosterior, group: Sequence[str], stages: Se
     return best if best.d_prime >= _TOLD_APART else None
 
 
-def _possible(stages: Sequence[Stage], sets: Sequence[Sequence[Effect]]) -> Iterator[tuple[str, PossibleObservables]]:
+def _possible(
+    stages: Sequence[Stage], sets: Sequence[Sequence[Effect]]
+) -> Iterator[tuple[str, PossibleObservables]]:
     for stage in stages:
         for channel in stage.possible_channels:
             yield channel, stage.possible_observables(channel, sets)
@@ -284,8 +338,12 @@ def least_distance(observables: PossibleObservables) -> float:
 
     lower = cholesky(observables.noise, lower=True)
     white = solve_triangular(lower, np.eye(len(lower)), lower=True)
-    differences = (first - second for first, second in itertools.combinations(observables.predicted, 2))
-    return min(float(np.linalg.norm(np.nan_to_num(difference) @ white.T)) for difference in differences)
+    differences = (
+        first - second for first, second in itertools.combinations(observables.predicted, 2)
+    )
+    return min(
+        float(np.linalg.norm(np.nan_to_num(difference) @ white.T)) for difference in differences
+    )
 
 
 __all__ = ["EstablishedSets", "best_by_effects", "established_sets", "least_distance"]

@@ -26,7 +26,9 @@ class FactorCorner:
     rows: Rows
 
 
-def corner_of_factors(factors: Sequence[Mapping[str, str | float]], size: Floats) -> FactorCorner | None:
+def corner_of_factors(
+    factors: Sequence[Mapping[str, str | float]], size: Floats
+) -> FactorCorner | None:
     """About a quarter of the configurations, at one end of the numeric factor that the gap goes with most.
 
     `factors` of n configurations; `size` (n,) is how large the gap of each is. The end is the one with the larger gap.
@@ -60,4 +62,8 @@ def _end(name: str, values: Floats, size: Floats) -> tuple[str, NDArray[np.bool_
     nearest = int(np.argmin([abs(np.mean(part) - _CORNER) for part in candidates]))
     column, unit = column_of(name)
     edge = short_between(levels[nearest] / unit, levels[nearest + 1] / unit)
-    return f"{column} {'>' if correlation >= 0 else '<='} {edge:g}", candidates[nearest], abs(float(correlation))
+    return (
+        f"{column} {'>' if correlation >= 0 else '<='} {edge:g}",
+        candidates[nearest],
+        abs(float(correlation)),
+    )

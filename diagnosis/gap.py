@@ -21,7 +21,9 @@ from .record import CampaignRecord
 from .verdict import GapSize
 
 
-def means(residuals: Floats, configuration: Rows, configurations: int) -> tuple[Floats, NDArray[np.intp]]:
+def means(
+    residuals: Floats, configuration: Rows, configurations: int
+) -> tuple[Floats, NDArray[np.intp]]:
     """Mean over the runs of each configuration (C, D), NaN where there is none, and their number."""
     finite = np.isfinite(residuals)
     total = np.zeros((configurations, residuals.shape[1]))
@@ -40,12 +42,16 @@ class Means:
     variance: Floats
 
     @classmethod
-    def of(cls, values: Floats, configuration: Rows, configurations: int, floor: Floats | float = 0.0) -> Self:
+    def of(
+        cls, values: Floats, configuration: Rows, configurations: int, floor: Floats | float = 0.0
+    ) -> Self:
         """From runs (R, d), NaN allowed. The scatter is pooled over configurations; without repetitions: `floor`."""
         mean, count = means(values, configuration, configurations)
         deviation = np.where(np.isfinite(values), values - mean[configuration], 0.0)
         freedom = np.maximum(count - 1, 0).sum(axis=0)
-        scatter = np.where(freedom > 0, np.sqrt((deviation**2).sum(axis=0) / np.maximum(freedom, 1)), floor)
+        scatter = np.where(
+            freedom > 0, np.sqrt((deviation**2).sum(axis=0) / np.maximum(freedom, 1)), floor
+        )
         return cls(mean, np.where(count > 0, scatter**2 / np.maximum(count, 1), np.nan))
 
 
@@ -89,7 +95,9 @@ class Noise:
         return not bool((self.freedom > 0).any())
 
     @classmethod
-    def of(cls, deviations: Floats, configuration: NDArray[np.intp], observables: Sequence[Observable]) -> Self:
+    def of(
+        cls, deviations: Floats, configuration: NDArray[np.intp], observables: Sequence[Observable]
+    ) -> Self:
         """From deviations (R, D) of runs from the mean of their configuration, NaN where there is none.
 
         Variances: (nu s^2 + nu0 f^2) / (nu + nu0) with f of the data sheets. Correlations pooled over observables that
@@ -131,11 +139,15 @@ def _relative_scatter(squares: Floats, freedom: Floats, sheet: Floats) -> Floats
             rest = inside & (np.arange(len(inside)) != largest)
             rest_freedom = freedom[rest, d].sum() + SHEET_WEIGHT
             pooled = (squares[rest, d].sum() + SHEET_WEIGHT * sheet[d]) / rest_freedom
-            chance = f_distribution.sf(variance[largest] / pooled, freedom[largest, d], rest_freedom)
+            chance = f_distribution.sf(
+                variance[largest] / pooled, freedom[largest, d], rest_freedom
+            )
             if chance * measured[d] > _OUTLYING:
                 break
             inside = rest
-            drawn = (squares[largest, d] + SHEET_WEIGHT * pooled) / (freedom[largest, d] + SHEET_WEIGHT)
+            drawn = (squares[largest, d] + SHEET_WEIGHT * pooled) / (
+                freedom[largest, d] + SHEET_WEIGHT
+            )
             relative[largest, d] = max(np.sqrt(drawn / pooled), 1.0)
     return relative
 
@@ -143,7 +155,10 @@ def _relative_scatter(squares: Floats, freedom: Floats, sheet: Floats) -> Floats
 def _shared(correlation: Floats, observables: Sequence[Observable], freedom: float) -> Floats:
     """(D, D): mean correlation of the lines of each channel, with each other and with all else; one on the diagonal."""
     # What is no line stands alone.
-    keys = [(o.stage, o.channel, o.unit, i if o.frequency_hz is None else -1) for i, o in enumerate(observables)]
+    keys = [
+        (o.stage, o.channel, o.unit, i if o.frequency_hz is None else -1)
+        for i, o in enumerate(observables)
+    ]
     names = list(dict.fromkeys(keys))
     member = np.array([[key == name for name in names] for key in keys], dtype=np.float64)
     count = member.sum(axis=0)
@@ -183,18 +198,38 @@ class GapTable:
     loudness: Mapping[str, Floats]
 
     @classmethod
-    def of(cls, record: CampaignRecord, stages: Sequence[Stage], widened: Mapping[str, float] | None = None) -> Self:
+    def of(
+        cls,
+        record: CampaignRecord,
+        stages: Sequence[Stage],
+        widened: Mapping[str, float] | None = None,
+    ) -> Self:
         """`widened`: a factor on the tolerances of a stage. Raises `ValueError` where nothing can be compared."""
         factor = widened or {}
         items = [item for stage in stages for item in stage.observables]
-        observables = tuple(replace(item, tolerance=item.tolerance * factor.get(item.stage, 1.0)) for item in items)
+        observables = tuple(
+            replace(item, tolerance=item.tolerance * factor.get(item.stage, 1.0)) for item in items
+        )
         residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)
         mean, count = means(residuals, record.configuration_of, len(record.configurations))
         if not count.any():
-            raise ValueError(f"campaign {record.name}: no run has both a measured and a simulated value to compare")
-        noise = Noise.of(residuals - mean[record.configuration_of], record.configuration_of, observables)
+            raise ValueError(
+                f"campaign {record.name}: no run has both a measured and a simulated value to compare"
+            )
+        noise = Noise.of(
+            residuals - mean[record.configuration_of], record.configuration_of, observables
+        )
         loudness = {stage.name: _loudness(stage, record) for stage in stages}
-        return cls(record, observables, residuals, mean, count, noise, _nuisances(stages, mean.shape), loudness)
+        return cls(
+            record,
+            observables,
+            residuals,
+            mean,
+            count,
+            noise,
+            _nuisances(stages, mean.shape),
+            loudness,
+        )
 
     @property
     def tolerance(self) -> Floats:
@@ -266,9 +301,19 @@ class GapMetric:
         columns = metric_columns(gap.observables)
         tolerance = gap.tolerance[columns]
         if gap.stages == ("plate",) and not spectra:
-            return cls("rms error of modal frequencies and damping ratios (in tolerances)", columns, tolerance, 1.0)
+            return cls(
+                "rms error of modal frequencies and damping ratios (in tolerances)",
+                columns,
+                tolerance,
+                1.0,
+            )
         if len(gap.stages) == 1:
-            return cls(_NAMES[gap.stages[0]], columns, np.ones(columns.size), float(np.sqrt(np.mean(tolerance**2))))
+            return cls(
+                _NAMES[gap.stages[0]],
+                columns,
+                np.ones(columns.size),
+                float(np.sqrt(np.mean(tolerance**2))),
+            )
         name = f"rms error of {', '.join(gap.stages)} (in tolerances, all stages alike)"
         return cls(name, columns, tolerance * np.sqrt(_stage_counts(gap, columns)), 1.0)
 
@@ -290,7 +335,9 @@ class GapMetric:
 
     def size(self, gap: GapTable) -> GapSize:
         before, floor = self.rms(gap.mean), self.rms(np.sqrt(gap.floor_variance))
-        return GapSize(self.name, before, floor, self.tolerance, max(self.by_stage(gap).values()) > 1.0)
+        return GapSize(
+            self.name, before, floor, self.tolerance, max(self.by_stage(gap).values()) > 1.0
+        )
 
     def by_stage(self, gap: GapTable) -> dict[str, float]:
         """By stage: rms of what is above the noise floor, in tolerances; 0 where a stage has no cell."""

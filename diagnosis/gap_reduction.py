@@ -45,11 +45,15 @@ def by_configuration(rows: Rows) -> ConfigurationFolds:
     return ConfigurationFolds("configuration", tuple(np.sort(part) for part in parts))
 
 
-def corner(configurations: Sequence[RunConfiguration], rows: Rows, size: Floats) -> ConfigurationFolds | None:
+def corner(
+    configurations: Sequence[RunConfiguration], rows: Rows, size: Floats
+) -> ConfigurationFolds | None:
     """The corner of the factor space that extrapolates most (`corner_of_factors`); None where there is none."""
     extrapolated = corner_of_factors([configurations[row].factors for row in rows], size[rows])
     return (
-        None if extrapolated is None else ConfigurationFolds(f"corner: {extrapolated.rule}", (rows[extrapolated.rows],))
+        None
+        if extrapolated is None
+        else ConfigurationFolds(f"corner: {extrapolated.rule}", (rows[extrapolated.rows],))
     )
 
 
@@ -77,13 +81,17 @@ class Gaps:
         record = stages[0].record
         scale = _by_stage(stages, scales or {})
         used = np.isfinite(scale)
-        residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)[:, used] / scale[used]
+        residuals = (
+            np.concatenate([stage.residuals() for stage in stages], axis=1)[:, used] / scale[used]
+        )
         items = [item for stage in stages for item in stage.observables]
         observables = tuple(items[i] for i in np.flatnonzero(used))
         floor = floors(observables) / scale[used]
         means = Means.of(residuals, record.configuration_of, len(record.configurations), floor)
         chance = _chance(residuals - means.mean[record.configuration_of], means)
-        freedom = int(np.isfinite(residuals).any(axis=1).sum() - np.isfinite(means.mean).any(axis=1).sum())
+        freedom = int(
+            np.isfinite(residuals).any(axis=1).sum() - np.isfinite(means.mean).any(axis=1).sum()
+        )
         return cls(observables, scale, means.mean, means.variance, chance, freedom)
 
     @property
@@ -165,7 +173,9 @@ def measure_reduction(
 
 def _by_stage(stages: Sequence[Stage], sizes: Mapping[str, Floats]) -> Floats:
     """(D,): sizes (d,) by stage, in the units of its observables; tolerances where none is given."""
-    return np.concatenate([sizes.get(stage.name, tolerances(stage.observables)) for stage in stages])
+    return np.concatenate(
+        [sizes.get(stage.name, tolerances(stage.observables)) for stage in stages]
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,11 +232,15 @@ class FoldCorrections:
     def is_gap(self) -> bool:
         """Whether the gap is two standard errors of the scatter above the scatter's part: else none to shrink."""
         chance = self.gaps.chance[self.split.held_out]
-        return bool((self.squares() - self.floor).mean() > 2 * np.sqrt((chance**2).sum()) / len(chance))
+        return bool(
+            (self.squares() - self.floor).mean() > 2 * np.sqrt((chance**2).sum()) / len(chance)
+        )
 
     def fraction(self, correction: Floats) -> float:
         """Of the reducible gap, that a correction (C, D) takes away where it is held out."""
-        means = (squares.mean() for squares in (self.squares(), self.squares(correction), self.floor))
+        means = (
+            squares.mean() for squares in (self.squares(), self.squares(correction), self.floor)
+        )
         return float(fraction(*means))
 
 
@@ -244,11 +258,20 @@ def _entry(
     interval = None
     if held.is_gap:
         spread = _training_spread(held, folds)
-        interval = fraction_interval(squares[0], squares[1], held.floor, rng, held.gaps.floor_error, spread)
+        interval = fraction_interval(
+            squares[0], squares[1], held.floor, rng, held.gaps.floor_error, spread
+        )
     tables = held.gaps.mean[rows], (held.gaps.mean - correction)[rows]
     figures = [_figures(held.gaps, table, tolerance) for table in tables]
-    more = {CORRECTED: (before, corrected), **{name: (figures[0][name], figures[1][name]) for name in figures[0]}}
-    ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds]) if pulses else None
+    more = {
+        CORRECTED: (before, corrected),
+        **{name: (figures[0][name], figures[1][name]) for name in figures[0]},
+    }
+    ratings = (
+        pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds])
+        if pulses
+        else None
+    )
     if ratings is not None:
         more["ISO 18571 rating of the force"] = ratings
     reduced = held.fraction(correction) if held.is_gap else None
@@ -279,11 +302,15 @@ def _figures(gaps: Gaps, table: Floats, tolerance: Floats) -> dict[str, float]:
         cells = in_tolerances[:, stages == name]
         if np.isfinite(cells).any():
             figures[stage_figure(name)] = float(np.sqrt(np.nanmean(cells**2)))
-    lines = np.flatnonzero([item.unit == "dB" and item.frequency_hz is not None for item in gaps.observables])
+    lines = np.flatnonzero(
+        [item.unit == "dB" and item.frequency_hz is not None for item in gaps.observables]
+    )
     levels = np.abs(residuals[:, lines])
     levels = levels[np.isfinite(levels)]
     if levels.size:
         figures["dB, median"] = float(np.median(levels))
         figures["dB, 95th percentile"] = float(np.quantile(levels, 0.95))
-        figures |= {f"share of lines within {limit} dB": float(np.mean(levels <= limit)) for limit in (3, 6)}
+        figures |= {
+            f"share of lines within {limit} dB": float(np.mean(levels <= limit)) for limit in (3, 6)
+        }
     return figures

@@ -37,9 +37,13 @@ _QUIET = 0.01
 def rating(measured: Floats, simulated: Floats) -> float:
     """Of two records (n,) at the same even steps. Raises `ValueError` for different lengths or a constant record."""
     if measured.shape != simulated.shape or len(measured) <= 2 * _SMOOTH:
-        raise ValueError(f"records of {len(measured)} and {len(simulated)} samples: give two of one length, above 18")
+        raise ValueError(
+            f"records of {len(measured)} and {len(simulated)} samples: give two of one length, above 18"
+        )
     if not (np.ptp(measured) > 0 and np.ptp(simulated) > 0):
-        raise ValueError("a constant record cannot be rated: nothing was measured, or nothing simulated")
+        raise ValueError(
+            "a constant record cannot be rated: nothing was measured, or nothing simulated"
+        )
     shift = _best_shift(measured, simulated)
     x, y = _overlap(measured, simulated, shift)
     phase = max(0.0, 1.0 - abs(shift) / (_SHIFT * len(measured)))
@@ -67,7 +71,9 @@ def _corridor(measured: Floats, simulated: Floats) -> float:
 def _overlap(measured: Floats, simulated: Floats, shift: int) -> tuple[Floats, Floats]:
     """The parts that lie over each other when the simulation, `shift` samples late, is moved forward."""
     count = len(measured)
-    return measured[max(0, -shift) : count - max(0, shift)], simulated[max(0, shift) : count - max(0, -shift)]
+    return measured[max(0, -shift) : count - max(0, shift)], simulated[
+        max(0, shift) : count - max(0, -shift)
+    ]
 
 
 def _best_shift(measured: Floats, simulated: Floats) -> int:
@@ -84,7 +90,9 @@ def _best_shift(measured: Floats, simulated: Floats) -> int:
         return float(x @ y) / math.sqrt((x @ x) * (y @ y))
 
     most = int(_SHIFT * len(measured))
-    return max(sorted(range(-most, most + 1), key=lambda shift: (abs(shift), -shift)), key=correlation)
+    return max(
+        sorted(range(-most, most + 1), key=lambda shift: (abs(shift), -shift)), key=correlation
+    )
 
 
 def _magnitude(measured: Floats, simulated: Floats) -> float:
@@ -164,8 +172,14 @@ def _ratings(stage: ContactObservables, held: Rows, effects: Sequence[Effect]) -
     """Of each held-out configuration that has a pulse: of its first run with a force and a velocity."""
     runs = stage.record.runs
     usable = [i for i, run in enumerate(runs) if run.force is not None and run.velocity_m_s]
-    rows = sorted({runs[i].configuration: i for i in reversed(usable) if runs[i].configuration in held}.values())
-    if type(stage) is ContactObservables and rows:  # a physical stage is cut down to these runs, a learned one is not
+    rows = sorted(
+        {
+            runs[i].configuration: i for i in reversed(usable) if runs[i].configuration in held
+        }.values()
+    )
+    if (
+        type(stage) is ContactObservables and rows
+    ):  # a physical stage is cut down to these runs, a learned one is not
         stage = ContactObservables(replace(stage.record, runs=tuple(runs[i] for i in rows)))
         rows = list(range(len(rows)))
     if not rows:

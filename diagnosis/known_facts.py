@@ -64,7 +64,10 @@ def contradictions(posterior: HypothesisPosterior) -> Iterator[Contradiction]:
         free = max(_without_fact(posterior, fact), key=score, default=None)
         if _settles_effect(posterior, fact):
             stated = max(score(fit) for fit in fits if fact.effect in fit.effects)
-            others = [*([] if free is None else [free]), *(fit for fit in fits if fact.effect not in fit.effects)]
+            others = [
+                *([] if free is None else [free]),
+                *(fit for fit in fits if fact.effect not in fit.effects),
+            ]
             free = max(others, key=score)
         if free is None:
             continue
@@ -81,7 +84,9 @@ def _score(posterior: HypothesisPosterior, effect: str, fit: SubsetFit) -> float
 
 def _settles_effect(posterior: HypothesisPosterior, fact: KnownFact) -> bool:
     """Whether the effect acts by the fact, and no parameter is left by which it may come to nothing."""
-    measured = {other.parameter for other in posterior.gap.record.known_facts if other.effect == fact.effect}
+    measured = {
+        other.parameter for other in posterior.gap.record.known_facts if other.effect == fact.effect
+    }
     laws = [law for law in posterior.problem.laws if law.id == fact.effect]
     names = ({coordinate.parameter.name for coordinate in law.coordinates} for law in laws)
     return all(law.surely_acts for law in laws) and all(own <= measured for own in names)

@@ -40,7 +40,10 @@ class _Forecast:
 
 
 def next_runs(
-    posterior: HypothesisPosterior, stages: Sequence[Stage], causes: Sequence[Cause], rng: np.random.Generator
+    posterior: HypothesisPosterior,
+    stages: Sequence[Stage],
+    causes: Sequence[Cause],
+    rng: np.random.Generator,
 ) -> tuple[NextRun, ...]:
     """For each pair of likely causes the setting that tells them apart with the fewest shots, likely pairs first; where
     the gap is not explained first of all the setting where most of it remains.
@@ -100,7 +103,9 @@ def _forecast(
         n, d = changes.shape[1:]
         return _Forecast(np.full((n, d), np.nan), np.zeros((n, d, d)))
     deviation = changes - changes.mean(axis=0)
-    return _Forecast(changes.mean(axis=0), np.einsum("kni,knj->nij", deviation, deviation) / (len(changes) - 1))
+    return _Forecast(
+        changes.mean(axis=0), np.einsum("kni,knj->nij", deviation, deviation) / (len(changes) - 1)
+    )
 
 
 def _parameter_draws(fit: SubsetFit, rng: np.random.Generator) -> list[tuple[Effect, ...]]:
@@ -118,7 +123,10 @@ def _parameter_draws(fit: SubsetFit, rng: np.random.Generator) -> list[tuple[Eff
 
 
 def _best(
-    pair: tuple[str, str], forecasts: Mapping[str, _Forecast], settings: Sequence[Mapping[str, Factor]], noise: Floats
+    pair: tuple[str, str],
+    forecasts: Mapping[str, _Forecast],
+    settings: Sequence[Mapping[str, Factor]],
+    noise: Floats,
 ) -> NextRun | None:
     a, b = (forecasts[name] for name in pair)
     for shots in range(1, MOST_RUNS + 1):
@@ -170,13 +178,19 @@ def candidate_stages(stages: Sequence[Stage]) -> Sequence[Stage]:
 
 def _gun_settings(record: CampaignRecord) -> CampaignRecord:
     """Every combination of pressure and mass; the travel is that of the projectile whose mass is nearest."""
-    shots = [run for run in record.runs if run.tank_pressure_pa and run.bullet_mass_kg and run.velocity_m_s]
+    shots = [
+        run
+        for run in record.runs
+        if run.tank_pressure_pa and run.bullet_mass_kg and run.velocity_m_s
+    ]
     pressures = _spread([float(run.tank_pressure_pa or 0) for run in shots])
     masses = _spread([float(run.bullet_mass_kg or 0) for run in shots])
     settings: list[tuple[dict[str, Factor], Run]] = []
     for pressure, mass in itertools.product(pressures, masses):
         nearest = min(shots, key=lambda run: abs(float(run.bullet_mass_kg or 0) - mass))
-        run = replace(shots[0], tank_pressure_pa=pressure, bullet_mass_kg=mass, travel_m=nearest.travel_m)
+        run = replace(
+            shots[0], tank_pressure_pa=pressure, bullet_mass_kg=mass, travel_m=nearest.travel_m
+        )
         settings.append(({"tank_pressure": pressure, "bullet_mass": mass}, run))
     return _record_of(record, settings)
 
@@ -184,11 +198,18 @@ def _gun_settings(record: CampaignRecord) -> CampaignRecord:
 def _contact_settings(record: CampaignRecord) -> CampaignRecord:
     """Every combination of tip, target and layer that the campaign has levels of, at low and high velocity."""
     hits = [run for run in record.runs if run.velocity_m_s and run.force is not None]
-    speeds = np.quantile([float(run.velocity_m_s or 0) for run in hits], [0.05, 0.95]).tolist() if hits else []
+    speeds = (
+        np.quantile([float(run.velocity_m_s or 0) for run in hits], [0.05, 0.95]).tolist()
+        if hits
+        else []
+    )
     measured = [configuration.factors for configuration in record.configurations]
     names = sorted({name for row in measured for name in row} - {"tank_pressure"})
     levels = [list(dict.fromkeys(row.get(name, "") for row in measured)) for name in names]
-    combinations = [dict(zip(names, row, strict=True)) for row in itertools.islice(itertools.product(*levels), 4000)]
+    combinations = [
+        dict(zip(names, row, strict=True))
+        for row in itertools.islice(itertools.product(*levels), 4000)
+    ]
     # an insulator needs an anvil to lie on
     possible = [
         row
@@ -198,7 +219,10 @@ def _contact_settings(record: CampaignRecord) -> CampaignRecord:
     step = max(1, len(possible) * len(speeds) // _MOST)
     settings: list[tuple[dict[str, Factor], Run]] = []
     for row, speed in itertools.product(possible[::step], speeds):
-        similar = min(hits, key=lambda run: sum(measured[run.configuration].get(name) != row[name] for name in row))
+        similar = min(
+            hits,
+            key=lambda run: sum(measured[run.configuration].get(name) != row[name] for name in row),
+        )
         mass = row.get("bullet_mass")
         mass = mass if isinstance(mass, float) else similar.bullet_mass_kg
         run = replace(similar, velocity_m_s=speed, bullet_mass_kg=mass)
@@ -211,11 +235,21 @@ def _spread(values: Sequence[float]) -> list[float]:
     levels = sorted(set(values))
     if len(levels) > _NUMBERS:
         levels = [levels[round(i)] for i in np.linspace(0, len(levels) - 1, _NUMBERS)]
-    return [float(f"{v:.3g}") for v in (levels[0] / _BEYOND, *levels, levels[-1] * _BEYOND)] if levels else []
+    return (
+        [float(f"{v:.3g}") for v in (levels[0] / _BEYOND, *levels, levels[-1] * _BEYOND)]
+        if levels
+        else []
+    )
 
 
-def _record_of(record: CampaignRecord, settings: Sequence[tuple[dict[str, Factor], Run]]) -> CampaignRecord:
+def _record_of(
+    record: CampaignRecord, settings: Sequence[tuple[dict[str, Factor], Run]]
+) -> CampaignRecord:
     """One run of each of the settings."""
-    configurations = tuple(RunConfiguration(f"candidate {i}", factors) for i, (factors, _) in enumerate(settings))
-    runs = tuple(replace(run, configuration=i, run=i, order=i) for i, (_, run) in enumerate(settings))
+    configurations = tuple(
+        RunConfiguration(f"candidate {i}", factors) for i, (factors, _) in enumerate(settings)
+    )
+    runs = tuple(
+        replace(run, configuration=i, run=i, order=i) for i, (_, run) in enumerate(settings)
+    )
     return replace(record, configurations=configurations, runs=runs)

@@ -32,7 +32,14 @@ _OF_STAGE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
 #: Families whose tolerances are finer than the laws of effects are: what is read from the free ringing of a plate and
 #: beside its shock, and of the pressures of a gun.
 FINER_THAN_LAWS = frozenset(
-    {"frequencies", "damping", "amplitudes of modes", "rest and delay", "pressure trace", "set pressure"}
+    {
+        "frequencies",
+        "damping",
+        "amplitudes of modes",
+        "rest and delay",
+        "pressure trace",
+        "set pressure",
+    }
 )
 #: Families that a channel makes, whatever its observables are called.
 _OF_CHANNEL: Mapping[str, str] = {"tank_pressure": "pressure trace", "set_pressure": "set pressure"}
@@ -58,7 +65,9 @@ def family_columns(gap: GapTable) -> dict[str, NDArray[np.intp]]:
     """By family, in the order of the observables: its columns of the gap table; those without any value left out."""
     names = np.array([family_of(item) for item in gap.observables])
     measured = np.isfinite(gap.mean).any(axis=0)
-    columns = {name: np.flatnonzero((names == name) & measured) for name in dict.fromkeys(names.tolist())}
+    columns = {
+        name: np.flatnonzero((names == name) & measured) for name in dict.fromkeys(names.tolist())
+    }
     return {name: own for name, own in columns.items() if own.size}
 
 
@@ -81,7 +90,8 @@ def background_probability(gap: GapTable) -> float:
     off, as the noise is."""
     expected = gap.floor_variance + (gap.nuisances**2).sum(axis=0)
     squares = [
-        float(np.nanmean(gap.mean[:, columns] ** 2 - expected[:, columns])) / _rms(gap.tolerance[columns]) ** 2
+        float(np.nanmean(gap.mean[:, columns] ** 2 - expected[:, columns]))
+        / _rms(gap.tolerance[columns]) ** 2
         for columns in family_columns(gap).values()
     ]
     largest = float(np.sqrt(max([0.0, *squares])))

@@ -88,7 +88,14 @@ class UnknownMap:
     source: str = "development and calibration campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, figures: UnknownFigures) -> float:
-        weights = [self.intercept, self.odds, self.fraction, self.left, self.discrepancy, self.beside]
+        weights = [
+            self.intercept,
+            self.odds,
+            self.fraction,
+            self.left,
+            self.discrepancy,
+            self.beside,
+        ]
         logit = float(np.dot(weights, figures.features))
         return min(float(1 / (1 + np.exp(-logit))), unknown_bound(figures.fraction, figures.none))
 
@@ -97,7 +104,9 @@ def unknown_bound(fraction: float | None, none: float = 0.0) -> float:
     """The largest probability of `unknown`, by the fraction of the gap that goes held out; 1 where none is known."""
     if fraction is None or not np.isfinite(fraction):
         return 1.0
-    remainder = none / 2 + (1 - none) * (1 - min(fraction, 1.0))  # where no effect acts half of it says nothing
+    remainder = none / 2 + (1 - none) * (
+        1 - min(fraction, 1.0)
+    )  # where no effect acts half of it says nothing
     return float(min(_OF_REMAINDER * remainder, 1.0))
 
 
@@ -108,10 +117,17 @@ def first_entry_probability(effects: Sequence[str], fraction: float | None) -> f
     return float(1 / (1 + np.exp(-np.dot(numbers, entry_features(effects, fraction)))))
 
 
-def entry_features(effects: Sequence[str], fraction: float | None) -> tuple[float, float, float, float]:
+def entry_features(
+    effects: Sequence[str], fraction: float | None
+) -> tuple[float, float, float, float]:
     """One, and the figures of the logit of `first_entry_probability`."""
     fraction = _finite(fraction if effects else None, _USUAL_FRACTION)
-    return 1.0, float(not effects), float(len(effects) > 1), float(np.clip(fraction, 0.0, 1.0)) - _USUAL_FRACTION
+    return (
+        1.0,
+        float(not effects),
+        float(len(effects) > 1),
+        float(np.clip(fraction, 0.0, 1.0)) - _USUAL_FRACTION,
+    )
 
 
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
@@ -150,13 +166,17 @@ class Options:
     def __post_init__(self) -> None:
         for stage, value in self.tolerances.items():
             if stage not in TOLERANCES:
-                raise ValueError(f"tolerance of {stage!r}: no such stage; expected one of {', '.join(TOLERANCES)}")
+                raise ValueError(
+                    f"tolerance of {stage!r}: no such stage; expected one of {', '.join(TOLERANCES)}"
+                )
             if not value > 0:
                 raise ValueError(f"tolerance of {stage} = {value!r}: expected a positive number")
         for name in self.uncertain:
             if name.partition(".")[0] not in _UNCERTAIN:
                 names = " or ".join(f"{stage}.NAME" for stage in _UNCERTAIN)
-                raise ValueError(f"uncertain {name!r}: expected {names}, a nominal parameter of that stage")
+                raise ValueError(
+                    f"uncertain {name!r}: expected {names}, a nominal parameter of that stage"
+                )
 
     @property
     def tolerance_scale(self) -> dict[str, float]:
@@ -166,4 +186,8 @@ class Options:
     def uncertain_of(self, stage: str) -> dict[str, float]:
         """By the name that the stage knows."""
         prefix = f"{stage}."
-        return {name.removeprefix(prefix): value for name, value in self.uncertain.items() if name.startswith(prefix)}
+        return {
+            name.removeprefix(prefix): value
+            for name, value in self.uncertain.items()
+            if name.startswith(prefix)
+        }

@@ -180,7 +180,8 @@ class Where:
         return tuple(
             other
             for other in self.stage[1:]
-            if other.own_ci90 is not None and first.own - other.own <= math.hypot(below, other.own_ci90[1] - other.own)
+            if other.own_ci90 is not None
+            and first.own - other.own <= math.hypot(below, other.own_ci90[1] - other.own)
         )
 
 
@@ -404,14 +405,31 @@ class Verdict:
         groups: list[list[EffectShare]] = []
         for row in self.effects:
             if row.named and not any(row in group for group in groups):
-                others = [item for item in self.effects if item.credible_set == row.credible_set and item != row]
+                others = [
+                    item
+                    for item in self.effects
+                    if item.credible_set == row.credible_set and item != row
+                ]
                 groups.append([row, *others] if row.credible_set is not None else [row])
         return tuple(sorted(map(_set_of, groups), key=lambda own: -own.share))
 
     def as_json(self) -> dict[str, Any]:
         """The report as scripts read it."""
-        names = ("campaign", "simulator", "gap", "where", "causes", "shrinkage", "effects", "unexplained", "sets")
-        table = {name: plain(getattr(self, name)) for name in (*names, "path", "next_runs", "assumptions", "seconds")}
+        names = (
+            "campaign",
+            "simulator",
+            "gap",
+            "where",
+            "causes",
+            "shrinkage",
+            "effects",
+            "unexplained",
+            "sets",
+        )
+        table = {
+            name: plain(getattr(self, name))
+            for name in (*names, "path", "next_runs", "assumptions", "seconds")
+        }
         for effect in table["effects"]:
             del effect["named"]  # scripts read it from `sets`
         for cause in table["causes"]:
@@ -427,7 +445,13 @@ def _set_of(group: Sequence[EffectShare]) -> EffectSet:
     """Of an older verdict: what is known of a group as a whole."""
     share, gain = sum(row.share for row in group), max(row.held_out_gain for row in group)
     interval = group[0].ci90 if len(group) == 1 else (math.nan, math.nan)
-    return EffectSet(tuple(row.effect for row in group), max(row.inclusion for row in group), share, interval, gain)
+    return EffectSet(
+        tuple(row.effect for row in group),
+        max(row.inclusion for row in group),
+        share,
+        interval,
+        gain,
+    )
 
 
 def plain(value: Any) -> Any:
@@ -435,7 +459,9 @@ def plain(value: Any) -> Any:
     if isinstance(value, Effect):
         return value.as_json()
     if isinstance(value, np.ndarray):
-        return [v if math.isfinite(v) else None if math.isnan(v) else str(v) for v in value.tolist()]
+        return [
+            v if math.isfinite(v) else None if math.isnan(v) else str(v) for v in value.tolist()
+        ]
     if is_dataclass(value):
         return {name: plain(item) for name, item in vars(value).items()}
     if isinstance(value, Mapping):

@@ -26,7 +26,10 @@ autodoc_member_order = "bysource"
 add_module_names = False
 toc_object_entries = False  # the margin shows headings, not every function
 linkcheck_anchors = False  # hosts make theirs by scripts
-linkcheck_ignore = [r"(?!https?://)", r"https?://(127\.0\.0\.1|localhost|server)"]  # tools/links.py has the rest
+linkcheck_ignore = [
+    r"(?!https?://)",
+    r"https?://(127\.0\.0\.1|localhost|server)",
+]  # tools/links.py has the rest
 linkcheck_timeout = 20
 
 html_theme = "furo"

@@ -43,7 +43,12 @@ def rules(settings: Sequence[Mapping[str, Level]], least: int = 2) -> tuple[Sett
     names = dict.fromkeys(name for setting in settings for name in setting)
     single = [rule for name in names for rule in _conditions(name, settings)]
     pairs = [
-        SettingRule(f"{first.text}{_AND}{second.text}", 2, first.inside & second.inside, first.columns | second.columns)
+        SettingRule(
+            f"{first.text}{_AND}{second.text}",
+            2,
+            first.inside & second.inside,
+            first.columns | second.columns,
+        )
         for first, second in combinations(single, 2)
     ]
     distinct: dict[bytes, SettingRule] = {}
@@ -65,13 +70,18 @@ def holds(text: str, setting: Mapping[str, Level]) -> bool:
     named = {column_of(name)[0]: (value, column_of(name)[1]) for name, value in setting.items()}
     # A level may hold the word "and": only before a column and its sign does it join two conditions.
     columns = "|".join(map(re.escape, named))
-    return all(_holds(condition, named) for condition in re.split(f"{_AND}(?=(?:{columns}) {_SIGN} )", text))
+    return all(
+        _holds(condition, named)
+        for condition in re.split(f"{_AND}(?=(?:{columns}) {_SIGN} )", text)
+    )
 
 
 def _holds(condition: str, named: Mapping[str, tuple[Level, float]]) -> bool:
     match = re.fullmatch(f"(.+?) ({_SIGN}) (.*)", condition, re.DOTALL)
     if match is None:
-        raise ValueError(f"{condition!r} is no rule: expected 'factor = level' or 'factor > number'")
+        raise ValueError(
+            f"{condition!r} is no rule: expected 'factor = level' or 'factor > number'"
+        )
     column, sign, level = match.groups()
     if column not in named:
         raise LookupError(f"no factor {column!r}; there are: {', '.join(named)}")
@@ -87,9 +97,15 @@ def _conditions(name: str, settings: Sequence[Mapping[str, Level]]) -> list[Sett
     column, unit = column_of(name)
     if all(isinstance(value, int | float) for value in values):
         numbers = np.array(values, dtype=np.float64)
-        thresholds = [short_between(low / unit, high / unit) for low, high in pairwise(np.unique(numbers))]
+        thresholds = [
+            short_between(low / unit, high / unit) for low, high in pairwise(np.unique(numbers))
+        ]
         above = [(f"{number:.12g}", numbers / unit > number) for number in thresholds]
-        texts = [(f"{column} {sign} {number}", part == (sign == ">")) for number, part in above for sign in (">", "<=")]
+        texts = [
+            (f"{column} {sign} {number}", part == (sign == ">"))
+            for number, part in above
+            for sign in (">", "<=")
+        ]
     else:
         words = np.array(["" if value is None else _word(value, unit) for value in values])
         levels = [word for word in dict.fromkeys(words.tolist()) if word]

@@ -13,14 +13,19 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..delimited_text import parse_number
+from ..files.delimited_text import parse_number
 
 #: Names stand in table headers and in names of axes: no signs that a table or an axis gives a meaning to.
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,62}", re.ASCII)
 #: Columns of a plan's sheet or of runs.csv that say something else about a run.
 _RESERVED = (
     *("run", "order", "position", "repetition", "repetitions", "done", "remarks", "recording"),
-    *("impact_velocity_m_s", "impact_velocity_u_m_s", "measured_velocity_m_s", "measured_velocity_u_m_s"),
+    *(
+        "impact_velocity_m_s",
+        "impact_velocity_u_m_s",
+        "measured_velocity_m_s",
+        "measured_velocity_u_m_s",
+    ),
     *("bullet_length_mm", "bullet_length_u_mm", "laser_sampling_rate_hz"),
 )
 _LONGEST_LEVEL = 200
@@ -37,11 +42,15 @@ class DesignFactor:
     name: str  #: as in the store where recordings know the column too: "tip_radius"
     column: str  #: in a plan's table and in runs.csv: "tip_radius_mm"
     levels: tuple[str, ...]  #: as a table writes them, all different
-    numbers: tuple[float, ...] | None  #: the levels as numbers in `unit`, rising; None where they are words
+    numbers: (
+        tuple[float, ...] | None
+    )  #: the levels as numbers in `unit`, rising; None where they are words
     ordered: bool  #: words with an order too: low < medium < high
     change: int  #: work to change it: 0 for easy, the higher the more
     unit: str | None = None  #: of `numbers`, or of `values`
-    values: tuple[float, ...] | None = None  #: what ordered words stand for (a velocity level's m/s), rising
+    values: tuple[float, ...] | None = (
+        None  #: what ordered words stand for (a velocity level's m/s), rising
+    )
     continuous: bool = False  #: the levels are a range in equal steps
 
     def __post_init__(self) -> None:
@@ -52,7 +61,9 @@ class DesignFactor:
                     "and no name that a table of runs needs for something else"
                 )
         if self.change < 0:
-            raise ValueError(f"factor {self.name!r}: change is {self.change!r}; expected 0 (easy) or more")
+            raise ValueError(
+                f"factor {self.name!r}: change is {self.change!r}; expected 0 (easy) or more"
+            )
         _check_levels(self)
         if self.numbers is not None:
             _check_numbers(self, self.numbers)
@@ -61,7 +72,9 @@ class DesignFactor:
         ending = _ending(self.unit or "")
         if self.numbers is not None and not self.column.endswith(ending):
             expected = f"a name that ends in {ending!r} for unit {self.unit!r}"
-            raise ValueError(f"factor {self.name!r}: column is {self.column!r}; expected {expected}")
+            raise ValueError(
+                f"factor {self.name!r}: column is {self.column!r}; expected {expected}"
+            )
 
     @property
     def has_order(self) -> bool:
@@ -111,20 +124,26 @@ def continuous_levels(low: float, high: float, step: float | None) -> tuple[str,
     values.
     """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"low is {low:g} and high {high:g}; expected finite numbers, low below high")
+        raise ValueError(
+            f"low is {low:g} and high {high:g}; expected finite numbers, low below high"
+        )
     span = high - low
     if step is None:
         decades = range(math.floor(math.log10(span)) - 1, math.floor(math.log10(span)) - 5, -1)
         steps = [digit * 10.0**decade for decade in decades for digit in (5, 2, 1)]
         fine_steps = [size for size in steps if span / size >= 49.5 and _divides(size, span)]
         if not fine_steps:
-            raise ValueError(f"low is {low:g} and high {high:g}; expected a step that divides the range")
+            raise ValueError(
+                f"low is {low:g} and high {high:g}; expected a step that divides the range"
+            )
         step = fine_steps[0]
     if not (math.isfinite(step) and step > 0 and _divides(step, span)):
         raise ValueError(f"step is {step:g}; expected a part of the range from {low:g} to {high:g}")
     count = round(span / step) + 1
     if count > _MOST_VALUES:
-        raise ValueError(f"step is {step:g}, which gives {count} values; expected {_MOST_VALUES} at most")
+        raise ValueError(
+            f"step is {step:g}, which gives {count} values; expected {_MOST_VALUES} at most"
+        )
     return tuple(number_label(low + index * span / (count - 1)) for index in range(count))
 
 
@@ -168,7 +187,9 @@ class Tie:
     @property
     def mentions(self) -> tuple[tuple[str, str], ...]:
         """Every (factor, level) that the rule names."""
-        return tuple(pair for levels in self.combinations for pair in zip(self.factors, levels, strict=True))
+        return tuple(
+            pair for levels in self.combinations for pair in zip(self.factors, levels, strict=True)
+        )
 
     def allows(self, levels: Mapping[str, str]) -> bool:
         return tuple(levels[name] for name in self.factors) in self.combinations
@@ -206,10 +227,14 @@ def connected(
 def _feasible(factors: tuple[DesignFactor, ...], rules: Sequence[Rule]) -> Combinations:
     names = "+".join(factor.name for factor in factors)
     if math.prod(len(factor.levels) for factor in factors) > _MOST_COMBINATIONS:
-        raise ValueError(f"{names}: more than {_MOST_COMBINATIONS} combinations of connected factors; expected fewer")
+        raise ValueError(
+            f"{names}: more than {_MOST_COMBINATIONS} combinations of connected factors; expected fewer"
+        )
     feasible = []
     for levels in itertools.product(*(range(len(factor.levels)) for factor in factors)):
-        texts = {factor.name: factor.levels[level] for factor, level in zip(factors, levels, strict=True)}
+        texts = {
+            factor.name: factor.levels[level] for factor, level in zip(factors, levels, strict=True)
+        }
         if all(rule.allows(texts) for rule in rules):
             feasible.append(levels)
     if not feasible:
@@ -218,7 +243,9 @@ def _feasible(factors: tuple[DesignFactor, ...], rules: Sequence[Rule]) -> Combi
         missing = set(range(len(factor.levels))) - {levels[place] for levels in feasible}
         if missing:
             label = factor.levels[min(missing)]
-            raise ValueError(f"factor {factor.name!r}: level {label!r} is in no feasible combination")
+            raise ValueError(
+                f"factor {factor.name!r}: level {label!r} is in no feasible combination"
+            )
     return tuple(feasible)
 
 
@@ -235,25 +262,36 @@ def _check_rules(factors: Sequence[DesignFactor], rules: Sequence[Rule]) -> None
                     f"rule '{rule}': factor {name!r} is unknown; expected one of {', '.join(factors_by_name)}"
                 )
             if factors_by_name[name].continuous:
-                raise ValueError(f"rule '{rule}': factor {name!r} is continuous; expected factors with levels")
+                raise ValueError(
+                    f"rule '{rule}': factor {name!r} is continuous; expected factors with levels"
+                )
         for name, level in rule.mentions:
             if level not in factors_by_name[name].levels:
                 expected = ", ".join(factors_by_name[name].levels)
-                raise ValueError(f"rule '{rule}': {name!r} has no level {level!r}; expected one of {expected}")
+                raise ValueError(
+                    f"rule '{rule}': {name!r} has no level {level!r}; expected one of {expected}"
+                )
 
 
 def _check_levels(factor: DesignFactor) -> None:
     if not factor.levels:
         raise ValueError(f"factor {factor.name!r}: levels is empty; expected at least one")
     for level in factor.levels:
-        if not level or level != level.strip() or not level.isprintable() or len(level) > _LONGEST_LEVEL:
+        if (
+            not level
+            or level != level.strip()
+            or not level.isprintable()
+            or len(level) > _LONGEST_LEVEL
+        ):
             raise ValueError(
                 f"factor {factor.name!r}: level {level[:_LONGEST_LEVEL]!r}; expected printable text without blanks "
                 f"around it, at most {_LONGEST_LEVEL} characters"
             )
     if len(set(factor.levels)) < len(factor.levels):
         level = next(level for level in factor.levels if factor.levels.count(level) > 1)
-        raise ValueError(f"factor {factor.name!r}: level {level!r} stands twice; expected different ones")
+        raise ValueError(
+            f"factor {factor.name!r}: level {level!r} stands twice; expected different ones"
+        )
 
 
 def _check_numbers(factor: DesignFactor, numbers: tuple[float, ...]) -> None:
@@ -263,8 +301,12 @@ def _check_numbers(factor: DesignFactor, numbers: tuple[float, ...]) -> None:
         )
     if factor.continuous and len(numbers) < 2:
         raise ValueError(f"factor {factor.name!r}: one value; expected a range")
-    if not all(map(math.isfinite, numbers)) or any(low >= high for low, high in itertools.pairwise(numbers)):
-        raise ValueError(f"factor {factor.name!r}: levels are {numbers}; expected finite numbers in rising order")
+    if not all(map(math.isfinite, numbers)) or any(
+        low >= high for low, high in itertools.pairwise(numbers)
+    ):
+        raise ValueError(
+            f"factor {factor.name!r}: levels are {numbers}; expected finite numbers in rising order"
+        )
 
 
 def number_label(number: float) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from ..delimited_text import parse_number
+from ..files.delimited_text import parse_number
 from ..schema.known_factors import BY_COLUMN
 from .limits.ballistic import positive
 from .limits.bench import BenchLimits, Swing
@@ -45,7 +45,13 @@ class PlannedShot:
     def __post_init__(self) -> None:
         if self.peak_force_n is None and self.contact_time_s is None:
             raise ValueError(f"run {self.run}: expected peak_force_n or contact_time_s, or both")
-        named = ("tank_pressure_pa", "bullet_mass_kg", "impact_velocity_m_s", "peak_force_n", "contact_time_s")
+        named = (
+            "tank_pressure_pa",
+            "bullet_mass_kg",
+            "impact_velocity_m_s",
+            "peak_force_n",
+            "contact_time_s",
+        )
         values = {name: getattr(self, name) for name in named}
         try:
             positive(**{name: value for name, value in values.items() if value is not None})
@@ -62,7 +68,9 @@ class PlannedShot:
         if self.peak_force_n is not None:
             return self.peak_force_n
         assert self.contact_time_s is not None  # __post_init__
-        return raised_sine_peak_force(self.bullet_mass_kg, self.impact_velocity_m_s, self.contact_time_s)
+        return raised_sine_peak_force(
+            self.bullet_mass_kg, self.impact_velocity_m_s, self.contact_time_s
+        )
 
     @property
     def expected_contact_time_s(self) -> float:
@@ -86,7 +94,9 @@ class UnsafeRunError(ValueError):
 
     def __init__(self, exceeded: Sequence[tuple[PlannedShot, list[Exceeded]]], runs: int) -> None:
         self.exceeded = tuple(exceeded)
-        named = [f"run {run.run}: {', '.join(item.message for item in items)}" for run, items in exceeded]
+        named = [
+            f"run {run.run}: {', '.join(item.message for item in items)}" for run, items in exceeded
+        ]
         more = f"; and {len(named) - _NAMED_RUNS} more" if len(named) > _NAMED_RUNS else ""
         super().__init__(
             f"{len(named)} of {runs} planned runs beyond the bench: {'; '.join(named[:_NAMED_RUNS])}{more}"
@@ -107,7 +117,13 @@ def check_run(run: PlannedShot, limits: BenchLimits) -> list[Exceeded]:
     height without that length or beyond it.
     """
     return [
-        Exceeded(limit, value, allowed, unit, f"{words} {_figure(value)} {unit}, allowed {_figure(allowed)} ({limit})")
+        Exceeded(
+            limit,
+            value,
+            allowed,
+            unit,
+            f"{words} {_figure(value)} {unit}, allowed {_figure(allowed)} ({limit})",
+        )
         for limit, words, value, allowed, unit in (
             *_gun_checks(run, limits),
             *_impact_checks(run, limits),
@@ -127,7 +143,9 @@ def refuse_unsafe(runs: Iterable[PlannedShot], limits: BenchLimits) -> None:
 
 
 def pressures_for_levels(
-    levels_m_s: Mapping[str, float], masses_kg: Sequence[float], pressure_for: Callable[[float, float], float]
+    levels_m_s: Mapping[str, float],
+    masses_kg: Sequence[float],
+    pressure_for: Callable[[float, float], float],
 ) -> dict[tuple[str, float], float]:
     """Gauge tank pressure (Pa) of each velocity level and bullet mass: `pressure_for(velocity_m_s, bullet_mass_kg)`.
 
@@ -175,8 +193,20 @@ def _gun_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check]:
     stopped = limits.ballistic_limit(run.bullet_mass_kg) / limits.safety_plate_margin
     yield "safety_plate", "impact velocity", velocity, stopped, "m/s"
     yield "max_bullet_mass_kg", "bullet mass", run.bullet_mass_kg, limits.max_bullet_mass_kg, "kg"
-    yield "max_impact_velocity_m_s", "impact velocity", velocity, limits.max_impact_velocity_m_s, "m/s"
-    yield "max_momentum_kg_m_s", "momentum", run.momentum_kg_m_s, limits.max_momentum_kg_m_s, "kg m/s"
+    yield (
+        "max_impact_velocity_m_s",
+        "impact velocity",
+        velocity,
+        limits.max_impact_velocity_m_s,
+        "m/s",
+    )
+    yield (
+        "max_momentum_kg_m_s",
+        "momentum",
+        run.momentum_kg_m_s,
+        limits.max_momentum_kg_m_s,
+        "kg m/s",
+    )
 
 
 def _impact_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check]:
@@ -185,9 +215,17 @@ def _impact_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check]:
     plate = limits.plate(run.plate)
     acceleration = plate.rigid_acceleration(force)
     if limits.accelerometer_distance_m is not None:
-        wave = plate.wave_acceleration(force, run.expected_contact_time_s, limits.accelerometer_distance_m)
+        wave = plate.wave_acceleration(
+            force, run.expected_contact_time_s, limits.accelerometer_distance_m
+        )
         acceleration = max(acceleration, wave)
-    yield "max_acceleration_m_s2", "expected plate acceleration", acceleration, limits.max_acceleration_m_s2, "m/s2"
+    yield (
+        "max_acceleration_m_s2",
+        "expected plate acceleration",
+        acceleration,
+        limits.max_acceleration_m_s2,
+        "m/s2",
+    )
 
 
 def _suspension_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check]:
@@ -212,7 +250,12 @@ def _suspension_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check
     radius = limits.bullet_diameter_m / 2
     for limit, words, direction, edge in (
         ("strike_to_lower_edge_m", "chain height", height, limits.strike_to_lower_edge_m),
-        ("strike_to_upper_edge_m", "chain height below the usual", -height, limits.strike_to_upper_edge_m),
+        (
+            "strike_to_upper_edge_m",
+            "chain height below the usual",
+            -height,
+            limits.strike_to_upper_edge_m,
+        ),
     ):
         if edge is not None:
             yield limit, words, direction, edge - radius, "m"
@@ -231,7 +274,9 @@ def _shot(
         pressure = _number(row, TANK_PRESSURE, run) * BY_COLUMN[TANK_PRESSURE].scale
         velocity = velocity_for(pressure, mass)
         if not velocity > 0:
-            raise ValueError(f"run {run}: {TANK_PRESSURE} is {row[TANK_PRESSURE]}, which drives no {mass:g} kg out")
+            raise ValueError(
+                f"run {run}: {TANK_PRESSURE} is {row[TANK_PRESSURE]}, which drives no {mass:g} kg out"
+            )
     else:
         level = _text(row, "velocity_level", run)
         velocity = _lookup(levels_m_s, level, "velocity level", run)
@@ -246,7 +291,15 @@ def _shot(
     )
     height = _chain_height_m(row, run)
     return PlannedShot(
-        run, pressure, mass, velocity, plate, anvil, contact.peak_force_n, contact.contact_time_s, height
+        run,
+        pressure,
+        mass,
+        velocity,
+        plate,
+        anvil,
+        contact.peak_force_n,
+        contact.contact_time_s,
+        height,
     )
 
 
@@ -259,13 +312,17 @@ def _chain_height_m(row: Mapping[str, str], run: str) -> float:
     except ValueError:
         cell = math.nan
     if not (math.isfinite(cell) and factor.allows(cell)):
-        raise ValueError(f"run {run}: {factor.column} is {text!r}; expected {factor.expected_number}")
+        raise ValueError(
+            f"run {run}: {factor.column} is {text!r}; expected {factor.expected_number}"
+        )
     return cell * factor.scale
 
 
 def _lookup(table: Mapping[K, V], key: K, what: str, run: str) -> V:
     if key not in table:
-        raise ValueError(f"run {run}: {what} {key!r} is not known; expected one of {', '.join(map(repr, table))}")
+        raise ValueError(
+            f"run {run}: {what} {key!r} is not known; expected one of {', '.join(map(repr, table))}"
+        )
     return table[key]
 
 

@@ -31,7 +31,9 @@ def changeovers(space: Space, treatments: NDArray[np.int64]) -> dict[str, int]:
     changes_by_factor: dict[str, int] = {}
     for index, axis in enumerate(space.axes):
         changed = np.diff(factor_levels(axis)[treatments[:, index]], axis=0) != 0
-        changes_by_factor |= {factor.name: int(changed[:, place].sum()) for place, factor in enumerate(axis.factors)}
+        changes_by_factor |= {
+            factor.name: int(changed[:, place].sum()) for place, factor in enumerate(axis.factors)
+        }
     return {factor.name: changes_by_factor[factor.name] for factor in space.factors}
 
 
@@ -47,7 +49,11 @@ RunOrder = Literal["split-plot", "random"]
 
 
 def run_order(
-    space: Space, treatments: Levels, rng: np.random.Generator, kind: RunOrder = "split-plot", blocks: int = 1
+    space: Space,
+    treatments: Levels,
+    rng: np.random.Generator,
+    kind: RunOrder = "split-plot",
+    blocks: int = 1,
 ) -> Levels:
     """The run order of treatments (n, axes): indices (n,), such that `treatments[indices]` is fired from first to last.
 
@@ -68,7 +74,9 @@ def run_order(
     weights = _weights(space, len(rows))
     hard = [index for index, axis in enumerate(space.axes) if axis.change > 0]
     hard.sort(key=lambda index: -space.axes[index].change)
-    paths = [(index, _costs(space.axes[index], np.unique(rows[:, index]), weights)) for index in hard]
+    paths = [
+        (index, _costs(space.axes[index], np.unique(rows[:, index]), weights)) for index in hard
+    ]
     drawn = [_blocked(rows, paths, blocks, rng) for _ in range(_DRAWS if hard else 1)]
     return min(drawn, key=lambda indices: _work(space, rows[indices], weights))
 
@@ -79,24 +87,35 @@ def _check_order(kind: str, blocks: int, runs: int) -> None:
     if not 1 <= blocks <= max(1, runs):
         raise ValueError(f"blocks is {blocks}; expected 1 to {max(1, runs)}, the number of runs")
     if kind == "random" and blocks > 1:
-        raise ValueError(f"blocks is {blocks}, but the order is random; expected the order split-plot with blocks")
+        raise ValueError(
+            f"blocks is {blocks}, but the order is random; expected the order split-plot with blocks"
+        )
 
 
-def _blocked(rows: Levels, paths: Sequence[tuple[int, Costs]], blocks: int, rng: np.random.Generator) -> Levels:
+def _blocked(
+    rows: Levels, paths: Sequence[tuple[int, Costs]], blocks: int, rng: np.random.Generator
+) -> Levels:
     """Block after block, each as `_nested`, with what the block before left on the bench."""
     at: dict[int, int] = {}
     parts = [
-        _nested(rows, part, paths, at, rng) for part in _even_parts(rows, [axis for axis, _ in paths], blocks, rng)
+        _nested(rows, part, paths, at, rng)
+        for part in _even_parts(rows, [axis for axis, _ in paths], blocks, rng)
     ]
     return np.concatenate(parts)
 
 
-def _even_parts(rows: Levels, hard: Sequence[int], blocks: int, rng: np.random.Generator) -> list[Levels]:
+def _even_parts(
+    rows: Levels, hard: Sequence[int], blocks: int, rng: np.random.Generator
+) -> list[Levels]:
     """Indices of the rows in `blocks` parts, the runs of each combination of the hard axes dealt out in turn."""
     if blocks == 1:
         return [np.arange(len(rows))]
     shuffled = rng.permutation(len(rows))
-    dealt = shuffled[np.lexsort(tuple(rows[shuffled, axis] for axis in reversed(hard)))] if hard else shuffled
+    dealt = (
+        shuffled[np.lexsort(tuple(rows[shuffled, axis] for axis in reversed(hard)))]
+        if hard
+        else shuffled
+    )
     return [np.sort(dealt[part::blocks]) for part in range(blocks)]
 
 
@@ -123,7 +142,10 @@ def _weights(space: Space, runs: int) -> dict[str, int]:
     """Cost of a change of each factor: one of a harder factor outweighs all changes of easier ones."""
     ranks = sorted({factor.change for factor in space.factors} | {0})
     base = runs * len(space.factors) + 1
-    return {factor.name: base ** ranks.index(factor.change) if factor.change else 0 for factor in space.factors}
+    return {
+        factor.name: base ** ranks.index(factor.change) if factor.change else 0
+        for factor in space.factors
+    }
 
 
 def _work(space: Space, rows: Levels, weights: dict[str, int]) -> int:
@@ -135,13 +157,20 @@ def _costs(axis: Axis, used: Levels, weights: dict[str, int]) -> Costs:
     levels = {index: axis.combinations[index] for index in used.tolist()}
     work = [weights[factor.name] for factor in axis.factors]
     return {
-        here: {there: sum(w for w, x, y in zip(work, a, b, strict=True) if x != y) for there, b in levels.items()}
+        here: {
+            there: sum(w for w, x, y in zip(work, a, b, strict=True) if x != y)
+            for there, b in levels.items()
+        }
         for here, a in levels.items()
     }
 
 
 def _nested(
-    rows: Levels, indices: Levels, paths: Sequence[tuple[int, Costs]], at: dict[int, int], rng: np.random.Generator
+    rows: Levels,
+    indices: Levels,
+    paths: Sequence[tuple[int, Costs]],
+    at: dict[int, int],
+    rng: np.random.Generator,
 ) -> Levels:
     """Blocks of the first axis, in each of them blocks of the next; `at` is where each axis was left."""
     if not paths or not len(indices):
@@ -154,7 +183,9 @@ def _nested(
     return np.concatenate(parts)
 
 
-def _path(levels: list[int], costs: Costs, start: int | None, rng: np.random.Generator) -> list[int]:
+def _path(
+    levels: list[int], costs: Costs, start: int | None, rng: np.random.Generator
+) -> list[int]:
     """A cheapest order of the levels, coming from `start`; chance decides between equals."""
     shuffled = [int(level) for level in rng.permutation(levels)]
     if len(levels) > _MOST_TRIED:

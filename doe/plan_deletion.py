@@ -48,6 +48,8 @@ def _campaigns(session: Session, name: str) -> list[str]:
     names: set[str] = set()
     for table in (Impact, Shot):
         query = select(Campaign.name).join(table, table.campaign_id == Campaign.id)
-        query = query.join(PlannedRun, table.planned_run_id == PlannedRun.id).join(Plan, PlannedRun.plan_id == Plan.id)
+        query = query.join(PlannedRun, table.planned_run_id == PlannedRun.id).join(
+            Plan, PlannedRun.plan_id == Plan.id
+        )
         names.update(session.scalars(query.where(Plan.name == name).distinct()))
     return sorted(names)

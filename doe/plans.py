@@ -60,7 +60,11 @@ class StoredRun:
     @property
     def repeats(self) -> int:
         """How many repetitions are to be recorded again, because those that were recorded are rejected."""
-        return min(len(self.rejected), self.repetitions - len(self.accepted)) if self.status == "planned" else 0
+        return (
+            min(len(self.rejected), self.repetitions - len(self.accepted))
+            if self.status == "planned"
+            else 0
+        )
 
     @property
     def state(self) -> str:
@@ -70,12 +74,16 @@ class StoredRun:
             return "done" if len(self.accepted) >= self.repetitions else f"done with {count}"
         if self.status == "discarded" or not (self.accepted or self.rejected):
             return self.status
-        words = [f"{count} recorded"] if len(self.accepted) + self.repeats < self.repetitions else []
+        words = (
+            [f"{count} recorded"] if len(self.accepted) + self.repeats < self.repetitions else []
+        )
         if self.repeats:
             noun = "repetition" if len(self.rejected) == 1 else "repetitions"
             verb = "is" if len(self.rejected) == 1 else "are"
             numbers = ", ".join(map(str, self.rejected))
-            words.append(f"repeat {self.repeats} of {self.repetitions}: {noun} {numbers} {verb} rejected")
+            words.append(
+                f"repeat {self.repeats} of {self.repetitions}: {noun} {numbers} {verb} rejected"
+            )
         return "; ".join(words)
 
 
@@ -94,7 +102,11 @@ class StoredPlan:
     def treatments(self, *statuses: str) -> NDArray[np.int64]:
         """Treatments (n, axes) of the runs in these states (all where none is named), in order of position."""
         chosen = [run.row for run in self.runs if not statuses or run.status in statuses]
-        return self.space.treatments(chosen) if chosen else np.empty((0, len(self.space.axes)), dtype=np.int64)
+        return (
+            self.space.treatments(chosen)
+            if chosen
+            else np.empty((0, len(self.space.axes)), dtype=np.int64)
+        )
 
 
 def add_plan(
@@ -147,7 +159,9 @@ def extend_plan(
     def extend(session: Session) -> list[int]:
         take_advisory_lock(session, plan_turn(name))
         plan = _plan_row(session, name)
-        last = select(func.max(PlannedRun.run), func.max(PlannedRun.position)).where(PlannedRun.plan_id == plan.id)
+        last = select(func.max(PlannedRun.run), func.max(PlannedRun.position)).where(
+            PlannedRun.plan_id == plan.id
+        )
         run, position = session.execute(last).one()
         numbers = [(run or 0) + 1 + i for i in range(len(rows))]
         _add_runs(session, plan, rows, numbers, position or 0, repetitions, settings)
@@ -161,7 +175,9 @@ def read_plan(session: Session, name: str) -> StoredPlan:
     plan = _plan_row(session, name)
     runs = tuple(_stored_runs(session, plan))
     space = space_from_text(plan.factors)
-    return StoredPlan(plan.name, plan.method, plan.seed, plan.description, plan.factors, space, runs)
+    return StoredPlan(
+        plan.name, plan.method, plan.seed, plan.description, plan.factors, space, runs
+    )
 
 
 def list_plans(session: Session) -> list[dict[str, Any]]:
@@ -186,7 +202,9 @@ def discard_run(store: Store, name: str, run: int, reason: str) -> None:
     tick_run(store, name, run, status="discarded", note=reason)
 
 
-def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str | None = None) -> StoredRun:
+def tick_run(
+    store: Store, plan_name: str, run: int, *, status: str, note: str | None = None
+) -> StoredRun:
     """Decide at the bench about a run: "discarded"; "done", although fewer repetitions than planned are accepted; or
     "planned", which takes such a decision back. `note` stays with the run as its reason.
 
@@ -196,10 +214,14 @@ def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str |
     and for "planned" where all is.
     """
     if status not in STATUSES:
-        raise ValueError(f"status of run {run} is {status!r}; expected one of {', '.join(STATUSES)}")
+        raise ValueError(
+            f"status of run {run} is {status!r}; expected one of {', '.join(STATUSES)}"
+        )
     note_text = (note or "").strip() or None
     if status == "discarded" and note_text is None:
-        raise NoteMissingError(f"no reason given; say why run {run} is discarded: the reason stays with it")
+        raise NoteMissingError(
+            f"no reason given; say why run {run} is discarded: the reason stays with it"
+        )
 
     def tick(session: Session) -> StoredRun:
         take_advisory_lock(session, plan_turn(plan_name))
@@ -215,7 +237,9 @@ def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str |
                 "are recorded. To record one again, discard its recording; the run then asks for a repeat"
             )
         if status == "done":
-            _check_done(plan_name, before, note_text or (row.reason if row.status == "done" else None))
+            _check_done(
+                plan_name, before, note_text or (row.reason if row.status == "done" else None)
+            )
         # What is recorded completely needs no decision: if a recording is rejected later, the run asks for a repeat.
         decision = "planned" if status == "done" and complete else status
         if decision != row.status or note_text is not None:
@@ -249,11 +273,15 @@ def _stored_runs(session: Session, plan: Plan, run: int | None = None) -> Iterat
     chosen = (PlannedRun.plan_id == plan.id, true() if run is None else PlannedRun.run == run)
     table = repetition_table(plan.kind)
     query = select(PlannedRun.id, table.repetition, is_rejected(table))
-    query = query.join(table, table.planned_run_id == PlannedRun.id).where(*chosen).order_by(table.id)
+    query = (
+        query.join(table, table.planned_run_id == PlannedRun.id).where(*chosen).order_by(table.id)
+    )
     repetitions: defaultdict[tuple[int, bool], list[int]] = defaultdict(list)
     for key, repetition, rejected in session.execute(query):
         repetitions[key, bool(rejected)].append(repetition)
-    for row, status in session.execute(select(PlannedRun, run_status()).where(*chosen).order_by(PlannedRun.position)):
+    for row, status in session.execute(
+        select(PlannedRun, run_status()).where(*chosen).order_by(PlannedRun.position)
+    ):
         yield StoredRun(
             run=row.run,
             position=row.position,
@@ -286,7 +314,11 @@ def _add_runs(
 ) -> None:
     names = material_names(session)
     wanted = [repetitions] * len(rows) if isinstance(repetitions, int) else list(repetitions)
-    given = [dict(run_settings) for run_settings in settings] if settings is not None else [{} for _ in rows]
+    given = (
+        [dict(run_settings) for run_settings in settings]
+        if settings is not None
+        else [{} for _ in rows]
+    )
     levels = [
         _levels(number, {**row, **{column: repr(value) for column, value in more.items()}}, names)
         for row, number, more in zip(rows, numbers, given, strict=True)

@@ -42,7 +42,9 @@ def draw_quality(figure: Figure, space: Space, designs: Mapping[str, Levels]) ->
     for axes in panels[2]:
         axes.set_ylim(0.7, top)
     figure.colorbar(pairs, ax=panels[0].tolist(), label=PAIR_SCALE, shrink=0.8)
-    figure.colorbar(correlations, ax=panels[1].tolist(), label="correlation of two effects", shrink=0.8)
+    figure.colorbar(
+        correlations, ax=panels[1].tolist(), label="correlation of two effects", shrink=0.8
+    )
 
 
 #: What a colour of `draw_pairs` says.
@@ -97,7 +99,9 @@ def level_labels(space: Space) -> list[str]:
     for axis in space.stratified.axes:
         (factor, *others) = axis.factors
         name = "" if others else f"{factor.name.replace('_', ' ')} "
-        unit = f" {factor.unit}" if factor.unit and factor.numbers is not None and not others else ""
+        unit = (
+            f" {factor.unit}" if factor.unit and factor.numbers is not None and not others else ""
+        )
         labels += [f"{name}{label}{unit}" for label in axis.labels]
     return labels
 
@@ -125,14 +129,24 @@ _REACH = 5.0
 
 def _draw_triples(axes: Any, space: Space, treatments: Levels) -> None:
     """Deviations of the cells of three axes, and in outline those of as many runs drawn at random (seed 0)."""
-    random_rows = np.random.default_rng(0).integers(0, [axis.size for axis in space.axes], treatments.shape)
+    random_rows = np.random.default_rng(0).integers(
+        0, [axis.size for axis in space.axes], treatments.shape
+    )
     bins = np.linspace(-_REACH, _REACH, 51)
-    for rows, style in ((treatments, {"color": COLOUR}), (random_rows, {"histtype": "step", "color": "black"})):
+    for rows, style in (
+        (treatments, {"color": COLOUR}),
+        (random_rows, {"histtype": "step", "color": "black"}),
+    ):
         cells = space.in_strata(rows)
-        parts = [deviation.ravel() for _, deviation in deviations(cells, [axis.strata for axis in space.axes], 3)]
+        parts = [
+            deviation.ravel()
+            for _, deviation in deviations(cells, [axis.strata for axis in space.axes], 3)
+        ]
         if parts:
             label = "this plan" if rows is treatments else "runs drawn at random"
-            axes.hist(np.clip(np.concatenate(parts), -_REACH, _REACH), bins=bins, label=label, **style)
+            axes.hist(
+                np.clip(np.concatenate(parts), -_REACH, _REACH), bins=bins, label=label, **style
+            )
             axes.set_yscale("log")
             axes.legend(fontsize=6)
     axes.axvspan(-1, 1, color=QUIET, alpha=0.25, lw=0)
@@ -145,5 +159,7 @@ def draw_runs(axes: Any, space: Space, treatments: Levels) -> None:
     """The level of each axis from run to run, lowest to highest, of treatments (n, axes)."""
     shares = space.checked(treatments) / np.maximum(1, [axis.size - 1 for axis in space.axes])
     axes.imshow(shares.T, cmap=LEVELS_MAP, aspect="auto", interpolation="nearest", vmin=0, vmax=1)
-    axes.set_yticks(range(len(space.axes)), [axis.name.replace("_", " ") for axis in space.axes], fontsize=6)
+    axes.set_yticks(
+        range(len(space.axes)), [axis.name.replace("_", " ") for axis in space.axes], fontsize=6
+    )
     axes.set_xlabel("run")

@@ -8,15 +8,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..delimited_text import parse_number
-from ..schema.atomic_write import atomic_file
-from ..spreadsheet_guard import GuardedCsv
+from ..files.atomic_write import atomic_file
+from ..files.delimited_text import parse_number
+from ..files.spreadsheet_guard import GuardedCsv
 from .plans import StoredPlan, StoredRun
 from .space import Space
 
 TICK, TICKED, REPEAT, CROSS = "☐", "☑", "↻", "✗"
 #: Endings of columns, the longest first, and the units that they stand for.
-_UNITS = {"_m_s": "m/s", "_bar": "bar", "_mm": "mm", "_kg": "kg", "_ms": "ms", "_pa": "Pa", "_g": "g", "_m": "m"}
+_UNITS = {
+    "_m_s": "m/s",
+    "_bar": "bar",
+    "_mm": "mm",
+    "_kg": "kg",
+    "_ms": "ms",
+    "_pa": "Pa",
+    "_g": "g",
+    "_m": "m",
+}
 
 
 @dataclass(frozen=True)
@@ -57,13 +66,26 @@ class Sheet:
 def sheet_of(plan: StoredPlan) -> Sheet:
     """The sheet of a stored plan; discarded runs stay on it, crossed out."""
     settings = tuple(dict.fromkeys(key for run in plan.runs for key in run.settings))
-    header = ("order", "run", *plan.space.columns, *settings, "repetitions", "set-up change", "done", "remarks")
+    header = (
+        "order",
+        "run",
+        *plan.space.columns,
+        *settings,
+        "repetitions",
+        "set-up change",
+        "done",
+        "remarks",
+    )
     rows = []
     before: StoredRun | None = None
     for run in plan.runs:
         changes = _changes(plan.space, before, run)
         cells = _cells(plan.space, settings, run, changes)
-        rows.append(SheetRow(cells, changes, run.status, _differs(plan.space, settings, before, run, len(cells))))
+        rows.append(
+            SheetRow(
+                cells, changes, run.status, _differs(plan.space, settings, before, run, len(cells))
+            )
+        )
         if run.status != "discarded":
             before = run
     active = [run for run in plan.runs if run.status != "discarded"]
@@ -93,7 +115,10 @@ def boxes(run: StoredRun) -> str:
     """
     if run.status == "discarded":
         return CROSS
-    numbered = [*((number, TICKED) for number in run.accepted), *((number, REPEAT) for number in run.rejected)]
+    numbered = [
+        *((number, TICKED) for number in run.accepted),
+        *((number, REPEAT) for number in run.rejected),
+    ]
     marks = [mark for _, mark in sorted(numbered)]
     while REPEAT in marks and marks.count(TICKED) + marks.count(REPEAT) > run.repetitions:
         marks.remove(REPEAT)  # a further repetition has taken its place
@@ -132,11 +157,15 @@ def write_sheet(plan: StoredPlan, path: Path) -> None:
 def _changes(space: Space, before: StoredRun | None, run: StoredRun) -> tuple[str, ...]:
     """Factors that take work to change and differ from the run before, the heaviest first."""
     heavy = sorted((f for f in space.factors if f.change > 0), key=lambda f: -f.change)
-    changed = [f.column for f in heavy if before is None or run.row[f.column] != before.row[f.column]]
+    changed = [
+        f.column for f in heavy if before is None or run.row[f.column] != before.row[f.column]
+    ]
     return tuple(f"{column_label(column)}: {run.row[column]}" for column in changed)
 
 
-def _cells(space: Space, settings: Sequence[str], run: StoredRun, changes: Sequence[str]) -> tuple[str, ...]:
+def _cells(
+    space: Space, settings: Sequence[str], run: StoredRun, changes: Sequence[str]
+) -> tuple[str, ...]:
     numbers = [f"{run.settings[key]:.4g}" if key in run.settings else "" for key in settings]
     remarks = "; ".join(words for words in (run.state if run.repeats else "", run.reason) if words)
     return (
@@ -165,7 +194,9 @@ def _csv_text(sheet: Sheet) -> str:
 
 
 def _write_csv(sheet: Sheet, path: Path) -> None:
-    path.write_bytes(_csv_text(sheet).encode("utf-8-sig"))  # the mark tells spreadsheets that it is UTF-8
+    path.write_bytes(
+        _csv_text(sheet).encode("utf-8-sig")
+    )  # the mark tells spreadsheets that it is UTF-8
 
 
 _STYLE = """
@@ -252,5 +283,7 @@ def _number_or_text(cell: str) -> float | int | str:
     try:
         number = parse_number(cell)
     except ValueError:
-        return "".join(sign for sign in cell if sign.isprintable() or sign in "\n\t")  # XML holds no others
+        return "".join(
+            sign for sign in cell if sign.isprintable() or sign in "\n\t"
+        )  # XML holds no others
     return int(number) if number.is_integer() else number

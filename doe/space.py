@@ -17,7 +17,7 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..schema.toml_text import read_toml_text
+from ..files.toml_text import read_toml_text
 from .factors import DesignFactor, Rule, connected
 from .toml_space import parse
 
@@ -40,11 +40,17 @@ class Axis:
 
     def __post_init__(self) -> None:
         if not self.combinations or len(set(self.combinations)) < len(self.combinations):
-            raise ValueError(f"axis {self.name!r}: combinations are {self.combinations}; expected different ones")
+            raise ValueError(
+                f"axis {self.name!r}: combinations are {self.combinations}; expected different ones"
+            )
         sizes = [len(factor.levels) for factor in self.factors]
         for levels in self.combinations:
-            if len(levels) != len(sizes) or any(not 0 <= n < size for n, size in zip(levels, sizes, strict=True)):
-                raise ValueError(f"axis {self.name!r}: combination {levels}; expected indices below {sizes}")
+            if len(levels) != len(sizes) or any(
+                not 0 <= n < size for n, size in zip(levels, sizes, strict=True)
+            ):
+                raise ValueError(
+                    f"axis {self.name!r}: combination {levels}; expected indices below {sizes}"
+                )
 
     @property
     def size(self) -> int:
@@ -74,7 +80,9 @@ class Axis:
     def labels(self) -> tuple[str, ...]:
         """A text per combination: "steel/polymeric"."""
         return tuple(
-            "/".join(factor.levels[level] for factor, level in zip(self.factors, levels, strict=True))
+            "/".join(
+                factor.levels[level] for factor, level in zip(self.factors, levels, strict=True)
+            )
             for levels in self.combinations
         )
 
@@ -87,21 +95,34 @@ class Space:
     kind: Kind
     factors: tuple[DesignFactor, ...]  #: in the order of the table's columns
     axes: tuple[Axis, ...]
-    rules: tuple[Rule, ...] = ()  #: that the axes' combinations follow; they explain why a row is refused
-    bench: Mapping[str, Any] = field(default_factory=dict, hash=False)  #: the file's [bench] table, as written
+    rules: tuple[
+        Rule, ...
+    ] = ()  #: that the axes' combinations follow; they explain why a row is refused
+    bench: Mapping[str, Any] = field(
+        default_factory=dict, hash=False
+    )  #: the file's [bench] table, as written
 
     def __post_init__(self) -> None:
         if self.kind not in get_args(Kind):
-            raise ValueError(f"space {self.name!r}: kind is {self.kind!r}; expected one of {', '.join(get_args(Kind))}")
-        for key, names in (("name", [f.name for f in self.factors]), ("column", [f.column for f in self.factors])):
+            raise ValueError(
+                f"space {self.name!r}: kind is {self.kind!r}; expected one of {', '.join(get_args(Kind))}"
+            )
+        for key, names in (
+            ("name", [f.name for f in self.factors]),
+            ("column", [f.column for f in self.factors]),
+        ):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
-                raise ValueError(f"space {self.name!r}: {key} {twice[0]!r} stands twice; expected one factor of it")
+                raise ValueError(
+                    f"space {self.name!r}: {key} {twice[0]!r} stands twice; expected one factor of it"
+                )
         if not self.factors:
             raise ValueError(f"space {self.name!r}: factors is empty; expected at least one")
         held = sorted(factor.name for axis in self.axes for factor in axis.factors)
         if held != sorted(factor.name for factor in self.factors):
-            raise ValueError(f"space {self.name!r}: axes hold {', '.join(held)}; expected every factor once")
+            raise ValueError(
+                f"space {self.name!r}: axes hold {', '.join(held)}; expected every factor once"
+            )
 
     @property
     def size(self) -> int:
@@ -115,12 +136,16 @@ class Space:
             return self
         axes = tuple(_stratified(axis) if axis.continuous else axis for axis in self.axes)
         by_name = {factor.name: factor for axis in axes for factor in axis.factors}
-        return replace(self, factors=tuple(by_name[factor.name] for factor in self.factors), axes=axes)
+        return replace(
+            self, factors=tuple(by_name[factor.name] for factor in self.factors), axes=axes
+        )
 
     def in_strata(self, treatments: NDArray[np.int64]) -> NDArray[np.int64]:
         """The treatments (n, axes) as treatments of `stratified`. Raises as `checked` does."""
         rows = self.checked(treatments)
-        sizes, strata = (np.array([getattr(axis, name) for axis in self.axes]) for name in ("size", "strata"))
+        sizes, strata = (
+            np.array([getattr(axis, name) for axis in self.axes]) for name in ("size", "strata")
+        )
         return np.asarray(rows * strata // sizes, dtype=np.int64)
 
     @property
@@ -130,7 +155,11 @@ class Space:
     def velocity_m_s(self, row: Mapping[str, str]) -> float | None:
         """What the level of a row stands for, of a factor whose levels have values in m/s; None where there is none."""
         for factor in self.factors:
-            if factor.unit == "m/s" and factor.values is not None and row.get(factor.column) in factor.levels:
+            if (
+                factor.unit == "m/s"
+                and factor.values is not None
+                and row.get(factor.column) in factor.levels
+            ):
                 return factor.values[factor.levels.index(row[factor.column])]
         return None
 
@@ -146,13 +175,21 @@ class Space:
     def checked(self, treatments: NDArray[Any]) -> NDArray[np.int64]:
         """The rows (n, axes) as int64; `ValueError` for another shape, no integers, or an index beyond its axis."""
         rows = np.asarray(treatments)
-        if rows.ndim != 2 or rows.shape[1] != len(self.axes) or not (np.issubdtype(rows.dtype, np.integer)):
-            raise ValueError(f"treatments are {rows.shape} of {rows.dtype}; expected (n, {len(self.axes)}) of integers")
+        if (
+            rows.ndim != 2
+            or rows.shape[1] != len(self.axes)
+            or not (np.issubdtype(rows.dtype, np.integer))
+        ):
+            raise ValueError(
+                f"treatments are {rows.shape} of {rows.dtype}; expected (n, {len(self.axes)}) of integers"
+            )
         beyond = np.argwhere((rows < 0) | (rows >= np.array([axis.size for axis in self.axes])))
         if beyond.size:
             row, column = map(int, beyond[0])
             axis = self.axes[column]
-            raise ValueError(f"treatment {row}: {axis.name} is {rows[row, column]}; expected 0 to {axis.size - 1}")
+            raise ValueError(
+                f"treatment {row}: {axis.name} is {rows[row, column]}; expected 0 to {axis.size - 1}"
+            )
         return rows.astype(np.int64)
 
     def rows(self, treatments: NDArray[np.int64]) -> list[dict[str, str]]:
@@ -184,7 +221,9 @@ class Space:
     def _treatment(self, row: Mapping[str, str]) -> list[int]:
         missing = [column for column in self.columns if column not in row]
         if missing:
-            raise ValueError(f"column {missing[0]!r} is missing; expected {', '.join(self.columns)}")
+            raise ValueError(
+                f"column {missing[0]!r} is missing; expected {', '.join(self.columns)}"
+            )
         level = {factor.name: factor.index(row[factor.column]) for factor in self.factors}
         texts = {factor.name: factor.levels[level[factor.name]] for factor in self.factors}
         for rule in self.rules:
@@ -199,22 +238,32 @@ class Space:
     @cached_property
     def _places(self) -> tuple[dict[tuple[int, ...], int], ...]:
         """Per axis, the index of each combination."""
-        return tuple({levels: index for index, levels in enumerate(axis.combinations)} for axis in self.axes)
+        return tuple(
+            {levels: index for index, levels in enumerate(axis.combinations)} for axis in self.axes
+        )
 
 
 def _stratified(axis: Axis) -> Axis:
     """A continuous axis with a level per part of its range; the text is that of the part's lowest and highest value."""
     (factor,) = axis.factors
     starts = [-(-stratum * axis.size // axis.strata) for stratum in range(axis.strata + 1)]
-    labels = tuple(f"{factor.levels[a]} to {factor.levels[b - 1]}" for a, b in itertools.pairwise(starts))
+    labels = tuple(
+        f"{factor.levels[a]} to {factor.levels[b - 1]}" for a, b in itertools.pairwise(starts)
+    )
     parts = replace(factor, levels=labels, numbers=None, unit=None, ordered=True, continuous=False)
     return Axis(axis.name, (parts,), tuple((index,) for index in range(axis.strata)))
 
 
-def _treatment_number(axis: Axis, places: Mapping[tuple[int, ...], int], levels: tuple[int, ...]) -> int:
+def _treatment_number(
+    axis: Axis, places: Mapping[tuple[int, ...], int], levels: tuple[int, ...]
+) -> int:
     if levels not in places:  # an axis made by hand may leave out more than the rules do
-        labels = "/".join(factor.levels[level] for factor, level in zip(axis.factors, levels, strict=True))
-        raise ValueError(f"{axis.name} = {labels} is not feasible; expected one of {', '.join(axis.labels)}")
+        labels = "/".join(
+            factor.levels[level] for factor, level in zip(axis.factors, levels, strict=True)
+        )
+        raise ValueError(
+            f"{axis.name} = {labels} is not feasible; expected one of {', '.join(axis.labels)}"
+        )
     return places[levels]
 
 
@@ -250,7 +299,9 @@ def read_space(path: Path) -> Space:
 def space_from_text(text: str) -> Space:
     """The space that the text of such a file describes. Raises `ValueError` as `read_space` does, without the file."""
     content = parse(text)
-    return space_of(content.name, cast(Kind, content.kind), content.factors, content.rules, content.bench)
+    return space_of(
+        content.name, cast(Kind, content.kind), content.factors, content.rules, content.bench
+    )
 
 
 def space_from_form(text: str) -> Space:

@@ -48,8 +48,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..files.toml_text import check_keys, toml_table
 from ..schema.known_factors import BY_COLUMN, BY_NAME
-from ..schema.toml_text import check_keys, toml_table
 from .factors import DesignFactor, Requirement, Rule, Tie, continuous_levels, number_label
 
 _KINDS = ("numeric", "continuous", "ordered", "categorical")
@@ -84,7 +84,11 @@ def parse(text: str) -> SpaceFile:
     requires = [_requirement(entry, where) for entry, where in _entries(table, "requires")]
     ties = [_tie(entry, where) for entry, where in _entries(table, "tied")]
     return SpaceFile(
-        _text(table, "name", "the file"), _text(table, "kind", "the file"), factors, (*requires, *ties), bench
+        _text(table, "name", "the file"),
+        _text(table, "kind", "the file"),
+        factors,
+        (*requires, *ties),
+        bench,
     )
 
 
@@ -100,12 +104,16 @@ def _factor(entry: dict[str, Any], where: str) -> DesignFactor:
             f"{where}: unit is {entry.get('unit')!r}; expected one for a factor of numbers, or with values"
         )
     if "values" in entry and kind != "ordered":
-        raise ValueError(f"{where}: values are given; expected them for an ordered factor, whose levels are words")
+        raise ValueError(
+            f"{where}: values are given; expected them for an ordered factor, whose levels are words"
+        )
     change = entry.get("change", 0)
     if not isinstance(change, int) or isinstance(change, bool):
         raise ValueError(f"{where}: change is {change!r}; expected a whole number")
     column = _text(entry, "column", where) if "column" in entry else name
-    levels = _range(entry, where) if kind == "continuous" else _listed(entry, where, numeric=is_number)
+    levels = (
+        _range(entry, where) if kind == "continuous" else _listed(entry, where, numeric=is_number)
+    )
     _check_known(name, column, kind, levels, where)
     return DesignFactor(
         name=name,
@@ -135,7 +143,9 @@ def _range(entry: dict[str, Any], where: str) -> tuple[str, ...]:
 
 def _values(entry: dict[str, Any], where: str) -> tuple[float, ...]:
     """What an ordered factor's words stand for."""
-    return tuple(float(_level(value, where, numeric=True)) for value in _list(entry, "values", where))
+    return tuple(
+        float(_level(value, where, numeric=True)) for value in _list(entry, "values", where)
+    )
 
 
 def _check_known(name: str, column: str, kind: str, levels: tuple[str, ...], where: str) -> None:
@@ -144,11 +154,19 @@ def _check_known(name: str, column: str, kind: str, levels: tuple[str, ...], whe
     if factor is None:
         return
     if (name, column, kind in _NUMBERS) != (factor.name, factor.column, factor.is_number):
-        expected = f"{factor.name!r} in {factor.column!r}, {'numeric' if factor.is_number else 'words'}"
-        raise ValueError(f"{where}: {kind} {name!r} in column {column!r}; tables of runs know {expected}")
+        expected = (
+            f"{factor.name!r} in {factor.column!r}, {'numeric' if factor.is_number else 'words'}"
+        )
+        raise ValueError(
+            f"{where}: {kind} {name!r} in column {column!r}; tables of runs know {expected}"
+        )
     for level in levels:
-        if (factor.words and level not in factor.words) or (factor.is_number and not factor.allows(float(level))):
-            expected = f"one of {', '.join(factor.words)}" if factor.words else factor.expected_number
+        if (factor.words and level not in factor.words) or (
+            factor.is_number and not factor.allows(float(level))
+        ):
+            expected = (
+                f"one of {', '.join(factor.words)}" if factor.words else factor.expected_number
+            )
             raise ValueError(f"{where}: {column} has level {level!r}; expected {expected}")
 
 
@@ -156,7 +174,10 @@ def _requirement(entry: dict[str, Any], where: str) -> Requirement:
     _check(entry, _REQUIRES, where)
     levels = tuple(_level(level, where) for level in _list(entry, "levels", where))
     return Requirement(
-        _text(entry, "factor", where), _level(entry["level"], where), _text(entry, "needs", where), levels
+        _text(entry, "factor", where),
+        _level(entry["level"], where),
+        _text(entry, "needs", where),
+        levels,
     )
 
 
@@ -168,7 +189,9 @@ def _tie(entry: dict[str, Any], where: str) -> Tie:
     combinations = []
     for levels in _list(entry, "combinations", where):
         if not isinstance(levels, list) or len(levels) != len(factors):
-            raise ValueError(f"{where}: combination {levels!r}; expected a list of {len(factors)} levels")
+            raise ValueError(
+                f"{where}: combination {levels!r}; expected a list of {len(factors)} levels"
+            )
         combinations.append(tuple(_level(level, where) for level in levels))
     return Tie(factors, tuple(combinations))
 
@@ -177,7 +200,9 @@ def _level(value: object, where: str, *, numeric: bool | None = None) -> str:
     """A level's text; a number's is the shortest that a person would write."""
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not (is_number or isinstance(value, str)) or (numeric is not None and numeric != is_number):
-        expected = {None: "a text or a number", True: "a number", False: "a text in quotes"}[numeric]
+        expected = {None: "a text or a number", True: "a number", False: "a text in quotes"}[
+            numeric
+        ]
         raise ValueError(f"{where}: level {value!r}; expected {expected}")
     try:
         return number_label(float(value)) if isinstance(value, int | float) else str(value)
@@ -192,7 +217,9 @@ def _entries(table: dict[str, Any], key: str) -> list[tuple[dict[str, Any], str]
     return [(entry, f"[[{key}]] {number}") for number, entry in enumerate(entries, 1)]
 
 
-def _check(entry: dict[str, Any], keys: tuple[tuple[str, ...], tuple[str, ...]], where: str) -> None:
+def _check(
+    entry: dict[str, Any], keys: tuple[tuple[str, ...], tuple[str, ...]], where: str
+) -> None:
     required, optional = keys
     check_keys(entry, (*required, *optional), where, required)
 
@@ -200,7 +227,9 @@ def _check(entry: dict[str, Any], keys: tuple[tuple[str, ...], tuple[str, ...]],
 def _text(entry: dict[str, Any], key: str, where: str) -> str:
     value = entry[key]
     if not isinstance(value, str) or value != value.strip() or not value.isprintable() or not value:
-        raise ValueError(f"{where}: {key} is {value!r}; expected printable text without blanks around it")
+        raise ValueError(
+            f"{where}: {key} is {value!r}; expected printable text without blanks around it"
+        )
     return value
 
 
@@ -235,21 +264,45 @@ def with_ranges(text: str, ranges: Mapping[str, Sequence[float]]) -> str:
     return tomli_w.dumps({**table, "factors": factors})
 
 
-def _with_range(factors: list[dict[str, Any]], column: str, limits: Sequence[float]) -> list[dict[str, Any]]:
+def _with_range(
+    factors: list[dict[str, Any]], column: str, limits: Sequence[float]
+) -> list[dict[str, Any]]:
     if not 2 <= len(limits) <= 3:
-        raise ValueError(f"range of {column} is {list(limits)}; expected low and high, or low, high and step")
-    numbers = dict(zip(("low", "high", "step"), (float(number_label(float(limit))) for limit in limits), strict=False))
+        raise ValueError(
+            f"range of {column} is {list(limits)}; expected low and high, or low, high and step"
+        )
+    numbers = dict(
+        zip(
+            ("low", "high", "step"),
+            (float(number_label(float(limit))) for limit in limits),
+            strict=False,
+        )
+    )
     for index, factor in enumerate(factors):
         if column in (factor.get("column", factor.get("name")), factor.get("name")):
             if "unit" not in factor or factor.get("kind") == "ordered":
-                raise ValueError(f"{column} has words for levels; expected a factor of numbers for a range")
-            kept = {key: factor[key] for key in ("name", "column", "unit", "change") if key in factor}
-            return [*factors[:index], {**kept, "kind": "continuous", **numbers}, *factors[index + 1 :]]
+                raise ValueError(
+                    f"{column} has words for levels; expected a factor of numbers for a range"
+                )
+            kept = {
+                key: factor[key] for key in ("name", "column", "unit", "change") if key in factor
+            }
+            return [
+                *factors[:index],
+                {**kept, "kind": "continuous", **numbers},
+                *factors[index + 1 :],
+            ]
     known_factor = BY_COLUMN.get(column) or BY_NAME.get(column)
     if known_factor is None or not known_factor.is_number:
         there = ", ".join(str(factor.get("column", factor.get("name"))) for factor in factors)
         raise ValueError(f"no factor {column!r} to give a range; there: {there}")
     unit = known_factor.column.removeprefix(f"{known_factor.name}_")
-    added = {"name": known_factor.name, "column": known_factor.column, "kind": "continuous", "unit": unit, **numbers}
+    added = {
+        "name": known_factor.name,
+        "column": known_factor.column,
+        "kind": "continuous",
+        "unit": unit,
+        **numbers,
+    }
     replaced = _VELOCITY_LEVEL if known_factor.name == _PRESSURE else None
     return [*(factor for factor in factors if factor.get("name") != replaced), added]

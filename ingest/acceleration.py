@@ -27,7 +27,10 @@ _BLOCK_SEGMENTS = 6
 
 
 def deconvolve(
-    output: Floats, tf: TransferFunction, sampling_rate_hz: float, regularisation: float = DEFAULT_REGULARISATION
+    output: Floats,
+    tf: TransferFunction,
+    sampling_rate_hz: float,
+    regularisation: float = DEFAULT_REGULARISATION,
 ) -> Floats:
     """What drove `output` (..., n) through `tf`, same shape: eq. 4.2, regularised after Tikhonov.
 
@@ -79,10 +82,14 @@ def deconvolve_together(
     padded[:, segment : segment + samples] = outputs * weight
     responses = np.stack([_padded_response(tf, length) for tf in functions])
     power = (np.abs(responses) ** 2).sum(axis=0)
-    spectrum = (np.conj(responses) * rfft(padded)).sum(axis=0) / (power + regularisation * float(power.max()))
+    spectrum = (np.conj(responses) * rfft(padded)).sum(axis=0) / (
+        power + regularisation * float(power.max())
+    )
     frequency = np.linspace(0.0, sampling_rate_hz / 2, spectrum.size)
     fade = np.clip((frequency - 0.8 * to_hz) / (0.2 * to_hz), 0.0, 1.0)
-    driven: Floats = irfft(spectrum * np.cos(np.pi / 2 * fade) ** 2, length)[segment : segment + samples]
+    driven: Floats = irfft(spectrum * np.cos(np.pi / 2 * fade) ** 2, length)[
+        segment : segment + samples
+    ]
     return np.asarray(driven / weight, dtype=np.float64)
 
 
@@ -102,9 +109,13 @@ def clean_acceleration(
     fewer than two hits, and as what it calls.
     """
     if len(starts) < 2:
-        raise TransferFunctionError(f"{len(starts)} hit: expected at least two, each cleaned by the others")
+        raise TransferFunctionError(
+            f"{len(starts)} hit: expected at least two, each cleaned by the others"
+        )
     windows = hit_windows(acceleration, starts, segment)
-    of_others = transfer_functions_of_the_others(acceleration, force, sampling_rate_hz, starts, segment=segment)
+    of_others = transfer_functions_of_the_others(
+        acceleration, force, sampling_rate_hz, starts, segment=segment
+    )
     for window, tf in zip(windows, of_others, strict=True):
         window[:] = deconvolve(window, rigid_body_normalised(tf, band_hz), sampling_rate_hz)
     return windows
@@ -119,13 +130,19 @@ def force_from_acceleration(
     of a blow positive for a sensor whose axis points against it. Raises `TransferFunctionError` for any other `tf`.
     """
     if tf.unit != "1":
-        raise TransferFunctionError(f"transfer function in {tf.unit}: expected a normalised one, in 1")
+        raise TransferFunctionError(
+            f"transfer function in {tf.unit}: expected a normalised one, in 1"
+        )
     return -plate_mass_kg * deconvolve(acceleration_m_s2, tf, sampling_rate_hz)
 
 
-def _check(output: Floats, tf: TransferFunction, sampling_rate_hz: float, regularisation: float) -> None:
+def _check(
+    output: Floats, tf: TransferFunction, sampling_rate_hz: float, regularisation: float
+) -> None:
     if not np.isclose(tf.sampling_rate_hz, sampling_rate_hz, rtol=1e-6):
-        raise TransferFunctionError(f"transfer function at {tf.sampling_rate_hz:g} Hz, signal at {sampling_rate_hz:g}")
+        raise TransferFunctionError(
+            f"transfer function at {tf.sampling_rate_hz:g} Hz, signal at {sampling_rate_hz:g}"
+        )
     if tf.decay_1_s and output.shape[-1] > tf.segment:
         raise TransferFunctionError(
             f"{output.shape[-1]} samples under an exponential window of {tf.segment}: give one window per hit"
@@ -134,18 +151,24 @@ def _check(output: Floats, tf: TransferFunction, sampling_rate_hz: float, regula
         raise TransferFunctionError(f"regularisation = {regularisation!r}: expected not negative")
 
 
-def _regularised_inverse(tf: TransferFunction, length: int, regularisation: float) -> NDArray[np.complex128]:
+def _regularised_inverse(
+    tf: TransferFunction, length: int, regularisation: float
+) -> NDArray[np.complex128]:
     """On the bins of a longer FFT, by the impulse response: interpolating the response itself would smear its phase."""
     response = _padded_response(tf, length)
     floor = regularisation * tf.largest_gain**2
-    return np.asarray(np.conj(response) / (response.real**2 + response.imag**2 + floor), dtype=np.complex128)
+    return np.asarray(
+        np.conj(response) / (response.real**2 + response.imag**2 + floor), dtype=np.complex128
+    )
 
 
 def _padded_response(tf: TransferFunction, length: int) -> NDArray[np.complex128]:
     from scipy.fft import irfft, rfft
 
     impulse = irfft(tf.response, tf.segment)
-    early = tf.segment // 4  # an inverted delay, or leakage, lies before time zero: at the end of the segment
+    early = (
+        tf.segment // 4
+    )  # an inverted delay, or leakage, lies before time zero: at the end of the segment
     padded = np.zeros(length)
     padded[: tf.segment - early] = impulse[: tf.segment - early]
     padded[length - early :] = impulse[tf.segment - early :]
@@ -168,7 +191,9 @@ def measured_delay_samples(force: Floats, acceleration: Floats, first: int, last
     ±16, and at that limit where the two are not alike. Raises `ValueError` for a contact outside the record.
     """
     if not 0 <= first < last < force.size or force.shape != acceleration.shape:
-        raise ValueError(f"contact {first} to {last} in records of {force.shape} and {acceleration.shape} samples")
+        raise ValueError(
+            f"contact {first} to {last} in records of {force.shape} and {acceleration.shape} samples"
+        )
     from scipy.interpolate import CubicSpline
 
     around = np.pad(acceleration, _LONGEST)[first : last + 2 * _LONGEST + 1]

@@ -52,11 +52,16 @@ class Additions:
         for _, hits, names in self.rows:
             counts.update({name: len(hits) for name in names})
         what = "shots" if kind == "gun" else "impacts"
-        return "; ".join([*self.bench, *(f"{name} of {count} {what}" for name, count in sorted(counts.items()))])
+        return "; ".join(
+            [*self.bench, *(f"{name} of {count} {what}" for name, count in sorted(counts.items()))]
+        )
 
 
 def row_additions(
-    session: Session, rows: Sequence[RunRow], stored_rows: Mapping[HitKey, KnownRow], differences: RowDifferences
+    session: Session,
+    rows: Sequence[RunRow],
+    stored_rows: Mapping[HitKey, KnownRow],
+    differences: RowDifferences,
 ) -> tuple[tuple[RunRow, tuple[HitKey, ...], tuple[str, ...]], ...]:
     """Rows with factors that the stored ones lack, and no other difference."""
     runs = Counter(row.run for row in rows)
@@ -69,7 +74,11 @@ def row_additions(
         if names:
             hits = [(row.run, row.repetition)]
             if runs[row.run] == 1:  # the only row of a run stands for all hits of its recording
-                hits = [key for key, other in stored_rows.items() if key[0] == row.run and _same_row(other, stored)]
+                hits = [
+                    key
+                    for key, other in stored_rows.items()
+                    if key[0] == row.run and _same_row(other, stored)
+                ]
             added.append((row, tuple(sorted(hits)), names))
     return tuple(added)
 
@@ -79,15 +88,25 @@ def _same_row(first: KnownRow, second: KnownRow) -> bool:
 
 
 def add_facts(
-    store: Store, session: Session, file: CampaignFile, modes: ModalTableFile | None, additions: Additions
+    store: Store,
+    session: Session,
+    file: CampaignFile,
+    modes: ModalTableFile | None,
+    additions: Additions,
 ) -> None:
     """Write what is added, with a row of provenance that says what; nothing where another process has added it."""
     campaign = session.scalars(select(Campaign).where(Campaign.name == file.name)).one()
     bench = bool(bench_additions(session, campaign, file))
     table: type[Impact] | type[Shot] = Shot if campaign.kind == "gun" else Impact
     configurations = configuration_ids(session, [row.levels for row, _, _ in additions.rows])
-    there = select(table.run, table.repetition, table.configuration_id).where(table.campaign_id == campaign.id)
-    stored = {(run, repetition): key for run, repetition, key in session.execute(there)} if additions.rows else {}
+    there = select(table.run, table.repetition, table.configuration_id).where(
+        table.campaign_id == campaign.id
+    )
+    stored = (
+        {(run, repetition): key for run, repetition, key in session.execute(there)}
+        if additions.rows
+        else {}
+    )
     wanted = {
         hit: configuration
         for (_, hits, _), configuration in zip(additions.rows, configurations, strict=True)
@@ -105,9 +124,15 @@ def add_facts(
             if name.endswith("_id") or name in ("fingerprint", "known_facts"):
                 setattr(campaign, name, value)
     session.flush()
-    hits = [{"hit_run": run, "hit_repetition": repetition, "to": key} for (run, repetition), key in wanted.items()]
+    hits = [
+        {"hit_run": run, "hit_repetition": repetition, "to": key}
+        for (run, repetition), key in wanted.items()
+    ]
     for hit_table in (Impact, Shot) if hits else ():
-        of_hit = (hit_table.run == bindparam("hit_run"), hit_table.repetition == bindparam("hit_repetition"))
+        of_hit = (
+            hit_table.run == bindparam("hit_run"),
+            hit_table.repetition == bindparam("hit_repetition"),
+        )
         rows = update(hit_table).where(hit_table.campaign_id == campaign.id, *of_hit)
         rows = rows.values(configuration_id=bindparam("to"), written_by_id=written_by)
         session.connection().execute(rows, hits)
@@ -168,7 +193,9 @@ def _changes(sensor: Sensor, row: Stored) -> list[str]:
     if not _close((sensor.range_si or 0.0,), (_full_scale_si(row),)):
         pairs.append(("range", sensor.range, row.full_scale))
     pairs += [
-        (key, getattr(sensor, key), getattr(row, key)) for key in ("position", "axis") if _other(sensor, row, key)
+        (key, getattr(sensor, key), getattr(row, key))
+        for key in ("position", "axis")
+        if _other(sensor, row, key)
     ]
     return [
         difference(f"channels.{row.name}.{key}", _text(given), _text(stored))
@@ -180,12 +207,17 @@ def _changes(sensor: Sensor, row: Stored) -> list[str]:
 def _other_calibrations(session: Session, campaign: Campaign, file: CampaignFile) -> list[str]:
     """Where points, date or uncertainty of a calibration are others, or it came or went."""
     query = select(RecordedChannel.name, RecordedChannel.header).join(Recording)
-    volts = query.where(Recording.campaign_id == campaign.id, RecordedChannel.sensitivity.is_not(None))
+    volts = query.where(
+        Recording.campaign_id == campaign.id, RecordedChannel.sensitivity.is_not(None)
+    )
     changes = []
     for name, header in session.execute(volts):
         if name not in file.sensors:
             continue
-        given, there = _calibration(file.sensors[name].calibration), _calibration(calibration_of(header))
+        given, there = (
+            _calibration(file.sensors[name].calibration),
+            _calibration(calibration_of(header)),
+        )
         if given != there:
             changes.append(difference(f"channels.{name}.calibration", given, there))
     return changes
@@ -214,7 +246,9 @@ def _full_scale_si(row: Stored) -> float:
 
 
 def _close(first: tuple[float, ...], second: tuple[float, ...]) -> bool:
-    return all(math.isclose(a, b, rel_tol=1e-9, abs_tol=0.0) for a, b in zip(first, second, strict=True))
+    return all(
+        math.isclose(a, b, rel_tol=1e-9, abs_tol=0.0) for a, b in zip(first, second, strict=True)
+    )
 
 
 def _text(value: object) -> str | None:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..delimited_text import parse_number
-from ..schema.toml_text import key_problems
+from ..files.delimited_text import parse_number
+from ..files.toml_text import key_problems
 from ..signals.calibration import Calibration, fit_line
 from .errors import IngestError, parse_date, printable
 from .tables import read_table
@@ -41,7 +41,9 @@ class CalibrationPoints:
         return Calibration(line, date, len(self.reference), common_u)
 
 
-def read_points(path: Path, reference_u: float = 0.0, reading_u_v: float = 0.0) -> CalibrationPoints:
+def read_points(
+    path: Path, reference_u: float = 0.0, reading_u_v: float = 0.0
+) -> CalibrationPoints:
     """A table with the columns `reference` and `reading_v`, and `reference_u` and `reading_u_v` where it has them.
 
     A column of uncertainties comes before `reference_u` and `reading_u_v`. Raises `IngestError` naming row and column.
@@ -49,13 +51,17 @@ def read_points(path: Path, reference_u: float = 0.0, reading_u_v: float = 0.0) 
     try:
         header, lines = read_table(path, path.name)
     except FileNotFoundError as error:
-        raise IngestError(f"{path}: no such file; expected a table with the columns {', '.join(COLUMNS)}") from error
+        raise IngestError(
+            f"{path}: no such file; expected a table with the columns {', '.join(COLUMNS)}"
+        ) from error
     for column in COLUMNS:
         if column not in header:
             raise IngestError(f"{path.name}: no column {column!r}; expected {', '.join(COLUMNS)}")
     if unknown := sorted(set(header) - {*COLUMNS, *UNCERTAINTIES}):
         column_names = ", ".join((*COLUMNS, *UNCERTAINTIES))
-        raise IngestError(f"{path.name}: unknown column {printable(unknown[0])}; known: {column_names}")
+        raise IngestError(
+            f"{path.name}: unknown column {printable(unknown[0])}; known: {column_names}"
+        )
     values: dict[str, list[float]] = {column: [] for column in header}
     for line, cells in lines:
         for column, text in cells.items():
@@ -89,14 +95,20 @@ def stated_calibration(channel: Mapping[str, Any], where: str, folder: Path) -> 
         raise IngestError(*(f"{FILE}: {problem}" for problem in problems))
     for key in ("sensitivity", "offset_v"):
         if key in channel:
-            raise IngestError(f"{FILE}: {where} gives {key}, which stands beside it; remove one of them")
+            raise IngestError(
+                f"{FILE}: {where} gives {key}, which stands beside it; remove one of them"
+            )
     if ("points" in table) == ("file" in table):
-        raise IngestError(f"{FILE}: {where} needs points = [[reference, volt], ...] or file, one of them")
+        raise IngestError(
+            f"{FILE}: {where} needs points = [[reference, volt], ...] or file, one of them"
+        )
     uncertainties = [_not_negative(table, key, where) for key in ("reference_u", "reading_u_v")]
     if "points" in table:
         points = CalibrationPoints(*_pairs(table["points"], where), *uncertainties)
     elif not isinstance(table["file"], str) or not table["file"].strip():
-        raise IngestError(f"{FILE}: {where}.file is {printable(table['file'])}; expected the name of a file")
+        raise IngestError(
+            f"{FILE}: {where}.file is {printable(table['file'])}; expected the name of a file"
+        )
     else:
         points = read_points(folder / table["file"], *uncertainties)
     date, common_u = _date(table, where), _not_negative(table, "common_u", where)
@@ -108,9 +120,15 @@ def stated_calibration(channel: Mapping[str, Any], where: str, folder: Path) -> 
 
 def _pairs(value: object, where: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
     pairs = value if isinstance(value, Sequence) and not isinstance(value, str) else ()
-    good = [pair for pair in pairs if isinstance(pair, list) and len(pair) == 2 and all(map(_is_number, pair))]
+    good = [
+        pair
+        for pair in pairs
+        if isinstance(pair, list) and len(pair) == 2 and all(map(_is_number, pair))
+    ]
     if not good or len(good) < len(pairs):
-        raise IngestError(f"{FILE}: {where}.points is {printable(value)}; expected [[reference, volt], ...]")
+        raise IngestError(
+            f"{FILE}: {where}.points is {printable(value)}; expected [[reference, volt], ...]"
+        )
     return tuple(float(pair[0]) for pair in good), tuple(float(pair[1]) for pair in good)
 
 
@@ -121,7 +139,9 @@ def _is_number(value: object) -> bool:
 def _not_negative(table: Mapping[str, Any], key: str, where: str) -> float:
     value = table.get(key, 0.0)
     if not _is_number(value) or value < 0:
-        raise IngestError(f"{FILE}: {where}.{key} is {printable(value)}; expected a standard uncertainty of 0 or more")
+        raise IngestError(
+            f"{FILE}: {where}.{key} is {printable(value)}; expected a standard uncertainty of 0 or more"
+        )
     return float(value)
 
 

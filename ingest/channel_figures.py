@@ -57,11 +57,17 @@ def parts_between(
     """
     rest_s = max(_REST_S, _REST_SAMPLES / sampling_rate_hz)
     gaps = np.diff(onsets_s)
-    begins = [WHOLE[0], *(float(b - min(rest_s, gap / 2)) for b, gap in zip(onsets_s[1:], gaps, strict=True)), WHOLE[1]]
+    begins = [
+        WHOLE[0],
+        *(float(b - min(rest_s, gap / 2)) for b, gap in zip(onsets_s[1:], gaps, strict=True)),
+        WHOLE[1],
+    ]
     return tuple((begins[i], begins[i + 1]) for i in wanted)
 
 
-def shock_parts(channels: Sequence[Channel], expected: int, settings: ExtractionSettings) -> ShockParts:
+def shock_parts(
+    channels: Sequence[Channel], expected: int, settings: ExtractionSettings
+) -> ShockParts:
     """The parts of `expected` shocks in the acceleration `channels` of one recording."""
     if expected == 1:
         return ShockParts((WHOLE,))
@@ -74,7 +80,9 @@ def shock_parts(channels: Sequence[Channel], expected: int, settings: Extraction
         return ShockParts((), (_too_few(len(events), expected, loudest.name),))
     by_height = sorted(range(len(events)), key=lambda i: -envelope[events[i][0]])
     wanted = sorted(by_height[:expected])
-    parts = parts_between([start + _onset(envelope, events, i) / rate for i in range(len(events))], wanted, rate)
+    parts = parts_between(
+        [start + _onset(envelope, events, i) / rate for i in range(len(events))], wanted, rate
+    )
     left_out = [int(events[i][0]) for i in sorted(by_height[expected:])]
     findings = (_left_out(envelope, events, wanted, left_out, loudest),) if left_out else ()
     return ShockParts(parts, findings)
@@ -101,7 +109,9 @@ def _noise(x: Floats) -> float:
     length = x.size // _PIECES
     if length < 2:
         return 0.0
-    return float(np.quantile(x[: length * _PIECES].reshape(_PIECES, -1).std(axis=1), _QUIET_QUANTILE))
+    return float(
+        np.quantile(x[: length * _PIECES].reshape(_PIECES, -1).std(axis=1), _QUIET_QUANTILE)
+    )
 
 
 def _events(
@@ -129,11 +139,17 @@ def _too_few(number: int, expected: int, channel: str) -> Finding:
         f"{number} shocks found in the accelerations for {expected} rows of runs.csv: which row lacks its shock cannot "
         "be told, so none has figures of its accelerations; give each row a recording of its own"
     )
-    return Finding("row-without-shock", "warning", message, channel, {"shocks": number, "rows": expected})
+    return Finding(
+        "row-without-shock", "warning", message, channel, {"shocks": number, "rows": expected}
+    )
 
 
 def _left_out(
-    envelope: Floats, events: list[NDArray[np.int64]], wanted: list[int], left_out: list[int], channel: Channel
+    envelope: Floats,
+    events: list[NDArray[np.int64]],
+    wanted: list[int],
+    left_out: list[int],
+    channel: Channel,
 ) -> Finding:
     smallest = min(float(envelope[events[i][0]]) for i in wanted)
     shocks = [
@@ -144,7 +160,8 @@ def _left_out(
         for i in left_out
     ]
     named = ", ".join(
-        f"{shock['peak_acceleration_m_s2']:.3g} m/s2 at {shock['time_s']:.4g} s" for shock in shocks[:_NAMED]
+        f"{shock['peak_acceleration_m_s2']:.3g} m/s2 at {shock['time_s']:.4g} s"
+        for shock in shocks[:_NAMED]
     )
     more = f" and {len(shocks) - _NAMED} more" if len(shocks) > _NAMED else ""
     message = (
@@ -158,7 +175,9 @@ def _left_out(
         "smallest_stored_peak_m_s2": smallest,
         "left_out": shocks,
     }
-    return Finding("shock-without-row", "warning" if doubtful else "note", message, channel.name, evidence)
+    return Finding(
+        "shock-without-row", "warning" if doubtful else "note", message, channel.name, evidence
+    )
 
 
 #: Of one impact, by the channel's name; a channel that never moved has none.
@@ -209,13 +228,22 @@ def figure_rows(
     """Rows of `channel_figures` for the impacts with these keys, in the order of `figures`; `channels`: key by name."""
     rows = []
     for impact, by_channel in zip(impacts, figures, strict=True):
-        largest = max(by_channel, key=lambda name: by_channel[name].peak_acceleration_m_s2, default=None)
+        largest = max(
+            by_channel, key=lambda name: by_channel[name].peak_acceleration_m_s2, default=None
+        )
         for name, values in by_channel.items():
             row = asdict(values) | {
                 "srs_frequency_hz": list(values.srs_frequency_hz),
                 "srs_maximax_m_s2": list(values.srs_maximax_m_s2),
             }
-            rows.append({"impact_id": impact, "channel_id": channels[name], "largest": name == largest, **row})
+            rows.append(
+                {
+                    "impact_id": impact,
+                    "channel_id": channels[name],
+                    "largest": name == largest,
+                    **row,
+                }
+            )
     return rows
 
 
@@ -232,7 +260,11 @@ def _measured(channels: Sequence[Channel], begin_s: float, end_s: float) -> Impa
     """Figures of one part of the record by channel."""
     figures_by_channel = {}
     for channel in channels:
-        first = 0 if begin_s == -inf else max(0, ceil((begin_s - channel.start_s) * channel.sampling_rate_hz))
+        first = (
+            0
+            if begin_s == -inf
+            else max(0, ceil((begin_s - channel.start_s) * channel.sampling_rate_hz))
+        )
         stop = channel.recorded.size
         if end_s != inf:
             stop = min(stop, max(first, ceil((end_s - channel.start_s) * channel.sampling_rate_hz)))

@@ -33,7 +33,9 @@ def check_force_sign(pulses: Sequence[ForcePulse], channel: str) -> list[Finding
     """A `note` where the pulses of a recording are negative in its force."""
     if not pulses or pulses[0].sign > 0:
         return []
-    message = "the force of the contact is negative in this recording; the pulses are stored upright"
+    message = (
+        "the force of the contact is negative in this recording; the pulses are stored upright"
+    )
     return [Finding(NEGATIVE, "note", message, channel, {"sign": -1})]
 
 
@@ -42,7 +44,10 @@ def warn_of_sign(store: Store, campaign: str) -> None:
     force where there are as many of either. What was said before is brought up to date."""
     wanted, present = store.read(lambda session: _minority(session, campaign))
     if wanted.keys() != present:
-        store.write(lambda session: _write(store, session, wanted, present - wanted.keys(), present), idempotent=True)
+        store.write(
+            lambda session: _write(store, session, wanted, present - wanted.keys(), present),
+            idempotent=True,
+        )
 
 
 def _minority(session: Session, campaign: str) -> tuple[dict[Place, str], set[Place]]:
@@ -57,14 +62,18 @@ def _minority(session: Session, campaign: str) -> tuple[dict[Place, str], set[Pl
     forces = select(RecordedChannel.recording_id, RecordedChannel.id).where(
         RecordedChannel.quantity == "force", RecordedChannel.recording_id.in_(with_pulses)
     )
-    channels: dict[int, int] = dict(iter(session.execute(forces.order_by(RecordedChannel.id.desc()))))
+    channels: dict[int, int] = dict(
+        iter(session.execute(forces.order_by(RecordedChannel.id.desc())))
+    )
     columns = (QualityFinding.recording_id, QualityFinding.channel_id, QualityFinding.check)
     query = select(*columns).join(Recording, QualityFinding.recording_id == Recording.id)
     query = query.join(Campaign, Recording.campaign_id == Campaign.id).where(
         Campaign.name == campaign, QualityFinding.check.in_((NEGATIVE, OTHER_SIGN))
     )
     findings = session.execute(query).all()
-    negative = {recording for recording, _, check in findings if check == NEGATIVE} & channels.keys()
+    negative = {
+        recording for recording, _, check in findings if check == NEGATIVE
+    } & channels.keys()
     positive = channels.keys() - negative
     minority, sign, others = negative, "negative", len(positive)
     if len(positive) < len(negative):
@@ -106,8 +115,14 @@ _POUND_FORCE_N, _GRAVITY_M_S2, _FOOT_M, _MILE_KM = 4.4482216, 9.80665, 0.3048, 1
 #: By quantity the unit of its columns, and others with what they read per truth: one may be taken for the other.
 _UNITS: dict[str, tuple[str, dict[str, float]]] = {
     "force": ("N", {"kN": 1e-3, "lbf": 1 / _POUND_FORCE_N, "kgf": 1 / _GRAVITY_M_S2}),
-    "acceleration": ("m/s2", {"g": 1 / _GRAVITY_M_S2, "mm/s2": 1e3, "cm/s2": 1e2, "ft/s2": 1 / _FOOT_M}),
-    "velocity": ("m/s", {"km/h": 3.6, "ft/s": 1 / _FOOT_M, "mph": 3.6 / _MILE_KM, "cm/s": 1e2, "mm/s": 1e3}),
+    "acceleration": (
+        "m/s2",
+        {"g": 1 / _GRAVITY_M_S2, "mm/s2": 1e3, "cm/s2": 1e2, "ft/s2": 1 / _FOOT_M},
+    ),
+    "velocity": (
+        "m/s",
+        {"km/h": 3.6, "ft/s": 1 / _FOOT_M, "mph": 3.6 / _MILE_KM, "cm/s": 1e2, "mm/s": 1e3},
+    ),
     "pressure": ("bar", {"psi": 14.503774, "kPa": 1e2, "mbar": 1e3, "Pa": 1e5, "MPa": 1e-1}),
     "clock": ("Hz", {"kHz": 1e-3}),
 }

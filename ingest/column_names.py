@@ -43,7 +43,10 @@ _STEMS |= {factor.name: factor.column for factor in KNOWN_FACTORS if factor.is_n
 
 
 def check_columns(
-    header: Sequence[str], declared: Mapping[str, str], confirmed: Collection[str], table: str = RUNS_FILE
+    header: Sequence[str],
+    declared: Mapping[str, str],
+    confirmed: Collection[str],
+    table: str = RUNS_FILE,
 ) -> None:
     """Refuse a column that resembles a known one, unless campaign.toml declares it or the user confirmed it.
 
@@ -54,10 +57,18 @@ def check_columns(
     for place, columns in (("campaign.toml: [factors]", declared), ("--free-factor", confirmed)):
         for column in columns:
             if column in KNOWN:
-                faults.add([f"{place}: {column!r} is a known column of {table}, not a free factor; remove it"])
+                faults.add(
+                    [
+                        f"{place}: {column!r} is a known column of {table}, not a free factor; remove it"
+                    ]
+                )
             elif column not in header:
                 there = printable(", ".join(header))
-                faults.add([f"{place}: {printable(column)} is no column of {table}; its columns are {there}"])
+                faults.add(
+                    [
+                        f"{place}: {printable(column)} is no column of {table}; its columns are {there}"
+                    ]
+                )
     for column in header:
         similar = resembled(column)
         if similar is not None and column not in declared and column not in confirmed:
@@ -76,7 +87,9 @@ def resembled(column: str) -> str | None:
     if column in KNOWN:
         return None
     plain = _plain(column)
-    of_unit = _STEMS.get(plain) or next((_STEMS[s] for s in _STEMS if _is_other_unit(plain, s)), None)
+    of_unit = _STEMS.get(plain) or next(
+        (_STEMS[s] for s in _STEMS if _is_other_unit(plain, s)), None
+    )
     if of_unit is not None:
         return of_unit
     letters = plain.replace("_", "")
@@ -97,14 +110,22 @@ def resembled_channel(channel: str, others: Collection[str]) -> str | None:
             continue
         first, second = plain.replace("_", ""), given.replace("_", "")
         most = min(_MOST_EDITS, len(first) // 3)
-        if _edits(first, second) <= most or _is_other_unit(given, plain) or _is_other_unit(plain, given):
+        if (
+            _edits(first, second) <= most
+            or _is_other_unit(given, plain)
+            or _is_other_unit(plain, given)
+        ):
             return other
     return None
 
 
 def undeclared(factors: Collection[str], declared: Collection[str]) -> list[str]:
     """Factors that neither have a known meaning nor a declaration, in their order."""
-    return [name for name in factors if name not in BY_NAME and name not in TRAVEL and name not in declared]
+    return [
+        name
+        for name in factors
+        if name not in BY_NAME and name not in TRAVEL and name not in declared
+    ]
 
 
 def _is_other_unit(plain: str, stem: str) -> bool:
@@ -142,7 +163,11 @@ def _edits(first: str, second: str) -> int:
 
 
 def _toml_key(column: str) -> str:
-    return column if re.fullmatch(r"[A-Za-z0-9_-]+", column) else json.dumps(column, ensure_ascii=False)
+    return (
+        column
+        if re.fullmatch(r"[A-Za-z0-9_-]+", column)
+        else json.dumps(column, ensure_ascii=False)
+    )
 
 
 def _argument(column: str) -> str:

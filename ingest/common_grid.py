@@ -48,12 +48,16 @@ def on_one_grid(channels: Sequence[Channel]) -> CommonGrid:
                 "record them at one rate"
             )
     offsets = [(channel.start_s - first.start_s) * rate for channel in channels]
-    shifted = [_on_samples(channel.readings, offset) for channel, offset in zip(channels, offsets, strict=True)]
+    shifted = [
+        _on_samples(channel.readings, offset)
+        for channel, offset in zip(channels, offsets, strict=True)
+    ]
     begin = max(number for number, _ in shifted)
     end = min(number + samples.size for number, samples in shifted)
     if end - begin < 1:
         spans = ", ".join(
-            f"{c.name!r} from {c.start_s:g} to {c.start_s + c.recorded.size / rate:g} s" for c in channels
+            f"{c.name!r} from {c.start_s:g} to {c.start_s + c.recorded.size / rate:g} s"
+            for c in channels
         )
         raise GridError(f"the channels have no moment in common: {spans}; check their start times")
     values = np.stack([samples[begin - number : end - number] for number, samples in shifted])
@@ -81,7 +85,9 @@ def delayed(samples: Floats, delay: float) -> Floats:
     return np.asarray(np.convolve(padded, weights / weights.sum(), mode="valid"), dtype=np.float64)
 
 
-def contacts_on(channel: Channel, force: Channel, contacts: Sequence[Contact]) -> list[tuple[int, Contact]]:
+def contacts_on(
+    channel: Channel, force: Channel, contacts: Sequence[Contact]
+) -> list[tuple[int, Contact]]:
     """Contacts of `force` as samples of `channel`, each with its number; those outside of its record are left out."""
     if channel.start_s == force.start_s and channel.sampling_rate_hz == force.sampling_rate_hz:
         return list(enumerate(contacts))
@@ -91,7 +97,9 @@ def contacts_on(channel: Channel, force: Channel, contacts: Sequence[Contact]) -
         time_s = force.start_s + sample / force.sampling_rate_hz
         return round((time_s - channel.start_s) * channel.sampling_rate_hz)
 
-    moved = [(i, Contact(place(c.first), place(c.peak), place(c.last))) for i, c in enumerate(contacts)]
+    moved = [
+        (i, Contact(place(c.first), place(c.peak), place(c.last))) for i, c in enumerate(contacts)
+    ]
     return [
         (i, Contact(max(0, c.first), min(max(0, c.peak), last), min(c.last, last)))
         for i, c in moved

@@ -60,21 +60,31 @@ class TransferFunctions:
 
 
 def plate_response(
-    folder: Path, source: ForceSource, sensors: dict[str, Sensor], reading: ReadingOptions = AS_IN_FILE
+    folder: Path,
+    source: ForceSource,
+    sensors: dict[str, Sensor],
+    reading: ReadingOptions = AS_IN_FILE,
 ) -> TransferFunctions:
     """H of each accelerometer from the hammer's recording (eq. 2.7). Raises `IngestError` that says how to get it."""
     file = folder / source.recording
-    wanted = {name: sensors[name] for name in source.accelerometers} | {source.hammer.name: source.hammer}
+    wanted = {name: sensors[name] for name in source.accelerometers} | {
+        source.hammer.name: source.hammer
+    }
     try:
         with open_recording(file, reading) as recording:
             channels = {
                 name: Channel(
-                    sensor, recording.read(name), (info := recording.info(name)).sampling_rate_hz, info.start_s
+                    sensor,
+                    recording.read(name),
+                    (info := recording.info(name)).sampling_rate_hz,
+                    info.start_s,
                 )
                 for name, sensor in wanted.items()
             }
         digest = hashlib.sha256(file.read_bytes()).hexdigest()
-        grid = on_one_grid([channels[name] for name in (source.hammer.name, *source.accelerometers)])
+        grid = on_one_grid(
+            [channels[name] for name in (source.hammer.name, *source.accelerometers)]
+        )
     except (RecordingError, GridError, OSError) as error:
         raise IngestError(f"{FILE}: force.transfer_function: {error}; {ADVICE}") from error
     force, *accelerations = grid.values
@@ -85,7 +95,9 @@ def plate_response(
             f"{FILE}: force.transfer_function: {source.recording} holds {len(hits)} hits, {MIN_HITS} needed; {ADVICE}"
         )
     upright = force * hits[0].sign - hits[0].rest_n
-    starts = np.array([max(0, pulse.contact.first - round(_BEFORE_S * rate)) for pulse in hits], dtype=np.int64)
+    starts = np.array(
+        [max(0, pulse.contact.first - round(_BEFORE_S * rate)) for pulse in hits], dtype=np.int64
+    )
     segment = int(np.diff(starts, append=force.size).min()) // 2 * 2
     try:
         functions = tuple(
@@ -95,7 +107,9 @@ def plate_response(
             for acceleration in accelerations
         )
     except TransferFunctionError as error:
-        raise IngestError(f"{FILE}: force.transfer_function: {source.recording}: {error}; {ADVICE}") from error
+        raise IngestError(
+            f"{FILE}: force.transfer_function: {source.recording}: {error}; {ADVICE}"
+        ) from error
     return TransferFunctions(source, functions, _known_to(functions), len(hits), digest)
 
 
@@ -119,12 +133,16 @@ def derived_force(
     begin = _begin(grid.values, rate)
     segment = plate.functions[0].segment
     rest = round(_BEFORE_S * rate) // 2
-    window = np.stack([_rested(samples, begin, rest)[begin : begin + segment] for samples in grid.values])
+    window = np.stack(
+        [_rested(samples, begin, rest)[begin : begin + segment] for samples in grid.values]
+    )
     force = deconvolve_together(window, plate.functions, rate, plate.to_hz, DEFAULT_REGULARISATION)
     force = force[: max(2, round(_KEPT_SHARE * segment))]
     hits = find_hits(force, rate, settings, expected=1).pulses
     if not hits:
-        message = "no force derived: no contact rises above the noise of what the accelerations give"
+        message = (
+            "no force derived: no contact rises above the noise of what the accelerations give"
+        )
         return None, Finding("derived-force", "reject", message, first.name)
     pulse = hits[0]
     if plate.to_hz * pulse.width_tenth_s < BAND_OF_PULSE:
@@ -135,7 +153,9 @@ def derived_force(
         )
         evidence = {"known_to_hz": plate.to_hz, "pulse_s": pulse.width_tenth_s}
         return None, Finding("derived-force", "reject", message, first.name, evidence)
-    outside = np.r_[force[: pulse.contact.first], force[pulse.contact.last + 1 :]] - np.median(force)
+    outside = np.r_[force[: pulse.contact.first], force[pulse.contact.last + 1 :]] - np.median(
+        force
+    )
     residual = float(np.sqrt(np.mean(outside**2))) / pulse.peak_force_n if outside.size else 0.0
     header = {
         "derived_from": list(plate.source.accelerometers),
@@ -150,8 +170,18 @@ def derived_force(
 
 
 def _residual_finding(plate: TransferFunctions, residual: float) -> Finding:
-    severity: Severity = "note" if residual <= _RESIDUALS[0] else "warning" if residual <= _RESIDUALS[1] else "reject"
-    place = "" if plate.source.impact_position else "; that both struck one place is assumed, for nobody states where"
+    severity: Severity = (
+        "note"
+        if residual <= _RESIDUALS[0]
+        else "warning"
+        if residual <= _RESIDUALS[1]
+        else "reject"
+    )
+    place = (
+        ""
+        if plate.source.impact_position
+        else "; that both struck one place is assumed, for nobody states where"
+    )
     message = (
         f"the force is derived from {', '.join(plate.source.accelerometers)} by {plate.hits} hammer hits, up to "
         f"{plate.to_hz:.4g} Hz; outside of the contact, where it should be 0, its rms is {residual:.2%} of the "

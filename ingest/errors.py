@@ -28,7 +28,9 @@ class IngestError(ValueError):
         if len(self.faults) == 1:
             return self.faults[0]
         files = " and ".join(dict.fromkeys(fault.partition(": ")[0] for fault in self.faults))
-        more = [f"and {len(self.faults) - MOST_LISTED} more"] if len(self.faults) > MOST_LISTED else []
+        more = (
+            [f"and {len(self.faults) - MOST_LISTED} more"] if len(self.faults) > MOST_LISTED else []
+        )
         lines = (" ".join(fault.split()) for fault in (*self.faults[:MOST_LISTED], *more))
         return "\n  ".join([f"{files}: {len(self.faults)} faults", *lines])
 
@@ -49,7 +51,9 @@ class Faults:
             self.add(error.faults)
             return None
 
-    def of(self, read: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+    def of(
+        self, read: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs
+    ) -> Result:
         """`attempt` for a part of something larger, which nobody may use before `refuse`."""
         return cast(Result, self.attempt(read, *args, **kwargs))
 

@@ -33,7 +33,9 @@ class UnreadableRecording:
     reason: str
 
 
-def store_rejected(session: Session, campaign: Campaign, file: CampaignFile, item: UnreadableRecording) -> None:
+def store_rejected(
+    session: Session, campaign: Campaign, file: CampaignFile, item: UnreadableRecording
+) -> None:
     """Add the row that says why, unless another process has."""
     get_or_add(
         session,
@@ -51,7 +53,11 @@ def store_rejected(session: Session, campaign: Campaign, file: CampaignFile, ite
 
 def delete_rejected(session: Session, campaign: Campaign, path: str) -> None:
     """A recording that was set aside and has been mended makes room for its better self."""
-    own = (Recording.campaign_id == campaign.id, Recording.path == path, Recording.status == SET_ASIDE)
+    own = (
+        Recording.campaign_id == campaign.id,
+        Recording.path == path,
+        Recording.status == SET_ASIDE,
+    )
     for key in session.scalars(select(Recording.id).where(*own)).all():
         delete_set_aside(session.connection(), key)
 
@@ -81,7 +87,9 @@ class DiscardedRecordings:
     """The discarded recordings of a campaign, without those that are asked for `again`."""
 
     def __init__(self, session: Session, campaign: str, again: Collection[str] = ()) -> None:
-        last = select(func.max(Tombstone.id)).where(Tombstone.kind == CAMPAIGN, Tombstone.campaign == campaign)
+        last = select(func.max(Tombstone.id)).where(
+            Tombstone.kind == CAMPAIGN, Tombstone.campaign == campaign
+        )
         newest_deletion = session.scalar(last) or 0
         self._again = frozenset(again)
         self._stones = {

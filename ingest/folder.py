@@ -11,9 +11,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ..files.toml_text import key_problems, read_toml_text, toml_table
 from ..schema.known_factors import MAX_REGULATED_PRESSURE_PA
 from ..schema.known_facts import KnownFact, facts_to_json
-from ..schema.toml_text import key_problems, read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
 from .calibration_points import stated_calibration
@@ -70,12 +70,20 @@ class CampaignFile:
     hammer: HammerPart | None
     plate: PlatePart | None
     sensors: Mapping[str, Sensor]
-    factors: Mapping[str, str]  # `[factors]`: columns of runs.csv that are free factors, and what they are
-    confirmed: tuple[str, ...]  # `confirmed` of `[bench]`: rules of `bench_rules` that this bench breaks rightly
-    max_regulated_pressure_pa: float  # of `[bench.gun]`: gauge; a limit for rows, not a property of the gun
+    factors: Mapping[
+        str, str
+    ]  # `[factors]`: columns of runs.csv that are free factors, and what they are
+    confirmed: tuple[
+        str, ...
+    ]  # `confirmed` of `[bench]`: rules of `bench_rules` that this bench breaks rightly
+    max_regulated_pressure_pa: (
+        float  # of `[bench.gun]`: gauge; a limit for rows, not a property of the gun
+    )
     reading: ReadingOptions  # `[recordings]`: what the recordings do not say themselves
     force: ForceSource | None = None  # `[force]`: the contact force is derived from accelerations
-    known_facts: tuple[KnownFact, ...] = ()  # `[known]`: what the laboratory measured of its own bench
+    known_facts: tuple[
+        KnownFact, ...
+    ] = ()  # `[known]`: what the laboratory measured of its own bench
 
     @property
     def fingerprint(self) -> str:
@@ -93,15 +101,26 @@ class CampaignFile:
 def read_campaign_file(folder: Path) -> CampaignFile:
     """Read and check `folder`/campaign.toml. Raises `IngestError` with file, key, value and what was expected."""
     if not folder.is_dir():
-        raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
+        raise IngestError(
+            f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv"
+        )
     data = _load(folder / FILE)
     faults = Faults()
-    faults.of(_known_keys, data, ("campaign", "bench", "channels", "factors", "force", "known", "recordings"), "")
+    faults.of(
+        _known_keys,
+        data,
+        ("campaign", "bench", "channels", "factors", "force", "known", "recordings"),
+        "",
+    )
     campaign = faults.of(_table, data, "campaign", required=True) or {}
     bench = faults.of(_table, data, "bench") or {}
-    faults.of(_known_keys, campaign, ("name", "kind", "date", "description", "operator"), "campaign")
+    faults.of(
+        _known_keys, campaign, ("name", "kind", "date", "description", "operator"), "campaign"
+    )
     faults.of(_known_keys, bench, ("gun", "hammer", "plate", "confirmed"), "bench")
-    keys = faults if campaign else Faults()  # a table that is missing is one fault, not one for each of its keys
+    keys = (
+        faults if campaign else Faults()
+    )  # a table that is missing is one fault, not one for each of its keys
     file = CampaignFile(
         folder=folder,
         name=keys.of(_text, campaign, "name", "campaign", required=True) or "",
@@ -112,12 +131,17 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         gun=faults.of(_gun, bench),
         hammer=faults.of(_hammer, bench),
         plate=faults.of(_plate, bench),
-        sensors=(sensors := faults.attempt(_sensors, faults.of(_table, data, "channels") or {}, folder)) or {},
+        sensors=(
+            sensors := faults.attempt(_sensors, faults.of(_table, data, "channels") or {}, folder)
+        )
+        or {},
         factors=faults.of(_factors, faults.of(_table, data, "factors") or {}),
         confirmed=faults.of(_confirmed, bench),
         max_regulated_pressure_pa=faults.of(_regulator, bench),
         reading=faults.of(reading_options, data),
-        force=None if sensors is None else faults.of(force_source, faults.of(_table, data, "force") or {}, sensors),
+        force=None
+        if sensors is None
+        else faults.of(force_source, faults.of(_table, data, "force") or {}, sensors),
         known_facts=faults.of(read_known_facts, faults.of(_table, data, "known") or {}),
     )
     faults.refuse()
@@ -134,7 +158,9 @@ def stated_kind_and_factors(folder: Path) -> tuple[str | None, Mapping[str, str]
     campaign, factors = data.get("campaign"), data.get("factors")
     kind = campaign.get("kind") if isinstance(campaign, dict) else None
     declared = factors if isinstance(factors, dict) else {}
-    return kind if kind in KINDS else None, {c: text for c, text in declared.items() if isinstance(text, str)}
+    return kind if kind in KINDS else None, {
+        c: text for c, text in declared.items() if isinstance(text, str)
+    }
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -189,7 +215,9 @@ def _name(text: str, where: str) -> str:
 def _choice(table: Mapping[str, Any], key: str, where: str, expected: tuple[str, ...]) -> str:
     value = _text(table, key, where, required=True)
     if value not in expected:
-        raise IngestError(f"{FILE}: {where}.{key} is {printable(value)}; expected one of {', '.join(expected)}")
+        raise IngestError(
+            f"{FILE}: {where}.{key} is {printable(value)}; expected one of {', '.join(expected)}"
+        )
     return value
 
 
@@ -250,7 +278,9 @@ def _gun(bench: Mapping[str, Any]) -> GunPart | None:
     table = _table(bench, "gun")
     faults = Faults()
     faults.of(_known_keys, table, (*_GUN, _REGULATOR), "bench.gun")
-    gun = GunPart(**{key: faults.of(_number, table, key, "bench.gun", rule) for key, rule in _GUN.items()})
+    gun = GunPart(
+        **{key: faults.of(_number, table, key, "bench.gun", rule) for key, rule in _GUN.items()}
+    )
     faults.refuse()
     if gun.projectile_diameter_m > gun.bore_diameter_m:
         raise IngestError(
@@ -270,7 +300,9 @@ def _regulator(bench: Mapping[str, Any]) -> float:
 def _confirmed(bench: Mapping[str, Any]) -> tuple[str, ...]:
     value = bench.get("confirmed", [])
     if not isinstance(value, list) or not all(isinstance(rule, str) for rule in value):
-        raise IngestError(f'{FILE}: bench.confirmed is {printable(value)}; expected a list such as ["negative-size"]')
+        raise IngestError(
+            f'{FILE}: bench.confirmed is {printable(value)}; expected a list such as ["negative-size"]'
+        )
     return tuple(value)
 
 
@@ -323,13 +355,19 @@ def _outline(table: Mapping[str, Any]) -> tuple[tuple[float, float], ...] | None
 
 
 def _corner(value: object) -> tuple[float, float] | None:
-    x, y = (_float(value[0]), _float(value[1])) if isinstance(value, list) and len(value) == 2 else (None, None)
+    x, y = (
+        (_float(value[0]), _float(value[1]))
+        if isinstance(value, list) and len(value) == 2
+        else (None, None)
+    )
     return None if x is None or y is None else (x, y)
 
 
 def _factors(table: Mapping[str, Any]) -> dict[str, str]:
     faults = Faults()
-    factors = {column: faults.of(_text, table, column, "factors", required=True) or "" for column in table}
+    factors = {
+        column: faults.of(_text, table, column, "factors", required=True) or "" for column in table
+    }
     faults.refuse()
     return factors
 
@@ -341,7 +379,16 @@ def _sensors(channels: Mapping[str, Any], folder: Path) -> dict[str, Sensor]:
     return sensors
 
 
-_OF_CHANNEL = ("quantity", "unit", "sensitivity", "offset_v", "position", "axis", "range", "calibration")
+_OF_CHANNEL = (
+    "quantity",
+    "unit",
+    "sensitivity",
+    "offset_v",
+    "position",
+    "axis",
+    "range",
+    "calibration",
+)
 
 
 def _sensor(name: str, channels: Mapping[str, Any], folder: Path) -> Sensor:
@@ -363,13 +410,19 @@ def _sensor(name: str, channels: Mapping[str, Any], folder: Path) -> Sensor:
     faults.refuse()
     if calibration is not None:
         line = calibration.line
-        sensor = replace(sensor, sensitivity=line.sensitivity, offset_v=line.offset, calibration=calibration)
+        sensor = replace(
+            sensor, sensitivity=line.sensitivity, offset_v=line.offset, calibration=calibration
+        )
     if sensor.sensitivity is None and sensor.offset_v:
-        raise IngestError(f"{FILE}: {where}.offset_v is {sensor.offset_v}; expected a sensitivity beside it")
+        raise IngestError(
+            f"{FILE}: {where}.offset_v is {sensor.offset_v}; expected a sensitivity beside it"
+        )
     try:
         gain, offset = sensor.conversion
     except UnitError as error:
         raise IngestError(f"{FILE}: {where}: {error}") from error
     if not (math.isfinite(gain) and math.isfinite(offset)) or gain == 0:
-        raise IngestError(f"{FILE}: {where}.sensitivity is {sensor.sensitivity}; its conversion to SI is not a number")
+        raise IngestError(
+            f"{FILE}: {where}.sensitivity is {sensor.sensitivity}; its conversion to SI is not a number"
+        )
     return sensor

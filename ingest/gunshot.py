@@ -48,7 +48,9 @@ def laser_channel(channels: list[Channel]) -> Channel | None:
     """The channel that sees the bullet pass: a displacement or voltage at the muzzle, or one named laser…"""
     for channel in channels:
         at_muzzle = (channel.sensor.position or "").lower() in MUZZLE_POSITIONS
-        if channel.quantity in ("displacement", "voltage") and (at_muzzle or channel.name.lower().startswith("laser")):
+        if channel.quantity in ("displacement", "voltage") and (
+            at_muzzle or channel.name.lower().startswith("laser")
+        ):
             return channel
     return None
 
@@ -66,14 +68,18 @@ def measure_shot(
         return ShotMeasurement(*velocity), problems + more
     # The calibration is common to all shots, and is not averaged out by them.
     pressure_u = math.hypot(drop.pressure_u_pa, tank.sensor.calibration_u_si(drop.pressure_pa))
-    opening = ValveOpening(tank.start_s + drop.time_s, drop.time_u_s, tank.start_s + drop.seen_s, drop.power)
+    opening = ValveOpening(
+        tank.start_s + drop.time_s, drop.time_u_s, tank.start_s + drop.seen_s, drop.power
+    )
     return ShotMeasurement(*velocity, drop.pressure_pa, pressure_u, opening), problems + more
 
 
 Pair = tuple[float | None, float | None]
 
 
-def _velocity(laser: Channel | None, length: float | None, length_u: float | None) -> tuple[Pair, list[Finding]]:
+def _velocity(
+    laser: Channel | None, length: float | None, length_u: float | None
+) -> tuple[Pair, list[Finding]]:
     if laser is None:
         return (None, None), []
     if length is None:

@@ -87,7 +87,9 @@ def impact_speeds(
         grid = on_one_grid([clock, channel])
     except GridError as error:
         message = f"no velocity from the impactor's acceleration: {error}"
-        return (None,) * len(pulses), [Finding("no-impact-velocity", "warning", message, channel.name)]
+        return (None,) * len(pulses), [
+            Finding("no-impact-velocity", "warning", message, channel.name)
+        ]
     samples = slice(grid.first, grid.first + grid.values.shape[1])
     force, acceleration = force[samples], grid.values[1]
     if pulses[0].contact.first < samples.start or pulses[-1].contact.last >= samples.stop:
@@ -95,27 +97,41 @@ def impact_speeds(
             f"no velocity from the impactor's acceleration: {channel.name!r} is recorded from {grid.start_s:.6g} s on "
             f"for {force.size / grid.sampling_rate_hz:.6g} s only, in which not all contacts are"
         )
-        return (None,) * len(pulses), [Finding("no-impact-velocity", "warning", message, channel.name)]
-    pulses = tuple(replace(pulse, contact=_earlier(pulse.contact, samples.start)) for pulse in pulses)
+        return (None,) * len(pulses), [
+            Finding("no-impact-velocity", "warning", message, channel.name)
+        ]
+    pulses = tuple(
+        replace(pulse, contact=_earlier(pulse.contact, samples.start)) for pulse in pulses
+    )
     # The channel's own samples where its clock is the force's, else those of the common grid.
-    channel = Channel(Sensor(channel.name, "acceleration", "m/s2"), acceleration, grid.sampling_rate_hz)
+    channel = Channel(
+        Sensor(channel.name, "acceleration", "m/s2"), acceleration, grid.sampling_rate_hz
+    )
     findings = _delays(channel, force, pulses)
     windows, origins, problem = _windows(channel, force, pulses, settings)
     speeds: list[ImpactSpeed | None] = []
     for i, (pulse, window, origin) in enumerate(zip(pulses, windows, origins, strict=True)):
         try:
             speed = impact_velocity(
-                window, channel.sampling_rate_hz, pulse.contact.first - origin, pulse.contact.peak - origin
+                window,
+                channel.sampling_rate_hz,
+                pulse.contact.first - origin,
+                pulse.contact.peak - origin,
             )
             speeds.append(ImpactSpeed(speed.velocity_m_s, speed.velocity_u_m_s))
         except ValueError as error:
             speeds.append(None)
-            findings.append(Finding("no-impact-velocity", "warning", str(error), channel.name, contact=i))
+            findings.append(
+                Finding("no-impact-velocity", "warning", str(error), channel.name, contact=i)
+            )
     return tuple(speeds), findings + problem
 
 
 def _windows(
-    channel: Channel, force: Floats, pulses: tuple[ExtractedPulse, ...], settings: ExtractionSettings
+    channel: Channel,
+    force: Floats,
+    pulses: tuple[ExtractedPulse, ...],
+    settings: ExtractionSettings,
 ) -> tuple[list[Floats], list[int], list[Finding]]:
     """The acceleration about each hit, its first sample in the record, and why it was not cleaned if it should be."""
     rate = channel.sampling_rate_hz
@@ -152,7 +168,9 @@ def _delays(channel: Channel, force: Floats, pulses: tuple[ExtractedPulse, ...])
         delay = measured_delay_samples(force[near], channel.readings[near], *span)
         if not delay_is_plausible(delay, 0.0, channel.sampling_rate_hz):
             message = f"acceleration follows force by {delay:.1f} samples; expected at most two, the wave's travel"
-            speeds.append(Finding("delay", "warning", message, channel.name, {"delay_samples": delay}, i))
+            speeds.append(
+                Finding("delay", "warning", message, channel.name, {"delay_samples": delay}, i)
+            )
     return speeds
 
 

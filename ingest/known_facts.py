@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ..files.toml_text import key_problems
 from ..schema.known_facts import EffectParameter, KnownFact, effect_parameters
-from ..schema.toml_text import key_problems
 from ..signals.units import UnitError, unit_quantity
 from .errors import LONGEST_NAME, Faults, IngestError, parse_date, printable
 
@@ -36,7 +36,12 @@ def _entries(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]
     """Whole names with their entries: dots in a key of TOML begin tables within tables."""
     for key, value in table.items():
         name = f"{prefix}{key}"
-        if isinstance(value, Mapping) and value and not set(value) & set(_KEYS) and name not in effect_parameters():
+        if (
+            isinstance(value, Mapping)
+            and value
+            and not set(value) & set(_KEYS)
+            and name not in effect_parameters()
+        ):
             yield from _entries(value, f"{name}.")
         else:
             yield name, value
@@ -45,7 +50,9 @@ def _entries(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]
 def _fact(name: str, entry: object) -> KnownFact:
     parameter = effect_parameters().get(name)
     if parameter is None:
-        raise IngestError(f"{FILE}: known.{printable(name).strip(chr(39))} is no parameter; known: {_alike(name)}")
+        raise IngestError(
+            f"{FILE}: known.{printable(name).strip(chr(39))} is no parameter; known: {_alike(name)}"
+        )
     where = f"known.{name}"
     if not isinstance(entry, Mapping):
         raise IngestError(
@@ -83,7 +90,11 @@ def _number(entry: Mapping[str, Any], key: str, where: str) -> float:
         raise IngestError(f"{FILE}: {where}.{key} is missing; expected a number")
     value = entry[key]
     try:
-        number = math.nan if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
+        number = (
+            math.nan
+            if isinstance(value, bool) or not isinstance(value, int | float)
+            else float(value)
+        )
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
@@ -117,7 +128,11 @@ def _scale(entry: Mapping[str, Any], parameter: EffectParameter, where: str) -> 
     unit = entry.get("unit", parameter.unit)
     if unit == parameter.unit:
         return 1.0
-    expected = f"a unit that converts to {parameter.unit}" if parameter.unit else "no unit, for it is a pure number"
+    expected = (
+        f"a unit that converts to {parameter.unit}"
+        if parameter.unit
+        else "no unit, for it is a pure number"
+    )
     if not isinstance(unit, str):
         raise IngestError(f"{FILE}: {where}.unit is {printable(unit)}; expected {expected}")
     import pint
@@ -125,6 +140,10 @@ def _scale(entry: Mapping[str, Any], parameter: EffectParameter, where: str) -> 
     try:
         return float(unit_quantity(unit).to(unit_quantity(parameter.unit).units).magnitude)
     except (UnitError, pint.DimensionalityError) as error:
-        raise IngestError(f"{FILE}: {where}.unit is {printable(unit)}; expected {expected}") from error
+        raise IngestError(
+            f"{FILE}: {where}.unit is {printable(unit)}; expected {expected}"
+        ) from error
     except (pint.PintError, ArithmeticError, ValueError) as error:
-        raise IngestError(f"{FILE}: {where}.unit is {printable(unit)}; expected {expected}") from error
+        raise IngestError(
+            f"{FILE}: {where}.unit is {printable(unit)}; expected {expected}"
+        ) from error

@@ -85,7 +85,9 @@ def ingest_folder(
     # 1. Tables: campaign.toml, the table of runs and the modal table, held against each other.
     file, rows, modes, remarks = read_campaign_tables(store, folder, free_factors, confirmed)
     _refuse_unnamed(again, rows)
-    target = CampaignStore(store, file, modes, rows, settings, again=again, target_motion=target_motion)
+    target = CampaignStore(
+        store, file, modes, rows, settings, again=again, target_motion=target_motion
+    )
     # 2. Recordings that the store lacks.
     pending = _pending_recordings(file, rows, target)
     # 3. Read, check and extract, in processes beside this one.
@@ -96,13 +98,17 @@ def ingest_folder(
     damaged = _store_recordings(store, target, results, len(pending), progress)
     target.add_rows_without_recording()
     if damaged and not target.holds_anything():
-        raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")
+        raise IngestError(
+            f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}"
+        )
     target.set_aside(damaged)
     # 5. What the recordings show together, and the report.
     warn_of_sign(store, file.name)
     report = target.report()
     report.findings += remarks
-    report.undeclared_factors = undeclared({name: None for row in rows for name in row.levels_by_factor}, file.factors)
+    report.undeclared_factors = undeclared(
+        {name: None for row in rows for name in row.levels_by_factor}, file.factors
+    )
     return report
 
 
@@ -204,7 +210,9 @@ def read_campaign_tables(
 def _refuse_unnamed(again: Collection[str], rows: tuple[RunRow, ...]) -> None:
     for path in again:
         if not any(row.recording == path for row in rows):
-            raise IngestError(f"--again {path}: no row names this recording; give it as the table of runs does")
+            raise IngestError(
+                f"--again {path}: no row names this recording; give it as the table of runs does"
+            )
 
 
 def _campaign(folder: Path, names: MaterialNames) -> CampaignFile:
@@ -233,7 +241,9 @@ def _modes(file: CampaignFile) -> ModalTableFile | None:
     return read_modal_table(file.folder, file.plate.modes, tuple(on_plate))
 
 
-def _pending_recordings(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -> list[PendingRecording]:
+def _pending_recordings(
+    file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore
+) -> list[PendingRecording]:
     """The recordings that the store lacks."""
     by_path: defaultdict[str, list[RunRow]] = defaultdict(list)
     for row in rows:
@@ -264,7 +274,9 @@ def _refused_in(row: RunRow) -> Iterator[None]:
         raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 
-def campaign_plate_response(file: CampaignFile, rows: tuple[RunRow, ...]) -> TransferFunctions | None:
+def campaign_plate_response(
+    file: CampaignFile, rows: tuple[RunRow, ...]
+) -> TransferFunctions | None:
     """The plate's transfer functions, where `[force]` asks for them. Raises `IngestError` for a row that was struck
     elsewhere than the hammer's hits: its transfer function is another one."""
     if file.force is None:
@@ -308,7 +320,11 @@ def process(
         return match(work.path, own_rows, len(recording.pulses), rows), recording
     except RecordingError as error:
         return _damaged(work, str(error))
-    except (MemoryError, OSError, IngestError):  # of the machine or of the campaign, not of this recording
+    except (
+        MemoryError,
+        OSError,
+        IngestError,
+    ):  # of the machine or of the campaign, not of this recording
         raise
     except Exception as error:  # noqa: BLE001  # whatever a library says of one recording, the others are stored
         reason = f"{work.path}: could not be processed ({type(error).__name__}: {error}); look at its samples"

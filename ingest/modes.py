@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..delimited_text import Line
+from ..files.delimited_text import Line
 from ..signals.modal_table import SHAPE, modal_columns
 from .errors import IngestError
 from .tables import read_table
@@ -34,7 +34,9 @@ class ModalTableFile:
 
     @property
     def fingerprint(self) -> str:
-        return hashlib.sha256(json.dumps([asdict(m) for m in self.modes], sort_keys=True).encode()).hexdigest()
+        return hashlib.sha256(
+            json.dumps([asdict(m) for m in self.modes], sort_keys=True).encode()
+        ).hexdigest()
 
 
 def read_modal_table(folder: Path, name: str, accelerations: tuple[str, ...]) -> ModalTableFile:
@@ -44,7 +46,9 @@ def read_modal_table(folder: Path, name: str, accelerations: tuple[str, ...]) ->
     """
     header, lines = _table(folder, name)
     try:
-        columns = modal_columns(header, lines, (*_FIXED, *(f"{SHAPE}{channel}" for channel in accelerations)))
+        columns = modal_columns(
+            header, lines, (*_FIXED, *(f"{SHAPE}{channel}" for channel in accelerations))
+        )
     except ValueError as error:
         raise IngestError(f"{name}: {error}") from error
     numbers, frequencies, dampings, impact_shapes = (columns.pop(column) for column in _FIXED)
@@ -52,7 +56,9 @@ def read_modal_table(folder: Path, name: str, accelerations: tuple[str, ...]) ->
         dict(zip((column.removeprefix(SHAPE) for column in columns), values, strict=True))
         for values in zip(*columns.values(), strict=True)
     ] or [{}] * len(lines)
-    return ModalTableFile(tuple(map(ModeRow, map(int, numbers), frequencies, dampings, impact_shapes, shapes)))
+    return ModalTableFile(
+        tuple(map(ModeRow, map(int, numbers), frequencies, dampings, impact_shapes, shapes))
+    )
 
 
 def _table(folder: Path, name: str) -> tuple[list[str], list[Line]]:
@@ -62,8 +68,12 @@ def _table(folder: Path, name: str) -> tuple[list[str], list[Line]]:
     except (OSError, RuntimeError):  # a loop of links
         inside = False
     if not inside:
-        raise IngestError(f"campaign.toml: bench.plate.modes is {name!r}; expected a file inside the campaign folder")
+        raise IngestError(
+            f"campaign.toml: bench.plate.modes is {name!r}; expected a file inside the campaign folder"
+        )
     try:
         return read_table(path, name)
     except FileNotFoundError as error:
-        raise IngestError(f"campaign.toml: bench.plate.modes is {name!r}; there is no such file") from error
+        raise IngestError(
+            f"campaign.toml: bench.plate.modes is {name!r}; there is no such file"
+        ) from error

@@ -13,8 +13,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..files.spreadsheet_guard import GuardedCsv
 from ..signals.units import SI_UNITS, UnitError, to_si
-from ..spreadsheet_guard import GuardedCsv
 from .errors import IngestError, enumerated
 from .folder import FILE as CAMPAIGN
 from .readers import AS_IN_FILE, READERS, ReadingOptions, RecordingError, open_recording
@@ -28,9 +28,22 @@ GUN, HAMMER, DROP = ("gun", "hammer", "drop")
 #: What `[campaign]` calls each.
 KIND_OF_START = {GUN: "gun", HAMMER: "hammer", DROP: "hammer"}
 
-_LAYERS = ("plate_material", "anvil_material", "insulator", "boundary_conditions", "impact_position")
+_LAYERS = (
+    "plate_material",
+    "anvil_material",
+    "insulator",
+    "boundary_conditions",
+    "impact_position",
+)
 _COLUMNS: dict[str, tuple[str, ...]] = {
-    GUN: ("bullet_mass_kg", "tank_pressure_bar", "tip_material", "tip_radius_mm", *_LAYERS, "measured_velocity_m_s"),
+    GUN: (
+        "bullet_mass_kg",
+        "tank_pressure_bar",
+        "tip_material",
+        "tip_radius_mm",
+        *_LAYERS,
+        "measured_velocity_m_s",
+    ),
     HAMMER: ("tip_material", "tip_radius_mm", *_LAYERS, "hammer_speed", "impact_velocity_m_s"),
     DROP: ("tip_material", "tip_radius_mm", *_LAYERS, "impact_velocity_m_s"),
 }
@@ -74,7 +87,9 @@ class NewFolder:
         folder.mkdir(parents=True, exist_ok=True)
         there = [name for name in (CAMPAIGN, *FILES) if (folder / name).exists()]
         if there:
-            raise IngestError(f"{folder}: {' and '.join(there)} there already; nothing is overwritten")
+            raise IngestError(
+                f"{folder}: {' and '.join(there)} there already; nothing is overwritten"
+            )
         for name, text in ((CAMPAIGN, self.campaign), (FILES[0], self.runs)):
             with (folder / name).open("x", encoding="utf-8", newline="") as file:
                 file.write(text)
@@ -95,7 +110,9 @@ def start_folder(
     """
     paths = _recordings(folder, recordings) if recordings is not None or not rows else []
     if not rows and not paths:
-        raise IngestError(f"{folder}: no recording found; name a plan, or where the recordings lie within the folder")
+        raise IngestError(
+            f"{folder}: no recording found; name a plan, or where the recordings lie within the folder"
+        )
     channels: dict[str, _RecordedChannel] = {}
     usable, without_clock, notes = [], 0, []
     for path in paths:
@@ -116,7 +133,9 @@ def _recordings(folder: Path, pattern: str | None) -> list[str]:
     if Path(text).is_absolute() and Path(text).resolve().is_relative_to(folder.resolve()):
         text = Path(text).resolve().relative_to(folder.resolve()).as_posix()
     if Path(text).is_absolute() or ".." in Path(text).parts:
-        raise IngestError(f"--recordings is {pattern!r}; expected a pattern or a folder within {folder}")
+        raise IngestError(
+            f"--recordings is {pattern!r}; expected a pattern or a folder within {folder}"
+        )
     suffixes = {suffix for reader in READERS for suffix in reader.suffixes}
     place = folder / text
     try:
@@ -144,7 +163,9 @@ def _add_channels(path: Path, channels: dict[str, _RecordedChannel]) -> bool:
     return False
 
 
-def _add_channels_as(path: Path, channels: dict[str, _RecordedChannel], reading: ReadingOptions) -> None:
+def _add_channels_as(
+    path: Path, channels: dict[str, _RecordedChannel], reading: ReadingOptions
+) -> None:
     with open_recording(path, reading) as recording:
         for info in recording.channels:
             channel = channels.setdefault(info.name, _RecordedChannel())
@@ -155,14 +176,22 @@ def _add_channels_as(path: Path, channels: dict[str, _RecordedChannel], reading:
                 channel.units[info.unit.strip()] += 1
 
 
-def _campaign(name: str, start: str, channels: Mapping[str, _RecordedChannel], files: int, without_clock: int) -> str:
-    about_kind = "  # accelerometers alone: kind hammer without [bench.hammer]" if start == DROP else ""
+def _campaign(
+    name: str, start: str, channels: Mapping[str, _RecordedChannel], files: int, without_clock: int
+) -> str:
+    about_kind = (
+        "  # accelerometers alone: kind hammer without [bench.hammer]" if start == DROP else ""
+    )
     lines = [
         f'{_HEAD}\n[campaign]\nname = {_toml(name)}  {PLEASE_CHECK}\nkind = "{KIND_OF_START[start]}"{about_kind}',
         f'date = "{FILL_IN}"  # such as 2026-11-01\n# description = ""\n# operator = ""\n',
     ]
     if start in _BENCH:
-        lines += [f"[bench.{start}]", *(f'{key} = "{FILL_IN}"  # {about}' for key, about in _BENCH[start]), ""]
+        lines += [
+            f"[bench.{start}]",
+            *(f'{key} = "{FILL_IN}"  # {about}' for key, about in _BENCH[start]),
+            "",
+        ]
     lines += [
         "# [bench.plate]",
         '# modes = "plate_modes.csv"  # a modal table; or material, thickness_m and outline_m:',
@@ -174,7 +203,9 @@ def _campaign(name: str, start: str, channels: Mapping[str, _RecordedChannel], f
             f'sampling_rate_hz = "{FILL_IN}"  # such as 51200, without quotes',
             "# columns = [...]  # names of all columns in order, where the recordings have none\n",
         ]
-    expected = {"acceleration": _RecordedChannel()} if start == DROP else {"force": _RecordedChannel()}
+    expected = (
+        {"acceleration": _RecordedChannel()} if start == DROP else {"force": _RecordedChannel()}
+    )
     for channel, recorded in (channels or expected).items():
         lines += [_channel(channel, recorded, files), ""]
     return "\n".join(lines)
@@ -187,9 +218,13 @@ def _channel(name: str, recorded: _RecordedChannel, files: int) -> str:
     lines = [f"[channels.{_toml(name)}]  # the name as in the recordings"]
     if files:
         rates = enumerated([f"{rate:.12g} Hz" for rate in sorted(recorded.rates_hz)])
-        lines.append(f"# in {recorded.files} of {files} recordings, at {rates or 'a rate that they do not state'}")
+        lines.append(
+            f"# in {recorded.files} of {files} recordings, at {rates or 'a rate that they do not state'}"
+        )
     if len(recorded.units) > 1:
-        lines.append(f"# the recordings say {enumerated([one_line(text) for text in recorded.units])}")
+        lines.append(
+            f"# the recordings say {enumerated([one_line(text) for text in recorded.units])}"
+        )
     elif unit is not None and not is_unit:
         lines.append(f"# the recordings say {one_line(unit)}, which is no unit that is known")
     if unit == "V":
@@ -233,11 +268,15 @@ def _runs(start: str, rows: Sequence[Mapping[str, str]], recordings: Sequence[st
     writer = GuardedCsv(text, line_end="\n")
     writer.write_row(columns)
     for row in cells:
-        writer.write_row(row.get(column) or (FILL_IN if column in needed else "") for column in columns)
+        writer.write_row(
+            row.get(column) or (FILL_IN if column in needed else "") for column in columns
+        )
     return text.getvalue()
 
 
-def _with_recordings(rows: Sequence[Mapping[str, str]], recordings: Sequence[str]) -> list[dict[str, str]]:
+def _with_recordings(
+    rows: Sequence[Mapping[str, str]], recordings: Sequence[str]
+) -> list[dict[str, str]]:
     if not recordings:
         return [{**row, "recording": FILL_IN} for row in rows]
     if len(recordings) == len(rows):

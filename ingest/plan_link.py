@@ -13,7 +13,15 @@ from dataclasses import dataclass
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun, plan_turn
+from ..schema.campaigns import (
+    Campaign,
+    ConfigurationLevel,
+    Factor,
+    FactorLevel,
+    Plan,
+    PlannedRun,
+    plan_turn,
+)
 from ..schema.impacts import Impact, Shot
 from ..schema.known_factors import BY_NAME
 from ..schema.run_states import done_runs, repetition_table
@@ -71,7 +79,9 @@ def link_within(session: Session, campaign: str, plan: str) -> PlanLinks:
     """`link_campaign` in a transaction of the caller's."""
     take_advisory_lock(session, plan_turn(plan))
     campaign_row, plan_row = _rows(session, campaign, plan)
-    planned = {row.run: row for row in session.scalars(select(PlannedRun).filter_by(plan_id=plan_row.id))}
+    planned = {
+        row.run: row for row in session.scalars(select(PlannedRun).filter_by(plan_id=plan_row.id))
+    }
     wanted = _levels(session, {row.configuration_id for row in planned.values()})
     keys = {row.id for row in planned.values()}
     done_before = done_runs(session, keys)
@@ -86,7 +96,9 @@ def link_within(session: Session, campaign: str, plan: str) -> PlanLinks:
             if reason is not None:
                 mismatches[run] = reason
             elif link is None:
-                linked += counts * _link(session, table, campaign_row, run, configuration, planned[run])
+                linked += counts * _link(
+                    session, table, campaign_row, run, configuration, planned[run]
+                )
     done = len(done_runs(session, keys) - done_before)
     reported = tuple({"run": run, "reason": reason} for run, reason in sorted(mismatches.items()))
     return PlanLinks(plan, linked, done, reported)
@@ -101,13 +113,17 @@ def _rows(session: Session, campaign: str, plan: str) -> tuple[Campaign, Plan]:
         plan_names = ", ".join(session.scalars(select(Plan.name).order_by(Plan.name))) or "none"
         raise IngestError(f"no plan {plan!r} in the store; there: {plan_names}")
     if campaign_row.kind != plan_row.kind:
-        raise IngestError(f"campaign {campaign!r} is one of a {campaign_row.kind}, plan {plan!r} of a {plan_row.kind}")
+        raise IngestError(
+            f"campaign {campaign!r} is one of a {campaign_row.kind}, plan {plan!r} of a {plan_row.kind}"
+        )
     return campaign_row, plan_row
 
 
 def _levels(session: Session, configurations: set[int]) -> dict[int, Levels]:
     query = (
-        select(ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number)
+        select(
+            ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number
+        )
         .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
         .join(Factor, ConfigurationLevel.factor_id == Factor.id)
         .where(ConfigurationLevel.configuration_id.in_(configurations))
@@ -154,6 +170,10 @@ def _link(
     configuration: int,
     planned: PlannedRun,
 ) -> int:
-    of_run = (table.campaign_id == campaign.id, table.run == run, table.configuration_id == configuration)
+    of_run = (
+        table.campaign_id == campaign.id,
+        table.run == run,
+        table.configuration_id == configuration,
+    )
     result = session.execute(update(table).where(*of_run).values(planned_run_id=planned.id))
     return int(result.rowcount)  # type: ignore[attr-defined]  # SQLAlchemy types `execute` for rows only

@@ -59,7 +59,9 @@ def check_impulse(
     ratio = pulse.impulse_n_s / momentum
     share = 1.0 if plate_mass_kg is None else plate_mass_kg / (plate_mass_kg + mass_kg)
     slower = LEAST_INTEGRATED_SHARE if integrated else 1.0
-    highest = HIGHEST_RATIO_ANVIL if behind_anvil else HIGHEST_RATIO_HELD if held else HIGHEST_RATIO_FREE
+    highest = (
+        HIGHEST_RATIO_ANVIL if behind_anvil else HIGHEST_RATIO_HELD if held else HIGHEST_RATIO_FREE
+    )
     limits = (LOWEST_RATIO * share, highest / slower)
     expected = (share, 2.0 * (ANVIL_FACTOR if behind_anvil else 1.0) / slower)
     if limits[0] <= ratio <= limits[1]:
@@ -79,7 +81,9 @@ def check_impulse(
         f"{velocity_m_s:.3g} m/s), where {expected[0]:.2g} to {expected[1]:.2g} are possible: look at mass, velocity, "
         "unit and sensitivity of the force"
     )
-    return Finding("implausible-impulse", "reject" if far else "warning", message, channel, evidence, contact)
+    return Finding(
+        "implausible-impulse", "reject" if far else "warning", message, channel, evidence, contact
+    )
 
 
 def check_tip(radius_m: float | None, contact: int | None, channel: str) -> Finding | None:
@@ -129,7 +133,9 @@ _SIZES = frozenset(
 Told = dict[str, str | None]
 
 
-def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collection[str]) -> list[Told]:
+def check_bench(
+    file: CampaignFile, rows: Sequence[RunRow], confirmed: Collection[str]
+) -> list[Told]:
     """Findings on rows that the bench hardly has. Raises `IngestError` for rows that it cannot have.
 
     `confirmed` are rules that the user, or `confirmed` in `[bench]`, has confirmed; they are told all the same. Raises
@@ -140,7 +146,10 @@ def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collectio
     if unknown:
         rule_names = ", ".join(RULES)
         raise IngestError(
-            *(f"{printable(rule)} is no rule that can be confirmed; known: {rule_names}" for rule in unknown)
+            *(
+                f"{printable(rule)} is no rule that can be confirmed; known: {rule_names}"
+                for rule in unknown
+            )
         )
     faults = Faults()
     runs_by_message: dict[str, list[int]] = {}
@@ -157,12 +166,16 @@ def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collectio
             runs_by_message.setdefault(rule, []).append(row.line)
     faults.refuse()
     findings = [
-        _finding(rule, f"{rows[0].file}: {_lines(lines)}: {_WORDS[rule]}") for rule, lines in runs_by_message.items()
+        _finding(rule, f"{rows[0].file}: {_lines(lines)}: {_WORDS[rule]}")
+        for rule, lines in runs_by_message.items()
     ]
     unjudged = [row.line for row in rows if row.recording is None and _is_impact(file, row)]
     if unjudged:
         findings.append(
-            _finding("not-judged", f"{rows[0].file}: {_lines(unjudged)} without a recording: no check can judge them")
+            _finding(
+                "not-judged",
+                f"{rows[0].file}: {_lines(unjudged)} without a recording: no check can judge them",
+            )
         )
     return findings
 
@@ -184,7 +197,10 @@ def _broken(file: CampaignFile, row: RunRow) -> Iterator[tuple[str, str]]:
     insulator, anvil = levels.get("insulator"), levels.get("anvil_material")
     if insulator and insulator.label != NONE and (anvil is None or anvil.label == NONE):
         stated = "not given" if anvil is None else repr(anvil.label)
-        yield INSULATOR, f"insulator is {insulator.label!r} and anvil_material is {stated}; an insulator needs an anvil"
+        yield (
+            INSULATOR,
+            f"insulator is {insulator.label!r} and anvil_material is {stated}; an insulator needs an anvil",
+        )
     for name, level in levels.items():
         if (
             name not in BY_NAME
@@ -214,7 +230,13 @@ def _is_impact(file: CampaignFile, row: RunRow) -> bool:
 
 
 def _finding(check: str, message: str) -> Told:
-    return {"recording": None, "channel": None, "check": check, "severity": "note", "message": message}
+    return {
+        "recording": None,
+        "channel": None,
+        "check": check,
+        "severity": "note",
+        "message": message,
+    }
 
 
 def _lines(lines: Sequence[int]) -> str:

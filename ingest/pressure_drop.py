@@ -94,7 +94,9 @@ def pressure_drop(
         raise ValueError(f"pressure: sample {int(np.argmin(np.isfinite(values)))} is not finite")
     block = max(1, round(_BLOCK_S * sampling_rate_hz))
     if values.size < _FEWEST_BLOCKS * block:
-        raise NoDropError(f"{values.size} samples of pressure: expected at least {_FEWEST_BLOCKS * block}")
+        raise NoDropError(
+            f"{values.size} samples of pressure: expected at least {_FEWEST_BLOCKS * block}"
+        )
     values = _without_spikes(values)
     means = _block_means(values, block)
     noise = max(_noise(means), _resolution(values) / math.sqrt(block))
@@ -116,7 +118,9 @@ def pressure_drop(
         )
     above = np.flatnonzero(means[:stop] >= level - _SEEN * noise)
     seen_s = (float(above[-1] + 1 if above.size else 0) + 0.5) * block / sampling_rate_hz
-    return PressureDrop(fit.level, fit.level_u, fit.time_s, math.hypot(fit.time_u_s, _DELAY_U_S), seen_s, fit.power)
+    return PressureDrop(
+        fit.level, fit.level_u, fit.time_s, math.hypot(fit.time_u_s, _DELAY_U_S), seen_s, fit.power
+    )
 
 
 def _without_spikes(values: Floats) -> Floats:
@@ -146,7 +150,11 @@ def _resolution(values: Floats) -> float:
     """Deviation of a sample by its converter's step; far less than the fall, and never zero."""
     steps = np.diff(np.unique(values[:: max(1, values.size // 4000)]))
     least = 1e-9 * (1 + float(np.abs(values[0])))
-    return max(least, min(float(steps.min()) if steps.size else 0.0, 1e-2 * float(np.ptp(values))) / math.sqrt(12))
+    return max(
+        least,
+        min(float(steps.min()) if steps.size else 0.0, 1e-2 * float(np.ptp(values)))
+        / math.sqrt(12),
+    )
 
 
 def _located(means: Floats, noise: float) -> tuple[float, int, int]:
@@ -190,7 +198,9 @@ def _hum_lines(means: Floats, period_s: float) -> list[tuple[float, float, float
     lines: list[tuple[float, float, float]] = []
     while len(lines) < 3 and high - low > 10:
         at = low + int(np.argmax(power[low:high]))
-        around = np.concatenate([power[max(low, at - 25) : max(low, at - 3)], power[at + 4 : min(high, at + 26)]])
+        around = np.concatenate(
+            [power[max(low, at - 25) : max(low, at - 3)], power[at + 4 : min(high, at + 26)]]
+        )
         if at in (low, high - 1) or not power[at] > _HUM_MARGIN * np.median(around):
             break
         before, top, after = np.log(power[at - 1 : at + 2] + 1e-300)
@@ -243,9 +253,14 @@ def _window(
     # Noise behind a filter is alike in neighbouring samples: longer means tell it from white noise.
     lengths = {max(1, samples[-1] * factor) for factor in (1, 4)}
     lengths = {
-        length for length in lengths if length <= max(samples[-1], 2e-3 * rate_hz) and values.size // length > 23
+        length
+        for length in lengths
+        if length <= max(samples[-1], 2e-3 * rate_hz) and values.size // length > 23
     }
-    white = max(_noise(_block_means(values, int(length))) ** 2 * length for length in lengths or {samples[-1]})
+    white = max(
+        _noise(_block_means(values, int(length))) ** 2 * length
+        for length in lengths or {samples[-1]}
+    )
     step = _resolution(values) ** 2
     white = max(white, step)
     # Less noise than a converter's step: the samples of a mean are rounded alike.
@@ -254,7 +269,11 @@ def _window(
         averaged = np.sinc(frequency * samples / rate_hz)
         coherence = np.exp(-0.5 * (2 * math.pi * frequency_u * lag_s) ** 2)
         covariance += (
-            amplitude**2 / 2 * np.cos(2 * math.pi * frequency * lag_s) * coherence * np.outer(averaged, averaged)
+            amplitude**2
+            / 2
+            * np.cos(2 * math.pi * frequency * lag_s)
+            * coherence
+            * np.outer(averaged, averaged)
         )
     covariance *= _excess(values[edges[0] : edges[-1 - _IN_DROP]], white, hum)
     covariance += np.outer(time - begin_s, time - begin_s) * (_CREEP_1_S * level) ** 2
@@ -267,7 +286,9 @@ def _excess(rest: Floats, white: float, hum: list[tuple[float, float, float]]) -
     if length < 16:
         return 1.0
     pieces = _block_means(rest, length)
-    pieces = pieces - np.polyval(np.polyfit(np.arange(pieces.size), pieces, 1), np.arange(pieces.size))
+    pieces = pieces - np.polyval(
+        np.polyfit(np.arange(pieces.size), pieces, 1), np.arange(pieces.size)
+    )
     expected = white / length + sum(amplitude**2 / 2 for _, amplitude, _ in hum)
     factor = float(pieces @ pieces) / (_PIECES - 2) / expected
     return factor if factor > _PIECES_MARGIN else 1.0
@@ -301,7 +322,15 @@ def _fitted(window: _Window, opening: tuple[float, float] | None) -> _DropFit:
     mean = float((weight * level).sum())
     spread = float((weight * (level_var + (level - mean) ** 2)).sum())
     power = float(weight.sum(axis=0) @ _POWERS)
-    return _DropFit(window.level + mean, math.sqrt(spread), moment, math.sqrt(moment_var), power, moments, of_moment)
+    return _DropFit(
+        window.level + mean,
+        math.sqrt(spread),
+        moment,
+        math.sqrt(moment_var),
+        power,
+        moments,
+        of_moment,
+    )
 
 
 def _around(window: _Window) -> Floats:
@@ -315,7 +344,9 @@ def _around(window: _Window) -> Floats:
     return np.concatenate([before[::-1], np.linspace(middle, latest, _MOMENTS - count)])
 
 
-def _posterior(window: _Window, moments: Floats, opening: tuple[float, float] | None) -> tuple[Floats, Floats, Floats]:
+def _posterior(
+    window: _Window, moments: Floats, opening: tuple[float, float] | None
+) -> tuple[Floats, Floats, Floats]:
     """Logarithm of the probability of each moment and power (g, k), up to a constant; level above the window's and its
     variance for each."""
     from scipy.special import log_ndtr

@@ -71,7 +71,9 @@ class ProcessedRecording:
 
     def without_samples(self) -> ProcessedRecording:
         """The same without the frames of its series: all that a dry run writes."""
-        series = (replace(stored, encoded=replace(stored.encoded, frames=[])) for stored in self.series)
+        series = (
+            replace(stored, encoded=replace(stored.encoded, frames=[])) for stored in self.series
+        )
         return replace(self, series=tuple(series))
 
 
@@ -107,7 +109,13 @@ def process_recording(
     speeds, conditioning = impact_speeds(channels, pulses, settings, force)
     shot, shot_findings = measure_shot(channels, bullet_length_m, bullet_length_u_m)
     figures = measure_channels(channels, hits, rows, settings)
-    findings = check_recording(channels, hits) + unread + conditioning + shot_findings + list(figures.findings)
+    findings = (
+        check_recording(channels, hits)
+        + unread
+        + conditioning
+        + shot_findings
+        + list(figures.findings)
+    )
     return ProcessedRecording(
         path=path,
         sha256=digest,
@@ -136,7 +144,9 @@ def _with_readings(channels: Sequence[Channel], shot: ShotMeasurement | None) ->
     if laser is not None and shot.velocity_m_s is not None:
         velocity = {"velocity_m_s": shot.velocity_m_s, "velocity_u_m_s": shot.velocity_u_m_s}
         added.setdefault(laser.name, {})[MUZZLE_VELOCITY] = velocity
-    return [replace(c, header={**c.header, **added[c.name]}) if c.name in added else c for c in channels]
+    return [
+        replace(c, header={**c.header, **added[c.name]}) if c.name in added else c for c in channels
+    ]
 
 
 def read_channels(
@@ -149,14 +159,20 @@ def read_channels(
     return read_recording(RecordingFiles(file.parent, file.name, reading), sensors)
 
 
-def read_recording(files: RecordingFiles, sensors: Mapping[str, Sensor]) -> tuple[list[Channel], list[Finding]]:
+def read_recording(
+    files: RecordingFiles, sensors: Mapping[str, Sensor]
+) -> tuple[list[Channel], list[Finding]]:
     """`read_channels` of a recording's files together."""
     file = files.name
     with files.open() as recording:
         if not sensors:
-            raise RecordingError(f"{file}: campaign.toml declares no [channels.NAME] to read from it")
+            raise RecordingError(
+                f"{file}: campaign.toml declares no [channels.NAME] to read from it"
+            )
         declared = {recording.info(name).name for name in sensors if recording.names(name)}
-        undeclared = [channel.name for channel in recording.channels if channel.name not in declared]
+        undeclared = [
+            channel.name for channel in recording.channels if channel.name not in declared
+        ]
         missing = _missing_channels(recording, sensors, undeclared)
         channels = []
         for name, sensor in sensors.items():
@@ -166,10 +182,17 @@ def read_recording(files: RecordingFiles, sensors: Mapping[str, Sensor]) -> tupl
             _check_unit(file, sensor, info.unit)
             samples = recording.read(name)
             refuse_no_reading(file, name, samples)
-            channels.append(Channel(sensor, samples, info.sampling_rate_hz, info.start_s, info.header))
+            channels.append(
+                Channel(sensor, samples, info.sampling_rate_hz, info.start_s, info.header)
+            )
         remarks = list(missing.values())
         remarks += [
-            Finding("undeclared-channel", "note", f"channel {name!r} is in the file but not in campaign.toml", name)
+            Finding(
+                "undeclared-channel",
+                "note",
+                f"channel {name!r} is in the file but not in campaign.toml",
+                name,
+            )
             for name in undeclared
         ]
         if any(c.header.get("last_line_without_end") for c in recording.channels):
@@ -197,7 +220,13 @@ def _missing_channels(
             )
     there = ", ".join(channel.name for channel in recording.channels)
     return {
-        name: Finding(MISSING, "warning", f"no channel {name!r}; the recording has: {there}", name, {"channel": name})
+        name: Finding(
+            MISSING,
+            "warning",
+            f"no channel {name!r}; the recording has: {there}",
+            name,
+            {"channel": name},
+        )
         for name in missing
     }
 
@@ -206,7 +235,9 @@ def _check_unit(file: str, sensor: Sensor, written: str | None) -> None:
     """Refuse a file whose own unit contradicts campaign.toml: one of them is wrong, and we cannot know which."""
     if not written or not written.strip():
         return
-    expected_unit, quantity = ("V", "voltage") if sensor.sensitivity is not None else (sensor.unit, sensor.quantity)
+    expected_unit, quantity = (
+        ("V", "voltage") if sensor.sensitivity is not None else (sensor.unit, sensor.quantity)
+    )
     try:
         declared = to_si(expected_unit, quantity)
     except UnitError:
@@ -248,7 +279,9 @@ def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int
     if force is None:
         return Hits(())
     values, channel = force
-    return find_hits(values, channel.sampling_rate_hz, settings, start_s=channel.start_s, expected=expected)
+    return find_hits(
+        values, channel.sampling_rate_hz, settings, start_s=channel.start_s, expected=expected
+    )
 
 
 def check_recording(channels: list[Channel], hits: Hits) -> list[Finding]:
@@ -270,14 +303,20 @@ def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:
     if name is None:
         return []
     if not hits.pulses:
-        return [Finding("no-contact", "reject", "no contact rises above the noise of the force", name)]
+        return [
+            Finding("no-contact", "reject", "no contact rises above the noise of the force", name)
+        ]
     findings = hits_without_row(hits, name) + check_force_sign(hits.pulses, name)
     for i, pulse in enumerate(hits.pulses):
         findings += touches_before(pulse, i, name)
         if pulse.truncated:
             message = "the record begins or ends inside the contact"
-            findings.append(Finding("truncated-contact", "reject", message, name, {"start_s": pulse.start_s}, i))
+            findings.append(
+                Finding("truncated-contact", "reject", message, name, {"start_s": pulse.start_s}, i)
+            )
         if pulse.threshold_raised:
             message = "noise lies above the extraction's threshold, which was raised: the contact is cut short"
-            findings.append(Finding("threshold-raised", "note", message, name, {"start_s": pulse.start_s}, i))
+            findings.append(
+                Finding("threshold-raised", "note", message, name, {"start_s": pulse.start_s}, i)
+            )
     return findings

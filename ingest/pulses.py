@@ -37,7 +37,9 @@ def smoothing_spline(values: Floats, smoothing: float) -> Callable[[Floats], Flo
         x = np.arange(values.size, dtype=np.float64)
         return make_interp_spline(x, values, k=min(3, values.size - 1))
     lam = (1.0 - smoothing) / smoothing
-    bands = np.empty((3, values.size - 2))  # upper form; what lies outside of the matrix is not looked at
+    bands = np.empty(
+        (3, values.size - 2)
+    )  # upper form; what lies outside of the matrix is not looked at
     bands[0], bands[1], bands[2] = lam, 1 / 6 - 4 * lam, 2 / 3 + 6 * lam
     padded = np.zeros(values.size + 2)
     padded[2:-2] = solveh_banded(bands, np.diff(values, 2), overwrite_ab=True, check_finite=False)
@@ -156,18 +158,24 @@ def find_hits(
         pulse = _measure(upright, rest, extents, sampling_rate_hz, settings, start_s, sign)
         earlier = _touches_before(upright, peaks, extents.contact.first, rest)
         if earlier:
-            pulse = replace(pulse, earlier_touches=_touches(upright, earlier, rest, sampling_rate_hz, start_s))
+            pulse = replace(
+                pulse, earlier_touches=_touches(upright, earlier, rest, sampling_rate_hz, start_s)
+            )
         pulses.append(pulse)
     return Hits(tuple(pulses), _touches(upright, left_out, level, sampling_rate_hz, start_s))
 
 
-def _touches_before(force: Floats, peaks: NDArray[np.int64], first: int, rest: RestLevel) -> list[int]:
+def _touches_before(
+    force: Floats, peaks: NDArray[np.int64], first: int, rest: RestLevel
+) -> list[int]:
     """Peaks before sample `first` that are contacts: a contact cannot pull, so what swings below rest by a good part of
     its height is the ringing of a filter that has no phase."""
     earlier = []
     for peak in sorted(int(p) for p in peaks if p < first):
         around = force[max(0, 2 * peak - first) : first + 1]
-        if rest.baseline - float(np.nanmin(around)) <= _RINGING_SHARE * (float(force[peak]) - rest.baseline):
+        if rest.baseline - float(np.nanmin(around)) <= _RINGING_SHARE * (
+            float(force[peak]) - rest.baseline
+        ):
             earlier.append(peak)
     return earlier
 
@@ -175,7 +183,10 @@ def _touches_before(force: Floats, peaks: NDArray[np.int64], first: int, rest: R
 def _touches(
     force: Floats, peaks: Iterable[int], rest: RestLevel, sampling_rate_hz: float, start_s: float
 ) -> tuple[Touch, ...]:
-    return tuple(Touch(start_s + i / sampling_rate_hz, float(force[i]) - rest.baseline) for i in map(int, peaks))
+    return tuple(
+        Touch(start_s + i / sampling_rate_hz, float(force[i]) - rest.baseline)
+        for i in map(int, peaks)
+    )
 
 
 def _measure(
@@ -210,7 +221,9 @@ def _measure(
         compression_impulse_n_s=_integral(fine[: top + 1], period),
         width_half_s=_width(recorded, 0.5) / sampling_rate_hz,
         width_tenth_s=_width(recorded, 0.1) / sampling_rate_hz,
-        samples_in_contact=int(np.count_nonzero(recorded > segment_found.threshold - rest.baseline)),
+        samples_in_contact=int(
+            np.count_nonzero(recorded > segment_found.threshold - rest.baseline)
+        ),
         spline_nrmse=nrmse(recorded, spline(first - low + np.arange(span + 1.0))),
         segmentation_difference=segment_found.difference,
         force_points_n=spline(first - low + np.linspace(0.0, span, settings.points)),
@@ -236,7 +249,9 @@ def _width(values: Floats, share: float) -> float:
     below = np.flatnonzero(values[:top] <= level)
     right = np.flatnonzero(values[top:] <= level)
     first = _crossing(values, int(below[-1]), level) if below.size else 0.0
-    last = _crossing(values, top + int(right[0]) - 1, level) if right.size else float(values.size - 1)
+    last = (
+        _crossing(values, top + int(right[0]) - 1, level) if right.size else float(values.size - 1)
+    )
     return last - first
 
 

@@ -34,7 +34,9 @@ def recording_path(folder: Path, text: str) -> str:
     has the same path whoever writes it on whatever system. Raises `ValueError` with what was expected.
     """
     whole = text.replace("\\", "/")
-    names = [whole] if SEPARATOR not in whole or _is_file(folder / whole) else whole.split(SEPARATOR)
+    names = (
+        [whole] if SEPARATOR not in whole or _is_file(folder / whole) else whole.split(SEPARATOR)
+    )
     paths = sorted(_path_of_file(folder, name.strip(), several=len(names) > 1) for name in names)
     if len(set(paths)) < len(paths):
         raise ValueError("different files; one of them is named twice")
@@ -50,7 +52,9 @@ def _path_of_file(folder: Path, name: str, *, several: bool) -> str:
     except (OSError, RuntimeError, ValueError):  # a loop of links, a name no file can have
         inside = False
     if not inside:
-        raise ValueError("a file inside the campaign folder" + (f"; {name!r} is none" if several else ""))
+        raise ValueError(
+            "a file inside the campaign folder" + (f"; {name!r} is none" if several else "")
+        )
     if not _is_file(path):
         named = f"called {name!r}" if several else "of that name"
         raise ValueError(f"a file of the campaign folder; there is none {named}")
@@ -102,12 +106,20 @@ class RecordingFiles:
     def sha256(self) -> str:
         """Of the file; of several, of their SHA-256s, a line each. Raises `RecordingError` when one cannot be read."""
         hashes = [file_hash(path) for path in self.paths]
-        return hashes[0] if len(hashes) == 1 else hashlib.sha256("\n".join(hashes).encode()).hexdigest()
+        return (
+            hashes[0]
+            if len(hashes) == 1
+            else hashlib.sha256("\n".join(hashes).encode()).hexdigest()
+        )
 
     def open(self) -> OpenRecording:
         """The recording, held open: use as a context manager. Raises `RecordingError`."""
         paths = self.paths
-        return open_recording(paths[0], self.reading) if len(paths) == 1 else JoinedRecording(paths, self.reading)
+        return (
+            open_recording(paths[0], self.reading)
+            if len(paths) == 1
+            else JoinedRecording(paths, self.reading)
+        )
 
 
 def file_hash(path: Path) -> str:
@@ -129,13 +141,17 @@ class JoinedRecording(OpenRecording):
 
     def __init__(self, paths: Sequence[Path], reading: ReadingOptions = AS_IN_FILE) -> None:
         with ExitStack() as stack:
-            self._files = [(path.name, stack.enter_context(open_recording(path, reading))) for path in paths]
+            self._files = [
+                (path.name, stack.enter_context(open_recording(path, reading))) for path in paths
+            ]
             self._stack = stack.pop_all()
         self._later_s = _later_s([recording for _, recording in self._files])
         by_name: dict[str, ChannelInfo] = {}
         for (_, file), later_s in zip(self._files, self._later_s, strict=True):
             for channel in file.channels:
-                by_name.setdefault(channel.name, replace(channel, start_s=channel.start_s + later_s))
+                by_name.setdefault(
+                    channel.name, replace(channel, start_s=channel.start_s + later_s)
+                )
         self.channels = tuple(by_name.values())
 
     def names(self, name: str) -> bool:
@@ -149,7 +165,9 @@ class JoinedRecording(OpenRecording):
         if not holders:
             return super().info(name)
         info = holders[0][1].info(name)
-        later_s = next(s for (_, f), s in zip(self._files, self._later_s, strict=True) if f is holders[0][1])
+        later_s = next(
+            s for (_, f), s in zip(self._files, self._later_s, strict=True) if f is holders[0][1]
+        )
         return replace(info, start_s=info.start_s + later_s)
 
     def read(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
@@ -165,7 +183,10 @@ class JoinedRecording(OpenRecording):
 
 def _later_s(recordings: Sequence[OpenRecording]) -> list[float]:
     """By how much the zero of each file's clock is later than the earliest; nothing where one of them says none."""
-    zeros = [next((c.header[CLOCK_ZERO] for c in file.channels if CLOCK_ZERO in c.header), None) for file in recordings]
+    zeros = [
+        next((c.header[CLOCK_ZERO] for c in file.channels if CLOCK_ZERO in c.header), None)
+        for file in recordings
+    ]
     stated = [instant for instant in map(parsed_instant, zeros) if instant is not None]
     if len(stated) < len(recordings):
         return [0.0] * len(recordings)

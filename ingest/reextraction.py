@@ -71,7 +71,9 @@ def impacts_of(session: Session, recording: int) -> list[int]:
     return list(session.scalars(query))
 
 
-def cut(session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings) -> HitReextraction:
+def cut(
+    session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings
+) -> HitReextraction:
     """The recording's hits by these settings; nothing is stored. Raises as `force_channels`."""
     return reextract_recording_hits(force_channels(session, recording), impacts, settings)
 
@@ -93,7 +95,9 @@ def reextract_recording_hits(
 def versions(session: Session, impacts: Sequence[int], settings: ExtractionSettings) -> list[int]:
     """Pulses that were already cut with these settings."""
     query = select(PulseRow.id).join(PulseRow.settings).where(PulseRow.impact_id.in_(impacts))
-    return list(session.scalars(query.where(PulseRow.settings.has(fingerprint=settings.fingerprint))))
+    return list(
+        session.scalars(query.where(PulseRow.settings.has(fingerprint=settings.fingerprint)))
+    )
 
 
 def put_in_use(session: Session, impacts: Sequence[int], pulses: Sequence[int]) -> None:
@@ -113,14 +117,22 @@ def add_versions(session: Session, hits: HitReextraction) -> None:
 
 
 def _retire(session: Session, impacts: Sequence[int]) -> None:
-    session.execute(update(PulseRow).where(PulseRow.impact_id.in_(impacts), PulseRow.current).values(current=False))
+    session.execute(
+        update(PulseRow)
+        .where(PulseRow.impact_id.in_(impacts), PulseRow.current)
+        .values(current=False)
+    )
 
 
 def impacts_without_contact(session: Session, recording: int) -> list[int]:
     """Impacts of a recording of which none has a pulse, in the order of their rows; empty where some has one."""
     if impacts_of(session, recording):
         return []
-    return list(session.scalars(select(Impact.id).where(Impact.recording_id == recording).order_by(Impact.id)))
+    return list(
+        session.scalars(
+            select(Impact.id).where(Impact.recording_id == recording).order_by(Impact.id)
+        )
+    )
 
 
 def has_figures(session: Session, impacts: Sequence[int]) -> bool:
@@ -135,10 +147,16 @@ def acceleration_channels(session: Session, recording: int) -> tuple[Channel, ..
 
 
 def _channels(session: Session, recording: int, quantity: str) -> tuple[Channel, ...]:
-    return tuple(read_channel(session, row) for row in list_channels(session, recording) if row.quantity == quantity)
+    return tuple(
+        read_channel(session, row)
+        for row in list_channels(session, recording)
+        if row.quantity == quantity
+    )
 
 
-def replace_figures(session: Session, recording: int, impacts: Sequence[int], figures: Sequence[ImpactFigures]) -> int:
+def replace_figures(
+    session: Session, recording: int, impacts: Sequence[int], figures: Sequence[ImpactFigures]
+) -> int:
     """Store the figures of a recording's accelerations instead of those that were there; how many impacts have them."""
     session.execute(delete(ChannelFigures).where(ChannelFigures.impact_id.in_(impacts)))
     channels = {row.name: row.id for row in list_channels(session, recording)}
@@ -194,7 +212,9 @@ def reextract(
     return report
 
 
-def reextract_recording(store: Store, recording_key: int, settings: ExtractionSettings) -> ReextractionReport:
+def reextract_recording(
+    store: Store, recording_key: int, settings: ExtractionSettings
+) -> ReextractionReport:
     """`reextract` of one recording, with all its hits. Raises as `preview_impacts`."""
     with store.reading() as session:
         campaign, path, _ = _recording(session, recording_key)
@@ -204,7 +224,9 @@ def reextract_recording(store: Store, recording_key: int, settings: ExtractionSe
     return report
 
 
-def preview_impacts(store: Store, recording_key: int, settings: ExtractionSettings) -> HitReextraction:
+def preview_impacts(
+    store: Store, recording_key: int, settings: ExtractionSettings
+) -> HitReextraction:
     """What `reextract_recording` would store of a recording; nothing is.
 
     Raises `LookupError` for a recording that there is not, was set aside, or in which no contact was found.
@@ -219,13 +241,19 @@ def _recording(session: Session, key: int) -> tuple[str, str, list[int]]:
     columns = (Campaign.name, Recording.path, Recording.status, Recording.reason)
     row = session.execute(select(*columns).join(Campaign).where(Recording.id == key)).one_or_none()
     if row is None:
-        raise LookupError(f"no recording {key} in the store; pyroshock show IMPACT names those of impacts")
+        raise LookupError(
+            f"no recording {key} in the store; pyroshock show IMPACT names those of impacts"
+        )
     campaign, path, status, reason = row
     if status != STORED:
-        raise LookupError(f"recording {path!r} of campaign {campaign!r} was {status}, nothing to cut: {reason}")
+        raise LookupError(
+            f"recording {path!r} of campaign {campaign!r} was {status}, nothing to cut: {reason}"
+        )
     impacts = impacts_of(session, key)
     if not impacts:
-        raise LookupError(f"recording {path!r} of campaign {campaign!r} has no impact with a contact to cut")
+        raise LookupError(
+            f"recording {path!r} of campaign {campaign!r} has no impact with a contact to cut"
+        )
     return campaign, path, impacts
 
 
@@ -258,8 +286,12 @@ def _read(store: Store, key: int, path: str, settings: ExtractionSettings) -> _R
             if not impacts:
                 impacts = tuple(impacts_without_contact(session, key))
                 channels = acceleration_channels(session, key) if impacts else ()
-                return _Read(key, path, impacts if channels else (), channels or None, contacts=False)
-            accelerations = () if has_figures(session, impacts) else acceleration_channels(session, key)
+                return _Read(
+                    key, path, impacts if channels else (), channels or None, contacts=False
+                )
+            accelerations = (
+                () if has_figures(session, impacts) else acceleration_channels(session, key)
+            )
             if not accelerations and len(versions(session, impacts, settings)) == len(impacts):
                 return _Read(key, path, impacts)
             return _Read(key, path, impacts, (*force_channels(session, key), *accelerations))
@@ -290,7 +322,11 @@ def _keep(
         report.skipped.append({"recording": recording_read.path, "reason": reason})
     elif recording_read.impacts:
         write = partial(
-            _stored, recording=recording_read.key, impacts=recording_read.impacts, settings=settings, hits=hits
+            _stored,
+            recording=recording_read.key,
+            impacts=recording_read.impacts,
+            settings=settings,
+            hits=hits,
         )
         added, reused, measured = store.write(write, idempotent=True)
         report.added += added
@@ -298,14 +334,23 @@ def _keep(
         report.measured += measured
 
 
-def _keep_figures(store: Store, recording_read: _Read, hits: HitReextraction, report: ReextractionReport) -> None:
+def _keep_figures(
+    store: Store, recording_read: _Read, hits: HitReextraction, report: ReextractionReport
+) -> None:
     """The figures of a recording of accelerations alone."""
     if len(hits.figures) != len(recording_read.impacts):
         count = len(recording_read.impacts)
-        reason = f"not as many shocks found in its accelerations as the {count} impacts that are stored"
+        reason = (
+            f"not as many shocks found in its accelerations as the {count} impacts that are stored"
+        )
         report.skipped.append({"recording": recording_read.path, "reason": reason})
         return
-    write = partial(replace_figures, recording=recording_read.key, impacts=recording_read.impacts, figures=hits.figures)
+    write = partial(
+        replace_figures,
+        recording=recording_read.key,
+        impacts=recording_read.impacts,
+        figures=hits.figures,
+    )
     report.measured += store.write(write, idempotent=True)
 
 

@@ -56,10 +56,16 @@ def _damaged(store: Store, file: CampaignFile) -> list[ChannelRow]:
             )
         refuse_other_campaign(session, campaign, file)
         connection = session.connection()
-        return [row for row in iter_channels(connection, Scope(campaign.id)) if any(damages(connection, row))]
+        return [
+            row
+            for row in iter_channels(connection, Scope(campaign.id))
+            if any(damages(connection, row))
+        ]
 
 
-def _mend(store: Store, file: CampaignFile, path: str, rows: Sequence[ChannelRow], report: RepairReport) -> None:
+def _mend(
+    store: Store, file: CampaignFile, path: str, rows: Sequence[ChannelRow], report: RepairReport
+) -> None:
     try:
         encoded_rows = _encoded(store, file, path, rows)
     except RecordingError as error:
@@ -72,13 +78,19 @@ def _mend(store: Store, file: CampaignFile, path: str, rows: Sequence[ChannelRow
                 _rewrite(session, row, encoded, store.written_by(session))
                 report.mended.append(f"{path}: {row.channel}")
             else:
-                report.left[f"{path}: {row.channel}"] = "the file has other samples than those that were recorded"
+                report.left[f"{path}: {row.channel}"] = (
+                    "the file has other samples than those that were recorded"
+                )
 
 
-def _encoded(store: Store, file: CampaignFile, path: str, rows: Sequence[ChannelRow]) -> dict[str, EncodedSeries]:
+def _encoded(
+    store: Store, file: CampaignFile, path: str, rows: Sequence[ChannelRow]
+) -> dict[str, EncodedSeries]:
     """The series of the recording's file by channel. Raises `RecordingError` where it is not the file it was."""
     with store.reading() as session:
-        query = select(Recording.sha256).join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
+        query = select(Recording.sha256).join(
+            RecordedChannel, RecordedChannel.recording_id == Recording.id
+        )
         recorded = session.scalar(query.where(RecordedChannel.id == rows[0].id))
     files = RecordingFiles(file.folder, path, file.reading)
     if files.sha256() != recorded:
@@ -86,12 +98,16 @@ def _encoded(store: Store, file: CampaignFile, path: str, rows: Sequence[Channel
     wanted = {row.channel for row in rows}
     sensors = {name: sensor for name, sensor in file.sensors.items() if name in wanted}
     if missing := wanted - sensors.keys():
-        raise RecordingError(f"{path}: campaign.toml has no channel {', '.join(sorted(missing))} any more")
+        raise RecordingError(
+            f"{path}: campaign.toml has no channel {', '.join(sorted(missing))} any more"
+        )
     channels, _ = read_recording(files, sensors)
     return {channel.name: encode_series(channel.recorded) for channel in channels}
 
 
-def _rewrite(session: Session, channel: ChannelRow, encoded: EncodedSeries, written_by: int) -> None:
+def _rewrite(
+    session: Session, channel: ChannelRow, encoded: EncodedSeries, written_by: int
+) -> None:
     """Write the chunks that are missing or not as they were written; all of them where the series is then not whole.
 
     The second needs an administrator on PostgreSQL: it changes what was recorded of the series.
@@ -100,7 +116,9 @@ def _rewrite(session: Session, channel: ChannelRow, encoded: EncodedSeries, writ
     row = session.get_one(RecordedChannel, key)
     if layout_of(row) == encoded.layout and row.samples == encoded.samples:
         delete_damaged_chunks(session.connection(), key)
-        whole = set(session.scalars(select(SeriesChunk.number).where(SeriesChunk.channel_id == key)))
+        whole = set(
+            session.scalars(select(SeriesChunk.number).where(SeriesChunk.channel_id == key))
+        )
         write_series(session, key, encoded.frames, written_by, without=whole)
         if not any(damages(session.connection(), channel)):
             return

@@ -77,7 +77,9 @@ def prepared_replacement(
         recording_part(session, campaign, old)
     file, rows, modes, _ = read_campaign_tables(store, folder, free_factors, confirmed)
     if file.name != campaign:
-        raise IngestError(f"{CAMPAIGN}: campaign.name is {file.name!r}; expected {campaign!r}, whose recording goes")
+        raise IngestError(
+            f"{CAMPAIGN}: campaign.name is {file.name!r}; expected {campaign!r}, whose recording goes"
+        )
     own = tuple(row for row in rows if row.recording == path)
     if not own:
         raise IngestError(
@@ -98,27 +100,40 @@ def prepared_replacement(
     return Replacement(store, campaign, old, new, hits, target)
 
 
-def _refuse_unchanged(session: Session, file: CampaignFile, old: str, work: PendingRecording) -> None:
+def _refuse_unchanged(
+    session: Session, file: CampaignFile, old: str, work: PendingRecording
+) -> None:
     """Raise `IngestError` where file and rows are those that are stored."""
     campaign = session.scalars(select(Campaign).where(Campaign.name == file.name)).one()
     if work.path != old or known_recordings(session, campaign)[old].sha256 != work.sha256:
         return
-    stored = {number: row for number, row in known_rows(session, campaign).items() if row.recording == old}
-    if any(_differs(session, file, row, stored) for row in work.rows) or not _counted(work.rows, stored):
+    stored = {
+        number: row for number, row in known_rows(session, campaign).items() if row.recording == old
+    }
+    if any(_differs(session, file, row, stored) for row in work.rows) or not _counted(
+        work.rows, stored
+    ):
         return
-    raise IngestError(f"recording {old!r}: its file and its rows of {FILE} are those in the store; nothing to replace")
+    raise IngestError(
+        f"recording {old!r}: its file and its rows of {FILE} are those in the store; nothing to replace"
+    )
 
 
-def _differs(session: Session, file: CampaignFile, row: RunRow, stored: dict[tuple[int, int], KnownRow]) -> bool:
+def _differs(
+    session: Session, file: CampaignFile, row: RunRow, stored: dict[tuple[int, int], KnownRow]
+) -> bool:
     stored_impact = stored.get((row.run, row.repetition))
     if stored_impact is None:
         return True
     differences = RowDifferences(file.kind)
     return bool(
-        differences.changes(session, row, stored_impact) or differences.added_factors(session, row, stored_impact)
+        differences.changes(session, row, stored_impact)
+        or differences.added_factors(session, row, stored_impact)
     )
 
 
 def _counted(rows: Sequence[RunRow], stored: Collection[tuple[int, int]]) -> bool:
     """Whether the rows stand for all stored hits: each for its own, or one for the repetitions of its run."""
-    return len(rows) == len(stored) or (len(rows) == 1 and {run for run, _ in stored} == {rows[0].run})
+    return len(rows) == len(stored) or (
+        len(rows) == 1 and {run for run, _ in stored} == {rows[0].run}
+    )

@@ -27,7 +27,9 @@ class IngestReport:
     shots: int = 0
     set_aside: list[dict[str, str]] = field(default_factory=list)
     findings: list[dict[str, Any]] = field(default_factory=list)
-    added: dict[str, int] = field(default_factory=lambda: {"recordings": 0, "impacts": 0, "shots": 0})
+    added: dict[str, int] = field(
+        default_factory=lambda: {"recordings": 0, "impacts": 0, "shots": 0}
+    )
     #: Facts that the stored campaign lacked: "bench.hammer.mass_kg = 0.32; boundary_conditions of 11 impacts".
     added_facts: str = ""
     #: Columns of runs.csv without a known meaning and without a declaration in campaign.toml.
@@ -36,7 +38,10 @@ class IngestReport:
     @property
     def added_words(self) -> str:
         """ "2 recordings, 5 impacts"."""
-        return ", ".join(f"{count} {noun}" for noun, count in self.added.items() if count) or "nothing new"
+        return (
+            ", ".join(f"{count} {noun}" for noun, count in self.added.items() if count)
+            or "nothing new"
+        )
 
     @property
     def total_words(self) -> str:
@@ -55,11 +60,17 @@ class IngestReport:
 
     def sum_up(self, session: Session) -> None:
         """Totals and findings as they stand in the store."""
-        row = session.execute(select(Campaign.id, Campaign.kind).where(Campaign.name == self.campaign)).one_or_none()
+        row = session.execute(
+            select(Campaign.id, Campaign.kind).where(Campaign.name == self.campaign)
+        ).one_or_none()
         campaign, kind = row or (None, None)
-        stored = select(func.count()).where(Recording.campaign_id == campaign, Recording.status == STORED)
+        stored = select(func.count()).where(
+            Recording.campaign_id == campaign, Recording.status == STORED
+        )
         self.recordings = session.scalar(stored) or 0
-        self.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
+        self.impacts = (
+            session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
+        )
         self.shots = session.scalar(select(func.count()).where(Shot.campaign_id == campaign)) or 0
         query = (
             select(
@@ -83,8 +94,14 @@ class IngestReport:
             self.findings.append(finding)
         if campaign is not None and kind == "gun":
             for common in campaign_differences(session, campaign):
-                finding = {"check": common.check, "severity": common.severity, "message": common.message}
-                self.findings.append({"recording": None, "channel": common.channel or None} | finding)
+                finding = {
+                    "check": common.check,
+                    "severity": common.severity,
+                    "message": common.message,
+                }
+                self.findings.append(
+                    {"recording": None, "channel": common.channel or None} | finding
+                )
         if self.added_facts:
             self.findings.append(
                 {"recording": None, "channel": None, "check": "added-facts", "severity": "note"}

@@ -37,12 +37,16 @@ Part = TypeVar("Part", Gun, Hammer)
 def campaign_row(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> Campaign:
     """The campaign and its bench, added on first sight. Raises `IngestError` when another folder has the name."""
     campaign = session.scalars(select(Campaign).filter_by(name=file.name)).one_or_none()
-    row = campaign or get_or_add(session, Campaign, {"name": file.name}, campaign_values(session, file, modes))
+    row = campaign or get_or_add(
+        session, Campaign, {"name": file.name}, campaign_values(session, file, modes)
+    )
     refuse_other_campaign(session, row, file)
     return row
 
 
-def campaign_values(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> dict[str, Any]:
+def campaign_values(
+    session: Session, file: CampaignFile, modes: ModalTableFile | None
+) -> dict[str, Any]:
     """The campaign's row, with the parts of its bench, which are added on first sight."""
     return {
         "kind": file.kind,
@@ -64,7 +68,10 @@ def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -
         return
     differences = bench_differences(session, row, file)
     changes = [fact for fact in differences if fact[2] is not None] or differences
-    words = "; ".join(difference(*fact) for fact in changes) or "the name of the modal table's file is another"
+    words = (
+        "; ".join(difference(*fact) for fact in changes)
+        or "the name of the modal table's file is another"
+    )
     raise IngestError(
         f"campaign.toml: campaign {file.name!r} is in the store with another kind, date, bench or known fact: {words}; "
         "restore the stored values, or give this campaign another name"
@@ -108,7 +115,9 @@ def plate_mass(session: Session, part: PlatePart) -> float | None:
         return None
     x, y = np.array(part.outline_m).T
     area_m2 = abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
-    density = session.scalars(select(Material.density_kg_m3).where(Material.name == part.material)).one()
+    density = session.scalars(
+        select(Material.density_kg_m3).where(Material.name == part.material)
+    ).one()
     return area_m2 * part.thickness_m * density
 
 
@@ -123,7 +132,12 @@ def struck_plate(session: Session, part: PlatePart | None, row: RunRow) -> Struc
     anvil = levels.get("anvil_material")
     if stored is None:
         return None
-    figures = (stored.youngs_modulus_pa, stored.poisson_ratio, stored.density_kg_m3, part.thickness_m)
+    figures = (
+        stored.youngs_modulus_pa,
+        stored.poisson_ratio,
+        stored.density_kg_m3,
+        part.thickness_m,
+    )
     return StruckPlate(*figures, anvil=anvil is not None and anvil.label != NONE)
 
 
@@ -134,7 +148,10 @@ def _modal_table(session: Session, file: ModalTableFile) -> ModalTable:
             frequency_hz=mode.frequency_hz,
             damping_ratio=mode.damping_ratio,
             shape_impact_per_sqrt_kg=mode.shape_impact,
-            shapes=[ModeShape(channel=name, shape_per_sqrt_kg=value) for name, value in mode.shapes.items()],
+            shapes=[
+                ModeShape(channel=name, shape_per_sqrt_kg=value)
+                for name, value in mode.shapes.items()
+            ],
         )
         for mode in file.modes
     ]
@@ -171,13 +188,17 @@ def channel_values(series: StoredSeries) -> dict[str, Any]:
         "chunk_samples": series.encoded.layout.chunk_samples,
         "step": series.encoded.layout.step,
         "sha256": series.encoded.sha256,
-        "header": channel.header if sensor.calibration is None else with_calibration(channel.header, sensor),
+        "header": channel.header
+        if sensor.calibration is None
+        else with_calibration(channel.header, sensor),
     }
 
 
 def pulse_values(pulse: ExtractedPulse, impact_id: int, settings: int) -> dict[str, Any]:
     """The row of a pulse in use."""
-    measured = {column.name for column in Pulse.__table__.columns} & {field.name for field in fields(pulse)}
+    measured = {column.name for column in Pulse.__table__.columns} & {
+        field.name for field in fields(pulse)
+    }
     return {
         "impact_id": impact_id,
         "settings_id": settings,
@@ -189,7 +210,9 @@ def pulse_values(pulse: ExtractedPulse, impact_id: int, settings: int) -> dict[s
     }
 
 
-def impact_values(row: RunRow, hit: MatchedImpact, done: ProcessedRecording | None) -> dict[str, object]:
+def impact_values(
+    row: RunRow, hit: MatchedImpact, done: ProcessedRecording | None
+) -> dict[str, object]:
     if row.impact_velocity_m_s is not None:
         return {
             "impact_velocity_m_s": row.impact_velocity_m_s,
@@ -222,7 +245,10 @@ def shot_values(row: RunRow, done: ProcessedRecording | None) -> dict[str, objec
     }
     shot = done.shot if done else None
     if shot and shot.tank_pressure_pa is not None:
-        values |= {"recorded_pressure_pa": shot.tank_pressure_pa, "recorded_pressure_u_pa": shot.tank_pressure_u_pa}
+        values |= {
+            "recorded_pressure_pa": shot.tank_pressure_pa,
+            "recorded_pressure_u_pa": shot.tank_pressure_u_pa,
+        }
     if row.measured_velocity_m_s is not None:
         values |= {
             "measured_velocity_m_s": row.measured_velocity_m_s,

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from ..delimited_text import Line, parse_number
-from ..number_notation import AmbiguousNumberError
+from ..files.delimited_text import Line, parse_number
+from ..files.number_notation import AmbiguousNumberError
 from ..schema.known_factors import BY_COLUMN, BY_NAME, LevelError, MaterialNames, RunLevel, level_of
 from ..signals.checks.base import Finding
 from ..signals.valve_profile import ValveProfile
@@ -83,7 +83,10 @@ def read_runs(
     """
     own = Faults()
     name = own.attempt(_file_name, folder) or ""
-    header, lines = (own.attempt(read_table, folder / name, name, own) if name else None) or ([], [])
+    header, lines = (own.attempt(read_table, folder / name, name, own) if name else None) or (
+        [],
+        [],
+    )
     rows = []
     if header:
         required = _REQUIRED.get(kind or "", KEYS)
@@ -110,7 +113,11 @@ def _runs_rows(reading: _Reading, lines: list[Line], faults: Faults) -> list[Run
             continue
         key = (row.run, row.repetition)
         if key in seen:
-            faults.add([f"{row.place}: duplicate run {row.run}, repetition {row.repetition}; see row {seen[key]}"])
+            faults.add(
+                [
+                    f"{row.place}: duplicate run {row.run}, repetition {row.repetition}; see row {seen[key]}"
+                ]
+            )
             continue
         seen[key] = line
         rows.append(row)
@@ -120,13 +127,17 @@ def _runs_rows(reading: _Reading, lines: list[Line], faults: Faults) -> list[Run
 def _file_name(folder: Path) -> str:
     names = [name for name in FILES if (folder / name).exists()]
     if not names:
-        raise IngestError(f"{folder}: no {FILE}; a campaign folder needs one (docs/reference/campaigns.md)")
+        raise IngestError(
+            f"{folder}: no {FILE}; a campaign folder needs one (docs/reference/campaigns.md)"
+        )
     if len(names) > 1:
         raise IngestError(f"{names[0]}: {' and '.join(names[1:])} beside it; expected one table")
     return names[0]
 
 
-def _check_header(name: str, header: list[str], kind: str | None, required: tuple[str, ...]) -> None:
+def _check_header(
+    name: str, header: list[str], kind: str | None, required: tuple[str, ...]
+) -> None:
     faults = Faults()
     for column in required:
         if column not in header:
@@ -134,15 +145,24 @@ def _check_header(name: str, header: list[str], kind: str | None, required: tupl
             faults.add([f"{name}: no column {column!r}; {needs}{suggestion(column, header)}"])
     for column in header:
         if column in BY_NAME and column not in BY_COLUMN:
-            faults.add([f"{name}: column {column!r} states no unit; expected {BY_NAME[column].column!r}"])
+            faults.add(
+                [f"{name}: column {column!r} states no unit; expected {BY_NAME[column].column!r}"]
+            )
     faults.refuse()
 
 
 class _Reading:
     """Rows of one table. A recording's file is looked for once, and refused once, by the first row that names it."""
 
-    def __init__(self, folder: Path, name: str, required: tuple[str, ...], materials: MaterialNames) -> None:
-        self._folder, self._name, self._required, self._materials = folder, name, required, materials
+    def __init__(
+        self, folder: Path, name: str, required: tuple[str, ...], materials: MaterialNames
+    ) -> None:
+        self._folder, self._name, self._required, self._materials = (
+            folder,
+            name,
+            required,
+            materials,
+        )
         self._recordings: dict[str, str | IngestError] = {}
 
     def row(self, line: int, cells: dict[str, str]) -> RunRow:
@@ -184,7 +204,9 @@ class _Reading:
         value = int(text) if text.isascii() and text.isdigit() and len(text) <= 10 else lowest - 1
         # ten digits hold the upper bound, which is PostgreSQL's integer
         if not lowest <= value < 2**31:
-            raise IngestError(self._fault(line, column, text, f"a whole number of {lowest} or more"))
+            raise IngestError(
+                self._fault(line, column, text, f"a whole number of {lowest} or more")
+            )
         return value
 
     def _measurement(self, line: int, column: str, text: str) -> float | None:
@@ -205,7 +227,9 @@ class _Reading:
     def _level(self, line: int, column: str, text: str) -> RunLevel:
         try:
             # In one spelling, so that the same profile is the same level.
-            return level_of(column, _profile(text) if column == "valve_profile" else text, self._materials)
+            return level_of(
+                column, _profile(text) if column == "valve_profile" else text, self._materials
+            )
         except LevelError as error:
             raise IngestError(self._fault(line, column, text, str(error))) from error
 
@@ -217,7 +241,9 @@ class _Reading:
             try:
                 self._recordings[text] = recording_path(self._folder, text)
             except ValueError as error:
-                self._recordings[text] = IngestError(self._fault(line, "recording", text, str(error)))
+                self._recordings[text] = IngestError(
+                    self._fault(line, "recording", text, str(error))
+                )
         path = self._recordings[text]
         if isinstance(path, IngestError):
             raise path
@@ -245,7 +271,9 @@ def expected_hits(rows: list[RunRow], all_rows: Collection[RunRow]) -> int | Non
     return None if _counts_on(rows, all_rows) else len(rows)
 
 
-def match(path: str, rows: list[RunRow], hits: int, all_rows: Collection[RunRow]) -> list[MatchedImpact]:
+def match(
+    path: str, rows: list[RunRow], hits: int, all_rows: Collection[RunRow]
+) -> list[MatchedImpact]:
     """Assign `hits` contacts in time order to a recording's rows. Raises `RecordingError` when it cannot be done."""
     if hits == 0:
         return [MatchedImpact(row, row.repetition, None) for row in rows]
@@ -253,13 +281,19 @@ def match(path: str, rows: list[RunRow], hits: int, all_rows: Collection[RunRow]
         return [MatchedImpact(row, row.repetition, i) for i, row in enumerate(rows)]
     if _counts_on(rows, all_rows):
         return [MatchedImpact(rows[0], rows[0].repetition + i, i) for i in range(hits)]
-    raise RecordingError(f"{path}: {hits} impacts found for {len(rows)} rows of runs.csv; expected one for each")
+    raise RecordingError(
+        f"{path}: {hits} impacts found for {len(rows)} rows of runs.csv; expected one for each"
+    )
 
 
 def _counts_on(rows: list[RunRow], all_rows: Collection[RunRow]) -> bool:
     """Whether a recording's only row may stand for several repetitions: it is the run's only row, and reports no
     velocity (which would be that of one hit)."""
-    if len(rows) != 1 or rows[0].impact_velocity_m_s is not None or rows[0].measured_velocity_m_s is not None:
+    if (
+        len(rows) != 1
+        or rows[0].impact_velocity_m_s is not None
+        or rows[0].measured_velocity_m_s is not None
+    ):
         return False
     return sum(row.run == rows[0].run for row in all_rows) == 1
 
@@ -286,7 +320,9 @@ def hits_without_row(hits: Hits, channel: str) -> list[Finding]:
         "smallest_stored_peak_n": smallest,
         "left_out": _evidence(hits.left_out),
     }
-    return [Finding("hit-without-row", "warning" if doubtful else "note", message, channel, evidence)]
+    return [
+        Finding("hit-without-row", "warning" if doubtful else "note", message, channel, evidence)
+    ]
 
 
 def touches_before(pulse: ExtractedPulse, contact: int, channel: str) -> list[Finding]:

@@ -135,7 +135,9 @@ def find_events(
     return [_peaks(force, starts[group], stops[group]) for group in groups if group.size]
 
 
-def segment(force: Floats, peaks: NDArray[np.int64], level: RestLevel, settings: ExtractionSettings) -> Segment:
+def segment(
+    force: Floats, peaks: NDArray[np.int64], level: RestLevel, settings: ExtractionSettings
+) -> Segment:
     """Delimit the contact around `peaks[0]` in `force` (n,), oriented upwards, `level.baseline` its rest before it."""
     peak = int(peaks[0])
     height = float(force[peak]) - level.baseline
@@ -160,19 +162,27 @@ def segment(force: Floats, peaks: NDArray[np.int64], level: RestLevel, settings:
 
 
 def delimit(
-    force: Floats, peaks: NDArray[np.int64], level: RestLevel, sampling_rate_hz: float, settings: ExtractionSettings
+    force: Floats,
+    peaks: NDArray[np.int64],
+    level: RestLevel,
+    sampling_rate_hz: float,
+    settings: ExtractionSettings,
 ) -> tuple[RestLevel, Segment]:
     """The contact around `peaks[0]` in `force` (n,), oriented upwards, and the rest before it that it was cut by."""
     # roughly: a rest that drifts between hits, or that a sensor sags below, is no end of a contact
     roughly = replace(settings, threshold=max(settings.threshold, _ROUGH_SHARE))
-    rest = local_baseline(force, segment(force, peaks, level, roughly).walk, level, sampling_rate_hz)
+    rest = local_baseline(
+        force, segment(force, peaks, level, roughly).walk, level, sampling_rate_hz
+    )
     contact = segment(force, peaks, rest, settings)
     if contact.walk[1] == force.size - 1 and contact.truncated:
         contact = _until_shifted_rest(force, contact, rest, settings)
     return rest, contact
 
 
-def _until_shifted_rest(force: Floats, contact: Segment, rest: RestLevel, settings: ExtractionSettings) -> Segment:
+def _until_shifted_rest(
+    force: Floats, contact: Segment, rest: RestLevel, settings: ExtractionSettings
+) -> Segment:
     """A contact that seems to last to the record's end, cut where the force comes down to a rest above the one before
     it; unchanged where the second half of what follows the peak is no such rest.
 
@@ -191,12 +201,16 @@ def _until_shifted_rest(force: Floats, contact: Segment, rest: RestLevel, settin
     last, open_right = _walk_right(force, peak, shifted.baseline + margin)
     if open_right or force.size - last < last - first:
         return contact
-    ends = Contact(contact.contact.first, peak, last if settings.segmentation == "walk" else last - 1)
+    ends = Contact(
+        contact.contact.first, peak, last if settings.segmentation == "walk" else last - 1
+    )
     mask = (contact.mask[0], last - 1)
     return replace(contact, contact=ends, walk=(first, last), mask=mask, truncated=first == 0)
 
 
-def local_baseline(force: Floats, walk: tuple[int, int], level: RestLevel, sampling_rate_hz: float) -> RestLevel:
+def local_baseline(
+    force: Floats, walk: tuple[int, int], level: RestLevel, sampling_rate_hz: float
+) -> RestLevel:
     """The rest just before a contact that `walk` (first, last) delimits: drift between hits must not tilt thresholds.
 
     Median of the 5 ms (at least 16 samples) that end four samples earlier, of a long contact 15 % of it, where the
@@ -222,7 +236,10 @@ def _runs(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]
 
 
 def _peaks(force: Floats, starts: NDArray[np.int64], stops: NDArray[np.int64]) -> NDArray[np.int64]:
-    peaks = np.array([a + int(np.nanargmax(force[a:b])) for a, b in zip(starts, stops, strict=True)], dtype=np.int64)
+    peaks = np.array(
+        [a + int(np.nanargmax(force[a:b])) for a, b in zip(starts, stops, strict=True)],
+        dtype=np.int64,
+    )
     main = int(np.argmax(force[peaks]))
     return np.concatenate((peaks[main : main + 1], np.delete(peaks, main)))
 

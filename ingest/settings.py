@@ -45,7 +45,9 @@ class ExtractionSettings:
 
     def __post_init__(self) -> None:
         if self.segmentation not in get_args(Segmentation):
-            raise ValueError(f"segmentation is {self.segmentation!r}; known: {', '.join(get_args(Segmentation))}")
+            raise ValueError(
+                f"segmentation is {self.segmentation!r}; known: {', '.join(get_args(Segmentation))}"
+            )
         for name, low, high in (
             ("threshold", 1e-6, 0.5),
             ("refinement", 1, 1000),

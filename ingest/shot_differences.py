@@ -75,10 +75,14 @@ def pressure_pair(row: float, read: float, read_u: float | None) -> ValuePair:
 
 
 _USED_VELOCITY = "Datasets and the diagnosis use the velocity of runs.csv"
-_USED_PRESSURE = "Datasets use tank_pressure_bar of runs.csv, the diagnosis uses the recorded pressure"
+_USED_PRESSURE = (
+    "Datasets use tank_pressure_bar of runs.csv, the diagnosis uses the recorded pressure"
+)
 
 
-def check_shot(row: RunRow, shot: ShotMeasurement | None, laser: str | None, tank: str | None) -> list[Finding]:
+def check_shot(
+    row: RunRow, shot: ShotMeasurement | None, laser: str | None, tank: str | None
+) -> list[Finding]:
     """A `warning` for each value of `row` that differs from the recording's; `laser` and `tank` are channels."""
     findings: list[Finding] = []
     if shot is None:
@@ -88,11 +92,17 @@ def check_shot(row: RunRow, shot: ShotMeasurement | None, laser: str | None, tan
         pairs = []
         if row.measured_velocity_m_s is not None:
             pair = velocity_pair(
-                row.measured_velocity_m_s, reported_uncertainty(row), read, read_u, row.bullet_length_m
+                row.measured_velocity_m_s,
+                reported_uncertainty(row),
+                read,
+                read_u,
+                row.bullet_length_m,
             )
             pairs.append(("measured_velocity_m_s", pair))
         if row.impact_velocity_m_s is not None:
-            pair = ValuePair(row.impact_velocity_m_s, row.impact_velocity_u_m_s or 0.0, read, read_u, _AT_PLATE)
+            pair = ValuePair(
+                row.impact_velocity_m_s, row.impact_velocity_u_m_s or 0.0, read, read_u, _AT_PLATE
+            )
             pairs.append(("impact_velocity_m_s", pair))
         for column, pair in pairs:
             if pair.differs():
@@ -101,7 +111,12 @@ def check_shot(row: RunRow, shot: ShotMeasurement | None, laser: str | None, tan
                     f"uncertainty {read_u:.2g} m/s): their ratio is {pair.row / read:.3g}, and {pair.ratios[0]:.3g} to "
                     f"{pair.ratios[1]:.3g} is expected beyond {_UNCERTAINTIES:g} uncertainties. {_USED_VELOCITY}"
                 )
-                evidence = {"column": column, "row_m_s": pair.row, "laser_m_s": read, "laser_u_m_s": read_u}
+                evidence = {
+                    "column": column,
+                    "row_m_s": pair.row,
+                    "laser_m_s": read,
+                    "laser_u_m_s": read_u,
+                }
                 findings.append(Finding(VELOCITY, "warning", message, laser, evidence))
     set_pa = row.number("tank_pressure")
     if shot.tank_pressure_pa is not None and set_pa is not None and tank is not None:
@@ -131,7 +146,9 @@ class CommonDifference:
     offset_u: float = 0.0
 
 
-def common_difference(pairs: Sequence[ValuePair], *, with_offset: bool = False) -> CommonDifference | None:
+def common_difference(
+    pairs: Sequence[ValuePair], *, with_offset: bool = False
+) -> CommonDifference | None:
     """None where most shots agree, or differ each in its own way."""
     off = sum(pair.differs() for pair in pairs)
     if len(pairs) < _LEAST_SHOTS or off < _OFF_SHARE * len(pairs):
@@ -141,11 +158,15 @@ def common_difference(pairs: Sequence[ValuePair], *, with_offset: bool = False) 
         return None
     nats = np.log(row / readings)
     factor = math.exp(float(np.median(nats)))
-    scatter = 1.2533 * 1.4826 * float(np.median(np.abs(nats - np.median(nats)))) / math.sqrt(len(pairs))
+    scatter = (
+        1.2533 * 1.4826 * float(np.median(np.abs(nats - np.median(nats)))) / math.sqrt(len(pairs))
+    )
     # The bullet's length and the calibration are the same in all shots.
     shared = float(np.median([pair.read_u / pair.read for pair in pairs]))
     half = 2 * math.hypot(scatter, shared)
-    common = CommonDifference(len(pairs), off, factor, factor * math.exp(-half), factor * math.exp(half))
+    common = CommonDifference(
+        len(pairs), off, factor, factor * math.exp(-half), factor * math.exp(half)
+    )
     right = sum(not pair.differs(factor) for pair in pairs)
     differences = row - readings
     offset = float(np.median(differences))
@@ -156,12 +177,21 @@ def common_difference(pairs: Sequence[ValuePair], *, with_offset: bool = False) 
             for reading in (factor * readings, np.maximum(readings + offset, 1.0))
         ]
         alike = float(np.ptp(np.log(readings))) < _PRESSURE_SPAN
-        atmosphere = abs(abs(offset) - _ATMOSPHERE_PA) < _GAUGES_PA + 2 * shared * float(np.median(readings))
+        atmosphere = abs(abs(offset) - _ATMOSPHERE_PA) < _GAUGES_PA + 2 * shared * float(
+            np.median(readings)
+        )
         better = atmosphere if alike else scatters[1] < scatters[0]
         if better and right_by_offset >= _RIGHT_SHARE * len(pairs):
-            spread = 1.2533 * 1.4826 * float(np.median(np.abs(differences - offset))) / math.sqrt(len(pairs))
+            spread = (
+                1.2533
+                * 1.4826
+                * float(np.median(np.abs(differences - offset)))
+                / math.sqrt(len(pairs))
+            )
             offset_u = math.hypot(spread, shared * float(np.median(readings)))
-            return CommonDifference(len(pairs), off, factor, common.low, common.high, offset, offset_u)
+            return CommonDifference(
+                len(pairs), off, factor, common.low, common.high, offset, offset_u
+            )
     return common if right >= _RIGHT_SHARE * len(pairs) else None
 
 
@@ -172,7 +202,9 @@ def campaign_differences(session: Session, campaign_id: int) -> list[Finding]:
     of_velocity = common_difference(velocities)
     if of_velocity is not None:
         lengths = [pair.bullet_length_m for pair in velocities if pair.bullet_length_m is not None]
-        findings.append(_velocity_finding(of_velocity, float(np.median(lengths)) if lengths else None, laser))
+        findings.append(
+            _velocity_finding(of_velocity, float(np.median(lengths)) if lengths else None, laser)
+        )
     of_impact = common_difference(at_plate)
     if of_impact is not None:
         findings.append(_velocity_finding(of_impact, None, laser, "impact_velocity_m_s", _AT_PLATE))
@@ -215,32 +247,50 @@ def _stored_pairs(
             names[VELOCITY] = names[VELOCITY] or name
             reported, reported_u = impact.impact_velocity_m_s, impact.impact_velocity_u_m_s or 0.0
             laser_u = read["velocity_u_m_s"]
-            at_plate.append(ValuePair(reported, reported_u, read["velocity_m_s"], laser_u, _AT_PLATE))
-        if quantity == "pressure" and shot.recorded_pressure_pa is not None and shot.id not in recordings:
+            at_plate.append(
+                ValuePair(reported, reported_u, read["velocity_m_s"], laser_u, _AT_PLATE)
+            )
+        if (
+            quantity == "pressure"
+            and shot.recorded_pressure_pa is not None
+            and shot.id not in recordings
+        ):
             recordings.add(shot.id)
             names[PRESSURE] = names[PRESSURE] or name
             pressures.append(
-                pressure_pair(shot.tank_pressure_pa, shot.recorded_pressure_pa, shot.recorded_pressure_u_pa)
+                pressure_pair(
+                    shot.tank_pressure_pa, shot.recorded_pressure_pa, shot.recorded_pressure_u_pa
+                )
             )
     return velocities, at_plate, pressures, names[VELOCITY], names[PRESSURE]
 
 
 def _evidence(common: CommonDifference) -> dict[str, object]:
-    evidence: dict[str, object] = {"shots": common.shots, "differ": common.off, "factor": common.factor}
+    evidence: dict[str, object] = {
+        "shots": common.shots,
+        "differ": common.off,
+        "factor": common.factor,
+    }
     evidence["interval"] = [common.low, common.high]
     return (
-        evidence if common.offset is None else evidence | {"offset_pa": common.offset, "offset_u_pa": common.offset_u}
+        evidence
+        if common.offset is None
+        else evidence | {"offset_pa": common.offset, "offset_u_pa": common.offset_u}
     )
 
 
 _RATIOS = (1 - _SHARE, 1 + _SHARE)
 
 
-def _units(quantity: str, common: CommonDifference, ratios: tuple[float, float] = _RATIOS) -> list[str]:
+def _units(
+    quantity: str, common: CommonDifference, ratios: tuple[float, float] = _RATIOS
+) -> list[str]:
     """Mistakes of the row's unit within the factor's interval, or within what two values may differ by."""
     low, high = common.low / ratios[1], common.high / ratios[0]
     fitting = [
-        (abs(math.log(value / common.factor)), words) for value, words in unit_mistakes(quantity) if low < value < high
+        (abs(math.log(value / common.factor)), words)
+        for value, words in unit_mistakes(quantity)
+        if low < value < high
     ]
     return [f"runs.csv has {words}" for _, words in sorted(fitting)[:2]]
 
@@ -279,14 +329,16 @@ def _pressure_finding(common: CommonDifference, tank: str) -> Finding:
             if near
             else "the zero of a gauge or of the transducer (offset_v in campaign.toml) is off"
         )
-        message = (
-            f"the pressures of runs.csv are {size} in most of {common.shots} shots, whatever the pressure; {reason}"
-        )
+        message = f"the pressures of runs.csv are {size} in most of {common.shots} shots, whatever the pressure; {reason}"
     else:
-        reasons = _units("pressure", common) or ["the sensitivity of the transducer in campaign.toml is wrong"]
+        reasons = _units("pressure", common) or [
+            "the sensitivity of the transducer in campaign.toml is wrong"
+        ]
         message = (
             f"the pressures of runs.csv are {common.factor:.3g} times the recorded ones (95 %: {common.low:.3g} to "
             f"{common.high:.3g}) in most of {common.shots} shots; this would explain it: {', or '.join(reasons)}, or "
             "the regulator's gauge is off by this factor"
         )
-    return Finding(COMMON_PRESSURE, "warning", f"{message}. {_USED_PRESSURE}", tank, _evidence(common))
+    return Finding(
+        COMMON_PRESSURE, "warning", f"{message}. {_USED_PRESSURE}", tank, _evidence(common)
+    )

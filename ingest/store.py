@@ -26,7 +26,12 @@ from ..signals.checks.base import Finding
 from .additions import Additions, add_facts, refuse_changed_channels, row_additions
 from .channel_figures import figure_rows
 from .errors import IngestError
-from .excluded_recordings import DiscardedRecordings, UnreadableRecording, delete_rejected, store_rejected
+from .excluded_recordings import (
+    DiscardedRecordings,
+    UnreadableRecording,
+    delete_rejected,
+    store_rejected,
+)
 from .folder import CampaignFile
 from .gunshot import laser_channel
 from .impact_speed import TargetMotion
@@ -103,7 +108,9 @@ class CampaignStore:
         self._report = IngestReport(file.name)
         self._bench_additions: list[str] = []
         self._recordings, self._known = store.read(self._stored)
-        self._plate_mass_kg = None if file.plate is None else store.read(partial(plate_mass, part=file.plate))
+        self._plate_mass_kg = (
+            None if file.plate is None else store.read(partial(plate_mass, part=file.plate))
+        )
         self._discarded = store.read(lambda session: DiscardedRecordings(session, file.name, again))
         self._additions = store.read(self._row_additions)
 
@@ -148,21 +155,35 @@ class CampaignStore:
 
     def add_rows_without_recording(self) -> None:
         """Rows that carry their values themselves: one transaction for all."""
-        rows = [row for row in self._rows if not row.recording and (row.run, row.repetition) not in self._known]
+        rows = [
+            row
+            for row in self._rows
+            if not row.recording and (row.run, row.repetition) not in self._known
+        ]
         if not rows:
             return
 
         def add(session: Session) -> Added:
             campaign = campaign_row(session, self._file, self._modes)
-            stored = known_rows(session, campaign)  # of another process too, that has been here since we looked
-            hits = [MatchedImpact(row, row.repetition, None) for row in rows if (row.run, row.repetition) not in stored]
+            stored = known_rows(
+                session, campaign
+            )  # of another process too, that has been here since we looked
+            hits = [
+                MatchedImpact(row, row.repetition, None)
+                for row in rows
+                if (row.run, row.repetition) not in stored
+            ]
             return self._add_hits(session, campaign, hits, None, None, {})[0]
 
         self._added(self._write_rows(FILE, add))
 
     def set_aside(self, damaged: list[UnreadableRecording]) -> None:
         """Remember the recordings that could not be read: their rows say why, and nothing else of them is stored."""
-        new = [d for d in damaged if self._recordings.get(d.path) != KnownRecording(d.sha256, SET_ASIDE, d.reason)]
+        new = [
+            d
+            for d in damaged
+            if self._recordings.get(d.path) != KnownRecording(d.sha256, SET_ASIDE, d.reason)
+        ]
         if new:
             self._store.write(lambda session: self._write_set_aside(session, new), idempotent=True)
         self._report.set_aside = [{"recording": d.path, "reason": d.reason} for d in damaged]
@@ -177,9 +198,13 @@ class CampaignStore:
         self._report.findings += [recording.finding() for recording in self._discarded.withheld]
         return self._report
 
-    def _stored(self, session: Session) -> tuple[dict[str, KnownRecording], dict[tuple[int, int], KnownRow]]:
+    def _stored(
+        self, session: Session
+    ) -> tuple[dict[str, KnownRecording], dict[tuple[int, int], KnownRow]]:
         """Recordings and rows of this campaign that are there. Raises `IngestError` for one with another bench."""
-        campaign = session.scalars(select(Campaign).where(Campaign.name == self._file.name)).one_or_none()
+        campaign = session.scalars(
+            select(Campaign).where(Campaign.name == self._file.name)
+        ).one_or_none()
         if campaign is not None:
             self._bench_additions = bench_additions(session, campaign, self._file)
             refuse_changed_channels(session, campaign, self._file)
@@ -193,7 +218,8 @@ class CampaignStore:
     def _any_hit(self, session: Session) -> bool:
         campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
         return campaign is not None and any(
-            session.scalar(select(table.id).where(table.campaign_id == campaign).limit(1)) is not None
+            session.scalar(select(table.id).where(table.campaign_id == campaign).limit(1))
+            is not None
             for table in (Impact, Shot)
         )
 
@@ -217,8 +243,13 @@ class CampaignStore:
     def _row_additions(self, session: Session) -> Additions:
         """Facts that the store lacks. Raises `IngestError` where a row says otherwise than the stored one."""
         differences = RowDifferences(self._file.kind)
-        refuse_changed_rows(session, self._file, self._rows, self._known, self._recordings, differences)
-        return Additions(tuple(self._bench_additions), row_additions(session, self._rows, self._known, differences))
+        refuse_changed_rows(
+            session, self._file, self._rows, self._known, self._recordings, differences
+        )
+        return Additions(
+            tuple(self._bench_additions),
+            row_additions(session, self._rows, self._known, differences),
+        )
 
     def write(self, session: Session, done: ProcessedRecording, hits: list[MatchedImpact]) -> Added:
         """The rows of one recording within a transaction of the caller's, who knows that it is not stored."""
@@ -240,13 +271,18 @@ class CampaignStore:
         channels = self._add_channels(session, recording.id, done)
         added, impacts = self._add_hits(session, campaign, hits, recording.id, done, channels)
         doubted = self._implausible(session, recording, channels, hits, done)
-        findings = [finding_values(finding, recording.id, channels, impacts) for finding in (*done.findings, *doubted)]
+        findings = [
+            finding_values(finding, recording.id, channels, impacts)
+            for finding in (*done.findings, *doubted)
+        ]
         self._store.add_rows(session, QualityFinding, findings)
         part = Part(campaign.id, campaign.name, recording.id, done.path)
         self._discarded.settle(session, part, done.sha256, self._store.written_by(session))
         return replace(added, recordings=1)
 
-    def _reserve_keys(self, session: Session, done: ProcessedRecording, hits: Sequence[MatchedImpact]) -> None:
+    def _reserve_keys(
+        self, session: Session, done: ProcessedRecording, hits: Sequence[MatchedImpact]
+    ) -> None:
         """Of all rows of a recording, in one statement."""
         impacts = [hit for hit in hits if self._has_impact(hit, done)]
         counts = {
@@ -261,7 +297,11 @@ class CampaignStore:
         reserve_ahead(session.connection(), tables)
 
     def _with_target_motion(
-        self, session: Session, done: ProcessedRecording, hits: Sequence[MatchedImpact], add: TargetMotion
+        self,
+        session: Session,
+        done: ProcessedRecording,
+        hits: Sequence[MatchedImpact],
+        add: TargetMotion,
     ) -> ProcessedRecording:
         """The recording with the target's motion in its integrated velocities, where their plates are known."""
         speeds = list(done.speeds)
@@ -281,7 +321,10 @@ class CampaignStore:
         done: ProcessedRecording,
     ) -> list[Finding]:
         """What mass, velocity and tip of the rows say against the pulses, and recordings of the same samples."""
-        name = next((s.channel.name for s in done.series if s.channel.quantity == "force"), next(iter(channels)))
+        name = next(
+            (s.channel.name for s in done.series if s.channel.quantity == "force"),
+            next(iter(channels)),
+        )
         findings = [
             check_same_samples(recordings_alike(session, recording), name),
             check_other_campaigns(stored_elsewhere(session, recording), name),
@@ -307,17 +350,26 @@ class CampaignStore:
         if self._file.kind == "gun" and len(hits) == 1:  # of several shots the measurement is one's
             channels_of = [series.channel for series in done.series]
             laser = laser_channel(channels_of)
-            tank = next((channel.name for channel in channels_of if channel.quantity == "pressure"), None)
+            tank = next(
+                (channel.name for channel in channels_of if channel.quantity == "pressure"), None
+            )
             findings += check_shot(hits[0].row, done.shot, laser.name if laser else None, tank)
         return [finding for finding in findings if finding is not None]
 
-    def momentum_ratios(self, done: ProcessedRecording, hits: Sequence[MatchedImpact]) -> list[MomentumRatio]:
+    def momentum_ratios(
+        self, done: ProcessedRecording, hits: Sequence[MatchedImpact]
+    ) -> list[MomentumRatio]:
         """Impulse over mass times velocity of the hits whose mass and velocity are known."""
         ratios = []
         for hit in hits:
             mass_kg = self._mass_kg(hit.row)
             velocity = None if hit.pulse is None else hit_velocity(hit.row, hit, done)
-            if hit.pulse is not None and mass_kg is not None and velocity is not None and mass_kg * velocity > 0.0:
+            if (
+                hit.pulse is not None
+                and mass_kg is not None
+                and velocity is not None
+                and mass_kg * velocity > 0.0
+            ):
                 plate = self._plate_mass_kg
                 share = 1.0 if plate is None else plate / (plate + mass_kg)
                 pulse = done.pulses[hit.pulse]
@@ -344,7 +396,9 @@ class CampaignStore:
     def _mass_kg(self, row: RunRow) -> float | None:
         return self._file.hammer.mass_kg if self._file.hammer else row.number("bullet_mass")
 
-    def _add_channels(self, session: Session, recording: int, done: ProcessedRecording) -> dict[str, int]:
+    def _add_channels(
+        self, session: Session, recording: int, done: ProcessedRecording
+    ) -> dict[str, int]:
         """Channels with their series; their keys by name."""
         rows = [{"recording_id": recording, **channel_values(series)} for series in done.series]
         names = [series.channel.name for series in done.series]
@@ -379,26 +433,43 @@ class CampaignStore:
             }
             for hit, configuration in zip(hits, configurations, strict=True)
         ]
-        met = [(hit, own) for hit, own in zip(hits, common, strict=True) if self._has_impact(hit, done)]
-        keys = self._add_impacts(session, [{**own, **impact_values(hit.row, hit, done)} for hit, own in met])
-        impacts = {hit.pulse: keys[hit.row.run, hit.repetition] for hit, _ in met if hit.pulse is not None}
+        met = [
+            (hit, own) for hit, own in zip(hits, common, strict=True) if self._has_impact(hit, done)
+        ]
+        keys = self._add_impacts(
+            session, [{**own, **impact_values(hit.row, hit, done)} for hit, own in met]
+        )
+        impacts = {
+            hit.pulse: keys[hit.row.run, hit.repetition] for hit, _ in met if hit.pulse is not None
+        }
         if done and impacts:
             settings = settings_id(session, self._settings)
-            pulses = [pulse_values(done.pulses[pulse], impact, settings) for pulse, impact in impacts.items()]
+            pulses = [
+                pulse_values(done.pulses[pulse], impact, settings)
+                for pulse, impact in impacts.items()
+            ]
             self._store.add_rows(session, Pulse, pulses)
         if done and len(done.figures) == len(hits) == len(met):
             order = [keys[hit.row.run, hit.repetition] for hit in hits]
-            self._store.add_rows(session, ChannelFigures, figure_rows(done.figures, order, channels))
+            self._store.add_rows(
+                session, ChannelFigures, figure_rows(done.figures, order, channels)
+            )
         if self._file.kind != "gun":
             return Added(impacts=len(met)), impacts
         shots = [
-            {**own, "impact_id": keys.get((hit.row.run, hit.repetition)), **shot_values(hit.row, done)}
+            {
+                **own,
+                "impact_id": keys.get((hit.row.run, hit.repetition)),
+                **shot_values(hit.row, done),
+            }
             for hit, own in zip(hits, common, strict=True)
         ]
         self._store.add_rows(session, Shot, shots)
         return Added(impacts=len(met), shots=len(shots)), impacts
 
-    def _add_impacts(self, session: Session, rows: Sequence[dict[str, Any]]) -> dict[tuple[int, int], int]:
+    def _add_impacts(
+        self, session: Session, rows: Sequence[dict[str, Any]]
+    ) -> dict[tuple[int, int], int]:
         """Impacts of one recording, or of none; their keys by run and repetition."""
         keys = self._store.add_rows(session, Impact, rows)
         return {(row["run"], row["repetition"]): key for row, key in zip(rows, keys, strict=True)}
@@ -426,7 +497,11 @@ class CampaignStore:
 
 def _is_integrated(hit: MatchedImpact, done: ProcessedRecording) -> bool:
     """Whether a hit's velocity is that of the impactor's own acceleration."""
-    return hit.row.impact_velocity_m_s is None and hit.pulse is not None and any(done.speeds[hit.pulse : hit.pulse + 1])
+    return (
+        hit.row.impact_velocity_m_s is None
+        and hit.pulse is not None
+        and any(done.speeds[hit.pulse : hit.pulse + 1])
+    )
 
 
 def _is_by_laser(hit: MatchedImpact, done: ProcessedRecording) -> bool:

@@ -36,7 +36,9 @@ def read_samples(session: Session, row: RecordedChannel, first: int, stop: int) 
         raise SeriesError(f"recording {path}, {row.name}: {error}") from error
 
 
-def read_channel(session: Session, row: RecordedChannel, start: int | None = None, stop: int | None = None) -> Channel:
+def read_channel(
+    session: Session, row: RecordedChannel, start: int | None = None, stop: int | None = None
+) -> Channel:
     """Samples `start:stop` of a stored channel. Raises `schema.series.SeriesError` when its chunks are damaged."""
     first, last = resolve(start, stop, row.samples)
     recorded = read_samples(session, row, first, last)
@@ -52,7 +54,9 @@ def read_channel(session: Session, row: RecordedChannel, start: int | None = Non
         calibration=calibration_of(row.header),
     )
     header = {key: value for key, value in row.header.items() if key != _CALIBRATION}
-    return Channel(sensor, recorded, row.sampling_rate_hz, row.start_s + first / row.sampling_rate_hz, header)
+    return Channel(
+        sensor, recorded, row.sampling_rate_hz, row.start_s + first / row.sampling_rate_hz, header
+    )
 
 
 def with_calibration(header: Mapping[str, Any], sensor: Sensor) -> dict[str, Any]:

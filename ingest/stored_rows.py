@@ -22,7 +22,9 @@ from .runs import RunRow
 from .velocity import muzzle_velocity_uncertainty
 
 
-def bench_differences(session: Session, row: Campaign, file: CampaignFile) -> list[tuple[str, str | None, str | None]]:
+def bench_differences(
+    session: Session, row: Campaign, file: CampaignFile
+) -> list[tuple[str, str | None, str | None]]:
     """What of `campaign.toml` differs from the stored campaign: ("campaign.date", given, stored); None: not given."""
     values: list[tuple[str, object, object]] = [
         ("campaign.kind", file.kind, row.kind),
@@ -33,19 +35,32 @@ def bench_differences(session: Session, row: Campaign, file: CampaignFile) -> li
         ("hammer", file.hammer, HammerPart, row.hammer),
     ):
         names = [item.name for item in fields(kind)]
-        values += [(f"bench.{stage}.{key}", getattr(part, key, None), getattr(stored, key, None)) for key in names]
+        values += [
+            (f"bench.{stage}.{key}", getattr(part, key, None), getattr(stored, key, None))
+            for key in names
+        ]
     values += _plate(session, file.plate, row.plate)
     values += _known_facts(file, row)
-    return [(key, _cell_text(given), _cell_text(stored)) for key, given, stored in values if given != stored]
+    return [
+        (key, _cell_text(given), _cell_text(stored))
+        for key, given, stored in values
+        if given != stored
+    ]
 
 
 def mode_changes(session: Session, table: int, modes: ModalTableFile) -> list[str]:
     """What of a modal table differs from the stored one with key `table`: the first mode that does, value by value."""
-    stored = {mode.number: mode for mode in session.scalars(select(Mode).where(Mode.table_id == table))}
+    stored = {
+        mode.number: mode for mode in session.scalars(select(Mode).where(Mode.table_id == table))
+    }
     given = {mode.mode: mode for mode in modes.modes}
     for number in sorted({*stored, *given}):
         if number not in stored or number not in given:
-            there = ("in the folder", "not in the store") if number in given else ("not in the folder", "in the store")
+            there = (
+                ("in the folder", "not in the store")
+                if number in given
+                else ("not in the folder", "in the store")
+            )
             return [f"mode {number} is {there[0]}, {there[1]}"]
         given_value, other = given[number], stored[number]
         pairs: list[tuple[str, float | None, float | None]] = [
@@ -55,15 +70,25 @@ def mode_changes(session: Session, table: int, modes: ModalTableFile) -> list[st
         ]
         shapes = {shape.channel: shape.shape_per_sqrt_kg for shape in other.shapes}
         names = sorted({*given_value.shapes, *shapes})
-        pairs += [(f"shape_{name}", given_value.shapes.get(name), shapes.get(name)) for name in names]
-        changes = [difference(f"mode {number}: {key}", _cell_text(a), _cell_text(b)) for key, a, b in pairs if a != b]
+        pairs += [
+            (f"shape_{name}", given_value.shapes.get(name), shapes.get(name)) for name in names
+        ]
+        changes = [
+            difference(f"mode {number}: {key}", _cell_text(a), _cell_text(b))
+            for key, a, b in pairs
+            if a != b
+        ]
         if changes:
             return changes
     return ["its modes stand in another order"]
 
 
-def _plate(session: Session, part: PlatePart | None, row: Plate | None) -> list[tuple[str, object, object]]:
-    material = session.scalar(select(Material.name).where(Material.id == row.material_id)) if row else None
+def _plate(
+    session: Session, part: PlatePart | None, row: Plate | None
+) -> list[tuple[str, object, object]]:
+    material = (
+        session.scalar(select(Material.name).where(Material.id == row.material_id)) if row else None
+    )
     outline = [list(corner) for corner in part.outline_m] if part and part.outline_m else None
     modes = part.modes if part else None
     stored_modes = None if row is None or row.modal_table_id is None else modes or "a modal table"
@@ -71,14 +96,21 @@ def _plate(session: Session, part: PlatePart | None, row: Plate | None) -> list[
         ("bench.plate.material", part and part.material, material),
         ("bench.plate.thickness_m", part and part.thickness_m, row and row.thickness_m),
         ("bench.plate.outline_m", outline, row and row.outline_m),
-        ("bench.plate.modes", modes, stored_modes),  # not its file's name, but that there is one is stored
+        (
+            "bench.plate.modes",
+            modes,
+            stored_modes,
+        ),  # not its file's name, but that there is one is stored
     ]
 
 
 def _known_facts(file: CampaignFile, row: Campaign) -> list[tuple[str, object, object]]:
     stated_facts = {fact.name: fact for fact in file.known_facts}
     stored = {fact.name: fact for fact in facts_from_json(row.known_facts)}
-    return [(f"known.{name}", stated_facts.get(name), stored.get(name)) for name in sorted({*stated_facts, *stored})]
+    return [
+        (f"known.{name}", stated_facts.get(name), stored.get(name))
+        for name in sorted({*stated_facts, *stored})
+    ]
 
 
 def _cell_text(value: object) -> str | None:
@@ -127,20 +159,44 @@ def known_rows(session: Session, campaign: Campaign | None) -> dict[tuple[int, i
     return dict(_known_impacts(session, campaign))
 
 
-def _known_impacts(session: Session, campaign: Campaign) -> Iterator[tuple[tuple[int, int], KnownRow]]:
-    columns = (Impact.run, Impact.repetition, Recording.path, Configuration.fingerprint, *_IMPACT_VELOCITY)
+def _known_impacts(
+    session: Session, campaign: Campaign
+) -> Iterator[tuple[tuple[int, int], KnownRow]]:
+    columns = (
+        Impact.run,
+        Impact.repetition,
+        Recording.path,
+        Configuration.fingerprint,
+        *_IMPACT_VELOCITY,
+    )
     query = select(*columns).join(Configuration, Impact.configuration_id == Configuration.id)
     query = query.outerjoin(Recording, Impact.recording_id == Recording.id)
     rows = session.execute(query.where(Impact.campaign_id == campaign.id))
     for run, repetition, path, factors, source, speed, speed_u in rows:
-        yield (run, repetition), KnownRow(path, factors, reported_velocity("impact", source, speed, speed_u))
+        yield (
+            (run, repetition),
+            KnownRow(path, factors, reported_velocity("impact", source, speed, speed_u)),
+        )
 
 
-def _known_shots(session: Session, campaign: Campaign) -> Iterator[tuple[tuple[int, int], KnownRow]]:
+def _known_shots(
+    session: Session, campaign: Campaign
+) -> Iterator[tuple[tuple[int, int], KnownRow]]:
     measured = (Shot.velocity_source, Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s)
-    columns = (Shot.run, Shot.repetition, Recording.path, Configuration.fingerprint, Shot.bullet_length_m, *measured)
-    query = select(*columns, *_IMPACT_VELOCITY).join(Configuration, Shot.configuration_id == Configuration.id)
-    query = query.outerjoin(Recording, Shot.recording_id == Recording.id).outerjoin(Impact, Shot.impact_id == Impact.id)
+    columns = (
+        Shot.run,
+        Shot.repetition,
+        Recording.path,
+        Configuration.fingerprint,
+        Shot.bullet_length_m,
+        *measured,
+    )
+    query = select(*columns, *_IMPACT_VELOCITY).join(
+        Configuration, Shot.configuration_id == Configuration.id
+    )
+    query = query.outerjoin(Recording, Shot.recording_id == Recording.id).outerjoin(
+        Impact, Shot.impact_id == Impact.id
+    )
     for run, repetition, path, factors, length, *speeds in session.execute(
         query.where(Shot.campaign_id == campaign.id)
     ):
@@ -152,7 +208,11 @@ def _known_shots(session: Session, campaign: Campaign) -> Iterator[tuple[tuple[i
         yield (run, repetition), KnownRow(path, factors, values)
 
 
-_IMPACT_VELOCITY = (Impact.velocity_source, Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s)
+_IMPACT_VELOCITY = (
+    Impact.velocity_source,
+    Impact.impact_velocity_m_s,
+    Impact.impact_velocity_u_m_s,
+)
 
 
 def reported_velocity(
@@ -165,7 +225,9 @@ def reported_velocity(
 
 def refuse_other_modes(session: Session, campaign: Campaign, modes: ModalTableFile | None) -> None:
     """Raise `IngestError`, with both values, when the stored plate of the campaign has another modal table."""
-    query = select(ModalTable.id, ModalTable.fingerprint).join(Plate, Plate.modal_table_id == ModalTable.id)
+    query = select(ModalTable.id, ModalTable.fingerprint).join(
+        Plate, Plate.modal_table_id == ModalTable.id
+    )
     plate_row = session.execute(query.where(Plate.id == campaign.plate_id)).one_or_none()
     if modes is not None and plate_row is not None and plate_row.fingerprint != modes.fingerprint:
         changes = "; ".join(mode_changes(session, plate_row.id, modes))
@@ -184,13 +246,17 @@ def reported_uncertainty(row: RunRow) -> float | None:
     transit = row.bullet_length_m / row.measured_velocity_m_s
     length_u = {} if row.bullet_length_u_m is None else {"length_u_m": row.bullet_length_u_m}
     period = 1.0 / row.laser_sampling_rate_hz
-    return float(muzzle_velocity_uncertainty(row.bullet_length_m, transit, time_u_s=period, **length_u))
+    return float(
+        muzzle_velocity_uncertainty(row.bullet_length_m, transit, time_u_s=period, **length_u)
+    )
 
 
 def recordings_alike(session: Session, recording: Recording) -> list[str]:
     """Other recordings of the same campaign with the same samples on every channel, by path."""
     own = select(RecordedChannel.sha256).where(RecordedChannel.recording_id == recording.id)
-    number = select(func.count(RecordedChannel.id)).where(RecordedChannel.recording_id == recording.id)
+    number = select(func.count(RecordedChannel.id)).where(
+        RecordedChannel.recording_id == recording.id
+    )
     query = (
         select(Recording.path)
         .join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
@@ -243,7 +309,11 @@ class RowDifferences:
 
         A factor that the stored row lacks is an addition, and no change.
         """
-        factors = [difference(*factor) for factor in self._of_factors(session, row, stored) if factor[2] is not None]
+        factors = [
+            difference(*factor)
+            for factor in self._of_factors(session, row, stored)
+            if factor[2] is not None
+        ]
         values = row_values(row, self._kind)
         return factors + [
             difference(key, _text(value), _text(stored.values[key]))
@@ -253,9 +323,13 @@ class RowDifferences:
 
     def added_factors(self, session: Session, row: RunRow, stored: KnownRow) -> tuple[str, ...]:
         """Names of the factors that the row has and the stored one lacks."""
-        return tuple(name for name, _, there in self._of_factors(session, row, stored) if there is None)
+        return tuple(
+            name for name, _, there in self._of_factors(session, row, stored) if there is None
+        )
 
-    def _of_factors(self, session: Session, row: RunRow, stored: KnownRow) -> list[tuple[str, str | None, str | None]]:
+    def _of_factors(
+        self, session: Session, row: RunRow, stored: KnownRow
+    ) -> list[tuple[str, str | None, str | None]]:
         if configuration_fingerprint(row.levels) == stored.factors:
             return []
         if stored.factors not in self._factors:
@@ -288,11 +362,17 @@ def refuse_changed_rows(
         elif stored.recording != row.recording:
             source = stored.recording or "a row without recording"
             replace = (
-                "" if None in (stored.recording, row.recording) else f", {way_out(file.name, source, row.recording)}"
+                ""
+                if None in (stored.recording, row.recording)
+                else f", {way_out(file.name, source, row.recording)}"
             )
-            raise IngestError(f"{where} is in the store from {source}; give this one a number of its own{replace}")
+            raise IngestError(
+                f"{where} is in the store from {source}; give this one a number of its own{replace}"
+            )
         elif changes := differences.changes(session, row, stored):
-            replace = "" if stored.recording is None else f", {way_out(file.name, stored.recording)}"
+            replace = (
+                "" if stored.recording is None else f", {way_out(file.name, stored.recording)}"
+            )
             raise IngestError(
                 f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
                 f"restore the stored values, or give the corrected run a number of its own{replace}"
@@ -306,12 +386,16 @@ def way_out(campaign: str, recording: str, other: str | None = None) -> str:
 
 
 def _stored_factors(session: Session, fingerprint: str) -> dict[str, str]:
-    query = select(Factor.name, FactorLevel.label, Factor.si_unit).join(FactorLevel, FactorLevel.factor_id == Factor.id)
+    query = select(Factor.name, FactorLevel.label, Factor.si_unit).join(
+        FactorLevel, FactorLevel.factor_id == Factor.id
+    )
     query = query.join(ConfigurationLevel, ConfigurationLevel.level_id == FactorLevel.id)
     query = query.join(Configuration, ConfigurationLevel.configuration_id == Configuration.id)
     return {
         name: _level(label, unit)
-        for name, label, unit in session.execute(query.where(Configuration.fingerprint == fingerprint))
+        for name, label, unit in session.execute(
+            query.where(Configuration.fingerprint == fingerprint)
+        )
     }
 
 

@@ -14,14 +14,19 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..delimited_text import HeadedTable, Line, Row, decode_utf8, table_rows
+from ..files.delimited_text import HeadedTable, Line, Row, decode_utf8, table_rows
 from .errors import LONGEST_NAME, Faults, IngestError, enumerated, printable
 
 SUFFIXES = (".xlsx", ".xls")
 #: Of the sheet that is read where a workbook has several.
 SHEET = "runs"
 #: A table of 10,000 rows and 20 columns has 1 MB as .xlsx and 7 MB of XML within, for which openpyxl takes 200 MB.
-LARGEST_FILE_BYTES, LARGEST_CONTENT_BYTES, MOST_ROWS, MOST_COLUMNS = 10 * 10**6, 20 * 10**6, 100_000, 1_000
+LARGEST_FILE_BYTES, LARGEST_CONTENT_BYTES, MOST_ROWS, MOST_COLUMNS = (
+    10 * 10**6,
+    20 * 10**6,
+    100_000,
+    1_000,
+)
 
 #: Row and column, counted from one -> value, of the cells that hold something.
 _Cells = dict[tuple[int, int], Any]
@@ -48,7 +53,9 @@ def sheet_lines(path: Path, name: str) -> list[Row]:
     except IngestError:
         raise
     except ImportError as error:
-        raise IngestError(f"{name}: reading it needs the package {error.name}; pip install {error.name}") from error
+        raise IngestError(
+            f"{name}: reading it needs the package {error.name}; pip install {error.name}"
+        ) from error
     # What the libraries raise on damaged files: BadZipFile, KeyError, XLRDError, struct.error, AssertionError and more.
     except Exception as error:
         reason = " ".join(str(error).split())[:200] or type(error).__name__
@@ -60,7 +67,9 @@ def _content(path: Path, name: str) -> bytes:
     try:
         size = path.stat().st_size
         if size > LARGEST_FILE_BYTES:
-            raise IngestError(f"{name}: has {size:,} bytes; expected a table of at most {LARGEST_FILE_BYTES:,}")
+            raise IngestError(
+                f"{name}: has {size:,} bytes; expected a table of at most {LARGEST_FILE_BYTES:,}"
+            )
         return path.read_bytes()
     except FileNotFoundError:
         raise
@@ -73,7 +82,11 @@ def _lines(cells: _Cells, name: str) -> list[Row]:
     faults = Faults()
     for (row, column), value in sorted(cells.items()):
         if isinstance(value, SheetError):
-            faults.add([f"{name}: row {row}, column {_letters(column)}: {printable(value.text)}; expected a value"])
+            faults.add(
+                [
+                    f"{name}: row {row}, column {_letters(column)}: {printable(value.text)}; expected a value"
+                ]
+            )
         elif text := cell_text(value).strip():
             rows.setdefault(row, {})[column] = text
     if rows:
@@ -85,7 +98,10 @@ def _lines(cells: _Cells, name: str) -> list[Row]:
             if column > width
         )
     faults.refuse()
-    return [(row, [texts.get(column, "") for column in range(1, width + 1)]) for row, texts in rows.items()]
+    return [
+        (row, [texts.get(column, "") for column in range(1, width + 1)])
+        for row, texts in rows.items()
+    ]
 
 
 def cell_text(value: object) -> str:
@@ -139,15 +155,25 @@ def _xlsx(content: bytes, name: str) -> _Cells:
     import openpyxl
 
     _refuse_bomb(content, name)
-    books = [openpyxl.load_workbook(io.BytesIO(content), data_only=values) for values in (True, False)]
+    books = [
+        openpyxl.load_workbook(io.BytesIO(content), data_only=values) for values in (True, False)
+    ]
     sheet = _chosen({s.title: s for s in books[1].worksheets if any(_filled(s))}, name)
     if sheet is None:
         return {}
     values, formulas = (dict(_filled(book[sheet])) for book in books)
     _refuse_size(name, max(row for row, _ in formulas), max(column for _, column in formulas))
     _refuse_merged(name, [str(cells) for cells in books[0][sheet].merged_cells.ranges])
-    errors = {place: SheetError(str(cell.value)) for place, cell in formulas.items() if place not in values}
-    errors |= {place: SheetError(str(cell.value)) for place, cell in values.items() if cell.data_type == "e"}
+    errors = {
+        place: SheetError(str(cell.value))
+        for place, cell in formulas.items()
+        if place not in values
+    }
+    errors |= {
+        place: SheetError(str(cell.value))
+        for place, cell in values.items()
+        if cell.data_type == "e"
+    }
     return {place: cell.value for place, cell in values.items()} | errors
 
 
@@ -165,18 +191,26 @@ def _refuse_bomb(content: bytes, name: str) -> None:
                 f"{name}: unpacks to {large:,} bytes from {len(content):,}; expected at most {LARGEST_CONTENT_BYTES:,}"
             )
         if (damaged := archive.testzip()) is not None:
-            raise IngestError(f"{name}: damaged: {printable(damaged)} in it has another checksum than it says")
+            raise IngestError(
+                f"{name}: damaged: {printable(damaged)} in it has another checksum than it says"
+            )
 
 
 def _xls(content: bytes, name: str) -> _Cells:
     import xlrd
 
-    book = xlrd.open_workbook(file_contents=content, logfile=io.StringIO(), formatting_info=True, ragged_rows=True)
-    sheets = {sheet.name: cells for sheet in book.sheets() if (cells := dict(_xls_cells(book, sheet)))}
+    book = xlrd.open_workbook(
+        file_contents=content, logfile=io.StringIO(), formatting_info=True, ragged_rows=True
+    )
+    sheets = {
+        sheet.name: cells for sheet in book.sheets() if (cells := dict(_xls_cells(book, sheet)))
+    }
     chosen = _chosen(sheets, name)
     if chosen is None:
         return {}
-    _refuse_size(name, max(row for row, _ in sheets[chosen]), max(column for _, column in sheets[chosen]))
+    _refuse_size(
+        name, max(row for row, _ in sheets[chosen]), max(column for _, column in sheets[chosen])
+    )
     merged = book.sheet_by_name(chosen).merged_cells
     _refuse_merged(
         name,
@@ -213,7 +247,9 @@ def read_table(path: Path, name: str, faults: Faults | None = None) -> tuple[lis
     """
     try:
         is_sheet = path.suffix.lower() in SUFFIXES
-        table = HeadedTable.of(sheet_lines(path, name) if is_sheet else table_rows(_text(path, name)))
+        table = HeadedTable.of(
+            sheet_lines(path, name) if is_sheet else table_rows(_text(path, name))
+        )
     except IngestError:
         raise
     except ValueError as error:

@@ -73,7 +73,9 @@ def estimate_transfer_function(
     The coherence of a single segment is 1 by construction. Raises `TransferFunctionError`.
     """
     if output.ndim != 1 or output.shape != input_.shape:
-        raise TransferFunctionError(f"output {output.shape}, input {input_.shape}: expected two records of one length")
+        raise TransferFunctionError(
+            f"output {output.shape}, input {input_.shape}: expected two records of one length"
+        )
     if starts is None:
         return _welch(output, input_, sampling_rate_hz, segment, unit)
     starts = np.sort(np.asarray(starts, dtype=np.int64))
@@ -95,7 +97,11 @@ def transfer_functions_of_the_others(
     x, y, decay = _hit_spectra(output, input_, sampling_rate_hz, starts, segment, 1.0)
     for hit in range(len(starts)):
         yield _h1(
-            np.delete(x, hit, axis=0), np.delete(y, hit, axis=0), sampling_rate_hz, ACCELERATION_OVER_FORCE, decay
+            np.delete(x, hit, axis=0),
+            np.delete(y, hit, axis=0),
+            sampling_rate_hz,
+            ACCELERATION_OVER_FORCE,
+            decay,
         )
 
 
@@ -103,7 +109,9 @@ def hit_windows(signal: Floats, starts: NDArray[np.int64], segment: int) -> Floa
     """Windows (hits, segment) of `signal` (n,) from `starts`. Raises `TransferFunctionError` when one does not fit."""
     starts = np.asarray(starts, dtype=np.int64)
     if starts.size == 0 or segment < 4 or segment % 2:
-        raise TransferFunctionError(f"{starts.size} hits, segments of {segment}: expected a hit, and an even 4 or more")
+        raise TransferFunctionError(
+            f"{starts.size} hits, segments of {segment}: expected a hit, and an even 4 or more"
+        )
     if starts.min() < 0 or starts.max() + segment > signal.size:
         raise TransferFunctionError(
             f"segments of {segment} from {starts.min()} to {starts.max()} leave the record of {signal.size} samples"
@@ -120,7 +128,9 @@ def rigid_body_normalised(tf: TransferFunction, band_hz: tuple[float, float]) ->
     inside = (tf.frequency_hz >= band_hz[0]) & (tf.frequency_hz <= band_hz[1])
     inside &= tf.coherence >= MEANINGFUL_COHERENCE
     if not inside.any():
-        raise TransferFunctionError(f"no coherent bin between {band_hz[0]:g} and {band_hz[1]:g} Hz to normalise by")
+        raise TransferFunctionError(
+            f"no coherent bin between {band_hz[0]:g} and {band_hz[1]:g} Hz to normalise by"
+        )
     rigid = float(tf.response[inside].real.mean())
     if not abs(rigid) > 0.1 * float(np.abs(tf.response[inside]).mean()):
         raise TransferFunctionError(
@@ -130,7 +140,12 @@ def rigid_body_normalised(tf: TransferFunction, band_hz: tuple[float, float]) ->
 
 
 def _hit_spectra(
-    output: Floats, input_: Floats, sampling_rate_hz: float, starts: NDArray[np.int64], segment: int, end_weight: float
+    output: Floats,
+    input_: Floats,
+    sampling_rate_hz: float,
+    starts: NDArray[np.int64],
+    segment: int,
+    end_weight: float,
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
     """Spectra (hits, bins) of input and output under the exponential window, and its rate."""
     x, y = hit_windows(input_, starts, segment), hit_windows(output, starts, segment)
@@ -142,7 +157,11 @@ def _hit_spectra(
 
 
 def _h1(
-    x: NDArray[np.complex128], y: NDArray[np.complex128], sampling_rate_hz: float, unit: str, decay: float
+    x: NDArray[np.complex128],
+    y: NDArray[np.complex128],
+    sampling_rate_hz: float,
+    unit: str,
+    decay: float,
 ) -> TransferFunction:
     """From the spectra (hits, bins) of input and output."""
     xx, yy = _power(x), _power(y)
@@ -151,12 +170,16 @@ def _h1(
     return _from_spectra(frequency, xx, yy, xy, unit, decay)
 
 
-def _welch(output: Floats, input_: Floats, sampling_rate_hz: float, segment: int | None, unit: str) -> TransferFunction:
+def _welch(
+    output: Floats, input_: Floats, sampling_rate_hz: float, segment: int | None, unit: str
+) -> TransferFunction:
     from scipy.signal import csd, welch
 
     segment = (int(output.size / 4.5) if segment is None else segment) // 2 * 2
     if not 4 <= segment <= output.size:
-        raise TransferFunctionError(f"segments of {segment} in a record of {output.size}: expected 4 to its length")
+        raise TransferFunctionError(
+            f"segments of {segment} in a record of {output.size}: expected 4 to its length"
+        )
     # A pulse has a mean: the detrending that scipy does by default would take it out.
     frequency, xy = csd(input_, output, fs=sampling_rate_hz, nperseg=segment, detrend=False)
     _, xx = welch(input_, fs=sampling_rate_hz, nperseg=segment, detrend=False)

@@ -42,7 +42,9 @@ class MomentumRatio:
 
     def is_usual(self, factor: float = 1.0) -> bool:
         """Whether the ratio is that of a correct campaign once its readings are divided by `factor`."""
-        low, high = USUAL_INTEGRATED if self.integrated else USUAL_ANVIL if self.behind_anvil else USUAL
+        low, high = (
+            USUAL_INTEGRATED if self.integrated else USUAL_ANVIL if self.behind_anvil else USUAL
+        )
         return low * self.share <= self.ratio / factor <= high
 
 
@@ -80,7 +82,9 @@ def refuse_wrong_clock(campaign: str, contact_times_s: Sequence[float]) -> None:
     if SHORTEST_CONTACT_S <= middle <= LONGEST_CONTACT_S:
         return
     slow = middle > LONGEST_CONTACT_S  # the sampling rate reads too low
-    factor, words = next(mistake for mistake in unit_mistakes("clock") if (mistake[0] < 1.0) == slow)
+    factor, words = next(
+        mistake for mistake in unit_mistakes("clock") if (mistake[0] < 1.0) == slow
+    )
     raise IngestError(
         f"{campaign}: contacts last {middle:.3g} s in the median of {len(contact_times_s)} impacts, which no impact "
         f"does; a factor of {1.0 / factor:.4g} explains it: sampling rate: {words}, or times in "
@@ -101,5 +105,8 @@ def _mistakes(ratios: Sequence[MomentumRatio]) -> list[tuple[float, str]]:
     else:
         quantity, name = "velocity", "impact velocity"
     mistakes += [(1.0 / factor, f"{name}: {words}") for factor, words in unit_mistakes(quantity)]
-    mistakes += [(1e-3, "mass: values in g where kg is declared"), (1e3, "mass: values in kg where g is declared")]
+    mistakes += [
+        (1e-3, "mass: values in g where kg is declared"),
+        (1e3, "mass: values in kg where g is declared"),
+    ]
     return mistakes

@@ -51,7 +51,9 @@ def impact_velocity(
     """
     values = np.asarray(acceleration_m_s2, dtype=np.float64)
     if not 0 <= first < peak < values.size - 1:
-        raise ValueError(f"contact from {first} to peak {peak}: expected 0 <= first < peak < {values.size - 1}")
+        raise ValueError(
+            f"contact from {first} to peak {peak}: expected 0 <= first < peak < {values.size - 1}"
+        )
     noise = _noise_before(values, first) if noise_m_s2 is None else noise_m_s2
     values = values * np.sign(values[peak])
     top, jitter, last = _end_of_compression(values, peak, noise)
@@ -83,7 +85,9 @@ def _end_of_compression(values: Floats, peak: int, noise: float) -> tuple[float,
     cubic = np.polynomial.Polynomial(np.linalg.lstsq(basis, values[begin : end + 1])[0])
     top = _maximum(cubic, float(x[0]), float(x[-1]))
     powers = np.arange(basis.shape[1])
-    slope = powers * top ** np.maximum(powers - 1, 0)  # of the basis: the slope's noise over the curvature
+    slope = powers * top ** np.maximum(
+        powers - 1, 0
+    )  # of the basis: the slope's noise over the curvature
     variance = slope @ np.linalg.inv(basis.T @ basis) @ slope
     curvature = max(abs(cubic.deriv(2)(top)), np.finfo(np.float64).tiny)
     return peak + top, min(noise * float(np.sqrt(variance)) / curvature, float(x.size)), end
@@ -103,7 +107,9 @@ def _maximum(cubic: np.polynomial.Polynomial, low: float, high: float) -> float:
     return float(top) if low <= top <= high else 0.0
 
 
-def _integral(values: Floats, first: int, peak: int, top: float, last: int, noise: float) -> tuple[float, float]:
+def _integral(
+    values: Floats, first: int, peak: int, top: float, last: int, noise: float
+) -> tuple[float, float]:
     """Onset (samples) and the spline's integral from it to `top`, per sample."""
     from scipy.interpolate import CubicSpline
 
@@ -153,21 +159,32 @@ def muzzle_velocity(
     """
     values = np.asarray(signal, dtype=np.float64)
     if not np.all(np.isfinite(values)):
-        raise ValueError(f"laser signal: sample {int(np.argmin(np.isfinite(values)))} is not finite")
+        raise ValueError(
+            f"laser signal: sample {int(np.argmin(np.isfinite(values)))} is not finite"
+        )
     rest = rest_level(values[: max(32, values.size // 50)])
     enter, leave, depth, edges_u = _first_passage(values - rest.baseline, rest.noise)
     transit = (leave - enter) / sampling_rate_hz
     time_u = float(np.hypot(1.0, edges_u)) / sampling_rate_hz
     spread = muzzle_velocity_uncertainty(length_m, transit, length_u_m, time_u_s=time_u)
     blocked = rest.baseline + depth
-    return MuzzleVelocity(length_m / transit, float(spread), transit, enter, leave, rest.baseline, blocked)
+    return MuzzleVelocity(
+        length_m / transit, float(spread), transit, enter, leave, rest.baseline, blocked
+    )
 
 
 def muzzle_velocity_uncertainty(
-    length_m: ArrayLike, transit_time_s: ArrayLike, length_u_m: ArrayLike = 1e-3, *, time_u_s: ArrayLike
+    length_m: ArrayLike,
+    transit_time_s: ArrayLike,
+    length_u_m: ArrayLike = 1e-3,
+    *,
+    time_u_s: ArrayLike,
 ) -> Floats:
     """Standard uncertainty (m/s) of length over time, broadcasting: eq. 5.2, whose time uncertainty is 1/fs."""
-    length, time = np.asarray(length_m, dtype=np.float64), np.asarray(transit_time_s, dtype=np.float64)
+    length, time = (
+        np.asarray(length_m, dtype=np.float64),
+        np.asarray(transit_time_s, dtype=np.float64),
+    )
     spread = np.hypot(np.asarray(length_u_m) / time, length * np.asarray(time_u_s) / time**2)
     return np.asarray(spread, dtype=np.float64)
 
@@ -193,7 +210,12 @@ def _first_passage(departure: Floats, noise: float) -> tuple[float, float, float
     # Hum has no time to show within the first samples: the deviation of all that lies before the passage has it.
     before = share[: max(32, start - 2 * int(rise) - 1)]
     unrest = float(np.std(before)) if before.size else 0.0
-    return enter, share.size - 1 - from_end, float(sign * depth), unrest * float(np.hypot(rise, fall))
+    return (
+        enter,
+        share.size - 1 - from_end,
+        float(sign * depth),
+        unrest * float(np.hypot(rise, fall)),
+    )
 
 
 def _first_long_run(blocked: NDArray[np.bool_]) -> tuple[int, int]:
@@ -203,7 +225,9 @@ def _first_long_run(blocked: NDArray[np.bool_]) -> tuple[int, int]:
         if stop - start >= _SHORTEST_PASSAGE:
             return int(start), int(stop)
     seen = f"the beam is blocked at sample {starts[-1]} and not freed by the record's end, sample {blocked.size - 1}"
-    raise NoPassageError(f"no whole passage: {seen}" if starts.size > stops.size else "no passage: only short spikes")
+    raise NoPassageError(
+        f"no whole passage: {seen}" if starts.size > stops.size else "no passage: only short spikes"
+    )
 
 
 def _crossing(share: Floats, smooth: Floats, inside: int) -> tuple[float, float]:

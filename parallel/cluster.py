@@ -42,17 +42,23 @@ def _check_workers(client: Client, address: str) -> None:
     try:
         client.wait_for_workers(1, timeout=WAIT_S)
     except TimeoutError:
-        raise ValueError(f"the Dask scheduler at {address} has no worker; start some: dask worker {address}") from None
+        raise ValueError(
+            f"the Dask scheduler at {address} has no worker; start some: dask worker {address}"
+        ) from None
     versions = client.get_versions(packages=["pyroshock"])
     ours = versions["client"]["packages"]["pyroshock"]
     for worker, worker_versions in versions["workers"].items():
         theirs = worker_versions["packages"]["pyroshock"]
         if theirs != ours:
-            raise ValueError(f"the Dask worker at {worker} has pyroshock {theirs}, here it is {ours}; install the same")
+            raise ValueError(
+                f"the Dask worker at {worker} has pyroshock {theirs}, here it is {ours}; install the same"
+            )
 
 
 @contextmanager
-def dask_pool(address: str, function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[WorkerPool]:
+def dask_pool(
+    address: str, function: Callable[..., Any], shared: tuple[Any, ...]
+) -> Iterator[WorkerPool]:
     """Workers of the cluster, as long as the block lasts; what is left then is cancelled with the connection."""
     with _told_once(), connect_cluster(address) as client:
         # A task, not scattered data: the scheduler has it made again when the workers that hold it are gone.
@@ -119,7 +125,9 @@ def _backend(client: Client, address: str) -> Any:
                     return [(out.number, WorkerDied())]
                 raise out.error
             if isinstance(out, CancelledError):
-                raise ValueError(f"the Dask scheduler at {address} is gone; start it again and repeat")
+                raise ValueError(
+                    f"the Dask scheduler at {address} is gone; start it again and repeat"
+                )
             return super().retrieve_result_callback(out)
 
     return Backend(client=client)

@@ -14,7 +14,9 @@ BACKENDS = (LOCAL, DASK)
 
 def usual_jobs() -> int:
     """Processes where nobody says how many: one per core that this process may use, four at most."""
-    return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+    return min(
+        4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
 
 
 @dataclass(frozen=True)
@@ -34,9 +36,13 @@ class ExecutorConfig:
         if self.jobs < 1:
             raise ValueError(f"jobs = {self.jobs!r}; expected 1 or more processes")
         if self.backend == LOCAL and self.scheduler is not None:
-            raise ValueError(f"scheduler {self.scheduler!r} without a cluster; name its kind too: --backend dask")
+            raise ValueError(
+                f"scheduler {self.scheduler!r} without a cluster; name its kind too: --backend dask"
+            )
         if self.backend == DASK and not self.scheduler:
-            raise ValueError("backend 'dask' without a scheduler; name its address: --scheduler tcp://HOST:8786")
+            raise ValueError(
+                "backend 'dask' without a scheduler; name its address: --scheduler tcp://HOST:8786"
+            )
         if self.backend == DASK and find_spec("distributed") is None:
             raise ValueError(
                 "backend 'dask' needs distributed, which is not installed: pip install 'pyroshock[cluster]'"

@@ -65,7 +65,9 @@ def in_process(function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterato
 
 
 @contextmanager
-def process_pool(jobs: int, function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[WorkerPool]:
+def process_pool(
+    jobs: int, function: Callable[..., Any], shared: tuple[Any, ...]
+) -> Iterator[WorkerPool]:
     """`jobs` processes; joblib keeps them for the next call."""
     with working_directory_closed(), pack_payload(shared) as parcel:
         yield _Beside(jobs, function, parcel)
@@ -99,11 +101,15 @@ class _Beside:
             except BrokenProcessPool:
                 yield from ((number, WorkerDied()) for number in under_way)
 
-    def _stream(self, tasks: Iterable[WorkerTask], under_way: dict[int, None]) -> Generator[Outcome, None, None]:
+    def _stream(
+        self, tasks: Iterable[WorkerTask], under_way: dict[int, None]
+    ) -> Generator[Outcome, None, None]:
         from joblib import Parallel, delayed, parallel_config
 
         # A worker that has grown leaves after its task and another comes; nothing is lost, nobody need know.
-        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
+        warnings.filterwarnings(
+            "ignore", "A worker stopped while some jobs were given", UserWarning
+        )
 
         def calls() -> Iterator[Any]:
             for task in tasks:
@@ -112,7 +118,14 @@ class _Beside:
 
         # joblib takes one process for none: it would work in this one. So there are two, and one task at a time.
         processes = max(2, self.jobs)
-        options = {"batch_size": 1, "pre_dispatch": self.jobs, "max_nbytes": None, "return_as": "generator_unordered"}
-        with parallel_config("loky", inner_max_num_threads=1, initializer=exit_with_parent, initargs=(os.getpid(),)):
+        options = {
+            "batch_size": 1,
+            "pre_dispatch": self.jobs,
+            "max_nbytes": None,
+            "return_as": "generator_unordered",
+        }
+        with parallel_config(
+            "loky", inner_max_num_threads=1, initializer=exit_with_parent, initargs=(os.getpid(),)
+        ):
             stream: Generator[Outcome, None, None] = Parallel(n_jobs=processes, **options)(calls())
         return stream

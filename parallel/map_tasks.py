@@ -50,7 +50,10 @@ def run_all_tasks(
         return  # nobody is called for nothing
     with _open_pool(executor, function, shared, isolated or patience_s is not None) as pool:
         while batch:
-            tasks = {number: WorkerTask(number, item, watched and watched(item)) for number, item in batch}
+            tasks = {
+                number: WorkerTask(number, item, watched and watched(item))
+                for number, item in batch
+            }
             for number, result in _outcomes(pool, tasks):
                 item = tasks[number].item
                 yield item, _lost_result(item, lost) if isinstance(result, WorkerDied) else result
@@ -72,7 +75,9 @@ def _open_pool(
     from .local_backend import in_process, process_pool
 
     run_here = not isolated and executor.jobs == 1
-    return in_process(function, shared) if run_here else process_pool(executor.jobs, function, shared)
+    return (
+        in_process(function, shared) if run_here else process_pool(executor.jobs, function, shared)
+    )
 
 
 def _outcomes(pool: WorkerPool, tasks: dict[int, WorkerTask]) -> Iterator[tuple[int, Any]]:

@@ -57,7 +57,10 @@ class Isolation(Generic[Item, Result]):
 
 
 def map_ahead(
-    function: Callable[[Item], Result], items: Sequence[Item], jobs: int, isolation: Isolation[Item, Result]
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    jobs: int,
+    isolation: Isolation[Item, Result],
 ) -> Iterator[tuple[Item, Result]]:
     """(item, function(item)) in order. With `jobs` > 1, at most `2 * jobs` results exist at a time, so that memory
     does not grow with the number of items. An item whose process dies gives `isolation.lost(item)`, and the others
@@ -89,7 +92,9 @@ def _open_pool(jobs: int, isolation: Isolation[Any, Any]) -> Iterator[ProcessPoo
     # server has imported what they need, so that each does not do it again.
     context = ContextWithoutMain()
     context.set_forkserver_preload(list(isolation.preload))
-    processes = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(isolation.begin,))
+    processes = ProcessPoolExecutor(
+        jobs, mp_context=context, initializer=_begin, initargs=(isolation.begin,)
+    )
     with working_directory_closed(), processes as pool:
         try:
             pool.submit(_nothing).result()
@@ -136,7 +141,12 @@ def _until_a_crash(
         try:
             while rest or waiting:
                 while rest and len(waiting) < 2 * jobs:
-                    waiting.append((rest[0], pool.submit(_watched, function, isolation.patience_s(rest[0]), rest[0])))
+                    waiting.append(
+                        (
+                            rest[0],
+                            pool.submit(_watched, function, isolation.patience_s(rest[0]), rest[0]),
+                        )
+                    )
                     rest.popleft()
                 item, future = waiting[0]
                 result = future.result()
@@ -149,7 +159,9 @@ def _until_a_crash(
                 future.cancel()
 
 
-def _alone(function: Callable[[Item], Result], item: Item, isolation: Isolation[Item, Result]) -> Result:
+def _alone(
+    function: Callable[[Item], Result], item: Item, isolation: Isolation[Item, Result]
+) -> Result:
     with _open_pool(1, isolation) as pool:
         try:
             return pool.submit(_watched, function, isolation.patience_s(item), item).result()

@@ -25,7 +25,8 @@ _BARE_LOGIN = re.compile(r"(?<![\w/])([\w.+-]+):[^\s:/@]+@(?=[\w.-]+[/:])")
 _BEARER = re.compile(r"(https?://)[^\s/?#:@]+@")
 #: `password=..` of a query string or of libpq's key=value form, quoted or not.
 _PAIR = re.compile(
-    r"(\b(?:\w*password|passwd|pwd|passphrase|token|secret)\s*=\s*)('(?:\\.|[^'\\])*'|\"[^\"]*\"|[^\s&;,'\"]+)", re.I
+    r"(\b(?:\w*password|passwd|pwd|passphrase|token|secret)\s*=\s*)('(?:\\.|[^'\\])*'|\"[^\"]*\"|[^\s&;,'\"]+)",
+    re.I,
 )
 
 
@@ -64,20 +65,28 @@ def sqlite_file(address: str) -> str | None:
     """
     scheme = _SQLITE.match(address)
     if scheme is None:
-        is_path = "://" not in address and not _NO_PATH.match(address) and without_secrets(address) == address
+        is_path = (
+            "://" not in address
+            and not _NO_PATH.match(address)
+            and without_secrets(address) == address
+        )
         return _file_path(address, address) if is_path else None
     path = address[scheme.end() :]
     if not path.startswith("///"):
         name = path.lstrip("/")
         cure = f"a file is written with three slashes: sqlite:///{name}" if name else _EXPECTED
-        raise AddressError(f"{address!r} names no file, so that nothing stored in it would be kept; {cure}")
+        raise AddressError(
+            f"{address!r} names no file, so that nothing stored in it would be kept; {cure}"
+        )
     return _file_path(path.removeprefix("///"), address)
 
 
 def _file_path(path: str, address: str) -> str:
     """`path` of an SQLite store. Raises `AddressError` for one in memory and for options behind the name."""
     if not path.strip() or path == ":memory:" or path.startswith("file:"):
-        raise AddressError(f"{address!r} names no file, so that nothing stored in it would be kept; {_EXPECTED}")
+        raise AddressError(
+            f"{address!r} names no file, so that nothing stored in it would be kept; {_EXPECTED}"
+        )
     if "\0" in path:
         raise AddressError(f"{address!r} holds a NUL character, which no path can; {_EXPECTED}")
     if option := _SQLITE_OPTIONS.search(path):
@@ -96,7 +105,9 @@ def parse_address(address: str) -> URL:
     try:
         url = make_url(address)
     except (ArgumentError, ValueError):  # the reason given may quote the password
-        raise AddressError(f"unreadable address {address_for_display(address)!r}; {_EXPECTED}") from None
+        raise AddressError(
+            f"unreadable address {address_for_display(address)!r}; {_EXPECTED}"
+        ) from None
     if "@" in (url.host or ""):
         raise AddressError(
             f"unreadable address {address_for_display(address)!r}: write an @ within the password as %40"

@@ -58,7 +58,8 @@ class Plate(HasId, WithProvenance, Base):
     __table_args__ = (
         CheckConstraint(positive("thickness_m"), "thickness_positive"),
         CheckConstraint(
-            "modal_table_id IS NOT NULL OR (material_id IS NOT NULL AND thickness_m IS NOT NULL)", "described"
+            "modal_table_id IS NOT NULL OR (material_id IS NOT NULL AND thickness_m IS NOT NULL)",
+            "described",
         ),
     )
 
@@ -149,6 +150,10 @@ def material_id(session: Session, name: str) -> int:
 def material_names(session: Session) -> MaterialNames:
     """A reader of material names: any case, any alias; None for an unknown one."""
     material_names = [(name, name) for name in session.scalars(select(Material.name))]
-    aliases = session.execute(select(MaterialAlias.alias, Material.name).join(Material.aliases)).all()
-    table = {alias.lower(): name for alias, name in (*((a, n) for a, n in aliases), *material_names)}
+    aliases = session.execute(
+        select(MaterialAlias.alias, Material.name).join(Material.aliases)
+    ).all()
+    table = {
+        alias.lower(): name for alias, name in (*((a, n) for a, n in aliases), *material_names)
+    }
     return lambda text: table.get(text.lower())

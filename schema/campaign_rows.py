@@ -7,7 +7,15 @@ from typing import Any
 from sqlalchemy import ColumnElement, Select, or_, select, union
 
 from .benches import Gun, Hammer, Material, MaterialAlias, ModalTable, Mode, ModeShape, Plate
-from .campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel, Plan, PlannedRun
+from .campaigns import (
+    Campaign,
+    Configuration,
+    ConfigurationLevel,
+    Factor,
+    FactorLevel,
+    Plan,
+    PlannedRun,
+)
 from .diagnoses import Diagnosis
 from .impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse, Shot
 from .recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
@@ -25,7 +33,9 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
     runs = _of_hits(campaign, "planned_run_id")
     plans = select(PlannedRun.plan_id).where(PlannedRun.id.in_(runs))
     planned = select(PlannedRun.configuration_id).where(PlannedRun.plan_id.in_(plans))
-    configurations = or_(Configuration.id.in_(_of_hits(campaign, "configuration_id")), Configuration.id.in_(planned))
+    configurations = or_(
+        Configuration.id.in_(_of_hits(campaign, "configuration_id")), Configuration.id.in_(planned)
+    )
     chosen = ConfigurationLevel.configuration_id.in_(select(Configuration.id).where(configurations))
     levels = select(ConfigurationLevel.level_id).where(chosen)
     factors = select(FactorLevel.factor_id).where(FactorLevel.id.in_(levels))
@@ -56,7 +66,9 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         "impacts": Impact.campaign_id == campaign,
         "pulses": pulses,
         "channel_figures": ChannelFigures.impact_id.in_(impacts),
-        "extraction_settings": ExtractionSettingsRow.id.in_(select(Pulse.settings_id).where(pulses)),
+        "extraction_settings": ExtractionSettingsRow.id.in_(
+            select(Pulse.settings_id).where(pulses)
+        ),
         "shots": Shot.campaign_id == campaign,
         "quality_findings": QualityFinding.recording_id.in_(recordings),
         "diagnoses": Diagnosis.campaign_id == campaign,
@@ -66,6 +78,9 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
 def _of_hits(campaign: int, column: str) -> Select[Any]:
     """What the campaign's impacts and shots point at."""
     both = union(
-        *(select(getattr(table, column).label("key")).where(table.campaign_id == campaign) for table in (Impact, Shot))
+        *(
+            select(getattr(table, column).label("key")).where(table.campaign_id == campaign)
+            for table in (Impact, Shot)
+        )
     ).subquery()
     return select(both.c.key).where(both.c.key.is_not(None))

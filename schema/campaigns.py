@@ -70,7 +70,9 @@ class Configuration(HasId, WithProvenance, Base):
     __tablename__ = "configurations"
 
     fingerprint: Mapped[str] = mapped_column(unique=True)
-    levels: Mapped[list[FactorLevel]] = relationship(secondary="configuration_levels", viewonly=True)
+    levels: Mapped[list[FactorLevel]] = relationship(
+        secondary="configuration_levels", viewonly=True
+    )
 
 
 class ConfigurationLevel(WithProvenance, Base):
@@ -99,7 +101,9 @@ class Plan(HasId, WithProvenance, Base):
 
     name: Mapped[str] = mapped_column(unique=True, info=names_row("plan"))
     kind: Mapped[str]
-    factors: Mapped[str]  # TOML: factors, levels, dependencies and bench limits, as the plan was made from
+    factors: Mapped[
+        str
+    ]  # TOML: factors, levels, dependencies and bench limits, as the plan was made from
     method: Mapped[str]  # "lhs", "factorial", "import", ...
     seed: Mapped[int | None]
     description: Mapped[str | None]

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from sqlalchemy import JSON, Boolean, Column, Date, DateTime, Float, Integer, LargeBinary, String, Text
+from sqlalchemy import (
+    JSON,
+    Boolean,
+    Column,
+    Date,
+    DateTime,
+    Float,
+    Integer,
+    LargeBinary,
+    String,
+    Text,
+)
 from sqlalchemy.types import TypeDecorator
 
 INTEGER, NUMBER, TEXT, JSON_TEXT, TRUTH, TIME, DAY, BYTES = (
@@ -35,7 +46,9 @@ def kind_of(column: Column[Any]) -> str:
     for known_type, kind in _KINDS:
         if isinstance(own, known_type):
             return kind
-    raise TypeError(f"{column} is a {own!r}: say in schema/column_kinds.py how it is copied and checked")
+    raise TypeError(
+        f"{column} is a {own!r}: say in schema/column_kinds.py how it is copied and checked"
+    )
 
 
 def stored_type(column: Column[Any]) -> Any:

@@ -42,7 +42,9 @@ class KeySpan:
         return self if key is None else KeySpan(max(self.first, key + 1), self.last)
 
 
-def span_of(session: Session, table: Table, campaign_id: int | None, configurations: list[int] | None) -> KeySpan:
+def span_of(
+    session: Session, table: Table, campaign_id: int | None, configurations: list[int] | None
+) -> KeySpan:
     """Where rows of a campaign (None: all) with one of `configurations` (None: any) can lie.
 
     Two look-ups in an index for each configuration: asked for the least key of many, a database reads them all. And
@@ -77,7 +79,11 @@ def iter_pages(
     limit = min(_FIRST_ROWS, page)
     after, width = span.first - 1, 2 * limit
     while after < span.last:
-        window = query.where(key > after, key <= min(after + width, span.last)).order_by(key).limit(limit)
+        window = (
+            query.where(key > after, key <= min(after + width, span.last))
+            .order_by(key)
+            .limit(limit)
+        )
         rows = [dict(row) for row in session.execute(window).mappings()]
         if rows:
             yield rows
@@ -183,22 +189,32 @@ def restricted(
             query = query.where(_of_campaign(session, table, condition))
         elif condition.field in column_names:
             _refuse_word(condition)
-            query = query.where(OPERATORS[condition.operator](columns[condition.field], condition.value))
+            query = query.where(
+                OPERATORS[condition.operator](columns[condition.field], condition.value)
+            )
     if not of_factors:
         return query, span_of(session, table, campaign_id, None)
-    matching = [_matching_configurations(session, condition, column_names) for condition in of_factors]
-    all_of_them = select(Configuration.id).where(*(Configuration.id.in_(selection) for selection in matching))
+    matching = [
+        _matching_configurations(session, condition, column_names) for condition in of_factors
+    ]
+    all_of_them = select(Configuration.id).where(
+        *(Configuration.id.in_(selection) for selection in matching)
+    )
     # Few keys are known before the query: a database plans badly for those that it must find first.
     keys = sorted(session.scalars(all_of_them.limit(_MOST_KEYS + 1)))
     if len(keys) <= _MOST_KEYS:
-        return query.where(table.configuration_id.in_(keys)), span_of(session, table, campaign_id, keys)
+        return query.where(table.configuration_id.in_(keys)), span_of(
+            session, table, campaign_id, keys
+        )
     query = query.where(*(table.configuration_id.in_(selection) for selection in matching))
     return query, span_of(session, table, campaign_id, None)
 
 
 def _of_campaign(session: Session, table: Table, condition: Condition) -> ColumnElement[bool]:
     if condition.operator not in ("=", "!="):
-        raise ConditionError(f"condition {CAMPAIGN}{condition.operator}{condition.value}; expected = or != and a name")
+        raise ConditionError(
+            f"condition {CAMPAIGN}{condition.operator}{condition.value}; expected = or != and a name"
+        )
     matches: ColumnElement[bool] = OPERATORS[condition.operator](
         table.campaign_id, get_campaign_id(session, str(condition.value))
     )
@@ -234,7 +250,9 @@ def _has_finding_of(*severities: str) -> ColumnElement[bool]:
 def _refuse_word(condition: Condition) -> None:
     """Every other column of a listing is a number: one database would find nothing equal to a word, another fail."""
     if isinstance(condition.value, str):
-        raise ConditionError(f"{condition.field} is compared with {condition.value!r}; expected a number, in SI")
+        raise ConditionError(
+            f"{condition.field} is compared with {condition.value!r}; expected a number, in SI"
+        )
 
 
 def has_campaign(session: Session, name: str) -> bool:
@@ -244,7 +262,11 @@ def has_campaign(session: Session, name: str) -> bool:
 
 def list_campaign_names(session: Session) -> list[str]:
     """Names of the newest 500 campaigns."""
-    return list(session.scalars(select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)))
+    return list(
+        session.scalars(
+            select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)
+        )
+    )
 
 
 def get_campaign_id(session: Session, name: str) -> int:
@@ -252,13 +274,16 @@ def get_campaign_id(session: Session, name: str) -> int:
     key = session.scalar(select(Campaign.id).where(Campaign.name == name))
     if key is None:
         campaign_names = (
-            ", ".join(session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10))) or "none yet"
+            ", ".join(session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10)))
+            or "none yet"
         )
         raise LookupError(f"no campaign {name!r} in the store; known: {campaign_names}")
     return key
 
 
-def _matching_configurations(session: Session, condition: Condition, columns: Collection[str]) -> Select[Any]:
+def _matching_configurations(
+    session: Session, condition: Condition, columns: Collection[str]
+) -> Select[Any]:
     factor = get_factor_id(session, condition.field, columns)
     test = OPERATORS[condition.operator]
     matches: ColumnElement[bool] = test(FactorLevel.label, str(condition.value))
@@ -272,9 +297,15 @@ def _matching_configurations(session: Session, condition: Condition, columns: Co
         near = FactorLevel.number.between(number - slack, number + slack)
         exact = {"=": near, "!=": ~near}.get(condition.operator)
         numeric = exact if exact is not None else test(FactorLevel.number, number)
-        matches = or_(numeric, and_(FactorLevel.number.is_(None), matches)) if condition.operator in "!=" else numeric
+        matches = (
+            or_(numeric, and_(FactorLevel.number.is_(None), matches))
+            if condition.operator in "!="
+            else numeric
+        )
     levels = select(FactorLevel.id).where(FactorLevel.factor_id == factor, matches)
-    return select(ConfigurationLevel.configuration_id).where(ConfigurationLevel.level_id.in_(levels))
+    return select(ConfigurationLevel.configuration_id).where(
+        ConfigurationLevel.level_id.in_(levels)
+    )
 
 
 def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -> int:

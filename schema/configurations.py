@@ -38,12 +38,15 @@ def configuration_ids(session: Session, combinations: Sequence[Sequence[RunLevel
     if new:
         level_rows = _levels(session, [level for levels in new.values() for level in levels])
         existing |= {
-            key: _add(session, key, [level_rows[_key(level)] for level in levels]) for key, levels in new.items()
+            key: _add(session, key, [level_rows[_key(level)] for level in levels])
+            for key, levels in new.items()
         }
     return [existing[key] for key in prints]
 
 
-def configuration_factors(session: Session, keys: Sequence[int]) -> dict[int, dict[str, str | float]]:
+def configuration_factors(
+    session: Session, keys: Sequence[int]
+) -> dict[int, dict[str, str | float]]:
     """Factors of each configuration by its key, in the order of the factors: a number in SI where the level is one."""
     factors: dict[int, dict[str, str | float]] = {key: {} for key in keys}
     for row in iter_levels(session, keys):
@@ -73,7 +76,9 @@ def iter_levels(session: Session, keys: Sequence[int]) -> Iterator[Configuration
     for some in in_batches(keys):
         rows = session.execute(query.where(ConfigurationLevel.configuration_id.in_(some)))
         for key, factor, si_unit, level_id, label, number in rows:
-            yield ConfigurationFactor(key, factor, si_unit, level_id, label if number is None else number)
+            yield ConfigurationFactor(
+                key, factor, si_unit, level_id, label if number is None else number
+            )
 
 
 def known_configurations(session: Session, fingerprints: Sequence[str]) -> dict[str, int]:
@@ -107,7 +112,9 @@ def _levels(session: Session, levels: Sequence[RunLevel]) -> dict[tuple[str, str
     """All factors before the first level: rows of one table, in order, before those of the next."""
     wanted = {_key(level): level for level in sorted(levels, key=_key)}
     units = {level.factor: level.si_unit for level in wanted.values()}
-    factors = {row.name: row for row in session.scalars(select(Factor).where(Factor.name.in_(units)))}
+    factors = {
+        row.name: row for row in session.scalars(select(Factor).where(Factor.name.in_(units)))
+    }
     for name, unit in units.items():
         if name not in factors:
             factors[name] = add_or_get(session, Factor, {"name": name}, {"si_unit": unit})
@@ -115,9 +122,14 @@ def _levels(session: Session, levels: Sequence[RunLevel]) -> dict[tuple[str, str
     level_rows: dict[tuple[str, str], FactorLevel] = {}
     labels = sorted({level.label for level in wanted.values()})
     for some in in_batches(labels):
-        query = select(FactorLevel).where(FactorLevel.factor_id.in_(names), FactorLevel.label.in_(some))
+        query = select(FactorLevel).where(
+            FactorLevel.factor_id.in_(names), FactorLevel.label.in_(some)
+        )
         level_rows |= {(names[row.factor_id], row.label): row for row in session.scalars(query)}
-    return {key: level_rows.get(key) or _level(session, factors[key[0]].id, level) for key, level in wanted.items()}
+    return {
+        key: level_rows.get(key) or _level(session, factors[key[0]].id, level)
+        for key, level in wanted.items()
+    }
 
 
 def _level(session: Session, factor: int, level: RunLevel) -> FactorLevel:

@@ -27,7 +27,9 @@ def as_counts(samples: NDArray[Any]) -> tuple[Counts, float] | None:
     """Counts (n,) and their step, from which `from_counts` makes the same bits as `samples` (n,); None if none do."""
     if samples.dtype not in (np.dtype("<f4"), np.dtype("<f8")) or samples.size < 2:
         return None
-    with np.errstate(all="ignore"):  # what overflows gives counts that are refused, or bits that differ
+    with np.errstate(
+        all="ignore"
+    ):  # what overflows gives counts that are refused, or bits that differ
         return _as_counts(samples)
 
 
@@ -55,7 +57,9 @@ def from_counts(counts: Counts, step: float, out: NDArray[Any]) -> None:
     # A step that float32 holds gives the same product in single precision, ten times faster: 15 and 24 bits fit in
     # the 53 of a double, so that either way the exact product is rounded once.
     narrow = out.dtype == np.float32 and float(np.float32(step)) == step
-    np.multiply(counts, np.float32(step) if narrow else np.float64(step), out=out, casting="same_kind")
+    np.multiply(
+        counts, np.float32(step) if narrow else np.float64(step), out=out, casting="same_kind"
+    )
 
 
 def _step(values: NDArray[np.float64], rough: float, dtype: np.dtype[Any]) -> float | None:
@@ -80,7 +84,11 @@ def _step(values: NDArray[np.float64], rough: float, dtype: np.dtype[Any]) -> fl
 def _counts_of(samples: NDArray[Any], step: float) -> tuple[Counts, NDArray[np.intp]]:
     """Counts of `samples` (n,), and the indices of those that they do not give back."""
     # Beyond the counts, and where there is no number, the conversion gives anything: the comparison notices.
-    counts = np.rint(samples / samples.dtype.type(step)).clip(-LARGEST_COUNT, LARGEST_COUNT).astype(np.int16)
+    counts = (
+        np.rint(samples / samples.dtype.type(step))
+        .clip(-LARGEST_COUNT, LARGEST_COUNT)
+        .astype(np.int16)
+    )
     again = np.empty_like(samples)
     from_counts(counts, step, again)
     bits = f"u{samples.itemsize}"

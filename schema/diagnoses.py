@@ -24,7 +24,9 @@ class Diagnosis(HasId, WithProvenance, Base):
     report: Mapped[dict[str, Any]]
     #: What the report leaves out and its page draws: 5 to 50 kB, which a listing does not read. None in stores
     #: that were filled before revision 0003.
-    details: Mapped[dict[str, Any] | None] = mapped_column(PlainJson(none_as_null=True), deferred=True)
+    details: Mapped[dict[str, Any] | None] = mapped_column(
+        PlainJson(none_as_null=True), deferred=True
+    )
     campaign: Mapped[Campaign] = relationship()
 
 

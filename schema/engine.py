@@ -29,8 +29,21 @@ _SERVER = {
     "keepalives_count": 3,
 }
 #: What a server says that is restarting, or has as many clients as it takes (57P03, 53300); and one that refuses us.
-_NEVER = ("does not exist", "authentication failed", "pg_hba.conf", "not permitted to log in", "permission denied")
-_LATER = ("starting up", "shutting down", "recovery mode", "not yet accepting", "too many clients", "connection slots")
+_NEVER = (
+    "does not exist",
+    "authentication failed",
+    "pg_hba.conf",
+    "not permitted to log in",
+    "permission denied",
+)
+_LATER = (
+    "starting up",
+    "shutting down",
+    "recovery mode",
+    "not yet accepting",
+    "too many clients",
+    "connection slots",
+)
 
 
 #: What helps where a disk is full.
@@ -105,7 +118,9 @@ def make_engine(url: str) -> Engine:
             engine = create_engine(parsed, pool_pre_ping=True, connect_args=dict(_SERVER))
             _configure_postgresql(engine)
     except (ModuleNotFoundError, NoSuchModuleError) as error:
-        raise StoreError(f"no driver for {address_for_display(url)!r}: pip install 'pyroshock[postgres]'") from error
+        raise StoreError(
+            f"no driver for {address_for_display(url)!r}: pip install 'pyroshock[postgres]'"
+        ) from error
     return engine
 
 
@@ -129,7 +144,10 @@ def _configure_postgresql(engine: Engine) -> None:
         nonlocal has_answered
         connection = retry(
             lambda: dialect.connect(*arguments, **options),
-            lambda error, _: isinstance(error, dialect.dbapi.OperationalError) and _may_come(str(error), has_answered),
+            lambda error, _: (
+                isinstance(error, dialect.dbapi.OperationalError)
+                and _may_come(str(error), has_answered)
+            ),
             RetryPolicy(BUSY_TIMEOUT_S),
         )
         has_answered = True
@@ -145,9 +163,13 @@ def _may_come(message: str, is_known: bool) -> bool:
 
 def _refuse_missing_folder(database: Path) -> None:
     if not database.absolute().parent.is_dir():
-        raise StoreError(f"no folder {str(database.parent)!r} to keep the store {database.name!r} in")
+        raise StoreError(
+            f"no folder {str(database.parent)!r} to keep the store {database.name!r} in"
+        )
     if database.is_dir():
-        raise StoreError(f"{str(database)!r} is a folder; a store is a file: give one in it, such as {database}/lab.db")
+        raise StoreError(
+            f"{str(database)!r} is a folder; a store is a file: give one in it, such as {database}/lab.db"
+        )
 
 
 def _sqlite_engine(url: URL) -> Engine:

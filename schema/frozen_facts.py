@@ -21,7 +21,9 @@ from .impacts import DatasetSnapshot, Impact, Pulse, SnapshotPulse
 FACTS = "facts"
 
 
-def freeze_facts(session: Session, campaign: Campaign, hits: Collection[tuple[int, int]], *, bench: bool) -> None:
+def freeze_facts(
+    session: Session, campaign: Campaign, hits: Collection[tuple[int, int]], *, bench: bool
+) -> None:
     """Keep what the datasets with pulses of `campaign` know of it: the configurations of `hits` (run, repetition), and
     with `bench` the bench. What a dataset has kept already is older, and stays."""
     query = (
@@ -37,16 +39,26 @@ def freeze_facts(session: Session, campaign: Campaign, hits: Collection[tuple[in
         if (run, repetition) in hits:
             of_snapshot[hit_key(run, repetition)] = fingerprint
     for snapshot, of_snapshot in configurations.items():
-        definition = session.scalars(select(DatasetSnapshot.definition).where(DatasetSnapshot.id == snapshot)).one()
+        definition = session.scalars(
+            select(DatasetSnapshot.definition).where(DatasetSnapshot.id == snapshot)
+        ).one()
         facts = dict(definition.get(FACTS, {}))
         own = {"bench": _bench(session, campaign)} if bench else {}
         kept = facts.get(campaign.name, {})
-        facts[campaign.name] = {**own, **kept, "configurations": {**of_snapshot, **kept.get("configurations", {})}}
+        facts[campaign.name] = {
+            **own,
+            **kept,
+            "configurations": {**of_snapshot, **kept.get("configurations", {})},
+        }
         values = {"definition": {**definition, FACTS: facts}}
-        session.execute(update(DatasetSnapshot).where(DatasetSnapshot.id == snapshot).values(**values))
+        session.execute(
+            update(DatasetSnapshot).where(DatasetSnapshot.id == snapshot).values(**values)
+        )
 
 
-def read_frozen_facts(definition: Mapping[str, Any], campaign: str) -> tuple[Mapping[str, Any], Mapping[str, str]]:
+def read_frozen_facts(
+    definition: Mapping[str, Any], campaign: str
+) -> tuple[Mapping[str, Any], Mapping[str, str]]:
     """What a dataset has kept of a campaign: values of its bench by name, and fingerprints by `hit_key`."""
     facts = definition.get(FACTS, {}).get(campaign, {})
     return facts.get("bench", {}), facts.get("configurations", {})

@@ -35,7 +35,9 @@ class Impact(HasId, WithProvenance, Base):
         CheckConstraint("repetition >= 1", "repetition_positive"),
         CheckConstraint(not_negative("impact_velocity_m_s"), "velocity_not_negative"),
         CheckConstraint(not_negative("impact_velocity_u_m_s"), "velocity_u_not_negative"),
-        CheckConstraint("(impact_velocity_m_s IS NULL) = (velocity_source IS NULL)", "velocity_with_source"),
+        CheckConstraint(
+            "(impact_velocity_m_s IS NULL) = (velocity_source IS NULL)", "velocity_with_source"
+        ),
         # a listing goes through one campaign, or one configuration, in the order of keys
         Index("ix_impacts_campaign_id_id", "campaign_id", "id"),
         Index("ix_impacts_configuration_id_id", "configuration_id", "id"),
@@ -50,7 +52,9 @@ class Impact(HasId, WithProvenance, Base):
     planned_run_id: Mapped[int | None] = mapped_column(ForeignKey("planned_runs.id"), index=True)
     impact_velocity_m_s: Mapped[float | None]
     impact_velocity_u_m_s: Mapped[float | None]
-    velocity_source: Mapped[str | None]  # of `velocity_kinds.KIND_OF_SOURCE`: what the velocity means
+    velocity_source: Mapped[
+        str | None
+    ]  # of `velocity_kinds.KIND_OF_SOURCE`: what the velocity means
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()
     recording: Mapped[Recording | None] = relationship()
@@ -76,7 +80,9 @@ class Pulse(HasId, WithProvenance, Base):
         UniqueConstraint("impact_id", "settings_id"),
         CheckConstraint(positive("contact_time_s"), "contact_time_positive"),
         CheckConstraint(positive("peak_force_n"), "peak_force_positive"),
-        CheckConstraint("compression_time_s >= 0 AND compression_time_s <= contact_time_s", "compression_within"),
+        CheckConstraint(
+            "compression_time_s >= 0 AND compression_time_s <= contact_time_s", "compression_within"
+        ),
         CheckConstraint("samples_in_contact >= 1", "samples_positive"),
         # one pulse in use per impact; also the join of every listing
         Index(
@@ -106,7 +112,9 @@ class Pulse(HasId, WithProvenance, Base):
     segmentation_difference: Mapped[float]  # eq. 4.5, as a share
     force_points_n: Mapped[list[Any]]  # 20 equidistant points of the contact
     fine_period_s: Mapped[float]
-    fine_force_n: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)  # float64 frame, see `series`
+    fine_force_n: Mapped[bytes] = mapped_column(
+        LargeBinary, deferred=True
+    )  # float64 frame, see `series`
     impact: Mapped[Impact] = relationship(back_populates="pulses")
     settings: Mapped[ExtractionSettingsRow] = relationship()
 
@@ -169,7 +177,9 @@ class Shot(HasId, WithProvenance, Base):
         CheckConstraint(positive("bullet_length_m"), "bullet_length_positive"),
         CheckConstraint(not_negative("measured_velocity_m_s"), "velocity_not_negative"),
         CheckConstraint(not_negative("measured_velocity_u_m_s"), "velocity_u_not_negative"),
-        CheckConstraint("(measured_velocity_m_s IS NULL) = (velocity_source IS NULL)", "velocity_with_source"),
+        CheckConstraint(
+            "(measured_velocity_m_s IS NULL) = (velocity_source IS NULL)", "velocity_with_source"
+        ),
         Index("ix_shots_campaign_id_id", "campaign_id", "id"),
         Index("ix_shots_configuration_id_id", "configuration_id", "id"),
         Index("ix_shots_recording_id", "recording_id"),

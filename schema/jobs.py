@@ -44,7 +44,9 @@ class Job(HasId, WithProvenance, Base):
     #: The one machine that has what the work needs, such as an uploaded folder; None: any.
     host: Mapped[str | None]
     state: Mapped[str] = mapped_column(default=WAITING)
-    attempt: Mapped[int] = mapped_column(default=0)  # rises with each worker that takes it: the fencing number
+    attempt: Mapped[int] = mapped_column(
+        default=0
+    )  # rises with each worker that takes it: the fencing number
     deaths: Mapped[int] = mapped_column(default=0)  # attempts whose worker fell silent
     worker: Mapped[str | None]  # host:process:random, of the last attempt
     lease_s: Mapped[float | None]  # a worker that is silent for so long has lost the job

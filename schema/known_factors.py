@@ -9,8 +9,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..delimited_text import parse_number
-from ..number_notation import AmbiguousNumberError
+from ..files.delimited_text import parse_number
+from ..files.number_notation import AmbiguousNumberError
 
 #: A layer that is not there.
 NONE = "none"
@@ -36,7 +36,9 @@ class KnownFactor:
     material: bool = False
     above_zero: bool = False  # a quantity of matter or state: zero or less is a slip of the pen
     optional_layer: bool = False
-    step: float | None = None  # the column's numbers are multiples of it, zero and negative ones included
+    step: float | None = (
+        None  # the column's numbers are multiples of it, zero and negative ones included
+    )
 
     @property
     def is_number(self) -> bool:
@@ -46,7 +48,9 @@ class KnownFactor:
     def expected_number(self) -> str:
         """What a cell may hold, for a message."""
         return (
-            "a number above zero" if self.step is None else f"a multiple of {self.step:g}, such as -{self.step:g} or 0"
+            "a number above zero"
+            if self.step is None
+            else f"a multiple of {self.step:g}, such as -{self.step:g} or 0"
         )
 
     def allows(self, number: float) -> bool:

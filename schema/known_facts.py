@@ -34,7 +34,10 @@ def effect_parameters() -> Mapping[str, EffectParameter]:
     text = (files(__package__) / "data" / "effect_parameters.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(text.splitlines())
     return {
-        row["name"]: EffectParameter(row["name"], row["unit"], float(row["low"]), float(row["high"])) for row in rows
+        row["name"]: EffectParameter(
+            row["name"], row["unit"], float(row["low"]), float(row["high"])
+        )
+        for row in rows
     }
 
 
@@ -99,5 +102,10 @@ def are_facts(value: Any) -> bool:
     """Whether a stored JSON value has the form of `facts_to_json`."""
     try:
         return isinstance(value, dict) and facts_to_json(facts_from_json(value)) == value
-    except (KeyError, TypeError, ValueError, AttributeError):  # what another form of JSON makes of the reading
+    except (
+        KeyError,
+        TypeError,
+        ValueError,
+        AttributeError,
+    ):  # what another form of JSON makes of the reading
         return False

@@ -57,7 +57,9 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
             "planned": plans.get(key, (0, 0))[0],
             "done": plans.get(key, (0, 0))[1],
         }
-        for key, name, kind, date in session.execute(select(*columns).order_by(Campaign.date, Campaign.name))
+        for key, name, kind, date in session.execute(
+            select(*columns).order_by(Campaign.date, Campaign.name)
+        )
     ]
 
 
@@ -66,7 +68,9 @@ def _count_by_campaign(session: Session, table: type[Impact] | type[Shot]) -> di
     return dict(iter(rows))
 
 
-def list_plan_counts(session: Session, campaigns: list[int] | None = None) -> dict[int, tuple[int, int]]:
+def list_plan_counts(
+    session: Session, campaigns: list[int] | None = None
+) -> dict[int, tuple[int, int]]:
     """Runs, and those that are done, of the plans that campaigns work off: by key, of all or of `campaigns`."""
     counts: dict[int, tuple[int, int]] = {}
     for table in (Impact, Shot):
@@ -100,7 +104,9 @@ def iter_impacts(
     a column that is compared with a word.
     """
     query, span = restricted(session, _impacts(), Impact, IMPACT_COLUMNS, campaign, where)
-    yield from _impact_rows(session, iter_pages(session, query, Impact.id, span.beyond(after), page))
+    yield from _impact_rows(
+        session, iter_pages(session, query, Impact.id, span.beyond(after), page)
+    )
 
 
 def _impacts() -> Select[Any]:
@@ -115,7 +121,9 @@ def _impacts() -> Select[Any]:
     return query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
 
 
-def _impact_rows(session: Session, pages: Iterable[list[dict[str, Any]]]) -> Iterator[dict[str, Any]]:
+def _impact_rows(
+    session: Session, pages: Iterable[list[dict[str, Any]]]
+) -> Iterator[dict[str, Any]]:
     """Rows of a listing from pages of rows of `_impacts`."""
     configurations = _Configurations(session)
     for rows in pages:
@@ -134,7 +142,9 @@ def _impact_rows(session: Session, pages: Iterable[list[dict[str, Any]]]) -> Ite
                 "peak_force_n": row["peak_force_n"],
                 "impulse_n_s": row["impulse_n_s"],
                 "compression_time_s": row["compression_time_s"],
-                "quality": NOT_JUDGED if row["recording_id"] is None else quality.get(row["id"], "ok"),
+                "quality": NOT_JUDGED
+                if row["recording_id"] is None
+                else quality.get(row["id"], "ok"),
                 **{name: row[name] for name in CHANNEL_COLUMNS},
             }
 
@@ -147,7 +157,11 @@ def iter_shots(
     after: int | None = None,
 ) -> Iterator[dict[str, Any]]:
     """Shots in order of their key, those beyond key `after`. Raises as `iter_impacts`."""
-    columns = (Campaign.name.label("campaign"), *_labelled(SHOT_COLUMNS), Campaign.gun_id.label("gun_id"))
+    columns = (
+        Campaign.name.label("campaign"),
+        *_labelled(SHOT_COLUMNS),
+        Campaign.gun_id.label("gun_id"),
+    )
     query = select(*columns).select_from(Shot).join(Campaign, Shot.campaign_id == Campaign.id)
     query, span = restricted(session, query, Shot, SHOT_COLUMNS, campaign, where)
     for rows in iter_pages(session, query, Shot.id, span.beyond(after), page):
@@ -177,8 +191,14 @@ def list_impacts_sorted(
     query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
     query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
     query, orders = _ordered(session, query.where(Impact.id.between(span.first, span.last)), column)
-    keys_of_order = [part for order in orders for part in (order.is_(None), order.desc() if descending else order)]
-    keys = list(session.scalars(query.order_by(*keys_of_order, Impact.id).offset(offset).limit(limit + 1)))
+    keys_of_order = [
+        part
+        for order in orders
+        for part in (order.is_(None), order.desc() if descending else order)
+    ]
+    keys = list(
+        session.scalars(query.order_by(*keys_of_order, Impact.id).offset(offset).limit(limit + 1))
+    )
     query = _impacts().where(Impact.id.in_(keys[:limit]))
     rows = [dict(row) for row in session.execute(query).mappings()]
     by_key = {row["id"]: row for row in _impact_rows(session, [rows] if rows else [])}
@@ -195,12 +215,19 @@ def _ordered(session: Session, query: Select[Any], column: str) -> tuple[Select[
         return query, [_quality_rank()]
     factor = get_factor_id(session, column, {*IMPACT_COLUMNS, CAMPAIGN, QUALITY})
     levels = (
-        select(ConfigurationLevel.configuration_id.label("configuration"), FactorLevel.number, FactorLevel.label)
+        select(
+            ConfigurationLevel.configuration_id.label("configuration"),
+            FactorLevel.number,
+            FactorLevel.label,
+        )
         .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
         .where(FactorLevel.factor_id == factor)
         .subquery()
     )
-    return query.outerjoin(levels, levels.c.configuration == Impact.configuration_id), [levels.c.number, levels.c.label]
+    return query.outerjoin(levels, levels.c.configuration == Impact.configuration_id), [
+        levels.c.number,
+        levels.c.label,
+    ]
 
 
 def _quality_rank() -> Any:
@@ -220,18 +247,26 @@ def list_levels(session: Session, most: int = 60, fewest: int = 2) -> dict[str, 
     )
     levels: dict[str, list[float | str]] = {}
     for name, si_unit, number, label in session.execute(query):
-        levels.setdefault(listing_key(name, si_unit), []).append(label if number is None else number)
+        levels.setdefault(listing_key(name, si_unit), []).append(
+            label if number is None else number
+        )
     return {key: values for key, values in levels.items() if fewest <= len(values) <= most}
 
 
 def list_thumbnails(session: Session, impacts: Sequence[int]) -> dict[int, list[float]]:
     """The 20 forces (N) of the pulse in use of each of these impacts; none for one without a pulse."""
-    query = select(Pulse.impact_id, Pulse.force_points_n).where(Pulse.impact_id.in_(impacts), Pulse.current)
+    query = select(Pulse.impact_id, Pulse.force_points_n).where(
+        Pulse.impact_id.in_(impacts), Pulse.current
+    )
     return {impact: list(forces) for impact, forces in session.execute(query)}
 
 
 def list_impacts_page(
-    session: Session, campaign: str | None, where: tuple[Condition, ...], after: int | None, limit: int
+    session: Session,
+    campaign: str | None,
+    where: tuple[Condition, ...],
+    after: int | None,
+    limit: int,
 ) -> tuple[Rows, int | None]:
     """At most `limit` impacts beyond key `after` (None: from the first), and the key that the next page goes on from.
 
@@ -242,7 +277,11 @@ def list_impacts_page(
 
 
 def list_shots_page(
-    session: Session, campaign: str | None, where: tuple[Condition, ...], after: int | None, limit: int
+    session: Session,
+    campaign: str | None,
+    where: tuple[Condition, ...],
+    after: int | None,
+    limit: int,
 ) -> tuple[Rows, int | None]:
     """The same of shots."""
     _check_limit(limit)
@@ -288,11 +327,15 @@ def _quality(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
     doubts = select(*columns).where(QualityFinding.severity.in_(SEVERITIES[1:])).distinct()
     severities: defaultdict[tuple[int, int | None], set[str]] = defaultdict(set)
     for some in in_batches(recordings):
-        for recording, impact, severity in session.execute(doubts.where(QualityFinding.recording_id.in_(some))):
+        for recording, impact, severity in session.execute(
+            doubts.where(QualityFinding.recording_id.in_(some))
+        ):
             severities[recording, impact].add(severity)
     worst: dict[int, str] = {}
     for row in rows:
-        of_impact = severities[row["recording_id"], row["id"]] | severities[row["recording_id"], None]
+        of_impact = (
+            severities[row["recording_id"], row["id"]] | severities[row["recording_id"], None]
+        )
         if of_impact:
             worst[row["id"]] = max(of_impact, key=SEVERITIES.index)
     return worst
@@ -333,7 +376,9 @@ def list_pulse_keys(
     if total <= most:
         keys = list(session.scalars(query.order_by(Impact.id)))
         return keys, len(keys)
-    numbered = query.add_columns((func.row_number().over(order_by=Impact.id) - 1).label("place")).subquery()
+    numbered = query.add_columns(
+        (func.row_number().over(order_by=Impact.id) - 1).label("place")
+    ).subquery()
     # Of `total` places these are as many as wanted: those where place * most / total has just passed a whole number.
     chosen = select(numbered.c.id).where(numbered.c.place * most % total < most)
     return list(session.scalars(chosen.order_by(numbered.c.impact).limit(most))), total

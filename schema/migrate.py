@@ -31,7 +31,9 @@ def config(engine: Engine | None = None) -> Config:
     from alembic.config import Config
 
     settings = Config()
-    settings.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+    settings.set_main_option(
+        "script_location", str(Path(__file__).parent / "migrations").replace("%", "%%")
+    )
     settings.set_main_option("path_separator", "os")
     if engine is not None:
         settings.attributes["engine"] = engine

@@ -52,7 +52,9 @@ class Tombstone(HasId, WithProvenance, Base):
 
     kind: Mapped[str]
     campaign: Mapped[str] = mapped_column(info=names_row("campaign"))
-    recording: Mapped[str | None] = mapped_column(info=names_row("recording"))  # its path in the campaign folder
+    recording: Mapped[str | None] = mapped_column(
+        info=names_row("recording")
+    )  # its path in the campaign folder
     content_hash: Mapped[str]
     deleted_at: Mapped[datetime]
     reason: Mapped[str]

@@ -31,7 +31,9 @@ class Recording(HasId, WithProvenance, Base):
     )
 
     campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"))
-    path: Mapped[str] = mapped_column(info=names_row("recording"))  # relative to the campaign folder
+    path: Mapped[str] = mapped_column(
+        info=names_row("recording")
+    )  # relative to the campaign folder
     sha256: Mapped[str]  # of the file
     size_bytes: Mapped[int] = mapped_column(LONG)
     format: Mapped[str]
@@ -85,7 +87,9 @@ class SeriesChunk(WithProvenance, Base):
 
     __tablename__ = "series_chunks"
 
-    channel_id: Mapped[int] = mapped_column(ForeignKey("channels.id", ondelete="CASCADE"), primary_key=True)
+    channel_id: Mapped[int] = mapped_column(
+        ForeignKey("channels.id", ondelete="CASCADE"), primary_key=True
+    )
     number: Mapped[int] = mapped_column(primary_key=True, info=names_row("chunk"))
     frame: Mapped[bytes] = mapped_column(LargeBinary)
 

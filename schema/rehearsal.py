@@ -40,7 +40,9 @@ class RolledBackStore(Store):
         try:
             with self._translated(), self._session.begin_nested():
                 yield self._session
-        except BaseException:  # what was written is rolled back, its provenance with it; it is raised again
+        except (
+            BaseException
+        ):  # what was written is rolled back, its provenance with it; it is raised again
             self._written_by_id = provenance_id
             raise
 

@@ -106,9 +106,19 @@ def hash_on_insert(context: Any) -> str:
     `UNSEALED` where the statement does not say what will be stored: what an expression gives, what is converted.
     """
     statement = context.compiled.statement
-    plain = statement.select is None and not statement._multi_values and not context.compiled.postfetch
-    row = _as_stored(statement.table, context.get_current_parameters(), context.dialect) if plain else None
-    return mark(context.root_connection, statement.table) if row is None else row_hash(statement.table, row)
+    plain = (
+        statement.select is None and not statement._multi_values and not context.compiled.postfetch
+    )
+    row = (
+        _as_stored(statement.table, context.get_current_parameters(), context.dialect)
+        if plain
+        else None
+    )
+    return (
+        mark(context.root_connection, statement.table)
+        if row is None
+        else row_hash(statement.table, row)
+    )
 
 
 def mark_on_update(context: Any) -> str:
@@ -143,9 +153,14 @@ def _written_columns(table: Table) -> tuple[_WrittenColumn, ...]:
     for column in table.columns:
         if column.name != ROW_SHA256:
             decorator = column.type if isinstance(column.type, TypeDecorator) else None
-            own, kind = column.type if decorator is None else decorator.impl_instance, kind_of(column)
+            own, kind = (
+                column.type if decorator is None else decorator.impl_instance,
+                kind_of(column),
+            )
             is_null = kind != JSON_TEXT or getattr(own, "none_as_null", False)
-            columns.append(_WrittenColumn(column.name, kind, decorator, None if is_null else "null"))
+            columns.append(
+                _WrittenColumn(column.name, kind, decorator, None if is_null else "null")
+            )
     return tuple(columns)
 
 

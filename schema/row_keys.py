@@ -35,13 +35,16 @@ def _new_keys(connection: Connection, counts: Mapping[Table, int]) -> dict[Table
     if connection.dialect.name == "postgresql":
         numbers = [
             select(
-                literal(table.name).label("name"), func.nextval(cast(sequence_of(_key(table)), REGCLASS)).label("key")
+                literal(table.name).label("name"),
+                func.nextval(cast(sequence_of(_key(table)), REGCLASS)).label("key"),
             ).select_from(func.generate_series(1, count).table_valued("number"))
             for table, count in counts.items()
         ]
         rows = connection.execute(union_all(*numbers)).all()
         return {table: sorted(key for name, key in rows if name == table.name) for table in counts}
-    largest = connection.execute(select(*(select(func.max(_key(table))).scalar_subquery() for table in counts))).one()
+    largest = connection.execute(
+        select(*(select(func.max(_key(table))).scalar_subquery() for table in counts))
+    ).one()
     return {
         table: list(range((last or 0) + 1, (last or 0) + 1 + count))
         for (table, count), last in zip(counts.items(), largest, strict=True)
@@ -72,5 +75,7 @@ def key_on_insert(context: Any) -> int:
     keys = _RESERVED.get(context)
     if not keys:
         count = len(context.compiled_parameters)
-        keys = _RESERVED[context] = reserve_keys(context.root_connection, context.compiled.statement.table, count)[::-1]
+        keys = _RESERVED[context] = reserve_keys(
+            context.root_connection, context.compiled.statement.table, count
+        )[::-1]
     return keys.pop()

@@ -50,7 +50,10 @@ def iter_hashed(
         query = query.where(where)
     names = table.columns.keys()
     options = {"yield_per": _batch_size(table)}
-    with _undecodable_text(connection), connection.execute(query, execution_options=options) as result:
+    with (
+        _undecodable_text(connection),
+        connection.execute(query, execution_options=options) as result,
+    ):
         for rows in result.partitions():
             yield [_hashed(table, dict(zip(names, row, strict=True))) for row in rows]
 
@@ -96,7 +99,9 @@ def seal(connection: Connection) -> None:
         seal_table(connection, table, text(MARKED))  # type: ignore[arg-type]
 
 
-def seal_table(connection: Connection, table: Table, where: ColumnElement[bool] | None = None) -> None:
+def seal_table(
+    connection: Connection, table: Table, where: ColumnElement[bool] | None = None
+) -> None:
     """Write the hash of these rows of a table, or of all, as they are now."""
     keys = list(table.primary_key.columns)
     query = select(*keys)

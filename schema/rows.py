@@ -24,7 +24,18 @@ from sqlalchemy import (
 from sqlalchemy.dialects.postgresql import REGCLASS
 from sqlalchemy.exc import DBAPIError
 
-from .column_kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of, stored_type
+from .column_kinds import (
+    BYTES,
+    DAY,
+    INTEGER,
+    JSON_TEXT,
+    NUMBER,
+    TEXT,
+    TIME,
+    TRUTH,
+    kind_of,
+    stored_type,
+)
 from .engine import StoreError, first_line
 from .row_keys import sequence_of
 from .tables import metadata
@@ -55,7 +66,9 @@ def batch_size(table: Table) -> int:
 def stored_columns(table: Table) -> list[ColumnElement[Any]]:
     """What to select for the values as they are stored."""
     return [
-        cast(column, stored_type(column)).label(column.name) if kind_of(column) == JSON_TEXT else column
+        cast(column, stored_type(column)).label(column.name)
+        if kind_of(column) == JSON_TEXT
+        else column
         for column in table.columns
     ]
 
@@ -155,7 +168,11 @@ def insert_into(target: Table) -> Any:
     """An insert that takes a row's values as they are stored."""
     return insert(
         table(
-            target.name, *(column(target_column.name, stored_type(target_column)) for target_column in target.columns)
+            target.name,
+            *(
+                column(target_column.name, stored_type(target_column))
+                for target_column in target.columns
+            ),
         )
     )
 
@@ -192,7 +209,11 @@ def _postgres_type(of: Column[Any]) -> str:
 
 def counted_columns() -> list[Column[int]]:
     """The keys that an engine gives."""
-    return [table.autoincrement_column for table in metadata.sorted_tables if table.autoincrement_column is not None]
+    return [
+        table.autoincrement_column
+        for table in metadata.sorted_tables
+        if table.autoincrement_column is not None
+    ]
 
 
 def set_sequences(connection: Connection) -> None:
@@ -211,6 +232,8 @@ def iter_lagging(connection: Connection) -> Iterator[tuple[Column[int], int, int
         return
     for key in counted_columns():
         last = connection.scalar(select(func.max(key)))
-        counter = connection.scalar(select(func.pg_sequence_last_value(cast(sequence_of(key), REGCLASS))))
+        counter = connection.scalar(
+            select(func.pg_sequence_last_value(cast(sequence_of(key), REGCLASS)))
+        )
         if last is not None and (counter is None or counter < last):
             yield key, last, counter

@@ -29,11 +29,15 @@ def is_rejected(table: type[Impact] | type[Shot]) -> ColumnElement[bool]:
     """
     impact = Impact.id if table is Impact else Shot.impact_id
     forces = select(RecordedChannel.id).where(
-        RecordedChannel.recording_id == QualityFinding.recording_id, RecordedChannel.quantity == "force"
+        RecordedChannel.recording_id == QualityFinding.recording_id,
+        RecordedChannel.quantity == "force",
     )
     of_the_recording = and_(
         QualityFinding.impact_id.is_(None),
-        or_(QualityFinding.channel_id.is_(None), QualityFinding.channel_id.in_(forces.correlate(QualityFinding))),
+        or_(
+            QualityFinding.channel_id.is_(None),
+            QualityFinding.channel_id.in_(forces.correlate(QualityFinding)),
+        ),
     )
     return exists().where(
         QualityFinding.recording_id == table.recording_id,
@@ -54,7 +58,9 @@ def run_status() -> Label[str]:
     enough, as long as one of them is accepted.
     """
     accepted = accepted_repetitions()
-    fewer_are_enough = and_(PlannedRun.status == "done", PlannedRun.reason.is_not(None), accepted > 0)
+    fewer_are_enough = and_(
+        PlannedRun.status == "done", PlannedRun.reason.is_not(None), accepted > 0
+    )
     return case(
         (PlannedRun.status == "discarded", "discarded"),
         (or_(accepted >= PlannedRun.repetitions, fewer_are_enough), "done"),
@@ -69,15 +75,28 @@ def has_rejected() -> Label[bool]:
 
 def done_runs(session: Session, keys: Collection[int]) -> set[int]:
     """Those of the planned runs with these keys that are done."""
-    return set(session.scalars(select(PlannedRun.id).where(PlannedRun.id.in_(keys), run_status() == "done")))
+    return set(
+        session.scalars(
+            select(PlannedRun.id).where(PlannedRun.id.in_(keys), run_status() == "done")
+        )
+    )
 
 
 def _count(*, rejected: bool) -> ColumnElement[int]:
-    kind = select(Plan.kind).where(Plan.id == PlannedRun.plan_id).correlate(PlannedRun).scalar_subquery()
+    kind = (
+        select(Plan.kind)
+        .where(Plan.id == PlannedRun.plan_id)
+        .correlate(PlannedRun)
+        .scalar_subquery()
+    )
     return case((kind == "gun", _count_in(Shot, rejected)), else_=_count_in(Impact, rejected))
 
 
 def _count_in(table: type[Impact] | type[Shot], rejected: bool) -> ScalarSelect[int]:
     quality = is_rejected(table) if rejected else ~is_rejected(table)
-    query = select(func.count()).select_from(table).where(table.planned_run_id == PlannedRun.id, quality)
+    query = (
+        select(func.count())
+        .select_from(table)
+        .where(table.planned_run_id == PlannedRun.id, quality)
+    )
     return query.correlate(PlannedRun).scalar_subquery()

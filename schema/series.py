@@ -125,7 +125,11 @@ def _packed(samples: NDArray[Any], packing: Packing) -> bytes:
 
     shuffle = BITSHUFFLE if packing.by_bits else SHUFFLE
     # One block: Blosc's threads share out the blocks of a frame, and where cores are busy lose by it.
-    return bytes(compress(np.ascontiguousarray(samples), packing.codec, packing.level, shuffle, samples.nbytes))
+    return bytes(
+        compress(
+            np.ascontiguousarray(samples), packing.codec, packing.level, shuffle, samples.nbytes
+        )
+    )
 
 
 def decode(frame: bytes, dtype: str) -> NDArray[Any]:
@@ -143,7 +147,9 @@ def encode_series(samples: NDArray[Any], chunk_samples: int | None = None) -> En
     content, step = counts if counts else (samples, None)
     packing = _packing(content)
     frames = [encode(content[i : i + length], packing) for i in range(0, samples.size, length)]
-    return EncodedSeries(SeriesLayout(samples.dtype.str, length, step), samples.size, series_hash(samples), frames)
+    return EncodedSeries(
+        SeriesLayout(samples.dtype.str, length, step), samples.size, series_hash(samples), frames
+    )
 
 
 def _packing(samples: NDArray[Any]) -> Packing:
@@ -151,11 +157,17 @@ def _packing(samples: NDArray[Any]) -> Packing:
     middle = max(0, (samples.size - _PROBE_SAMPLES) // 2)
     probe = samples[middle : middle + _PROBE_SAMPLES]
     room = {packing: len(_packed(probe, packing)) for packing in PACKINGS}
-    return next(packing for packing, size in room.items() if size <= _WORTH_THE_TIME * min(room.values()))
+    return next(
+        packing for packing, size in room.items() if size <= _WORTH_THE_TIME * min(room.values())
+    )
 
 
 def write_series(
-    session: Session, channel_id: int, frames: list[bytes], written_by_id: int, without: Container[int] = ()
+    session: Session,
+    channel_id: int,
+    frames: list[bytes],
+    written_by_id: int,
+    without: Container[int] = (),
 ) -> None:
     """Insert the frames of a channel, but for the chunks `without`, within the caller's transaction."""
     rows = [
@@ -172,7 +184,9 @@ _SELECT = "SELECT number, frame FROM series_chunks WHERE channel_id = ? AND numb
 _SELECT_POSTGRESQL = _SELECT.replace("?", "%s")
 
 
-def read_slice(connection: Connection, channel_id: int, layout: SeriesLayout, start: int, stop: int) -> NDArray[Any]:
+def read_slice(
+    connection: Connection, channel_id: int, layout: SeriesLayout, start: int, stop: int
+) -> NDArray[Any]:
     """Samples `start:stop` of a stored channel, exactly as recorded.
 
     `start` and `stop` lie within the series (0 <= start <= stop <= samples): callers resolve open ends.
@@ -180,7 +194,9 @@ def read_slice(connection: Connection, channel_id: int, layout: SeriesLayout, st
     """
     length = layout.chunk_samples
     chunks = range(start // length, -(-stop // length)) if stop > start else range(0)
-    with closing(_frames(connection, channel_id, chunks)) as frames:  # its cursor ends with a damaged frame, too
+    with closing(
+        _frames(connection, channel_id, chunks)
+    ) as frames:  # its cursor ends with a damaged frame, too
         return _gather(frames, chunks, layout, start, stop, f"channel {channel_id}")
 
 
@@ -191,7 +207,12 @@ def samples_of(encoded: EncodedSeries) -> NDArray[Any]:
 
 
 def _gather(
-    frames: Iterable[tuple[int, bytes]], chunks: range, layout: SeriesLayout, start: int, stop: int, name: str
+    frames: Iterable[tuple[int, bytes]],
+    chunks: range,
+    layout: SeriesLayout,
+    start: int,
+    stop: int,
+    name: str,
 ) -> NDArray[Any]:
     """Samples `start:stop` out of the numbered frames of `chunks`."""
     out = np.empty(stop - start, dtype=np.dtype(layout.dtype))
@@ -211,7 +232,9 @@ def _gather(
     return out
 
 
-def _frames(connection: Connection, channel_id: int, chunks: range) -> Generator[tuple[int, bytes], None, None]:
+def _frames(
+    connection: Connection, channel_id: int, chunks: range
+) -> Generator[tuple[int, bytes], None, None]:
     """Numbers and frames of `chunks`, by the driver's own cursor.
 
     SQLAlchemy's result costs as much as decoding a short slice, and psycopg sends bytes as hexadecimal text unless
@@ -224,7 +247,10 @@ def _frames(connection: Connection, channel_id: int, chunks: range) -> Generator
     try:
         cursor = driver.cursor(binary=True) if is_postgres else driver.cursor()
         try:
-            cursor.execute(_SELECT_POSTGRESQL if is_postgres else _SELECT, (channel_id, chunks.start, chunks.stop - 1))
+            cursor.execute(
+                _SELECT_POSTGRESQL if is_postgres else _SELECT,
+                (channel_id, chunks.start, chunks.stop - 1),
+            )
             yield from cursor
         finally:
             cursor.close()
@@ -285,6 +311,8 @@ def resolve(start: int | None, stop: int | None, samples: int) -> tuple[int, int
 def as_floats(frame: bytes, name: str) -> NDArray[np.float64]:
     """A float64 frame, such as a pulse's fine force. Raises `SeriesError` with `name` when it is damaged."""
     try:
-        return cast("NDArray[np.float64]", decode(frame, "<f8"))  # as a word: the type itself takes 7 µs to make
+        return cast(
+            "NDArray[np.float64]", decode(frame, "<f8")
+        )  # as a word: the type itself takes 7 µs to make
     except (RuntimeError, ValueError) as error:
         raise SeriesError(f"{name} is damaged ({error})") from error

@@ -93,7 +93,9 @@ class Store:
         self._writes = engine.execution_options(pyroshock_writes=True)
         self.writer = writer
         self._written_by_id: int | None = None
-        self._written_within: SessionTransaction | None = None  # the savepoint that holds the provenance row
+        self._written_within: SessionTransaction | None = (
+            None  # the savepoint that holds the provenance row
+        )
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
@@ -166,14 +168,18 @@ class Store:
             self._written_within = session.get_nested_transaction()
         return self._written_by_id
 
-    def add_rows(self, session: Session, table: type[Base], rows: Sequence[Mapping[str, Any]]) -> list[int]:
+    def add_rows(
+        self, session: Session, table: type[Base], rows: Sequence[Mapping[str, Any]]
+    ) -> list[int]:
         """Insert rows of one table in one statement, with this command as their writer; their keys, in their order.
 
         A column that only some of the rows name is NULL in the others.
         """
         if not rows:
             return []
-        every = {name: None for row in rows for name in row} | {"written_by_id": self.written_by(session)}
+        every = {name: None for row in rows for name in row} | {
+            "written_by_id": self.written_by(session)
+        }
         keys = reserve_keys(session.connection(), metadata.tables[table.__tablename__], len(rows))
         keyed = [{**every, **row, "id": key} for row, key in zip(rows, keys, strict=True)]
         # Otherwise SQLAlchemy leaves out what is None, and rows that differ in it take a statement each.
@@ -181,13 +187,20 @@ class Store:
         return keys
 
     def _sign(self, session: Session, _context: Any, _instances: Any) -> None:
-        unsigned = [row for row in session.new if isinstance(row, WithProvenance) and row.written_by_id is None]
+        unsigned = [
+            row
+            for row in session.new
+            if isinstance(row, WithProvenance) and row.written_by_id is None
+        ]
         for row in unsigned:
             row.written_by_id = self.written_by(session)
 
     def _forget_with(self, session: Session) -> None:
         """The provenance row went with a savepoint that another writer's row made fail."""
-        if self._written_within is not None and self._written_within is session.get_nested_transaction():
+        if (
+            self._written_within is not None
+            and self._written_within is session.get_nested_transaction()
+        ):
             self._written_by_id = None
 
     @contextmanager
@@ -220,7 +233,9 @@ def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
 
     Raises `StoreError` where there is none, and `StoreVersionError` where its tables are not this software's.
     """
-    return _opened(make_engine(url) if create else make_engine_of_existing(url), url, writer, create)
+    return _opened(
+        make_engine(url) if create else make_engine_of_existing(url), url, writer, create
+    )
 
 
 def open_scratch_store(writer: Writer) -> Store:
@@ -240,7 +255,9 @@ def _opened(engine: Engine, url: str, writer: Writer, create: bool) -> Store:
         raise refusal(engine, error, f"cannot use {describe(engine)} as a store") from error
     except UnicodeDecodeError as error:  # SQLite's own message, of a table whose name was damaged
         engine.dispose()
-        raise StoreError(f"{describe(engine)} is damaged: its names are no text; restore it from its backup") from error
+        raise StoreError(
+            f"{describe(engine)} is damaged: its names are no text; restore it from its backup"
+        ) from error
     except BaseException:  # an interruption, too, leaves no connection open; it is raised again
         engine.dispose()
         raise
@@ -276,7 +293,8 @@ def count_rows(store: Store) -> dict[str, int]:
     """Rows per table: what a check or a test compares."""
     with store.reading() as session:
         return {
-            table.name: session.scalar(select(func.count()).select_from(table)) or 0 for table in metadata.sorted_tables
+            table.name: session.scalar(select(func.count()).select_from(table)) or 0
+            for table in metadata.sorted_tables
         }
 
 

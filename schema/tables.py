@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from . import benches, campaigns, diagnoses, impacts, jobs, provenance, recordings, registered_models
+from . import (
+    benches,
+    campaigns,
+    diagnoses,
+    impacts,
+    jobs,
+    provenance,
+    recordings,
+    registered_models,
+)
 from .base import Base
 
 metadata = Base.metadata

@@ -35,7 +35,9 @@ class RetryPolicy:
 
     def pause_s(self, attempt: int, rng: random.Random) -> float:
         """After the attempt of this number. Random, so that those who met once do not meet again."""
-        return rng.uniform(0.5, 1.0) * min(self.longest_s, self.shortest_s * 2.0 ** min(attempt, 30))
+        return rng.uniform(0.5, 1.0) * min(
+            self.longest_s, self.shortest_s * 2.0 ** min(attempt, 30)
+        )
 
 
 def retry(
@@ -85,7 +87,9 @@ def is_disconnect(error: BaseException) -> bool:
 
 def is_unique_violation(error: BaseException) -> bool:
     """Whether a unique key is another row's, which may have come after we had looked."""
-    return isinstance(error, IntegrityError) and (_state(error) == _UNIQUE_POSTGRESQL or _code(error) in _UNIQUE_SQLITE)
+    return isinstance(error, IntegrityError) and (
+        _state(error) == _UNIQUE_POSTGRESQL or _code(error) in _UNIQUE_SQLITE
+    )
 
 
 def _database_errors(error: BaseException | None) -> Iterator[DBAPIError]:
@@ -101,7 +105,11 @@ def _connection_lost(error: DBAPIError) -> bool:
     if error.connection_invalidated:
         return True
     state = _state(error)
-    silent = type(error.orig).__name__ == "OperationalError" and hasattr(error.orig, "sqlstate") and state == ""
+    silent = (
+        type(error.orig).__name__ == "OperationalError"
+        and hasattr(error.orig, "sqlstate")
+        and state == ""
+    )
     return silent or state.startswith(_LOST)
 
 
@@ -136,7 +144,9 @@ def fingerprint_of(content: object) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def get_or_add(session: Session, model: type[Row], key: dict[str, Any], values: dict[str, Any] | None = None) -> Row:
+def get_or_add(
+    session: Session, model: type[Row], key: dict[str, Any], values: dict[str, Any] | None = None
+) -> Row:
     """The row of `model` with this unique `key`, added with `values` where there is none.
 
     Safe against another process that adds it at the same moment: the loser of the race reads the winner's row.
@@ -145,7 +155,9 @@ def get_or_add(session: Session, model: type[Row], key: dict[str, Any], values: 
     return add_or_get(session, model, key, values) if row is None else row
 
 
-def add_or_get(session: Session, model: type[Row], key: dict[str, Any], values: dict[str, Any] | None = None) -> Row:
+def add_or_get(
+    session: Session, model: type[Row], key: dict[str, Any], values: dict[str, Any] | None = None
+) -> Row:
     """`get_or_add` for a row that was just looked for, and not found."""
     try:
         with session.begin_nested():

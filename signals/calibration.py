@@ -45,11 +45,18 @@ class Line:
 
     @property
     def correlation(self) -> float:
-        return self.covariance / (self.offset_u * self.sensitivity_u) if self.offset_u * self.sensitivity_u else 0.0
+        return (
+            self.covariance / (self.offset_u * self.sensitivity_u)
+            if self.offset_u * self.sensitivity_u
+            else 0.0
+        )
 
 
 def fit_line(
-    reference: ArrayLike, reading: ArrayLike, reference_u: ArrayLike = 0.0, reading_u: ArrayLike = 0.0
+    reference: ArrayLike,
+    reading: ArrayLike,
+    reference_u: ArrayLike = 0.0,
+    reading_u: ArrayLike = 0.0,
 ) -> Line:
     """The line through points (n,). `reference_u` and `reading_u` are standard uncertainties, for all or (n,).
 
@@ -57,7 +64,9 @@ def fit_line(
     uncertainties that are negative, and points without any beside points with one.
     """
     x, y = np.asarray(reference, dtype=np.float64), np.asarray(reading, dtype=np.float64)
-    x_u, y_u = (np.broadcast_to(np.asarray(u, dtype=np.float64), x.shape) for u in (reference_u, reading_u))
+    x_u, y_u = (
+        np.broadcast_to(np.asarray(u, dtype=np.float64), x.shape) for u in (reference_u, reading_u)
+    )
     _check(x, y, x_u, y_u)
     if not (x_u.any() or y_u.any()):
         return _ordinary(x, y)
@@ -163,5 +172,8 @@ class Calibration:
     @classmethod
     def from_json(cls, table: Mapping[str, Any]) -> Self:
         return cls(
-            Line(**table["line"]), dt.date.fromisoformat(table["date"]), int(table["points"]), float(table["common_u"])
+            Line(**table["line"]),
+            dt.date.fromisoformat(table["date"]),
+            int(table["points"]),
+            float(table["common_u"]),
         )

@@ -78,7 +78,9 @@ class Channel:
     sampling_rate_hz: float
     start_s: float = 0.0
     header: dict[str, Any] = field(default_factory=dict)
-    _reckoned: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _reckoned: dict[Hashable, Any] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @property
     def name(self) -> str:

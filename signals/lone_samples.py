@@ -35,8 +35,22 @@ _SCANNED = 16384
 #: What loggers and exports write for "no value" (-999.25: Log ASCII Standard), and the ends of 16, 24 and 32 bits.
 CODES = np.array(
     [
-        *(sign * value for value in (999.0, 999.25, 9999.0, 9999.9, 99999.0, 999999.0) for sign in (-1.0, 1.0)),
-        *(-32768.0, -32767.0, 32767.0, 65535.0, -8388608.0, 8388607.0, -2147483648.0, 2147483647.0, 4294967295.0),
+        *(
+            sign * value
+            for value in (999.0, 999.25, 9999.0, 9999.9, 99999.0, 999999.0)
+            for sign in (-1.0, 1.0)
+        ),
+        *(
+            -32768.0,
+            -32767.0,
+            32767.0,
+            65535.0,
+            -8388608.0,
+            8388607.0,
+            -2147483648.0,
+            2147483647.0,
+            4294967295.0,
+        ),
     ]
 )
 _LEAST_CODE = float(np.abs(CODES).min())
@@ -107,7 +121,10 @@ def _round(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
         if lone.size:
             departs = np.abs(short.x[lone] - _expected(_window(others, lone, 2)))
             lone = lone[departs >= LEAST_STEPS * _step(x, short.firsts(lone))]
-        runs += [np.arange(a, a + n) for a, n in zip(short.firsts(lone), short.lengths(lone), strict=True)]
+        runs += [
+            np.arange(a, a + n)
+            for a, n in zip(short.firsts(lone), short.lengths(lone), strict=True)
+        ]
     return np.unique(np.concatenate(runs))
 
 
@@ -127,7 +144,9 @@ def _by_value(x: Floats, at: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int
         yield members, mended
 
 
-def _lone(short: _Collapsed, at: NDArray[np.int64], others: Floats, code_at: NDArray[np.int64]) -> NDArray[np.int64]:
+def _lone(
+    short: _Collapsed, at: NDArray[np.int64], others: Floats, code_at: NDArray[np.int64]
+) -> NDArray[np.int64]:
     """Those of the candidates `at` that depart far enough from the `others`."""
 
     def window(reach: int) -> Floats:
@@ -136,7 +155,9 @@ def _lone(short: _Collapsed, at: NDArray[np.int64], others: Floats, code_at: NDA
         return near
 
     near = window(3)
-    at = at[_departure(near) >= CODE_RATIO * _of_the_next(near)]  # the cheap part of the rule, on all
+    at = at[
+        _departure(near) >= CODE_RATIO * _of_the_next(near)
+    ]  # the cheap part of the rule, on all
     near = window(NEIGHBOURS + 2)
     around = np.maximum(_of_the_next(near), _of_the_others(near))
     is_code = np.isin(at, code_at) if code_at.size else np.zeros(at.size, bool)
@@ -253,22 +274,31 @@ def _of_the_others(window: Floats) -> Floats:
     mended = window.copy()
     mended[:, middle] = _expected(window)
     inner = mended[:, 2:-2]
-    departures = np.abs(inner - (4.0 * (mended[:, 1:-3] + mended[:, 3:-1]) - mended[:, :-4] - mended[:, 4:]) / 6.0)
-    departures[:, middle - 3 : middle] = 0.0  # of the middle one and the next, which `_of_the_next` tells
+    departures = np.abs(
+        inner - (4.0 * (mended[:, 1:-3] + mended[:, 3:-1]) - mended[:, :-4] - mended[:, 4:]) / 6.0
+    )
+    departures[:, middle - 3 : middle] = (
+        0.0  # of the middle one and the next, which `_of_the_next` tells
+    )
     return np.asarray(departures.max(axis=1, initial=0.0))
 
 
 def _step(x: Floats, at: NDArray[np.int64]) -> float:
     """The smallest difference of two values near the samples `at`: the converter's step, or an upper bound of it."""
     near = np.unique(np.clip(at[:, None] + np.arange(-256, 257), 0, x.size - 1))
-    gaps = np.diff(np.unique(np.delete(x, at) if near.size > x.size // 2 else x[np.setdiff1d(near, at)]))
+    gaps = np.diff(
+        np.unique(np.delete(x, at) if near.size > x.size // 2 else x[np.setdiff1d(near, at)])
+    )
     return float(gaps.min()) if gaps.size else 0.0
 
 
 def _lone_ends(x: Floats, recorded: NDArray[Any], low: float, high: float) -> NDArray[np.int64]:
     """The first and the last sample, where one is farther from all others than these are from one another."""
     ends = []
-    for i, near, others in ((0, x[1 : 1 + NEIGHBOURS], x[1:]), (x.size - 1, x[-1 - NEIGHBOURS : -1], x[:-1])):
+    for i, near, others in (
+        (0, x[1 : 1 + NEIGHBOURS], x[1:]),
+        (x.size - 1, x[-1 - NEIGHBOURS : -1], x[:-1]),
+    ):
         code = bool(np.isin(recorded[i], CODES))
         if not code and x[i] not in (low, high):
             continue

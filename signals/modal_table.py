@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 
-from ..delimited_text import Line, parse_number
+from ..files.delimited_text import Line, parse_number
 
 SHAPE = "shape_"
 #: What is expected of a column, and its range: from the first number to below the second.
@@ -32,7 +32,9 @@ def modal_columns(
         raise ValueError("no modes below the header; expected at least one row")
     names = [name for name in header if name in _EXPECTED or name.startswith(SHAPE)]
     rows = [[_number(line, name, cells[name]) for name in names] for line, cells in lines]
-    columns = {name: list(values) for name, values in zip(names, zip(*rows, strict=True), strict=True)}
+    columns = {
+        name: list(values) for name, values in zip(names, zip(*rows, strict=True), strict=True)
+    }
     modes = columns.get("mode", [])
     if repeated := [mode for mode in modes if modes.count(mode) > 1]:
         raise ValueError(f"mode {repeated[0]:.0f} stands twice")

@@ -39,7 +39,11 @@ def hits_of(record: Floats, sampling_rate_hz: float) -> list[RecordHit]:
     length = record.size // _PIECES
     noise = 0.0
     if length >= 2:
-        noise = float(np.quantile(record[: length * _PIECES].reshape(_PIECES, -1).std(axis=1), _QUIET_QUANTILE))
+        noise = float(
+            np.quantile(
+                record[: length * _PIECES].reshape(_PIECES, -1).std(axis=1), _QUIET_QUANTILE
+            )
+        )
     rest = min(max(_REST_SHARE * largest, _NOISE_SIGMAS * noise), _MOST_REST * largest)
     loud = np.flatnonzero(size > rest)
     apart = max(_APART_S * sampling_rate_hz, _APART_SAMPLES)
@@ -53,4 +57,8 @@ def hits_of(record: Floats, sampling_rate_hz: float) -> list[RecordHit]:
             begin = later
     groups.append((begin, int(loud[-1])))
     hits = [RecordHit(first, last, float(size[first : last + 1].max())) for first, last in groups]
-    return [hit for hit in hits if hit.peak >= max(_HIT_SHARE * largest, 2 * rest if len(hits) > 1 else 0.0)]
+    return [
+        hit
+        for hit in hits
+        if hit.peak >= max(_HIT_SHARE * largest, 2 * rest if len(hits) > 1 else 0.0)
+    ]

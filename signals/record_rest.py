@@ -54,7 +54,11 @@ def rest_before_shock(x: Floats) -> tuple[float | None, float]:
     level = float(np.median(begin[:MIN_REST_SAMPLES]))
     peak = max(float(x.max()) - level, level - float(x.min()))
     steps = np.diff(begin)
-    sigma = MAD_TO_SIGMA * float(np.median(np.abs(steps - np.median(steps)))) / 2**0.5 if steps.size else 0.0
+    sigma = (
+        MAD_TO_SIGMA * float(np.median(np.abs(steps - np.median(steps)))) / 2**0.5
+        if steps.size
+        else 0.0
+    )
     loud = min(max(EVENT_SHARE * peak, NOISE_SIGMAS * sigma), MAX_EVENT_SHARE * peak)
     quiet = x[: _first_beyond(x, level, loud) // 2]
     if quiet.size < MIN_REST_SAMPLES or climbs(quiet):
@@ -78,7 +82,9 @@ def without_rest(
     if choice.kind == "none":
         return record, RemovedRest(0.0, "nothing is removed: zero is as recorded")
     if choice.kind == "stretch":
-        first, stop = (round((at - start_s) * sampling_rate_hz) for at in (choice.from_s, choice.to_s))
+        first, stop = (
+            round((at - start_s) * sampling_rate_hz) for at in (choice.from_s, choice.to_s)
+        )
         stretch = record[max(first, 0) : max(stop, 0)]
         if not stretch.size:
             end_s = start_s + record.size / sampling_rate_hz
@@ -88,8 +94,12 @@ def without_rest(
             )
         level, what = float(stretch.mean()), f"the mean from {choice.from_s:g} to {choice.to_s:g} s"
     else:
-        rest = rest_before_shock(record)[0] if record.size > 1 and np.isfinite(record.sum()) else None
+        rest = (
+            rest_before_shock(record)[0] if record.size > 1 and np.isfinite(record.sum()) else None
+        )
         if rest is None:
-            return record, RemovedRest(0.0, "nothing is removed: no rest was recorded before the shock")
+            return record, RemovedRest(
+                0.0, "nothing is removed: no rest was recorded before the shock"
+            )
         level, what = rest, "the rest before the shock"
     return record - level, RemovedRest(level, f"{what} is removed: {level:.4g} m/s2")

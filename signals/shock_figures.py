@@ -61,7 +61,9 @@ class ShockFigures:
     srs_peak_frequency_hz: float | None
 
 
-def shock_figures(acceleration: Floats, sampling_rate_hz: float, start_s: float = 0.0) -> ShockFigures | None:
+def shock_figures(
+    acceleration: Floats, sampling_rate_hz: float, start_s: float = 0.0
+) -> ShockFigures | None:
     """Of a record (n,) in m/s2 that holds one shock; None where it never moves, or holds fewer than two numbers.
 
     Samples that are no numbers count as rest.
@@ -85,7 +87,9 @@ def shock_figures(acceleration: Floats, sampling_rate_hz: float, start_s: float 
     period = 1 / sampling_rate_hz
     sign = 1.0 if x[top] > 0 else -1.0
     first, last = _crossings(x, top, sign, PULSE_SHARE * peak)
-    lines, maximax = _spectrum(x, sampling_rate_hz, max(_SILENT_SHARE * peak, _SILENT_SIGMAS * noise))
+    lines, maximax = _spectrum(
+        x, sampling_rate_hz, max(_SILENT_SHARE * peak, _SILENT_SIGMAS * noise)
+    )
     largest = int(np.argmax(maximax)) if lines else None
     return ShockFigures(
         rest_m_s2=rest,
@@ -117,7 +121,9 @@ def _crossings(x: Floats, top: int, sign: float, level: float) -> tuple[float, f
     ends."""
     right = _fall(x[top:], sign, level)
     start = _fall(x[: top + 1][::-1], sign, level)
-    return (0.0 if start is None else top - start), (float(x.size - 1) if right is None else top + right)
+    return (0.0 if start is None else top - start), (
+        float(x.size - 1) if right is None else top + right
+    )
 
 
 def _fall(x: Floats, sign: float, level: float) -> float | None:
@@ -139,7 +145,9 @@ def _effective_samples(x: Floats, level: float) -> float:
     beyond = (x > level) | (x < -level)
     first, last = int(beyond.argmax()), x.size - 1 - int(beyond[::-1].argmax())
     begin = _between(abs(x[first - 1]), abs(x[first]), first - 1, level) if first > 0 else 0.0
-    end = _between(abs(x[last]), abs(x[last + 1]), last, level) if last < x.size - 1 else float(last)
+    end = (
+        _between(abs(x[last]), abs(x[last + 1]), last, level) if last < x.size - 1 else float(last)
+    )
     return end - begin
 
 
@@ -180,7 +188,9 @@ def _pulse_integral(x: Floats, top: int, sign: float, first: float, last: float)
     return float(np.trapezoid(np.interp(at, low + np.arange(piece.size), piece), at))
 
 
-def _spectrum(x: Floats, sampling_rate_hz: float, silent: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _spectrum(
+    x: Floats, sampling_rate_hz: float, silent: float
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Lines and maximax. Low lines see the whole record in means of `_MEANS` samples, high ones its part that is above
     `silent`: within a percent of the whole record's spectrum, at a tenth of the time."""
     lines = summary_lines(x.size, sampling_rate_hz)
@@ -193,8 +203,12 @@ def _spectrum(x: Floats, sampling_rate_hz: float, silent: float) -> tuple[tuple[
     maximax: list[float] = []
     if low:
         whole = x.size // _MEANS * _MEANS
-        means = np.append(x[:whole].reshape(-1, _MEANS) @ np.full(_MEANS, 1 / _MEANS), x[whole:].sum() / _MEANS)
-        of_means = shock_response_spectrum(means, rate, low, q=SRS_Q, resample_within=None, threads=1)
+        means = np.append(
+            x[:whole].reshape(-1, _MEANS) @ np.full(_MEANS, 1 / _MEANS), x[whole:].sum() / _MEANS
+        )
+        of_means = shock_response_spectrum(
+            means, rate, low, q=SRS_Q, resample_within=None, threads=1
+        )
         maximax += of_means.maximax.tolist()
     if high := lines[len(low) :]:
         heard = (x > silent) | (x < -silent)
@@ -202,6 +216,8 @@ def _spectrum(x: Floats, sampling_rate_hz: float, silent: float) -> tuple[tuple[
         part = x[max(0, first - _MEANS) : last + 1 + _MEANS]
         second = float(np.abs(np.diff(part, 2)).max(initial=0.0))
         within = RESAMPLED_WITHIN if second > _FAST_SHARE * float(np.abs(part).max()) else None
-        spectrum = shock_response_spectrum(part, sampling_rate_hz, high, q=SRS_Q, resample_within=within, threads=1)
+        spectrum = shock_response_spectrum(
+            part, sampling_rate_hz, high, q=SRS_Q, resample_within=within, threads=1
+        )
         maximax += spectrum.maximax.tolist()
     return lines, tuple(maximax)

@@ -37,7 +37,9 @@ _SPELLINGS = {
     "mg": "1e-3 standard_gravity",
     **dict.fromkeys(("g's", "gs", "g pk", "g-pk", "g peak", "gpk"), "standard_gravity"),
     **dict.fromkeys(("ug", "µg", "μg"), "1e-6 standard_gravity"),
-    **dict.fromkeys(("ms-2", "ms^-2", "ms⁻²", "m s-2", "m s^-2", "m s⁻²", "m·s-2", "m·s⁻²", "m.s-2"), "m/s**2"),
+    **dict.fromkeys(
+        ("ms-2", "ms^-2", "ms⁻²", "m s-2", "m s^-2", "m s⁻²", "m·s-2", "m·s⁻²", "m.s-2"), "m/s**2"
+    ),
     "m/s2": "m/s**2",
     "m/s^2": "m/s**2",
     "m/s²": "m/s**2",
@@ -59,7 +61,9 @@ _SPELLINGS = {
 
 _LONGEST = 60
 _POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴⁵⁶⁷⁸⁹]{2,}")
-_POWER_OF_NAME = re.compile(r"[^\W\d_]\s*(?:\*\*|\^)\s*\(?\s*[-+]?\d{1,2}(?![\d.eE⁰¹²³⁴⁵⁶⁷⁸⁹]|\s*\)?\s*(?:\*\*|\^))")
+_POWER_OF_NAME = re.compile(
+    r"[^\W\d_]\s*(?:\*\*|\^)\s*\(?\s*[-+]?\d{1,2}(?![\d.eE⁰¹²³⁴⁵⁶⁷⁸⁹]|\s*\)?\s*(?:\*\*|\^))"
+)
 
 
 class UnitError(ValueError):
@@ -94,7 +98,13 @@ def unit_quantity(unit: str) -> Any:
         return registry().Quantity(unit_spelling(unit))
     except UnitError:
         raise
-    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, AttributeError, TypeError, ValueError) as error:
+    except (
+        pint.UndefinedUnitError,
+        pint.DefinitionSyntaxError,
+        AttributeError,
+        TypeError,
+        ValueError,
+    ) as error:
         raise UnitError(f"unknown unit {unit!r:.100}") from error
     except Exception as error:  # pint's parser leaks tokenizer errors of several kinds for odd text
         raise UnitError(f"unreadable unit {unit!r:.100}") from error
@@ -110,7 +120,10 @@ def to_si(unit: str, quantity: str) -> tuple[float, float]:
         raise UnitError(f"unknown quantity {quantity!r}; known: {', '.join(SI_UNITS)}")
     target = SI_UNITS[quantity]
     if unit.strip() == target:
-        return 1.0, 0.0  # most channels; pint's registry costs a third of a second that they need not wait for
+        return (
+            1.0,
+            0.0,
+        )  # most channels; pint's registry costs a third of a second that they need not wait for
     import pint
 
     ureg = registry()
@@ -123,6 +136,10 @@ def to_si(unit: str, quantity: str) -> tuple[float, float]:
             return float(factor - zero), float(zero)
         return float(source.to(wanted).magnitude), 0.0
     except pint.DimensionalityError as error:
-        raise UnitError(f"unit {unit!r} does not measure {quantity}; expected something like {target!r}") from error
+        raise UnitError(
+            f"unit {unit!r} does not measure {quantity}; expected something like {target!r}"
+        ) from error
     except (UnitError, AttributeError, TypeError, ValueError) as error:
-        raise UnitError(f"unknown unit {unit!r:.100} for {quantity}; expected something like {target!r}") from error
+        raise UnitError(
+            f"unknown unit {unit!r:.100} for {quantity}; expected something like {target!r}"
+        ) from error

@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Self
 
-from ..delimited_text import HeadedTable, decode_utf8, parse_number, table_rows
+from ..files.delimited_text import HeadedTable, decode_utf8, parse_number, table_rows
 
 #: What the controller of the thesis's valve allows (section 2.1.2).
 SHORTEST_OPENING_S, LONGEST_OPENING_S = 0.1, 30.0
@@ -39,14 +39,21 @@ class ValveProfile:
             if not 0 <= time < math.inf:
                 raise ValueError(f"valve profile: time {time!r} s; expected 0 or more, finite")
             if not 0 <= position <= 1:
-                raise ValueError(f"valve profile: position {position!r} at {time:g} s; expected 0 (shut) to 1 (open)")
+                raise ValueError(
+                    f"valve profile: position {position!r} at {time:g} s; expected 0 (shut) to 1 (open)"
+                )
         for first, second in pairwise(self.time_s):
             if not first < second:
-                raise ValueError(f"valve profile: {second:g} s after {first:g} s; expected times that rise")
+                raise ValueError(
+                    f"valve profile: {second:g} s after {first:g} s; expected times that rise"
+                )
 
     @classmethod
     def of_controller(
-        cls, opening_time_s: float, closing_start_s: float | None = None, closing_time_s: float | None = None
+        cls,
+        opening_time_s: float,
+        closing_start_s: float | None = None,
+        closing_time_s: float | None = None,
     ) -> Self:
         """Evenly open within `opening_time_s`; from `closing_start_s` on evenly shut within `closing_time_s`.
 
@@ -96,17 +103,24 @@ class ValveProfile:
         except ValueError as error:
             raise ValueError(f"valve profile {path}: {error}") from error
         if not set(COLUMNS) <= set(table.header):
-            raise ValueError(f"valve profile {path}: columns {table.header}; expected {', '.join(COLUMNS)}")
+            raise ValueError(
+                f"valve profile {path}: columns {table.header}; expected {', '.join(COLUMNS)}"
+            )
         points = []
         for line, cells in table.lines:
             try:
                 points.append(tuple(parse_number(cells[name]) for name in COLUMNS))
             except ValueError:
-                raise ValueError(f"valve profile {path}: line {line}: expected two numbers") from None
+                raise ValueError(
+                    f"valve profile {path}: line {line}: expected two numbers"
+                ) from None
         if not points:
             raise ValueError(f"valve profile {path}: no rows; expected at least one point")
         return cls(*zip(*points, strict=True))
 
     def __str__(self) -> str:
         """As `parse` reads it back."""
-        return " ".join(f"{time:.12g}:{place:.12g}" for time, place in zip(self.time_s, self.position, strict=True))
+        return " ".join(
+            f"{time:.12g}:{place:.12g}"
+            for time, place in zip(self.time_s, self.position, strict=True)
+        )

@@ -78,7 +78,9 @@ def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setattr(record, "label_of", lambda case, seed: Unlabelled())
         for name, (kind, effect, strength) in EXAMPLES.items():
             rate_hz = 51_200.0 if kind == "hammer" else 102_400.0
-            case = Case(kind, "strong", 0, 2, 0.4, background, {effect: strength}, sampling_rate_hz=rate_hz)
+            case = Case(
+                kind, "strong", 0, 2, 0.4, background, {effect: strength}, sampling_rate_hz=rate_hz
+            )
             record.record_case(case, folder / name, seed=7)
     return folder
 

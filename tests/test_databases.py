@@ -40,7 +40,9 @@ def ends_soon(pid: int) -> bool:
 
 
 @pytest.mark.parametrize("turn", ["first", "second"])
-def test_every_test_gets_an_empty_database(database_url: str, turn: str, request: pytest.FixtureRequest) -> None:
+def test_every_test_gets_an_empty_database(
+    database_url: str, turn: str, request: pytest.FixtureRequest
+) -> None:
     """Of both kinds; both turns write the same table: the second fails if it sees the first one's."""
     assert make_url(database_url).get_backend_name() in request.node.name
     assert table_names(database_url) == []
@@ -57,10 +59,15 @@ def test_the_server_stores_utf_8(postgres_url: str) -> None:
         assert connection.execute(text("SHOW server_encoding")).scalar_one() == "UTF8"
 
 
-def test_sqlite_url_names_a_new_file_and_no_binaries_are_said_in_words(sqlite_url: str, tmp_path: Path) -> None:
+def test_sqlite_url_names_a_new_file_and_no_binaries_are_said_in_words(
+    sqlite_url: str, tmp_path: Path
+) -> None:
     assert Path(str(make_url(sqlite_url).database)).parent == tmp_path
     assert not any(tmp_path.iterdir())
-    with pytest.raises(NoServerError, match=r"nowhere: .*No such file"), running_server([tmp_path / "nowhere"]):
+    with (
+        pytest.raises(NoServerError, match=r"nowhere: .*No such file"),
+        running_server([tmp_path / "nowhere"]),
+    ):
         pass
 
 

@@ -43,7 +43,15 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel built from a copy of the sources, so that no leftover of an earlier build gets in."""
     work = tmp_path_factory.mktemp("wheel")
     source = copytree(REPOSITORY, work / "source", ignore=ignore_patterns(*NOT_SOURCE))
-    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(work / "dist")]
+    build = [
+        sys.executable,
+        "-m",
+        "build",
+        "--wheel",
+        "--no-isolation",
+        "--outdir",
+        str(work / "dist"),
+    ]
     run([*build, str(source)], cwd=work)
     (built,) = (work / "dist").glob("*.whl")
     return built
@@ -53,14 +61,31 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def installed(wheel: Path) -> Path:
     """A folder with nothing but the wheel installed in it."""
     target = wheel.parent.parent / "installed"
-    run([sys.executable, "-m", "pip", "install", "-qq", "--no-deps", "--target", str(target), str(wheel)])
+    run(
+        [
+            sys.executable,
+            "-m",
+            "pip",
+            "install",
+            "-qq",
+            "--no-deps",
+            "--target",
+            str(target),
+            str(wheel),
+        ]
+    )
     return target
 
 
 def run(command: list[str], cwd: Path | None = None, **variables: str) -> str:
     """What the command prints; fails with all it said if it does not succeed."""
     done = subprocess.run(
-        command, cwd=cwd, env={**os.environ, **variables}, capture_output=True, text=True, check=False
+        command,
+        cwd=cwd,
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout}\n{done.stderr}"
     return done.stdout
@@ -68,20 +93,32 @@ def run(command: list[str], cwd: Path | None = None, **variables: str) -> str:
 
 def shipped_files(pattern: str) -> set[str]:
     """Source files matching the pattern, by the name they have in the wheel."""
-    files = [path for path in REPOSITORY.glob(pattern) if path.is_file() and "__pycache__" not in path.parts]
+    files = [
+        path
+        for path in REPOSITORY.glob(pattern)
+        if path.is_file() and "__pycache__" not in path.parts
+    ]
     return {f"pyroshock/{path.relative_to(REPOSITORY)}" for path in files}
 
 
 def package_folders() -> list[Path]:
     """The repository's folders that hold Python files of the product."""
-    rooms = [path.parent for path in REPOSITORY.glob("*/__init__.py") if path.parent.name not in NOT_SHIPPED]
+    rooms = [
+        path.parent
+        for path in REPOSITORY.glob("*/__init__.py")
+        if path.parent.name not in NOT_SHIPPED
+    ]
     return [REPOSITORY, *{path.parent for room in rooms for path in room.rglob("*.py")}]
 
 
 def test_every_module_of_the_wheel_imports_from_it(installed: Path, tmp_path: Path) -> None:
-    printed = run([sys.executable, "-c", IMPORT_EVERYTHING], cwd=tmp_path, PYTHONPATH=str(installed))
+    printed = run(
+        [sys.executable, "-c", IMPORT_EVERYTHING], cwd=tmp_path, PYTHONPATH=str(installed)
+    )
     files = json.loads(printed)
-    strangers = {name: file for name, file in files.items() if not Path(file).is_relative_to(installed)}
+    strangers = {
+        name: file for name, file in files.items() if not Path(file).is_relative_to(installed)
+    }
     assert strangers == {}
     assert "pyroshock.app.cli.main" in files
 
@@ -89,7 +126,11 @@ def test_every_module_of_the_wheel_imports_from_it(installed: Path, tmp_path: Pa
 def test_wheel_holds_every_module_and_data_file_and_no_tests_or_benchmarks(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         wheel_names = set(archive.namelist())
-    modules = {str(path.relative_to(REPOSITORY)) for folder in package_folders() for path in folder.glob("*.py")}
+    modules = {
+        str(path.relative_to(REPOSITORY))
+        for folder in package_folders()
+        for path in folder.glob("*.py")
+    }
     assert {f"pyroshock/{module}" for module in modules} - wheel_names == set()
     for pattern in DATA_FILES:
         expected = shipped_files(pattern)
@@ -102,7 +143,10 @@ def test_wheel_holds_every_module_and_data_file_and_no_tests_or_benchmarks(wheel
 
 def test_pyproject_lists_every_folder_with_modules_and_each_is_a_package() -> None:
     settings = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["tool"]["setuptools"]
-    expected = {".".join(["pyroshock", *folder.relative_to(REPOSITORY).parts]) for folder in package_folders()}
+    expected = {
+        ".".join(["pyroshock", *folder.relative_to(REPOSITORY).parts])
+        for folder in package_folders()
+    }
     assert set(settings["packages"]) == expected
     assert [folder for folder in package_folders() if not (folder / "__init__.py").is_file()] == []
 

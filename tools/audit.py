@@ -17,7 +17,16 @@ from pathlib import Path
 from typing import Any
 
 ACCEPTED = Path(__file__).with_name("advisories.toml")
-COMMAND = (sys.executable, "-m", "pip_audit", "--format", "json", "--progress-spinner", "off", "--skip-editable")
+COMMAND = (
+    sys.executable,
+    "-m",
+    "pip_audit",
+    "--format",
+    "json",
+    "--progress-spinner",
+    "off",
+    "--skip-editable",
+)
 #: Asked in turn until one knows our packages: behind a mirror of the index the first knows none.
 SERVICES = ("pypi", "osv")
 PATIENCE_S = 120.0
@@ -37,7 +46,11 @@ def outcome_of(document: dict[str, Any]) -> Outcome:
     """What pip-audit's JSON says."""
     packages = document["dependencies"]
     found = [
-        (f"{each['name']} {each['version']}", hole["id"], ", ".join(hole["fix_versions"]) or "no version yet")
+        (
+            f"{each['name']} {each['version']}",
+            hole["id"],
+            ", ".join(hole["fix_versions"]) or "no version yet",
+        )
         for each in packages
         for hole in each.get("vulns", ())
     ]
@@ -49,7 +62,9 @@ def outcome_by(service: str, *words: str, patience_s: float = PATIENCE_S) -> Out
     """The outcome for this interpreter's packages; `words` are more options of pip-audit."""
     command = [*COMMAND, "--vulnerability-service", service, *words]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=patience_s, check=False)
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=patience_s, check=False
+        )
         return outcome_of(json.loads(done.stdout))
     except subprocess.TimeoutExpired:
         return Outcome(why_not=f"no answer in {patience_s:.0f} s")
@@ -57,7 +72,9 @@ def outcome_by(service: str, *words: str, patience_s: float = PATIENCE_S) -> Out
         return Outcome(why_not=(done.stderr.strip().splitlines() or ["no answer"])[-1][:200])
 
 
-def not_accepted(outcome: Outcome, accepted: Sequence[dict[str, Any]], today: date) -> Iterator[str]:
+def not_accepted(
+    outcome: Outcome, accepted: Sequence[dict[str, Any]], today: date
+) -> Iterator[str]:
     """A line for each vulnerability that fails."""
     until = {(each["package"], each["id"]): each["until"] for each in accepted}
     for package, identity, fixed in outcome.vulnerable:
@@ -71,7 +88,10 @@ def not_accepted(outcome: Outcome, accepted: Sequence[dict[str, Any]], today: da
 def told(outcome: Outcome) -> str:
     """What was asked and what was not, in one line."""
     if outcome.asked == 0:
-        why = outcome.why_not or f"it knows none of {len(outcome.unknown)} packages; is the index a mirror?"
+        why = (
+            outcome.why_not
+            or f"it knows none of {len(outcome.unknown)} packages; is the index a mirror?"
+        )
         return f"audit: NOT DONE: no advisory service can be asked ({why})"
     some = f"; not known there: {', '.join(outcome.unknown)}" if outcome.unknown else ""
     return f"audit: {outcome.asked} packages asked, {len(outcome.vulnerable)} vulnerabilities{some}"

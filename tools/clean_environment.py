@@ -19,15 +19,25 @@ _KEPT = (
     *("http_proxy", "https_proxy", "no_proxy", "HTTP_PROXY", "HTTPS_PROXY", "NO_PROXY"),
     *("SSL_CERT_FILE", "REQUESTS_CA_BUNDLE", "CI", "TMPDIR", "COVERAGE_FILE"),
     *("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"),
-    *("TEST_DATABASE_URL", "PYROSHOCK_CHROMIUM", "PYROSHOCK_SLOW", "PYROSHOCK_ROUNDS", "PYROSHOCK_SCREENSHOTS"),
+    *(
+        "TEST_DATABASE_URL",
+        "PYROSHOCK_CHROMIUM",
+        "PYROSHOCK_SLOW",
+        "PYROSHOCK_ROUNDS",
+        "PYROSHOCK_SCREENSHOTS",
+    ),
     *("PYROSHOCK_PAGE_PICTURES", "PYROSHOCK_FAULTS_KILLS", "PYROSHOCK_FAULTS_SEED"),
 )
-_NO_FONTS = '<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd"><fontconfig></fontconfig>\n'
+_NO_FONTS = (
+    '<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd"><fontconfig></fontconfig>\n'
+)
 
 
 def clean_variables(given: Mapping[str, str], home: Path) -> dict[str, str]:
     """The variables of the command. `home` is an empty folder, in which `write_settings` puts what they name."""
-    kept = {name: value for name, value in given.items() if name in _KEPT or name.startswith("PIP_")}
+    kept = {
+        name: value for name, value in given.items() if name in _KEPT or name.startswith("PIP_")
+    }
     own_pip = Path(given.get("HOME", "/nonexistent")) / ".config" / "pip" / "pip.conf"
     if "PIP_CONFIG_FILE" not in kept and own_pip.is_file():
         kept["PIP_CONFIG_FILE"] = str(own_pip)  # where packages come from is the machine's to say
@@ -51,10 +61,14 @@ def main(command: list[str]) -> int:
     if not command:
         print("usage: python tools/clean_environment.py COMMAND...", file=sys.stderr)
         return 2
-    with tempfile.TemporaryDirectory(prefix="pyroshock-home-", ignore_cleanup_errors=True) as folder:
+    with tempfile.TemporaryDirectory(
+        prefix="pyroshock-home-", ignore_cleanup_errors=True
+    ) as folder:
         home = Path(folder)
         write_settings(home)
-        return subprocess.run(command, env=clean_variables(os.environ, home), check=False).returncode
+        return subprocess.run(
+            command, env=clean_variables(os.environ, home), check=False
+        ).returncode
 
 
 if __name__ == "__main__":

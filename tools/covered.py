@@ -43,7 +43,10 @@ class Covered:
         return 100.0 * (self.statements_run + self.branches_run) / wanted if wanted else 100.0
 
     def row(self) -> str:
-        lines, ways = f"{self.statements_run} of {self.statements}", f"{self.branches_run} of {self.branches}"
+        lines, ways = (
+            f"{self.statements_run} of {self.statements}",
+            f"{self.branches_run} of {self.branches}",
+        )
         return f"| `{self.name}` | {lines} | {ways} | {self.percent:.1f} % |"
 
 
@@ -56,20 +59,30 @@ def by_file(counted: Mapping[str, Any]) -> list[Covered]:
 
 
 def _covered(name: str, found: Mapping[str, Any]) -> Covered:
-    counts = (found["num_statements"], found["covered_lines"], found["num_branches"], found["covered_branches"])
+    counts = (
+        found["num_statements"],
+        found["covered_lines"],
+        found["num_branches"],
+        found["covered_branches"],
+    )
     return Covered(name, *counts)
 
 
 def by_room(files: list[Covered]) -> list[Covered]:
     """Rooms in the order of their names, and the whole at the end. A room is a folder of the package."""
     rooms = sorted({file.name.split("/")[0] for file in files if "/" in file.name})
-    return [*(_sum(room, [f for f in files if f.name.startswith(f"{room}/")]) for room in rooms), _sum("all", files)]
+    return [
+        *(_sum(room, [f for f in files if f.name.startswith(f"{room}/")]) for room in rooms),
+        _sum("all", files),
+    ]
 
 
 def _sum(name: str, files: list[Covered]) -> Covered:
     total: Counter[str] = Counter()
     for file in files:
-        total.update(s=file.statements, sr=file.statements_run, b=file.branches, br=file.branches_run)
+        total.update(
+            s=file.statements, sr=file.statements_run, b=file.branches, br=file.branches_run
+        )
     return Covered(name, total["s"], total["sr"], total["b"], total["br"])
 
 
@@ -86,7 +99,11 @@ def below(rooms: list[Covered], floor: Mapping[str, float]) -> Iterator[str]:
 def floor_text(rooms: list[Covered]) -> str:
     """`covered.toml`: `MARGIN` below what was counted, to a tenth."""
     lines = (f"{room.name} = {max(0.0, room.percent - MARGIN):.1f}" for room in rooms)
-    return "# Per cent of statements and branches below which `make coverage` fails.\n" + "\n".join(lines) + "\n"
+    return (
+        "# Per cent of statements and branches below which `make coverage` fails.\n"
+        + "\n".join(lines)
+        + "\n"
+    )
 
 
 def page_text(text: str, rooms: list[Covered], day: str) -> str:
@@ -130,7 +147,9 @@ def main(words: list[str]) -> int:
 
 
 def _least(files: list[Covered]) -> list[Covered]:
-    return sorted((file for file in files if file.statements > 5), key=lambda file: file.percent)[:15]
+    return sorted((file for file in files if file.statements > 5), key=lambda file: file.percent)[
+        :15
+    ]
 
 
 if __name__ == "__main__":

@@ -28,7 +28,9 @@ def licence_of(package: Distribution, called: Mapping[str, str]) -> str:
     if "License-Expression" in about:
         return about["License-Expression"]
     classifiers = [
-        each.split(" :: ")[-1] for each in about.get_all("Classifier") or [] if each.startswith("License ::")
+        each.split(" :: ")[-1]
+        for each in about.get_all("Classifier") or []
+        if each.startswith("License ::")
     ]
     named = sorted({called.get(each, each) for each in classifiers if each not in _EMPTY})
     text = about["License"].strip() if "License" in about else ""
@@ -46,14 +48,18 @@ def objections(found: Mapping[str, str], rules: Mapping[str, Any]) -> Iterator[s
                 yield f"{name}: {licence or 'no licence'}; reviewed as {reviewed['says'] or 'none'}: look again"
         elif not licence:
             yield f"{name}: its metadata name no licence; read it, and enter it in {RULES.name} with the reason"
-        elif refused := [part for part in _JOINTS.split(licence) if part and part not in rules["allowed"]]:
+        elif refused := [
+            part for part in _JOINTS.split(licence) if part and part not in rules["allowed"]
+        ]:
             yield f"{name}: {licence}; {', '.join(refused)} is not allowed"
 
 
 def main(words: list[str]) -> int:
     """0: all may be used; 1: some may not, and why."""
     rules = tomllib.loads(RULES.read_text(encoding="utf-8"))
-    packages = {each.name.lower().replace("_", "-"): each for each in distributions() if each.name != OWN}
+    packages = {
+        each.name.lower().replace("_", "-"): each for each in distributions() if each.name != OWN
+    }
     found = {name: licence_of(packages[name], rules["called"]) for name in sorted(packages)}
     if "--list" in words:
         for name, licence in found.items():

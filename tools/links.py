@@ -24,8 +24,13 @@ _GENERATED = re.compile(r"^<!-- (?:generated: [a-z ]+|the file \w+\.md) -->$", r
 
 def pages(root: Path = ROOT) -> list[Path]:
     """The Markdown that readers see: files of the root, and all pages of `docs`, `examples` and `deploy`."""
-    below = [path for folder in ("docs", "examples", "deploy") for path in (root / folder).rglob("*.md")]
-    return [*sorted(root.glob("*.md")), *sorted(path for path in below if "_build" not in path.parts)]
+    below = [
+        path for folder in ("docs", "examples", "deploy") for path in (root / folder).rglob("*.md")
+    ]
+    return [
+        *sorted(root.glob("*.md")),
+        *sorted(path for path in below if "_build" not in path.parts),
+    ]
 
 
 def wrong(page: Path) -> Iterator[str]:
@@ -41,7 +46,9 @@ def links(text: str) -> Iterator[tuple[int, str]]:
         found = [token.attrs.get("href"), token.attrs.get("src")]
         if token.type in ("html_inline", "html_block"):
             found = list(_HTML_LINK.findall(token.content))
-        yield from ((line, str(target)) for target in found if target and not _ELSEWHERE.match(str(target)))
+        yield from (
+            (line, str(target)) for target in found if target and not _ELSEWHERE.match(str(target))
+        )
 
 
 def objection(page: Path, target: str) -> str | None:
@@ -84,7 +91,11 @@ def _headings(text: str) -> Iterator[str]:
     tokens = MarkdownIt("commonmark").enable("table").parse(text)
     for before, token in pairwise(tokens):
         if before.type == "heading_open":
-            yield "".join(child.content for child in token.children or () if child.type in ("text", "code_inline"))
+            yield "".join(
+                child.content
+                for child in token.children or ()
+                if child.type in ("text", "code_inline")
+            )
 
 
 def main() -> int:

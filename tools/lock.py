@@ -61,14 +61,36 @@ def main() -> int:
 
 def _resolved(uv: str, extra: str | None) -> dict[str, str]:
     """Normalised name -> its entry: version, marker and hashes."""
-    command = [uv, "pip", "compile", "pyproject.toml", "-", "--quiet", "--universal", "--python-version", PYTHON]
-    command += ["--constraints", "constraints.txt", "--generate-hashes", "--no-annotate", "--no-header"]
+    command = [
+        uv,
+        "pip",
+        "compile",
+        "pyproject.toml",
+        "-",
+        "--quiet",
+        "--universal",
+        "--python-version",
+        PYTHON,
+    ]
+    command += [
+        "--constraints",
+        "constraints.txt",
+        "--generate-hashes",
+        "--no-annotate",
+        "--no-header",
+    ]
     command += ["--no-emit-index-url", *([] if extra is None else ["--extra", extra])]
     environment = {**os.environ, "UV_NO_PROGRESS": "1"}
     environment.setdefault("SSL_CERT_FILE", os.environ.get("PIP_CERT", ""))
     # setuptools builds the project itself, in the environment.
     done = subprocess.run(
-        command, cwd=ROOT, input="setuptools\n", capture_output=True, text=True, env=environment, check=False
+        command,
+        cwd=ROOT,
+        input="setuptools\n",
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
     )
     if done.returncode != 0:
         raise SystemExit(f"lock: uv cannot resolve {extra or 'the project'}: {done.stderr.strip()}")
@@ -92,7 +114,10 @@ def _builds(packages: Mapping[str, str]) -> dict[str, str]:
             if packages.get(package, "").split()[:1] == [f"{package}=={version.partition('+')[0]}"]:
                 with wheel.open("rb") as content:
                     digest = hashlib.file_digest(content, "sha256").hexdigest()
-                builds[package] = builds.get(package, f"{package}=={version}") + f" \\\n    --hash=sha256:{digest}"
+                builds[package] = (
+                    builds.get(package, f"{package}=={version}")
+                    + f" \\\n    --hash=sha256:{digest}"
+                )
     return builds
 
 

@@ -30,7 +30,9 @@ def read_notebook(file: Path) -> Any:
 
     notebook = jupytext.read(file, fmt="py:percent")
     if len(notebook.cells) > MOST_CELLS:
-        raise ValueError(f"{file.name} has {len(notebook.cells)} cells; expected {MOST_CELLS} or fewer: split it")
+        raise ValueError(
+            f"{file.name} has {len(notebook.cells)} cells; expected {MOST_CELLS} or fewer: split it"
+        )
     return notebook
 
 
@@ -40,7 +42,9 @@ def run_notebook(file: Path, folder: Path) -> Any:
 
     notebook = read_notebook(file)
     place = {"metadata": {"path": str(folder)}}
-    NotebookClient(notebook, timeout=LONGEST_CELL_S, kernel_name="python3", resources=place).execute()
+    NotebookClient(
+        notebook, timeout=LONGEST_CELL_S, kernel_name="python3", resources=place
+    ).execute()
     return notebook
 
 

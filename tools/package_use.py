@@ -29,7 +29,9 @@ PACKAGES: Mapping[str, str] = {
 
 def product_files(root: Path = ROOT) -> list[Path]:
     """Python files of the packages that are installed, in order."""
-    setup = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    setup = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
+        "setuptools"
+    ]
     folders = [root.joinpath(*name.split(".")[1:]) for name in setup["packages"]]
     return sorted(path for folder in folders for path in folder.glob("*.py"))
 
@@ -47,7 +49,11 @@ def imported(text: str) -> set[str]:
 
 def importing_files(root: Path = ROOT) -> dict[str, int]:
     """Package of `PACKAGES` -> number of product files that import it."""
-    counts = Counter(module for path in product_files(root) for module in imported(path.read_text(encoding="utf-8")))
+    counts = Counter(
+        module
+        for path in product_files(root)
+        for module in imported(path.read_text(encoding="utf-8"))
+    )
     return {package: counts[module] for package, module in PACKAGES.items()}
 
 

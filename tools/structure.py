@@ -29,7 +29,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "pyroshock"
 #: Local names that say nothing about what they hold.
-BANNED = frozenset({"found", "each", "told", "left", "one", "mine", "known", "said", "asked", "way"})
+BANNED = frozenset(
+    {"found", "each", "told", "left", "one", "mine", "known", "said", "asked", "way"}
+)
 #: Longer lines than this are counted.
 WIDTH = 100
 #: Folders of docs/ without prose of the present: pictures, the built site, the record of decisions.
@@ -66,7 +68,9 @@ def product_files(root: Path) -> list[SourceFile]:
 
 
 def _rooms(root: Path) -> list[str]:
-    packages = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    packages = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"][
+        "packages"
+    ]
     names = {name.split(".")[1] for name in packages if "." in name}
     return sorted(names - {"examples", "tests", "tools", "benchmarks"})
 
@@ -80,7 +84,14 @@ def code_lines(text: str) -> int:
         if isinstance(node, documented) and ast.get_docstring(node, clean=False) is not None:
             first = node.body[0]
             docstrings |= set(range(first.lineno, (first.end_lineno or first.lineno) + 1))
-    silent = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER)
+    silent = (
+        tokenize.COMMENT,
+        tokenize.NL,
+        tokenize.NEWLINE,
+        tokenize.INDENT,
+        tokenize.DEDENT,
+        tokenize.ENDMARKER,
+    )
     lines: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type not in silent:
@@ -148,7 +159,9 @@ def sibling_cycles(files: Sequence[SourceFile]) -> list[list[str]]:
             if not target:
                 continue
             own, other = name.split("."), target.split(".")
-            shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(own, other, strict=False)))
+            shared = sum(
+                1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(own, other, strict=False))
+            )
             if shared < min(len(own), len(other)):  # neither holds the other
                 edges[".".join(own[: shared + 1])].add(".".join(other[: shared + 1]))
     return sorted(_strongly_connected(edges))
@@ -168,7 +181,9 @@ def _imports(name: str, file: SourceFile) -> Iterator[str]:
             base = node.module or ""
             if node.level:
                 parts = package.split(".")
-                base = ".".join([*parts[: len(parts) - node.level + 1], *filter(None, [node.module])])
+                base = ".".join(
+                    [*parts[: len(parts) - node.level + 1], *filter(None, [node.module])]
+                )
             if base.startswith(PACKAGE):
                 yield from (f"{base}.{alias.name}" for alias in node.names)
 
@@ -204,7 +219,8 @@ def _strongly_connected(edges: dict[str, set[str]]) -> Iterator[list[str]]:
 def words_of(paths: Iterable[Path]) -> int:
     """Words of Markdown, code blocks left out."""
     texts = (
-        re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE) for path in paths
+        re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+        for path in paths
     )
     return sum(len(text.split()) for text in texts)
 
@@ -212,7 +228,9 @@ def words_of(paths: Iterable[Path]) -> int:
 def prose_pages(root: Path) -> list[Path]:
     """Pages of docs/ that a person wrote: a page that a program fills or writes says so by a mark."""
     pages = sorted((root / "docs").rglob("*.md"))
-    written = [page for page in pages if not set(page.relative_to(root / "docs").parts) & set(GENERATED)]
+    written = [
+        page for page in pages if not set(page.relative_to(root / "docs").parts) & set(GENERATED)
+    ]
     return [page for page in written if not GENERATED_MARK.search(page.read_text(encoding="utf-8"))]
 
 
@@ -263,7 +281,9 @@ def problems(root: Path) -> list[str]:
         if name in BANNED
     ]
     for name, places in sorted(duplicate_classes(files).items()):
-        lines.append(f"{places[0]}: class {name} is also defined in {', '.join(places[1:])}; one class, one name")
+        lines.append(
+            f"{places[0]}: class {name} is also defined in {', '.join(places[1:])}; one class, one name"
+        )
     return lines
 
 
@@ -275,9 +295,13 @@ def _unpack_commit(commit: str, folder: Path) -> None:
 
 
 def main(arguments: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("commit", nargs="?", help="a commit to show beside this tree")
-    parser.add_argument("--lint", action="store_true", help="list the names to change; fails where there are any")
+    parser.add_argument(
+        "--lint", action="store_true", help="list the names to change; fails where there are any"
+    )
     options = parser.parse_args(arguments)
     if options.lint:
         lines = problems(ROOT)

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from ..array_types import Floats
 from ..signals.srs.spectrum import octave_grid
-from .contact_interface import AboveAnvil, ContactStage, Extrapolation, ExtrapolationPolicy, ForcePulses, ImpactBatch
+from .contact_interface import (
+    AboveAnvil,
+    ContactStage,
+    Extrapolation,
+    ExtrapolationPolicy,
+    ForcePulses,
+    ImpactBatch,
+)
 from .gun.stage import GunStage
 from .measured_shots import MeasuredShots
 from .plate.response import PlateResponse
@@ -84,7 +91,9 @@ class Twin:
             return self.gun.velocities(settings, self.sensors)
         given = [setting.impact_velocity_m_s for setting in settings]
         if None in given:
-            raise ValueError("a tank pressure is set, and this twin has no gun: give the impact velocity")
+            raise ValueError(
+                "a tank pressure is set, and this twin has no gun: give the impact velocity"
+            )
         return np.array(given, dtype=np.float64)
 
     def predict(
@@ -103,14 +112,22 @@ class Twin:
         """
         rng = rng or np.random.default_rng(0)
         velocity, normals, member = self._draw_inputs(setting, draws, rng)
-        factors = self._factors([setting], velocity.mean(keepdims=True), self.sensor_names, draws, rng)
+        factors = self._factors(
+            [setting], velocity.mean(keepdims=True), self.sensor_names, draws, rng
+        )
         models = self.models
         if (stay := draws - len(velocity)) > 0:  # the bands say nothing of these
             models["gun"] = f"{models['gun']}; {stay} draws stay in the barrel, left out"
-        return self._predicted(setting, velocity, normals, member, factors[: len(velocity), 0], measured_force, models)
+        return self._predicted(
+            setting, velocity, normals, member, factors[: len(velocity), 0], measured_force, models
+        )
 
     def predict_many(
-        self, settings: Sequence[Setting], *, draws: int = 64, rng: np.random.Generator | None = None
+        self,
+        settings: Sequence[Setting],
+        *,
+        draws: int = 64,
+        rng: np.random.Generator | None = None,
     ) -> list[Prediction]:
         """`predict` for each setting, of random numbers of its own."""
         generators = (rng or np.random.default_rng(0)).spawn(len(settings))
@@ -123,21 +140,36 @@ class Twin:
         """Nominal maximax spectra (n, f), m/s2, at one sensor (the first); 0 for a bullet that stays in the barrel."""
         velocity = self.velocities(settings)
         nominal = self._maximax(settings, velocity, None, np.full(len(settings), _NOMINAL), sensor)
-        return nominal * self._factors(settings, velocity, self._selected_sensors(sensor)[:1], 0, None)[0, :, 0, 1:]
+        return (
+            nominal
+            * self._factors(settings, velocity, self._selected_sensors(sensor)[:1], 0, None)[
+                0, :, 0, 1:
+            ]
+        )
 
     def draws(
-        self, settings: Sequence[Setting], count: int, rng: np.random.Generator, sensor: str | None = None
+        self,
+        settings: Sequence[Setting],
+        count: int,
+        rng: np.random.Generator,
+        sensor: str | None = None,
     ) -> Floats:
         """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same luck and plate for every setting."""
         z, member = self._sample_draws(count, rng)
         velocity = self._velocity_draws(settings, z)
         many = [setting for _ in range(count) for setting in settings]
         normals = np.repeat(z[:, self._gun_normals :], len(settings), axis=0)
-        flat = self._maximax(many, velocity.ravel(), normals, np.repeat(member, len(settings)), sensor)
-        factors = self._factors(settings, self.velocities(settings), self._selected_sensors(sensor)[:1], count, rng)
+        flat = self._maximax(
+            many, velocity.ravel(), normals, np.repeat(member, len(settings)), sensor
+        )
+        factors = self._factors(
+            settings, self.velocities(settings), self._selected_sensors(sensor)[:1], count, rng
+        )
         return flat.reshape(count, len(settings), -1) * factors[:, :, 0, 1:]
 
-    def accelerations(self, settings: Sequence[Setting], pulses: ForcePulses, sensor: str | None = None) -> Floats:
+    def accelerations(
+        self, settings: Sequence[Setting], pulses: ForcePulses, sensor: str | None = None
+    ) -> Floats:
         """Measured accelerations (n, sensors, samples) of the nominal plate under pulses; of one sensor (n, 1, ...)."""
         return self._measured_accelerations(
             settings, pulses, np.full(len(settings), _NOMINAL), self._selected_sensors(sensor)
@@ -161,7 +193,9 @@ class Twin:
             out[rows, :, 1:] = self._spectra_of(shown, pulses)
         return np.asarray(20 * np.log10(out))
 
-    def _replays(self, shots: MeasuredShots, usable: NDArray[np.bool_]) -> Iterator[tuple[_Members, ForcePulses]]:
+    def _replays(
+        self, shots: MeasuredShots, usable: NDArray[np.bool_]
+    ) -> Iterator[tuple[_Members, ForcePulses]]:
         """Rows of usable shots, in parts, and the pulses on the plate under their measured forces."""
         by_setting, velocity = usable & ~shots.force_is_given, shots.impact_velocity_m_s.copy()
         if (unknown := np.flatnonzero(by_setting & ~(velocity > 0))).size:
@@ -175,7 +209,11 @@ class Twin:
             yield rows, shots.given_pulses(rows)
 
     def _on_plate(self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
-        return self.contact.plate_pulses(strikes, z, pulses) if isinstance(self.contact, AboveAnvil) else pulses
+        return (
+            self.contact.plate_pulses(strikes, z, pulses)
+            if isinstance(self.contact, AboveAnvil)
+            else pulses
+        )
 
     def _has_place(self, setting: Setting) -> bool:
         plate = self.plate.plates.get(setting.plate.name)
@@ -215,7 +253,11 @@ class Twin:
     ) -> Prediction:
         many = [setting] * len(velocity)
         strikes = ImpactBatch(many, velocity)
-        pulses = self.contact.pulses(strikes, normals) if measured is None else measured.repeated(len(velocity))
+        pulses = (
+            self.contact.pulses(strikes, normals)
+            if measured is None
+            else measured.repeated(len(velocity))
+        )
         seen = measured_pulses(self.sensors, pulses)
         on_plate = pulses if measured is not None else self._on_plate(strikes, normals, pulses)
         accelerations = self._measured_accelerations(many, on_plate, member, self.sensor_names)
@@ -240,10 +282,13 @@ class Twin:
             frequency_hz=self.frequency_hz,
             q=self.q,
             spectra_m_s2={name: Band.of(spectra[:, i]) for i, name in enumerate(self.sensor_names)},
-            models=models if measured is None else {**models, "gun": "none", "contact": "measured force"},
+            models=models
+            if measured is None
+            else {**models, "gun": "none", "contact": "measured force"},
             outside=() if measured is not None else self.contact.outside(nominal)[0],
             extrapolation=self._extrapolation(nominal) if measured is None else (),
-            rests_on=self.rests_on or RestsOn(0, self.contact.label, f"The bands rest on {self.contact.label} alone."),
+            rests_on=self.rests_on
+            or RestsOn(0, self.contact.label, f"The bands rest on {self.contact.label} alone."),
             draws=ShotDraws(
                 velocity_m_s=measured_velocity,
                 contact_time_s=seen.contact_time_s,
@@ -257,16 +302,25 @@ class Twin:
     def _extrapolation(self, nominal: ImpactBatch) -> tuple[Extrapolation, ...]:
         """Of gun and contact, each quantity once."""
         of_gun = () if self.gun is None else self.gun.extrapolation(nominal.settings)[0]
-        of_contact = self.contact.extrapolation(nominal)[0] if isinstance(self.contact, ExtrapolationPolicy) else ()
+        of_contact = (
+            self.contact.extrapolation(nominal)[0]
+            if isinstance(self.contact, ExtrapolationPolicy)
+            else ()
+        )
         same = {"impactor_mass_kg": "bullet_mass_kg"}  # the contact's name, and the gun's
         gun_quantities = {item.quantity for item in of_gun}
-        return (*of_gun, *(x for x in of_contact if same.get(x.quantity, x.quantity) not in gun_quantities))
+        return (
+            *of_gun,
+            *(x for x in of_contact if same.get(x.quantity, x.quantity) not in gun_quantities),
+        )
 
     def _sample_draws(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:
         """Normals of gun and contact (count, normals of both), and a plate of the ensemble for each draw (count,)."""
         z = stratified_normals(count, self._gun_normals + self.contact.normals, rng)
         members = self.plate.members if self.calibration is None else 0
-        return z, rng.permutation(np.arange(count) % members + 1) if members else np.full(count, _NOMINAL)
+        return z, rng.permutation(np.arange(count) % members + 1) if members else np.full(
+            count, _NOMINAL
+        )
 
     def _factors(
         self,
@@ -279,7 +333,11 @@ class Twin:
         """Of the calibration, (draws, n, sensors, 1 + lines); one row of nominal ones without draws."""
         if self.calibration is None or not sensors:
             return np.ones((max(draws, 1), len(settings), len(sensors), 1 + self.frequency_hz.size))
-        z = None if not draws or rng is None else stratified_normals(draws, self.calibration.normals, rng)
+        z = (
+            None
+            if not draws or rng is None
+            else stratified_normals(draws, self.calibration.normals, rng)
+        )
         factors = self.calibration.factors(at_velocities(settings, velocity), sensors, z)
         return factors if z is not None else factors[None]
 
@@ -329,24 +387,34 @@ class Twin:
 
     def _selected_sensors(self, sensor: str | None) -> tuple[str, ...]:
         if sensor is not None and sensor not in self.sensor_names:
-            raise LookupError(f"no sensor {sensor!r}; there are: {', '.join(self.sensor_names) or 'none'}")
+            raise LookupError(
+                f"no sensor {sensor!r}; there are: {', '.join(self.sensor_names) or 'none'}"
+            )
         return self.sensor_names if sensor is None else (sensor,)
 
     def _measured_accelerations(
-        self, settings: Sequence[Setting], pulses: ForcePulses, member: _Members, sensors: tuple[str, ...]
+        self,
+        settings: Sequence[Setting],
+        pulses: ForcePulses,
+        member: _Members,
+        sensors: tuple[str, ...],
     ) -> Floats:
         """Measured accelerations (n, sensors, samples), each of its own plate."""
         if not sensors:
             return np.zeros((len(settings), 0, self.samples))
         force = sampled(pulses, self._step_s, self.samples)
-        keys = [(s.plate.name, s.impact_position, int(m)) for s, m in zip(settings, member, strict=True)]
+        keys = [
+            (s.plate.name, s.impact_position, int(m)) for s, m in zip(settings, member, strict=True)
+        ]
         out = np.empty((len(settings), len(sensors), self.samples))
         for key in dict.fromkeys(keys):
             rows = np.array([i for i, other in enumerate(keys) if other == key])
             out[rows] = self._response(*key, sensors).accelerations(force[rows])
         return self.sensors.measured_acceleration_m_s2(out, self._step_s)
 
-    def _response(self, plate: str, point: str, member: int, sensors: tuple[str, ...]) -> PlateResponse:
+    def _response(
+        self, plate: str, point: str, member: int, sensors: tuple[str, ...]
+    ) -> PlateResponse:
         """Of one plate of the ensemble from one point, made once."""
         key = (plate, point, member, sensors)
         if key not in self._responses:
@@ -359,7 +427,9 @@ class Twin:
         if not accelerations.shape[1]:
             return np.zeros((*accelerations.shape[:2], self.frequency_hz.size))
         longest = float(pulses.contact_time_s.max())
-        return ringing_spectra(accelerations, self.sampling_rate_hz, self.frequency_hz, self.q, longest)
+        return ringing_spectra(
+            accelerations, self.sampling_rate_hz, self.frequency_hz, self.q, longest
+        )
 
     @property
     def _step_s(self) -> float:

@@ -65,7 +65,9 @@ class ForcePulses:
     @property
     def impulse_n_s(self) -> Floats:
         """Trapezoid rule over the contact, (n,)."""
-        return np.asarray(np.trapezoid(self.force_n, axis=1) * self.contact_time_s / (self.force_n.shape[1] - 1))
+        return np.asarray(
+            np.trapezoid(self.force_n, axis=1) * self.contact_time_s / (self.force_n.shape[1] - 1)
+        )
 
 
 class ContactStage(Protocol):
@@ -103,6 +105,8 @@ class ExtrapolationPolicy(Protocol):
 class AboveAnvil(Protocol):
     """A contact stage whose pulses are those at the tip, where a hammer feels them."""
 
-    def plate_pulses(self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
+    def plate_pulses(
+        self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses
+    ) -> ForcePulses:
         """What of `pulses`, those of the same strikes and `z`, acts on the plate."""
         ...

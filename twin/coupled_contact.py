@@ -12,7 +12,14 @@ from ..array_types import Floats
 from .contact.coupled import COUPLED_PHASES, ImpactSolver, PlatePoint, coupled_impact
 from .contact.impact import trimmed
 from .contact.impacts import Impacts, impedance
-from .contact_interface import AboveAnvil, Extrapolation, ExtrapolationPolicy, ForcePulses, ImpactBatch, OutOfDomain
+from .contact_interface import (
+    AboveAnvil,
+    Extrapolation,
+    ExtrapolationPolicy,
+    ForcePulses,
+    ImpactBatch,
+    OutOfDomain,
+)
 from .plate.modal import ModalPlate
 from .plate.stage import PlateStage
 from .setting import Setting
@@ -30,7 +37,9 @@ class SolvableContact(Protocol):
     @property
     def normals(self) -> int: ...
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
+    def pulses_on_plate(
+        self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None
+    ) -> ForcePulses:
         """As `pulses`, by `solver` in place of the motion on a rigid target and without the plate's own compliance."""
         ...
 
@@ -50,7 +59,9 @@ class CoupledContact:
 
     base: SolvableContact
     plate: PlateStage
-    _points: dict[tuple[object, ...], PlatePoint] = field(default_factory=dict, init=False, repr=False)
+    _points: dict[tuple[object, ...], PlatePoint] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     @property
     def label(self) -> str:
@@ -74,9 +85,15 @@ class CoupledContact:
         """What lies outside of the base's domain."""
         return self.base.outside(strikes)
 
-    def plate_pulses(self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
+    def plate_pulses(
+        self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses
+    ) -> ForcePulses:
         """What of `pulses` acts on the plate, where the base tells it apart."""
-        return self.base.plate_pulses(strikes, z, pulses) if isinstance(self.base, AboveAnvil) else pulses
+        return (
+            self.base.plate_pulses(strikes, z, pulses)
+            if isinstance(self.base, AboveAnvil)
+            else pulses
+        )
 
     def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
         """What lies beyond the shots that the base has learned from."""
@@ -86,15 +103,24 @@ class CoupledContact:
 
     def _point(self, setting: Setting, impedance_n_s_m: float) -> PlatePoint:
         free = setting.boundary_conditions == "free"
-        key = (setting.plate.name, setting.impact_position, impedance_n_s_m, setting.plate_mass_kg if free else None)
+        key = (
+            setting.plate.name,
+            setting.impact_position,
+            impedance_n_s_m,
+            setting.plate_mass_kg if free else None,
+        )
         if key not in self._points:
             plate = self.plate.ensemble(setting.plate.name)[0]
             mass = setting.plate_mass_kg if free else math.inf
-            self._points[key] = point_of_plate(plate, setting.impact_position, impedance_n_s_m, mass)
+            self._points[key] = point_of_plate(
+                plate, setting.impact_position, impedance_n_s_m, mass
+            )
         return self._points[key]
 
 
-def point_of_plate(plate: ModalPlate, name: str, impedance_n_s_m: float, free_mass_kg: float = math.inf) -> PlatePoint:
+def point_of_plate(
+    plate: ModalPlate, name: str, impedance_n_s_m: float, free_mass_kg: float = math.inf
+) -> PlatePoint:
     """An impact point of a plate, whose point impedance without edges is given.
 
     `free_mass_kg` is the mass of a plate that nothing holds, infinite for a plate that is held. Where no mode of it is
@@ -115,4 +141,6 @@ def _pulses(impacts: Impacts, points: list[PlatePoint]) -> ForcePulses:
     solved = coupled_impact(impacts, points, steps=_STEPS, cycles=_CYCLES)
     pulses = trimmed(solved, COUPLED_PHASES)
     share = solved.impulse_n_s / pulses.impulse_n_s
-    return ForcePulses(pulses.contact_time_s, pulses.force_n * share[:, None], pulses.compression_time_s)
+    return ForcePulses(
+        pulses.contact_time_s, pulses.force_n * share[:, None], pulses.compression_time_s
+    )

@@ -64,7 +64,10 @@ def parameter(
     plausible: tuple[float, float] | None = None,
 ) -> Any:
     """A field of an effect. SI; the unit stands in the field's name, too."""
-    return field(default=default, metadata={_KEY: (meaning, unit, low, high, off, likely, typical, owner, plausible)})
+    return field(
+        default=default,
+        metadata={_KEY: (meaning, unit, low, high, off, likely, typical, owner, plausible)},
+    )
 
 
 @dataclass(frozen=True)
@@ -109,7 +112,10 @@ class Effect(ABC):
     def as_json(self) -> dict[str, Any]:
         """`{"id": ..., parameter: value, ...}`; arrays become lists."""
         values = {item.name: getattr(self, item.name) for item in self.parameters()}
-        return {"id": self.id, **{k: v.tolist() if isinstance(v, np.ndarray) else float(v) for k, v in values.items()}}
+        return {
+            "id": self.id,
+            **{k: v.tolist() if isinstance(v, np.ndarray) else float(v) for k, v in values.items()},
+        }
 
 
 @cache
@@ -135,7 +141,11 @@ def catalogue() -> Mapping[str, type[Effect]]:
         for name in sorted(module.name for module in pkgutil.iter_modules(package.__path__)):
             module = importlib.import_module(f"{package.__name__}.{name}")
             for thing in vars(module).values():
-                if isinstance(thing, type) and issubclass(thing, Effect) and thing.__module__ == module.__name__:
+                if (
+                    isinstance(thing, type)
+                    and issubclass(thing, Effect)
+                    and thing.__module__ == module.__name__
+                ):
                     effects_by_id[thing.id] = thing
     return effects_by_id
 
@@ -147,14 +157,18 @@ def effect(identity: str, **parameters: Value) -> Effect:
     kind = catalogue()[identity]
     parameter_names = [item.name for item in kind.parameters()]
     if unknown := [name for name in parameters if name not in parameter_names]:
-        raise ValueError(f"{identity} has no parameter {unknown[0]!r}; it has: {', '.join(parameter_names)}")
+        raise ValueError(
+            f"{identity} has no parameter {unknown[0]!r}; it has: {', '.join(parameter_names)}"
+        )
     return kind(**parameters)
 
 
 def effect_from_json(table: Mapping[str, Any]) -> Effect:
     """The inverse of `Effect.as_json`."""
     values = {
-        k: np.asarray(v, dtype=np.float64) if isinstance(v, list) else float(v) for k, v in table.items() if k != "id"
+        k: np.asarray(v, dtype=np.float64) if isinstance(v, list) else float(v)
+        for k, v in table.items()
+        if k != "id"
     }
     return effect(str(table["id"]), **values)
 

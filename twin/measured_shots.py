@@ -47,7 +47,11 @@ class MeasuredShots:
 
     def __post_init__(self) -> None:
         n, sensors, lines = len(self.settings), len(self.sensors), self.frequency_hz.size
-        shapes = {"peak_acceleration_m_s2": (n, sensors), "spectra_m_s2": (n, sensors, lines), "frequency_hz": (lines,)}
+        shapes = {
+            "peak_acceleration_m_s2": (n, sensors),
+            "spectra_m_s2": (n, sensors, lines),
+            "frequency_hz": (lines,),
+        }
         if self.given_force_n is not None:
             shapes["given_force_n"] = (n, *self.given_force_n.shape[1:2])
         for item in fields(self):
@@ -77,10 +81,15 @@ class MeasuredShots:
         """The measured forces of shots that are predicted from them, (rows,). Raises `ValueError` for others."""
         forces = [force for row in rows.tolist() if (force := self.given_force(row)) is not None]
         if len(forces) != len(rows):
-            raise ValueError(f"{len(rows) - len(forces)} of {len(rows)} shots are not predicted from their force")
+            raise ValueError(
+                f"{len(rows) - len(forces)} of {len(rows)} shots are not predicted from their force"
+            )
         pulses = [force.repeated(1) for force in forces]
         return ForcePulses(
-            *(np.concatenate([getattr(pulse, item.name) for pulse in pulses]) for item in fields(ForcePulses))
+            *(
+                np.concatenate([getattr(pulse, item.name) for pulse in pulses])
+                for item in fields(ForcePulses)
+            )
         )
 
     def take(self, rows: Sequence[int] | NDArray[np.intp]) -> Self:
@@ -95,7 +104,9 @@ class MeasuredShots:
 
     def evenly(self, most: int) -> Self:
         """At most so many of the shots, evenly picked by their order."""
-        return self.take(np.linspace(0, len(self) - 1, min(len(self), most)).round().astype(np.intp))
+        return self.take(
+            np.linspace(0, len(self) - 1, min(len(self), most)).round().astype(np.intp)
+        )
 
     def without(self, configurations: Sequence[int] | NDArray[np.intp]) -> Self:
         """The shots of all other configurations."""

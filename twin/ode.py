@@ -34,7 +34,9 @@ DORMAND_PRINCE_STAGES = (
     np.array([35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84]),
 )
 # The difference of both orders.
-DORMAND_PRINCE_ERROR = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+DORMAND_PRINCE_ERROR = np.array(
+    [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]
+)
 # So near the target, relative to it, a straight line leads there: what it misses goes with the square of this.
 AT_TARGET = 1e-5
 MOST_STEPS = 200_000
@@ -105,7 +107,9 @@ def dormand_prince_step(
     slopes = np.empty((7, k, n))
     slopes[0] = first
     flat = slopes.reshape(7, k * n)
-    for i, (node, weights) in enumerate(zip(DORMAND_PRINCE_NODES, DORMAND_PRINCE_STAGES, strict=True), 1):
+    for i, (node, weights) in enumerate(
+        zip(DORMAND_PRINCE_NODES, DORMAND_PRINCE_STAGES, strict=True), 1
+    ):
         at = (weights @ flat[:i]).reshape(k, n)
         at *= step
         at += state
@@ -116,7 +120,9 @@ def dormand_prince_step(
 DORMAND_PRINCE = Method(dormand_prince_step, 5)
 
 
-def run(problems: Problems, start: Floats, first_step: Floats, tolerance: StepTolerance, method: Method) -> Ends:
+def run(
+    problems: Problems, start: Floats, first_step: Floats, tolerance: StepTolerance, method: Method
+) -> Ends:
     """Every problem from `start` (k, n) at time 0 to its end. `first_step` (n,) is where the search for steps begins.
 
     Raises `RuntimeError` when a problem takes more than 200,000 steps.
@@ -125,7 +131,11 @@ def run(problems: Problems, start: Floats, first_step: Floats, tolerance: StepTo
     ends = Ends(np.zeros(n), start.copy(), np.zeros(n, dtype=bool))
     rows, floor, under_way = np.arange(n), tolerance.floor, np.ones(n, dtype=bool)
     now = _Now(
-        np.zeros(n), start.copy(), problems.rates(np.zeros(n), start), first_step.copy(), np.zeros(n, dtype=bool)
+        np.zeros(n),
+        start.copy(),
+        problems.rates(np.zeros(n), start),
+        first_step.copy(),
+        np.zeros(n, dtype=bool),
     )
     for _ in range(MOST_STEPS):
         # A step that is too long may leave what the rates are made for; it is not taken then.
@@ -144,10 +154,17 @@ def run(problems: Problems, start: Floats, first_step: Floats, tolerance: StepTo
             if not stay.size:
                 return ends
             if stay.size < _KEPT * rows.size:
-                problems, now, rows, floor = problems.take(stay), now.take(stay), rows[stay], floor[:, stay]
+                problems, now, rows, floor = (
+                    problems.take(stay),
+                    now.take(stay),
+                    rows[stay],
+                    floor[:, stay],
+                )
                 under_way = np.ones(stay.size, dtype=bool)
     rows = rows[under_way]
-    raise RuntimeError(f"{rows.size} of {n} problems took more than {MOST_STEPS} steps; the first is number {rows[0]}")
+    raise RuntimeError(
+        f"{rows.size} of {n} problems took more than {MOST_STEPS} steps; the first is number {rows[0]}"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,10 +178,18 @@ class _Now:
     aims: Flags
 
     def take(self, rows: Rows) -> _Now:
-        return _Now(self.time[rows], self.state[:, rows], self.slope[:, rows], self.step[rows], self.aims[rows])
+        return _Now(
+            self.time[rows],
+            self.state[:, rows],
+            self.slope[:, rows],
+            self.step[rows],
+            self.aims[rows],
+        )
 
 
-def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, method: Method) -> tuple[_Now, Flags]:
+def _advanced(
+    problems: Problems, now: _Now, relative: float, floor: Floats, method: Method
+) -> tuple[_Now, Flags]:
     """After one attempt of each, and which of them have reached their targets."""
     tried = np.minimum(now.step, problems.longest_step(now.time))
     new, slope, error = method.step(problems.rates, now.time, now.state, now.slope, tried, floor)
@@ -177,7 +202,9 @@ def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, met
     passed = good & (gap > 0) & ~at_target
     taken = good & ~passed
     time, step = now.time + tried, tried * _growth(ratio, method.order)
-    step = np.where(taken & (tried < now.step), np.maximum(step, now.step), step)  # a corner was met, not an error
+    step = np.where(
+        taken & (tried < now.step), np.maximum(step, now.step), step
+    )  # a corner was met, not an error
     if at_target.any():
         late = np.where(at_target, gap / np.where(at_target, slope[0], 1.0), 0.0)
         new -= late * slope
@@ -200,7 +227,9 @@ def _growth(ratio: Floats, order: int) -> Floats:
     return np.asarray(np.minimum(np.fmax(factor, 0.2), 5.0))  # fmax takes 0.2 for NaN
 
 
-def _aimed(step: Floats, start: Floats, rate: Floats, end: Floats, end_rate: Floats, target: Floats) -> Floats:
+def _aimed(
+    step: Floats, start: Floats, rate: Floats, end: Floats, end_rate: Floats, target: Floats
+) -> Floats:
     """The step after which the first quantity is at its target, by the cubic through both ends of a longer one."""
     rise, r0, r1 = end - start, step * rate, step * end_rate
     s = straight = (target - start) / rise
@@ -208,16 +237,42 @@ def _aimed(step: Floats, start: Floats, rate: Floats, end: Floats, end_rate: Flo
     for _ in range(4):
         value = s * (r0 + s * (bend + s * twist))
         slope = r0 + s * (2 * bend + 3 * s * twist)
-        s = np.minimum(np.maximum(s + (target - start - value) / np.where(slope > 0, slope, rise), 0.01), 1.0)
+        s = np.minimum(
+            np.maximum(s + (target - start - value) / np.where(slope > 0, slope, rise), 0.01), 1.0
+        )
     # A cubic that turns back may lead to the end again, and would do so for ever.
     return np.asarray(step * np.where(s < 1, s, straight))
 
 
 GAMMA = 0.21193756319429014
-RODAS_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
-RODAS_TIMES = (GAMMA, -2 * GAMMA, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)
+RODAS_NODES = (
+    0.0,
+    0.6358126895828704,
+    0.4095798393397535,
+    0.9769306725060716,
+    0.4288403609558664,
+    1.0,
+    1.0,
+    1.0,
+)
+RODAS_TIMES = (
+    GAMMA,
+    -2 * GAMMA,
+    -0.3384627126235924,
+    1.8046452872882734,
+    2.325825639765069,
+    0.0,
+    0.0,
+    0.0,
+)
 # What earlier stages add to the state, and, over the step, to the right-hand side.
-_SIXTH = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
+_SIXTH = (
+    -7.502846399306121,
+    2.561846144803919,
+    -11.627539656261098,
+    -0.18268767659942256,
+    0.030198172008377946,
+)
 RODAS_STATE = (
     np.array([]),
     np.array([3.0]),
@@ -240,7 +295,15 @@ RODAS_SIDE = (
     np.array([-17.97296035885952, -2.859693295451294]),
     np.array([147.12150275711716, -1.41221402718213, 71.68940251302358]),
     np.array([165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306]),
-    np.array([24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471]),
+    np.array(
+        [
+            24.854864614690072,
+            -3.0009227002832186,
+            47.4931110020768,
+            5.5814197821558125,
+            -0.6610691825249471,
+        ]
+    ),
     np.array(_SEVENTH),
     np.array(_EIGHTH),
 )
@@ -254,7 +317,9 @@ def rosenbrock_step(
     The quantities' size, with its `floor` (k, n), sets the differences that the Jacobian is taken from.
     """
     k, n = state.shape
-    by_state, by_time = _derivatives(rates, time, state, first, step, np.maximum(np.abs(state), floor))
+    by_state, by_time = _derivatives(
+        rates, time, state, first, step, np.maximum(np.abs(state), floor)
+    )
     system = -by_state
     system[np.arange(k), np.arange(k)] += 1 / (GAMMA * step)
     inverse = _inverse(system)

@@ -51,7 +51,11 @@ class Band:
         return cls(draws.mean(axis=0), lower, upper)
 
     def as_json(self) -> dict[str, Any]:
-        return {"mean": self.mean.tolist(), "lower": self.lower.tolist(), "upper": self.upper.tolist()}
+        return {
+            "mean": self.mean.tolist(),
+            "lower": self.lower.tolist(),
+            "upper": self.upper.tolist(),
+        }
 
 
 def _ends(draws: Floats) -> Floats:
@@ -142,19 +146,29 @@ class Prediction:
     def index(self, sensor: str) -> int:
         """Of a sensor. Raises `LookupError` that names those there are."""
         if sensor not in self.sensors:
-            raise LookupError(f"no sensor {sensor!r}; there are: {', '.join(self.sensors) or 'none'}")
+            raise LookupError(
+                f"no sensor {sensor!r}; there are: {', '.join(self.sensors) or 'none'}"
+            )
         return self.sensors.index(sensor)
 
     def as_json(self) -> dict[str, Any]:
         """Plain data with the keys of `predict --json`."""
-        numbers = ("velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s", "compression_time_s")
+        numbers = (
+            "velocity_m_s",
+            "contact_time_s",
+            "peak_force_n",
+            "impulse_n_s",
+            "compression_time_s",
+        )
         return {
             **{name: getattr(self, name).as_json() for name in numbers},
             "force": {"time_s": self.time_s.tolist(), **self.force_n.as_json()},
             "acceleration": {name: self._acceleration_json(name) for name in self.sensors} or None,
             "srs": self._srs_json(),
             "models": dict(self.models),
-            "outside_domain": [{"predictor": o.predictor, "value": o.value, "range": o.range} for o in self.outside],
+            "outside_domain": [
+                {"predictor": o.predictor, "value": o.value, "range": o.range} for o in self.outside
+            ],
             "extrapolation": [asdict(extrapolation) for extrapolation in self.extrapolation],
             "rests_on": asdict(self.rests_on),
         }

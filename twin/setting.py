@@ -28,7 +28,9 @@ class ElasticMaterial:
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise ValueError(f"{self.name}: {name} = {value!r}; expected positive and finite")
         if not -1 < self.poisson_ratio < 0.5:
-            raise ValueError(f"{self.name}: poisson_ratio = {self.poisson_ratio!r}; expected above -1 and below 0.5")
+            raise ValueError(
+                f"{self.name}: poisson_ratio = {self.poisson_ratio!r}; expected above -1 and below 0.5"
+            )
 
 
 #: Thesis, Table 4.2; PLA: Farah, Anderson and Langer, Adv. Drug Deliv. Rev. 107 (2016) 367, solid, mid-range.
@@ -77,21 +79,31 @@ class Setting:
         for name in ("impactor_mass_kg", "tip_radius_m", "plate_thickness_m", "plate_mass_kg"):
             _positive(name, getattr(self, name))
         if (self.tank_pressure_pa is None) == (self.impact_velocity_m_s is None):
-            raise ValueError("tank_pressure_pa and impact_velocity_m_s: expected exactly one of them")
+            raise ValueError(
+                "tank_pressure_pa and impact_velocity_m_s: expected exactly one of them"
+            )
         if self.tank_pressure_pa is not None and not (0 <= self.tank_pressure_pa < math.inf):
-            raise ValueError(f"tank_pressure_pa = {self.tank_pressure_pa!r}: expected 0 or more, gauge")
+            raise ValueError(
+                f"tank_pressure_pa = {self.tank_pressure_pa!r}: expected 0 or more, gauge"
+            )
         if self.impact_velocity_m_s is not None:
             _positive("impact_velocity_m_s", self.impact_velocity_m_s)
         if self.valve_profile is not None and self.tank_pressure_pa is None:
-            raise ValueError("valve_profile without tank_pressure_pa: a given velocity of impact passes no valve")
+            raise ValueError(
+                "valve_profile without tank_pressure_pa: a given velocity of impact passes no valve"
+            )
         if self.insulator not in INSULATORS:
-            raise ValueError(f"insulator = {self.insulator!r}: expected one of {', '.join(INSULATORS)}")
+            raise ValueError(
+                f"insulator = {self.insulator!r}: expected one of {', '.join(INSULATORS)}"
+            )
         if self.boundary_conditions not in BOUNDARY_CONDITIONS:
             raise ValueError(
                 f"boundary_conditions = {self.boundary_conditions!r}: expected one of {', '.join(BOUNDARY_CONDITIONS)}"
             )
         if self.insulator != "none" and self.anvil is None:
-            raise ValueError(f"insulator = {self.insulator!r} without an anvil: expected an anvil, on which it lies")
+            raise ValueError(
+                f"insulator = {self.insulator!r} without an anvil: expected an anvil, on which it lies"
+            )
 
     @property
     def target(self) -> ElasticMaterial:

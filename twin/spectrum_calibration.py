@@ -111,7 +111,9 @@ class Scatter:
         if learned.shots is None or len(learned.shots) < _FEW:
             return cls(np.ones(lines))
         errors, deviations = learned.left_out()
-        of_shot = np.diag(learned.prior.shot_covariance_db2()) * (1 - 1 / learned.shots.shots[:, None])
+        of_shot = np.diag(learned.prior.shot_covariance_db2()) * (
+            1 - 1 / learned.shots.shots[:, None]
+        )
         squares = np.minimum((errors**2 + within_db2) / (deviations**2 + of_shot), _MOST_SQUARE)
         of_lines = (squares.sum(axis=0) + _LINE_WEIGHT) / (len(squares) + _LINE_WEIGHT)
         return cls(of_lines, learned.shots, (squares / of_lines).mean(axis=1))
@@ -148,7 +150,9 @@ class SpectrumCalibration:
         prior = _prior(frequency_hz)
         learned = prior.after((), np.empty((0, prior.frequency_hz.size)))
         return cls(
-            tuple(sensors), (learned,) * len(sensors), (Scatter(np.ones(prior.frequency_hz.size)),) * len(sensors)
+            tuple(sensors),
+            (learned,) * len(sensors),
+            (Scatter(np.ones(prior.frequency_hz.size)),) * len(sensors),
         )
 
     @classmethod
@@ -160,8 +164,12 @@ class SpectrumCalibration:
         expected = (len(shots), len(shots.sensors), shots.frequency_hz.size + 1)
         if predicted_db.shape != expected:
             raise ValueError(f"predicted_db has shape {predicted_db.shape}: expected {expected}")
-        measured = np.concatenate([shots.peak_acceleration_m_s2[..., None], shots.spectra_m_s2], axis=-1)
-        residual = np.roll(20 * np.log10(measured) - predicted_db, -1, axis=-1)  # the peak is the last line
+        measured = np.concatenate(
+            [shots.peak_acceleration_m_s2[..., None], shots.spectra_m_s2], axis=-1
+        )
+        residual = np.roll(
+            20 * np.log10(measured) - predicted_db, -1, axis=-1
+        )  # the peak is the last line
         settings = at_velocities(shots.settings, shots.impact_velocity_m_s)
         learned: list[ShotCorrection] = []
         scatter: list[Scatter] = []
@@ -171,7 +179,9 @@ class SpectrumCalibration:
             rows = rows[_most(shots.configuration[rows])]
             counts.append(rows.size)
             some = [settings[row] for row in rows]
-            item, within = _learned(shots.frequency_hz, some, shots.configuration[rows], residual[rows, number])
+            item, within = _learned(
+                shots.frequency_hz, some, shots.configuration[rows], residual[rows, number]
+            )
             learned.append(item)
             scatter.append(Scatter.of(item, within))
         return cls(shots.sensors, tuple(learned), tuple(scatter), max(counts, default=0))
@@ -181,7 +191,9 @@ class SpectrumCalibration:
         """How many standard normal numbers one draw takes: for each sensor one a line, and one for the peak."""
         return sum(learned.prior.frequency_hz.size for learned in self.learned)
 
-    def factors(self, settings: Sequence[Setting], sensors: Sequence[str], z: Floats | None = None) -> Floats:
+    def factors(
+        self, settings: Sequence[Setting], sensors: Sequence[str], z: Floats | None = None
+    ) -> Floats:
         """By which peaks (first) and lines are multiplied at settings, (n, sensors, 1 + lines); of draws (d, n, ...).
 
         `z` (d, normals): the same for all settings, so that they can be compared. Raises `LookupError` for a sensor
@@ -193,11 +205,15 @@ class SpectrumCalibration:
             if sensor in sensors:
                 db = learned.mean_db(settings)
                 if z is not None:
-                    db = db + learned.draws_db(settings, z[:, begin:stop]) * scatter.factors(settings)
+                    db = db + learned.draws_db(settings, z[:, begin:stop]) * scatter.factors(
+                        settings
+                    )
                 parts[sensor] = np.roll(db, 1, axis=-1)
             begin = stop
         if missing := [sensor for sensor in sensors if sensor not in parts]:
-            raise LookupError(f"no sensor {missing[0]!r} is calibrated; there are: {', '.join(self.sensors) or 'none'}")
+            raise LookupError(
+                f"no sensor {missing[0]!r} is calibrated; there are: {', '.join(self.sensors) or 'none'}"
+            )
         return np.asarray(10 ** (np.stack([parts[sensor] for sensor in sensors], axis=-2) / 20))
 
 
@@ -211,7 +227,9 @@ def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Set
     ]
 
 
-def stretched(pulses: ForcePulses, law: ForcePulses, peak_force_n: Floats, impulse_n_s: Floats) -> ForcePulses:
+def stretched(
+    pulses: ForcePulses, law: ForcePulses, peak_force_n: Floats, impulse_n_s: Floats
+) -> ForcePulses:
     """Pulses as they become where those of a law are stretched to measured peaks and impulses, (n,).
 
     `pulses` are the law's, or what of them acts on a plate. Those without a measured force stay as they are.
@@ -219,7 +237,11 @@ def stretched(pulses: ForcePulses, law: ForcePulses, peak_force_n: Floats, impul
     usable = np.isfinite(peak_force_n) & np.isfinite(impulse_n_s)
     force = np.where(usable, peak_force_n / law.peak_force_n, 1.0)
     time = np.where(usable, impulse_n_s / (law.impulse_n_s * force), 1.0)
-    return ForcePulses(pulses.contact_time_s * time, pulses.force_n * force[:, None], pulses.compression_time_s * time)
+    return ForcePulses(
+        pulses.contact_time_s * time,
+        pulses.force_n * force[:, None],
+        pulses.compression_time_s * time,
+    )
 
 
 def _prior(frequency_hz: Floats) -> Discrepancy:
@@ -229,12 +251,19 @@ def _prior(frequency_hz: Floats) -> Discrepancy:
 def _most(configuration: NDArray[np.intp]) -> NDArray[np.bool_]:
     """Which shots are of the configurations that are learned from."""
     distinct = np.unique(configuration)
-    picked = np.linspace(0, distinct.size - 1, min(distinct.size, MOST_CONFIGURATIONS)).round().astype(np.intp)
+    picked = (
+        np.linspace(0, distinct.size - 1, min(distinct.size, MOST_CONFIGURATIONS))
+        .round()
+        .astype(np.intp)
+    )
     return np.isin(configuration, distinct[picked])
 
 
 def _learned(
-    frequency_hz: Floats, settings: Sequence[Setting], configuration: NDArray[np.intp], residual_db: Floats
+    frequency_hz: Floats,
+    settings: Sequence[Setting],
+    configuration: NDArray[np.intp],
+    residual_db: Floats,
 ) -> tuple[ShotCorrection, Floats]:
     """From the shots of configurations (n,): their scatter from each, the rest from means over repeats. And the mean
     squares (c, f) of a configuration's shots about their mean."""
@@ -243,6 +272,8 @@ def _learned(
         return prior.after((), residual_db), np.empty((0, prior.frequency_hz.size))
     groups = [residual_db[configuration == key] for key in np.unique(configuration)]
     learned = ShotCorrection.of(
-        prior, Coordinates.of(settings).means(configuration), np.array([group.mean(axis=0) for group in groups])
+        prior,
+        Coordinates.of(settings).means(configuration),
+        np.array([group.mean(axis=0) for group in groups]),
     )
     return learned, np.array([group.var(axis=0) for group in groups])

@@ -82,7 +82,9 @@ def curve(p: Floats, right: Floats, bins: int = BINS) -> tuple[Bin, ...]:
     place = np.minimum((np.asarray(p) * bins).astype(int), bins - 1)
     hits = np.asarray(right, dtype=bool)
     return tuple(
-        Bin(float(np.mean(np.asarray(p)[place == b])), Rate.of(hits[place == b])) for b in range(bins) if b in place
+        Bin(float(np.mean(np.asarray(p)[place == b])), Rate.of(hits[place == b]))
+        for b in range(bins)
+        if b in place
     )
 
 
@@ -92,7 +94,9 @@ def calibration_error(p: Floats, right: Floats, bins: int = BINS) -> float:
     if not len(p):
         return math.nan
     parts = curve(p, right, bins)
-    return sum(part.right.n * abs(part.probability - (part.right.value or 0.0)) for part in parts) / len(p)
+    return sum(
+        part.right.n * abs(part.probability - (part.right.value or 0.0)) for part in parts
+    ) / len(p)
 
 
 def negative_log(rows: Sequence[CaseResult]) -> float:
@@ -191,13 +195,17 @@ def _first(answer: CaseAnswer) -> str:
 def stage_hits(rows: Sequence[CaseResult]) -> Rate:
     """How often the first stage named is one where the gap is, among rows whose truth has one."""
     held = [row for row in rows if row.label.stages]
-    return Rate.of(row.said.stages[:1] != () and row.said.stages[0] in row.label.stages for row in held)
+    return Rate.of(
+        row.said.stages[:1] != () and row.said.stages[0] in row.label.stages for row in held
+    )
 
 
 def region_scores(rows: Sequence[CaseResult]) -> list[float]:
     """F1 of the first region named, over configurations, where the effect acts in some of them only; 0 if none is."""
     held = [row for row in rows if row.label.inside is not None]
-    return [f1(row.said.inside[0] if row.said.inside else (), row.label.inside or ()) for row in held]
+    return [
+        f1(row.said.inside[0] if row.said.inside else (), row.label.inside or ()) for row in held
+    ]
 
 
 def mean_region_score(rows: Sequence[CaseResult]) -> float:

@@ -48,7 +48,11 @@ class GapProblem:
         """Without `inference` no effect is simulated, and `changes` is empty."""
         from scipy.linalg import block_diag
 
-        blocks = inference.blocks if inference is not None else [StageBlock.of(gap, name) for name in gap.stages]
+        blocks = (
+            inference.blocks
+            if inference is not None
+            else [StageBlock.of(gap, name) for name in gap.stages]
+        )
         laws = () if inference is None else tuple(law for law in inference.laws if not law.levels)
         return cls(
             np.concatenate([block.z for block in blocks]),
@@ -57,7 +61,10 @@ class GapProblem:
             np.concatenate([block.configuration for block in blocks]),
             np.concatenate([block.observable for block in blocks]),
             {} if inference is None else _changes(inference, laws),
-            {name: max(law.size for law in laws if law.id == name) for name in dict.fromkeys(law.id for law in laws)},
+            {
+                name: max(law.size for law in laws if law.id == name)
+                for name in dict.fromkeys(law.id for law in laws)
+            },
         )
 
 
@@ -67,7 +74,9 @@ def _changes(inference: InferenceProblem, laws: Sequence[EffectLaw]) -> dict[str
     table = np.concatenate(inference.changes(points), axis=1)
     effects = np.array([law.id for ((law, _),) in points])
     answered = np.isfinite(table).all(axis=1)
-    return {str(name): table[answered & (effects == name)] for name in dict.fromkeys(effects[answered])}
+    return {
+        str(name): table[answered & (effects == name)] for name in dict.fromkeys(effects[answered])
+    }
 
 
 def _prior_grid(count: int) -> Floats:
@@ -93,7 +102,10 @@ def noise_only(problem: GapProblem) -> dict[str, float]:
 
     none, logs = _log_likelihoods(problem)
     share = _EFFECTS / max(1, len(logs))
-    joint = {name: float(logsumexp(places) - np.log(len(places)) + np.log(share)) for name, places in logs.items()}
+    joint = {
+        name: float(logsumexp(places) - np.log(len(places)) + np.log(share))
+        for name, places in logs.items()
+    }
     return _normalised({NONE: none + np.log(_NONE), **joint})
 
 
@@ -101,20 +113,29 @@ def bic(problem: GapProblem) -> dict[str, float]:
     """exp(-BIC / 2) of each effect at its best place: Schwarz, Ann. Stat. 6 (1978) 461."""
     none, logs = _log_likelihoods(problem)
     cost = 0.5 * np.log(len(problem.z))
-    best = {name: float(places.max() - cost * problem.parameters[name]) for name, places in logs.items()}
+    best = {
+        name: float(places.max() - cost * problem.parameters[name]) for name, places in logs.items()
+    }
     return _normalised({NONE: none, **best})
 
 
-def largest_residual(problem: GapProblem, frequent: Mapping[str, str] | None = None) -> dict[str, float]:
+def largest_residual(
+    problem: GapProblem, frequent: Mapping[str, str] | None = None
+) -> dict[str, float]:
     """Names the most frequent effect of the stage whose gap is the largest in tolerances, or none within tolerance.
 
     `frequent` by stage; by default the first effect of the stage that the campaign can show.
     """
-    sizes = {name: float(np.sqrt(np.mean(problem.z[problem.stage == name] ** 2))) for name in set(problem.stage)}
+    sizes = {
+        name: float(np.sqrt(np.mean(problem.z[problem.stage == name] ** 2)))
+        for name in set(problem.stage)
+    }
     worst = max(sizes, key=lambda name: sizes[name])
     if sizes[worst] <= 1.0:
         return {NONE: 1.0}
-    named = (frequent or {}).get(worst) or next((n for n in problem.changes if n.startswith(f"{worst}.")), None)
+    named = (frequent or {}).get(worst) or next(
+        (n for n in problem.changes if n.startswith(f"{worst}.")), None
+    )
     return {named or next(iter(problem.changes), NONE): 1.0}
 
 
@@ -158,7 +179,12 @@ class Forest:
 
     @classmethod
     def trained(
-        cls, kinds: Sequence[str], x: Sequence[Floats], y: Sequence[str], seed: int, trees: int = TREES
+        cls,
+        kinds: Sequence[str],
+        x: Sequence[Floats],
+        y: Sequence[str],
+        seed: int,
+        trees: int = TREES,
     ) -> Self:
         """From features and labels of campaigns. Raises `ModuleNotFoundError` without scikit-learn."""
         from sklearn.ensemble import RandomForestClassifier
@@ -214,7 +240,9 @@ def _table(problem: GapProblem, cells: NDArray[np.intp], values: Floats) -> Floa
     o, column = np.unique(problem.observable[cells], return_inverse=True)
     full = np.zeros((len(c), len(o)))
     full[row, column] = values[cells]
-    both = np.concatenate([_resampled(full, CONFIGURATIONS), full.mean(axis=0)[None], full.std(axis=0)[None]])
+    both = np.concatenate(
+        [_resampled(full, CONFIGURATIONS), full.mean(axis=0)[None], full.std(axis=0)[None]]
+    )
     if len(o) > OBSERVABLES:
         return _resampled(both.T, OBSERVABLES).T
     return np.pad(both, ((0, 0), (0, OBSERVABLES - len(o))))

@@ -92,7 +92,11 @@ class BenchFigures:
 def bench_figures(name: str, rows: Rows) -> BenchFigures:
     fractions = [fraction_of(row.said.shrinkage) or 0.0 for row in rows]
     true = [fraction_of(row.oracle, "true_fraction") or 0.0 for row in rows if row.label.effects]
-    naive = [(row.said.naive, own) for row, own in zip(rows, fractions, strict=True) if row.said.naive is not None]
+    naive = [
+        (row.said.naive, own)
+        for row, own in zip(rows, fractions, strict=True)
+        if row.said.naive is not None
+    ]
     seconds = [row.said.seconds for row in rows if math.isfinite(row.said.seconds)]
     memory = [row.said.memory_mb for row in rows if row.said.memory_mb is not None]
     compared = [(row, effect) for row in rows for effect in _compared(row)]
@@ -104,7 +108,9 @@ def bench_figures(name: str, rows: Rows) -> BenchFigures:
         true_fraction=Quantile.of(true, 50),
         true_fraction_10=Quantile.of(true, 10),
         naive=Quantile.of([value for value, _ in naive if value is not None], 50),
-        at_least_naive=Rate.of(own >= value - BELOW_NAIVE for value, own in naive if value is not None),
+        at_least_naive=Rate.of(
+            own >= value - BELOW_NAIVE for value, own in naive if value is not None
+        ),
         largest_named=Rate.of(_largest(row) in any_named(row) for row in rows if row.label.shares),
         large_named=Rate.of(
             effect in any_named(row)
@@ -118,10 +124,18 @@ def bench_figures(name: str, rows: Rows) -> BenchFigures:
             for effect in row.label.shown
             if effect not in row.label.effects
         ),
-        all_named=Rate.of(set(row.label.effects) <= any_named(row) for row in rows if row.label.effects),
-        one_named=Rate.of(bool(set(row.label.effects) & any_named(row)) for row in rows if row.label.effects),
-        shares_error=_mean([abs(_stated(row, e) - row.label.shares.get(e, 0.0)) for row, e in compared]),
-        shapley_error=_mean([abs(_stated(row, e) - row.label.shapley.get(e, 0.0)) for row, e in compared]),
+        all_named=Rate.of(
+            set(row.label.effects) <= any_named(row) for row in rows if row.label.effects
+        ),
+        one_named=Rate.of(
+            bool(set(row.label.effects) & any_named(row)) for row in rows if row.label.effects
+        ),
+        shares_error=_mean(
+            [abs(_stated(row, e) - row.label.shares.get(e, 0.0)) for row, e in compared]
+        ),
+        shapley_error=_mean(
+            [abs(_stated(row, e) - row.label.shapley.get(e, 0.0)) for row, e in compared]
+        ),
         shares_held=Rate.of(_interval_holds(row, effect) for row, effect in compared),
         unknown_first=Rate.of(row.said.labels[:1] == (UNKNOWN,) for row in rows),
         seconds=(percentile(seconds, 50), percentile(seconds, 95)),
@@ -138,7 +152,10 @@ def bench_tables(rows: Rows, tiers: Sequence[str]) -> tuple[BenchFigures, ...]:
         if own:
             tables.append(bench_figures(tier, own))
         if len(kinds) > 1:
-            tables += [bench_figures(f"{tier}, {k}", [row for row in own if row.label.kind == k]) for k in kinds]
+            tables += [
+                bench_figures(f"{tier}, {k}", [row for row in own if row.label.kind == k])
+                for k in kinds
+            ]
     return tuple(tables)
 
 
@@ -160,7 +177,9 @@ COLUMNS: dict[str, Callable[[BenchFigures], str]] = {
     "(Shapley)": lambda f: show_number(f.shapley_error),
     "shares in 90 %": lambda f: show_rate(f.shares_held),
     "unknown first": lambda f: show_rate(f.unknown_first),
-    "seconds, 95th percentile": lambda f: f"{show_number(f.seconds[0], 0)}, {show_number(f.seconds[1], 0)}",
+    "seconds, 95th percentile": lambda f: (
+        f"{show_number(f.seconds[0], 0)}, {show_number(f.seconds[1], 0)}"
+    ),
     "MB": lambda f: show_number(f.memory_mb, 0),
 }
 
@@ -177,7 +196,10 @@ def bench_text(tables: Sequence[BenchFigures]) -> str:
 def markdown_table(rows: Sequence[Sequence[str]]) -> str:
     """With columns of even width; the first row is the heading."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = ["| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |" for row in rows]
+    lines = [
+        "| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |"
+        for row in rows
+    ]
     return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])
 
 
@@ -192,7 +214,9 @@ def any_named(row: CaseResult) -> frozenset[str]:
 
 def _compared(row: CaseResult) -> list[str]:
     names = dict.fromkeys([*row.label.shares, *row.said.shares])
-    return [e for e in names if max(row.label.shares.get(e, 0.0), _stated(row, e)) >= COMPARED_SHARE]
+    return [
+        e for e in names if max(row.label.shares.get(e, 0.0), _stated(row, e)) >= COMPARED_SHARE
+    ]
 
 
 def _stated(row: CaseResult, effect: str) -> float:

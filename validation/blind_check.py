@@ -18,16 +18,23 @@ from typing import Any
 import numpy as np
 
 from ..diagnosis.options import Options
+from ..files.atomic_write import write_bytes, write_text
 from ..parallel.executor import ExecutorConfig
 from ..parallel.map_tasks import run_all_tasks
-from ..schema.atomic_write import write_bytes, write_text
 from . import oracle_fit
 from .baselines import Forest
 from .case_plan import BENCHES, TIERS, CaseTask, case_of_task, tasks
 from .cases.case import Label as Opened
 from .cases.record import label_of, new_key, open_labels, publish, record_case, seal_labels
 from .report import SCORED, Report, write_rows
-from .run_case import PATIENCE_S, CaseJob, answer_case, answer_of_lost_worker, featured, gap_of_folder
+from .run_case import (
+    PATIENCE_S,
+    CaseJob,
+    answer_case,
+    answer_of_lost_worker,
+    featured,
+    gap_of_folder,
+)
 from .tally import rows_of, scored
 
 #: Kept apart from the seeds of cases.
@@ -36,18 +43,27 @@ _PATIENCE_S = 300.0
 _TIERS = ("weak", "middle", "strong", "very strong", "two")
 
 
-def trained(count: int, seed: int, executor: ExecutorConfig, tell: Callable[[int, int, str], None]) -> Forest | None:
+def trained(
+    count: int, seed: int, executor: ExecutorConfig, tell: Callable[[int, int, str], None]
+) -> Forest | None:
     """A forest of `count` campaigns. None without scikit-learn."""
     try:
         import sklearn  # noqa: F401
     except ModuleNotFoundError:
         return None
-    tasks = [CaseTask(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
+    tasks = [
+        CaseTask(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT)
+        for i in range(count)
+    ]
     learnt: dict[str, dict[str, Any]] = {}
-    for task, row in run_all_tasks(executor, _learnt, tasks, lost=_empty_answer, patience_s=_PATIENCE_S):
+    for task, row in run_all_tasks(
+        executor, _learnt, tasks, lost=_empty_answer, patience_s=_PATIENCE_S
+    ):
         learnt[task.name] = row
         tell(len(learnt), count, "campaigns to learn from")
-    rows = [learnt[task.name] for task in tasks if learnt[task.name]]  # in their order: so are the forest's draws
+    rows = [
+        learnt[task.name] for task in tasks if learnt[task.name]
+    ]  # in their order: so are the forest's draws
     return of_rows(rows, seed) if rows else None
 
 
@@ -70,7 +86,11 @@ def _learnt(task: CaseTask) -> dict[str, Any]:
             _, gap = gap_of_folder(Path(place) / "campaign", Options())
         except ValueError:
             return {}
-    return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(GapProblem.of(gap))}
+    return {
+        "kind": case.kind,
+        "truth": "+".join(case.cause),
+        "features": featured(GapProblem.of(gap)),
+    }
 
 
 def _empty_answer(_: CaseTask) -> dict[str, Any]:
@@ -138,11 +158,18 @@ def run(
     tell, options = progress or (lambda *_: None), options or OPTIONS
     work = tasks(cases, seed, tiers, split, kinds)
     with _work_folder(folder) as place:
-        request: dict[str, Any] = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
+        request: dict[str, Any] = {
+            "cases": cases,
+            "seed": seed,
+            "tiers": list(dict.fromkeys(tiers)),
+            "split": split,
+        }
         request |= {"kinds": list(kinds)} if kinds else {}
         _same_check(place, request | {"shrinkage": options.shrink})
         published = _published(place, work, executor, tell)
-        answers = _answers(place, [CaseJob(task, options, baselines) for task in work], executor, tell, patience_s)
+        answers = _answers(
+            place, [CaseJob(task, options, baselines) for task in work], executor, tell, patience_s
+        )
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0
         forest = trained(learn, seed, executor, tell) if learn else None
         opened = open_labels(place / _SEALED, (place / _KEY).read_bytes(), published)
@@ -152,7 +179,9 @@ def run(
     return Report(cases, seed, published=published, **scored(work, truths, answers, best, forest))
 
 
-def _published(place: Path, work: Sequence[CaseTask], executor: ExecutorConfig, tell: Progress) -> tuple[str, ...]:
+def _published(
+    place: Path, work: Sequence[CaseTask], executor: ExecutorConfig, tell: Progress
+) -> tuple[str, ...]:
     """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are some."""
     if not (place / _PUBLISHED).exists():
         labels = _labels(work, executor, tell)
@@ -167,12 +196,18 @@ def _published(place: Path, work: Sequence[CaseTask], executor: ExecutorConfig, 
 def _same_check(place: Path, settings: dict[str, Any]) -> None:
     file = place / _SETTINGS
     if file.exists() and json.loads(file.read_text(encoding="utf-8")) != settings:
-        raise ValueError(f"{place}: holds a check with other settings; expected a new folder, or {file.read_text()}")
+        raise ValueError(
+            f"{place}: holds a check with other settings; expected a new folder, or {file.read_text()}"
+        )
     write_text(file, json.dumps(settings))
 
 
 def _answers(
-    place: Path, work: Sequence[CaseJob], executor: ExecutorConfig, tell: Progress, patience_s: float
+    place: Path,
+    work: Sequence[CaseJob],
+    executor: ExecutorConfig,
+    tell: Progress,
+    patience_s: float,
 ) -> dict[str, dict[str, Any]]:
     journal = CaseJournal(place / _ANSWERS)
     answers = journal.read()
@@ -211,7 +246,11 @@ def _oracles(
         if task.name not in oracle_fits and "added" not in given_answers[task.name]
     ]
     answers = run_all_tasks(
-        executor, oracle_fit.oracle, requests, lost=oracle_fit.oracle_without_answer, patience_s=PATIENCE_S
+        executor,
+        oracle_fit.oracle,
+        requests,
+        lost=oracle_fit.oracle_without_answer,
+        patience_s=PATIENCE_S,
     )
     for done, (_, fit) in enumerate(answers, start=1):
         journal.add(fit)

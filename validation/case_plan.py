@@ -88,7 +88,9 @@ _SINGLE = ("gun", "hammer", "plate")
 #: a smooth background and with a rough one.
 BENCHES: Mapping[str, ManyEffectTier] = {
     "realistic": ManyEffectTier(KINDS, lambda kind, rng, *_: draw_realistic(kind, rng)),
-    "realistic full scale": ManyEffectTier(KINDS, lambda kind, rng, *_: draw_realistic(kind, rng, full_scale=True)),
+    "realistic full scale": ManyEffectTier(
+        KINDS, lambda kind, rng, *_: draw_realistic(kind, rng, full_scale=True)
+    ),
     "foreign one": ManyEffectTier(
         KINDS, lambda kind, rng, split, _: draw_foreign(kind, rng, laws_of(split), effects=1)
     ),
@@ -102,19 +104,25 @@ BENCHES: Mapping[str, ManyEffectTier] = {
         ("gun",), lambda kind, rng, split, _: _recorded(_gun_at_full_scale(kind, rng, split))
     ),
     "gun without traces": ManyEffectTier(
-        ("gun",), lambda kind, rng, split, _: _gun_at_full_scale(kind, rng, split), seeds_of="gun with traces"
+        ("gun",),
+        lambda kind, rng, split, _: _gun_at_full_scale(kind, rng, split),
+        seeds_of="gun with traces",
     ),
     "one with traces": ManyEffectTier(
-        ("gun",), lambda kind, rng, split, _: _recorded(draw_foreign(kind, rng, laws_of(split), effects=1))
+        ("gun",),
+        lambda kind, rng, split, _: _recorded(draw_foreign(kind, rng, laws_of(split), effects=1)),
     ),
     "two with traces": ManyEffectTier(
-        ("gun",), lambda kind, rng, split, _: _recorded(draw_foreign(kind, rng, laws_of(split), effects=2))
+        ("gun",),
+        lambda kind, rng, split, _: _recorded(draw_foreign(kind, rng, laws_of(split), effects=2)),
     ),
     "full scale chain": ManyEffectTier(
-        (GUN_AND_CONTACT,), lambda kind, rng, split, _: _recorded(_gun_at_full_scale(kind, rng, split))
+        (GUN_AND_CONTACT,),
+        lambda kind, rng, split, _: _recorded(_gun_at_full_scale(kind, rng, split)),
     ),
     "outside": ManyEffectTier(
-        _SINGLE, lambda kind, rng, split, number: _recorded(draw_outside(kind, rng, split), number % 2 == 0)
+        _SINGLE,
+        lambda kind, rng, split, number: _recorded(draw_outside(kind, rng, split), number % 2 == 0),
     ),
     "five at 2 to 5": ManyEffectTier(
         _SINGLE,
@@ -169,13 +177,20 @@ def tasks(
             raise ValueError(f"kind {kind!r}: expected one of {', '.join(ALL_KINDS)}")
     work: list[CaseTask] = []
     for tier in dict.fromkeys(tiers):
-        work += _in_turn(cases, seed, tier, split, kinds) if tier in BENCHES else _of_mix(cases, seed, tier, split)
+        work += (
+            _in_turn(cases, seed, tier, split, kinds)
+            if tier in BENCHES
+            else _of_mix(cases, seed, tier, split)
+        )
     return work
 
 
 def _of_mix(cases: int, seed: int, tier: str, split: str) -> list[CaseTask]:
     place = list(TIERS).index(tier)
-    return [CaseTask(f"{tier.replace(' ', '-')}-{i:04d}", tier, (seed, place, i), split) for i in range(cases)]
+    return [
+        CaseTask(f"{tier.replace(' ', '-')}-{i:04d}", tier, (seed, place, i), split)
+        for i in range(cases)
+    ]
 
 
 def _in_turn(cases: int, seed: int, tier: str, split: str, kinds: Sequence[str]) -> list[CaseTask]:
@@ -186,7 +201,9 @@ def _in_turn(cases: int, seed: int, tier: str, split: str, kinds: Sequence[str])
     for i in range(cases if able else 0):
         kind, number = able[i % len(able)], i // len(able)
         seeds = (seed, place, SPLITS.index(split), ALL_KINDS.index(kind), number)
-        rows.append(CaseTask(f"{tier.replace(' ', '-')}-{kind}-{number:04d}", tier, seeds, split, kind))
+        rows.append(
+            CaseTask(f"{tier.replace(' ', '-')}-{kind}-{number:04d}", tier, seeds, split, kind)
+        )
     return rows
 
 

@@ -103,7 +103,9 @@ class CaseAnswer:
     sets: tuple[tuple[str, ...], ...] | None = None
 
     @classmethod
-    def of(cls, case: str, verdict: Mapping[str, Any], inside: Sequence[Sequence[int]] = ()) -> Self:
+    def of(
+        cls, case: str, verdict: Mapping[str, Any], inside: Sequence[Sequence[int]] = ()
+    ) -> Self:
         """From a verdict's JSON."""
         where = verdict.get("where", {})
         shrinkage = verdict.get("shrinkage", ())
@@ -112,12 +114,16 @@ class CaseAnswer:
         sets = verdict.get("sets")
         return cls(
             case,
-            tuple(sorted((_entry(cause) for cause in verdict["causes"]), key=lambda e: -e.probability)),
+            tuple(
+                sorted((_entry(cause) for cause in verdict["causes"]), key=lambda e: -e.probability)
+            ),
             tuple(stage["name"] for stage in where.get("stage", ())),
             tuple(tuple(int(i) for i in indices) for indices in inside),
             held[0] if held else None,
             float(verdict.get("seconds", float("nan"))),
-            shares={row["effect"]: (row["share"], *row["ci90"]) for row in verdict.get("effects") or ()},
+            shares={
+                row["effect"]: (row["share"], *row["ci90"]) for row in verdict.get("effects") or ()
+            },
             naive=verdict.get("naive"),
             memory_mb=verdict.get("memory_mb"),
             cpu_s=verdict.get("cpu_s"),
@@ -126,12 +132,16 @@ class CaseAnswer:
         )
 
     @classmethod
-    def from_probabilities(cls, case: str, probabilities: Mapping[str, float], seconds: float = float("nan")) -> Self:
+    def from_probabilities(
+        cls, case: str, probabilities: Mapping[str, float], seconds: float = float("nan")
+    ) -> Self:
         """An answer that is a probability for each label: its stage is that of the likeliest effect."""
         falling = sorted(probabilities.items(), key=lambda item: -item[1])
         entries = tuple(RankedAnswer((_key(k),), float(p), (1.0,)) for k, p in falling)
         named = [name for name in (falling[0][0] if falling else "").split("+") if "." in name]
-        return cls(case, entries, tuple(s for name in named for s in stages_of(name)), seconds=seconds)
+        return cls(
+            case, entries, tuple(s for name in named for s in stages_of(name)), seconds=seconds
+        )
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -151,7 +161,9 @@ class CaseAnswer:
         probability_by_label: dict[str, float] = {}
         for entry in self.entries:
             for label, share in zip(entry.labels, entry.shares, strict=True):
-                probability_by_label[label] = probability_by_label.get(label, 0.0) + entry.probability * share
+                probability_by_label[label] = (
+                    probability_by_label.get(label, 0.0) + entry.probability * share
+                )
         return probability_by_label
 
     def probability(self, accepted: frozenset[str]) -> float:
@@ -179,7 +191,9 @@ def _entry(cause: Mapping[str, Any]) -> RankedAnswer:
     order = sorted(range(len(labels)), key=lambda i: -split[i])
     total = sum(split) or 1.0
     return RankedAnswer(
-        tuple(labels[i] for i in order), float(cause["probability"]), tuple(float(split[i]) / total for i in order)
+        tuple(labels[i] for i in order),
+        float(cause["probability"]),
+        tuple(float(split[i]) / total for i in order),
     )
 
 

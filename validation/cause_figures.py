@@ -100,7 +100,11 @@ def cause_figures(name: str, rows: Rows) -> CauseFigures:
     answered = [row for row in rows if row.said.entries]
     fractions = [fraction_of(row.said.shrinkage) or 0.0 for row in acting]
     corners = [value for row in acting if (value := fraction_of(row.said.corner)) is not None]
-    naive = [(row.said.naive, own) for row, own in zip(acting, fractions, strict=True) if row.said.naive is not None]
+    naive = [
+        (row.said.naive, own)
+        for row, own in zip(acting, fractions, strict=True)
+        if row.said.naive is not None
+    ]
     compared = [(row, effect) for row in shared for effect in row.label.effects]
     cpu = [row.said.cpu_s for row in rows if row.said.cpu_s is not None]
     named = [(row, effect) for row in rows for effect in frozenset().union(*row.said.named[:1])]
@@ -120,7 +124,8 @@ def cause_figures(name: str, rows: Rows) -> CauseFigures:
         both_named=Rate.of(_names_both(row) for row in acting if len(row.label.effects) == 2),
         wrong_alone=Rate.of(_wrong_alone(row) for row in rows),
         shares_error=_mean(
-            abs(_stated(row, effect)[0] - row.label.shapley.get(effect, 0.0)) for row, effect in compared
+            abs(_stated(row, effect)[0] - row.label.shapley.get(effect, 0.0))
+            for row, effect in compared
         ),
         shares_held=Rate.of(_holds(row, effect) for row, effect in compared),
         none_first=Rate.of(row.said.labels[:1] == (NONE,) for row in beyond),
@@ -133,13 +138,17 @@ def cause_figures(name: str, rows: Rows) -> CauseFigures:
         fraction=Quantile.of(fractions, 50),
         fraction_10=Quantile.of(fractions, 10),
         corner=Quantile.of(corners, 50),
-        at_least_naive=Rate.of(own >= value - BELOW_NAIVE for value, own in naive if value is not None),
+        at_least_naive=Rate.of(
+            own >= value - BELOW_NAIVE for value, own in naive if value is not None
+        ),
         ece=calibration_error(
             np.array([row.said.entries[0].probability for row in answered]),
             np.array([first_entry_right(row) for row in answered], dtype=bool),
         ),
         cpu_s=(percentile(cpu, 50), percentile(cpu, 95)),
-        memory_mb=max((row.said.memory_mb for row in rows if row.said.memory_mb is not None), default=math.nan),
+        memory_mb=max(
+            (row.said.memory_mb for row in rows if row.said.memory_mb is not None), default=math.nan
+        ),
     )
 
 
@@ -153,7 +162,10 @@ def cause_tables(rows: Rows, tiers: Sequence[str]) -> tuple[CauseFigures, ...]:
         if own:
             tables.append(cause_figures(tier, own))
         if len(kinds) > 1:
-            tables += [cause_figures(f"{tier}, {k}", [row for row in own if row.label.kind == k]) for k in kinds]
+            tables += [
+                cause_figures(f"{tier}, {k}", [row for row in own if row.label.kind == k])
+                for k in kinds
+            ]
     return (*tables, cause_figures(ALL, used)) if used else ()
 
 
@@ -197,7 +209,9 @@ LINES: dict[str, Callable[[CauseFigures], str]] = {
     "in the corner, median": lambda f: show_quantile(f.corner),
     "not below the naive fit": lambda f: show_rate(f.at_least_naive),
     "ECE of the first entry": lambda f: show_number(f.ece),
-    "CPU s: median, 95th percentile": lambda f: ", ".join(show_number(value, 0) for value in f.cpu_s),
+    "CPU s: median, 95th percentile": lambda f: ", ".join(
+        show_number(value, 0) for value in f.cpu_s
+    ),
     "MB at most": lambda f: show_number(f.memory_mb, 0),
 }
 
@@ -206,11 +220,18 @@ def cause_text(tables: Sequence[CauseFigures]) -> str:
     """Markdown: a row for each figure that some table has, a column for each table."""
     rows = [[name, *(cell(table) for table in tables)] for name, cell in LINES.items()]
     kept = [row for row in rows if any(cell.strip("-, ") for cell in row[1:])]
-    return markdown_table([["what a reader acts on", *(table.name for table in tables)], *kept]) if tables else ""
+    return (
+        markdown_table([["what a reader acts on", *(table.name for table in tables)], *kept])
+        if tables
+        else ""
+    )
 
 
 def _largest(row: CaseResult, but: str = "") -> str:
-    return max((effect for effect in row.label.shapley if effect != but), key=lambda e: row.label.shapley[e])
+    return max(
+        (effect for effect in row.label.shapley if effect != but),
+        key=lambda e: row.label.shapley[e],
+    )
 
 
 def _leader(row: CaseResult, but: str = "") -> str:
@@ -234,7 +255,11 @@ def _names_both(row: CaseResult) -> bool:
 
 
 def _wrong_alone(row: CaseResult) -> bool:
-    if not row.said.entries or row.said.entries[0].probability <= CONFIDENT or len(row.said.named) != 1:
+    if (
+        not row.said.entries
+        or row.said.entries[0].probability <= CONFIDENT
+        or len(row.said.named) != 1
+    ):
         return False
     names = row.said.named[0]
     return len(names) == 1 and not names <= set(row.label.effects)

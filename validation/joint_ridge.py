@@ -45,7 +45,9 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
     without: dict[str, Floats] = {}
     for stage in stages:
         columns = gap.columns(stage.name)
-        fit = _JointFit.of(stage, gap.mean[:, columns], _noise(gap)[columns], gap.tolerance[columns])
+        fit = _JointFit.of(
+            stage, gap.mean[:, columns], _noise(gap)[columns], gap.tolerance[columns]
+        )
         if not fit.parameters:
             continue
         x = fit.solved(measured_rows)
@@ -58,9 +60,14 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
             training = np.setdiff1d(measured_rows, rows)
             outside[np.ix_(rows, columns)] -= fit.change([fit.solved(training, x)])[0][rows]
     floor = metric.rms(np.sqrt(gap.floor_variance))
-    before, after, inside_rms = (metric.rms(table[measured_rows]) for table in (gap.mean, outside, inside))
+    before, after, inside_rms = (
+        metric.rms(table[measured_rows]) for table in (gap.mean, outside, inside)
+    )
     share = float(fraction(*(np.array(value**2) for value in (before, after, floor))))
-    grows = {name: max(metric.rms(table[measured_rows]) ** 2 - inside_rms**2, 0.0) for name, table in without.items()}
+    grows = {
+        name: max(metric.rms(table[measured_rows]) ** 2 - inside_rms**2, 0.0)
+        for name, table in without.items()
+    }
     total = sum(grows.values()) or 1.0
     return {
         "before": before,
@@ -75,7 +82,9 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
 
 def _noise(gap: GapTable) -> Floats:
     """(D,) standard error of a typical configuration's mean."""
-    variance = np.nanmean(np.where(np.isfinite(gap.floor_variance), gap.floor_variance, np.nan), axis=0)
+    variance = np.nanmean(
+        np.where(np.isfinite(gap.floor_variance), gap.floor_variance, np.nan), axis=0
+    )
     return np.asarray(np.sqrt(np.nan_to_num(variance)))
 
 
@@ -109,7 +118,10 @@ class _JointFit:
 
         signed = np.array([_signed(item) for _, item in self.parameters])
         lower = np.where(signed, -1.0, 0.0) - 1e-9
-        began, best = time.process_time(), (np.inf, np.where(signed, 0.0, 0.2) if start is None else start)
+        began, best = (
+            time.process_time(),
+            (np.inf, np.where(signed, 0.0, 0.2) if start is None else start),
+        )
 
         def cost(x: Floats) -> Floats:
             nonlocal best
@@ -129,12 +141,18 @@ class _JointFit:
 
     def _misfit(self, change: Floats, x: Floats, rows: Rows) -> Floats:
         residuals = ((self.gap - change) / self.scale)[rows]
-        residuals = np.where(np.isfinite(residuals), residuals, np.where(np.isfinite(self.gap[rows]), _NO_ANSWER, 0.0))
+        residuals = np.where(
+            np.isfinite(residuals),
+            residuals,
+            np.where(np.isfinite(self.gap[rows]), _NO_ANSWER, 0.0),
+        )
         return np.concatenate([np.clip(residuals, -200, 200).ravel(), _RIDGE * x])
 
     def _slopes(self, x: Floats, rows: Rows) -> Floats:
         steps = np.where(x + _STEP <= 1.0, _STEP, -_STEP)
-        changes = self.change([x, *(x + step * unit for step, unit in zip(steps, np.eye(x.size), strict=True))])
+        changes = self.change(
+            [x, *(x + step * unit for step, unit in zip(steps, np.eye(x.size), strict=True))]
+        )
         table = np.zeros((len(rows) * self.gap.shape[1] + x.size, x.size))
         for i, step in enumerate(steps):
             slope = -((changes[i + 1] - changes[0]) / self.scale)[rows] / step
@@ -174,5 +192,7 @@ def _value(item: Parameter, x: float) -> float:
         far = 20 * high
         value = item.off if x <= 1e-6 else far * (low / far) ** min(max(x, 0.0), 1.0)
     else:
-        value = item.off + min(max(x, 0.0), 1.0) ** 3 * ((high if item.off <= low else low) - item.off)
+        value = item.off + min(max(x, 0.0), 1.0) ** 3 * (
+            (high if item.off <= low else low) - item.off
+        )
     return float(np.clip(value, item.low, item.high))

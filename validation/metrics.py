@@ -64,7 +64,10 @@ def confusion(rows: Sequence[CaseResult]) -> dict[str, dict[str, int]]:
         first = row.said.labels[0] if row.said.labels else NO_ANSWER
         counts.setdefault(row.label.key, Counter())[first] += 1
     falling = sorted(counts, key=lambda truth: (-counts[truth].total(), truth))
-    return {truth: dict(sorted(counts[truth].items(), key=lambda item: (-item[1], item[0]))) for truth in falling}
+    return {
+        truth: dict(sorted(counts[truth].items(), key=lambda item: (-item[1], item[0])))
+        for truth in falling
+    }
 
 
 def mistaken(rows: Sequence[CaseResult], most: int = 12) -> list[tuple[str, str, int]]:
@@ -216,7 +219,9 @@ def figures(name: str, rows: Rows) -> CaseMetrics:
 def unknowns(rows: Rows) -> Unknowns:
     """Cases of unknown effects within tolerance stand on neither side."""
     these, others = answer_sets.strangers(rows), [row for row in rows if not row.label.family]
-    scores = [[row.said.probabilities.get(UNKNOWN, 0.0) for row in side] for side in (these, others)]
+    scores = [
+        [row.said.probabilities.get(UNKNOWN, 0.0) for row in side] for side in (these, others)
+    ]
     least = threshold_at(0.05, scores[1])
     return Unknowns(
         auroc(*scores),

@@ -51,7 +51,11 @@ def oracle(task: OpenedTask) -> dict[str, Any]:
         with threadpool_limits(1):
             stages, gap = _staged(case, seed, task.options)
             # On a bench with many effects the right ones are not fitted: that is the diagnosis's own task.
-            best = _best(case, stages, gap, task.options) if len(case.strengths) == 1 else {"fraction": None}
+            best = (
+                _best(case, stages, gap, task.options)
+                if len(case.strengths) == 1
+                else {"fraction": None}
+            )
             fit = {"case": task.task.name, **best}
             return fit | {"true_fraction": _true(case, seed, gap, task) if task.fitted else None}
     except Exception as error:  # noqa: BLE001 - an oracle that fails must not take the answers with it
@@ -69,12 +73,16 @@ def _staged(case: Case, seed: int, options: Options) -> tuple[tuple[Stage, ...],
 
 
 def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) -> dict[str, Any]:
-    problem = InferenceProblem.of(gap, stages, [catalogue()[name] for name in sorted(case.strengths)])
+    problem = InferenceProblem.of(
+        gap, stages, [catalogue()[name] for name in sorted(case.strengths)]
+    )
     library = search(problem)
     together = [fit for fit in library.fits.values() if set(fit.effects) == set(problem.effects)]
     right = max(together, key=library.log_joint)
     scales, rng = GapMetric.of(gap).scales(gap), np.random.default_rng(options.seed)
-    entries = measure_reduction(stages, lambda rows: fit_fold(library, rows, only=[right]), rng, scales, pulses=False)
+    entries = measure_reduction(
+        stages, lambda rows: fit_fold(library, rows, only=[right]), rng, scales, pulses=False
+    )
     held = next(asdict(entry) for entry, _ in entries if entry.held_out_by == "configuration")
     return {"fraction": held["fraction"], "before": held["before"], "after": held["after"]}
 

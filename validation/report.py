@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from ..schema.atomic_write import write_text
+from ..files.atomic_write import write_text
 from .answer_sets import Rate
 from .bench_figures import BenchFigures, bench_text, markdown_table
 from .case_results import CaseAnswer, CaseResult, RankedAnswer, WithheldTruth
@@ -49,7 +49,8 @@ class Report:
             "seed": self.seed,
             "tiers": _rows_json(self.tiers, "tier"),
             "baselines": [
-                {"name": name, "tiers": _rows_json(tables, "tier")} for name, tables in self.baselines.items()
+                {"name": name, "tiers": _rows_json(tables, "tier")}
+                for name, tables in self.baselines.items()
             ],
             "kinds": _rows_json(self.kinds, "kind"),
             "benches": [bench.as_json() for bench in self.benches],
@@ -64,7 +65,10 @@ class Report:
             return _left_out(self.left_out)
         parts = [table(self.tiers, "tier"), *([table(self.kinds, "kind")] if self.kinds else [])]
         if self.baselines:
-            last = {DIAGNOSIS: self.tiers[-1], **{name: tables[-1] for name, tables in self.baselines.items()}}
+            last = {
+                DIAGNOSIS: self.tiers[-1],
+                **{name: tables[-1] for name, tables in self.baselines.items()},
+            }
             parts.append(table(list(last.values()), "answers by", list(last)))
         parts += [
             bench_text(self.benches),
@@ -96,9 +100,15 @@ class Pool:
         }
 
     def text(self) -> str:
-        sections = [f"{len(self.checks)} checks: seeds {', '.join(str(check['seed']) for check in self.checks)}"]
+        sections = [
+            f"{len(self.checks)} checks: seeds {', '.join(str(check['seed']) for check in self.checks)}"
+        ]
         if self.tiers:
-            sections += [table(self.tiers, "tier"), table(self.kinds, "kind"), bench_text(self.benches)]
+            sections += [
+                table(self.tiers, "tier"),
+                table(self.kinds, "kind"),
+                bench_text(self.benches),
+            ]
             sections.append(cause_text(self.causes))
             sections.append(_errors(self.tiers[-1]))
         return "\n\n".join(part for part in sections if part)
@@ -124,7 +134,9 @@ COLUMNS: Mapping[str, Callable[[CaseMetrics], str]] = {
     "one of two": lambda f: _rate(f.at_least_one),
     "stage": lambda f: _rate(f.stage),
     "region F1": lambda f: _number(f.region_f1),
-    "shrinkage / oracle": lambda f: f"{_number(f.shrinkage.ratio_median)} ({_number(f.shrinkage.ratio_10)})",
+    "shrinkage / oracle": lambda f: (
+        f"{_number(f.shrinkage.ratio_median)} ({_number(f.shrinkage.ratio_10)})"
+    ),
     "90 % intervals": lambda f: _rate(f.shrinkage.covered),
     "seconds": lambda f: f"{f.seconds[0]:.1f}" if math.isfinite(f.seconds[0]) else "-",
 }
@@ -133,7 +145,9 @@ COLUMNS: Mapping[str, Callable[[CaseMetrics], str]] = {
 def table(tables: Sequence[CaseMetrics], heading: str, names: Sequence[str] | None = None) -> str:
     """Markdown, a row for each of `tables`; columns that none of them fills are left out."""
     cells = {name: [cell(figures) for figures in tables] for name, cell in COLUMNS.items()}
-    kept = {name: column for name, column in cells.items() if any(cell.strip("-() ") for cell in column)}
+    kept = {
+        name: column for name, column in cells.items() if any(cell.strip("-() ") for cell in column)
+    }
     row_names = names or [figures.name for figures in tables]
     return markdown_table([[heading, *kept], *zip(row_names, *kept.values(), strict=True)])
 
@@ -193,12 +207,18 @@ def write_rows(file: Path, request: Mapping[str, Any], rows: Sequence[CaseResult
 def read_rows(file: Path) -> tuple[dict[str, Any], list[CaseResult]]:
     """The inverse. Raises `ValueError` where a check was not finished, and for a file that is none of these."""
     if not file.is_file():
-        raise ValueError(f"{file.parent}: no {file.name} there; finish this check with blind-check --folder first")
+        raise ValueError(
+            f"{file.parent}: no {file.name} there; finish this check with blind-check --folder first"
+        )
     try:
-        request, *lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+        request, *lines = [
+            json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()
+        ]
         return request, [_row(line) for line in lines]
     except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{file}: not the scored rows of a blind check ({error}); score it again") from error
+        raise ValueError(
+            f"{file}: not the scored rows of a blind check ({error}); score it again"
+        ) from error
 
 
 def pooled(files: Sequence[Path]) -> tuple[list[dict[str, Any]], list[CaseResult]]:
@@ -228,7 +248,10 @@ def _row(table: Mapping[str, Any]) -> CaseResult:
         RankedAnswer(tuple(entry["labels"]), entry["probability"], tuple(entry["shares"]))
         for entry in answer["entries"]
     )
-    answer["stages"], answer["inside"] = tuple(answer["stages"]), tuple(tuple(indices) for indices in answer["inside"])
+    answer["stages"], answer["inside"] = (
+        tuple(answer["stages"]),
+        tuple(tuple(indices) for indices in answer["inside"]),
+    )
     sets = answer.get("sets")
     answer["sets"] = None if sets is None else tuple(tuple(members) for members in sets)
     answer["shares"] = {name: tuple(values) for name, values in answer.get("shares", {}).items()}

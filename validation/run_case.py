@@ -34,13 +34,19 @@ class PeakMemory:
     def __init__(self) -> None:
         try:
             _RESET.write_text("5", encoding="ascii")
-        except OSError:  # another system, or not allowed: then the peak is that of the whole process
+        except (
+            OSError
+        ):  # another system, or not allowed: then the peak is that of the whole process
             return
 
     def used_mb(self) -> float:
         """Resident memory in MB at its highest."""
         try:
-            rows = dict(line.split(":", 1) for line in _STATUS.read_text(encoding="ascii").splitlines() if ":" in line)
+            rows = dict(
+                line.split(":", 1)
+                for line in _STATUS.read_text(encoding="ascii").splitlines()
+                if ":" in line
+            )
             return float(rows["VmHWM"].split()[0]) / 1000
         except (OSError, KeyError):
             return _of_process_mb()
@@ -95,9 +101,15 @@ def _from_folder(folder: Path, job: CaseJob, left_out: str | None) -> dict[str, 
     try:
         if left_out is None:
             simple = _simply(folder, job.options) if job.simple else {}
-            naive = {"naive": _naive(folder, job.options)} if job.task.tier in BENCHES and job.options.shrink else {}
+            naive = (
+                {"naive": _naive(folder, job.options)}
+                if job.task.tier in BENCHES and job.options.shrink
+                else {}
+            )
             return {**diagnosed(folder, job.options), **simple, **naive}
-        catalogue_names = tuple(name for name in job.options.catalogue or tuple(catalogue()) if name != left_out)
+        catalogue_names = tuple(
+            name for name in job.options.catalogue or tuple(catalogue()) if name != left_out
+        )
         without = diagnosed(folder, replace(job.options, catalogue=catalogue_names, shrink=False))
         return {**without, "added": diagnosed(folder, job.options)}
     except Exception as error:  # noqa: BLE001 - whatever went wrong, the case was not answered, and is counted
@@ -118,7 +130,14 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
     kept = {key: report[key] for key in KEPT if key in report}
     fitted = [effect.as_json() for effect in verdict.first.fitted]
     cost = {"seconds": seconds, "cpu_s": cpu, "memory_mb": memory.used_mb()}
-    text = json.dumps({"verdict": kept, "fitted": fitted, "unknown_figures": plain(verdict.unknown_figures), **cost})
+    text = json.dumps(
+        {
+            "verdict": kept,
+            "fitted": fitted,
+            "unknown_figures": plain(verdict.unknown_figures),
+            **cost,
+        }
+    )
     return json.loads(text, parse_constant=lambda _: None)  # type: ignore[no-any-return]  # JSON knows no NaN
 
 

@@ -42,9 +42,16 @@ class ExcludedEffect:
     instead: Mapping[str, Mapping[str, int]]
 
     def as_json(self) -> dict[str, Any]:
-        rates = {name: getattr(self, name).as_json() for name in ("unknown", "others", "stage", "found")}
+        rates = {
+            name: getattr(self, name).as_json() for name in ("unknown", "others", "stage", "found")
+        }
         fraction = self.fraction if np.isfinite(self.fraction) else None
-        return {"n": self.n, **rates, "fraction": fraction, "instead": {k: dict(v) for k, v in self.instead.items()}}
+        return {
+            "n": self.n,
+            **rates,
+            "fraction": fraction,
+            "instead": {k: dict(v) for k, v in self.instead.items()},
+        }
 
 
 def left_out(
@@ -61,8 +68,13 @@ def left_out(
         n=len(labels),
         unknown=Rate.of(name == UNKNOWN for name in first),
         others=Rate.of("." in name for name in first),
-        stage=stage_hits([CaseResult(label, answer) for label, answer in zip(labels, without, strict=True)]),
-        found=Rate.of(first_entry(CaseResult(label, answer)) for label, answer in zip(labels, added, strict=True)),
+        stage=stage_hits(
+            [CaseResult(label, answer) for label, answer in zip(labels, without, strict=True)]
+        ),
+        found=Rate.of(
+            first_entry(CaseResult(label, answer))
+            for label, answer in zip(labels, added, strict=True)
+        ),
         fraction=float(np.median(reported_shares)) if reported_shares else float("nan"),
         instead=instead,
     )
@@ -85,7 +97,9 @@ def label(task: CaseTask, opened: Opened) -> WithheldTruth:
         family=opened.family or "",
         gap_in_floors=opened.ratio,
         gap_in_tolerances=max(opened.gap.values(), default=0.0),
-        stages=tuple(dict.fromkeys(shown)) if len(effects) == 1 else tuple(filter(None, [opened.stage])),
+        stages=tuple(dict.fromkeys(shown))
+        if len(effects) == 1
+        else tuple(filter(None, [opened.stage])),
         inside=_inside(opened) if opened.region else None,
         rough=bool(opened.background.get("rough")),
         shares=shares(opened.left_out),
@@ -98,12 +112,16 @@ def label(task: CaseTask, opened: Opened) -> WithheldTruth:
 def named_regions(opened: Opened, factors: Sequence[Mapping[str, Any]]) -> list[list[int]]:
     """The configurations of each region that a report names, by its rule."""
     return [
-        [i for i, row in enumerate(opened.configurations) if _holds(str(region["rule"]), row)] for region in factors
+        [i for i, row in enumerate(opened.configurations) if _holds(str(region["rule"]), row)]
+        for region in factors
     ]
 
 
 def _inside(opened: Opened) -> tuple[int, ...]:
-    size = np.max([np.abs(np.array(rows)).max(axis=1) / _span(rows) for rows in opened.changes.values()], axis=0)
+    size = np.max(
+        [np.abs(np.array(rows)).max(axis=1) / _span(rows) for rows in opened.changes.values()],
+        axis=0,
+    )
     return tuple(int(i) for i in np.flatnonzero(size > _ACTS))
 
 
@@ -148,12 +166,16 @@ def scored(
         tiers=tables(rows),
         kinds=kinds(rows),
         baselines={
-            baseline: tables([_simple(baseline, labels[t.name], answers[t.name], forest) for t in usual])
+            baseline: tables(
+                [_simple(baseline, labels[t.name], answers[t.name], forest) for t in usual]
+            )
             for baseline in baseline_names
         },
         benches=bench_tables(rows, tuple(BENCHES)),
         causes=cause_tables(rows, tuple(BENCHES)),
-        left_out=_left_out([task for task in work if task.tier == LEFT_OUT], labels, answers, truths),
+        left_out=_left_out(
+            [task for task in work if task.tier == LEFT_OUT], labels, answers, truths
+        ),
     )
 
 
@@ -207,9 +229,13 @@ def scored_answer(case: str, answer: Mapping[str, Any], opened: Opened) -> CaseA
     return CaseAnswer.of(case, verdict, named_regions(opened, verdict["where"].get("factors", ())))
 
 
-def _simple(baseline: str, truth: WithheldTruth, answer: Mapping[str, Any], forest: Forest | None) -> CaseResult:
+def _simple(
+    baseline: str, truth: WithheldTruth, answer: Mapping[str, Any], forest: Forest | None
+) -> CaseResult:
     if "simple" not in answer:
-        return CaseResult(truth, CaseAnswer(truth.case, error=str(answer.get("error", "no answer"))))
+        return CaseResult(
+            truth, CaseAnswer(truth.case, error=str(answer.get("error", "no answer")))
+        )
     if baseline == FOREST and forest is not None:
         shares = forest.shares(truth.kind, np.array(answer["features"]))
         return CaseResult(truth, CaseAnswer.from_probabilities(truth.case, shares))

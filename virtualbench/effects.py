@@ -74,9 +74,13 @@ class EffectSwitch:
 
     def __post_init__(self) -> None:
         if self.name not in CATALOGUE:
-            raise ValueError(f"unknown effect {self.name!r}: expected one of {', '.join(CATALOGUE)}")
+            raise ValueError(
+                f"unknown effect {self.name!r}: expected one of {', '.join(CATALOGUE)}"
+            )
         if not math.isfinite(self.strength):
-            raise ValueError(f"strength of {self.name} = {self.strength!r}: expected a finite number")
+            raise ValueError(
+                f"strength of {self.name} = {self.strength!r}: expected a finite number"
+            )
         if self.strength < 0 and self.name not in SIGNED:
             raise ValueError(
                 f"strength of {self.name} = {self.strength!r}: expected 0 or more, this effect has no sign"
@@ -102,7 +106,9 @@ class Effects(Mapping[str, float]):
         table = {effect.name: effect for effect in self.given}
         if len(table) < len(self.given):
             names = [effect.name for effect in self.given]
-            raise ValueError(f"effects given twice: {sorted({name for name in names if names.count(name) > 1})}")
+            raise ValueError(
+                f"effects given twice: {sorted({name for name in names if names.count(name) > 1})}"
+            )
         full = tuple(table.get(name, EffectSwitch(name, on=False)) for name in CATALOGUE)
         object.__setattr__(self, "given", full)
 
@@ -129,7 +135,9 @@ class Effects(Mapping[str, float]):
         """The same bench with these effects off; they keep their strength for the seal."""
         table = self
         for name in names:
-            table = table._replaced(EffectSwitch(name, on=False, strength=table.effect(name).strength))
+            table = table._replaced(
+                EffectSwitch(name, on=False, strength=table.effect(name).strength)
+            )
         return table
 
     def effect(self, name: str) -> EffectSwitch:
@@ -141,15 +149,25 @@ class Effects(Mapping[str, float]):
 
     def as_json(self) -> dict[str, dict[str, Any]]:
         """What the seal keeps: name to `{"on": bool, "strength": float}`, in the catalogue's order."""
-        return {effect.name: {"on": effect.on, "strength": float(effect.strength)} for effect in self.given}
+        return {
+            effect.name: {"on": effect.on, "strength": float(effect.strength)}
+            for effect in self.given
+        }
 
     @classmethod
     def from_json(cls, table: Mapping[str, Mapping[str, Any]]) -> Effects:
         """The inverse of `as_json`. Raises `ValueError` for keys other than `on` and `strength`."""
         for name, row in table.items():
             if set(row) != {"on", "strength"}:
-                raise ValueError(f"effect {name!r} has the keys {sorted(row)}: expected 'on' and 'strength'")
-        return cls(tuple(EffectSwitch(name, bool(row["on"]), float(row["strength"])) for name, row in table.items()))
+                raise ValueError(
+                    f"effect {name!r} has the keys {sorted(row)}: expected 'on' and 'strength'"
+                )
+        return cls(
+            tuple(
+                EffectSwitch(name, bool(row["on"]), float(row["strength"]))
+                for name, row in table.items()
+            )
+        )
 
     def __getitem__(self, name: str) -> float:
         return self.effect(name).acting

@@ -47,11 +47,21 @@ class CampaignCard:
 
 def write_card(folder: Path, card: CampaignCard) -> None:
     """`folder`/campaign.toml."""
-    head = {"name": card.name, "kind": card.kind, "date": card.date, "description": card.description}
-    tables: list[tuple[str, Mapping[str, Value]]] = [("campaign", {k: v for k, v in head.items() if v})]
+    head = {
+        "name": card.name,
+        "kind": card.kind,
+        "date": card.date,
+        "description": card.description,
+    }
+    tables: list[tuple[str, Mapping[str, Value]]] = [
+        ("campaign", {k: v for k, v in head.items() if v})
+    ]
     tables += [(f"bench.{stage}", values) for stage, values in card.bench.items()]
     tables += [(f"channels.{sensor.name}", _channel(sensor)) for sensor in card.sensors]
-    texts = ["\n".join([f"[{name}]", *(f"{k} = {_toml(v)}" for k, v in rows.items())]) for name, rows in tables]
+    texts = [
+        "\n".join([f"[{name}]", *(f"{k} = {_toml(v)}" for k, v in rows.items())])
+        for name, rows in tables
+    ]
     _write(folder / "campaign.toml", ("\n\n".join(texts) + "\n").encode())
 
 
@@ -71,7 +81,9 @@ def write_recording(path: Path, channels: Channels, sampling_rate_hz: float) -> 
     Raises `ValueError` for another suffix.
     """
     if path.suffix not in RECORDING_FORMATS:
-        raise ValueError(f"recording {path.name!r}: format unknown; expected one of {', '.join(RECORDING_FORMATS)}")
+        raise ValueError(
+            f"recording {path.name!r}: format unknown; expected one of {', '.join(RECORDING_FORMATS)}"
+        )
     path.parent.mkdir(parents=True, exist_ok=True)
     _write(path, RECORDING_FORMATS[path.suffix](channels, sampling_rate_hz))
 
@@ -83,7 +95,9 @@ def _npz(channels: Channels, sampling_rate_hz: float) -> bytes:
             member = io.BytesIO()
             np.lib.format.write_array(member, np.asarray(values), allow_pickle=False)
             # a ZipInfo of its own has a fixed date
-            archive.writestr(ZipInfo(f"{name}.npy"), member.getbuffer(), ZIP_DEFLATED, _DEFLATE_LEVEL)
+            archive.writestr(
+                ZipInfo(f"{name}.npy"), member.getbuffer(), ZIP_DEFLATED, _DEFLATE_LEVEL
+            )
     return file.getvalue()
 
 
@@ -125,7 +139,9 @@ def _write(path: Path, content: bytes) -> None:
         unfinished.write_bytes(content)
         unfinished.replace(path)
     except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from error  # a full disk does not say which file
+        raise OSError(
+            error.errno, error.strerror, str(path)
+        ) from error  # a full disk does not say which file
     finally:
         unfinished.unlink(missing_ok=True)
 
@@ -168,7 +184,9 @@ def folder_hash(folder: Path) -> str:
     if not folder.is_dir():
         raise SealError(f"{folder}: no such folder")
     digest = hashlib.sha256()
-    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    names = sorted(
+        path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()
+    )
     for name in names:
         with (folder / name).open("rb") as file:
             digest.update(f"{name}\0{hashlib.file_digest(file, 'sha256').hexdigest()}\n".encode())

@@ -134,11 +134,15 @@ def simulate(
 
     _check(plan_rows, kind, out, seed, repetitions, suffix)
     if trigger is not None and kind != "gun":
-        raise ValueError(f"a trigger on the tank's pressure for a {kind} campaign: expected a plan of kind 'gun'")
+        raise ValueError(
+            f"a trigger on the tank's pressure for a {kind} campaign: expected a plan of kind 'gun'"
+        )
     # One thread of linear algebra for each process: more get into each other's way, and change the last bits.
     with threadpool_limits(limits=1), whole_folder(out) as partial:
         sequence = np.random.SeedSequence(seed)
-        bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]), echoes=echoes)
+        bench = KINDS[kind](
+            plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]), echoes=echoes
+        )
         if trigger is not None:
             assert isinstance(bench, VirtualGunBench)  # _check
             bench = replace(bench, trigger=trigger)
@@ -147,14 +151,19 @@ def simulate(
         executor = ExecutorConfig(jobs=min(jobs or default_jobs(), len(tasks)))
         truths_by_recording: dict[str, list[Truth]] = {}
         shared = (bench, partial, suffix)
-        with closing(run_all_tasks(executor, _make, zip(tasks, seeds, strict=True), shared=shared)) as made:
+        with closing(
+            run_all_tasks(executor, _make, zip(tasks, seeds, strict=True), shared=shared)
+        ) as made:
             for (task, _), truth in made:
                 truths_by_recording[task.name] = truth
                 if progress:
                     progress(len(truths_by_recording), len(tasks), _path(task, suffix))
         truths = [truths_by_recording[task.name] for task in tasks]
         write_runs(partial, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
-        write_card(partial, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
+        write_card(
+            partial,
+            CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()),
+        )
         runs = [
             {
                 "run": int(task.cells["run"]),
@@ -164,16 +173,22 @@ def simulate(
             }
             for task, hits in zip(tasks, truths, strict=True)
         ]
-        write_seal(partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial), echoes=echoes))
+        write_seal(
+            partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial), echoes=echoes)
+        )
     return SimulatedCampaign(out, seal_path(out), len(tasks), sum(len(hits) for hits in truths))
 
 
 def default_jobs() -> int:
     """Processes where nobody says how many: one per processor that this process may use, four at most."""
-    return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+    return min(
+        4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
 
 
-def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: int, suffix: str) -> None:
+def _check(
+    rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: int, suffix: str
+) -> None:
     if kind not in KINDS:
         raise ValueError(f"kind of campaign {kind!r}; expected one of {', '.join(KINDS)}")
     if suffix not in RECORDING_FORMATS:
@@ -181,7 +196,9 @@ def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: in
     if not rows:
         raise ValueError("plan: no rows; expected at least one run")
     if repetitions < 1 or seed < 0:
-        raise ValueError(f"repetitions = {repetitions!r}, seed = {seed!r}; expected 1 or more, and 0 or more")
+        raise ValueError(
+            f"repetitions = {repetitions!r}, seed = {seed!r}; expected 1 or more, and 0 or more"
+        )
     runs = [str(row.get("run", "")) for row in rows]
     wrong = next((run for run in runs if not run.isdigit() or runs.count(run) > 1), None)
     if wrong is not None:
@@ -189,7 +206,9 @@ def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: in
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise ValueError(f"{out}: there is something already; expected a new or empty folder")
     if seal_path(out).exists():
-        raise ValueError(f"{seal_path(out)}: there is a seal already; expected a new name for the folder")
+        raise ValueError(
+            f"{seal_path(out)}: there is a seal already; expected a new name for the folder"
+        )
 
 
 def _path(task: RecordingTask, suffix: str) -> str:

@@ -13,9 +13,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from ...files.spreadsheet_guard import guarding
 from ...parallel.executor import BACKENDS, LOCAL, ExecutorConfig, usual_jobs
-from ...schema.addresses import HIDDEN, AddressError, address_for_display, parse_store_address, without_secrets
-from ...spreadsheet_guard import guarding
+from ...schema.addresses import (
+    HIDDEN,
+    AddressError,
+    address_for_display,
+    parse_store_address,
+    without_secrets,
+)
 from ..common.default_store import DEFAULT_DB
 from ..common.number_format import format_number
 from ..common.quantities import SYSTEMS, VARIABLE, System, display_of, shown_in
@@ -119,7 +125,9 @@ class CommandGroup(click.Group):
         """Write the section of commands."""
         commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
         with formatter.section("Commands"):
-            formatter.write_dl([(name, command.get_short_help_str(1000)) for name, command in commands if command])
+            formatter.write_dl(
+                [(name, command.get_short_help_str(1000)) for name, command in commands if command]
+            )
 
 
 @contextmanager
@@ -147,7 +155,9 @@ def fail(message: str, *below: str) -> None:
     """One line on standard error, further ones indented below, and exit code 2."""
     for start, text in (("pyroshock: ", message), *(("  ", text) for text in below)):
         line = " ".join(without_secrets(text).split())
-        click.echo(start + (line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"), err=True)
+        click.echo(
+            start + (line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"), err=True
+        )
     raise click.exceptions.Exit(2)
 
 
@@ -180,7 +190,11 @@ def open_if_exists(db: str, *, silent: bool = False) -> Iterator[Store | None]:
             url = parse_store_address(db)
         except AddressError:  # `open_command_store` says what is wrong with it
             url = None
-        missing = url is not None and url.drivername.startswith("sqlite") and not Path(url.database or "").exists()
+        missing = (
+            url is not None
+            and url.drivername.startswith("sqlite")
+            and not Path(url.database or "").exists()
+        )
     if missing:
         if not silent:
             note(f"no store at {db}: the bench that ships with the software")
@@ -206,7 +220,7 @@ def write_json(data: Any, json_to: str) -> None:
         click.echo(text)
     else:
         with errors_as_one_line():
-            from ...schema.atomic_write import write_text
+            from ...files.atomic_write import write_text
 
             write_text(Path(json_to), text + "\n")
         click.echo(f"written: {json_to}", err=True)
@@ -223,9 +237,16 @@ def print_table(rows: Iterable[dict[str, Any]], empty: str, *, upright: bool = F
         click.echo(empty)
         return
     displays = {key: display_of(key) for row in rows for key in row}
-    cells = [{key: format_cell(value, displays[key].scale) for key, value in row.items()} for row in rows]
-    headings = {key: display.heading if display.unit else _spelled(key) for key, display in displays.items()}
-    widths = {key: max(len(head), *(len(row.get(key, "")) for row in cells)) for key, head in headings.items()}
+    cells = [
+        {key: format_cell(value, displays[key].scale) for key, value in row.items()} for row in rows
+    ]
+    headings = {
+        key: display.heading if display.unit else _spelled(key) for key, display in displays.items()
+    }
+    widths = {
+        key: max(len(head), *(len(row.get(key, "")) for row in cells))
+        for key, head in headings.items()
+    }
     if upright:
         _print_upright(headings, cells)
         return
@@ -244,7 +265,9 @@ def _print_upright(headings: Mapping[str, str], rows: Sequence[Mapping[str, str]
     lines = [[head, *(row.get(key, "") for row in rows)] for key, head in headings.items()]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in lines:
-        click.echo("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip())
+        click.echo(
+            "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
+        )
 
 
 def print_facts(facts: Mapping[str, Any]) -> None:
@@ -252,7 +275,9 @@ def print_facts(facts: Mapping[str, Any]) -> None:
     displays = {key: display_of(key) for key in facts}
     width = max((len(display.heading) for display in displays.values()), default=0)
     for key, value in facts.items():
-        click.echo(f"{displays[key].heading.ljust(width)}  {format_cell(value, displays[key].scale)}")
+        click.echo(
+            f"{displays[key].heading.ljust(width)}  {format_cell(value, displays[key].scale)}"
+        )
 
 
 def format_cell(value: Any, scale: float = 1.0) -> str:
@@ -280,7 +305,10 @@ _ADDRESSES = frozenset({"--db", "--mlflow", "--scheduler"})
 def command_line(arguments: Sequence[str]) -> str:
     """`arguments` as of `sys.argv`, in one line."""
     program = Path(arguments[0]).name
-    before, words = "", ["pyroshock" if program == "__main__.py" else program]  # as `python -m pyroshock` calls it
+    before, words = (
+        "",
+        ["pyroshock" if program == "__main__.py" else program],
+    )  # as `python -m pyroshock` calls it
     for word in arguments[1:]:
         words.append(_hide_secret(word, before))
         before = word
@@ -295,7 +323,11 @@ def _hide_secret(word: str, before: str) -> str:
         return f"{option}={HIDDEN}"
     if equals and option in _ADDRESSES:
         return f"{option}={address_for_display(value)}"
-    return address_for_display(word) if before in _ADDRESSES or "://" in word else without_secrets(word)
+    return (
+        address_for_display(word)
+        if before in _ADDRESSES or "://" in word
+        else without_secrets(word)
+    )
 
 
 Command = Callable[..., Any]
@@ -333,7 +365,9 @@ def worker_options(jobs_help: str) -> Callable[[Command], Command]:
             help="Give the address of the cluster's scheduler, such as tcp://HOST:8786.",
         )
         @wraps(command)
-        def with_workers(*args: Any, jobs: int | None, backend: str, scheduler: str | None, **others: Any) -> Any:
+        def with_workers(
+            *args: Any, jobs: int | None, backend: str, scheduler: str | None, **others: Any
+        ) -> Any:
             with errors_as_one_line():
                 executor = ExecutorConfig(backend, jobs or usual_jobs(), scheduler)
                 executor.check()

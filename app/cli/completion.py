@@ -60,14 +60,23 @@ def model_versions(context: click.Context, _: click.Parameter, incomplete: str) 
         "SELECT name, version FROM model_versions WHERE COALESCE(current_stage, '') <> 'Deleted_Internal' "
         "ORDER BY name, version DESC",
     )
-    aliases = _rows(address, "SELECT name, alias FROM registered_model_aliases ORDER BY name, alias")
-    champions = dict.fromkeys(f"{name}@champion" for name, alias in aliases if alias.startswith("champion"))
+    aliases = _rows(
+        address, "SELECT name, alias FROM registered_model_aliases ORDER BY name, alias"
+    )
+    champions = dict.fromkeys(
+        f"{name}@champion" for name, alias in aliases if alias.startswith("champion")
+    )
     return _begun([*champions, *(f"{name}@{version}" for name, version in versions)], incomplete)
 
 
-def contact_models(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+def contact_models(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[str]:
     """What `--contact` takes by name: `prior`, `registered`, and registered models."""
-    return [*_begun(("prior", "registered"), incomplete), *model_versions(context, parameter, incomplete)]
+    return [
+        *_begun(("prior", "registered"), incomplete),
+        *model_versions(context, parameter, incomplete),
+    ]
 
 
 def effect_ids(_context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
@@ -83,7 +92,9 @@ def effect_ids(_context: click.Context, _: click.Parameter, incomplete: str) -> 
 
 def subject_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """What `report` takes by name: campaigns and models."""
-    return campaign_names(context, parameter, incomplete) + model_versions(context, parameter, incomplete)
+    return campaign_names(context, parameter, incomplete) + model_versions(
+        context, parameter, incomplete
+    )
 
 
 def _begun(names: Iterable[str], incomplete: str) -> list[str]:
@@ -96,7 +107,9 @@ def _address(context: click.Context) -> str:
 
     ancestor: click.Context | None = context
     while ancestor is not None:
-        if ancestor.get_parameter_source("db") is ParameterSource.COMMANDLINE and ancestor.params.get("db"):
+        if ancestor.get_parameter_source(
+            "db"
+        ) is ParameterSource.COMMANDLINE and ancestor.params.get("db"):
             return str(ancestor.params["db"])
         ancestor = ancestor.parent
     return os.environ.get("PYROSHOCK_DB") or DEFAULT_DB
@@ -129,7 +142,9 @@ def _rows(address: str, statement: str) -> list[tuple[str, ...]]:
 
 
 def _rows_of_file(file: Path, statement: str) -> list[tuple[str, ...]]:
-    with closing(sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True, timeout=0.2)) as connection:
+    with closing(
+        sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True, timeout=0.2)
+    ) as connection:
         return connection.execute(statement).fetchall()
 
 

@@ -42,7 +42,11 @@ class Listing:
         own. Raises `LookupError` for a column that no row has.
         """
         listed = list(rows)
-        listing = self._in_keys(list(dict.fromkeys(name for row in listed for name in row))) if listed else self
+        listing = (
+            self._in_keys(list(dict.fromkeys(name for row in listed for name in row)))
+            if listed
+            else self
+        )
         listing._print(listed, empty, shortened)
 
     def _print(self, rows: list[Row], empty: str, shortened: Callable[[Row], Row]) -> None:

@@ -24,23 +24,63 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List the campaigns; begin, show, delete, archive or restore one.",
         ),
         "ingest": (".app.ingest.cli", "ingest", "Read campaign folders into the store."),
-        "runs": (".app.ingest.runs_cli", "runs", "List the recordings of a campaign; show, discard or replace one."),
-        "impacts": (".app.ingest.impacts_cli", "impacts", "List impacts with their figures; show or delete one."),
-        "shots": (".app.impacts.cli", "shots", "List the shots of the gun beside the velocity of the model."),
+        "runs": (
+            ".app.ingest.runs_cli",
+            "runs",
+            "List the recordings of a campaign; show, discard or replace one.",
+        ),
+        "impacts": (
+            ".app.ingest.impacts_cli",
+            "impacts",
+            "List impacts with their figures; show or delete one.",
+        ),
+        "shots": (
+            ".app.impacts.cli",
+            "shots",
+            "List the shots of the gun beside the velocity of the model.",
+        ),
         "show": (".app.impacts.cli", "show", "Show one impact, and draw its record and pulse."),
-        "srs": (".app.impacts.spectra_cli", "srs", "Compute the shock response spectrum of any recording."),
-        "extract": (".app.ingest.cli", "extract", "Extract the pulses of a campaign again with other settings."),
-        "calibrate": (".app.ingest.cli", "calibrate", "Compute sensitivity and offset of a transducer."),
-        "materials": (".app.store.materials_cli", "materials", "List the known materials, or add one."),
+        "srs": (
+            ".app.impacts.spectra_cli",
+            "srs",
+            "Compute the shock response spectrum of any recording.",
+        ),
+        "extract": (
+            ".app.ingest.cli",
+            "extract",
+            "Extract the pulses of a campaign again with other settings.",
+        ),
+        "calibrate": (
+            ".app.ingest.cli",
+            "calibrate",
+            "Compute sensitivity and offset of a transducer.",
+        ),
+        "materials": (
+            ".app.store.materials_cli",
+            "materials",
+            "List the known materials, or add one.",
+        ),
     },
     "Plans": {
-        "plan": (".app.plan.cli", "plan", "Design a campaign, write its run sheet, and see what is still to do."),
+        "plan": (
+            ".app.plan.cli",
+            "plan",
+            "Design a campaign, write its run sheet, and see what is still to do.",
+        ),
         "plans": (".app.plan.plans_cli", "plans", "List the plans; show or delete one."),
         "simulate": (".app.plan.cli", "simulate", "Fire a plan on the virtual bench."),
     },
     "Models": {
-        "dataset": (".app.train.dataset_cli", "dataset", "Freeze pulses for training, and see what a dataset holds."),
-        "datasets": (".app.train.datasets_cli", "datasets", "List the datasets; show or delete one."),
+        "dataset": (
+            ".app.train.dataset_cli",
+            "dataset",
+            "Freeze pulses for training, and see what a dataset holds.",
+        ),
+        "datasets": (
+            ".app.train.datasets_cli",
+            "datasets",
+            "List the datasets; show or delete one.",
+        ),
         "train": (".app.train.cli", "train", "Train models on a dataset and register them."),
         "models": (
             ".app.train.models_cli",
@@ -48,11 +88,23 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List the registered models with their figures; show or delete one.",
         ),
         "compare": (".app.train.cli", "compare", "Compare models on the same held-out pulses."),
-        "promote": (".app.train.cli", "promote", "Put a version of a model in use, if it is better."),
+        "promote": (
+            ".app.train.cli",
+            "promote",
+            "Put a version of a model in use, if it is better.",
+        ),
     },
     "Predictions": {
-        "predict": (".app.predict.cli", "predict", "Predict velocity, force, acceleration and spectrum of a shot."),
-        "validate": (".app.validate.cli", "validate", "Show how far the predictions for a campaign can be trusted."),
+        "predict": (
+            ".app.predict.cli",
+            "predict",
+            "Predict velocity, force, acceleration and spectrum of a shot.",
+        ),
+        "validate": (
+            ".app.validate.cli",
+            "validate",
+            "Show how far the predictions for a campaign can be trusted.",
+        ),
         "tune": (".app.tune.cli", "tune", "Search the settings that give a prescribed spectrum."),
     },
     "Gap between twin and bench": {
@@ -61,7 +113,11 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "diagnose",
             "Find where the gap lies, what causes it, and how far it shrinks.",
         ),
-        "diagnoses": (".app.diagnose.diagnoses_cli", "diagnoses", "List the diagnoses; show or delete one."),
+        "diagnoses": (
+            ".app.diagnose.diagnoses_cli",
+            "diagnoses",
+            "List the diagnoses; show or delete one.",
+        ),
         "blind-check": (
             ".app.diagnose.blind_check_cli",
             "blind_check",
@@ -69,8 +125,16 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
     },
     "Reports and files": {
-        "report": (".app.report.cli", "report", "Write a campaign, a diagnosis or a model as one page or PDF."),
-        "export": (".app.impacts.cli", "export", "Write impacts, shots, pulses or series to a file."),
+        "report": (
+            ".app.report.cli",
+            "report",
+            "Write a campaign, a diagnosis or a model as one page or PDF.",
+        ),
+        "export": (
+            ".app.impacts.cli",
+            "export",
+            "Write impacts, shots, pulses or series to a file.",
+        ),
         "query": (".app.store.query_cli", "query", "Ask the store a question in SQL."),
     },
     "Operation": {
@@ -123,10 +187,15 @@ class LazyGroup(click.Group):
         except click.ClickException as error:
             from ...schema.addresses import without_secrets
 
-            click.echo(f"pyroshock: {' '.join(without_secrets(_message_of(error)).split())}", err=True)
+            click.echo(
+                f"pyroshock: {' '.join(without_secrets(_message_of(error)).split())}", err=True
+            )
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
-            click.echo("pyroshock: interrupted; what was stored is whole, and a repeat goes on from there", err=True)
+            click.echo(
+                "pyroshock: interrupted; what was stored is whole, and a repeat goes on from there",
+                err=True,
+            )
             sys.exit(130)
         sys.exit(code or 0)
 
@@ -134,14 +203,20 @@ class LazyGroup(click.Group):
         width = max(map(len, COMMANDS))
         for title, commands in SECTIONS.items():
             with formatter.section(title):
-                formatter.write_dl([(name.ljust(width), text) for name, (_, _, text) in commands.items()])
+                formatter.write_dl(
+                    [(name.ljust(width), text) for name, (_, _, text) in commands.items()]
+                )
 
 
 def _message_of(error: click.ClickException) -> str:
     """The error, and which commands there are where one was asked for that there is not."""
     message = error.format_message()
     context = error.ctx if isinstance(error, click.UsageError) else None
-    if not message.startswith("No such command") or context is None or not isinstance(context.command, click.Group):
+    if (
+        not message.startswith("No such command")
+        or context is None
+        or not isinstance(context.command, click.Group)
+    ):
         return message
     names = context.command.list_commands(context)
     if context.command is main:

@@ -34,13 +34,19 @@ class NounGroup(CommandGroup):
         if self.otherwise is None or incomplete.startswith("-"):
             return items
         command = self.commands[self.otherwise]
-        return items + command.params[0].shell_complete(click.Context(command, parent=ctx), incomplete)
+        return items + command.params[0].shell_complete(
+            click.Context(command, parent=ctx), incomplete
+        )
 
 
 def _typed_before(ctx: click.Context, command: click.Command | None) -> list[str]:
     """The words of the group's options that were typed, as far as the command has options of the same names."""
     words: list[str] = []
-    taken = {option.name for option in command.params if isinstance(option, click.Option)} if command else set()
+    taken = (
+        {option.name for option in command.params if isinstance(option, click.Option)}
+        if command
+        else set()
+    )
     for option in ctx.command.params:
         name = option.name or ""
         if name not in taken or ctx.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
@@ -55,7 +61,11 @@ def _typed_before(ctx: click.Context, command: click.Command | None) -> list[str
 
 
 def noun_group(
-    listing: click.Command, commands: Mapping[str, click.Command], text: str, *, otherwise: str | None = None
+    listing: click.Command,
+    commands: Mapping[str, click.Command],
+    text: str,
+    *,
+    otherwise: str | None = None,
 ) -> NounGroup:
     """The group of a noun: alone it does what `listing` does, with its options, and `list` is the same command."""
 

@@ -13,7 +13,9 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 def split_names(_: click.Context, __: click.Parameter, texts: Sequence[str]) -> tuple[str, ...]:
     """A callback of an option of names that is repeated or holds a list: `--with a,b --with c` gives a, b and c."""
-    return tuple(dict.fromkeys(name.strip() for text in texts for name in text.split(",") if name.strip()))
+    return tuple(
+        dict.fromkeys(name.strip() for text in texts for name in text.split(",") if name.strip())
+    )
 
 
 def deletion_options(command: Command) -> Command:
@@ -23,7 +25,9 @@ def deletion_options(command: Command) -> Command:
     """
 
     @click.option("--yes", is_flag=True, help="Delete without asking for confirmation.")
-    @click.option("--dry-run", is_flag=True, help="Check whether it can be deleted, and delete nothing.")
+    @click.option(
+        "--dry-run", is_flag=True, help="Check whether it can be deleted, and delete nothing."
+    )
     @wraps(command)
     def with_deletion(*args: Any, yes: bool, dry_run: bool, **others: Any) -> Any:
         context = click.get_current_context()

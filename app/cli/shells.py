@@ -61,7 +61,9 @@ class _Zsh(_CompleteOptionValues, ZshComplete):
 class _Fish(_CompleteOptionValues, FishComplete):
     """A name may stand behind a comma: an answer is divided at its first comma alone."""
 
-    source_template = FishComplete.source_template.replace('string split ","', 'string split --max 1 ","')
+    source_template = FishComplete.source_template.replace(
+        'string split ","', 'string split --max 1 ","'
+    )
 
 
 def register_shells() -> None:

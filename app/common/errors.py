@@ -91,12 +91,18 @@ def raises_library_errors(function: Callable[Parameters, Result]) -> Callable[Pa
 def is_for_the_user(error: Exception) -> bool:
     """Whether the words of an error help who asked; a bug of ours does not."""
     # ValueError and LookupError are how our libraries refuse an argument; a bug of ours shows its traceback.
-    if type(error) in (ValueError, LookupError) or isinstance(error, StoreError | OSError | SQLAlchemyError):
+    if type(error) in (ValueError, LookupError) or isinstance(
+        error, StoreError | OSError | SQLAlchemyError
+    ):
         return True
-    return isinstance(error, ValueError | LookupError) and type(error).__module__.startswith("pyroshock")
+    return isinstance(error, ValueError | LookupError) and type(error).__module__.startswith(
+        "pyroshock"
+    )
 
 
 def words_of(error: Exception) -> str:
     """What to tell of it."""
     message = str(error)
-    return f"{message}; {MAKE_ROOM}" if disk_is_full(error) and "make room" not in message else message
+    return (
+        f"{message}; {MAKE_ROOM}" if disk_is_full(error) and "make room" not in message else message
+    )

@@ -38,7 +38,9 @@ def _condition(word: str) -> Condition:
     match = _FORM.match(word)
     if match is None or not match["value"]:
         signs = " ".join(OPERATORS)
-        raise ConditionError(f"--where {word!r:.200} is not a condition; expected FIELD=VALUE (or one of {signs})")
+        raise ConditionError(
+            f"--where {word!r:.200} is not a condition; expected FIELD=VALUE (or one of {signs})"
+        )
     field, operator, text = match["field"], match["operator"], match["value"]
     factor = BY_COLUMN.get(field)
     if factor is None and (condition := _with_unit(field, operator, text)) is not None:
@@ -52,7 +54,9 @@ def _condition(word: str) -> Condition:
         if number is not None and factor.si_unit is not None:
             value = float(level_label(number * factor.scale))
     if operator not in ("=", "!=") and number is None:
-        raise ConditionError(f"--where {word!r:.200} compares with {text!r:.200}; expected a number after {operator}")
+        raise ConditionError(
+            f"--where {word!r:.200} compares with {text!r:.200}; expected a number after {operator}"
+        )
     return Condition(field, operator, value if isinstance(value, float) else text)
 
 
@@ -74,7 +78,9 @@ def _with_unit(field: str, operator: str, text: str) -> Condition | None:
     unit = si_unit_of(key).replace("m/s²", "m/s**2")
     if not unit or (key == field and (_number(text) is not None or not text[:1].isdigit())):
         return None
-    return Condition(key, operator, float(level_label(parse_quantity(text, unit, f"--where {field}"))))
+    return Condition(
+        key, operator, float(level_label(parse_quantity(text, unit, f"--where {field}")))
+    )
 
 
 def _number(text: str) -> float | None:

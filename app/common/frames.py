@@ -50,7 +50,9 @@ _UNITS = {
 def unit_of(column: str) -> str:
     """The unit that the end of a column's name says; "" where it says none."""
     name = column.removesuffix("_mean").removesuffix("_lower").removesuffix("_upper")
-    return next((unit for end, unit in _UNITS.items() if name.endswith(end) and name != end[1:]), "")
+    return next(
+        (unit for end, unit in _UNITS.items() if name.endswith(end) and name != end[1:]), ""
+    )
 
 
 def with_units(frame: pd.DataFrame) -> pd.DataFrame:
@@ -89,7 +91,9 @@ def sorted_by(frame: pd.DataFrame, sort: str | None) -> pd.DataFrame:
     column = sort.removeprefix("-")
     chosen_columns(frame, [column])
     rising = not sort.startswith("-")
-    return frame.sort_values(column, ascending=rising, kind="stable", na_position="last", ignore_index=True)
+    return frame.sort_values(
+        column, ascending=rising, kind="stable", na_position="last", ignore_index=True
+    )
 
 
 def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.0) -> Axes:
@@ -110,7 +114,10 @@ def titled_table(title: str, frame: pd.DataFrame, rows: int = 12) -> str:
 
 def facts_table(title: str, facts: dict[str, Any]) -> str:
     """HTML of a heading and of names with their values."""
-    cells = "".join(f"<tr><th>{escape(name)}</th><td>{escape(str(value))}</td></tr>" for name, value in facts.items())
+    cells = "".join(
+        f"<tr><th>{escape(name)}</th><td>{escape(str(value))}</td></tr>"
+        for name, value in facts.items()
+    )
     return f"<p><b>{escape(title)}</b></p><table>{cells}</table>"
 
 
@@ -142,7 +149,9 @@ _MEANT_OF_WORD: dict[str, tuple[tuple[float, str], ...]] = {
 
 def suggested_unit(number: float, si_unit: str, name: str) -> str:
     """The unit that a bare number of the quantity `name` is most likely meant in: bar for a tank pressure of 5."""
-    units = next((units for word, units in _MEANT_OF_WORD.items() if word in name), _MEANT.get(si_unit, ()))
+    units = next(
+        (units for word, units in _MEANT_OF_WORD.items() if word in name), _MEANT.get(si_unit, ())
+    )
     return next((unit for largest, unit in units if abs(number) <= largest), si_unit)
 
 
@@ -161,13 +170,19 @@ def parse_quantity(text: str, si_unit: str, name: str) -> float:
         example = f"1{suggested_unit(1, si_unit, name)}"
         raise ValueError(f"{name} is {text!r}; expected a number with a unit, such as {example}")
     if odd := _NEVER_IN_UNITS.search(unit):
-        raise ValueError(f"{name} is {text!r:.200}; the unit has the character {odd[0]!r}, which is in no unit")
+        raise ValueError(
+            f"{name} is {text!r:.200}; the unit has the character {odd[0]!r}, which is in no unit"
+        )
     if not unit:
         given = text.strip()
         meant = suggested_unit(float(given.replace(",", ".")), si_unit, name)
-        raise ValueError(f"{name} is {text!r}; expected a number with a unit: did you mean {given}{meant}?")
+        raise ValueError(
+            f"{name} is {text!r}; expected a number with a unit: did you mean {given}{meant}?"
+        )
     try:
-        scale = unit_quantity("gram" if (unit, si_unit) == ("g", "kg") else unit)  # a mass in g is no acceleration
+        scale = unit_quantity(
+            "gram" if (unit, si_unit) == ("g", "kg") else unit
+        )  # a mass in g is no acceleration
         value = (float(number.group().replace(",", ".")) * scale).to(si_unit).magnitude
     except (PintError, UnitError, ArithmeticError, AttributeError, TypeError, ValueError) as error:
         raise ValueError(

@@ -40,7 +40,9 @@ def models_extra() -> Iterator[None]:
         name = (error.name or "").partition(".")[0]
         if name not in _EXTRA:
             raise
-        raise MissingExtraError(f"{name} is not installed; models need it: pip install 'pyroshock[models]'") from error
+        raise MissingExtraError(
+            f"{name} is not installed; models need it: pip install 'pyroshock[models]'"
+        ) from error
 
 
 def tell_beside_bar(text: str) -> None:
@@ -59,7 +61,9 @@ def registry_of(store_url: str) -> Registry:
     return Registry(storage_for(store_url, user_environment()))
 
 
-def context_of(store: Store, dataset: str, registry: Registry, seed: int, budget: Budget) -> TrainingContext:
+def context_of(
+    store: Store, dataset: str, registry: Registry, seed: int, budget: Budget
+) -> TrainingContext:
     """A dataset of the store, to train on."""
     from ...dataset.snapshot import read_snapshot
     from ...dataset.velocities import kind_of_snapshot
@@ -69,7 +73,9 @@ def context_of(store: Store, dataset: str, registry: Registry, seed: int, budget
     snapshot = read_snapshot(store, dataset)
     with store.reading() as session:
         velocity = kind_of_snapshot(session, snapshot.hash, snapshot.definition)
-    name = DatasetName(snapshot.name, snapshot.hash, snapshot.predictors.name, snapshot.predictors.kind, velocity)
+    name = DatasetName(
+        snapshot.name, snapshot.hash, snapshot.predictors.name, snapshot.predictors.kind, velocity
+    )
     return TrainingContext(name, snapshot.table, seed, budget, registry.place.work)
 
 
@@ -77,7 +83,12 @@ def splits_of(table: PulseTable, texts: str) -> list[str]:
     """Split texts from a comma list; "materials" and "campaigns" become one for each. Raises as `split_of`."""
     from ...dataset.table import expand, split_of
 
-    chosen = [expanded for text in texts.split(",") if text.strip() for expanded in expand(table, text.strip())]
+    chosen = [
+        expanded
+        for text in texts.split(",")
+        if text.strip()
+        for expanded in expand(table, text.strip())
+    ]
     if not chosen:
         raise ValueError(f"--split {texts!r} names no split of this dataset")
     for text in chosen:
@@ -128,7 +139,9 @@ def pulses_on(store: Store, name: str, like: Version) -> PulseTable:
             stated = snapshot.definition.get("velocity") or {}
             named = {kind: choice for choice, kind in CHOICES.items()}
             velocity = named[stated["kind"]] if stated.get("converted") else None
-            return select_pulses(session, [name], snapshot.predictors, "reject", None, velocity).table
+            return select_pulses(
+                session, [name], snapshot.predictors, "reject", None, velocity
+            ).table
         except LookupError as error:
             raise LookupError(f"--on {name!r} is no dataset, and {error}") from error
 

@@ -22,5 +22,7 @@ def with_predictions(session: Session, shots: Iterable[dict[str, Any]]) -> Itera
         bench = benches[gun]
         predicted = None
         if bench is not None:
-            predicted = float(muzzle_velocity(bench, shot["tank_pressure_pa"], shot["bullet_mass_kg"]))
+            predicted = float(
+                muzzle_velocity(bench, shot["tank_pressure_pa"], shot["bullet_mass_kg"])
+            )
         yield {**shot, "predicted_velocity_m_s": predicted}

@@ -81,7 +81,8 @@ def number_ranges(numbers: Iterable[int], most: int = 8) -> str:
         else:
             ranges.append([number, number])
     words = [
-        str(low) if low == high else f"{low}{', ' if high == low + 1 else '–'}{high}" for low, high in ranges[:most]
+        str(low) if low == high else f"{low}{', ' if high == low + 1 else '–'}{high}"
+        for low, high in ranges[:most]
     ]
     if rest := sum(high - low + 1 for low, high in ranges[most:]):
         words.append(f"and {rest} more")

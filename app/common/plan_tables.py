@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...delimited_text import parse_number
 from ...doe.plans import StoredPlan, StoredRun
-from ...schema.atomic_write import atomic_file
+from ...files.atomic_write import atomic_file
+from ...files.delimited_text import parse_number
+from ...files.spreadsheet_guard import GuardedCsv
 from ...schema.campaigns import STATUSES
 from ...schema.known_factors import BY_COLUMN
-from ...spreadsheet_guard import GuardedCsv
 
 
 def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
@@ -55,7 +55,9 @@ def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
     for column, text in row.items():
         factor = BY_COLUMN.get(column)
         if factor is not None and factor.si_unit is not None:
-            cells[f"{factor.name}_{factor.si_unit.lower()}"] = float(f"{parse_number(text) * factor.scale:.12g}")
+            cells[f"{factor.name}_{factor.si_unit.lower()}"] = float(
+                f"{parse_number(text) * factor.scale:.12g}"
+            )
         else:
             cells[column] = text
     return cells

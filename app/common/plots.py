@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...schema.atomic_write import atomic_file
+from ...files.atomic_write import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +24,9 @@ def save(figure: Figure, path: Path) -> None:
     """Write a figure; the suffix decides the format. `ValueError` for one that cannot be drawn."""
     formats = figure.canvas.get_supported_filetypes()
     if path.suffix.lstrip(".").lower() not in formats:
-        raise ValueError(f"cannot draw {path.name!r}; expected one of {', '.join('.' + k for k in sorted(formats))}")
+        raise ValueError(
+            f"cannot draw {path.name!r}; expected one of {', '.join('.' + k for k in sorted(formats))}"
+        )
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_file(path) as partial:
         figure.savefig(partial)

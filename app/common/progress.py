@@ -52,7 +52,9 @@ class WorkProgress:
                 bar_format=_BEFORE_THE_FIRST_STEP,
                 **({"dynamic_ncols": True} if _has_size() else _SIZE_OF_NO_TERMINAL),
             )
-        self._thread = Thread(target=self._tick if self._bar is not None else self._tell_lines, daemon=True)
+        self._thread = Thread(
+            target=self._tick if self._bar is not None else self._tell_lines, daemon=True
+        )
         self._thread.start()
         return self._step
 
@@ -124,7 +126,13 @@ def notebook_bar(label: str, unit: str) -> Iterator[Step]:
     from tqdm.auto import tqdm
 
     in_notebook = "ipykernel" in sys.modules
-    bar = tqdm(desc=label, unit=f" {unit}", delay=0.5, disable=not (in_notebook or sys.stderr.isatty()), leave=False)
+    bar = tqdm(
+        desc=label,
+        unit=f" {unit}",
+        delay=0.5,
+        disable=not (in_notebook or sys.stderr.isatty()),
+        leave=False,
+    )
     try:
         yield lambda done, total, what: _count(bar, done, total, what)
     finally:

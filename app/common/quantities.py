@@ -98,7 +98,11 @@ _OTHER_UNITS = {
     "duration_s": ("s", 1.0),
 }
 #: Factors that stand without a unit in their key.
-_FACTORS = {"tip_radius": "tip_radius_m", "bullet_mass": "bullet_mass_kg", "tank_pressure": "tank_pressure_pa"}
+_FACTORS = {
+    "tip_radius": "tip_radius_m",
+    "bullet_mass": "bullet_mass_kg",
+    "tank_pressure": "tank_pressure_pa",
+}
 
 
 #: Keys of the velocity that an impact is stored with, whose heading says how it was obtained.
@@ -173,12 +177,17 @@ def _display_of(key: str, system: System) -> Display:
             label = _LABELS.get(key) or _spelled(key.removesuffix(ending))
             if system == "si":
                 return Display(label, si_unit, 1.0)
-            of_material = next((shown for end, shown in _MATERIAL_UNITS.items() if key.endswith(end)), (unit, scale))
+            of_material = next(
+                (shown for end, shown in _MATERIAL_UNITS.items() if key.endswith(end)),
+                (unit, scale),
+            )
             return Display(label, *_OTHER_UNITS.get(key, of_material))
     for ending, unit, si_unit, si_scale in _FIELD_UNITS:
         if key.endswith(ending) and len(key) > len(ending):
             label = _spelled(key.removesuffix(ending))
-            return Display(label, si_unit, si_scale) if system == "si" else Display(label, unit, 1.0)
+            return (
+                Display(label, si_unit, si_scale) if system == "si" else Display(label, unit, 1.0)
+            )
     return Display(_LABELS.get(key) or _spelled(key), "", 1.0)
 
 
@@ -215,11 +224,16 @@ def key_of(name: str, keys: Iterable[str]) -> str:
     if name in key_list:
         return name
     words = name.partition("(")[0].strip().lower().replace("_", " ")
-    return next((key for key in key_list if words in (_display_of(key, "si").label.lower(), _words(key))), name)
+    return next(
+        (key for key in key_list if words in (_display_of(key, "si").label.lower(), _words(key))),
+        name,
+    )
 
 
 def _words(key: str) -> str:
-    ending = next((entry[0] for entry in _UNITS if key.endswith(entry[0]) and len(key) > len(entry[0])), "")
+    ending = next(
+        (entry[0] for entry in _UNITS if key.endswith(entry[0]) and len(key) > len(entry[0])), ""
+    )
     return key.removesuffix(ending).replace("_", " ")
 
 
@@ -287,7 +301,9 @@ def shown_unit(si_unit: str) -> tuple[str, float]:
 
 
 #: A number of a message with its unit; a number with an exponent stands alone, too. An impulse in N s stays as it is.
-_QUANTITY = re.compile(r"(?<![\w.-])(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)(?: (m/s2|Pa|N(?! s\b)|s)(?![\w/]))?(?![\w-])")
+_QUANTITY = re.compile(
+    r"(?<![\w.-])(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)(?: (m/s2|Pa|N(?! s\b)|s)(?![\w/]))?(?![\w-])"
+)
 
 
 def in_shown_units(message: str) -> str:
@@ -300,7 +316,11 @@ def in_shown_units(message: str) -> str:
         text, si_unit = quantity.groups()
         size = abs(float(text))
         if si_unit is None or (si_unit == "s" and size >= 1) or (si_unit == "N" and size < 1000):
-            return quantity[0].replace(text, format_number(float(text))) if "e" in text else quantity[0]
+            return (
+                quantity[0].replace(text, format_number(float(text)))
+                if "e" in text
+                else quantity[0]
+            )
         unit, scale = shown_unit(si_unit)
         return f"{format_number(scale * float(text))} {unit}"
 

@@ -65,7 +65,9 @@ def lost_words(rows: Sequence[RegisteredVersion], registry: Registry) -> str:
     """One line of what is lost and its cure; empty for none."""
     if not rows:
         return ""
-    labels = ", ".join(row.label for row in rows[:5]) + (f" and {len(rows) - 5} more" if len(rows) > 5 else "")
+    labels = ", ".join(row.label for row in rows[:5]) + (
+        f" and {len(rows) - 5} more" if len(rows) > 5 else ""
+    )
     return f"the registry {registry.place.shown} has lost {labels}, which this store registered; {CURE}"
 
 
@@ -93,7 +95,10 @@ def recover_lost(store: Store, registry: Registry) -> Iterator[tuple[str, str]]:
     from ...training.registry.recovery import RecoveryError, recover
 
     with store.reading() as session:
-        wanted = [(row.label, row.name, row.version, row.record) for row in lost_versions(session, registry)]
+        wanted = [
+            (row.label, row.name, row.version, row.record)
+            for row in lost_versions(session, registry)
+        ]
     for label, name, version, record in sorted(wanted, key=lambda item: (item[1], item[2])):
         try:
             yield label, f"registered again as {recover(registry, name, version, record)}"

@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
-from ...schema.atomic_write import atomic_file
-from ...spreadsheet_guard import GuardedCsv
+from ...files.atomic_write import atomic_file
+from ...files.spreadsheet_guard import GuardedCsv
 
 Batch = dict[str, list[Any]]
 
@@ -50,7 +50,10 @@ class _Json:
 
     def add(self, batch: Batch) -> None:
         for row in zip(*batch.values(), strict=True):
-            finite = (None if isinstance(value, float) and not math.isfinite(value) else value for value in row)
+            finite = (
+                None if isinstance(value, float) and not math.isfinite(value) else value
+                for value in row
+            )
             text = json.dumps(dict(zip(batch, finite, strict=True)), allow_nan=False, default=str)
             self._stream.write(self._before + text)
             self._before = ",\n"
@@ -71,7 +74,9 @@ class _Parquet:
         if self._writer is None:
             table = pa.table(batch)
             # A column that is empty in the first batch may hold numbers later; text columns are never numbers.
-            fields = [f.with_type(pa.float64()) if pa.types.is_null(f.type) else f for f in table.schema]
+            fields = [
+                f.with_type(pa.float64()) if pa.types.is_null(f.type) else f for f in table.schema
+            ]
             self._writer = pq.ParquetWriter(self._path, pa.schema(fields), compression="zstd")
         self._writer.write_table(pa.table(batch, schema=self._writer.schema))
 
@@ -104,7 +109,9 @@ def write_batches(out: Path, batches: Iterable[Batch], *, empty: bool = False) -
     """
     ending = out.suffix.lower()
     if ending not in ENDINGS:
-        raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(ENDINGS)}")
+        raise ValueError(
+            f"cannot write {out.name!r}; expected a name that ends in {' or '.join(ENDINGS)}"
+        )
     with atomic_file(out) as partial, _opened(partial, ending) as writer:
         rows = _written(writer, batches)
         if not rows and not empty:

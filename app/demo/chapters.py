@@ -45,7 +45,8 @@ class TrainedModel:
             "dataset": DATASET,
             "pulses": self.pulses,
             "held_out": {
-                name: {"mean": estimate.mean, "ci90": [estimate.low, estimate.high]} for name, estimate in metrics
+                name: {"mean": estimate.mean, "ci90": [estimate.low, estimate.high]}
+                for name, estimate in metrics
             },
             "promoted": self.decision.promoted,
             "verdict": self.decision.decision.verdict,
@@ -68,7 +69,9 @@ def train_model(store: Store, url: str, step: Step) -> TrainedModel:
         raise ValueError(f"{MODEL} is not trained: {session.failures[0].reason}")
     version = session.versions[0]
     step(0, 0, "promoting")
-    return TrainedModel(version, promote_version(store, url, version.label, reason=REASON), len(snapshot.table))
+    return TrainedModel(
+        version, promote_version(store, url, version.label, reason=REASON), len(snapshot.table)
+    )
 
 
 def draw_model(store: Store, url: str, model: TrainedModel, path: Path) -> None:
@@ -81,17 +84,24 @@ def draw_model(store: Store, url: str, model: TrainedModel, path: Path) -> None:
     force_axes, time_axes = figure.subplots(1, 2)
     _draw_against(force_axes, points["peak_force_n"], 1e-3, "peak force (kN)")
     _draw_against(time_axes, points["contact_time_s"], 1e3, "contact time (ms)")
-    figure.suptitle(f"{model.version.label}: pulses of configurations that it has not seen, with 90 % intervals")
+    figure.suptitle(
+        f"{model.version.label}: pulses of configurations that it has not seen, with 90 % intervals"
+    )
     save(figure, path)
 
 
 def _draw_against(axes: Any, columns: dict[str, Any], scale: float, what: str) -> None:
-    measured, predicted = ([scale * value for value in columns[name]] for name in ("measured", "predicted"))
+    measured, predicted = (
+        [scale * value for value in columns[name]] for name in ("measured", "predicted")
+    )
     ends = [min(measured), max(measured)]
     axes.plot(ends, ends, color=QUIET)
     if columns["low"] is not None:
         axes.vlines(
-            measured, [scale * v for v in columns["low"]], [scale * v for v in columns["high"]], color=PREDICTED
+            measured,
+            [scale * v for v in columns["low"]],
+            [scale * v for v in columns["high"]],
+            color=PREDICTED,
         )
     axes.plot(measured, predicted, "o", color=PREDICTED)
     axes.set(xlabel=f"measured {what}", ylabel=f"predicted {what}")
@@ -107,7 +117,10 @@ def validate_model(store: Store, url: str, step: Step) -> TwinValidation:
 def validation_json(validation: TwinValidation) -> dict[str, Any]:
     """Verdict and scores, as `validate --json` names them."""
     data = validation.to_json()
-    return {name: data[name] for name in ("verdict", "calibrated", "quantities", "failures", "seen", "folds")}
+    return {
+        name: data[name]
+        for name in ("verdict", "calibrated", "quantities", "failures", "seen", "folds")
+    }
 
 
 def draw_validation(validation: TwinValidation, path: Path) -> None:

@@ -26,7 +26,13 @@ SHEET = "rehearsal-sheet.html"
 #: The predicted shot, drawn.
 SHOT = "predicted-shot.png"
 #: The picture of each chapter.
-PICTURES = {1: "demo.png", 2: "rehearsal.png", 3: "contact-model.png", 4: "validation.png", 5: "diagnosis.png"}
+PICTURES = {
+    1: "demo.png",
+    2: "rehearsal.png",
+    3: "contact-model.png",
+    4: "validation.png",
+    5: "diagnosis.png",
+}
 TITLES = {
     1: "Five measured gun shots beside the thesis",
     2: "A campaign on the virtual bench",
@@ -136,11 +142,16 @@ def _measured_shots(story: _Story) -> None:
         "stated_mean_error_percent": comparison.stated_mean_error_percent,
         "prediction": predicted,
     }
-    story.table("Five gun shots (Table 3.1), our prediction beside Table 5.1 of the thesis:", comparison.rows)
+    story.table(
+        "Five gun shots (Table 3.1), our prediction beside Table 5.1 of the thesis:",
+        comparison.rows,
+    )
     for line in _error_lines(comparison):
         story.tell(line)
     story.table("\nOne hit of a modal hammer, cut from its LabVIEW record:", [hit])
-    story.table("\nA shot that was not fired, the same bullet at 0.5 bar, with its 90 % bands:", predicted)
+    story.table(
+        "\nA shot that was not fired, the same bullet at 0.5 bar, with its 90 % bands:", predicted
+    )
     if not story.silent:
         for line in notes:
             note(line)
@@ -172,7 +183,9 @@ def _virtual_campaign(story: _Story) -> None:
     draw_campaign(story.store, REHEARSAL.name, story.picture(2))
     story.data["rehearsal"] = result.as_row()
     repeats = (
-        f", and {result.repeat} ask for a repeat because a check rejects their recordings" if result.repeat else ""
+        f", and {result.repeat} ask for a repeat because a check rejects their recordings"
+        if result.repeat
+        else ""
     )
     story.tell(
         f"The software plans {result.planned} runs, fires {result.shots} shots on the virtual bench, ingests the "
@@ -255,6 +268,8 @@ def _tell_addresses(out: Path, url: str, names: Sequence[str]) -> None:
     files = "\n  ".join(str(path) for name in names if (path := out.resolve() / name).is_file())
     click.echo(f"\nThe results are here:\n  {files}\n  store: {address}")
     command = "pyroshock" if shutil.which("pyroshock") else "python -m pyroshock"
-    click.echo(f"Look around:\n  {command} impacts --db {address}\n  {command} shots --db {address}")
+    click.echo(
+        f"Look around:\n  {command} impacts --db {address}\n  {command} shots --db {address}"
+    )
     click.echo(f"As pages, with pyroshock[web]:\n  {command} serve --db {address} --open")
     click.echo(f"Next, with your own recordings:\n  {command} {NEXT} --db sqlite:///pyroshock.db")

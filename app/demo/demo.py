@@ -87,7 +87,9 @@ def compare_with_table_5_1(session: Session) -> GunComparison:
     gun = _gun(session)
     stated = replace(gun, travel_m=STATED_TRAVEL_M, friction_coefficient=DRY_FRICTION)
     pressure_pa = [row["pressure_bar"] * 1e5 for row in rows]
-    predicted = muzzle_velocity(stated, pressure_pa, next(iter_shots(session, SHOTS))["bullet_mass_kg"])
+    predicted = muzzle_velocity(
+        stated, pressure_pa, next(iter_shots(session, SHOTS))["bullet_mass_kg"]
+    )
     return GunComparison(
         rows,
         _mean_error_percent(rows, [row["predicted_m_s"] for row in rows]),
@@ -98,7 +100,10 @@ def compare_with_table_5_1(session: Session) -> GunComparison:
 
 
 def _mean_error_percent(rows: Sequence[dict[str, Any]], predicted_m_s: Sequence[float]) -> float:
-    errors = [_error_percent(row["measured_m_s"], value) for row, value in zip(rows, predicted_m_s, strict=True)]
+    errors = [
+        _error_percent(row["measured_m_s"], value)
+        for row, value in zip(rows, predicted_m_s, strict=True)
+    ]
     return float(np.mean(np.abs(errors)))
 
 
@@ -115,7 +120,9 @@ def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
     lines = tuple(octave_grid(100.0, 2000.0, 6).tolist())
     built = twin_of(store, url, TwinRequest(campaign=SHOTS, contact="prior", frequency_hz=lines))
     bullet = built.material("PLA")
-    setting = built.setting(impactor_mass_kg=0.1428, tip=bullet, tip_radius_m=0.045, tank_pressure_pa=0.5e5)
+    setting = built.setting(
+        impactor_mass_kg=0.1428, tip=bullet, tip_radius_m=0.045, tank_pressure_pa=0.5e5
+    )
     return built.twin.predict(setting), built.notes
 
 

@@ -86,7 +86,9 @@ class VirtualCampaign:
 REHEARSAL = VirtualCampaign(NAME, runs=None, repetitions=1, seed=SEED)
 
 
-def fire_campaign(store: Store, campaign: VirtualCampaign, folder: Path, step: Step) -> RehearsalResult:
+def fire_campaign(
+    store: Store, campaign: VirtualCampaign, folder: Path, step: Step
+) -> RehearsalResult:
     """Plan, simulate and ingest a campaign; what is there already is not made again."""
     plan = _plan_of(store, campaign)
     if not (folder / "campaign.toml").is_file():
@@ -98,7 +100,11 @@ def fire_campaign(store: Store, campaign: VirtualCampaign, folder: Path, step: S
         runs = read_plan(session, campaign.name).runs
         shots = list(with_predictions(session, iter_shots(session, campaign.name)))
     ratios = np.array(
-        [s["measured_velocity_m_s"] / s["predicted_velocity_m_s"] for s in shots if s["measured_velocity_m_s"]]
+        [
+            s["measured_velocity_m_s"] / s["predicted_velocity_m_s"]
+            for s in shots
+            if s["measured_velocity_m_s"]
+        ]
     )
     return RehearsalResult(
         planned=len(runs),
@@ -128,17 +134,29 @@ def draw_campaign(store: Store, name: str, path: Path) -> None:
 
     with store.reading() as session:
         plan = read_plan(session, name)
-        shots = [s for s in with_predictions(session, iter_shots(session, name)) if s["measured_velocity_m_s"]]
+        shots = [
+            s
+            for s in with_predictions(session, iter_shots(session, name))
+            if s["measured_velocity_m_s"]
+        ]
     figure = new_figure(11, 4.2)
     plan_axes, velocity_axes = figure.subplots(1, 2)
     draw_runs(plan_axes, plan.space, plan.treatments("planned", "done"))
     plan_axes.set_title(f"The plan: {len(plan.runs)} runs, dark for low and bright for high levels")
     nominal = [shot["predicted_velocity_m_s"] for shot in shots]
-    velocity_axes.plot([0, max(nominal)], [0, max(nominal)], color=QUIET, label="as the nominal gun")
     velocity_axes.plot(
-        nominal, [shot["measured_velocity_m_s"] for shot in shots], "o", color=MEASURED, label="virtual shots"
+        [0, max(nominal)], [0, max(nominal)], color=QUIET, label="as the nominal gun"
     )
-    velocity_axes.set(xlabel="velocity of the nominal gun (m/s)", ylabel="velocity on the virtual bench (m/s)")
+    velocity_axes.plot(
+        nominal,
+        [shot["measured_velocity_m_s"] for shot in shots],
+        "o",
+        color=MEASURED,
+        label="virtual shots",
+    )
+    velocity_axes.set(
+        xlabel="velocity of the nominal gun (m/s)", ylabel="velocity on the virtual bench (m/s)"
+    )
     velocity_axes.set_title(f"{len(shots)} shots on the virtual bench")
     velocity_axes.legend(frameon=False)
     save(figure, path)

@@ -35,7 +35,9 @@ def diagnose_job(jobs: Jobs, store: Store, arguments: DiagnoseArguments) -> JobV
 def _title(arguments: DiagnoseArguments) -> str:
     parts = [f"Diagnosis of {arguments.target}"]
     parts += [f"with {', '.join(arguments.with_effects)}"] if arguments.with_effects else []
-    parts += [f"without {', '.join(arguments.without_effects)}"] if arguments.without_effects else []
+    parts += (
+        [f"without {', '.join(arguments.without_effects)}"] if arguments.without_effects else []
+    )
     return " ".join(parts)
 
 

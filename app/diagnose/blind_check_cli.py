@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 @click.command("blind-check")
 @click.option("--cases", type=click.IntRange(1), help="Set the number of campaigns of each tier.")
-@click.option("--seed", type=click.IntRange(0), help="Set the seed of the cases. [default: that of the split]")
+@click.option(
+    "--seed", type=click.IntRange(0), help="Set the seed of the cases. [default: that of the split]"
+)
 @click.option(
     "--tier",
     "tiers",
@@ -66,9 +68,15 @@ if TYPE_CHECKING:
         "or machines. The option can be repeated."
     ),
 )
-@click.option("--no-baselines", is_flag=True, help="Leave out the simpler methods that are shown beside the diagnosis.")
 @click.option(
-    "--no-shrinkage", is_flag=True, help="Leave out the reduction of the gap, which takes a third of the time."
+    "--no-baselines",
+    is_flag=True,
+    help="Leave out the simpler methods that are shown beside the diagnosis.",
+)
+@click.option(
+    "--no-shrinkage",
+    is_flag=True,
+    help="Leave out the reduction of the gap, which takes a third of the time.",
 )
 @json_option
 def blind_check(
@@ -99,7 +107,9 @@ def blind_check(
             _tell(_pooled(pool), json_to)
             return
         if cases is None:
-            raise ValueError("--cases is missing; give it, or --pool FOLDER for checks that are finished")
+            raise ValueError(
+                "--cases is missing; give it, or --pool FOLDER for checks that are finished"
+            )
         progress = progress_bar(f"Diagnosing {cases} campaigns of known cause", "cases")
         from ...validation.blind_check import OPTIONS, run
         from ...validation.case_plan import SEEDS
@@ -141,7 +151,13 @@ def _pooled(folders: tuple[Path, ...]) -> Pool:
 
     checks, rows = pooled([path if path.is_file() else path / SCORED for path in folders])
     names = tuple(BENCHES)
-    return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, names), cause_tables(rows, names))
+    return Pool(
+        tuple(checks),
+        tables(rows),
+        kinds(rows),
+        bench_tables(rows, names),
+        cause_tables(rows, names),
+    )
 
 
 def _tiers_named(tiers: tuple[str, ...]) -> tuple[str, ...]:

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import db_option, json_option, note, open_command_store, open_if_exists, print_table, write_json
+from ..cli.common import (
+    db_option,
+    json_option,
+    note,
+    open_command_store,
+    open_if_exists,
+    print_table,
+    write_json,
+)
 from ..cli.completion import campaign_names, effect_ids, model_versions
 from ..cli.next_step import suggest_next
 from ..cli.options import split_names
@@ -34,7 +42,10 @@ _STAGES = ("gun", "contact", "plate")
     shell_complete=model_versions,
 )
 @click.option(
-    "--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write the result to FILE as a page."
+    "--html",
+    type=click.Path(dir_okay=False, path_type=Path),
+    default=None,
+    help="Write the result to FILE as a page.",
 )
 @click.option(
     "--with",
@@ -99,7 +110,12 @@ _STAGES = ("gun", "contact", "plate")
     show_default=True,
     help="Set the seed: the same seed gives the same answer.",
 )
-@click.option("--list", "listed", is_flag=True, help="List the diagnoses of the campaign that the store holds.")
+@click.option(
+    "--list",
+    "listed",
+    is_flag=True,
+    help="List the diagnoses of the campaign that the store holds.",
+)
 @db_option
 @json_option
 def diagnose(
@@ -162,13 +178,21 @@ def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
 
     if not row.configuration["effects"]:
         stages = ", ".join(row.configuration["stages"])
-        note(f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}")
+        note(
+            f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}"
+        )
         return
     best, chosen = offered(verdict), adoption(verdict, wanted)
     is_offered = best is not None and best.name == chosen.name
-    if not is_offered and set(wanted.split("+")) not in [set(name.split("+")) for name in verdict.first.effects]:
-        note(f"{spell_sets(wanted)} is not what the diagnosis says first: {cause_name(verdict.first)}")
-    note(f"adopted as version {row.version}: {spell_sets(row.reason)}; predict and tune use it (--no-adopted: without)")
+    if not is_offered and set(wanted.split("+")) not in [
+        set(name.split("+")) for name in verdict.first.effects
+    ]:
+        note(
+            f"{spell_sets(wanted)} is not what the diagnosis says first: {cause_name(verdict.first)}"
+        )
+    note(
+        f"adopted as version {row.version}: {spell_sets(row.reason)}; predict and tune use it (--no-adopted: without)"
+    )
 
 
 def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
@@ -179,7 +203,10 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
     if json_to is not None:
         write_json(rows, json_to)
     else:
-        print_table(map(row_in_words, rows), f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}")
+        print_table(
+            map(row_in_words, rows),
+            f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}",
+        )
 
 
 def row_in_words(row: dict[str, Any]) -> dict[str, Any]:
@@ -190,7 +217,12 @@ def row_in_words(row: dict[str, Any]) -> dict[str, Any]:
     names = ("id", "campaign", "diagnosed_at", "simulator", "first", "probability", "adopted")
     shown = {name: row[name] for name in names if name in row}
     adopted = None if row["adopted"] is None else spell_sets(row["adopted"])
-    return {**shown, "first": spell_sets(row["first"]), "probability": percent(row["probability"]), "adopted": adopted}
+    return {
+        **shown,
+        "first": spell_sets(row["first"]),
+        "probability": percent(row["probability"]),
+        "adopted": adopted,
+    }
 
 
 def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
@@ -206,8 +238,12 @@ def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
     _tell_path(verdict)
     click.echo("\nCauses")
     for cause in verdict.causes:
-        numbers = ", ".join(fitted_words(parameter, effect) for effect, parameter in owned_parameters(cause))
-        click.echo(f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}")
+        numbers = ", ".join(
+            fitted_words(parameter, effect) for effect, parameter in owned_parameters(cause)
+        )
+        click.echo(
+            f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}"
+        )
     for title, sentences in sections.items():
         _tell_lines(title, sentences)
 
@@ -224,9 +260,13 @@ def _tell_effects(verdict: Verdict) -> None:
 
     if verdict.effects:
         click.echo("\nEffects (share of the squared error)")
-        click.echo(f"{GAIN}: how much more disappears, where it was not fitted, with it than with the others alone")
+        click.echo(
+            f"{GAIN}: how much more disappears, where it was not fitted, with it than with the others alone"
+        )
         if any(effect.share < 0 for effect in verdict.effects):
-            click.echo("A negative share: the effect hides a part of the error, which would be larger without it.")
+            click.echo(
+                "A negative share: the effect hides a part of the error, which would be larger without it."
+            )
         columns = [column for column in EFFECT_COLUMNS if column != "name"]
         rows = [dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict)]
         print_table([{column: row[column] for column in columns} for row in rows], "")
@@ -243,7 +283,13 @@ def _tell_path(verdict: Verdict) -> None:
         {"step": f"+ {step.added}", "error": number(step.after), "gone": percent(step.fraction)}
         for step in verdict.path
     ]
-    print_table([*rows, {"step": "measurement noise", "error": number(verdict.gap.noise_floor), "gone": ""}], "")
+    print_table(
+        [
+            *rows,
+            {"step": "measurement noise", "error": number(verdict.gap.noise_floor), "gone": ""},
+        ],
+        "",
+    )
 
 
 def _read(given: dict[str, Any]) -> dict[str, Any]:
@@ -256,7 +302,9 @@ def _read(given: dict[str, Any]) -> dict[str, Any]:
 
 def _effect_ids(words: Sequence[str]) -> tuple[str, ...]:
     """Each id once, of options that are repeated and of lists with commas ("a+b", as reports name a set, is one)."""
-    return tuple(dict.fromkeys(part for word in words for part in re.split(r"[,+\s]+", word) if part))
+    return tuple(
+        dict.fromkeys(part for word in words for part in re.split(r"[,+\s]+", word) if part)
+    )
 
 
 def _tolerance(text: str) -> tuple[str, float]:
@@ -269,7 +317,9 @@ def _tolerance(text: str) -> tuple[str, float]:
         if not 0 < value < 100:
             raise ValueError
     except ValueError as error:
-        raise ValueError(f"--tolerance is {text!r}; expected gun=1%, contact=3% or plate=0.5dB") from error
+        raise ValueError(
+            f"--tolerance is {text!r}; expected gun=1%, contact=3% or plate=0.5dB"
+        ) from error
     return stage, value if unit == "dB" else value / 100
 
 

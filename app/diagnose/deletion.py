@@ -16,7 +16,9 @@ class DiagnosisInUseError(ValueError):
 def check_diagnosis_unused(session: Session, key: int) -> str:
     """The campaign of a diagnosis that may be deleted. Raises `LookupError`, `DiagnosisInUseError`."""
     campaign = get_diagnosis_row(session, key).campaign.name
-    versions = session.scalars(select(TwinVersion.version).where(TwinVersion.diagnosis_id == key)).all()
+    versions = session.scalars(
+        select(TwinVersion.version).where(TwinVersion.diagnosis_id == key)
+    ).all()
     if versions:
         raise DiagnosisInUseError(
             f"diagnosis {key} cannot be deleted: version {', '.join(map(str, sorted(versions)))} of the twin was "

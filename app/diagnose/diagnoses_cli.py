@@ -16,7 +16,10 @@ from .cli import row_in_words, tell_diagnosis
 @db_option
 @listing_options
 @click.option(
-    "--campaign", metavar="NAME", help="List the diagnoses of this campaign only.", shell_complete=campaign_names
+    "--campaign",
+    metavar="NAME",
+    help="List the diagnoses of this campaign only.",
+    shell_complete=campaign_names,
 )
 def list_diagnoses(db: str, listing: Listing, campaign: str | None) -> None:
     """List the diagnoses, the newest first, with the most probable cause of each.

@@ -59,8 +59,13 @@ def record_of(store: Store | None, db: str, request: DiagnosisRequest) -> Campai
     elif Path(request.target).is_dir():
         record = read_folder(Path(request.target))
     else:
-        names = ", ".join(sorted(store.read(list_campaign_names)) if store is not None else ()) or "none"
-        raise LookupError(f"no campaign and no folder {request.target!r}; campaigns: {names} (pyroshock ingest FOLDER)")
+        names = (
+            ", ".join(sorted(store.read(list_campaign_names)) if store is not None else ())
+            or "none"
+        )
+        raise LookupError(
+            f"no campaign and no folder {request.target!r}; campaigns: {names} (pyroshock ingest FOLDER)"
+        )
     if request.modes is not None or request.bench is not None:
         return _with_own_plate(record, db, request)
     return _with_solved_plate(record, db)
@@ -70,7 +75,9 @@ def _with_own_plate(record: CampaignRecord, db: str, request: DiagnosisRequest) 
     """With the modal table, or the solved drawing, that the user brings."""
     from ..twins.benches import bench_of_file, shipped_bench, with_modes
 
-    bench = shipped_bench() if request.bench is None else bench_of_file(request.bench, shipped_bench())
+    bench = (
+        shipped_bench() if request.bench is None else bench_of_file(request.bench, shipped_bench())
+    )
     bench = bench if request.modes is None else with_modes(bench, request.modes)
     if bench.modes is not None:
         return replace(record, plate=bench.modes)
@@ -78,7 +85,12 @@ def _with_own_plate(record: CampaignRecord, db: str, request: DiagnosisRequest) 
 
     return replace(
         record,
-        plate=solved(bench.drawing, record.materials[bench.plate_material.lower()], MAX_MODE_HZ, plates_folder(db)),
+        plate=solved(
+            bench.drawing,
+            record.materials[bench.plate_material.lower()],
+            MAX_MODE_HZ,
+            plates_folder(db),
+        ),
         plate_points_known=_points_given(bench.drawing),
         plate_model_material=bench.plate_material,
     )
@@ -101,14 +113,20 @@ def _with_solved_plate(record: CampaignRecord, db: str) -> CampaignRecord:
     from ..twins.benches import PlateDrawing
     from ..twins.building import plates_folder, solved
 
-    drawing = PlateDrawing.of(record.plate_outline_m, f"campaign {record.name}", record.plate_thickness_m)
+    drawing = PlateDrawing.of(
+        record.plate_outline_m, f"campaign {record.name}", record.plate_thickness_m
+    )
     plate = solved(drawing, record.materials[material], _DIAGNOSED_HZ, plates_folder(db))
     return replace(record, plate=plate, plate_points_known=False, plate_model_material=material)
 
 
 def _struck_material(record: CampaignRecord) -> str | None:
     """The plate's material in `[bench.plate]` where any run strikes it, else that of most configurations."""
-    struck = [name for item in record.configurations if (name := record.plate_material_of(item)) is not None]
+    struck = [
+        name
+        for item in record.configurations
+        if (name := record.plate_material_of(item)) is not None
+    ]
     if not struck or record.plate_material in struck:
         return record.plate_material
     return Counter(struck).most_common(1)[0][0]
@@ -123,7 +141,9 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
         return None
     assert text is not None
     if not text.startswith(MODELS) and "@" not in text:
-        raise ValueError(f"--simulator is {text!r}; expected nominal, or MODEL@VERSION of a registered model")
+        raise ValueError(
+            f"--simulator is {text!r}; expected nominal, or MODEL@VERSION of a registered model"
+        )
     from ..twins.building import registered_contact
 
     name = text.removeprefix(MODELS)
@@ -134,7 +154,9 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
         return registered_contact(session, db, name, in_use)
 
 
-def run_diagnosis(store: Store | None, db: str, request: DiagnosisRequest, progress: Progress | None = None) -> Verdict:
+def run_diagnosis(
+    store: Store | None, db: str, request: DiagnosisRequest, progress: Progress | None = None
+) -> Verdict:
     """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
     effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.diagnose import Options, diagnose
@@ -147,7 +169,9 @@ def run_diagnosis(store: Store | None, db: str, request: DiagnosisRequest, progr
         uncertain={full_name(name): deviation for name, deviation in request.uncertain.items()},
         contact=simulator_of(store, db, record.kind, request.simulator),
     )
-    verdict = diagnose(record, options=_restricted(record, options, request), progress=progress, draw=pictures_of)
+    verdict = diagnose(
+        record, options=_restricted(record, options, request), progress=progress, draw=pictures_of
+    )
     sentences = restriction_sentences(request.with_effects, request.without_effects)
     return replace(verdict, assumptions=(*sentences, *verdict.assumptions))
 
@@ -160,7 +184,9 @@ def _restricted(record: CampaignRecord, options: Options, request: DiagnosisRequ
 
     stages, _ = stages_of(record, options)
     detectable = [name for name in catalogue() if any(name in stage.shows for stage in stages)]
-    effects = considered_effects(record.name, detectable, request.with_effects, request.without_effects)
+    effects = considered_effects(
+        record.name, detectable, request.with_effects, request.without_effects
+    )
     return replace(options, catalogue=effects, without=tuple(request.without_effects))
 
 
@@ -172,7 +198,9 @@ def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None
     report, details = verdict_to_json(verdict)
     if request is not None:
         of_this_machine = ("target", "modes", "bench")
-        details["options"] = {name: value for name, value in asdict(request).items() if name not in of_this_machine}
+        details["options"] = {
+            name: value for name, value in asdict(request).items() if name not in of_this_machine
+        }
 
     def add(session: Session) -> int:
         row = Diagnosis(
@@ -207,6 +235,10 @@ def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
     A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for an unknown campaign.
     """
     key = get_campaign_id(session, campaign)
-    query = select(Diagnosis.report).where(Diagnosis.campaign_id == key).order_by(Diagnosis.id.desc())
+    query = (
+        select(Diagnosis.report).where(Diagnosis.campaign_id == key).order_by(Diagnosis.id.desc())
+    )
     reports = session.scalars(query)
-    return next((report for report in reports if not restrictions_among(report["assumptions"])), None)
+    return next(
+        (report for report in reports if not restrictions_among(report["assumptions"])), None
+    )

@@ -78,7 +78,9 @@ def plan_name(campaign: str) -> str:
     return f"{campaign}-{METHOD}"
 
 
-def store_experiment_of(store: Store, diagnosis: int, name: str | None) -> tuple[StoredPlan, tuple[str, ...]]:
+def store_experiment_of(
+    store: Store, diagnosis: int, name: str | None
+) -> tuple[StoredPlan, tuple[str, ...]]:
     """As `store_experiment`, of a kept diagnosis. Raises `LookupError` for an unknown one."""
     report = store.read(lambda session: kept_report(session, diagnosis))
     campaign = report["campaign"]
@@ -93,7 +95,9 @@ def no_setting(campaign: str) -> str:
     )
 
 
-def _experiment(session: Session, campaign: str, next_runs: Sequence[Mapping[str, Any]]) -> Experiment:
+def _experiment(
+    session: Session, campaign: str, next_runs: Sequence[Mapping[str, Any]]
+) -> Experiment:
     if not next_runs:
         raise ValueError(no_setting(campaign))
     row = session.get_one(Campaign, get_campaign_id(session, campaign))
@@ -101,11 +105,15 @@ def _experiment(session: Session, campaign: str, next_runs: Sequence[Mapping[str
     left_out: tuple[str, ...] = ()
     if row.gun is not None:
         beyond = _unsafe_rows(rows, gun_bench(row.gun), _elastic(session))
-        left_out = tuple(f"left out, beyond the bench: {_words(rows[i])}: {why}" for i, why in beyond.items())
+        left_out = tuple(
+            f"left out, beyond the bench: {_words(rows[i])}: {why}" for i, why in beyond.items()
+        )
         rows = [cells for i, cells in enumerate(rows) if i not in beyond]
         next_runs = [run for i, run in enumerate(next_runs) if i not in beyond]
     if not rows:
-        raise ValueError(f"every run that would tell causes of {campaign} apart is beyond the bench: {left_out[0]}")
+        raise ValueError(
+            f"every run that would tell causes of {campaign} apart is beyond the bench: {left_out[0]}"
+        )
     shots: dict[tuple[tuple[str, str], ...], int] = {}
     for cells, run in zip(rows, next_runs, strict=True):
         key = tuple(cells.items())
@@ -118,11 +126,18 @@ def _rows(next_runs: Sequence[Mapping[str, Any]], usual: Row) -> list[Row]:
     """A table of runs; `usual` levels where a setting says nothing."""
     settings = [dict(_cells(run["settings"])) for run in next_runs]
     given = list(dict.fromkeys(column for cells in settings for column in cells))
-    kept = {column: cell for column, cell in usual.items() if column in given or column in BY_COLUMN}
-    rows: list[Row] = [{column: {**kept, **cells}.get(column, "") for column in (*given, *kept)} for cells in settings]
+    kept = {
+        column: cell for column, cell in usual.items() if column in given or column in BY_COLUMN
+    }
+    rows: list[Row] = [
+        {column: {**kept, **cells}.get(column, "") for column in (*given, *kept)}
+        for cells in settings
+    ]
     for row in rows:
         if missing := [column for column, cell in row.items() if not cell]:
-            raise ValueError(f"a setting of the next experiment leaves {missing[0]} open, and the campaign has none")
+            raise ValueError(
+                f"a setting of the next experiment leaves {missing[0]} open, and the campaign has none"
+            )
     return rows
 
 
@@ -137,13 +152,18 @@ def _cells(settings: Mapping[str, Level]) -> Iterator[tuple[str, str]]:
         if factor is not None and not isinstance(value, str):
             yield factor.column, number_label(value / factor.scale)
         else:
-            yield factor.column if factor else key, value if isinstance(value, str) else number_label(value)
+            yield (
+                factor.column if factor else key,
+                value if isinstance(value, str) else number_label(value),
+            )
 
 
 def _usual_levels(session: Session, campaign: Campaign) -> dict[str, str]:
     """The most frequent level of each factor that recordings of the campaign set, as a table writes it."""
     table = Shot if campaign.kind == "gun" else Impact
-    runs = Counter(session.scalars(select(table.configuration_id).where(table.campaign_id == campaign.id)))
+    runs = Counter(
+        session.scalars(select(table.configuration_id).where(table.campaign_id == campaign.id))
+    )
     counts: dict[str, Counter[Level]] = {}
     for key, levels in configuration_factors(session, list(runs)).items():
         for name, level in levels.items():
@@ -158,7 +178,11 @@ def factors_toml(kind: str, rows: Sequence[Row]) -> str:
         factor = BY_COLUMN.get(column)
         cells = [row[column] for row in rows]
         numeric = factor.is_number if factor else all(map(_is_number, cells))
-        parts += ["", "[[factors]]", f"name = {_text(factor.name if factor and numeric else column)}"]
+        parts += [
+            "",
+            "[[factors]]",
+            f"name = {_text(factor.name if factor and numeric else column)}",
+        ]
         parts += [f"column = {_text(column)}"] if factor and numeric else []
         parts += [f'kind = "{"numeric" if numeric else "categorical"}"']
         if numeric:
@@ -183,12 +207,19 @@ def _is_number(cell: str) -> bool:
 
 def _elastic(session: Session) -> dict[str, Elastic]:
     """Elastic constants by every name of a material, in lower case."""
-    constants = {m.name: Elastic(m.youngs_modulus_pa, m.poisson_ratio) for m in session.scalars(select(Material))}
+    constants = {
+        m.name: Elastic(m.youngs_modulus_pa, m.poisson_ratio)
+        for m in session.scalars(select(Material))
+    }
     names = material_names(session)
-    return {word.lower(): constants[name] for word in constants if (name := names(word)) is not None}
+    return {
+        word.lower(): constants[name] for word in constants if (name := names(word)) is not None
+    }
 
 
-def _unsafe_rows(rows: Sequence[Row], bench: GunBench, materials: Mapping[str, Elastic]) -> dict[int, str]:
+def _unsafe_rows(
+    rows: Sequence[Row], bench: GunBench, materials: Mapping[str, Elastic]
+) -> dict[int, str]:
     """Rows that the bench does not withstand, or that never leave the barrel, and why."""
     reasons = {}
     for i, row in enumerate(rows):

@@ -52,9 +52,18 @@ def arguments_of(
 def fields_of(arguments: Mapping[str, Any]) -> dict[str, str]:
     """The fields of the form that ask for stored arguments again; the inverse of `arguments_of`."""
     percents = {stage: 1 if unit == "dB" else 100 for stage, _, unit, _ in STAGES}
-    tolerances = {stage: f"{percents[stage] * size:.9g}" for stage, size in arguments.get("tolerances", {}).items()}
-    lines = [f"{name}={deviation:.9g}" for name, deviation in arguments.get("uncertain", {}).items()]
-    values = {"campaign": arguments.get("target", ""), "simulator": arguments.get("simulator") or "", **tolerances}
+    tolerances = {
+        stage: f"{percents[stage] * size:.9g}"
+        for stage, size in arguments.get("tolerances", {}).items()
+    }
+    lines = [
+        f"{name}={deviation:.9g}" for name, deviation in arguments.get("uncertain", {}).items()
+    ]
+    values = {
+        "campaign": arguments.get("target", ""),
+        "simulator": arguments.get("simulator") or "",
+        **tolerances,
+    }
     values |= {"uncertain": "\n".join(lines), "seed": str(arguments.get("seed") or "")}
     return {name: value for name, value in values.items() if value}
 
@@ -67,7 +76,8 @@ def check_simulator(db: str, text: str | None) -> None:
     name = text.removeprefix(MODELS)
     if name == text or not name:
         raise FieldError(
-            "simulator", f"The simulator is {text!r}. Leave the field empty, or enter {MODELS}NAME@VERSION."
+            "simulator",
+            f"The simulator is {text!r}. Leave the field empty, or enter {MODELS}NAME@VERSION.",
         )
     if name.partition("@")[0] == IN_USE:
         return
@@ -102,5 +112,7 @@ def _positive(text: str, field: str, what: str) -> float:
     except ValueError:
         value = math.nan
     if not 0 < value < 100:
-        raise FieldError(field, f"{what} is {text.strip()!r}. Enter a number above 0 and below 100.")
+        raise FieldError(
+            field, f"{what} is {text.strip()!r}. Enter a number above 0 and below 100."
+        )
     return value

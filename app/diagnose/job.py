@@ -20,7 +20,9 @@ def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
     def ending() -> Result:
         key = keep(work.store, verdict, question)
         return Result(
-            f"/diagnoses/{key}", f"{verdict.campaign}: {summary(verdict)}", {"id": key, **report_json(verdict)}
+            f"/diagnoses/{key}",
+            f"{verdict.campaign}: {summary(verdict)}",
+            {"id": key, **report_json(verdict)},
         )
 
     return ending

@@ -53,10 +53,17 @@ def stage_cards(verdict: Verdict) -> list[StageCard]:
             cards.append(StageCard(name, quantity, _drawn(share.share), percent(share.share), note))
         else:
             cards.append(StageCard(name, quantity, None, "not compared"))
-    sensors = [effect.share for effect in verdict.effects if effect.effect.startswith(f"{_STAGES[-1][0]}.")]
+    sensors = [
+        effect.share for effect in verdict.effects if effect.effect.startswith(f"{_STAGES[-1][0]}.")
+    ]
     if sensors:
         cards.append(
-            StageCard(*_STAGES[-1][1:], _drawn(sum(sensors)), percent(sum(sensors)), "explained by effects of sensors")
+            StageCard(
+                *_STAGES[-1][1:],
+                _drawn(sum(sensors)),
+                percent(sum(sensors)),
+                "explained by effects of sensors",
+            )
         )
     else:
         cards.append(StageCard(*_STAGES[-1][1:], None, "not considered"))
@@ -87,10 +94,22 @@ class DiagnosisParts:
 
 def parts_of(verdict: Verdict) -> DiagnosisParts:
     """All that the page draws."""
-    from .report import ASSUMPTIONS, CAUSES, EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, NEXT_EXPERIMENT, sections
+    from .report import (
+        ASSUMPTIONS,
+        CAUSES,
+        EFFECT_COLUMNS,
+        EFFECTS,
+        FIRST_SECTIONS,
+        NEXT_EXPERIMENT,
+        sections,
+    )
 
     steps, before = (FIRST_SECTIONS[0], NEXT_EXPERIMENT), (FIRST_SECTIONS[1], CAUSES)
-    titled = {section.title: section for section in sections(verdict) if section.title not in (EFFECTS, ASSUMPTIONS)}
+    titled = {
+        section.title: section
+        for section in sections(verdict)
+        if section.title not in (EFFECTS, ASSUMPTIONS)
+    }
     after = [title for title in titled if title not in (*steps, *before)]
     return DiagnosisParts(
         sentence=summary(verdict),
@@ -134,7 +153,11 @@ def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
     rows = effect_rows(verdict)
     shown = {effect.effect for effect in verdict.effects}
     blank = ("",) * (len(EFFECT_COLUMNS) - 2 if shown else 0)
-    others = [(name, effect_subject(name), *blank) for name in effects_of_stages(verdict) if name not in shown]
+    others = [
+        (name, effect_subject(name), *blank)
+        for name in effects_of_stages(verdict)
+        if name not in shown
+    ]
     last = len(rows) - (verdict.unexplained is not None)
     return [*rows[:last], *others, *rows[last:]]
 
@@ -156,6 +179,10 @@ def _causes(verdict: Verdict) -> str:
         return "none needed"
     sets = verdict.cause_sets
     if not sets:
-        names = [effect_subject(part) for name in verdict.first.effects[:1] for part in name.split("+")]
+        names = [
+            effect_subject(part) for name in verdict.first.effects[:1] for part in name.split("+")
+        ]
         return f"{join_words(names)} ({percent(verdict.first.probability)})"
-    return ", ".join(f"{set_name(own.effects).removeprefix('the ')} {percent(own.share)}" for own in sets)
+    return ", ".join(
+        f"{set_name(own.effects).removeprefix('the ')} {percent(own.share)}" for own in sets
+    )

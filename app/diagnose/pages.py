@@ -71,7 +71,13 @@ def diagnose(
     only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006 - a form's default, which nobody changes
     without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
 ) -> Response:
-    form = {"simulator": simulator, "gun": gun, "contact": contact, "plate": plate, "uncertain": uncertain}
+    form = {
+        "simulator": simulator,
+        "gun": gun,
+        "contact": contact,
+        "plate": plate,
+        "uncertain": uncertain,
+    }
     arguments = arguments_of(campaign, form, seed, only, without)
     check_simulator(settings.db, arguments.simulator)
     try:
@@ -92,9 +98,15 @@ def what_if(
     with store.reading() as session:
         campaign = kept_report(session, diagnosis)["campaign"]
         options = kept_options(session, diagnosis)
-    if (set(only), set(without)) == tuple(set(options.get(f"{name}_effects", ())) for name in ("with", "without")):
-        raise FieldError("with", "This page shows the diagnosis with these effects. Tick other effects first.")
-    arguments = DiagnoseArguments(**{**options, "target": campaign, "with_effects": only, "without_effects": without})
+    if (set(only), set(without)) == tuple(
+        set(options.get(f"{name}_effects", ())) for name in ("with", "without")
+    ):
+        raise FieldError(
+            "with", "This page shows the diagnosis with these effects. Tick other effects first."
+        )
+    arguments = DiagnoseArguments(
+        **{**options, "target": campaign, "with_effects": only, "without_effects": without}
+    )
     return followed(diagnose_job(jobs, store, arguments))
 
 
@@ -124,7 +136,9 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
 
 
 @router.post("/diagnoses/{diagnosis}/plan")
-def plan(diagnosis: Key, store: OpenStore, name: Annotated[str, Form(max_length=200)] = "") -> Response:
+def plan(
+    diagnosis: Key, store: OpenStore, name: Annotated[str, Form(max_length=200)] = ""
+) -> Response:
     try:
         stored, _ = store_experiment_of(store, diagnosis, name.strip())
     except ValueError as error:
@@ -133,7 +147,9 @@ def plan(diagnosis: Key, store: OpenStore, name: Annotated[str, Form(max_length=
 
 
 @router.post("/diagnoses/{diagnosis}/adopt")
-def adopted(diagnosis: Key, store: OpenStore, effect: Annotated[str, Form(max_length=200)]) -> Response:
+def adopted(
+    diagnosis: Key, store: OpenStore, effect: Annotated[str, Form(max_length=200)]
+) -> Response:
     with store.reading() as session:
         verdict = kept_verdict(session, diagnosis)
     adopt(store, verdict, effect, diagnosis)

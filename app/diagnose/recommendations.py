@@ -51,7 +51,10 @@ _STAGE_EXPERIMENTS = {
         "the indentation after the hit and the force with a second sensor",
         "the lowest and at the highest impact velocity with one tip",
     ),
-    "plate": ("the acceleration at more places, and the supports' motion", "two impact points with one tip"),
+    "plate": (
+        "the acceleration at more places, and the supports' motion",
+        "two impact points with one tip",
+    ),
 }
 #: Of other channels: the plate, for those are accelerations.
 _STAGE_OF_CHANNEL = {"velocity": "gun", "force": "contact"}
@@ -81,7 +84,9 @@ def recommendations(verdict: Verdict) -> tuple[str, ...]:
 
 def _adoption(verdict: Verdict) -> str:
     best = offered(verdict)
-    names = join_words([set_name(own.effects) for own in verdict.cause_sets]) or set_subject(verdict.first.effects[0])
+    names = join_words([set_name(own.effects) for own in verdict.cause_sets]) or set_subject(
+        verdict.first.effects[0]
+    )
     if best is None:
         return f"Do not adopt {names}: no fit of them has parameters that the parts can have."
     fraction = held_out_fraction(verdict) if best.after is None else _fraction(verdict, best.after)
@@ -92,11 +97,15 @@ def _adoption(verdict: Verdict) -> str:
             f"Do not adopt {names} yet: only {percent(max(fraction, 0.0))} of the error disappears on configurations "
             "that the fit has not seen."
         )
-    command = f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {best.name.replace('+', ',')}"
+    command = (
+        f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {best.name.replace('+', ',')}"
+    )
     if best.is_averaged:
         return f"Adopt the mean of what these sets of effects predict, so that predictions include it: {command}."
     members = {effect.id for effect in best.effects}
-    omitted = [set_name(own.effects) for own in verdict.cause_sets if members.isdisjoint(own.effects)]
+    omitted = [
+        set_name(own.effects) for own in verdict.cause_sets if members.isdisjoint(own.effects)
+    ]
     if omitted:
         subjects = join_words([effect_subject(effect.id) for effect in best.effects])
         return (
@@ -108,7 +117,9 @@ def _adoption(verdict: Verdict) -> str:
     if any(len(own.effects) > 1 for own in verdict.cause_sets) or len(verdict.first.effects) > 1:
         subject = effect_subject(best.effects[0].id)
         reason = f", {best.reason}" if best.reason else ""
-        return f"Of the effects that these runs cannot tell apart, adopt {subject}{reason}: {command}."
+        return (
+            f"Of the effects that these runs cannot tell apart, adopt {subject}{reason}: {command}."
+        )
     return f"Adopt this effect, so that predictions include it: {command}."
 
 
@@ -122,7 +133,10 @@ def _settling(verdict: Verdict) -> str:
     """The channel that would tell the effects of the largest such set apart; "" where none is known."""
     for own in verdict.cause_sets:
         if own.settled_by is not None:
-            channel, distance = own.settled_by.channel.replace("_", " "), number(own.settled_by.d_prime)
+            channel, distance = (
+                own.settled_by.channel.replace("_", " "),
+                number(own.settled_by.d_prime),
+            )
             subjects = join_words([effect_subject(name) for name in own.effects], "or")
             return (
                 f"To tell whether {subjects} acts, record the {channel}: it would tell them apart by {distance} "
@@ -137,10 +151,16 @@ def _separation(verdict: Verdict) -> str:
     if verdict.next_runs:
         return run_sentence(verdict.next_runs[0])
     several = [own.effects for own in verdict.cause_sets if len(own.effects) > 1]
-    names = next(iter([*several, *([verdict.first.effects] if len(verdict.first.effects) > 1 else [])]), ())
+    names = next(
+        iter([*several, *([verdict.first.effects] if len(verdict.first.effects) > 1 else [])]), ()
+    )
     checks = _checks(single_effects(names))
     subjects = join_words([set_subject(name, "with") for name in names], "or")
-    return f"These runs cannot tell whether {subjects} acts; to decide, measure {checks}." if checks else ""
+    return (
+        f"These runs cannot tell whether {subjects} acts; to decide, measure {checks}."
+        if checks
+        else ""
+    )
 
 
 def _checks(effects: Iterable[str]) -> str:
@@ -197,25 +217,36 @@ def _confirmation(verdict: Verdict) -> str:
     sets = verdict.cause_sets
     largest = sets[0].effects if sets else (verdict.first.effects[0].split("+")[0],)
     check = effect_check(largest[0]) if len(largest) == 1 else ""
-    return f"To confirm {effect_subject(largest[0])} without the model, measure {check}." if check else ""
+    return (
+        f"To confirm {effect_subject(largest[0])} without the model, measure {check}."
+        if check
+        else ""
+    )
 
 
 def _nearest_sentence(verdict: Verdict) -> str:
     """What the nearest effects take away held out, each by itself and all of the path together."""
-    nearest = [(effect_subject(item.effect), percent(item.held_out_gain)) for item in nearest_effects(verdict)]
+    nearest = [
+        (effect_subject(item.effect), percent(item.held_out_gain))
+        for item in nearest_effects(verdict)
+    ]
     if nearest:
         subject, gain = nearest[0]
         others = join_words([" ".join(item) for item in nearest[1:]])
         together = ""
         if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
-            together = f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
+            together = (
+                f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
+            )
         return (
             f"The nearest effect is {subject}, which takes {gain} of the error away beside the other likely "
             f"effects, on configurations that it was not fitted to{', ' if others else ''}{others}{together}."
         )
     if verdict.effects:
         return "No effect of the catalogue takes anything away on configurations that it was not fitted to."
-    causes = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][:NEAREST]
+    causes = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][
+        :NEAREST
+    ]
     names = [f"{set_subject(cause.effects[0])} ({percent(cause.probability)})" for cause in causes]
     return f"The nearest answer of the catalogue is {join_words(names, 'or')}." if names else ""
 
@@ -225,16 +256,27 @@ def rest_sentence(verdict: Verdict) -> str:
     where, main_stage = verdict.where, _main_stage(verdict)
     places = []
     if len(where.stage) > 1:
-        places += [f"in {stage_name(stage.name)}" for stage in where.stage if stage.share >= MOST][:1]
+        places += [f"in {stage_name(stage.name)}" for stage in where.stage if stage.share >= MOST][
+            :1
+        ]
     if where.factors:
         places.append(f"where {where.factors[0].rule}")
-    for spans in (where.time, where.frequency):  # a span of another stage than the main one would mislead
+    for spans in (
+        where.time,
+        where.frequency,
+    ):  # a span of another stage than the main one would mislead
         shown = [
-            span for span in spans if not where.stage or _STAGE_OF_CHANNEL.get(span.channel, "plate") == main_stage
+            span
+            for span in spans
+            if not where.stage or _STAGE_OF_CHANNEL.get(span.channel, "plate") == main_stage
         ]
         places += [f"in {span_label(span)}" for span in shown[:1]]
     largest = f"The error is largest {join_words(places)}." if places else ""
-    drift = f"It changes while the campaign goes on: {with_labels(where.drift[0])}." if where.drift else ""
+    drift = (
+        f"It changes while the campaign goes on: {with_labels(where.drift[0])}."
+        if where.drift
+        else ""
+    )
     return " ".join(filter(None, (largest, drift)))
 
 

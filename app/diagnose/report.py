@@ -24,10 +24,17 @@ from ...diagnosis.verdict import (
     Verdict,
     stage_figure,
 )
-from ...schema.atomic_write import write_text
+from ...files.atomic_write import write_text
 from ...schema.diagnoses import Diagnosis
 from ...schema.known_factors import BY_COLUMN
-from ..common.number_format import join_words, number, percent, percent_range, percent_with_range, times
+from ..common.number_format import (
+    join_words,
+    number,
+    percent,
+    percent_range,
+    percent_with_range,
+    times,
+)
 from ..documents.document import (
     Bars,
     Block,
@@ -43,7 +50,14 @@ from ..documents.document import (
 )
 from ..documents.page import block_html, html_of
 from .recommendations import next_experiment, recommendations
-from .report_charts import curve_chart, legend_keys, path_chart, residual_chart, residual_title, share_chart
+from .report_charts import (
+    curve_chart,
+    legend_keys,
+    path_chart,
+    residual_chart,
+    residual_title,
+    share_chart,
+)
 from .request import restrictions_among
 from .stored import FORMAT, kept_report, kept_verdict, verdict_from_json
 from .summary import summary
@@ -115,7 +129,9 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
     """
     sentences = sentence_sections(verdict)
 
-    further = [line for line in sentences[NEXT_EXPERIMENT] if line not in sentences[FIRST_SECTIONS[0]]]
+    further = [
+        line for line in sentences[NEXT_EXPERIMENT] if line not in sentences[FIRST_SECTIONS[0]]
+    ]
 
     def listed(title: str, empty: str, *further: Block) -> Section:
         return Section(title, [Bullets(sentences[title], empty), *further])
@@ -127,9 +143,16 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
         Section(CAUSES, [Bars([_bar(cause) for cause in verdict.causes])]),
         listed("Where the error lies", "No place stands out.", _size(verdict)),
         Section("Residuals before and after", _pictures(verdict, most_figures)),
-        listed("On configurations that the fit has not seen", "Not measured.", *_unseen_figures(verdict)),
+        listed(
+            "On configurations that the fit has not seen",
+            "Not measured.",
+            *_unseen_figures(verdict),
+        ),
         Section(NEXT_EXPERIMENT, [Bullets(further, "None.")] if further else []),
-        Section(ASSUMPTIONS, [Bullets(verdict.assumptions, "None beyond the campaign's own numbers.", quiet=True)]),
+        Section(
+            ASSUMPTIONS,
+            [Bullets(verdict.assumptions, "None beyond the campaign's own numbers.", quiet=True)],
+        ),
     )
     return tuple(section for section in every if section.blocks)
 
@@ -140,7 +163,10 @@ def section_html(section: Section) -> str:
 
 
 def _path_and_shares(verdict: Verdict) -> list[Block]:
-    charts = {"The path of the model error": path_chart(verdict), "Shares of the effects": share_chart(verdict)}
+    charts = {
+        "The path of the model error": path_chart(verdict),
+        "Shares of the effects": share_chart(verdict),
+    }
     figures = [Figure(title, drawing) for title, drawing in charts.items() if drawing]
     if not figures:
         return []
@@ -183,12 +209,16 @@ def effect_rows(verdict: Verdict) -> list[tuple[Cell, ...]]:
                 percent(row.held_out_gain),
                 set_number(verdict, row),
                 cause_word(verdict, row),
-                ", ".join(fitted_words(item, single.effect) for item in single.parameters) if single else "",
+                ", ".join(fitted_words(item, single.effect) for item in single.parameters)
+                if single
+                else "",
             )
         )
     if verdict.unexplained is not None:
         rest = verdict.unexplained
-        rows.append(("unexplained", "", percent(rest.share), percent_range(*rest.ci90), "", "", "", "", ""))
+        rows.append(
+            ("unexplained", "", percent(rest.share), percent_range(*rest.ci90), "", "", "", "", "")
+        )
     return rows
 
 
@@ -205,14 +235,19 @@ def _table_order(verdict: Verdict) -> Iterator[EffectSet | EffectShare]:
 def set_number(verdict: Verdict, row: EffectSet | EffectShare) -> int | None:
     """The number of the set that a row of the table is, or is of; None for an effect of no set."""
     members = set(row.effects) if isinstance(row, EffectSet) else {row.effect}
-    return next((i for i, own in enumerate(verdict.cause_sets, start=1) if members <= set(own.effects)), None)
+    return next(
+        (i for i, own in enumerate(verdict.cause_sets, start=1) if members <= set(own.effects)),
+        None,
+    )
 
 
 def cause_word(verdict: Verdict, row: EffectSet | EffectShare) -> str:
     """Whether a set or an effect is a cause, as the table says it: an effect of the first answer is never "no"."""
     number_of_set = set_number(verdict, row)
     if number_of_set is not None:
-        alone = isinstance(row, EffectSet) or len(verdict.cause_sets[number_of_set - 1].effects) == 1
+        alone = (
+            isinstance(row, EffectSet) or len(verdict.cause_sets[number_of_set - 1].effects) == 1
+        )
         return _ESTABLISHED if alone else f"{_OF_SET} {number_of_set}"
     members = set(row.effects) if isinstance(row, EffectSet) else {row.effect}
     return _POSSIBLE if members & set(single_effects(verdict.first.effects)) else _NO
@@ -234,17 +269,24 @@ def _effects(verdict: Verdict) -> list[Block]:
     shown = [
         row
         for row in _table_order(verdict)
-        if isinstance(row, EffectSet) or cause_word(verdict, row) != _NO or abs(row.share) >= _WORTH_A_ROW
+        if isinstance(row, EffectSet)
+        or cause_word(verdict, row) != _NO
+        or abs(row.share) >= _WORTH_A_ROW
     ]
     rows = [_printed_row(verdict, row) for row in shown]
     if verdict.unexplained is not None:
         interval = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
         rows.append(("unexplained", interval, "", "", ""))
-    blocks: list[Block] = [Table(EFFECTS_CAPTION, _PRINTED_COLUMNS, rows, main=("effect", _SHARE, "cause"))]
+    blocks: list[Block] = [
+        Table(EFFECTS_CAPTION, _PRINTED_COLUMNS, rows, main=("effect", _SHARE, "cause"))
+    ]
     others = [effect_subject(effect.effect) for effect in verdict.effects if effect not in shown]
     if others:
         blocks.append(
-            Paragraph(f"Each of these explains less than 1 % of the error: {join_words(others)}.", quiet=True)
+            Paragraph(
+                f"Each of these explains less than 1 % of the error: {join_words(others)}.",
+                quiet=True,
+            )
         )
     return blocks
 
@@ -260,7 +302,9 @@ def _printed_row(verdict: Verdict, row: EffectSet | EffectShare) -> tuple[Cell, 
         name = f"{row.effect}, {effect_subject(row.effect)}"
     return (
         name,
-        percent_with_range(row.share, row.ci90) if math.isfinite(sum(row.ci90)) else percent(row.share),
+        percent_with_range(row.share, row.ci90)
+        if math.isfinite(sum(row.ci90))
+        else percent(row.share),
         percent(row.inclusion),
         percent(row.held_out_gain),
         cause_word(verdict, row),
@@ -282,7 +326,9 @@ def _size(verdict: Verdict) -> Paragraph:
 def _bar(cause: Cause) -> ShareBar:
     kind = "other" if cause.effects[0] in (NONE, UNKNOWN) else "named"
     value = percent(cause.probability)
-    return ShareBar(cause_title(cause), value, 0.0, cause.probability, kind, lines=cause_lines(cause))
+    return ShareBar(
+        cause_title(cause), value, 0.0, cause.probability, kind, lines=cause_lines(cause)
+    )
 
 
 def _pictures(verdict: Verdict, most: int | None) -> list[Block]:
@@ -293,15 +339,25 @@ def _pictures(verdict: Verdict, most: int | None) -> list[Block]:
     if most is not None:
         room = max(most - len(pictures.curves), 1)
         largest = sorted(pictures.residuals, key=_size_of_residual, reverse=True)[:room]
-        kept = tuple(picture for picture in pictures.residuals if any(picture is item for item in largest))
+        kept = tuple(
+            picture for picture in pictures.residuals if any(picture is item for item in largest)
+        )
         pictures = replace(pictures, residuals=kept)
-    figures = [Figure(residual_title(p), residual_chart(p, pictures.configurations)) for p in pictures.residuals]
-    figures += [Figure(picture.title.partition(", ")[0], curve_chart(picture)) for picture in pictures.curves]
+    figures = [
+        Figure(residual_title(p), residual_chart(p, pictures.configurations))
+        for p in pictures.residuals
+    ]
+    figures += [
+        Figure(picture.title.partition(", ")[0], curve_chart(picture))
+        for picture in pictures.curves
+    ]
     blocks: list[Block] = [ChartRow(figures, legend_keys(pictures))]
     if pictures.drawn_effects:
         blocks.append(Paragraph(drawn_effects_sentence(verdict), quiet=True))
     if pictures.residuals and pictures.configurations:
-        names = "; ".join(f"{i}: {run_settings_words(name)}" for i, name in enumerate(pictures.configurations, 1))
+        names = "; ".join(
+            f"{i}: {run_settings_words(name)}" for i, name in enumerate(pictures.configurations, 1)
+        )
         blocks.append(Paragraph(f"The configurations of the residuals are {names}.", quiet=True))
     blocks += [
         Paragraph(f"Record: {run_settings_words(picture.title)}.", quiet=True)
@@ -309,7 +365,11 @@ def _pictures(verdict: Verdict, most: int | None) -> list[Block]:
         if "," in picture.title
     ]
     if hidden := len(whole.residuals) - len(pictures.residuals):
-        blocks.append(Paragraph(f"{hidden} smaller residuals are drawn on the page of the diagnosis.", quiet=True))
+        blocks.append(
+            Paragraph(
+                f"{hidden} smaller residuals are drawn on the page of the diagnosis.", quiet=True
+            )
+        )
     return blocks
 
 
@@ -343,7 +403,8 @@ def _unseen_figures(verdict: Verdict) -> list[Block]:
     names = dict.fromkeys(name for row in values for name in row)
     labels = {name: _figure_label(name, verdict.gap.metric) for name in names}
     rows: list[list[Cell]] = [
-        [labels[name], *(size for row in values for size in row.get(name, (None, None)))] for name in names
+        [labels[name], *(size for row in values for size in row.get(name, (None, None)))]
+        for name in names
     ]
     tests = [entry.held_out_by.partition(":")[0] for entry in entries]
     columns = [f"{when}, {test}" for test in tests for when in ("before", "after")]
@@ -370,7 +431,9 @@ def _figure_label(figure: str, metric: str) -> str:
         return metric
     if figure == CORRECTED:
         return f"{metric}, with a learned correction of the rest"
-    if figure in [f"rms of {stage}" for stage in _STAGES]:  # of an older version, which had it in the unit of the gap
+    if figure in [
+        f"rms of {stage}" for stage in _STAGES
+    ]:  # of an older version, which had it in the unit of the gap
         return f"{figure.replace('rms of', 'rms error of the')} alone, in the unit of the first row"
     return _FIGURES.get(figure, figure)
 
@@ -380,7 +443,11 @@ def diagnosis_document(session: Session, diagnosis_id: int) -> Document:
     report = kept_report(session, diagnosis_id)
     row = session.get_one(Diagnosis, diagnosis_id)
     verdict = kept_verdict(session, diagnosis_id) if row.details is not None else verdict_of(report)
-    return document_of(verdict, f"{diagnosis_id}, of {row.diagnosed_at:%Y-%m-%d %H:%M} UTC", row.diagnosed_at.date())
+    return document_of(
+        verdict,
+        f"{diagnosis_id}, of {row.diagnosed_at:%Y-%m-%d %H:%M} UTC",
+        row.diagnosed_at.date(),
+    )
 
 
 def verdict_of(report: Mapping[str, Any]) -> Verdict:
@@ -394,8 +461,12 @@ def verdict_of(report: Mapping[str, Any]) -> Verdict:
         details = {
             "format": FORMAT,
             "causes": [{} for _ in report["causes"]],
-            "effects": [{"named": effect["effect"] in causes} for effect in report.get("effects", ())],
+            "effects": [
+                {"named": effect["effect"] in causes} for effect in report.get("effects", ())
+            ],
         }
         return verdict_from_json(report, details)
     except (KeyError, TypeError) as error:
-        raise ValueError(f"the kept diagnosis lacks {error}: diagnose again (pyroshock diagnose CAMPAIGN)") from error
+        raise ValueError(
+            f"the kept diagnosis lacks {error}: diagnose again (pyroshock diagnose CAMPAIGN)"
+        ) from error

@@ -36,7 +36,11 @@ def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) ->
     count = picture.before.size
     label = observable_label(picture.name)
     x = np.arange(1, count + 1, dtype=np.float64)
-    names = configurations if len(configurations) == count else tuple(f"configuration {i}" for i in range(1, count + 1))
+    names = (
+        configurations
+        if len(configurations) == count
+        else tuple(f"configuration {i}" for i in range(1, count + 1))
+    )
     ends = np.array([0.5, count + 0.5])
     shade = SIGMAS * picture.floor
     # the first and last floors reach to the edges of the frame
@@ -48,7 +52,11 @@ def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) ->
     def shown(residuals: Floats) -> Floats:
         return _in_percent(residuals) if label.relative else scale * residuals
 
-    low, high, room = shown(-wide), shown(wide), shown(np.array([-picture.tolerance, picture.tolerance]))
+    low, high, room = (
+        shown(-wide),
+        shown(wide),
+        shown(np.array([-picture.tolerance, picture.tolerance])),
+    )
     before = shown(picture.before)
     after = [] if picture.after is None else [shown(picture.after)]
     frame = frame_of([ends], [before, *after, low, high, room])
@@ -75,19 +83,29 @@ def curve_chart(picture: CurvePicture) -> str:
     x = x_scale * picture.x
     curves = {"before": picture.before, "after": picture.after, "measured": picture.measured}
     shown = {f"{kind}-line": y_scale * y for kind, y in curves.items() if y is not None}
-    frame = frame_of([x], list(shown.values()), log_x=picture.logarithmic, log_y=picture.logarithmic)
+    frame = frame_of(
+        [x], list(shown.values()), log_x=picture.logarithmic, log_y=picture.logarithmic
+    )
     marks = [line(frame, x, y, kind) for kind, y in shown.items()]
-    titles = (f"{name} ({unit})" for name, unit in ((picture.x_name, x_unit), (picture.y_name, y_unit)))
+    titles = (
+        f"{name} ({unit})" for name, unit in ((picture.x_name, x_unit), (picture.y_name, y_unit))
+    )
     return chart(picture.title, frame, marks, *titles)
 
 
 def legend_keys(pictures: Pictures) -> tuple[tuple[str, str], ...]:
     """The marks of the charts by kind, and their meaning."""
-    later = [picture.after for picture in pictures.residuals] + [picture.after for picture in pictures.curves]
+    later = [picture.after for picture in pictures.residuals] + [
+        picture.after for picture in pictures.curves
+    ]
     after = any(values is not None for values in later)
     keys = [("before", "nominal model")] + ([("after", "model with effects")] if after else [])
     keys += [("measured", "measured")] if pictures.curves else []
-    return (*keys, ("floor", "measurement noise, two standard deviations"), ("tolerance", "tolerance"))
+    return (
+        *keys,
+        ("floor", "measurement noise, two standard deviations"),
+        ("tolerance", "tolerance"),
+    )
 
 
 #: Effects that are drawn; further ones stand in the table.
@@ -115,10 +133,16 @@ def path_rows(verdict: Verdict) -> tuple[BarRow, ...]:
     left, and the measurement noise. () for a verdict without a path or with errors that are no numbers."""
     gap = verdict.gap
     levels = [gap.before, *(step.after for step in verdict.path)]
-    if not verdict.path or not gap.tolerance > 0 or not all(map(math.isfinite, (*levels, gap.noise_floor))):
+    if (
+        not verdict.path
+        or not gap.tolerance > 0
+        or not all(map(math.isfinite, (*levels, gap.noise_floor)))
+    ):
         return ()
     levels = [level / gap.tolerance for level in levels]
-    rows = [BarRow("before: the nominal model", _tolerances(levels[0]), 0.0, levels[0], "bar-error")]
+    rows = [
+        BarRow("before: the nominal model", _tolerances(levels[0]), 0.0, levels[0], "bar-error")
+    ]
     for step, before, after in zip(verdict.path, levels, levels[1:], strict=False):
         kind = "bar-gone" if after <= before else "bar-error"
         gone = f"{percent(step.fraction)} gone" if math.isfinite(step.fraction) else ""
@@ -140,11 +164,17 @@ def _tolerances(level: float) -> str:
 
 def _learned(verdict: Verdict) -> list[BarRow]:
     """What is left when the learned discrepancy corrects the rest: a correction, and no cause."""
-    pairs = [e.more[CORRECTED] for e in verdict.shrinkage if CORRECTED in e.more and e.held_out_by == "configuration"]
+    pairs = [
+        e.more[CORRECTED]
+        for e in verdict.shrinkage
+        if CORRECTED in e.more and e.held_out_by == "configuration"
+    ]
     if not pairs or not math.isfinite(pairs[0][1]):
         return []
     after = pairs[0][1] / verdict.gap.tolerance
-    return [BarRow("with a learned correction (no cause)", _tolerances(after), 0.0, after, "bar-other")]
+    return [
+        BarRow("with a learned correction (no cause)", _tolerances(after), 0.0, after, "bar-other")
+    ]
 
 
 def share_rows(verdict: Verdict) -> tuple[BarRow, ...]:
@@ -158,7 +188,11 @@ def share_rows(verdict: Verdict) -> tuple[BarRow, ...]:
     effects = [bar for bar in bars if math.isfinite(bar[1])]
     rows = [_share_row(*bar) for bar in effects[:_MOST_EFFECTS]]
     if verdict.unexplained is not None and math.isfinite(verdict.unexplained.share):
-        rows.append(_share_row("unexplained", verdict.unexplained.share, verdict.unexplained.ci90, "bar-error"))
+        rows.append(
+            _share_row(
+                "unexplained", verdict.unexplained.share, verdict.unexplained.ci90, "bar-error"
+            )
+        )
     return tuple(rows) if effects else ()
 
 
@@ -166,25 +200,42 @@ def _share_row(name: str, share: float, ci90: tuple[float, float], kind: str) ->
     low, high = (100 * end for end in ci90)
     drawable = math.isfinite(low + high)
     text = percent_with_range(share, ci90) if drawable else percent(share)
-    return BarRow(name, text, min(0.0, 100 * share), max(0.0, 100 * share), kind, (low, high) if drawable else None)
+    return BarRow(
+        name,
+        text,
+        min(0.0, 100 * share),
+        max(0.0, 100 * share),
+        kind,
+        (low, high) if drawable else None,
+    )
 
 
 def path_chart(verdict: Verdict) -> str:
     """The waterfall as SVG; "" where there is none."""
     rows = path_rows(verdict)
     title = "model error, held out (times the tolerance)"
-    return _chart("Path of the model error", title, rows, connected=len(verdict.path) + 1) if rows else ""
+    return (
+        _chart("Path of the model error", title, rows, connected=len(verdict.path) + 1)
+        if rows
+        else ""
+    )
 
 
 def share_chart(verdict: Verdict) -> str:
     """The shares as SVG; "" where there are none."""
     rows = share_rows(verdict)
-    return _chart("Shares of the effects", "share of the squared error (%), 90 % intervals", rows) if rows else ""
+    return (
+        _chart("Shares of the effects", "share of the squared error (%), 90 % intervals", rows)
+        if rows
+        else ""
+    )
 
 
 def _chart(label: str, x_title: str, rows: Sequence[BarRow], connected: int = 0) -> str:
     """`connected`: so many of the first bars are joined to the next, where one begins at the level of the other."""
-    values: list[float] = [value for row in rows for value in (row.start, row.end, *(row.interval or ()))]
+    values: list[float] = [
+        value for row in rows for value in (row.start, row.end, *(row.interval or ()))
+    ]
     low, high = min(0.0, *values), max(values)
     scale = (WIDTH - _LEFT - _RIGHT) / ((high - low) or 1.0)
 
@@ -197,7 +248,9 @@ def _chart(label: str, x_title: str, rows: Sequence[BarRow], connected: int = 0)
         top = _TOP + i * _ROW
         if i < connected:
             level = across(row.start if i else row.end)
-            parts.append(_line("grid", level, top + _TEXT + 3, level, top + _ROW + _TEXT + 3 + _BAR))
+            parts.append(
+                _line("grid", level, top + _TEXT + 3, level, top + _ROW + _TEXT + 3 + _BAR)
+            )
         parts.append(_row(row, across, top))
     return f'<svg viewBox="0 0 {WIDTH:g} {height:g}" role="img" aria-label="{escape(label)}">{"".join(parts)}</svg>'
 

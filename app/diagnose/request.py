@@ -58,7 +58,9 @@ def considered_effects(
                 f"{option} {hidden[0]}: the channels of {campaign} cannot show this effect; they can show "
                 f"{_list(detectable)}"
             )
-    effects = tuple(name for name in detectable if (not only or name in only) and name not in without)
+    effects = tuple(
+        name for name in detectable if (not only or name in only) and name not in without
+    )
     if not effects:
         raise ValueError(
             f"--with and --without leave no effect to consider for {campaign}; its channels can show "
@@ -71,7 +73,9 @@ def check_effects(only: Sequence[str] = (), without: Sequence[str] = ()) -> None
     """Raises `LookupError` for an id that is not in the catalogue, with those that are."""
     for option, names in (("--with", only), ("--without", without)):
         if unknown := [name for name in names if name not in catalogue()]:
-            raise LookupError(f"{option} {unknown[0]!r}: the catalogue has no such effect; it has {_list(catalogue())}")
+            raise LookupError(
+                f"{option} {unknown[0]!r}: the catalogue has no such effect; it has {_list(catalogue())}"
+            )
 
 
 def restriction_sentences(only: Sequence[str] = (), without: Sequence[str] = ()) -> tuple[str, ...]:
@@ -103,7 +107,11 @@ def full_name(name: str) -> str:
 
     Raises `ValueError` for a name that no stage has, with the nearest one, or all.
     """
-    numbers = {number: f"{stage}.{number}" for stage, names in uncertain_numbers().items() for number in names}
+    numbers = {
+        number: f"{stage}.{number}"
+        for stage, names in uncertain_numbers().items()
+        for number in names
+    }
     bare = name.rpartition(".")[2]
     if bare in numbers and name in (bare, numbers[bare]):
         return numbers[bare]

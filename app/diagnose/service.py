@@ -61,7 +61,9 @@ class GapDiagnosis:
                     "held_out_gain": effect.held_out_gain,
                     "named": effect.named,
                     "credible_set": effect.credible_set,
-                    "parameters": {parameter.name: parameter.value for parameter in effect.parameters},
+                    "parameters": {
+                        parameter.name: parameter.value for parameter in effect.parameters
+                    },
                 }
                 for effect in self.verdict.effects
             ),
@@ -85,14 +87,23 @@ class GapDiagnosis:
                 }
                 for own in self.verdict.cause_sets
             ),
-            ("effects", "probability", "share", "share_low", "share_high", "held_out_gain", "settled_by"),
+            (
+                "effects",
+                "probability",
+                "share",
+                "share_low",
+                "share_high",
+                "held_out_gain",
+                "settled_by",
+            ),
         )
 
     @property
     def causes(self) -> pd.DataFrame:
         """An entry of the answer in each row, by falling probability."""
         return frame_of(
-            {"cause": " or ".join(cause.effects), "probability": cause.probability} for cause in self.verdict.causes
+            {"cause": " or ".join(cause.effects), "probability": cause.probability}
+            for cause in self.verdict.causes
         )
 
     @property
@@ -121,7 +132,10 @@ class GapDiagnosis:
     def path(self) -> pd.DataFrame:
         """The gap after each effect was added, the largest share first; fractions on configurations not seen."""
         return frame_of(
-            ({"added": step.added, "gap": step.after, "fraction": step.fraction} for step in self.verdict.path),
+            (
+                {"added": step.added, "gap": step.after, "fraction": step.fraction}
+                for step in self.verdict.path
+            ),
             ("added", "gap", "fraction"),
         )
 
@@ -163,7 +177,10 @@ class GapDiagnosis:
         takes them."""
         from ..twins.adopted_effects import adoptable
 
-        return {"+".join(effect.id for effect in effects): effects for effects in adoptable(self.verdict).values()}
+        return {
+            "+".join(effect.id for effect in effects): effects
+            for effects in adoptable(self.verdict).values()
+        }
 
     def to_frame(self) -> pd.DataFrame:
         """`effects`."""
@@ -203,7 +220,13 @@ class GapDiagnosis:
 
 
 def diagnose_campaign(
-    store: Store | None, url: str, target: str, step: Step, *, adopt: str | None = None, **given: Any
+    store: Store | None,
+    url: str,
+    target: str,
+    step: Step,
+    *,
+    adopt: str | None = None,
+    **given: Any,
 ) -> GapDiagnosis:
     """The diagnosis of a campaign, which its store keeps, or of a folder, of which nothing is kept.
 
@@ -218,13 +241,19 @@ def diagnose_campaign(
     request = DiagnosisRequest(target, **given)
     stored = is_stored(store, target)
     if adopt is not None and not stored:
-        raise ValueError(f"adopting {adopt} needs a campaign of the store; ingest it first: pyroshock ingest {target}")
+        raise ValueError(
+            f"adopting {adopt} needs a campaign of the store; ingest it first: pyroshock ingest {target}"
+        )
     with models_extra():
         verdict = run_diagnosis(store, url, request, step)
     if adopt is not None:
         adopted_effects.check_adoptable(verdict, adopt)
     key = keep(store, verdict, request) if store is not None and stored else None
-    version = adopted_effects.adopt(store, verdict, adopt, key) if store is not None and adopt is not None else None
+    version = (
+        adopted_effects.adopt(store, verdict, adopt, key)
+        if store is not None and adopt is not None
+        else None
+    )
     return GapDiagnosis(verdict, key, version)
 
 
@@ -237,10 +266,14 @@ def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> G
 
     verdict = diagnosis.verdict
     if diagnosis.number is None:
-        raise ValueError(f"the diagnosis of {verdict.campaign} is of a folder; ingest it, and diagnose the campaign")
+        raise ValueError(
+            f"the diagnosis of {verdict.campaign} is of a folder; ingest it, and diagnose the campaign"
+        )
     best = adopted_effects.offered(verdict)
     wanted = effect or (verdict.first.effects[0] if best is None else best.name)
-    return replace(diagnosis, version=adopted_effects.adopt(store, verdict, wanted, diagnosis.number))
+    return replace(
+        diagnosis, version=adopted_effects.adopt(store, verdict, wanted, diagnosis.number)
+    )
 
 
 def kept_diagnoses(store: Store, campaign: str | None) -> pd.DataFrame:
@@ -248,7 +281,10 @@ def kept_diagnoses(store: Store, campaign: str | None) -> pd.DataFrame:
     from .stored import list_diagnoses
 
     with store.reading() as session:
-        return frame_of(list_diagnoses(session, campaign, limit=None), ("id", "diagnosed_at", "campaign", "first"))
+        return frame_of(
+            list_diagnoses(session, campaign, limit=None),
+            ("id", "diagnosed_at", "campaign", "first"),
+        )
 
 
 def kept_diagnosis(store: Store, number: int) -> GapDiagnosis:

@@ -34,7 +34,9 @@ def list_diagnoses(
     (`--with`, `--without`). Raises `LookupError` for an unknown campaign.
     """
     complete = Diagnosis.details.is_not(None).label("complete")
-    query = select(Diagnosis, Campaign.name, complete).join(Campaign, Diagnosis.campaign_id == Campaign.id)
+    query = select(Diagnosis, Campaign.name, complete).join(
+        Campaign, Diagnosis.campaign_id == Campaign.id
+    )
     if campaign is not None:
         query = query.where(Diagnosis.campaign_id == get_campaign_id(session, campaign))
     if after is not None:
@@ -42,7 +44,12 @@ def list_diagnoses(
     rows = session.execute(query.order_by(Diagnosis.id.desc()).limit(limit)).all()
     adopted = _adopted(session, [row.id for row, _, _ in rows])
     return [
-        {**_first_answer(row), "campaign": name, "adopted": adopted.get(row.id), "complete": bool(complete)}
+        {
+            **_first_answer(row),
+            "campaign": name,
+            "adopted": adopted.get(row.id),
+            "complete": bool(complete),
+        }
         for row, name, complete in rows
     ]
 
@@ -64,7 +71,11 @@ def _first_answer(row: Diagnosis) -> dict[str, Any]:
 
 def _adopted(session: Session, keys: Iterable[int]) -> dict[int, str]:
     """What became part of the twin, by diagnosis: "version 3: gun.valve_flow"; the first where there are several."""
-    query = select(TwinVersion).where(TwinVersion.diagnosis_id.in_(list(keys))).order_by(TwinVersion.version.desc())
+    query = (
+        select(TwinVersion)
+        .where(TwinVersion.diagnosis_id.in_(list(keys)))
+        .order_by(TwinVersion.version.desc())
+    )
     return {
         row.diagnosis_id: f"version {row.version}: {configuration_name(row.configuration)}"
         for row in session.scalars(query)
@@ -99,7 +110,12 @@ def kept_summary(session: Session, diagnosis_id: int) -> Verdict:
     report, details = row.report, row.details or {"format": FORMAT}
     causes: list[Json] = [{} for _ in report["causes"]]
     effects = details.get("effects") or [{} for _ in report.get("effects", ())]
-    small = {"format": details["format"], "lost": details.get("lost", ()), "causes": causes, "effects": effects}
+    small = {
+        "format": details["format"],
+        "lost": details.get("lost", ()),
+        "causes": causes,
+        "effects": effects,
+    }
     return verdict_from_json(report, small)
 
 
@@ -109,14 +125,18 @@ def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
     An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
     options = (get_diagnosis_row(session, diagnosis_id).details or {}).get("options", {})
-    return {item.name: options[item.name] for item in fields(DiagnosisRequest) if item.name in options}
+    return {
+        item.name: options[item.name] for item in fields(DiagnosisRequest) if item.name in options
+    }
 
 
 def get_diagnosis_row(session: Session, diagnosis_id: int) -> Diagnosis:
     """The row of a diagnosis by its number. Raises `LookupError` for an unknown one."""
     row = session.get(Diagnosis, diagnosis_id)
     if row is None:
-        raise LookupError(f"no diagnosis {diagnosis_id} in the store; pyroshock diagnoses lists them")
+        raise LookupError(
+            f"no diagnosis {diagnosis_id} in the store; pyroshock diagnoses lists them"
+        )
     return row
 
 
@@ -137,7 +157,9 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
     details = {
         "format": FORMAT,
         "lost": lost,
-        "causes": [{"split": list(cause.split), "fitted": plain(cause.fitted)} for cause in verdict.causes],
+        "causes": [
+            {"split": list(cause.split), "fitted": plain(cause.fitted)} for cause in verdict.causes
+        ],
         "effects": [{"named": effect.named} for effect in verdict.effects],
         "fits": plain(verdict.fits),
         "averaged": plain(verdict.averaged),
@@ -153,8 +175,12 @@ def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> 
     """
     if details.get("format") not in READABLE:
         readable = " and ".join(map(str, READABLE))
-        raise ValueError(f"details of format {details.get('format')!r}; this software knows {readable}: diagnose again")
-    table = _with_values(report, [(entry["at"], float(entry["value"])) for entry in details.get("lost", ())])
+        raise ValueError(
+            f"details of format {details.get('format')!r}; this software knows {readable}: diagnose again"
+        )
+    table = _with_values(
+        report, [(entry["at"], float(entry["value"])) for entry in details.get("lost", ())]
+    )
     for name in ("causes", "effects"):
         pairs = zip(table.get(name, ()), details.get(name, ()), strict=True)
         table[name] = [{**row, **detail} for row, detail in pairs]
@@ -192,12 +218,20 @@ def _not_finite(value: Any, path: list[str | int]) -> Iterator[Json]:
     """Where plain data has a number that JSON has not, and which."""
     if isinstance(value, float) and not math.isfinite(value):
         yield {"at": path, "value": str(float(value))}
-    items = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else ()
+    items = (
+        value.items()
+        if isinstance(value, Mapping)
+        else enumerate(value)
+        if isinstance(value, list)
+        else ()
+    )
     for key, item in items:
         yield from _not_finite(item, [*path, key])
 
 
-def _with_values(report: Mapping[str, Any], items: Iterable[tuple[list[str | int], float | None]]) -> Json:
+def _with_values(
+    report: Mapping[str, Any], items: Iterable[tuple[list[str | int], float | None]]
+) -> Json:
     """A copy with other numbers at these paths."""
     table = deepcopy(dict(report))
     for path, value in items:

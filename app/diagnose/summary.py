@@ -97,7 +97,8 @@ def _hardly_matters(verdict: Verdict) -> str:
     if verdict.gap.beyond_noise or not families:
         return ""
     places = [
-        f"the {family.family} ({times(family.before / family.tolerance)} times its tolerance)" for family in families
+        f"the {family.family} ({times(family.before / family.tolerance)} times its tolerance)"
+        for family in families
     ]
     return f"It hardly matters for the size of the error, which is within tolerance; it shows in {join_words(places)}."
 
@@ -115,7 +116,11 @@ def _stages(verdict: Verdict) -> str:
         return f"; it arises in {largest}"
     if stages[0].share >= MOST:
         return f"; most of it arises in {largest} ({percent(stages[0].share)})"
-    places = [f"{stage_name(stage.name)} ({percent(stage.share)})" for stage in stages if stage.share >= WORTH_SAYING]
+    places = [
+        f"{stage_name(stage.name)} ({percent(stage.share)})"
+        for stage in stages
+        if stage.share >= WORTH_SAYING
+    ]
     return f"; it arises in {join_words(places)}"
 
 
@@ -132,7 +137,9 @@ def _shares(verdict: Verdict) -> str:
     parts: list[str] = []
     for effect_set in causing_sets:
         share = percent(effect_set.share) if parts else f"causes {percent(effect_set.share)} of it"
-        interval = f" ({percent_range(*effect_set.ci90)})" if math.isfinite(sum(effect_set.ci90)) else ""
+        interval = (
+            f" ({percent_range(*effect_set.ci90)})" if math.isfinite(sum(effect_set.ci90)) else ""
+        )
         parts.append(f"{set_name(effect_set.effects)} {share}{interval}")
     members = {name for effect_set in sets for name in effect_set.effects}
     rest = sum(effect.share for effect in verdict.effects if effect.effect not in members)
@@ -154,7 +161,10 @@ def _hidden_parts(verdict: Verdict) -> Iterator[str]:
                 if effect_set.share <= -_MAKES_ERROR
                 else "makes next to none of it by itself"
             )
-            subject, gain = _capitalise(set_name(effect_set.effects)), percent(effect_set.held_out_gain)
+            subject, gain = (
+                _capitalise(set_name(effect_set.effects)),
+                percent(effect_set.held_out_gain),
+            )
             yield (
                 f"{subject} acts, too, and {size}: with it {gain} more of the error disappears on configurations that "
                 "the fit has not seen."
@@ -188,7 +198,10 @@ def _unknown(verdict: Verdict) -> str:
     if verdict.unexplained is not None:
         unexplained = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
         rest = f": {unexplained} of it remains unexplained"
-        rest += "".join(f"; {effect_subject(effect.effect)} comes nearest" for effect in nearest_effects(verdict)[:1])
+        rest += "".join(
+            f"; {effect_subject(effect.effect)} comes nearest"
+            for effect in nearest_effects(verdict)[:1]
+        )
     return f"No effect of the catalogue explains it {probability}{rest}."
 
 
@@ -197,7 +210,9 @@ def held_out_fraction(verdict: Verdict) -> float | None:
     if verdict.path:  # it ends at the figure of the shrinkage
         return verdict.path[-1].fraction
     first = set(single_effects(verdict.first.effects))
-    entries = [entry for entry in verdict.shrinkage if first.intersection(single_effects(entry.effects))]
+    entries = [
+        entry for entry in verdict.shrinkage if first.intersection(single_effects(entry.effects))
+    ]
     return next((entry.fraction for entry in entries if entry.fraction is not None), None)
 
 

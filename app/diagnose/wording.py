@@ -159,7 +159,10 @@ def observable_label(name: str) -> ObservableLabel:
         return ObservableLabel(_FEATURES[name], relative=name.startswith("ln_"))
     for pattern, text in _OF_PLATE:
         if match := re.fullmatch(pattern, name):
-            words = {key: value.replace("_", " ") if key == "c" else value for key, value in match.groupdict().items()}
+            words = {
+                key: value.replace("_", " ") if key == "c" else value
+                for key, value in match.groupdict().items()
+            }
             return ObservableLabel(text.format(**words), relative="ln " in pattern)
     return ObservableLabel(name.replace("_", " "), relative=False)
 
@@ -194,7 +197,9 @@ def fitted_words(parameter: Fitted, effect: str = "") -> str:
     """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90 % interval, and say
     where the value is none that the part of the `effect` can have."""
     unit, scale = shown_unit(parameter.unit)
-    value, low, high = format_interval(*(scale * item for item in (parameter.value, *parameter.ci90)))
+    value, low, high = format_interval(
+        *(scale * item for item in (parameter.value, *parameter.ci90))
+    )
     label = parameter_label(parameter.name, parameter.unit)
     mark = _range_mark(effect, parameter)
     return f"{label} = {f'{value} {unit}'.rstrip()} ({low} to {f'{high} {unit}'.rstrip()}{mark})"
@@ -224,8 +229,14 @@ def miss_sentence(exceeded: ExceededLimit) -> str:
     """What to say of a fitted parameter that is no value of its part."""
     item = exceeded.parameter
     unit, scale = shown_unit(item.unit)
-    value, limit = (f"{number(scale * size)} {unit}".rstrip() for size in (exceeded.value, exceeded.limit))
-    where = f"beyond its range, which ends at {limit}" if exceeded.is_beyond else f"at the end of its range ({limit})"
+    value, limit = (
+        f"{number(scale * size)} {unit}".rstrip() for size in (exceeded.value, exceeded.limit)
+    )
+    where = (
+        f"beyond its range, which ends at {limit}"
+        if exceeded.is_beyond
+        else f"at the end of its range ({limit})"
+    )
     subject = f"{parameter_label(item.name, item.unit)} of {effect_subject(exceeded.effect)}"
     return (
         f"The {subject} is fitted as {value}, {where}: this is a miss of the law and not a value, and is not offered "
@@ -235,7 +246,11 @@ def miss_sentence(exceeded: ExceededLimit) -> str:
 
 def spell_sets(text: str) -> str:
     """A text with `a, b and c` for effects that act together, which reports join to "a+b+c"."""
-    return re.sub(rf"{_EFFECT_ID}(\s?\+\s?{_EFFECT_ID})+", lambda ids: join_words(re.split(r"\s?\+\s?", ids[0])), text)
+    return re.sub(
+        rf"{_EFFECT_ID}(\s?\+\s?{_EFFECT_ID})+",
+        lambda ids: join_words(re.split(r"\s?\+\s?", ids[0])),
+        text,
+    )
 
 
 def cause_name(cause: Cause) -> str:
@@ -243,24 +258,37 @@ def cause_name(cause: Cause) -> str:
     if len(cause.effects) == 1:
         return spell_sets(cause.effects[0])
     has_sets = any("+" in name for name in cause.effects)
-    return (", or " if has_sets else " or ").join(f"{spell_sets(name)}{share}" for name, share in _alternatives(cause))
+    return (", or " if has_sets else " or ").join(
+        f"{spell_sets(name)}{share}" for name, share in _alternatives(cause)
+    )
 
 
 def _alternatives(cause: Cause) -> list[tuple[str, str]]:
     """Each answer of a group, with its share of the probability in brackets where it is known."""
     has_shares = len(cause.split) == len(cause.effects) > 1
-    shares = [f" ({percent(share)})" for share in cause.split] if has_shares else [""] * len(cause.effects)
+    shares = (
+        [f" ({percent(share)})" for share in cause.split]
+        if has_shares
+        else [""] * len(cause.effects)
+    )
     return list(zip(cause.effects, shares, strict=True))
 
 
 def cause_title(cause: Cause) -> str:
     """What an entry of the causes says, without its effects: they are listed below it."""
     if cause.effects[0] in (NONE, UNKNOWN):
-        return {NONE: "Model and measurement agree", UNKNOWN: "A cause that is not in the catalogue"}[cause.effects[0]]
+        return {
+            NONE: "Model and measurement agree",
+            UNKNOWN: "A cause that is not in the catalogue",
+        }[cause.effects[0]]
     if len(cause.effects) > 1:
         return f"One of {len(cause.effects)} answers, which these runs cannot tell apart"
     count = len(cause.effects[0].split("+"))
-    return f"{count} effects together" if count > 1 else _sentence_start(effect_subject(cause.effects[0]))
+    return (
+        f"{count} effects together"
+        if count > 1
+        else _sentence_start(effect_subject(cause.effects[0]))
+    )
 
 
 def _sentence_start(text: str) -> str:
@@ -273,7 +301,11 @@ def cause_lines(cause: Cause) -> list[str]:
         return []
     if len(cause.effects) == 1:
         return [_effect_line(name, cause) for name in cause.effects[0].split("+")]
-    shared = [name for name in single_effects(cause.effects) if all(name in a.split("+") for a in cause.effects)]
+    shared = [
+        name
+        for name in single_effects(cause.effects)
+        if all(name in a.split("+") for a in cause.effects)
+    ]
     lines = [f"In every answer: {_effect_line(name, cause)}" for name in shared]
     for number_of_answer, (name, share) in enumerate(_alternatives(cause), 1):
         own = [part for part in name.split("+") if part not in shared]
@@ -283,7 +315,9 @@ def cause_lines(cause: Cause) -> list[str]:
 
 
 def _effect_line(identity: str, cause: Cause) -> str:
-    words = [fitted_words(item, owner) for owner, item in owned_parameters(cause) if owner == identity]
+    words = [
+        fitted_words(item, owner) for owner, item in owned_parameters(cause) if owner == identity
+    ]
     parameters = f": {', '.join(words)}" if words else ""
     subject = effect_subject(identity)
     return f"{identity}{f', {subject}' if subject != identity else ''}{parameters}"
@@ -319,7 +353,10 @@ def where_lines(where: Where) -> Iterator[str]:
 
 def drawn_effects_sentence(verdict: Verdict) -> str:
     """What the "model with effects" of the pictures is; "" where nothing is drawn after."""
-    names = [join_words([effect_subject(identity) for identity in own]) for own in verdict.pictures.drawn_effects]
+    names = [
+        join_words([effect_subject(identity) for identity in own])
+        for own in verdict.pictures.drawn_effects
+    ]
     if not names:
         return ""
     if not verdict.cause_sets:
@@ -339,7 +376,9 @@ def held_out_name(entry: Shrinkage, verdict: Verdict) -> str:
     """What takes the error away where it was not fitted, as the path names it; `effects` of the entry are what most
     folds chose, of several effects that cannot be told apart any."""
     if verdict.path:
-        several = any(len(step.effects) > 1 for step in verdict.path)  # "a or b and c" can be read in two ways
+        several = any(
+            len(step.effects) > 1 for step in verdict.path
+        )  # "a or b and c" can be read in two ways
         names = [step.added for step in verdict.path]
         return ", and ".join(names) if several else join_words(names)
     return join_words([spell_sets(name) for name in entry.effects]) or "no effect"
@@ -354,7 +393,11 @@ def shrinkage_line(entry: Shrinkage, verdict: Verdict) -> str:
     sizes = f"{number(entry.before)} before, {number(entry.after)} after, held out by {entry.held_out_by}"
     if entry.fraction is None:
         return f"{what}: {sizes}; there was no error to reduce."
-    share = percent(entry.fraction) if entry.ci90 is None else percent_with_range(entry.fraction, entry.ci90)
+    share = (
+        percent(entry.fraction)
+        if entry.ci90 is None
+        else percent_with_range(entry.fraction, entry.ci90)
+    )
     sentence = f"{what}: {sizes}; {share} of the error above the noise disappears"
     if CORRECTED not in entry.more:
         return f"{sentence}."

@@ -58,7 +58,9 @@ class Table:
     def is_number(self, column: int) -> bool:
         """Whether a column holds numbers, so that its digits stand below each other."""
         cells = [row[column] for row in self.rows if row[column] not in (None, NOTHING)]
-        return bool(cells) and all(not isinstance(cell, str) or _NUMBER.fullmatch(cell) for cell in cells)
+        return bool(cells) and all(
+            not isinstance(cell, str) or _NUMBER.fullmatch(cell) for cell in cells
+        )
 
 
 @dataclass(frozen=True)

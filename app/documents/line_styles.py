@@ -134,11 +134,18 @@ def css() -> str:
             f".line-{i} {{ stroke: var(--s{i}); stroke-width: 1.6; }} i.key-line-{i} {{ background: var(--s{i});"
         )
         rules[-1] += " height: 0.25rem; border-radius: 0.1rem; }"
-        rules.append(f".dot-{i} {{ fill: var(--s{i}); opacity: 0.8; }} .key-dot-{i} {{ background: var(--s{i}); }}")
+        rules.append(
+            f".dot-{i} {{ fill: var(--s{i}); opacity: 0.8; }} .key-dot-{i} {{ background: var(--s{i}); }}"
+        )
         rules.append(f"polygon.spread-{i} {{ fill: var(--s{i}); opacity: 0.15; }}")
     paper = "; ".join(f"--{name}: {colour}" for name, colour in light().items())
     return "\n".join(
-        [*rules, _LAYOUT, f"@media print {{ :root {{ color-scheme: light; {paper}; --page: #ffffff; }} }}", ""]
+        [
+            *rules,
+            _LAYOUT,
+            f"@media print {{ :root {{ color-scheme: light; {paper}; --page: #ffffff; }} }}",
+            "",
+        ]
     )
 
 

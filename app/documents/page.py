@@ -28,7 +28,9 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; bas
 
 def html_of(document: Document) -> str:
     """The page; every text is escaped."""
-    facts = "".join(f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in document.facts.items())
+    facts = "".join(
+        f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in document.facts.items()
+    )
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
@@ -74,7 +76,10 @@ def _table(table: Table) -> str:
     if not table.rows:
         return f"<p{_QUIET}>{_text(table.empty)}</p>"
     kinds = [_kind(table, i) for i in range(len(table.columns))]
-    head = "".join(f'<th scope="col"{kind}>{_text(name)}</th>' for kind, name in zip(kinds, table.columns, strict=True))
+    head = "".join(
+        f'<th scope="col"{kind}>{_text(name)}</th>'
+        for kind, name in zip(kinds, table.columns, strict=True)
+    )
     body = "".join(f"<tr>{_cells(kinds, row)}</tr>\n" for row in table.rows)
     label = escape(clean(table.caption))
     whole = (
@@ -94,7 +99,9 @@ def _kind(table: Table, column: int) -> str:
 
 
 def _cells(kinds: Sequence[str], row: Iterable[Cell]) -> str:
-    return "".join(f"<td{kind}>{escape(cell_text(cell))}</td>" for kind, cell in zip(kinds, row, strict=True))
+    return "".join(
+        f"<td{kind}>{escape(cell_text(cell))}</td>" for kind, cell in zip(kinds, row, strict=True)
+    )
 
 
 def _bar(bar: ShareBar) -> str:
@@ -114,5 +121,8 @@ def _figure(figure: Figure) -> str:
 
 
 def _keys(keys: Sequence[tuple[str, str]]) -> str:
-    marks = "".join(f'<span class="key"><i class="key-{escape(k)}"></i>{_text(words)}</span>' for k, words in keys)
+    marks = "".join(
+        f'<span class="key"><i class="key-{escape(k)}"></i>{_text(words)}</span>'
+        for k, words in keys
+    )
     return f'<p class="keys">{marks}</p>' if marks else ""

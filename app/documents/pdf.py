@@ -45,7 +45,10 @@ def pdf_of(document: Document) -> bytes:
 def _story(document: Document, sheet: PdfDocument) -> list[Any]:
     from .pdf_fonts import remarks_on_letters
 
-    story = [sheet.text(_safe(document.kind.upper()), "quiet"), sheet.text(_safe(document.title), "title")]
+    story = [
+        sheet.text(_safe(document.kind.upper()), "quiet"),
+        sheet.text(_safe(document.title), "title"),
+    ]
     if document.lead:
         story.append(sheet.text(_safe(document.lead)))
     facts = "; ".join(
@@ -58,7 +61,9 @@ def _story(document: Document, sheet: PdfDocument) -> list[Any]:
         story += [sheet.room(_start(blocks, sheet)), sheet.text(_safe(section.title), "heading")]
         for block in blocks:
             story += _flowables(block, sheet)
-    return story + [sheet.text(_safe(remark), "quiet") for remark in remarks_on_letters(document.words)]
+    return story + [
+        sheet.text(_safe(remark), "quiet") for remark in remarks_on_letters(document.words)
+    ]
 
 
 def _start(blocks: Sequence[Block], sheet: PdfDocument) -> float:
@@ -66,7 +71,11 @@ def _start(blocks: Sequence[Block], sheet: PdfDocument) -> float:
     height = sheet.lines_height
     for block in blocks:
         if not isinstance(block, Paragraph):
-            return height + (sheet.figure_height(block) if isinstance(block, ChartRow) else 2 * sheet.lines_height)
+            return height + (
+                sheet.figure_height(block)
+                if isinstance(block, ChartRow)
+                else 2 * sheet.lines_height
+            )
         height += sheet.lines_height
     return height
 
@@ -96,7 +105,11 @@ def _flowables(block: Block, sheet: PdfDocument) -> list[Any]:
 def _table(table: Table, sheet: PdfDocument) -> list[Any]:
     if not table.rows:
         return [sheet.text(_safe(table.empty), "quiet")]
-    return [sheet.room(2 * sheet.lines_height), sheet.text(_safe(table.caption), "caption"), sheet.table(table)]
+    return [
+        sheet.room(2 * sheet.lines_height),
+        sheet.text(_safe(table.caption), "caption"),
+        sheet.table(table),
+    ]
 
 
 def _figure(figure: Figure, sheet: PdfDocument, count: int) -> list[Any]:
@@ -108,7 +121,8 @@ def _figure(figure: Figure, sheet: PdfDocument, count: int) -> list[Any]:
 def _keys(keys: Sequence[tuple[str, str]]) -> str:
     """The marks of a legend in their colours."""
     return " &nbsp;&nbsp; ".join(
-        f'<font color="{_colour(kind)}">{_sign(kind)}</font>&nbsp;{_unbroken(words)}' for kind, words in keys
+        f'<font color="{_colour(kind)}">{_sign(kind)}</font>&nbsp;{_unbroken(words)}'
+        for kind, words in keys
     )
 
 
@@ -158,13 +172,21 @@ def _shapes(element: ElementTree.Element, font: str, size: float) -> list[Any]:
     ink = _ink(at["class"])
     match element.tag:
         case "line":
-            return [shapes.Line(*(float(at[key]) for key in ("x1", "y1", "x2", "y2")), **_stroke(ink))]
+            return [
+                shapes.Line(*(float(at[key]) for key in ("x1", "y1", "x2", "y2")), **_stroke(ink))
+            ]
         case "polyline":
             points = _points(at["points"])
-            return [shapes.PolyLine(points, strokeLineJoin=1, **_stroke(ink))] if len(points) >= 4 else []
+            return (
+                [shapes.PolyLine(points, strokeLineJoin=1, **_stroke(ink))]
+                if len(points) >= 4
+                else []
+            )
         case "polygon":
             points = _points(at["points"])
-            return [shapes.Polygon(points, strokeColor=None, **_fill(ink))] if len(points) >= 6 else []
+            return (
+                [shapes.Polygon(points, strokeColor=None, **_fill(ink))] if len(points) >= 6 else []
+            )
         case "circle":
             ends = {key: float(at[key]) for key in ("cx", "cy", "r")}
             return [shapes.Circle(**ends, **_fill(ink), **_stroke(ink))]
@@ -219,4 +241,8 @@ def _stroke(ink: SeriesStyle) -> dict[str, Any]:
 
     if ink.stroke is None:
         return {"strokeColor": None}
-    return {"strokeColor": HexColor(ink.stroke), "strokeWidth": ink.width, "strokeDashArray": list(ink.dash) or None}
+    return {
+        "strokeColor": HexColor(ink.stroke),
+        "strokeWidth": ink.width,
+        "strokeDashArray": list(ink.dash) or None,
+    }

@@ -40,7 +40,9 @@ def fonts() -> tuple[str, str]:
     import matplotlib
 
     for name in (REGULAR, BOLD):
-        pdfmetrics.registerFont(TTFont(name, Path(matplotlib.get_data_path()) / "fonts" / "ttf" / f"{name}.ttf"))
+        pdfmetrics.registerFont(
+            TTFont(name, Path(matplotlib.get_data_path()) / "fonts" / "ttf" / f"{name}.ttf")
+        )
     return REGULAR, BOLD
 
 
@@ -70,7 +72,9 @@ def font_runs(text: str, font: str) -> list[tuple[str, str]]:
         return [(font, text)]
     beside = font if font in _CJK_NAMES else REGULAR
     runs: list[tuple[str, str]] = []
-    for letter in unicodedata.normalize("NFC", text):  # names of files from a Mac have their accents apart
+    for letter in unicodedata.normalize(
+        "NFC", text
+    ):  # names of files from a Mac have their accents apart
         name, shown = _font_of(letter, beside), letter
         if name is None:
             name, shown = beside, "" if _steers(letter) else PLACEHOLDER
@@ -90,7 +94,9 @@ def width_of(text: str, font: str, size: float) -> float:
 def marked_letters(markup: str, font: str) -> tuple[str, bool]:
     """Escaped text in which the letters that `font` lacks bear their own font, and whether there are any."""
     runs = font_runs(markup, font)
-    marked = "".join(piece if name == font else f'<font name="{name}">{piece}</font>' for name, piece in runs)
+    marked = "".join(
+        piece if name == font else f'<font name="{name}">{piece}</font>' for name, piece in runs
+    )
     return marked, any(name != font for name, _ in runs)
 
 
@@ -99,16 +105,25 @@ def remarks_on_letters(text: str) -> list[str]:
     if text.isascii():
         return []
     letters = sorted(set(unicodedata.normalize("NFC", text)))
-    missing = [letter for letter in letters if _font_of(letter, REGULAR) is None and not _steers(letter)]
+    missing = [
+        letter for letter in letters if _font_of(letter, REGULAR) is None and not _steers(letter)
+    ]
     remarks = []
     if missing:
-        names = [f"U+{ord(letter):04X} {unicodedata.name(letter, 'without a name')}" for letter in missing]
+        names = [
+            f"U+{ord(letter):04X} {unicodedata.name(letter, 'without a name')}"
+            for letter in missing
+        ]
         more = [f"and {len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
         remarks.append(
             f"{PLACEHOLDER} stands in this PDF for characters that its fonts lack: "
             f"{', '.join([*names[:_MOST_NAMED], *more])}. The same report as HTML shows them."
         )
-    if any(unicodedata.bidirectional(letter) in ("R", "AL") for letter in letters if letter not in missing):
+    if any(
+        unicodedata.bidirectional(letter) in ("R", "AL")
+        for letter in letters
+        if letter not in missing
+    ):
         remarks.append(
             "Arabic and Hebrew letters stand unjoined and from left to right in this PDF. The same report as HTML "
             "shows them joined and from right to left."
@@ -118,7 +133,9 @@ def remarks_on_letters(text: str) -> list[str]:
 
 def _steers(letter: str) -> bool:
     """Joiners, marks of direction and selectors of a variant, which have no picture of their own."""
-    return unicodedata.category(letter) == "Cf" or "VARIATION SELECTOR" in unicodedata.name(letter, "")
+    return unicodedata.category(letter) == "Cf" or "VARIATION SELECTOR" in unicodedata.name(
+        letter, ""
+    )
 
 
 def _font_of(letter: str, beside: str) -> str | None:
@@ -149,7 +166,11 @@ def _cjk_codes() -> frozenset[int]:
 def _cjk_letters(text: str) -> list[str]:
     """Those that a regular or a bold text takes from Noto Sans CJK."""
     letters = sorted(set(unicodedata.normalize("NFC", text)))
-    return [letter for letter in letters if any(_font_of(letter, font) == name for font, name in _CJK_NAMES.items())]
+    return [
+        letter
+        for letter in letters
+        if any(_font_of(letter, font) == name for font, name in _CJK_NAMES.items())
+    ]
 
 
 def _face(text: str) -> int:
@@ -168,7 +189,10 @@ def _converted(letters: Sequence[str], face: int) -> list[TTFont]:
     with SourceFont(_CJK_FILE, fontNumber=face, lazy=True) as source:
         by_code = source.getBestCmap()
         names = {ord(letter): by_code[ord(letter)] for letter in letters}
-        return [TTFont(name, _truetype(source, names, _CJK_WEIGHTS[beside])) for beside, name in _CJK_NAMES.items()]
+        return [
+            TTFont(name, _truetype(source, names, _CJK_WEIGHTS[beside]))
+            for beside, name in _CJK_NAMES.items()
+        ]
 
 
 def _truetype(source: Any, names: dict[int, str], weight: int) -> BytesIO:
@@ -189,9 +213,13 @@ def _truetype(source: Any, names: dict[int, str], weight: int) -> BytesIO:
     builder.setupCharacterMap(names)
     builder.setupGlyf(glyphs)
     table = builder.font["glyf"]
-    builder.setupHorizontalMetrics({name: (advances[name], getattr(table[name], "xMin", 0)) for name in glyphs})
+    builder.setupHorizontalMetrics(
+        {name: (advances[name], getattr(table[name], "xMin", 0)) for name in glyphs}
+    )
     builder.setupHorizontalHeader(ascent=line.ascent, descent=line.descent)
-    builder.setupNameTable({"familyName": family, "styleName": style, "psName": f"NotoSansCJK-{style}"})
+    builder.setupNameTable(
+        {"familyName": family, "styleName": style, "psName": f"NotoSansCJK-{style}"}
+    )
     builder.setupOS2(sTypoAscender=line.ascent, sTypoDescender=line.descent, usWeightClass=weight)
     builder.setupPost()
     builder.updateHead(created=0, modified=0)  # the same letters give the same bytes

@@ -13,7 +13,14 @@ from reportlab.lib.pagesizes import A4, landscape
 from reportlab.lib.styles import ParagraphStyle
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import CondPageBreak, KeepTogether, LongTable, Paragraph, SimpleDocTemplate, Spacer
+from reportlab.platypus import (
+    CondPageBreak,
+    KeepTogether,
+    LongTable,
+    Paragraph,
+    SimpleDocTemplate,
+    Spacer,
+)
 from reportlab.platypus import Paragraph as Words
 
 from .document import ChartRow, Document, ShareBar, Table, cell_text, clean
@@ -25,18 +32,40 @@ from .svg import HEIGHT, WIDTH
 def styles_of(font: str, bold: str) -> dict[str, ParagraphStyle]:
     """How each kind of text stands, by name."""
     ink, quiet = HexColor(light()["ink"]), HexColor(light()["quiet"])
-    text = ParagraphStyle("text", fontName=font, fontSize=8, leading=10, textColor=ink, spaceAfter=2)
+    text = ParagraphStyle(
+        "text", fontName=font, fontSize=8, leading=10, textColor=ink, spaceAfter=2
+    )
     made = {
         "title": {"fontName": bold, "fontSize": 13, "leading": 16, "spaceAfter": 3},
-        "heading": {"fontName": bold, "fontSize": 9.5, "leading": 12, "spaceBefore": 7, "spaceAfter": 3},
+        "heading": {
+            "fontName": bold,
+            "fontSize": 9.5,
+            "leading": 12,
+            "spaceBefore": 7,
+            "spaceAfter": 3,
+        },
         "figure": {"fontName": bold, "spaceBefore": 2},
         "quiet": {"fontSize": 6.5, "leading": 8, "textColor": quiet},
-        "caption": {"fontSize": 6.5, "leading": 8, "textColor": quiet, "spaceBefore": 3, "spaceAfter": 1},
+        "caption": {
+            "fontSize": 6.5,
+            "leading": 8,
+            "textColor": quiet,
+            "spaceBefore": 3,
+            "spaceAfter": 1,
+        },
         "bullet": {"leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 1},
-        "remark": {"fontSize": 6.5, "leading": 8, "leftIndent": 10, "firstLineIndent": -10, "spaceAfter": 1},
+        "remark": {
+            "fontSize": 6.5,
+            "leading": 8,
+            "leftIndent": 10,
+            "firstLineIndent": -10,
+            "spaceAfter": 1,
+        },
         "bar": {"spaceAfter": 0, "spaceBefore": 1.5},
     }
-    return {"text": text} | {name: ParagraphStyle(name, parent=text, **changed) for name, changed in made.items()}
+    return {"text": text} | {
+        name: ParagraphStyle(name, parent=text, **changed) for name, changed in made.items()
+    }
 
 
 _ROOM = 8.0  # of a cell beside its words
@@ -85,11 +114,15 @@ def _measure(font: str, size: float) -> Measure:
     return lambda text: width_of(text, font, size)
 
 
-def column_widths(texts: Sequence[Sequence[str]], width: float, of_head: Measure, of_cell: Measure) -> list[float]:
+def column_widths(
+    texts: Sequence[Sequence[str]], width: float, of_head: Measure, of_cell: Measure
+) -> list[float]:
     """For rows of `texts`, the headings first: none narrower than its longest word where that is possible, none wider
     than its longest cell, and all of them no wider than `width`. `of_head` and `of_cell` measure a text."""
     need = _needs(texts, of_head, of_cell)
-    longest = [max([0.0, *(of_cell(text) for text in cells[1:])]) for cells in zip(*texts, strict=True)]
+    longest = [
+        max([0.0, *(of_cell(text) for text in cells[1:])]) for cells in zip(*texts, strict=True)
+    ]
     want = [max(least, most + _ROOM) for least, most in zip(need, longest, strict=True)]
     spare, missing = width - sum(need), sum(want) - sum(need)
     if spare <= 0:
@@ -126,7 +159,12 @@ def _texts(table: Table) -> list[list[str]]:
 def _style(font: str, size: float, right: bool) -> ParagraphStyle:
     colour = HexColor(light()["ink"])
     return ParagraphStyle(
-        font, fontName=font, fontSize=size, leading=1.3 * size, textColor=colour, alignment=2 if right else 0
+        font,
+        fontName=font,
+        fontSize=size,
+        leading=1.3 * size,
+        textColor=colour,
+        alignment=2 if right else 0,
     )
 
 
@@ -144,7 +182,12 @@ class PdfDocument:
     def __init__(self, document: Document, into: BinaryIO) -> None:
         self.font, self._bold = fonts()
         self._document = document
-        tables = [block for section in document.sections for block in section.blocks if isinstance(block, Table)]
+        tables = [
+            block
+            for section in document.sections
+            for block in section.blocks
+            if isinstance(block, Table)
+        ]
         upright = A4[0] - 2 * MARGIN - 2 * _PADDING
         wide = any(needed_width(table, self.font, self._bold) > upright for table in tables)
         self._page: tuple[float, float] = landscape(A4) if wide else A4
@@ -177,7 +220,9 @@ class PdfDocument:
         """Words; `markup` is escaped already."""
         look = self._styles[style]
         marked, foreign = marked_letters(markup, look.fontName)
-        return Words(marked, ParagraphStyle(f"{style} letters", look, wordWrap="CJK") if foreign else look)
+        return Words(
+            marked, ParagraphStyle(f"{style} letters", look, wordWrap="CJK") if foreign else look
+        )
 
     @property
     def lines_height(self) -> float:
@@ -203,7 +248,9 @@ class PdfDocument:
         if len(figures) == 1:
             return [KeepTogether(list(figures[0])), Spacer(0, _GAP)]
         many = self._beside(len(figures))
-        cells = [[list(figure) for figure in figures[i : i + many]] for i in range(0, len(figures), many)]
+        cells = [
+            [list(figure) for figure in figures[i : i + many]] for i in range(0, len(figures), many)
+        ]
         cells[-1] += [[]] * (many - len(cells[-1]))
         look = [
             ("VALIGN", (0, 0), (-1, -1), "TOP"),
@@ -224,12 +271,24 @@ class PdfDocument:
         track.add(Rect(0, 0, width, 7, fillColor=HexColor(light()["rule"]), strokeColor=None))
         colour = light()[{"named": "bar"}.get(bar.kind, bar.kind)]
         long = max((high - low) * width, 1.5)
-        track.add(Rect(min(low * width, width - long), 0, long, 7, fillColor=HexColor(colour), strokeColor=None))
+        track.add(
+            Rect(
+                min(low * width, width - long),
+                0,
+                long,
+                7,
+                fillColor=HexColor(colour),
+                strokeColor=None,
+            )
+        )
         name, value, about = (escape(clean(text)) for text in (bar.name, bar.value, bar.about))
         row = LongTable(
             [[self.text(f"{name} &nbsp; <b>{value}</b>", "bar"), track]],
             colWidths=[self.width * _BAR_NAME, width],
-            style=[("VALIGN", (0, 0), (-1, -1), "MIDDLE"), *((side, (0, 0), (-1, -1), 0) for side in _PADDINGS)],
+            style=[
+                ("VALIGN", (0, 0), (-1, -1), "MIDDLE"),
+                *((side, (0, 0), (-1, -1), 0) for side in _PADDINGS),
+            ],
             hAlign="LEFT",
         )
         note = [self.text(about, "quiet")] if about else []
@@ -259,5 +318,7 @@ class PdfDocument:
             canvas.drawString(x, MARGIN / 2, piece)
             x += stringWidth(piece, font, 7)
         canvas.setFont(self.font, 7)
-        canvas.drawRightString(self._page[0] - MARGIN - _PADDING, MARGIN / 2, f"page {template.page}")
+        canvas.drawRightString(
+            self._page[0] - MARGIN - _PADDING, MARGIN / 2, f"page {template.page}"
+        )
         canvas.restoreState()

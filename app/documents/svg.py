@@ -40,7 +40,9 @@ class AxesFrame:
 
     def up(self, values: Floats) -> Floats:
         """Of y values."""
-        return np.asarray(HEIGHT - _BOTTOM - _share(values, self.y, self.log_y) * (HEIGHT - _TOP - _BOTTOM))
+        return np.asarray(
+            HEIGHT - _BOTTOM - _share(values, self.y, self.log_y) * (HEIGHT - _TOP - _BOTTOM)
+        )
 
 
 def _share(values: Floats, ends: tuple[float, float], logarithmic: bool) -> Floats:
@@ -54,14 +56,20 @@ def _log(values: Floats) -> Floats:
     return np.log10(np.maximum(values, np.finfo(float).tiny))
 
 
-def frame_of(x: Sequence[Floats], y: Sequence[Floats], *, log_x: bool = False, log_y: bool = False) -> AxesFrame:
+def frame_of(
+    x: Sequence[Floats], y: Sequence[Floats], *, log_x: bool = False, log_y: bool = False
+) -> AxesFrame:
     """A frame around all finite values (positive ones on a logarithmic axis)."""
     return AxesFrame(_ends(x, log_x, 0.0), _ends(y, log_y, 0.05), log_x, log_y)
 
 
 def _ends(values: Sequence[Floats], logarithmic: bool, margin: float) -> tuple[float, float]:
-    finite_values = np.concatenate([np.ravel(series) for series in values]) if values else np.zeros(0)
-    finite_values = finite_values[np.isfinite(finite_values) & ((finite_values > 0) | (not logarithmic))]
+    finite_values = (
+        np.concatenate([np.ravel(series) for series in values]) if values else np.zeros(0)
+    )
+    finite_values = finite_values[
+        np.isfinite(finite_values) & ((finite_values > 0) | (not logarithmic))
+    ]
     if not finite_values.size:
         return (1.0, 10.0) if logarithmic else (0.0, 1.0)
     low, high = float(finite_values.min()), float(finite_values.max())
@@ -72,7 +80,13 @@ def _ends(values: Sequence[Floats], logarithmic: bool, margin: float) -> tuple[f
 
 
 def chart(
-    label: str, frame: AxesFrame, marks: Sequence[str], x_title: str, y_title: str, *, whole: bool = False
+    label: str,
+    frame: AxesFrame,
+    marks: Sequence[str],
+    x_title: str,
+    y_title: str,
+    *,
+    whole: bool = False,
 ) -> str:
     """The chart with its axes; `marks` are drawn between grid and labels. `whole`: x counts things."""
     return (
@@ -85,7 +99,9 @@ def _grid(frame: AxesFrame, whole: bool) -> str:
     parts = []
     for value in ticks(frame.y, frame.log_y):
         y = float(frame.up(np.array(value)))
-        parts.append(f'<line class="grid" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>')
+        parts.append(
+            f'<line class="grid" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
+        )
         parts.append(
             f'<text class="tick" x="{_LEFT - 5:g}" y="{y + 3.5:.1f}" text-anchor="end">{tick_text(value)}</text>'
         )
@@ -93,7 +109,9 @@ def _grid(frame: AxesFrame, whole: bool) -> str:
         if whole and value != round(value):
             continue
         x = float(frame.across(np.array(value)))
-        parts.append(f'<text class="tick" x="{x:.1f}" y="{HEIGHT - _BOTTOM + 14:g}" text-anchor="middle">')
+        parts.append(
+            f'<text class="tick" x="{x:.1f}" y="{HEIGHT - _BOTTOM + 14:g}" text-anchor="middle">'
+        )
         parts.append(f"{tick_text(value)}</text>")
     return "".join(parts)
 
@@ -112,12 +130,23 @@ def ticks(ends: tuple[float, float], logarithmic: bool = False) -> list[float]:
     low, high = ends
     if logarithmic:
         decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-        inside = [k * 10.0**decade for decade in decades for k in (1, 2, 5) if low <= k * 10.0**decade <= high]
-        powers = inside if len(inside) < _MOST_TICKS else [10.0**k for k in decades if low <= 10.0**k <= high]
+        inside = [
+            k * 10.0**decade
+            for decade in decades
+            for k in (1, 2, 5)
+            if low <= k * 10.0**decade <= high
+        ]
+        powers = (
+            inside
+            if len(inside) < _MOST_TICKS
+            else [10.0**k for k in decades if low <= 10.0**k <= high]
+        )
         return powers[:: 1 + len(powers) // _MOST_TICKS] or [low, high]
     step = 10.0 ** math.floor(math.log10((high - low) / 3)) if high > low else 1.0
     step *= next(k for k in (1, 2, 5, 10) if (high - low) / (k * step) <= 6)
-    return [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+    return [
+        step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)
+    ]
 
 
 def tick_text(value: float) -> str:
@@ -127,7 +156,11 @@ def tick_text(value: float) -> str:
 
 def line(frame: AxesFrame, x: Floats, y: Floats, kind: str) -> str:
     """A curve of CSS class `kind`, thinned to what a screen shows."""
-    keep = np.unique(np.linspace(0, x.size - 1, min(x.size, _POINTS)).astype(int)) if x.size else np.zeros(0, dtype=int)
+    keep = (
+        np.unique(np.linspace(0, x.size - 1, min(x.size, _POINTS)).astype(int))
+        if x.size
+        else np.zeros(0, dtype=int)
+    )
     good = np.isfinite(y[keep]) & np.isfinite(x[keep])
     points = _pairs(frame.across(x[keep][good]), frame.up(y[keep][good]))
     return f'<polyline class="{kind}" points="{points}"/>'
@@ -138,7 +171,9 @@ def band(frame: AxesFrame, x: Floats, low: Floats, high: Floats, kind: str) -> s
     good = np.isfinite(low) & np.isfinite(high)
     across, outward = frame.across(x[good]), frame.up(high[good])
     back = frame.up(low[good])[::-1]
-    return f'<polygon class="{kind}" points="{_pairs(across, outward)} {_pairs(across[::-1], back)}"/>'
+    return (
+        f'<polygon class="{kind}" points="{_pairs(across, outward)} {_pairs(across[::-1], back)}"/>'
+    )
 
 
 def dots(frame: AxesFrame, x: Floats, y: Floats, kind: str, names: Sequence[str]) -> str:
@@ -154,7 +189,9 @@ def dots(frame: AxesFrame, x: Floats, y: Floats, kind: str, names: Sequence[str]
 def level(frame: AxesFrame, value: float, kind: str) -> str:
     """A line across at `value`."""
     y = float(frame.up(np.array(value)))
-    return f'<line class="{kind}" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
+    return (
+        f'<line class="{kind}" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
+    )
 
 
 def _pairs(x: Floats, y: Floats) -> str:
@@ -198,9 +235,16 @@ def line_chart(
     log_x: bool = False,
 ) -> str:
     """Curves over each other; with the line of equal values, or a dashed one at `nominal`, where they should be."""
-    edges = [curve.y + sign * curve.spread for curve in curves if curve.spread is not None for sign in (-1, 1)]
+    edges = [
+        curve.y + sign * curve.spread
+        for curve in curves
+        if curve.spread is not None
+        for sign in (-1, 1)
+    ]
     edges += [] if nominal is None else [np.array([nominal])]
-    frame = frame_of([curve.x for curve in curves], [*(curve.y for curve in curves), *edges], log_x=log_x)
+    frame = frame_of(
+        [curve.x for curve in curves], [*(curve.y for curve in curves), *edges], log_x=log_x
+    )
     marks = [_diagonal(frame)] if diagonal else []
     marks += [] if nominal is None else [level(frame, nominal, "tolerance")]
     for curve in curves:
@@ -212,32 +256,54 @@ def line_chart(
 
 
 def agreement_chart(
-    label: str, clouds: Sequence[Cloud], x_title: str, y_title: str, *, logarithmic: bool = False, off: float = 0.0
+    label: str,
+    clouds: Sequence[Cloud],
+    x_title: str,
+    y_title: str,
+    *,
+    logarithmic: bool = False,
+    off: float = 0.0,
 ) -> str:
     """One quantity against another that should be equal, on one scale for both, with the line where they are.
 
     Dashed on either side of it: where they are off by the share `off`.
     """
-    coordinates = np.concatenate([np.concatenate([cloud.x, cloud.y]) for cloud in clouds]) if clouds else np.zeros(0)
+    coordinates = (
+        np.concatenate([np.concatenate([cloud.x, cloud.y]) for cloud in clouds])
+        if clouds
+        else np.zeros(0)
+    )
     ends = frame_of([], [coordinates], log_y=logarithmic).y
     frame = AxesFrame(ends, ends, logarithmic, logarithmic)
-    marks = [_diagonal(frame), *(_diagonal(frame, 1 + sign * off, "tolerance") for sign in (-1, 1) if off)]
+    marks = [
+        _diagonal(frame),
+        *(_diagonal(frame, 1 + sign * off, "tolerance") for sign in (-1, 1) if off),
+    ]
     for cloud in clouds:
         keep = _thinned_points(cloud.x, cloud.y, frame, MOST_POINTS // len(clouds))
         names = [cloud.names[i] for i in keep]
-        marks.append(dots(frame, cloud.x[keep], cloud.y[keep], f"dot-{series(cloud.colour)}", names))
+        marks.append(
+            dots(frame, cloud.x[keep], cloud.y[keep], f"dot-{series(cloud.colour)}", names)
+        )
     return chart(label, frame, marks, x_title, y_title)
 
 
 def line_keys(curves: Sequence[Curve]) -> tuple[tuple[str, str], ...]:
     """The legend of curves, each name once, in the order of their colours."""
-    classes = {curve.name: f"line-{series(curve.colour)}" for curve in sorted(curves, key=lambda curve: curve.colour)}
+    classes = {
+        curve.name: f"line-{series(curve.colour)}"
+        for curve in sorted(curves, key=lambda curve: curve.colour)
+    }
     return tuple((kind, name) for name, kind in classes.items())
 
 
 def dot_keys(clouds: Sequence[Cloud]) -> tuple[tuple[str, str], ...]:
     """The legend of clouds; none for a single one."""
-    return tuple((f"dot-{series(cloud.colour)}", cloud.name) for cloud in clouds) if len(clouds) > 1 else ()
+    return (
+        tuple((f"dot-{series(cloud.colour)}", cloud.name) for cloud in clouds)
+        if len(clouds) > 1
+        else ()
+    )
 
 
 def _thinned_points(x: Floats, y: Floats, frame: AxesFrame, most: int) -> list[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from ...schema.atomic_write import write_bytes
+from ...files.atomic_write import write_bytes
 from .document import Document
 
 
@@ -28,7 +28,9 @@ def report_content(document: Document, ending: str) -> bytes:
 def check_ending(out: Path) -> None:
     """Raises `ValueError` for a file that no report can be written to."""
     if out.suffix.lower() not in _WRITERS:
-        raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
+        raise ValueError(
+            f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}"
+        )
 
 
 def _html(document: Document) -> bytes:

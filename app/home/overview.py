@@ -48,7 +48,11 @@ class AttentionItem:
 
 def list_recent_campaigns(session: Session) -> list[dict[str, Any]]:
     """The campaigns that were stored last, with counts and quality in words."""
-    query = select(Campaign.id, Campaign.name, Campaign.kind, Campaign.date).order_by(Campaign.id.desc()).limit(RECENT)
+    query = (
+        select(Campaign.id, Campaign.name, Campaign.kind, Campaign.date)
+        .order_by(Campaign.id.desc())
+        .limit(RECENT)
+    )
     campaigns = session.execute(query).all()
     keys = [key for key, *_ in campaigns]
     impacts, shots = (_count_rows(session, table, keys) for table in (Impact, Shot))
@@ -66,12 +70,20 @@ def list_recent_campaigns(session: Session) -> list[dict[str, Any]]:
     ]
 
 
-def _count_rows(session: Session, table: type[Impact] | type[Shot], keys: list[int]) -> dict[int, int]:
-    query = select(table.campaign_id, func.count()).where(table.campaign_id.in_(keys)).group_by(table.campaign_id)
+def _count_rows(
+    session: Session, table: type[Impact] | type[Shot], keys: list[int]
+) -> dict[int, int]:
+    query = (
+        select(table.campaign_id, func.count())
+        .where(table.campaign_id.in_(keys))
+        .group_by(table.campaign_id)
+    )
     return dict(iter(session.execute(query)))
 
 
-def list_attention(session: Session, versions: Sequence[Version], now: datetime | None = None) -> list[AttentionItem]:
+def list_attention(
+    session: Session, versions: Sequence[Version], now: datetime | None = None
+) -> list[AttentionItem]:
     """What somebody should look at, urgent entries first. `versions` are those of the model registry."""
     items = chain(
         _failed_jobs(session, now or datetime.now(UTC)),
@@ -89,27 +101,41 @@ def _failed_jobs(session: Session, now: datetime) -> Iterator[AttentionItem]:
     failed = select(Job).where(Job.state == FAILED).order_by(Job.id.desc()).limit(_LOOKED_AT)
     labels: set[str] = set()
     for job in session.scalars(failed).all():
-        ended = job.ended_at if job.ended_at is None or job.ended_at.tzinfo else job.ended_at.replace(tzinfo=UTC)
+        ended = (
+            job.ended_at
+            if job.ended_at is None or job.ended_at.tzinfo
+            else job.ended_at.replace(tzinfo=UTC)
+        )
         if job.label in labels or (ended is not None and now - ended > _LATELY):
             continue
         labels.add(job.label)
-        again = select(Job.id).where(Job.label == job.label, Job.state == DONE, Job.id > job.id).limit(1)
+        again = (
+            select(Job.id)
+            .where(Job.label == job.label, Job.state == DONE, Job.id > job.id)
+            .limit(1)
+        )
         if session.scalar(again) is None:
             first_line = (job.error or "").partition("\n")[0]
-            yield AttentionItem(f"“{job.label}” failed: {first_line:.200}", f"/jobs/{job.id}", "See the job", True)
+            yield AttentionItem(
+                f"“{job.label}” failed: {first_line:.200}", f"/jobs/{job.id}", "See the job", True
+            )
         if len(labels) == _LISTED:
             return
 
 
 def _checked_folders(session: Session) -> Iterator[AttentionItem]:
     """Uploads that were checked and wait for somebody to store them."""
-    query = select(Job).options(undefer(Job.arguments)).where(Job.kind == "check", Job.state == DONE)
+    query = (
+        select(Job).options(undefer(Job.arguments)).where(Job.kind == "check", Job.state == DONE)
+    )
     for job in session.scalars(query.order_by(Job.id.desc()).limit(_LISTED)):
         scratch = job.arguments.get("scratch")
         if scratch is not None and Path(scratch).is_dir():
             folder = Path(str(job.arguments.get("folder", ""))).name
             yield AttentionItem(
-                f"Folder {folder} was checked and is not stored yet.", f"/ingest/checks/{job.id}", "Store or discard it"
+                f"Folder {folder} was checked and is not stored yet.",
+                f"/ingest/checks/{job.id}",
+                "Store or discard it",
             )
 
 
@@ -121,23 +147,35 @@ def _poor_recordings(session: Session) -> Iterator[AttentionItem]:
     for key in poor[:_LISTED]:
         words = []
         if count := quality[key].set_aside:
-            words.append(f"{_counted(count, 'recording')} could not be read and {_verb(count)} set aside")
+            words.append(
+                f"{_counted(count, 'recording')} could not be read and {_verb(count)} set aside"
+            )
         if count := quality[key].rejected:
-            words.append(f"{_counted(count, 'recording')} {_verb(count)} rejected by the quality checks")
+            words.append(
+                f"{_counted(count, 'recording')} {_verb(count)} rejected by the quality checks"
+            )
         yield AttentionItem(
-            f"{names[key]}: {'; '.join(words)}.", f"/campaigns/{quote(names[key], safe='')}#quality", "See the findings"
+            f"{names[key]}: {'; '.join(words)}.",
+            f"/campaigns/{quote(names[key], safe='')}#quality",
+            "See the findings",
         )
     if len(poor) > _LISTED:
         more = len(poor) - _LISTED
-        yield AttentionItem(f"{more} further campaigns have such recordings.", "/campaigns", "All campaigns")
+        yield AttentionItem(
+            f"{more} further campaigns have such recordings.", "/campaigns", "All campaigns"
+        )
 
 
 def _drifts(session: Session) -> Iterator[AttentionItem]:
     """What the newest diagnosis of a campaign says of the order of its runs."""
     drift = Diagnosis.report["where"]["drift"]
-    query = select(Diagnosis.id, Campaign.name, drift).join(Campaign, Diagnosis.campaign_id == Campaign.id)
+    query = select(Diagnosis.id, Campaign.name, drift).join(
+        Campaign, Diagnosis.campaign_id == Campaign.id
+    )
     names: set[str] = set()
-    for key, name, sentences in session.execute(query.order_by(Diagnosis.id.desc()).limit(_LOOKED_AT)).all():
+    for key, name, sentences in session.execute(
+        query.order_by(Diagnosis.id.desc()).limit(_LOOKED_AT)
+    ).all():
         if name in names or len(names) == _LISTED:
             continue
         names.add(name)
@@ -147,7 +185,9 @@ def _drifts(session: Session) -> Iterator[AttentionItem]:
 
 
 def _half_done_plans(session: Session) -> Iterator[AttentionItem]:
-    open_plans = [row for row in list_plans(session) if row["planned"] and (row["done"] or row["repeat"])]
+    open_plans = [
+        row for row in list_plans(session) if row["planned"] and (row["done"] or row["repeat"])
+    ]
     for row in open_plans[:_LISTED]:
         runs = row["runs"] - row["discarded"]
         repeats = row["repeat"]
@@ -168,8 +208,12 @@ def _old_models(session: Session, versions: Sequence[Version]) -> Iterator[Atten
         snapshot = session.scalars(query).one_or_none()
         if snapshot is None:
             continue
-        last = select(func.max(SnapshotPulse.pulse_id)).where(SnapshotPulse.snapshot_id == snapshot.id)
-        campaigns = select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == snapshot.id).limit(1)
+        last = select(func.max(SnapshotPulse.pulse_id)).where(
+            SnapshotPulse.snapshot_id == snapshot.id
+        )
+        campaigns = (
+            select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == snapshot.id).limit(1)
+        )
         kind = session.scalar(
             select(Campaign.kind)
             .join(Impact, Impact.campaign_id == Campaign.id)

@@ -75,7 +75,9 @@ def impact(impact: Key, store: OpenStore) -> Any:
     with store.reading() as session:
         page = impact_page(session, impact)
         recording = get_impact(session, impact).recording_id
-        return finite({**page, "signals": [] if recording is None else list_signals(session, recording)})
+        return finite(
+            {**page, "signals": [] if recording is None else list_signals(session, recording)}
+        )
 
 
 @router.get("/channels/{channel}")
@@ -89,7 +91,9 @@ def channel(
     """A channel between two instants in SI: every sample where they fit into `points`, else the extremes of buckets."""
     with store.reading() as session:
         window = channel_window(session, channel, start_s, stop_s, points)
-    return finite({**vars(window), "time_s": window.time_s.tolist(), "values": window.values.tolist()})
+    return finite(
+        {**vars(window), "time_s": window.time_s.tolist(), "values": window.values.tolist()}
+    )
 
 
 @router.post("/impacts/{impact}/preview")
@@ -127,10 +131,13 @@ class AccelerationSeries(BaseModel):
 
     acceleration_m_s2: Annotated[list[Number], Field(min_length=2, max_length=50_000)]
     sampling_rate_hz: Annotated[float, Field(ge=1e-3, le=1e9)]
-    frequency_hz: Annotated[list[Annotated[float, Field(ge=1e-6, le=1e9)]], Field(min_length=1, max_length=1000)]
+    frequency_hz: Annotated[
+        list[Annotated[float, Field(ge=1e-6, le=1e9)]], Field(min_length=1, max_length=1000)
+    ]
     q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
     rest: Annotated[str, Field(max_length=60)] = Field(
-        "", description="Zero of the record: none, or two times as 0ms:5ms. [default: the rest before the shock]"
+        "",
+        description="Zero of the record: none, or two times as 0ms:5ms. [default: the rest before the shock]",
     )
     hit: Annotated[str, Field(max_length=20)] = Field(
         "", description="Number of the hit of a record that holds several, or whole."
@@ -144,23 +151,39 @@ def srs(series: AccelerationSeries) -> Any:
     lines = np.asarray(series.frequency_hz, dtype=np.float64)
     taken, part = chosen_part(record, series.sampling_rate_hz, 0.0, series.hit or None, "hit")
     choice = parse_rest(series.rest, "rest")
-    shock, removed = without_rest(record[taken], series.sampling_rate_hz, taken.start / series.sampling_rate_hz, choice)
+    shock, removed = without_rest(
+        record[taken], series.sampling_rate_hz, taken.start / series.sampling_rate_hz, choice
+    )
     spectrum = shock_response_spectrum(shock, series.sampling_rate_hz, lines, q=series.q)
     sides = {name: getattr(spectrum, name).tolist() for name in (*_SIDES, "sampling_error")}
-    return finite({"unit": "m/s2", "frequency_hz": lines.tolist(), **sides, "part": part, "rest": vars(removed)})
+    return finite(
+        {
+            "unit": "m/s2",
+            "frequency_hz": lines.tolist(),
+            **sides,
+            "part": part,
+            "rest": vars(removed),
+        }
+    )
 
 
 @router.get("/spectra")
 def spectra(
     store: OpenStore,
-    impact: Annotated[list[Annotated[int, Field(ge=1, le=2**31 - 1)]], Query(min_length=1, max_length=50)],
+    impact: Annotated[
+        list[Annotated[int, Field(ge=1, le=2**31 - 1)]], Query(min_length=1, max_length=50)
+    ],
     channel: str | None = None,
     q: Annotated[float, Query(gt=0.5, le=1000)] = 10.0,
     specification: Annotated[str, Query(max_length=20_000)] = "",
     tolerance: Annotated[str, Query(max_length=100)] = "",
 ) -> Any:
     """Spectra of stored impacts, held against a specification (text of its CSV), else their mean."""
-    wanted = target_from_upload(specification, "specification", tolerance or None) if specification else None
+    wanted = (
+        target_from_upload(specification, "specification", tolerance or None)
+        if specification
+        else None
+    )
     with store.reading() as session:
         overlay = spectrum_overlay(session, impact, channel, q=q, specification=wanted)
     rows = [
@@ -171,4 +194,6 @@ def spectra(
         "frequency_hz": overlay.reference.frequency_hz.tolist(),
         "level_m_s2": overlay.reference.level_m_s2.tolist(),
     }
-    return finite({"frequency_hz": overlay.frequency_hz.tolist(), "spectra": rows, "reference": reference})
+    return finite(
+        {"frequency_hz": overlay.frequency_hz.tolist(), "spectra": rows, "reference": reference}
+    )

@@ -64,7 +64,13 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
             write_json(page, json_to)
             return
     with velocities_of([page]):
-        print_facts({key: value for key, value in page.items() if not isinstance(value, list) and value is not None})
+        print_facts(
+            {
+                key: value
+                for key, value in page.items()
+                if not isinstance(value, list) and value is not None
+            }
+        )
     for key, value in page.items():
         if isinstance(value, list):
             click.echo(f"\n{heading(key)}")
@@ -72,7 +78,10 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
 
 
 _CAMPAIGN = click.option(
-    "--campaign", metavar="NAME", help="Take the impacts of this campaign only.", shell_complete=campaign_names
+    "--campaign",
+    metavar="NAME",
+    help="Take the impacts of this campaign only.",
+    shell_complete=campaign_names,
 )
 _WHERE = click.option(
     "--where",
@@ -91,7 +100,10 @@ def _no_match(session: Session, conditions: Iterable[Condition]) -> str:
 
     levels = list_levels(session, fewest=1)
     fields = dict.fromkeys(condition.field for condition in conditions if condition.field in levels)
-    level_words = [f"{heading(field)} {', '.join(cell(field, level) for level in levels[field])}" for field in fields]
+    level_words = [
+        f"{heading(field)} {', '.join(cell(field, level) for level in levels[field])}"
+        for field in fields
+    ]
     return "; the store has ".join(["no impacts match", *level_words])
 
 
@@ -101,7 +113,9 @@ def _no_match(session: Session, conditions: Iterable[Condition]) -> str:
 @_CAMPAIGN
 @_WHERE
 @_LIMIT
-def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
+def impacts(
+    db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None
+) -> None:
     """List impacts with their factors and figures.
 
     The figures are those of the pulse in use, and those of the acceleration channel with the largest peak. Numbers
@@ -130,7 +144,9 @@ def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, .
 @_CAMPAIGN
 @_WHERE
 @_LIMIT
-def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
+def shots(
+    db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None
+) -> None:
     """List the shots of the gun with tank pressure (gauge), bullet mass, measured velocity and the velocity of the
     nominal model. Numbers are in SI units.
 
@@ -149,7 +165,9 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
 
 
 @click.command()
-@click.argument("what", type=click.Choice(["impacts", "shots", "pulses", "channel-figures", "series"]))
+@click.argument(
+    "what", type=click.Choice(["impacts", "shots", "pulses", "channel-figures", "series"])
+)
 @db_option
 @click.option(
     "--out",

@@ -98,7 +98,15 @@ class ForceRecord:
 def preview_curve(pulse: ExtractedPulse, settings: ExtractionSettings) -> PulseCurve:
     """The curve of a pulse that is not stored."""
     threshold = pulse.rest_n + pulse.threshold_n
-    return _curve(pulse, None, settings.as_json(), pulse.rest_n, threshold, pulse.fine_force_n, pulse.force_points_n)
+    return _curve(
+        pulse,
+        None,
+        settings.as_json(),
+        pulse.rest_n,
+        threshold,
+        pulse.fine_force_n,
+        pulse.force_points_n,
+    )
 
 
 def _curve(
@@ -150,7 +158,9 @@ class PulseView:
 
 
 def pulse_view(
-    session: Session, impact_key: int, preview: tuple[ExtractedPulse, ExtractionSettings] | None = None
+    session: Session,
+    impact_key: int,
+    preview: tuple[ExtractedPulse, ExtractionSettings] | None = None,
 ) -> PulseView:
     """The segmentation of an impact; `preview` is drawn beside it (`ingest.reextract.preview_impacts` makes them).
 

@@ -65,7 +65,8 @@ def _pulses(session: Session, campaign: str | None, where: tuple[Condition, ...]
     while batch := list(islice(impacts, 500)):
         keys = [row["id"] for row in batch]
         pulses = {
-            p.impact_id: p for p in session.scalars(select(Pulse).where(Pulse.impact_id.in_(keys), Pulse.current))
+            p.impact_id: p
+            for p in session.scalars(select(Pulse).where(Pulse.impact_id.in_(keys), Pulse.current))
         }
         for row in batch:
             if row["id"] in pulses:
@@ -87,7 +88,9 @@ def _pulse_columns(pulse: Pulse) -> Row:
     return {name: getattr(pulse, name) for name in names} | forces
 
 
-def _channel_figures(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
+def _channel_figures(
+    session: Session, campaign: str | None, where: tuple[Condition, ...]
+) -> Iterator[Row]:
     """A row for each acceleration channel of an impact: run and factors, then the channel's figures."""
     impacts = iter_impacts(session, campaign, where)
     while batch := list(islice(impacts, 500)):
@@ -96,14 +99,23 @@ def _channel_figures(session: Session, campaign: str | None, where: tuple[Condit
             shared = {name: value for name, value in row.items() if name not in CHANNEL_COLUMNS}
             for channel in figures.get(row["id"], ()):
                 lines = {name: channel.get(name) for name in _SUMMARY}
-                yield {**shared, **{name: channel[name] for name in ("channel", *LISTED_FIGURES)}, **lines}
+                yield {
+                    **shared,
+                    **{name: channel[name] for name in ("channel", *LISTED_FIGURES)},
+                    **lines,
+                }
 
 
 #: Lines of the spectrum's summary that a table has, up to a tenth of 4 MHz; a record holds some of them.
 _SUMMARY = tuple(f"srs_{10 * 2**i}hz_m_s2" for i in range(16))
 
 
-_TABLES = {"impacts": iter_impacts, "shots": _shots, "pulses": _pulses, "channel-figures": _channel_figures}
+_TABLES = {
+    "impacts": iter_impacts,
+    "shots": _shots,
+    "pulses": _pulses,
+    "channel-figures": _channel_figures,
+}
 
 
 def _own_columns(
@@ -122,9 +134,15 @@ def _own_columns(
     selected, _ = restricted(session, selected, Impact, IMPACT_COLUMNS, campaign, where)
     of_them = ConfigurationLevel.configuration_id.in_(selected.distinct())
     present = set(session.scalars(select(ConfigurationLevel.factor_id).where(of_them).distinct()))
-    words = set(session.scalars(select(FactorLevel.factor_id).where(FactorLevel.number.is_(None)).distinct()))
+    words = set(
+        session.scalars(
+            select(FactorLevel.factor_id).where(FactorLevel.number.is_(None)).distinct()
+        )
+    )
     factors = session.scalars(select(Factor).where(Factor.id.in_(present)).order_by(Factor.id))
-    accelerations = session.scalar(selected.where(ChannelFigures.id.is_not(None)).limit(1)) is not None
+    accelerations = (
+        session.scalar(selected.where(ChannelFigures.id.is_not(None)).limit(1)) is not None
+    )
     empty = set() if accelerations else set(CHANNEL_COLUMNS)
     return {listing_key(f.name, f.si_unit): f.id in words for f in factors}, empty
 
@@ -136,7 +154,10 @@ def _in_batches(rows: Iterator[Row], factors: dict[str, bool], empty: set[str]) 
             own = [name for name in batch[0] if name not in empty]
             at = own.index("repetition") + 1
             columns = own[:at] + list(factors) + [name for name in own[at:] if name not in factors]
-        yield {name: [_cell(row.get(name), factors.get(name, False)) for row in batch] for name in columns}
+        yield {
+            name: [_cell(row.get(name), factors.get(name, False)) for row in batch]
+            for name in columns
+        }
 
 
 def _cell(value: Any, as_word: bool) -> Any:

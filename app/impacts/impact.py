@@ -27,7 +27,13 @@ from ...signals.record_rest import without_rest
 #: Figures of a pulse, SI with the unit in the name.
 PULSE_FIGURES = (
     *("contact_time_s", "compression_time_s", "peak_force_n", "spline_peak_force_n", "impulse_n_s"),
-    *("compression_impulse_n_s", "width_half_s", "width_tenth_s", "samples_in_contact", "spline_nrmse"),
+    *(
+        "compression_impulse_n_s",
+        "width_half_s",
+        "width_tenth_s",
+        "samples_in_contact",
+        "spline_nrmse",
+    ),
 )
 
 
@@ -62,7 +68,10 @@ def _pulse(session: Session, pulse: Pulse) -> dict[str, Any]:
     writer = session.get_one(Provenance, pulse.written_by_id)
     return {
         "in_use": "yes" if pulse.current else "no",
-        **{name: pulse.settings.settings[name] for name in ("segmentation", "threshold", "smoothing")},
+        **{
+            name: pulse.settings.settings[name]
+            for name in ("segmentation", "threshold", "smoothing")
+        },
         "start_s": pulse.start_s,
         "contact_time_s": pulse.contact_time_s,
         "peak_force_n": pulse.peak_force_n,
@@ -78,7 +87,9 @@ def _pulse(session: Session, pulse: Pulse) -> dict[str, Any]:
 
 #: Figures of a channel as they are listed: one number each.
 LISTED_FIGURES = tuple(
-    column.name for column in metadata.tables[ChannelFigures.__tablename__].columns if kind_of(column) == NUMBER
+    column.name
+    for column in metadata.tables[ChannelFigures.__tablename__].columns
+    if kind_of(column) == NUMBER
 )
 
 
@@ -86,10 +97,14 @@ def without_empty_figures(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Rows of a listing of impacts for a person: without the accelerations' columns where no row has them."""
     if any(row.get(name) is not None for row in rows for name in CHANNEL_COLUMNS):
         return rows
-    return [{name: value for name, value in row.items() if name not in CHANNEL_COLUMNS} for row in rows]
+    return [
+        {name: value for name, value in row.items() if name not in CHANNEL_COLUMNS} for row in rows
+    ]
 
 
-def list_channel_figures(session: Session, impacts: Sequence[int]) -> dict[int, list[dict[str, Any]]]:
+def list_channel_figures(
+    session: Session, impacts: Sequence[int]
+) -> dict[int, list[dict[str, Any]]]:
     """Figures of the acceleration channels of impacts, by the impact's key: the channel's name, then its figures, and
     the lines of the spectrum's summary as `srs_10hz_m_s2` and so on."""
     query = (
@@ -116,12 +131,20 @@ def _findings(session: Session, impact: Impact) -> list[dict[str, Any]]:
         return []
     of_impact = or_(QualityFinding.impact_id == impact.id, QualityFinding.impact_id.is_(None))
     query = (
-        select(QualityFinding.severity, QualityFinding.check, RecordedChannel.name, QualityFinding.message)
+        select(
+            QualityFinding.severity,
+            QualityFinding.check,
+            RecordedChannel.name,
+            QualityFinding.message,
+        )
         .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
         .where(QualityFinding.recording_id == impact.recording_id, of_impact)
     )
     heads = ("severity", "check", "channel", "message")
-    return [dict(zip(heads, row, strict=True)) for row in session.execute(query.order_by(QualityFinding.id))]
+    return [
+        dict(zip(heads, row, strict=True))
+        for row in session.execute(query.order_by(QualityFinding.id))
+    ]
 
 
 def _channels(session: Session, impact: Impact) -> list[dict[str, Any]]:
@@ -143,7 +166,11 @@ def _channels(session: Session, impact: Impact) -> list[dict[str, Any]]:
 def _valve_opening(channel: RecordedChannel) -> dict[str, float]:
     """When the gun's valve opened, on the recording's clock, by the drop of the tank's pressure."""
     opening = channel.header.get(VALVE_OPENING)
-    return {"valve_opening_s": opening["time_s"], "valve_opening_u_s": opening["time_u_s"]} if opening else {}
+    return (
+        {"valve_opening_s": opening["time_s"], "valve_opening_u_s": opening["time_u_s"]}
+        if opening
+        else {}
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +184,9 @@ class ImpactRecord:
     start_s: float
 
 
-def impact_records(session: Session, key: int, channel: str | None, left_out: list[str]) -> Iterator[ImpactRecord]:
+def impact_records(
+    session: Session, key: int, channel: str | None, left_out: list[str]
+) -> Iterator[ImpactRecord]:
     """The acceleration channels of an impact (or the one named `channel`), between its neighbours in the recording.
 
     A recording of one impact is taken whole, else from the rest before this contact up to that of the next one, as an
@@ -168,23 +197,39 @@ def impact_records(session: Session, key: int, channel: str | None, left_out: li
     rows = [] if impact.recording_id is None else list_channels(session, impact.recording_id)
     rows = [row for row in rows if row.quantity == "acceleration" and channel in (None, row.name)]
     if not rows:
-        left_out.append(f"impact {key}: no acceleration" + (f" {channel!r}" if channel else "") + " was recorded")
+        left_out.append(
+            f"impact {key}: no acceleration"
+            + (f" {channel!r}" if channel else "")
+            + " was recorded"
+        )
         return
     begin_s, end_s = _window(session, impact)
     for row in rows:
-        first = max(0, math.ceil((begin_s - row.start_s) * row.sampling_rate_hz)) if begin_s > -math.inf else 0
+        first = (
+            max(0, math.ceil((begin_s - row.start_s) * row.sampling_rate_hz))
+            if begin_s > -math.inf
+            else 0
+        )
         stop = row.samples
         if end_s < math.inf:
             stop = min(stop, math.ceil((end_s - row.start_s) * row.sampling_rate_hz))
         if stop - first < 2:
-            left_out.append(f"impact {key}: {row.name} has no samples between this contact and the next")
+            left_out.append(
+                f"impact {key}: {row.name} has no samples between this contact and the next"
+            )
             continue
         yield ImpactRecord(key, row.name, *_values(session, row, first, stop))
 
 
-def _values(session: Session, row: RecordedChannel, first: int, stop: int) -> tuple[Floats, float, float]:
+def _values(
+    session: Session, row: RecordedChannel, first: int, stop: int
+) -> tuple[Floats, float, float]:
     read = read_channel(session, row, first, stop)
-    return without_rest(read.readings, row.sampling_rate_hz, read.start_s)[0], row.sampling_rate_hz, read.start_s
+    return (
+        without_rest(read.readings, row.sampling_rate_hz, read.start_s)[0],
+        row.sampling_rate_hz,
+        read.start_s,
+    )
 
 
 def _window(session: Session, impact: Impact) -> tuple[float, float]:

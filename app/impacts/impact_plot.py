@@ -32,10 +32,14 @@ def plot_impact(session: Session, key: int, path: Path) -> None:
     recorded series.
     """
     impact = get_impact(session, key)
-    pulse = session.scalars(select(Pulse).where(Pulse.impact_id == key, Pulse.current)).one_or_none()
+    pulse = session.scalars(
+        select(Pulse).where(Pulse.impact_id == key, Pulse.current)
+    ).one_or_none()
     rows = [] if impact.recording_id is None else list_channels(session, impact.recording_id)
     if impact.recording_id is None or not rows:
-        raise LookupError(f"impact {key} has no recorded series to draw; only its figures were ingested")
+        raise LookupError(
+            f"impact {key} has no recorded series to draw; only its figures were ingested"
+        )
     quantities = [name for name in _DRAWN if any(row.quantity == name for row in rows)]
     quantities = quantities or list(dict.fromkeys(row.quantity for row in rows))
     figure = new_figure(7 if pulse is None else 12, 3.2 * len(quantities))
@@ -48,13 +52,21 @@ def plot_impact(session: Session, key: int, path: Path) -> None:
                 draw_pulse(axes[place, 1], session, impact.recording_id, pulse)
             else:
                 margin = pulse.contact_time_s
-                draw_record(axes[place, 1], session, channels, (pulse.start_s - margin, pulse.start_s + 3 * margin))
+                draw_record(
+                    axes[place, 1],
+                    session,
+                    channels,
+                    (pulse.start_s - margin, pulse.start_s + 3 * margin),
+                )
     figure.suptitle(f"impact {key}: whole record" + ("" if pulse is None else ", and the contact"))
     save(figure, path)
 
 
 def draw_record(
-    axes: Any, session: Session, channels: Sequence[RecordedChannel], span_s: tuple[float, float] | None = None
+    axes: Any,
+    session: Session,
+    channels: Sequence[RecordedChannel],
+    span_s: tuple[float, float] | None = None,
 ) -> None:
     """Channels of one quantity over the time of the recording, with their sum where they are cells of one array."""
     display = display_of_unit(channels[0].si_unit)
@@ -64,10 +76,19 @@ def draw_record(
         channel = read_channel(session, row, first, stop)
         values = np.asarray(channel.si) * display.scale
         time_ms = (channel.start_s + np.arange(values.size) / channel.sampling_rate_hz) * 1e3
-        axes.plot(*_thinned(time_ms, values), color=_COLOURS[number % len(_COLOURS)], lw=0.8, label=row.name)
-        total = values if total is None else total + values if values.size == np.size(total) else None
+        axes.plot(
+            *_thinned(time_ms, values),
+            color=_COLOURS[number % len(_COLOURS)],
+            lw=0.8,
+            label=row.name,
+        )
+        total = (
+            values if total is None else total + values if values.size == np.size(total) else None
+        )
     if channels[0].quantity == "force" and len(channels) > 1 and total is not None:
-        axes.plot(*_thinned(time_ms, total), color="black", lw=1.2, label=f"sum of {len(channels)} cells")
+        axes.plot(
+            *_thinned(time_ms, total), color="black", lw=1.2, label=f"sum of {len(channels)} cells"
+        )
     axes.set(xlabel="time (ms)", ylabel=f"{channels[0].quantity} ({display.unit})")
     axes.legend(frameon=False, fontsize="small")
 
@@ -87,7 +108,9 @@ def _thinned(time_ms: Any, values: Any) -> tuple[Any, Any]:
     count = values.size // width
     buckets = values[: count * width].reshape(count, width)
     starts = np.arange(count) * width
-    places = np.unique(np.concatenate([starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1)]))
+    places = np.unique(
+        np.concatenate([starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1)])
+    )
     return time_ms[places], values[places]
 
 
@@ -100,15 +123,25 @@ def draw_pulse(axes: Any, session: Session, recording: int, pulse: Pulse) -> Non
     for row in cells:
         channel = read_channel(session, row, *_samples(row, span))
         values = np.asarray(channel.si) * display.scale
-        time_ms = (channel.start_s + np.arange(values.size) / channel.sampling_rate_hz - pulse.start_s) * 1e3
-        total = values if total is None else total + values if values.size == np.size(total) else None
+        time_ms = (
+            channel.start_s + np.arange(values.size) / channel.sampling_rate_hz - pulse.start_s
+        ) * 1e3
+        total = (
+            values if total is None else total + values if values.size == np.size(total) else None
+        )
         if len(cells) > 1:
             axes.plot(time_ms, values, color=QUIET, lw=0.8, label=row.name)
     if total is not None:
         words = f"sum of {len(cells)} cells" if len(cells) > 1 else f"recorded {cells[0].name}"
         axes.plot(time_ms, total, "o", color=MEASURED, ms=4, label=words)
     fine = as_floats(pulse.fine_force_n, f"the force of pulse {pulse.id}") * display.scale
-    axes.plot(np.arange(fine.size) * pulse.fine_period_s * 1e3, fine, color=MODEL, lw=1.5, label="smoothing spline")
+    axes.plot(
+        np.arange(fine.size) * pulse.fine_period_s * 1e3,
+        fine,
+        color=MODEL,
+        lw=1.5,
+        label="smoothing spline",
+    )
     points = np.asarray(pulse.force_points_n) * display.scale
     at = np.linspace(0, pulse.contact_time_s, points.size) * 1e3
     axes.plot(at, points, "|", color="black", ms=9, label=f"{points.size} points")

@@ -75,7 +75,13 @@ def impacts(
             if sort:
                 column, falling = sort.removeprefix("-"), sort.startswith("-")
                 rows, more = list_impacts_sorted(
-                    session, campaign or None, conditions, column, descending=falling, offset=offset, limit=PAGE
+                    session,
+                    campaign or None,
+                    conditions,
+                    column,
+                    descending=falling,
+                    offset=offset,
+                    limit=PAGE,
                 )
                 following = query({**address, "offset": offset + PAGE}) if more else None
             else:
@@ -102,7 +108,9 @@ def impacts(
             campaigns=campaigns,
             campaign=campaign,
             menus=menus,
-            conditions=[condition for condition in where if condition not in {menu.chosen for menu in menus}],
+            conditions=[
+                condition for condition in where if condition not in {menu.chosen for menu in menus}
+            ],
             error=error,
             sort=sort,
             sorts={name: _sorted_address(address, sort, name) for name in names},
@@ -115,12 +123,16 @@ def impacts(
 def _varied(rows: Sequence[Mapping[str, Any]], names: Iterable[str]) -> list[str]:
     """Columns that are worth their place: those whose values differ, and those that people look for first."""
     always = {"campaign", "run", "repetition", "peak_force_n", "contact_time_s"}
-    return [name for name in names if name in always or len({str(row.get(name)) for row in rows}) > 1]
+    return [
+        name for name in names if name in always or len({str(row.get(name)) for row in rows}) > 1
+    ]
 
 
 def _sorted_address(address: Mapping[str, Any], sort: str, column: str) -> str:
     """The list in order of a column, the largest first; the other way round where it is sorted so."""
-    return query({**address, "sort": column if sort == f"-{column}" else f"-{column}"}) or "/impacts"
+    return (
+        query({**address, "sort": column if sort == f"-{column}" else f"-{column}"}) or "/impacts"
+    )
 
 
 def _menus(levels: Mapping[str, Sequence[float | str]], where: Sequence[str]) -> list[Menu]:
@@ -145,14 +157,18 @@ def thumbnail_points(forces_n: Sequence[float]) -> str:
 
 
 @router.get("/shots")
-def shots(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
+def shots(
+    request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None
+) -> Response:  # noqa: B006
     where = [condition for condition in where if condition.strip()]
     error, status, following = "", 200, None
     rows: list[dict[str, Any]] = []
     with store.reading() as session:
         campaigns = list_campaign_names(session)
         try:
-            shot_rows, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
+            shot_rows, following = list_shots_page(
+                session, campaign or None, parse_where(tuple(where)), after, PAGE
+            )
             rows = [velocity_with_uncertainty(row) for row in with_predictions(session, shot_rows)]
         except (ValueError, LookupError) as why:
             error, status = str(why), status_of_fault(why)
@@ -189,9 +205,14 @@ def freezeticked(
     """Freeze the pulses of the impacts that are ticked as a dataset, which models can be trained on."""
     keys = ticked(impact)
     if not dataset.strip():
-        raise FieldError("dataset", "Name the new dataset. Pulses are not added to one that exists: it is frozen.")
+        raise FieldError(
+            "dataset",
+            "Name the new dataset. Pulses are not added to one that exists: it is frozen.",
+        )
     with store.reading() as session:
-        campaigns = session.scalars(select(Campaign.name).where(Campaign.id.in_(_campaigns(keys)))).all()
+        campaigns = session.scalars(
+            select(Campaign.name).where(Campaign.id.in_(_campaigns(keys)))
+        ).all()
     try:
         built = build_snapshot(store, dataset.strip(), campaigns, impacts=keys)
     except (ValueError, LookupError) as error:
@@ -206,5 +227,7 @@ def _campaigns(impacts: Sequence[int]) -> Select[int]:
 def ticked(impacts: Sequence[int]) -> list[int]:
     """The impacts that a form ticks. Raises `FieldError` where it ticks none."""
     if not impacts:
-        raise FieldError("", "No impact is ticked. Tick one or more in the first column of the table.")
+        raise FieldError(
+            "", "No impact is ticked. Tick one or more in the first column of the table."
+        )
     return list(impacts)

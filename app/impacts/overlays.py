@@ -106,13 +106,22 @@ def pulse_overlay(
         contact = np.array([pulse.contact_time_s for pulse in members])
         at = [axis * time if normalised else axis for time in contact]
         curves = np.stack(
-            [_resampled(forces[p.impact_id], p.fine_period_s, t) for p, t in zip(members, at, strict=True)]
+            [
+                _resampled(forces[p.impact_id], p.fine_period_s, t)
+                for p, t in zip(members, at, strict=True)
+            ]
         )
         spread = curves.std(axis=0, ddof=1) if len(members) > 1 else np.full(points, np.nan)
         impacts = tuple(pulse.impact_id for pulse in members)
         groups.append(LevelPulses(level, impacts, contact, curves, curves.mean(axis=0), spread))
     return PulseOverlay(
-        listing_key(row.name, row.si_unit), normalised, axis, tuple(groups), len(rows), matching, damaged
+        listing_key(row.name, row.si_unit),
+        normalised,
+        axis,
+        tuple(groups),
+        len(rows),
+        matching,
+        damaged,
     )
 
 
@@ -122,7 +131,9 @@ def _forces(rows: Iterable[PulseAtLevel]) -> tuple[dict[int, Floats], tuple[int,
     damaged = []
     for row in rows:
         try:
-            forces[row.impact_id] = as_floats(row.fine_force_n, f"the force of impact {row.impact_id}")
+            forces[row.impact_id] = as_floats(
+                row.fine_force_n, f"the force of impact {row.impact_id}"
+            )
         except SeriesError:
             damaged.append(row.impact_id)
     return forces, tuple(damaged)
@@ -238,15 +249,23 @@ def spectrum_overlay(
     if not 0 < len(impacts) <= MOST_SPECTRA:
         raise ValueError(f"{len(impacts)} impacts; expected 1 to {MOST_SPECTRA}")
     left_out: list[str] = []
-    cuts = [cut for key in dict.fromkeys(impacts) for cut in impact_records(session, key, channel, left_out)]
+    cuts = [
+        cut
+        for key in dict.fromkeys(impacts)
+        for cut in impact_records(session, key, channel, left_out)
+    ]
     if len(cuts) > MOST_SPECTRA:
-        raise ValueError(f"{len(cuts)} channels of these impacts; expected at most {MOST_SPECTRA}: choose one channel")
+        raise ValueError(
+            f"{len(cuts)} channels of these impacts; expected at most {MOST_SPECTRA}: choose one channel"
+        )
     lines = default_lines() if frequency_hz is None else frequency_hz
     if cuts:
         lines = lines[lines < min(cut.rate_hz for cut in cuts) / 2]
     if cuts and not lines.size:
         raise ValueError("every line lies at half the sampling rate or above; expected lower lines")
-    spectra = tuple(spectrum for cut in cuts if (spectrum := _spectrum(cut, lines, q, left_out)) is not None)
+    spectra = tuple(
+        spectrum for cut in cuts if (spectrum := _spectrum(cut, lines, q, left_out)) is not None
+    )
     if not spectra:
         why = f": {'; '.join(left_out[:3])}" if left_out else ""
         raise ValueError(f"no acceleration of these impacts has a spectrum{why}")
@@ -257,7 +276,9 @@ def spectrum_overlay(
     return SpectrumOverlay(lines, spectra, reference, bands, comparison, tuple(left_out))
 
 
-def _spectrum(cut: ImpactRecord, lines: Floats, q: float, left_out: list[str]) -> ImpactSpectrum | None:
+def _spectrum(
+    cut: ImpactRecord, lines: Floats, q: float, left_out: list[str]
+) -> ImpactSpectrum | None:
     try:
         # All lines of a record at once, over as many threads as there are processors.
         spectrum = shock_response_spectrum(cut.values_m_s2, cut.rate_hz, lines, q=q)
@@ -282,7 +303,13 @@ def _mean(lines: Floats, maximax: Floats, widest_db: float) -> Target:
 
 def _bands(target: Target, bands_db: Sequence[float], specified: bool) -> tuple[ReferenceBand, ...]:
     level = target.level_m_s2
-    bands = [ReferenceBand(db, level * 10 ** (-db / 20), level * 10 ** (db / 20)) for db in bands_db]
+    bands = [
+        ReferenceBand(db, level * 10 ** (-db / 20), level * 10 ** (db / 20)) for db in bands_db
+    ]
     if specified:
-        bands.append(ReferenceBand(None, level * 10 ** (-target.lower_db / 20), level * 10 ** (target.upper_db / 20)))
+        bands.append(
+            ReferenceBand(
+                None, level * 10 ** (-target.lower_db / 20), level * 10 ** (target.upper_db / 20)
+            )
+        )
     return tuple(bands)

@@ -84,7 +84,9 @@ def impact(
             damaged=damaged,
             segmentation=None if view is None else segmentation_figure(view),
             previewed=view.preview if view else None,
-            used=next((version for version in view.versions if version.in_use), None) if view else None,
+            used=next((version for version in view.versions if version.in_use), None)
+            if view
+            else None,
             why_not=why_not,
             asked=settings,
             points=POINTS,
@@ -122,7 +124,9 @@ def _channel_charts(
             whole = signal_figure(channel_window(session, signal["key"], points=POINTS))
             near = None
             if contact is not None and signal["quantity"] in ("force", "acceleration"):
-                near = signal_figure(channel_window(session, signal["key"], *contact, points=POINTS))
+                near = signal_figure(
+                    channel_window(session, signal["key"], *contact, points=POINTS)
+                )
             figures[signal["key"]] = whole, near
         except SeriesError as error:
             damaged[signal["key"]] = str(error)
@@ -133,9 +137,13 @@ def _settings(
     version: dict[str, Any], segmentation: str, threshold: float | None, smoothing: float | None
 ) -> ExtractionSettings:
     """What the form asks for; what it leaves open is as the version in use was cut."""
-    used: dict[str, Any] = next((pulse for pulse in version["pulses"] if pulse["in_use"] == "yes"), {})
+    used: dict[str, Any] = next(
+        (pulse for pulse in version["pulses"] if pulse["in_use"] == "yes"), {}
+    )
     setting_names = {field.name for field in fields(ExtractionSettings)}
-    settings = replace(ExtractionSettings(), **{key: value for key, value in used.items() if key in setting_names})
+    settings = replace(
+        ExtractionSettings(), **{key: value for key, value in used.items() if key in setting_names}
+    )
     given = {"segmentation": segmentation or None, "threshold": threshold, "smoothing": smoothing}
     return replace(settings, **{key: value for key, value in given.items() if value is not None})  # type: ignore[arg-type]
 
@@ -145,11 +153,17 @@ def _viewed(
 ) -> tuple[PulseView | None, str]:
     """The segmentation, with the preview of other settings; and why there is none."""
     try:
-        cut = preview_impacts(store, recording, settings) if settings is not None and recording is not None else None
+        cut = (
+            preview_impacts(store, recording, settings)
+            if settings is not None and recording is not None
+            else None
+        )
         pulse = cut.pulse_of(impact) if cut is not None else None
         with store.reading() as session:
             view = pulse_view(
-                session, impact, (pulse, settings) if pulse is not None and settings is not None else None
+                session,
+                impact,
+                (pulse, settings) if pulse is not None and settings is not None else None,
             )
     except (LookupError, SeriesError) as error:
         return None, str(error)
@@ -195,20 +209,35 @@ def compare(
     normalised: bool = False,
     rejected: bool = False,
 ) -> Response:
-    where, overlay, spectra, error = [condition for condition in where if condition.strip()], None, [], ""
+    where, overlay, spectra, error = (
+        [condition for condition in where if condition.strip()],
+        None,
+        [],
+        "",
+    )
     status = 200
     with store.reading() as session:
         factors = list(session.scalars(select(Factor.name).order_by(Factor.name).limit(200)))
         campaigns = list_campaign_names(session)
-        if campaign is None:  # pulses of several campaigns are compared only where somebody asks for it
+        if (
+            campaign is None
+        ):  # pulses of several campaigns are compared only where somebody asks for it
             campaign = EVERY if where else _newest_with_pulses(session)
         of_campaign = None if campaign in ("", EVERY) else campaign
         try:
-            conditions = parse_where(tuple(where)) + (() if rejected else (Condition(QUALITY, "!=", "reject"),))
+            conditions = parse_where(tuple(where)) + (
+                () if rejected else (Condition(QUALITY, "!=", "reject"),)
+            )
             if factors:
                 chosen = factor if factor in factors else factors[0]
-                overlay = pulse_overlay(session, of_campaign, conditions, chosen, normalised=normalised, most=PULSES)
-            spectra = _some_of(overlay) if overlay is not None else _some_impacts(session, of_campaign, conditions)
+                overlay = pulse_overlay(
+                    session, of_campaign, conditions, chosen, normalised=normalised, most=PULSES
+                )
+            spectra = (
+                _some_of(overlay)
+                if overlay is not None
+                else _some_impacts(session, of_campaign, conditions)
+            )
         except (ValueError, LookupError) as why:
             error, status = str(why), status_of_fault(why)
     return page(
@@ -226,7 +255,9 @@ def compare(
         overlay=overlay,
         figure=overlay_figure(overlay) if overlay and overlay.groups else None,
         groups=_groups(overlay) if overlay else [],
-        spectra_address="/compare/spectra" + query({"impacts": ",".join(map(str, spectra))}) if spectra else "",
+        spectra_address="/compare/spectra" + query({"impacts": ",".join(map(str, spectra))})
+        if spectra
+        else "",
     )
 
 
@@ -257,14 +288,28 @@ def _some_of(overlay: PulseOverlay) -> list[int]:
 
 def _newest_with_pulses(session: Session) -> str:
     """The newest campaign with a pulse in use; empty where no pulse was extracted."""
-    newest = select(Pulse.impact_id).where(Pulse.current).order_by(Pulse.impact_id.desc()).limit(1).scalar_subquery()
-    campaign = select(Campaign.name).join(Impact, Impact.campaign_id == Campaign.id).where(Impact.id == newest)
+    newest = (
+        select(Pulse.impact_id)
+        .where(Pulse.current)
+        .order_by(Pulse.impact_id.desc())
+        .limit(1)
+        .scalar_subquery()
+    )
+    campaign = (
+        select(Campaign.name)
+        .join(Impact, Impact.campaign_id == Campaign.id)
+        .where(Impact.id == newest)
+    )
     return session.scalar(campaign) or ""
 
 
-def _some_impacts(session: Session, campaign: str | None, conditions: tuple[Condition, ...]) -> list[int]:
+def _some_impacts(
+    session: Session, campaign: str | None, conditions: tuple[Condition, ...]
+) -> list[int]:
     keys, _ = list_pulse_keys(session, campaign, conditions, SPECTRA)
-    return list(session.scalars(select(Pulse.impact_id).where(Pulse.id.in_(keys)).order_by(Pulse.impact_id)))
+    return list(
+        session.scalars(select(Pulse.impact_id).where(Pulse.id.in_(keys)).order_by(Pulse.impact_id))
+    )
 
 
 @router.get("/compare/spectra")
@@ -282,11 +327,15 @@ def spectra(
     overlay, why_not = None, ""
     if keys:
         wanted = (
-            target_from_upload(specification, "specification", tolerance or None) if specification.strip() else None
+            target_from_upload(specification, "specification", tolerance or None)
+            if specification.strip()
+            else None
         )
         try:
             with store.reading() as session:
-                overlay = spectrum_overlay(session, keys, channel or None, q=q, specification=wanted)
+                overlay = spectrum_overlay(
+                    session, keys, channel or None, q=q, specification=wanted
+                )
         except ValueError as error:
             why_not = str(error)
     return page(
@@ -303,7 +352,8 @@ def spectra(
         figure=spectra_figure(overlay, sides) if overlay else None,
         paper=four_coordinate_figure(overlay) if overlay else None,
         rows=[
-            {**row, **{name: percent(row[name]) for name in ("share_within", "share_above")}} for row in overlay.rows()
+            {**row, **{name: percent(row[name]) for name in ("share_within", "share_above")}}
+            for row in overlay.rows()
         ]
         if overlay
         else [],

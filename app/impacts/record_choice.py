@@ -36,7 +36,9 @@ def parse_times(text: str, name: str, expected: str = "two times") -> tuple[floa
         raise ValueError(f"{name} is {text!r}; expected {expected}, such as 0ms:5ms")
     begin_s, end_s = (parse_quantity(end.strip(), "s", name) for end in ends)
     if not begin_s < end_s:
-        raise ValueError(f"{name} is {text!r}; expected {expected} in rising order, such as 0ms:5ms")
+        raise ValueError(
+            f"{name} is {text!r}; expected {expected} in rising order, such as 0ms:5ms"
+        )
     return begin_s, end_s
 
 
@@ -71,4 +73,6 @@ def chosen_part(
     ((begin_s, end_s),) = parts_between(onsets_s, [number - 1], sampling_rate_hz)
     first = 0 if begin_s == -math.inf else math.ceil((begin_s - start_s) * sampling_rate_hz)
     stop = record.size if end_s == math.inf else math.ceil((end_s - start_s) * sampling_rate_hz)
-    return slice(max(0, first), stop), f"hit {number} of {len(hits)}, at {onsets_s[number - 1]:.4g} s"
+    return slice(
+        max(0, first), stop
+    ), f"hit {number} of {len(hits)}, at {onsets_s[number - 1]:.4g} s"

@@ -16,7 +16,14 @@ from sqlalchemy import select
 from ...array_types import Floats
 from ...ingest.stored import list_channels, read_channel
 from ...schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
-from ...schema.conditions import CHANNEL_COLUMNS, IMPACT_COLUMNS, IN_USE, LARGEST, listing_key, restricted
+from ...schema.conditions import (
+    CHANNEL_COLUMNS,
+    IMPACT_COLUMNS,
+    IN_USE,
+    LARGEST,
+    listing_key,
+    restricted,
+)
 from ...schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ...schema.recordings import NOT_JUDGED, SEVERITIES, QualityFinding, RecordedChannel
 from ...schema.series import as_floats, resolve
@@ -83,13 +90,17 @@ class ForcePulse:
         return axes
 
     def _repr_html_(self) -> str:
-        return facts_table(f"pulse of impact {self.impact}", {name: f"{x:.5g}" for name, x in self.figures.items()})
+        return facts_table(
+            f"pulse of impact {self.impact}", {name: f"{x:.5g}" for name, x in self.figures.items()}
+        )
 
 
 def read_pulse(session: Session, impact: int) -> ForcePulse:
     """The pulse in use. Raises `LookupError` for an unknown impact, and for one without a pulse."""
     get_impact(session, impact)
-    row = session.scalars(select(Pulse).where(Pulse.impact_id == impact, Pulse.current)).one_or_none()
+    row = session.scalars(
+        select(Pulse).where(Pulse.impact_id == impact, Pulse.current)
+    ).one_or_none()
     if row is None:
         raise LookupError(f"impact {impact} has no pulse; pyroshock show {impact} says why")
     force = as_floats(row.fine_force_n, f"the force of pulse {row.id}")
@@ -122,7 +133,9 @@ class StoredChannel:
     @raises_library_errors
     def __getitem__(self, samples: slice) -> Floats:
         if not isinstance(samples, slice) or samples.step not in (None, 1):
-            raise ValueError(f"{self.name}[{samples!r}]; expected a slice of samples without a step, such as [100:200]")
+            raise ValueError(
+                f"{self.name}[{samples!r}]; expected a slice of samples without a step, such as [100:200]"
+            )
         first, stop = resolve(samples.start, samples.stop, self._samples)
         with self._store.reading() as session:
             row = session.get_one(RecordedChannel, self._key)
@@ -153,14 +166,22 @@ class StoredChannel:
         frame.attrs["units"] = {"time_s": "s", self.name: self.unit}
         return frame
 
-    def plot(self, ax: Axes | None = None, *, start_s: float | None = None, stop_s: float | None = None) -> Axes:
+    def plot(
+        self, ax: Axes | None = None, *, start_s: float | None = None, stop_s: float | None = None
+    ) -> Axes:
         """The channel, or the part between two times, over the time of the recording."""
         first, stop = self._span(
             self.start_s if start_s is None else start_s, float("inf") if stop_s is None else stop_s
         )
         series = self._series(first, stop)
-        axes, (time_unit, time_scale), (unit, scale) = axes_or_new(ax), shown_unit("s"), shown_unit(self.unit)
-        axes.plot(time_scale * series.index.to_numpy(), scale * series.to_numpy(), lw=0.8, label=self.name)
+        axes, (time_unit, time_scale), (unit, scale) = (
+            axes_or_new(ax),
+            shown_unit("s"),
+            shown_unit(self.unit),
+        )
+        axes.plot(
+            time_scale * series.index.to_numpy(), scale * series.to_numpy(), lw=0.8, label=self.name
+        )
         axes.set(xlabel=f"time ({time_unit})", ylabel=f"{self.quantity} ({unit})")
         return axes
 
@@ -177,8 +198,17 @@ class StoredChannel:
 
         if self.quantity != "acceleration":
             with library_errors():
-                raise ValueError(f"{self.name} is a channel of {self.quantity}; a spectrum needs an acceleration")
-        return srs(self.to_series(), self.sampling_rate_hz, q=q, frequencies=frequencies, rest=rest, hit=hit)
+                raise ValueError(
+                    f"{self.name} is a channel of {self.quantity}; a spectrum needs an acceleration"
+                )
+        return srs(
+            self.to_series(),
+            self.sampling_rate_hz,
+            q=q,
+            frequencies=frequencies,
+            rest=rest,
+            hit=hit,
+        )
 
     def __repr__(self) -> str:
         return f"<{self.name}: {self.quantity} in {self.unit}, {self._samples} samples at {self.sampling_rate_hz:g} Hz>"
@@ -186,7 +216,9 @@ class StoredChannel:
     def _span(self, start_s: float, stop_s: float) -> tuple[int, int]:
         if not start_s <= stop_s:
             with library_errors():
-                raise ValueError(f"a window from {start_s!r} to {stop_s!r} s; expected two times in rising order")
+                raise ValueError(
+                    f"a window from {start_s!r} to {stop_s!r} s; expected two times in rising order"
+                )
         # Times that a user copies from an index must find their own samples again.
         slack = 1e-6
         first = np.ceil((start_s - self.start_s) * self.sampling_rate_hz - slack)
@@ -211,17 +243,22 @@ class StoredRecording(Mapping[str, StoredChannel]):
         with store.reading() as session:
             row = get_impact(session, impact)
             if row.recording_id is None:
-                raise LookupError(f"impact {impact} has no recording in the store: only its figures were ingested")
+                raise LookupError(
+                    f"impact {impact} has no recording in the store: only its figures were ingested"
+                )
             self.path = row.recording.path if row.recording else ""
             self._channels = {
-                channel.name: StoredChannel(store, channel) for channel in list_channels(session, row.recording_id)
+                channel.name: StoredChannel(store, channel)
+                for channel in list_channels(session, row.recording_id)
             }
         self.impact = impact
 
     def __getitem__(self, channel: str) -> StoredChannel:
         if channel not in self._channels:
             with library_errors():
-                raise LookupError(f"no channel {channel!r} in {self.path}; there are: {', '.join(self._channels)}")
+                raise LookupError(
+                    f"no channel {channel!r} in {self.path}; there are: {', '.join(self._channels)}"
+                )
         return self._channels[channel]
 
     def __iter__(self) -> Iterator[str]:
@@ -250,11 +287,17 @@ class StoredRecording(Mapping[str, StoredChannel]):
 
         count = max(len(self), 1)
         figure, rows = plt.subplots(
-            count, sharex=True, squeeze=False, figsize=(7.0, 1.2 + 1.8 * count), layout="constrained"
+            count,
+            sharex=True,
+            squeeze=False,
+            figsize=(7.0, 1.2 + 1.8 * count),
+            layout="constrained",
         )
         figure.suptitle(self.path)
         for axes, channel in zip(rows[:, 0], self._channels.values(), strict=False):
-            channel.plot(axes, start_s=start_s, stop_s=stop_s).set_title(channel.name, fontsize="small")
+            channel.plot(axes, start_s=start_s, stop_s=stop_s).set_title(
+                channel.name, fontsize="small"
+            )
             if channel is not list(self._channels.values())[-1]:
                 axes.set_xlabel("")
         return list(rows[:, 0])
@@ -272,7 +315,10 @@ _FIGURES = ("contact_time_s", "peak_force_n", "impulse_n_s", "compression_time_s
 
 
 def impacts_frame(
-    session: Session, campaign: str | None = None, where: str | Iterable[str] = (), limit: int | None = None
+    session: Session,
+    campaign: str | None = None,
+    where: str | Iterable[str] = (),
+    limit: int | None = None,
 ) -> pd.DataFrame:
     """The rows of `pyroshock impacts`, in order of their key; a factor that an impact does not have is missing there.
 
@@ -301,7 +347,9 @@ def impacts_frame(
     quality = _quality(session, rows)
     parts: list[pd.DataFrame] = [
         rows[list(_FIRST)],
-        factors.take(factors.index.get_indexer(pd.Index(rows["configuration"]))).set_axis(rows.index),
+        factors.take(factors.index.get_indexer(pd.Index(rows["configuration"]))).set_axis(
+            rows.index
+        ),
         rows[["impact_velocity_m_s"]].assign(velocity_kind=rows["source"].map(kinds)),
         rows[list(_FIGURES)].assign(quality=quality),
         rows[list(CHANNEL_COLUMNS)],
@@ -309,12 +357,17 @@ def impacts_frame(
     return with_units(pd.concat(parts, axis=1))
 
 
-def with_absent_factors(session: Session, frame: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
+def with_absent_factors(
+    session: Session, frame: pd.DataFrame, names: Iterable[str]
+) -> pd.DataFrame:
     """The frame with an empty column for each of `names` that is a factor of the store but of none of its impacts."""
     missing = set(names) - set(frame.columns)
     if not missing:
         return frame
-    factor_keys = {listing_key(name, si_unit) for name, si_unit in session.execute(select(Factor.name, Factor.si_unit))}
+    factor_keys = {
+        listing_key(name, si_unit)
+        for name, si_unit in session.execute(select(Factor.name, Factor.si_unit))
+    }
     return frame.assign(**dict.fromkeys(sorted(missing & factor_keys), float("nan")))
 
 
@@ -347,7 +400,8 @@ def _factors(session: Session, configurations: Any) -> pd.DataFrame:
             columns.setdefault((factor, listing_key(name, si_unit)), {})[configuration] = level
     index = pd.Index(configurations)
     return pd.DataFrame(
-        {key: pd.Series(levels).reindex(index) for (_, key), levels in sorted(columns.items())}, index=index
+        {key: pd.Series(levels).reindex(index) for (_, key), levels in sorted(columns.items())},
+        index=index,
     )
 
 
@@ -358,10 +412,14 @@ def _quality(session: Session, rows: pd.DataFrame) -> pd.Series[str]:
     doubts = SEVERITIES[1:]
     query = select(QualityFinding.recording_id, QualityFinding.impact_id, QualityFinding.severity)
     findings = _read(session, query.where(QualityFinding.severity.in_(doubts)).distinct())
-    rank = findings["severity"].map({severity: number for number, severity in enumerate(doubts, start=1)})
+    rank = findings["severity"].map(
+        {severity: number for number, severity in enumerate(doubts, start=1)}
+    )
     whole = findings["impact_id"].isna()
     of_recording = rank[whole].groupby(findings["recording_id"][whole]).max()
     of_impact = rank[~whole].groupby(findings["impact_id"][~whole]).max()
-    worst = pd.concat([rows["recording"].map(of_recording), rows["id"].map(of_impact)], axis=1).max(axis=1)
+    worst = pd.concat([rows["recording"].map(of_recording), rows["id"].map(of_impact)], axis=1).max(
+        axis=1
+    )
     quality = worst.fillna(0).map(dict(enumerate(("ok", *doubts)))).astype(object)
     return quality.where(rows["recording"].notna(), NOT_JUDGED)

@@ -103,7 +103,9 @@ def channel_window(
     """
     row = session.get(RecordedChannel, channel_key)
     if row is None:
-        raise LookupError(f"no channel {channel_key} in the store; pyroshock show IMPACT lists those of an impact")
+        raise LookupError(
+            f"no channel {channel_key} in the store; pyroshock show IMPACT lists those of an impact"
+        )
     if points < FEWEST_POINTS:
         raise ValueError(f"points is {points!r}; expected {FEWEST_POINTS} or more")
     first, stop = _samples(row, start_s, stop_s)
@@ -147,8 +149,12 @@ def _samples(row: RecordedChannel, start_s: float | None, stop_s: float | None) 
     """First sample of the window, and the one after its last: 0 <= first <= stop <= samples."""
     end_s = row.start_s + (row.samples - 1) / row.sampling_rate_hz
     start, stop = row.start_s if start_s is None else start_s, end_s if stop_s is None else stop_s
-    if not (math.isfinite(start) and math.isfinite(stop)) or (start > stop and None not in (start_s, stop_s)):
-        raise ValueError(f"a window from {start!r} to {stop!r} s; expected two numbers in rising order")
+    if not (math.isfinite(start) and math.isfinite(stop)) or (
+        start > stop and None not in (start_s, stop_s)
+    ):
+        raise ValueError(
+            f"a window from {start!r} to {stop!r} s; expected two numbers in rising order"
+        )
     first, last = ((instant - row.start_s) * row.sampling_rate_hz for instant in (start, stop))
     low = min(max(first - _SAME_SAMPLE, 0.0), float(row.samples))
     high = min(max(last + _SAME_SAMPLE, -1.0), row.samples - 1.0)
@@ -182,23 +188,37 @@ def series_batches(
                 continue
             message = f"campaign {name}, recording {path}, channel {row.name}: {damage.message}"
             if left_out is None:
-                raise SeriesError(f"{message}; --skip-damaged leaves it out, pyroshock db check says what to do")
+                raise SeriesError(
+                    f"{message}; --skip-damaged leaves it out, pyroshock db check says what to do"
+                )
             left_out.append(message)
 
 
-def _recordings(session: Session, campaign: str | None, recording: str | None) -> list[tuple[int, str, str]]:
-    query = select(Recording.id, Recording.path, Campaign.name).join(Campaign).where(Recording.status == STORED)
+def _recordings(
+    session: Session, campaign: str | None, recording: str | None
+) -> list[tuple[int, str, str]]:
+    query = (
+        select(Recording.id, Recording.path, Campaign.name)
+        .join(Campaign)
+        .where(Recording.status == STORED)
+    )
     if campaign is not None:
         query = query.where(Recording.campaign_id == get_campaign_id(session, campaign))
     if recording is not None:
         query = query.where(Recording.path == recording)
-    channels = [(key, path, name) for key, path, name in session.execute(query.order_by(Recording.id))]
+    channels = [
+        (key, path, name) for key, path, name in session.execute(query.order_by(Recording.id))
+    ]
     if recording is not None and not channels:
-        raise LookupError(f"no recording {recording!r}" + (f" in campaign {campaign!r}" if campaign else ""))
+        raise LookupError(
+            f"no recording {recording!r}" + (f" in campaign {campaign!r}" if campaign else "")
+        )
     return channels
 
 
-def _chunks(session: Session, row: RecordedChannel, campaign: str, recording: str) -> Iterator[dict[str, list[Any]]]:
+def _chunks(
+    session: Session, row: RecordedChannel, campaign: str, recording: str
+) -> Iterator[dict[str, list[Any]]]:
     for start, stop in iter_chunks(row.samples, row.chunk_samples):
         channel = read_channel(session, row, start, stop)
         size, at = stop - start, np.arange(start, stop, dtype=np.float64)

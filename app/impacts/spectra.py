@@ -62,7 +62,10 @@ class Acceleration:
 
 
 def read_acceleration(
-    path: Path, channel: str | None = None, unit: str | None = None, reading: ReadingOptions = AS_IN_FILE
+    path: Path,
+    channel: str | None = None,
+    unit: str | None = None,
+    reading: ReadingOptions = AS_IN_FILE,
 ) -> Acceleration:
     """The channel, or the only one that can be an acceleration, in SI.
 
@@ -79,12 +82,18 @@ def read_acceleration(
 
 
 def _unreadable(path: Path) -> Acceleration:
-    raise RecordingError(f"{path.name}: the library that reads it was crashed by it, or did not end; it is damaged")
+    raise RecordingError(
+        f"{path.name}: the library that reads it was crashed by it, or did not end; it is damaged"
+    )
 
 
-def _read(path: Path, channel: str | None, unit: str | None, reading: ReadingOptions) -> Acceleration:
+def _read(
+    path: Path, channel: str | None, unit: str | None, reading: ReadingOptions
+) -> Acceleration:
     with open_recording(path, reading) as recording:
-        info = recording.info(channel) if channel is not None else _only_acceleration(path, recording)
+        info = (
+            recording.info(channel) if channel is not None else _only_acceleration(path, recording)
+        )
         gain, offset = to_si(_unit(path, info, unit), "acceleration")
         samples = recording.read(info.name)
         refuse_no_reading(path.name, info.name, samples)
@@ -97,7 +106,9 @@ def _said_unit(info: ChannelInfo) -> str | None:
     if info.unit is not None and is_unit(info.unit):
         return info.unit
     match = _UNIT_IN_NAME.fullmatch(info.name)
-    return None if info.unit is not None or match is None else match.group(1).lower().replace("_", "/")
+    return (
+        None if info.unit is not None or match is None else match.group(1).lower().replace("_", "/")
+    )
 
 
 def _is_acceleration(info: ChannelInfo, alone: bool) -> bool:
@@ -116,7 +127,9 @@ def _only_acceleration(path: Path, recording: OpenRecording) -> ChannelInfo:
     accelerations = [info for info in channels if _is_acceleration(info, alone=len(channels) == 1)]
     if len(accelerations) == 1:
         return accelerations[0]
-    there = ", ".join(f"{info.name} [{info.unit or 'no unit'}]" for info in accelerations or channels)
+    there = ", ".join(
+        f"{info.name} [{info.unit or 'no unit'}]" for info in accelerations or channels
+    )
     what = (
         f"{len(accelerations)} channels can be accelerations"
         if accelerations
@@ -131,14 +144,22 @@ def _unit(path: Path, info: ChannelInfo, given: str | None) -> str:
     if unit_text is None:
         if given is None:
             also = f" but {info.unit!r}" if info.unit else ""
-            raise UnitError(f"{path.name}: {info.name!r} tells no unit{also}; give it, such as --unit g or --unit m/s2")
+            raise UnitError(
+                f"{path.name}: {info.name!r} tells no unit{also}; give it, such as --unit g or --unit m/s2"
+            )
         return given
     try:
         factors = to_si(unit_text, "acceleration")
     except UnitError as error:
-        raise UnitError(f"{path.name}: {info.name!r} is in {unit_text!r}, which is no acceleration") from error
-    if given is not None and not np.allclose(to_si(given, "acceleration"), factors, rtol=1e-6, atol=0):
-        raise UnitError(f"{path.name}: {info.name!r} is in {unit_text!r} by the file, in {given!r} by --unit")
+        raise UnitError(
+            f"{path.name}: {info.name!r} is in {unit_text!r}, which is no acceleration"
+        ) from error
+    if given is not None and not np.allclose(
+        to_si(given, "acceleration"), factors, rtol=1e-6, atol=0
+    ):
+        raise UnitError(
+            f"{path.name}: {info.name!r} is in {unit_text!r} by the file, in {given!r} by --unit"
+        )
     return unit_text
 
 
@@ -173,10 +194,16 @@ def measure(
 
     The checks see the record as it is, spectrum and moments its part less its rest (`record_choice`).
     """
-    values, rate, start_s = acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s
+    values, rate, start_s = (
+        acceleration.values_m_s2,
+        acceleration.sampling_rate_hz,
+        acceleration.start_s,
+    )
     sensor = Sensor(acceleration.channel, "acceleration", "m/s2", range=range_m_s2)
     # Hits are those of the readings: a placeholder is none.
-    taken, part = chosen_part(Channel(sensor, values, rate, start_s).readings, rate, start_s, hit, "--hit")
+    taken, part = chosen_part(
+        Channel(sensor, values, rate, start_s).readings, rate, start_s, hit, "--hit"
+    )
     acceleration = replace(
         acceleration,
         values_m_s2=values[taken],
@@ -184,7 +211,11 @@ def measure(
         header=_header_of(acceleration.header, taken),
     )
     channel = Channel(
-        sensor, acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s, acceleration.header
+        sensor,
+        acceleration.values_m_s2,
+        acceleration.sampling_rate_hz,
+        acceleration.start_s,
+        acceleration.header,
     )
     if frequency_hz is None and target is not None:
         frequency_hz = target.lines()
@@ -202,14 +233,22 @@ def measure(
         removed,
         spectrum,
         temporal_moments(shock, rate, acceleration.start_s),
-        tuple(check_recording_channels([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))),
+        tuple(
+            check_recording_channels(
+                [channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum)
+            )
+        ),
         None if target is None else compare(spectrum.maximax, spectrum.frequency_hz, target),
     )
 
 
 def _header_of(header: dict[str, Any], part: slice) -> dict[str, Any]:
     """What a file says of part of a record: its gaps are counted from the part's first sample."""
-    gaps = [[at - part.start, lost] for at, lost in header.get("time_gaps", []) if part.start < at < part.stop]
+    gaps = [
+        [at - part.start, lost]
+        for at, lost in header.get("time_gaps", [])
+        if part.start < at < part.stop
+    ]
     return {**header, "time_gaps": gaps} if "time_gaps" in header else header
 
 
@@ -255,14 +294,20 @@ def target_from_upload(content: bytes | str, name: str, tolerance: str | None = 
     source = source_name(name)
     raw = content.encode("utf-8", "replace") if isinstance(content, str) else content
     if len(raw) > MOST_BYTES:
-        raise ValueError(f"{source}: {len(raw)} bytes; expected a specification of at most {MOST_BYTES}")
+        raise ValueError(
+            f"{source}: {len(raw)} bytes; expected a specification of at most {MOST_BYTES}"
+        )
     wanted = parse_tolerance(tolerance) if tolerance else None
     target = target_of_csv(raw, source, wanted)
     if target.frequency_hz.size > MOST_POINTS:
-        raise ValueError(f"{source}: {target.frequency_hz.size} points; expected at most {MOST_POINTS}")
+        raise ValueError(
+            f"{source}: {target.frequency_hz.size} points; expected at most {MOST_POINTS}"
+        )
     for hz in (float(target.frequency_hz[0]), float(target.frequency_hz[-1])):
         if not LOWEST_HZ <= hz <= HIGHEST_HZ:
-            raise ValueError(f"{source}: frequency_hz is {hz:g}; expected {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz")
+            raise ValueError(
+                f"{source}: frequency_hz is {hz:g}; expected {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz"
+            )
     return target
 
 

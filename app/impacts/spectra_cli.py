@@ -22,8 +22,12 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
 
 @click.command()
 @click.argument("file", type=_FILE)
-@click.option("--channel", metavar="NAME", help="Name the channel. [default: the only acceleration]")
-@click.option("--unit", metavar="UNIT", help="Give the unit if the file has none: g, m/s2 and so on.")
+@click.option(
+    "--channel", metavar="NAME", help="Name the channel. [default: the only acceleration]"
+)
+@click.option(
+    "--unit", metavar="UNIT", help="Give the unit if the file has none: g, m/s2 and so on."
+)
 @click.option(
     "--rate",
     metavar="HZ",
@@ -49,7 +53,9 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
     help="Set the frequencies in Hz: 100,200,500 or low:high:per_octave. [default: 6 per octave]",
 )
 @click.option(
-    "--q", type=click.FloatRange(0.5, min_open=True), help="Set Q of the oscillators of the spectrum. [default: 10]"
+    "--q",
+    type=click.FloatRange(0.5, min_open=True),
+    help="Set Q of the oscillators of the spectrum. [default: 10]",
 )
 @click.option("--damping", type=_RATIO, help="Give the damping ratio in place of Q, such as 0.05.")
 @click.option(
@@ -93,7 +99,10 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
 )
 @click.option("--plot", type=_FILE, help="Draw spectrum and record into FILE (.png, .svg, .pdf).")
 @click.option(
-    "--out", type=_FILE, metavar="FILE.csv", help="Write the spectrum to FILE, which `tune` can take as a target."
+    "--out",
+    type=_FILE,
+    metavar="FILE.csv",
+    help="Write the spectrum to FILE, which `tune` can take as a target.",
 )
 @click.option(
     "--db",
@@ -196,7 +205,9 @@ def _tell_coverage(measured: MeasuredSpectrum, target: Target | None) -> None:
         return
     lines, own = measured.comparison.frequency_hz, target.frequency_hz
     if lines.min() > own[0] * 1.13 or lines.max() < own[-1] / 1.13:  # a sixth of an octave
-        note(f"compared from {lines.min():g} to {lines.max():g} Hz only; the target: {own[0]:g} to {own[-1]:g} Hz")
+        note(
+            f"compared from {lines.min():g} to {lines.max():g} Hz only; the target: {own[0]:g} to {own[-1]:g} Hz"
+        )
 
 
 def _rate_hz(text: str | None) -> float | None:

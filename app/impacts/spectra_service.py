@@ -85,7 +85,9 @@ def srs(
     _refuse_masked(acceleration)
     values = np.asarray(acceleration, dtype=np.float64)
     if values.ndim not in (1, 2):
-        raise ValueError(f"an acceleration has the shape {values.shape}; expected samples (n,), or records as columns")
+        raise ValueError(
+            f"an acceleration has the shape {values.shape}; expected samples (n,), or records as columns"
+        )
     if frame is None and values.ndim == 2 and values.shape[0] < values.shape[1]:
         raise ValueError(
             f"an acceleration has the shape {values.shape}, more records than samples; expected records as columns: "
@@ -93,7 +95,9 @@ def srs(
         )
     if rate is None:
         if frame is None:
-            raise ValueError("rate is missing: give the sampling rate in Hz, or a Series whose index is the time in s")
+            raise ValueError(
+                "rate is missing: give the sampling rate in Hz, or a Series whose index is the time in s"
+            )
         rate = _rate_of(frame.index)
     rate_hz = _rate_hz(rate)
     _refuse_placeholders(values, frame)
@@ -103,7 +107,9 @@ def srs(
     choice = parse_rest(rest, "rest")
     parts = [record[chosen_part(record, rate_hz, start_s, hit, "hit")[0]] for record in records]
     if len({part.size for part in parts}) > 1:
-        raise ValueError("the records hold their hits at other times; compute the spectrum of each alone")
+        raise ValueError(
+            "the records hold their hits at other times; compute the spectrum of each alone"
+        )
     removed = [without_rest(part, rate_hz, start_s, choice) for part in parts]
     shocks = np.stack([shock for shock, _ in removed])
     spectrum = shock_response_spectrum(
@@ -115,10 +121,17 @@ def srs(
         resample_within=RESAMPLED_WITHIN if resample else None,
     )
     index = pd.Index(spectrum.frequency_hz, name="frequency_hz")
-    attributes: dict[Any, Any] = {"q": 1 / (2 * spectrum.damping_ratio), "quantity": "maximax absolute acceleration"}
+    attributes: dict[Any, Any] = {
+        "q": 1 / (2 * spectrum.damping_ratio),
+        "quantity": "maximax absolute acceleration",
+    }
     unit = None if frame is None else frame.attrs.get("unit")
     attributes |= {"unit": unit} if unit else {}
-    attributes["rest"] = tuple(rest.level_m_s2 for _, rest in removed) if values.ndim == 2 else removed[0][1].level_m_s2
+    attributes["rest"] = (
+        tuple(rest.level_m_s2 for _, rest in removed)
+        if values.ndim == 2
+        else removed[0][1].level_m_s2
+    )
     attributes["sampling_error"] = spectrum.sampling_error.tolist()
     if values.ndim == 1:
         name = getattr(frame, "name", None) or "srs"
@@ -131,7 +144,9 @@ def srs(
     return spectra
 
 
-def _refuse_placeholders(values: NDArray[np.float64], frame: pd.DataFrame | pd.Series[Any] | None) -> None:
+def _refuse_placeholders(
+    values: NDArray[np.float64], frame: pd.DataFrame | pd.Series[Any] | None
+) -> None:
     """Raise `ValueError` for a sample that is no reading: it would be the whole spectrum."""
     from ...signals.placeholders import without_placeholders
 
@@ -151,7 +166,11 @@ def _refuse_placeholders(values: NDArray[np.float64], frame: pd.DataFrame | pd.S
 
 def _refuse_masked(acceleration: Any) -> None:
     """Raise `ValueError` for an array whose mask leaves samples out: numpy would hand on what lies below."""
-    masked = int(np.ma.getmaskarray(acceleration).sum()) if isinstance(acceleration, np.ma.MaskedArray) else 0
+    masked = (
+        int(np.ma.getmaskarray(acceleration).sum())
+        if isinstance(acceleration, np.ma.MaskedArray)
+        else 0
+    )
     if masked:
         raise ValueError(
             f"{masked} samples are masked, and a spectrum needs all of them; fill them (acceleration.filled(...), or "
@@ -187,14 +206,20 @@ def _rate_of(index: pd.Index[Any]) -> float:
     rising, even times, and for a name that is no time."""
     times = np.asarray(index)
     if times.dtype.kind not in "fiu" or len(times) < 2:
-        raise ValueError("rate is missing, and the index is no time in s: give the sampling rate in Hz")
+        raise ValueError(
+            "rate is missing, and the index is no time in s: give the sampling rate in Hz"
+        )
     scale = _index_unit_s(index)
     if times.dtype.kind in "iu" and np.array_equal(times, np.arange(len(times))):
-        raise ValueError("rate is missing, and the index only counts the samples: give the sampling rate in Hz")
+        raise ValueError(
+            "rate is missing, and the index only counts the samples: give the sampling rate in Hz"
+        )
     step = float(times[-1] - times[0]) / (len(times) - 1)
     uneven = np.max(np.abs(np.diff(times.astype(np.float64)) - step))
     if not step > 0 or uneven > _UNEVEN * step:
-        raise ValueError(f"the times of the index are not even (steps differ by {uneven:.3g} s): give the rate in Hz")
+        raise ValueError(
+            f"the times of the index are not even (steps differ by {uneven:.3g} s): give the rate in Hz"
+        )
     return 1.0 / (step * scale)
 
 

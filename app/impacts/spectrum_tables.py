@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ...schema.atomic_write import atomic_file
+from ...files.atomic_write import atomic_file
+from ...files.spreadsheet_guard import GuardedCsv
 from ...signals.checks import Finding
-from ...spreadsheet_guard import GuardedCsv
 from ...twin.srs.target import SpectrumComparison, Target
 from ..common.number_format import finite
 from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
@@ -25,7 +25,10 @@ def as_json(measured: MeasuredSpectrum) -> Any:
     spectrum = measured.spectrum
     form = {
         "unit": "m/s2",
-        **{name: getattr(spectrum, name).tolist() for name in ("frequency_hz", *_CURVES, "pseudo_velocity_m_s")},
+        **{
+            name: getattr(spectrum, name).tolist()
+            for name in ("frequency_hz", *_CURVES, "pseudo_velocity_m_s")
+        },
         "checks": [_finding_json(finding) for finding in measured.findings],
         "channel": measured.acceleration.channel,
         "sampling_rate_hz": measured.acceleration.sampling_rate_hz,
@@ -74,7 +77,11 @@ def _resampled(measured: MeasuredSpectrum) -> str:
     spectrum = measured.spectrum
     factor = int(spectrum.resampled)
     largest = float(spectrum.sampling_error.max())
-    error = f"lines are off by {largest:.1%} at most" if np.isfinite(largest) else "some lines have no bound"
+    error = (
+        f"lines are off by {largest:.1%} at most"
+        if np.isfinite(largest)
+        else "some lines have no bound"
+    )
     return f"{f'{factor}-fold' if factor > 1 else 'no'}; by sampling, {error}"
 
 
@@ -105,10 +112,18 @@ def _by_line(comparison: SpectrumComparison | None) -> dict[float, dict[str, flo
     if comparison is None:
         return {}
     columns = zip(
-        comparison.frequency_hz, comparison.target.level_m_s2, comparison.error_db, comparison.margin_db, strict=True
+        comparison.frequency_hz,
+        comparison.target.level_m_s2,
+        comparison.error_db,
+        comparison.margin_db,
+        strict=True,
     )
     return {
-        float(hz): {"level_m_s2": float(level), "error_db": float(error), "margin_db": float(margin)}
+        float(hz): {
+            "level_m_s2": float(level),
+            "error_db": float(error),
+            "margin_db": float(margin),
+        }
         for hz, level, error, margin in columns
     }
 
@@ -139,7 +154,10 @@ def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
         "worst_margin_db": float(comparison.worst_margin_db),
         "worst_frequency_hz": float(comparison.worst_frequency_hz),
         "frequency_hz": comparison.frequency_hz.tolist(),
-        **{name: getattr(comparison.target, name).tolist() for name in ("level_m_s2", "upper_db", "lower_db")},
+        **{
+            name: getattr(comparison.target, name).tolist()
+            for name in ("level_m_s2", "upper_db", "lower_db")
+        },
         "error_db": comparison.error_db.tolist(),
         "margin_db": comparison.margin_db.tolist(),
     }
@@ -160,13 +178,41 @@ def draw_spectrum(axes: Any, measured: MeasuredSpectrum) -> None:
     shown = display_of("acceleration_m_s2")
     if held is not None:
         draw_band(axes, held.target)
-    axes.loglog(spectrum.frequency_hz, shown.scale * spectrum.maximax, color="black", lw=1.6, label="maximax")
-    axes.loglog(spectrum.frequency_hz, shown.scale * spectrum.positive, color=MEASURED, lw=1, ls="--", label="positive")
-    axes.loglog(spectrum.frequency_hz, shown.scale * spectrum.negative, color=MODEL, lw=1, ls=":", label="negative")
+    axes.loglog(
+        spectrum.frequency_hz,
+        shown.scale * spectrum.maximax,
+        color="black",
+        lw=1.6,
+        label="maximax",
+    )
+    axes.loglog(
+        spectrum.frequency_hz,
+        shown.scale * spectrum.positive,
+        color=MEASURED,
+        lw=1,
+        ls="--",
+        label="positive",
+    )
+    axes.loglog(
+        spectrum.frequency_hz,
+        shown.scale * spectrum.negative,
+        color=MODEL,
+        lw=1,
+        ls=":",
+        label="negative",
+    )
     if held is not None and not held.within:
         out = held.margin_db < 0
         level = shown.scale * held.target.level_m_s2[out] * 10 ** (held.error_db[out] / 20)
-        axes.loglog(held.frequency_hz[out], level, "o", color=MODEL, ms=5, mfc="none", label="out of tolerance")
+        axes.loglog(
+            held.frequency_hz[out],
+            level,
+            "o",
+            color=MODEL,
+            ms=5,
+            mfc="none",
+            label="out of tolerance",
+        )
     axes.set_xlabel("natural frequency (Hz)")
     axes.set_ylabel(f"absolute acceleration, Q = {spectrum.q:.3g} ({shown.unit})")
     axes.grid(which="both", color=QUIET, alpha=0.25, lw=0.5)

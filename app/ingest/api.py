@@ -81,11 +81,15 @@ def folders(settings: Configured) -> list[str]:
 def ingest(folder: Folder, store: OpenStore, jobs: Running, settings: Configured) -> dict[str, Any]:
     """Ingest a folder of the server's machine; answers with the job."""
     chosen = ExtractionSettings(segmentation=folder.segmentation, threshold=folder.threshold)
-    return ingest_job(jobs, store, confined(folder.path, settings.folders), chosen, folder.plan).as_json()
+    return ingest_job(
+        jobs, store, confined(folder.path, settings.folders), chosen, folder.plan
+    ).as_json()
 
 
 @router.post("/ingest/upload", openapi_extra=_FORM)
-async def upload(request: Request, store: OpenStore, jobs: Running, settings: Configured) -> dict[str, Any]:
+async def upload(
+    request: Request, store: OpenStore, jobs: Running, settings: Configured
+) -> dict[str, Any]:
     """Ingest uploaded files: those of one campaign folder with their paths within it, or one ZIP."""
     return (await uploaded(request, store, jobs, settings)).as_json()
 
@@ -121,13 +125,17 @@ def standing(
 
 
 @router.post("/campaigns/{name}/delete")
-def delete(name: Name, deletion: Deletion, store: OpenStore, settings: Configured) -> dict[str, Any]:
+def delete(
+    name: Name, deletion: Deletion, store: OpenStore, settings: Configured
+) -> dict[str, Any]:
     """Delete a campaign; answers with its tombstone."""
     return delete_campaign(store, settings.db, name, deletion.reason)
 
 
 @router.post("/campaigns/{name}/discard")
-def discard(name: Name, discarded: Discard, store: OpenStore, settings: Configured) -> dict[str, Any]:
+def discard(
+    name: Name, discarded: Discard, store: OpenStore, settings: Configured
+) -> dict[str, Any]:
     """Take one recording out of the store; answers with its tombstone."""
     with store.reading() as session:
         part = recording_part(session, name, discarded.recording)

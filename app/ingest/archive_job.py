@@ -26,7 +26,9 @@ def kept_archive(db: str, path: str | None) -> Path | None:
     if path is None:
         return None
     file = Path(path)
-    return file if file.parent.resolve() == archive_folder(db).resolve() and file.is_file() else None
+    return (
+        file if file.parent.resolve() == archive_folder(db).resolve() and file.is_file() else None
+    )
 
 
 @dataclass(frozen=True)
@@ -43,13 +45,24 @@ def _archive(work: RunningJob, arguments: ArchiveArguments) -> Ending:
     folder = archive_folder(work.db)
     folder.mkdir(parents=True, exist_ok=True)
     out = folder / f"{quote(arguments.campaign, safe='')[:150]}-{work.job}.pyroshock"
-    if not work.store.read(lambda session: _is_archived(session, out)):  # an earlier attempt may have done it
-        archive_campaign(work.store, work.db, arguments.campaign, out, arguments.reason, _steps(work, "rows"))
-    return ending_of(Result("/deleted", f"Campaign {arguments.campaign} was archived in {out}.", {"file": str(out)}))
+    if not work.store.read(
+        lambda session: _is_archived(session, out)
+    ):  # an earlier attempt may have done it
+        archive_campaign(
+            work.store, work.db, arguments.campaign, out, arguments.reason, _steps(work, "rows")
+        )
+    return ending_of(
+        Result(
+            "/deleted", f"Campaign {arguments.campaign} was archived in {out}.", {"file": str(out)}
+        )
+    )
 
 
 def _is_archived(session: Any, out: Path) -> bool:
-    return session.scalar(select(Tombstone.id).where(Tombstone.archive_path == str(out.resolve()))) is not None
+    return (
+        session.scalar(select(Tombstone.id).where(Tombstone.archive_path == str(out.resolve())))
+        is not None
+    )
 
 
 def _steps(work: RunningJob, noun: str) -> Any:
@@ -82,7 +95,10 @@ def _restore(work: RunningJob, arguments: RestoreArguments) -> Ending:
 
     file = Path(arguments.file)
     if arguments.scratch is not None:
-        allowed = is_scratch(Path(arguments.scratch)) and file.parent.resolve() == Path(arguments.scratch).resolve()
+        allowed = (
+            is_scratch(Path(arguments.scratch))
+            and file.parent.resolve() == Path(arguments.scratch).resolve()
+        )
     else:
         allowed = kept_archive(work.db, arguments.file) is not None
     if not allowed:
@@ -92,7 +108,9 @@ def _restore(work: RunningJob, arguments: RestoreArguments) -> Ending:
         stone = restore_campaign(work.store, file)
         campaign = stone["campaign"]
         words = f"Campaign {campaign} is in the store again, {sum(stone['added'].values())} rows."
-        return Result(f"/campaigns/{quote(campaign, safe='')}", " ".join([words, *stone["notes"]]), stone)
+        return Result(
+            f"/campaigns/{quote(campaign, safe='')}", " ".join([words, *stone["notes"]]), stone
+        )
 
     return restored
 

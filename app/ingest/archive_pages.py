@@ -46,7 +46,9 @@ def archive(
     standing_on(store, settings.db, name)  # a campaign that there is
     if not reason.strip():
         raise FieldError("reason", "The reason is empty; say why the campaign leaves the store.")
-    job = jobs.ask(store, ARCHIVE, f"Archive of {name}", ArchiveArguments(name, reason), host=this_host())
+    job = jobs.ask(
+        store, ARCHIVE, f"Archive of {name}", ArchiveArguments(name, reason), host=this_host()
+    )
     return followed(job)
 
 
@@ -61,7 +63,8 @@ def _line(stone: dict[str, Any], db: str) -> dict[str, Any]:
     return {
         **stone,
         "lines": standing_lines(stone),
-        "file": stone["restored_at"] is None and kept_archive(db, stone["archive_path"]) is not None,
+        "file": stone["restored_at"] is None
+        and kept_archive(db, stone["archive_path"]) is not None,
     }
 
 
@@ -69,14 +72,20 @@ def _line(stone: dict[str, Any], db: str) -> dict[str, Any]:
 def archived_file(stone: Key, store: OpenStore, settings: Configured) -> Response:
     """The file of an archive, to keep elsewhere."""
     campaign, file = _archive_of(store, settings.db, stone)
-    return FileResponse(file, filename=f"{campaign}.pyroshock", media_type="application/octet-stream")
+    return FileResponse(
+        file, filename=f"{campaign}.pyroshock", media_type="application/octet-stream"
+    )
 
 
 @router.post("/deleted/{stone}/restore")
 def restore(stone: Key, store: OpenStore, jobs: Running, settings: Configured) -> Response:
     """Bring an archived campaign back from the file of this machine."""
     campaign, file = _archive_of(store, settings.db, stone)
-    return followed(jobs.ask(store, RESTORE, f"Return of {campaign}", RestoreArguments(str(file)), host=this_host()))
+    return followed(
+        jobs.ask(
+            store, RESTORE, f"Return of {campaign}", RestoreArguments(str(file)), host=this_host()
+        )
+    )
 
 
 def _archive_of(store: Store, db: str, key: int) -> tuple[str, Path]:
@@ -85,12 +94,16 @@ def _archive_of(store: Store, db: str, key: int) -> tuple[str, Path]:
         campaign, path = ("", None) if stone is None else (stone.campaign, stone.archive_path)
     file = kept_archive(db, path)
     if file is None:
-        raise LookupError(f"deletion {key} has no archive on this machine; upload the file to restore the campaign")
+        raise LookupError(
+            f"deletion {key} has no archive on this machine; upload the file to restore the campaign"
+        )
     return campaign, file
 
 
 @router.post("/ingest/restore")
-async def restore_upload(request: Request, store: OpenStore, jobs: Running, settings: Configured) -> Response:
+async def restore_upload(
+    request: Request, store: OpenStore, jobs: Running, settings: Configured
+) -> Response:
     """Bring a deleted campaign back from a file that was saved before."""
     async with request.form(max_files=2) as form:
         upload = form.get("file")
@@ -102,7 +115,12 @@ async def restore_upload(request: Request, store: OpenStore, jobs: Running, sett
             await run_in_threadpool(copy_file, upload.file, file, settings.max_upload_bytes)
             arguments = RestoreArguments(str(file), str(scratch))
             job = await run_in_threadpool(
-                jobs.ask, store, RESTORE, f"Return from {upload.filename[:100]}", arguments, this_host()
+                jobs.ask,
+                store,
+                RESTORE,
+                f"Return from {upload.filename[:100]}",
+                arguments,
+                this_host(),
             )
         except UploadError as error:
             discard(scratch)

@@ -77,7 +77,9 @@ def restore_campaign(store: Store, file: Path, progress: Progress | None = None)
             stone.restored_at = datetime.now(UTC)
             session.flush()
             if stone.archive_sha256 not in (None, archive.sha256):
-                notes.append("the file is not byte for byte the one that was written, its content is the same")
+                notes.append(
+                    "the file is not byte for byte the one that was written, its content is the same"
+                )
             return {**deletion_lines(stone), "added": added, "returned": returned, "notes": notes}
 
         return store.write(restore)
@@ -89,13 +91,17 @@ def _stone_of(session: Session, archive: Archive) -> Tombstone:
         raise RestoreRefusedError(
             f"campaign {archive.campaign!r} is in the store; what {archive.path} has beyond it: pyroshock db import"
         )
-    query = select(Tombstone).where(Tombstone.kind == CAMPAIGN, Tombstone.campaign == archive.campaign)
+    query = select(Tombstone).where(
+        Tombstone.kind == CAMPAIGN, Tombstone.campaign == archive.campaign
+    )
     stones = session.scalars(query.order_by(Tombstone.id.desc()).with_for_update()).all()
     for stone in stones:
         if stone.content_hash == archive.content_hash and stone.restored_at is None:
             return stone
     what = (
-        "no campaign of this name was deleted" if not stones else "what was deleted under this name had other content"
+        "no campaign of this name was deleted"
+        if not stones
+        else "what was deleted under this name had other content"
     )
     raise RestoreRefusedError(
         f"{archive.path} holds campaign {archive.campaign!r} with content {archive.content_hash[:12]}: {what}; "
@@ -132,14 +138,19 @@ def _take_back(session: Session, part: Part, stone: Tombstone) -> Iterator[str]:
             yield f"predictions of campaign {name!r} take up again what was adopted from {part.campaign!r}"
 
 
-def _diagnoses(session: Session, part: Part, entries: Sequence[dict[str, Any]]) -> dict[int | None, int]:
+def _diagnoses(
+    session: Session, part: Part, entries: Sequence[dict[str, Any]]
+) -> dict[int | None, int]:
     """Keys of the diagnoses in the store by those that they had; what is not there is added from its report."""
     rows = session.scalars(select(Diagnosis).where(Diagnosis.campaign_id == part.campaign_id))
     there = {(row.simulator, row.diagnosed_at.replace(microsecond=0)): row.id for row in rows}
     keys: dict[int | None, int] = {}
     for entry in entries:
         diagnosed_at = datetime.fromisoformat(entry["diagnosed_at"])
-        identity = (entry["simulator"], diagnosed_at.replace(microsecond=0))  # older tombstones have seconds
+        identity = (
+            entry["simulator"],
+            diagnosed_at.replace(microsecond=0),
+        )  # older tombstones have seconds
         if identity not in there:
             row = Diagnosis(
                 campaign_id=part.campaign_id,

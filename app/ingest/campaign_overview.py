@@ -61,7 +61,11 @@ def missing_facts_words(session: Session, row: Campaign) -> str:
 
 def _differences(session: Session, row: Campaign) -> list[str]:
     """By what most shots of a gun's campaign differ from their rows."""
-    return [finding.message for finding in campaign_differences(session, row.id)] if row.kind == "gun" else []
+    return (
+        [finding.message for finding in campaign_differences(session, row.id)]
+        if row.kind == "gun"
+        else []
+    )
 
 
 def _campaign(session: Session, row: Campaign) -> dict[str, Any]:
@@ -81,11 +85,15 @@ def _bench(session: Session, row: Campaign) -> dict[str, Any]:
     parts: dict[str, Any] = {}
     if row.gun is not None:
         hidden = ("id", "fingerprint", "written_by_id", ROW_SHA256)
-        parts["gun"] = {c.key: getattr(row.gun, c.key) for c in row.gun.__table__.columns if c.key not in hidden}
+        parts["gun"] = {
+            c.key: getattr(row.gun, c.key) for c in row.gun.__table__.columns if c.key not in hidden
+        }
     if row.hammer is not None:
         parts["hammer"] = {"mass_kg": row.hammer.mass_kg}
     if (plate := row.plate) is not None:
-        material = None if plate.material_id is None else session.get_one(Material, plate.material_id).name
+        material = (
+            None if plate.material_id is None else session.get_one(Material, plate.material_id).name
+        )
         parts["plate"] = {
             "material": material,
             "thickness_m": plate.thickness_m,
@@ -102,7 +110,9 @@ def _overview_counts(session: Session, key: int) -> dict[str, int]:
     statuses: dict[str, int] = dict(
         iter(
             session.execute(
-                select(Recording.status, func.count()).where(Recording.campaign_id == key).group_by(Recording.status)
+                select(Recording.status, func.count())
+                .where(Recording.campaign_id == key)
+                .group_by(Recording.status)
             )
         )
     )
@@ -115,7 +125,9 @@ def _overview_counts(session: Session, key: int) -> dict[str, int]:
 
 
 def _set_aside(session: Session, key: int) -> list[dict[str, Any]]:
-    query = select(Recording.path, Recording.reason).where(Recording.campaign_id == key, Recording.status == SET_ASIDE)
+    query = select(Recording.path, Recording.reason).where(
+        Recording.campaign_id == key, Recording.status == SET_ASIDE
+    )
     return [
         {"recording": path, "reason": reason}
         for path, reason in session.execute(query.order_by(Recording.id).limit(FIRST_ROWS))
@@ -125,7 +137,9 @@ def _set_aside(session: Session, key: int) -> list[dict[str, Any]]:
 def count_findings(session: Session, campaign_key: int) -> list[dict[str, Any]]:
     """Findings of a campaign by check and severity, the worst first; how many recordings and impacts they name,
     and which channels (a text; None where they are of none)."""
-    rank = case({severity: i for i, severity in enumerate(SEVERITIES)}, value=QualityFinding.severity)
+    rank = case(
+        {severity: i for i, severity in enumerate(SEVERITIES)}, value=QualityFinding.severity
+    )
     query = (
         select(
             QualityFinding.check,
@@ -141,7 +155,8 @@ def count_findings(session: Session, campaign_key: int) -> list[dict[str, Any]]:
     )
     named = _channels_named(session, campaign_key)
     return [
-        {**row, "channels": named.get((row["check"], row["severity"]))} for row in session.execute(query).mappings()
+        {**row, "channels": named.get((row["check"], row["severity"]))}
+        for row in session.execute(query).mappings()
     ]
 
 
@@ -165,7 +180,12 @@ KINDS = ("gun", "hammer")
 
 
 def list_campaigns_page(
-    session: Session, *, kind: str | None = None, text: str = "", after: str | None = None, limit: int = 50
+    session: Session,
+    *,
+    kind: str | None = None,
+    text: str = "",
+    after: str | None = None,
+    limit: int = 50,
 ) -> tuple[list[dict[str, Any]], str | None]:
     """At most `limit` campaigns beyond the one named `after`, and the name that the next page goes on from.
 
@@ -181,7 +201,9 @@ def list_campaigns_page(
         query = query.where(func.lower(Campaign.name).contains(text.lower(), autoescape=True))
     if after is not None:
         query = query.where(_beyond_plan(session, after))
-    campaigns = session.execute(query.order_by(Campaign.date.desc(), Campaign.name).limit(limit + 1)).all()
+    campaigns = session.execute(
+        query.order_by(Campaign.date.desc(), Campaign.name).limit(limit + 1)
+    ).all()
     shown = campaigns[:limit]
     keys = [key for key, *_ in shown]
     impacts, shots = (_counts(session, table, keys) for table in (Impact, Shot))
@@ -209,5 +231,9 @@ def _beyond_plan(session: Session, name: str) -> ColumnElement[bool]:
 
 
 def _counts(session: Session, table: type[Impact] | type[Shot], keys: list[int]) -> dict[int, int]:
-    query = select(table.campaign_id, func.count()).where(table.campaign_id.in_(keys)).group_by(table.campaign_id)
+    query = (
+        select(table.campaign_id, func.count())
+        .where(table.campaign_id.in_(keys))
+        .group_by(table.campaign_id)
+    )
     return dict(iter(session.execute(query)))

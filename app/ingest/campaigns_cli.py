@@ -131,7 +131,10 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
         pyroshock plan lhs autumn --runs 12
         pyroshock campaigns init autumn --kind gun --plan autumn
     """
-    with errors_as_one_line(), open_command_store(db) if plan is not None else nullcontext() as store:
+    with (
+        errors_as_one_line(),
+        open_command_store(db) if plan is not None else nullcontext() as store,
+    ):
         from .service import start_campaign
 
         new = start_campaign(store, folder, kind, plan, recordings)
@@ -145,9 +148,16 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
 @click.argument("name", shell_complete=campaign_names)
 @db_option
 @json_option
-@click.option("--reason", required=True, metavar="TEXT", help="Say why it is deleted. The store keeps the reason.")
 @click.option(
-    "--dry-run", is_flag=True, help="Report what would be deleted and what depends on it, and delete nothing."
+    "--reason",
+    required=True,
+    metavar="TEXT",
+    help="Say why it is deleted. The store keeps the reason.",
+)
+@click.option(
+    "--dry-run",
+    is_flag=True,
+    help="Report what would be deleted and what depends on it, and delete nothing.",
 )
 def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) -> None:
     """Delete a campaign with its recordings, impacts, shots, diagnoses and adopted effects.
@@ -179,10 +189,16 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
 @db_option
 @json_option
 @click.option(
-    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE, which must not exist."
+    "--out",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write to FILE, which must not exist.",
 )
 @click.option(
-    "--reason", required=True, metavar="TEXT", help="Say why it leaves the store. The store keeps the reason."
+    "--reason",
+    required=True,
+    metavar="TEXT",
+    help="Say why it leaves the store. The store keeps the reason.",
 )
 def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> None:
     """Write a campaign to FILE, read the file back, then delete the campaign from the store.
@@ -229,7 +245,9 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
 
         with progress as step:
             stone = restore_campaign(store, file, step)
-    note(f"{stone['campaign']}: restored, {sum(stone['added'].values())} rows; content hash {stone['content_hash']}")
+    note(
+        f"{stone['campaign']}: restored, {sum(stone['added'].values())} rows; content hash {stone['content_hash']}"
+    )
     for dataset, pulses in stone["returned"].items():
         note(f"  dataset {dataset} has {pulses} pulses again")
     for words in stone["notes"]:
@@ -257,7 +275,11 @@ def deleted(db: str, listing: Listing) -> None:
 
 def tell_deletion(stone: dict[str, Any], dry_run: bool) -> None:
     """What went, and what stood on it, on standard error."""
-    what = stone["campaign"] if stone["recording"] is None else f"{stone['campaign']}, {stone['recording']}"
+    what = (
+        stone["campaign"]
+        if stone["recording"] is None
+        else f"{stone['campaign']}, {stone['recording']}"
+    )
     rows = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in stone["counts"].items())
     start = "dry run, nothing is deleted; would delete" if dry_run else "deleted"
     note(f"{what}: {start} {rows}")
@@ -273,7 +295,9 @@ def tell_deletion(stone: dict[str, Any], dry_run: bool) -> None:
 def _line(stone: dict[str, Any]) -> dict[str, Any]:
     from .removal import standing_lines
 
-    plain = {key: stone[key] for key in ("id", "kind", "campaign", "recording", "deleted_at", "reason")}
+    plain = {
+        key: stone[key] for key in ("id", "kind", "campaign", "recording", "deleted_at", "reason")
+    }
     return {
         **plain,
         "since_then": _since(stone),

@@ -40,16 +40,30 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _OPTIONS = (
     click.option(
-        "--segmentation", type=click.Choice(["walk", "mask"]), help="Choose how a contact is delimited. [default: walk]"
+        "--segmentation",
+        type=click.Choice(["walk", "mask"]),
+        help="Choose how a contact is delimited. [default: walk]",
     ),
     click.option(
-        "--threshold", type=float, help="Set the share of the peak at which a contact begins and ends. [default: 0.005]"
+        "--threshold",
+        type=float,
+        help="Set the share of the peak at which a contact begins and ends. [default: 0.005]",
     ),
     click.option(
-        "--smoothing", type=float, help="Set the csaps parameter of the spline, on the sample index. [default: 0.99]"
+        "--smoothing",
+        type=float,
+        help="Set the csaps parameter of the spline, on the sample index. [default: 0.99]",
     ),
-    click.option("--refinement", type=int, help="Set the points of the fine pulse per recorded sample. [default: 10]"),
-    click.option("--points", type=int, help="Set the number of equidistant points of the force. [default: 20]"),
+    click.option(
+        "--refinement",
+        type=int,
+        help="Set the points of the fine pulse per recorded sample. [default: 10]",
+    ),
+    click.option(
+        "--points",
+        type=int,
+        help="Set the number of equidistant points of the force. [default: 20]",
+    ),
     click.option(
         "--event-share",
         type=float,
@@ -133,7 +147,9 @@ def settings_from(given: dict[str, Any]) -> ExtractionSettings:
     ),
 )
 @click.option(
-    "--dry-run", is_flag=True, help="Report what would be stored, beside what is stored now, and store nothing."
+    "--dry-run",
+    is_flag=True,
+    help="Report what would be stored, beside what is stored now, and store nothing.",
 )
 @settings_options
 def ingest(
@@ -198,7 +214,12 @@ def _suggest(folders: tuple[Path, ...], reports: list[dict[str, Any]], dry_run: 
 
 
 #: What is said of the campaign once, with its words.
-_TOLD_WHOLE = ("added-facts", "missing-facts", "velocity-differs-throughout", "pressure-differs-throughout")
+_TOLD_WHOLE = (
+    "added-facts",
+    "missing-facts",
+    "velocity-differs-throughout",
+    "pressure-differs-throughout",
+)
 
 
 def _tell_links(links: Any) -> None:
@@ -212,11 +233,15 @@ def _tell(report: Any, dry_run: bool) -> None:
 
     added, totals = report.added_words, report.total_words
     if dry_run:
-        note(f"{report.campaign}: dry run, nothing is stored; would add {added}; the campaign would hold {totals}")
+        note(
+            f"{report.campaign}: dry run, nothing is stored; would add {added}; the campaign would hold {totals}"
+        )
     else:
         note(f"{report.campaign}: added {added}; the campaign holds {totals}")
     if report.undeclared_factors:
-        note(f"  free factors: {', '.join(report.undeclared_factors)} (not declared in [factors] of campaign.toml)")
+        note(
+            f"  free factors: {', '.join(report.undeclared_factors)} (not declared in [factors] of campaign.toml)"
+        )
     for item in report.set_aside:
         note(f"  set aside {item['recording']}: {item['reason']}")
     for item in report.findings:
@@ -240,7 +265,9 @@ def _tell(report: Any, dry_run: bool) -> None:
 @db_option
 @json_option
 @settings_options
-def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | None, **given: Any) -> None:
+def extract(
+    campaign: str, executor: ExecutorConfig, db: str, json_to: str | None, **given: Any
+) -> None:
     """Extract the pulses of CAMPAIGN again from the stored series, with other settings.
 
     The new version of the pulses is in use from then on. The old versions stay, and `pyroshock show` lists them. The
@@ -257,7 +284,9 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
         settings = settings_from(given)
         with progress as step:
             report = reextract(store, campaign, settings, executor=executor, progress=step)
-    note(f"{campaign}: {report.added} pulses extracted, {report.reused} earlier ones put back in use")
+    note(
+        f"{campaign}: {report.added} pulses extracted, {report.reused} earlier ones put back in use"
+    )
     for item in report.skipped:
         note(f"  left as it was: {item['recording']}: {item['reason']}")
     if json_to is not None:
@@ -267,11 +296,21 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
 
 @click.command()
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--channel", default="tank_pressure", show_default=True, help="Name the channel as campaign.toml does.")
-@click.option("--quantity", default="pressure", show_default=True, help="Say what the channel measures.")
+@click.option(
+    "--channel",
+    default="tank_pressure",
+    show_default=True,
+    help="Name the channel as campaign.toml does.",
+)
+@click.option(
+    "--quantity", default="pressure", show_default=True, help="Say what the channel measures."
+)
 @click.option("--unit", default="bar", show_default=True, help="Give the unit of the references.")
 @click.option(
-    "--date", "day", metavar="DAY", help="Give the date of the calibration, such as 2026-03-02. [default: today]"
+    "--date",
+    "day",
+    metavar="DAY",
+    help="Give the date of the calibration, such as 2026-03-02. [default: today]",
 )
 @click.option(
     "--reference-u",
@@ -279,10 +318,14 @@ def extract(campaign: str, executor: ExecutorConfig, db: str, json_to: str | Non
     help="Give the standard uncertainty of each reference, the same for all. [default: 0]",
 )
 @click.option(
-    "--reading-u", metavar="1mV", help="Give the standard uncertainty of each reading, the same for all. [default: 0]"
+    "--reading-u",
+    metavar="1mV",
+    help="Give the standard uncertainty of each reading, the same for all. [default: 0]",
 )
 @click.option(
-    "--common-u", metavar="5mbar", help="Give the standard uncertainty that all references share. [default: 0]"
+    "--common-u",
+    metavar="5mbar",
+    help="Give the standard uncertainty that all references share. [default: 0]",
 )
 @click.option(
     "--db",
@@ -328,7 +371,9 @@ def calibrate(
         reading = 0.0 if reading_u is None else parse_quantity(reading_u, "V", "--reading-u")
         points = read_points(file, in_unit(reference_u, "--reference-u"), reading)
         try:
-            date = dt.datetime.now().astimezone().date() if day is None else dt.date.fromisoformat(day)
+            date = (
+                dt.datetime.now().astimezone().date() if day is None else dt.date.fromisoformat(day)
+            )
         except ValueError as error:
             raise ValueError(f"--date is {day!r}; expected a day such as 2026-03-02") from error
         shared = in_unit(common_u, "--common-u")
@@ -341,24 +386,35 @@ def calibrate(
     line = calibration.line
     print_table(
         [
-            {"figure": "sensitivity", "unit": f"V/{unit}", "value": line.sensitivity, "u": line.sensitivity_u},
+            {
+                "figure": "sensitivity",
+                "unit": f"V/{unit}",
+                "value": line.sensitivity,
+                "u": line.sensitivity_u,
+            },
             {"figure": "offset", "unit": "V", "value": line.offset, "u": line.offset_u},
         ],
         "",
     )
     click.echo()
     print_table(data["points"], "")
-    note(f"{calibration.points} points, residuals {line.residual_sd:.3g} V, correlation of both {line.correlation:.3f}")
+    note(
+        f"{calibration.points} points, residuals {line.residual_sd:.3g} V, correlation of both {line.correlation:.3f}"
+    )
     if line.enlarged > 1:
         note(
             f"the points scatter {line.enlarged:.3g} times as much as their uncertainties say; the uncertainties of "
             "the line were enlarged by that factor"
         )
     click.echo("\nFor campaign.toml, in place of sensitivity and offset_v of the channel:\n")
-    click.echo(_toml(channel, calibration, file, reference_u and data["reference_u"], reading, shared))
+    click.echo(
+        _toml(channel, calibration, file, reference_u and data["reference_u"], reading, shared)
+    )
 
 
-def _data(channel: str, unit: str, points: CalibrationPoints, calibration: Calibration) -> dict[str, Any]:
+def _data(
+    channel: str, unit: str, points: CalibrationPoints, calibration: Calibration
+) -> dict[str, Any]:
     line = calibration.line
     rows = [
         {
@@ -383,15 +439,26 @@ def _data(channel: str, unit: str, points: CalibrationPoints, calibration: Calib
         "degrees_of_freedom": line.degrees_of_freedom,
         "chi_square": line.chi_square,
         "enlarged": line.enlarged,
-        "reference_u": points.reference_u if isinstance(points.reference_u, float) else list(points.reference_u),
+        "reference_u": points.reference_u
+        if isinstance(points.reference_u, float)
+        else list(points.reference_u),
         "common_u": calibration.common_u,
         "points": rows,
     }
 
 
 def _toml(
-    channel: str, calibration: Calibration, file: Path, reference_u: Any, reading_u_v: float, common_u: float
+    channel: str,
+    calibration: Calibration,
+    file: Path,
+    reference_u: Any,
+    reading_u_v: float,
+    common_u: float,
 ) -> str:
-    lines = [f"[channels.{channel}.calibration]", f'file = "{file.name}"', f"date = {calibration.date}"]
+    lines = [
+        f"[channels.{channel}.calibration]",
+        f'file = "{file.name}"',
+        f"date = {calibration.date}",
+    ]
     stated = {"reference_u": reference_u, "reading_u_v": reading_u_v, "common_u": common_u}
     return "\n".join([*lines, *(f"{key} = {value:.6g}" for key, value in stated.items() if value)])

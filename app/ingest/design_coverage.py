@@ -26,7 +26,9 @@ def worked_off(campaign_key: int, name: str) -> ColumnElement[bool]:
     """
     run = aliased(PlannedRun)  # the callers' own runs are those of the plan, linked or not
     linked = [
-        exists().where(run.plan_id == Plan.id, t.planned_run_id == run.id, t.campaign_id == campaign_key)
+        exists().where(
+            run.plan_id == Plan.id, t.planned_run_id == run.id, t.campaign_id == campaign_key
+        )
         for t in (Impact, Shot)
     ]
     return or_(Plan.name == name, *linked)
@@ -39,7 +41,9 @@ def plan_coverage(session: Session, campaign_key: int, name: str) -> list[dict[s
     gaps = []
     for key, plan, kind, method in session.execute(query.order_by(Plan.name)).all():
         counts = session.execute(
-            select(run_status(), func.count()).where(PlannedRun.plan_id == key).group_by("run_status")
+            select(run_status(), func.count())
+            .where(PlannedRun.plan_id == key)
+            .group_by("run_status")
         )
         states = dict.fromkeys(STATUSES, 0) | dict(iter(counts))
         wanted = select(func.sum(PlannedRun.repetitions)).where(
@@ -50,7 +54,9 @@ def plan_coverage(session: Session, campaign_key: int, name: str) -> list[dict[s
             select(func.count())
             .select_from(PlannedRun)
             .join(table, table.planned_run_id == PlannedRun.id)
-            .where(PlannedRun.plan_id == key, table.campaign_id == campaign_key, ~is_rejected(table))
+            .where(
+                PlannedRun.plan_id == key, table.campaign_id == campaign_key, ~is_rejected(table)
+            )
         )
         gaps.append(
             {
@@ -70,7 +76,9 @@ def level_coverage(session: Session, campaign_key: int, name: str) -> list[dict[
 
     Levels that nobody planned have zeros there; those that nobody recorded, zeros in the rest.
     """
-    keys = [key for (key,) in session.execute(select(Plan.id).where(worked_off(campaign_key, name)))]
+    keys = [
+        key for (key,) in session.execute(select(Plan.id).where(worked_off(campaign_key, name)))
+    ]
     runs = (
         select(PlannedRun.configuration_id, run_status(), func.count())
         .where(PlannedRun.plan_id.in_(keys))
@@ -80,8 +88,12 @@ def level_coverage(session: Session, campaign_key: int, name: str) -> list[dict[
     for configuration, state, count in session.execute(runs).all():
         counted.setdefault(configuration, {})[state] = count
     for what, table in (("impacts", Impact), ("shots", Shot)):
-        recorded = select(table.configuration_id, func.count()).where(table.campaign_id == campaign_key)
-        for configuration, count in session.execute(recorded.group_by(table.configuration_id)).all():
+        recorded = select(table.configuration_id, func.count()).where(
+            table.campaign_id == campaign_key
+        )
+        for configuration, count in session.execute(
+            recorded.group_by(table.configuration_id)
+        ).all():
             counted.setdefault(configuration, {})[what] = count
     return _by_level(session, counted)
 
@@ -91,7 +103,9 @@ def _by_level(session: Session, counted: dict[int, dict[str, int]]) -> list[dict
     rows: dict[int, dict[str, Any]] = {}
     for setting in iter_levels(session, sorted(counted)):
         new = {"factor": listing_key(setting.factor, setting.si_unit), "level": setting.level}
-        row = rows.setdefault(setting.level_id, {**new, **dict.fromkeys((*STATUSES, "impacts", "shots"), 0)})
+        row = rows.setdefault(
+            setting.level_id, {**new, **dict.fromkeys((*STATUSES, "impacts", "shots"), 0)}
+        )
         for what, count in counted[setting.configuration].items():
             row[what] += count
     return sorted(rows.values(), key=_order)
@@ -103,7 +117,12 @@ def _order(row: dict[str, Any]) -> tuple[str, bool, float, str]:
     return row["factor"], word, 0.0 if word else row["level"], str(row["level"])
 
 
-PRESSURE, TRANSDUCER, MASS, VELOCITY = "tank_pressure_pa", "recorded_pressure_pa", "bullet_mass_kg", "velocity_m_s"
+PRESSURE, TRANSDUCER, MASS, VELOCITY = (
+    "tank_pressure_pa",
+    "recorded_pressure_pa",
+    "bullet_mass_kg",
+    "velocity_m_s",
+)
 #: Quantity -> where a shot or an impact says what became of it. `recorded_pressure_pa` is the transducer's word on the
 #: planned tank pressure, `tank_pressure_pa` the lab's.
 _OF_SHOTS = {
@@ -139,16 +158,25 @@ def achieved_settings(session: Session, campaign_key: int) -> Achieved:
         for quantity, figures in recorded[run["key"]].items():
             planned = wanted.get(quantity)
             if planned is not None and planned > 0:
-                row = {"plan": run["plan"], "run": run["run"], "quantity": quantity, "planned": planned}
+                row = {
+                    "plan": run["plan"],
+                    "run": run["run"],
+                    "quantity": quantity,
+                    "planned": planned,
+                }
                 rows.append(row | figures | {"deviation": figures["mean"] / planned - 1})
-    return Achieved(rows, [_summary(rows, quantity) for quantity in _OF_SHOTS if _of(rows, quantity)])
+    return Achieved(
+        rows, [_summary(rows, quantity) for quantity in _OF_SHOTS if _of(rows, quantity)]
+    )
 
 
 def _recorded(session: Session, campaign_key: int) -> dict[int, dict[str, dict[str, Any]]]:
     """Figures by planned run and quantity, counted in the database; a gun's velocity is that of its shots."""
     recorded_by_run: dict[int, dict[str, dict[str, Any]]] = {}
     for table, quantities in ((Shot, _OF_SHOTS), (Impact, _OF_IMPACTS)):
-        figures = [f(c) for c in quantities.values() for f in (func.count, func.avg, func.min, func.max)]
+        figures = [
+            f(c) for c in quantities.values() for f in (func.count, func.avg, func.min, func.max)
+        ]
         query = (
             select(table.planned_run_id, *figures)
             .where(table.campaign_id == campaign_key, table.planned_run_id.is_not(None))
@@ -159,20 +187,32 @@ def _recorded(session: Session, campaign_key: int) -> dict[int, dict[str, dict[s
             for i, quantity in enumerate(quantities):
                 count, mean, least, largest = values[4 * i : 4 * i + 4]
                 if count:
-                    recorded.setdefault(quantity, {"recorded": count, "mean": mean, "least": least, "largest": largest})
+                    recorded.setdefault(
+                        quantity,
+                        {"recorded": count, "mean": mean, "least": least, "largest": largest},
+                    )
     return recorded_by_run
 
 
-def _planned(session: Session, keys: list[int]) -> Iterable[tuple[dict[str, Any], dict[str, float]]]:
+def _planned(
+    session: Session, keys: list[int]
+) -> Iterable[tuple[dict[str, Any], dict[str, float]]]:
     """Planned runs by plan and number, each with the numbers that were asked for."""
     runs: list[tuple[PlannedRun, Plan]] = []
     levels: dict[int, dict[str, float]] = {}
     for some in in_batches(keys):
-        query = select(PlannedRun, Plan).join(Plan, PlannedRun.plan_id == Plan.id).where(PlannedRun.id.in_(some))
+        query = (
+            select(PlannedRun, Plan)
+            .join(Plan, PlannedRun.plan_id == Plan.id)
+            .where(PlannedRun.id.in_(some))
+        )
         runs += [(run, plan) for run, plan in session.execute(query)]
         numbers = (
             select(PlannedRun.id, Factor.name, FactorLevel.number)
-            .join(ConfigurationLevel, ConfigurationLevel.configuration_id == PlannedRun.configuration_id)
+            .join(
+                ConfigurationLevel,
+                ConfigurationLevel.configuration_id == PlannedRun.configuration_id,
+            )
             .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
             .join(Factor, FactorLevel.factor_id == Factor.id)
             .where(PlannedRun.id.in_(some), Factor.name.in_(_PLANNED))

@@ -48,7 +48,10 @@ class DryRun:
         if self.faults:
             number = len(self.faults)
             return f"The folder has {number} fault{'s' if number > 1 else ''}; nothing of it can be stored."
-        words = ", ".join(f"{count} {noun}" for noun, count in self.added.items() if count) or "nothing new"
+        words = (
+            ", ".join(f"{count} {noun}" for noun, count in self.added.items() if count)
+            or "nothing new"
+        )
         return f"{self.campaign}: {words} would be stored."
 
     def as_json(self) -> dict[str, Any]:
@@ -57,21 +60,31 @@ class DryRun:
 
 
 def dry_run(
-    store: Store, folder: Path, options: IngestOptions, progress: Callable[[int, int, str], None] | None = None
+    store: Store,
+    folder: Path,
+    options: IngestOptions,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> DryRun:
     """Ingest `folder` within a transaction that is rolled back, and tell what was in it. Nothing is stored."""
     try:
         with run_rehearsal(store) as target:
             ingested = ingest_into(target, folder, options, progress)
             with target.reading() as session:
-                facts, recordings = _facts(session, ingested.campaign), _recordings(session, ingested.campaign)
+                facts, recordings = (
+                    _facts(session, ingested.campaign),
+                    _recordings(session, ingested.campaign),
+                )
     except IngestError as error:
         return DryRun(faults=[" ".join(fault.split()) for fault in error.faults])
     stored = store.read(lambda session: _stored_paths(session, ingested.campaign))
     links, report = ingested.links, ingested.to_json()
     for row in recordings:
         row["state"] = (
-            "set aside" if row["state"] == "set aside" else "stored already" if row["recording"] in stored else "new"
+            "set aside"
+            if row["state"] == "set aside"
+            else "stored already"
+            if row["recording"] in stored
+            else "new"
         )
     return DryRun(
         campaign=ingested.campaign,
@@ -79,7 +92,9 @@ def dry_run(
         added=ingested.added,
         report={**report, "findings": report["findings"][:_MOST]},
         recordings=recordings[:_MOST],
-        plan=None if links is None else {"plan": links.plan, "linked": links.linked, "done": links.done},
+        plan=None
+        if links is None
+        else {"plan": links.plan, "linked": links.linked, "done": links.done},
         undeclared_factors=ingested.report.undeclared_factors,
     )
 
@@ -88,7 +103,9 @@ def _facts(session: Session, campaign: str) -> dict[str, Any]:
     row = session.scalars(select(Campaign).where(Campaign.name == campaign)).one()
     runs = set()
     for table in (Impact, Shot):
-        runs |= set(session.scalars(select(table.run).where(table.campaign_id == row.id).distinct()))
+        runs |= set(
+            session.scalars(select(table.run).where(table.campaign_id == row.id).distinct())
+        )
     return {"kind": row.kind, "date": row.date.isoformat(), "runs": len(runs)}
 
 
@@ -96,7 +113,9 @@ def _recordings(session: Session, campaign: str) -> list[dict[str, Any]]:
     """Those that would be in the store, in their order."""
     key = get_campaign_id(session, campaign)
     of_recordings = select(Impact.recording_id, func.count()).where(Impact.campaign_id == key)
-    impacts: dict[int | None, int] = dict(iter(session.execute(of_recordings.group_by(Impact.recording_id))))
+    impacts: dict[int | None, int] = dict(
+        iter(session.execute(of_recordings.group_by(Impact.recording_id)))
+    )
     counted = (
         select(QualityFinding.recording_id, QualityFinding.severity, func.count())
         .join(Recording, QualityFinding.recording_id == Recording.id)
@@ -126,7 +145,11 @@ def _recordings(session: Session, campaign: str) -> list[dict[str, Any]]:
 def _quality(status: str, reason: str | None, findings: dict[str, int]) -> str:
     if status != STORED:
         return f"set aside: {reason}"
-    words = [f"{findings[severity]} {severity}" for severity in reversed(SEVERITIES) if severity in findings]
+    words = [
+        f"{findings[severity]} {severity}"
+        for severity in reversed(SEVERITIES)
+        if severity in findings
+    ]
     return ", ".join(words) or "no findings"
 
 

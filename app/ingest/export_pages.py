@@ -13,9 +13,9 @@ from starlette.background import BackgroundTask
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
+from ...files.spreadsheet_guard import guarding
 from ...schema.conditions import get_campaign_id
 from ...schema.transfer.export import export_campaign
-from ...spreadsheet_guard import guarding
 from ..common.filters import parse_where
 from ..impacts.export import export_table
 from ..web.dependencies import Name, OpenStore
@@ -63,7 +63,11 @@ def export(
 
             return _saved(write, f"{name}-{what}.{format}")
         except (ValueError, LookupError) as error:
-            field, fault, status = ("where" if where.strip() else "what"), str(error), status_of_fault(error)
+            field, fault, status = (
+                ("where" if where.strip() else "what"),
+                str(error),
+                status_of_fault(error),
+            )
     return page(
         request,
         "export.html",

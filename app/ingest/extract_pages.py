@@ -76,7 +76,9 @@ def form_settings(values: Mapping[str, str]) -> ExtractionSettings:
         raise FieldError(str(error).partition(" ")[0], str(error)) from error
 
 
-def preview_campaign(store: Store, campaign: str, settings: ExtractionSettings) -> ExtractionPreview:
+def preview_campaign(
+    store: Store, campaign: str, settings: ExtractionSettings
+) -> ExtractionPreview:
     """Extract some recordings, and store nothing. Raises `LookupError` for an unknown campaign."""
     with store.reading() as session:
         query = select(Recording.id, Recording.path).where(
@@ -104,7 +106,9 @@ def preview_campaign(store: Store, campaign: str, settings: ExtractionSettings) 
 
 
 def _contact_times(session: Session, impacts: list[int]) -> dict[int, float]:
-    query = select(Pulse.impact_id, Pulse.contact_time_s).where(Pulse.impact_id.in_(impacts), Pulse.current)
+    query = select(Pulse.impact_id, Pulse.contact_time_s).where(
+        Pulse.impact_id.in_(impacts), Pulse.current
+    )
     return dict(iter(session.execute(query)))
 
 
@@ -112,8 +116,13 @@ def _contact_times(session: Session, impacts: list[int]) -> dict[int, float]:
 def ask_extraction(request: Request, name: Name, store: OpenStore) -> Response:
     """The settings, and what they give once they were tried."""
     store.read(lambda session: get_campaign_id(session, name))
-    usual = {key: str(value) for key, value in ExtractionSettings().as_json().items() if key in FIELDS}
-    values = {**usual, **{key: value for key, value in request.query_params.items() if key in FIELDS}}
+    usual = {
+        key: str(value) for key, value in ExtractionSettings().as_json().items() if key in FIELDS
+    }
+    values = {
+        **usual,
+        **{key: value for key, value in request.query_params.items() if key in FIELDS},
+    }
     preview, fault = None, None
     if "preview" in request.query_params:
         try:
@@ -144,6 +153,8 @@ def extract(
 ) -> Response:
     """Extract all recordings of the campaign again, as a job."""
     store.read(lambda session: get_campaign_id(session, name))
-    texts = dict(zip(FIELDS, (segmentation, threshold, smoothing, event_share, separation_s), strict=True))
+    texts = dict(
+        zip(FIELDS, (segmentation, threshold, smoothing, event_share, separation_s), strict=True)
+    )
     arguments = ExtractArguments(name, form_settings(texts).as_json())
     return followed(jobs.ask(store, EXTRACT, f"Extraction of {name}", arguments))

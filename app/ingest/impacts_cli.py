@@ -15,10 +15,14 @@ from .runs_cli import DRY_RUN, REASON, discard_part
 @click.argument("impact", type=click.IntRange(1))
 @db_option
 @json_option
-@click.option("--all-of-recording", is_flag=True, help="Delete the other impacts of the same recording, too.")
+@click.option(
+    "--all-of-recording", is_flag=True, help="Delete the other impacts of the same recording, too."
+)
 @REASON
 @DRY_RUN
-def delete(impact: int, db: str, json_to: str | None, all_of_recording: bool, reason: str, dry_run: bool) -> None:
+def delete(
+    impact: int, db: str, json_to: str | None, all_of_recording: bool, reason: str, dry_run: bool
+) -> None:
     """Delete the impact with number IMPACT: its recording is taken out of the store, as by `pyroshock runs discard`.
 
     A recording is discarded as a whole. If it holds other impacts, the command refuses and names them, unless

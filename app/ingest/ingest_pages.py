@@ -66,13 +66,19 @@ def by_path(
 
 
 @router.post("/ingest/upload")
-async def by_upload(request: Request, store: OpenStore, jobs: Running, settings: Configured) -> Response:
+async def by_upload(
+    request: Request, store: OpenStore, jobs: Running, settings: Configured
+) -> Response:
     """Check uploaded files, or store them."""
     return _shown(await uploaded(request, store, jobs, settings))
 
 
 def _shown(job: JobView) -> Response:
-    return RedirectResponse(f"/ingest/checks/{job.key}", 303) if job.kind == CHECK.name else followed(job)
+    return (
+        RedirectResponse(f"/ingest/checks/{job.key}", 303)
+        if job.kind == CHECK.name
+        else followed(job)
+    )
 
 
 async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Settings) -> JobView:
@@ -81,11 +87,15 @@ async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Setting
     Raises `UploadError` and `FieldError`, and nothing is kept.
     """
     async with request.form(max_files=MOST_FILES) as form:
-        plan, segmentation, threshold = (str(form.get(name) or "") for name in ("plan", "segmentation", "threshold"))
+        plan, segmentation, threshold = (
+            str(form.get(name) or "") for name in ("plan", "segmentation", "threshold")
+        )
         chosen = extraction_settings(segmentation or "walk", threshold)
         plan_name = await run_in_threadpool(known_plan, store, plan)
         sent = [
-            (upload.filename or "", upload.file) for upload in form.getlist("files") if isinstance(upload, UploadFile)
+            (upload.filename or "", upload.file)
+            for upload in form.getlist("files")
+            if isinstance(upload, UploadFile)
         ]
         files = [file for file in sent if file[0]]
         dry_run = bool(form.get("dry_run"))
@@ -105,7 +115,9 @@ def extraction_settings(segmentation: str, threshold: str) -> ExtractionSettings
         share = float(threshold) if threshold.strip() else usual.threshold
     except ValueError as error:
         expected = "expected a share of the peak such as 0.005"
-        raise FieldError("threshold", f"threshold {threshold!r} is no number; {expected}") from error
+        raise FieldError(
+            "threshold", f"threshold {threshold!r} is no number; {expected}"
+        ) from error
     try:
         return ExtractionSettings(segmentation=cast(Segmentation, segmentation), threshold=share)
     except ValueError as error:
@@ -117,8 +129,14 @@ def known_plan(store: Store, name: str) -> str | None:
     wanted = name.strip()
     if not wanted:
         return None
-    if store.read(lambda session: session.scalar(select(Plan.id).where(Plan.name == wanted))) is None:
-        raise FieldError("plan", f"The store has no plan {wanted!r}; leave the field empty, or make the plan first.")
+    if (
+        store.read(lambda session: session.scalar(select(Plan.id).where(Plan.name == wanted)))
+        is None
+    ):
+        raise FieldError(
+            "plan",
+            f"The store has no plan {wanted!r}; leave the field empty, or make the plan first.",
+        )
     return wanted
 
 
@@ -152,7 +170,9 @@ def store_checked(job: Key, store: OpenStore, jobs: Running, settings: Configure
     if arguments.scratch is None:
         confined(arguments.folder, settings.folders)
     taken = take_checked(arguments)
-    return followed(jobs.ask(store, INGEST, f"Ingest of {Path(arguments.folder).name}", taken, host=this_host()))
+    return followed(
+        jobs.ask(store, INGEST, f"Ingest of {Path(arguments.folder).name}", taken, host=this_host())
+    )
 
 
 @router.post("/ingest/checks/{job}/discard")
@@ -188,7 +208,13 @@ def findings_by_check(findings: Sequence[dict[str, Any]]) -> list[dict[str, Any]
     rows: dict[tuple[str, str], dict[str, Any]] = {}
     for finding in findings:
         key = (finding["severity"], finding["check"])
-        new = {"severity": key[0], "check": key[1], "findings": 0, "recordings": [], "message": finding["message"]}
+        new = {
+            "severity": key[0],
+            "check": key[1],
+            "findings": 0,
+            "recordings": [],
+            "message": finding["message"],
+        }
         row = rows.setdefault(key, new)
         row["findings"] += 1
         if finding["recording"] and finding["recording"] not in row["recordings"]:

@@ -44,7 +44,11 @@ def make_scratch(*, dry_run: bool = False) -> Path:
 def is_scratch(path: Path) -> bool:
     """Whether `path` is such a folder of this machine."""
     here = Path(tempfile.gettempdir()).resolve()
-    return path.parent.resolve() == here and path.name.startswith((_UPLOAD, _CHECKED)) and not path.is_symlink()
+    return (
+        path.parent.resolve() == here
+        and path.name.startswith((_UPLOAD, _CHECKED))
+        and not path.is_symlink()
+    )
 
 
 def discard(path: Path) -> None:
@@ -67,8 +71,12 @@ def take_checked(arguments: IngestArguments) -> IngestArguments:
             raise FileNotFoundError(checked)
         checked.rename(kept)
     except OSError as error:
-        raise LookupError("the checked files were stored or discarded already; upload the folder again") from error
-    return replace(arguments, folder=str(kept / Path(arguments.folder).relative_to(checked)), scratch=str(kept))
+        raise LookupError(
+            "the checked files were stored or discarded already; upload the folder again"
+        ) from error
+    return replace(
+        arguments, folder=str(kept / Path(arguments.folder).relative_to(checked)), scratch=str(kept)
+    )
 
 
 @dataclass(frozen=True)
@@ -88,20 +96,26 @@ def _ingest_do(work: RunningJob, arguments: IngestArguments) -> Ending:
     from .service import training_notes
 
     folder = _readable(work, arguments)
-    report = ingest_folder(work.store, folder, ExtractionSettings(**arguments.settings), progress=work.step)
+    report = ingest_folder(
+        work.store, folder, ExtractionSettings(**arguments.settings), progress=work.step
+    )
     links = link_to_plan(work.store, report.campaign, arguments.plan)
     report.findings += training_notes(work.store, report.campaign)
     if links is not None:
         report.findings += links.as_findings()
     data = report.as_json()
-    return ending_of(Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data))
+    return ending_of(
+        Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data)
+    )
 
 
 def _readable(work: RunningJob, arguments: IngestArguments) -> Path:
     """The folder, where it lies in an upload or below what this worker may read."""
     folder = Path(arguments.folder).resolve()
     if arguments.scratch is not None:
-        roots: tuple[Path, ...] = (Path(arguments.scratch),) if is_scratch(Path(arguments.scratch)) else ()
+        roots: tuple[Path, ...] = (
+            (Path(arguments.scratch),) if is_scratch(Path(arguments.scratch)) else ()
+        )
     else:
         roots = work.folders
     if not any(folder.is_relative_to(root.resolve()) for root in roots):
@@ -125,7 +139,9 @@ def _after(arguments: IngestArguments) -> None:
 
 def _ingest_form(arguments: IngestArguments) -> JobForm:
     fields: dict[str, str | list[str]] = {
-        name: str(arguments.settings[name]) for name in ("segmentation", "threshold") if name in arguments.settings
+        name: str(arguments.settings[name])
+        for name in ("segmentation", "threshold")
+        if name in arguments.settings
     }
     fields["plan"] = arguments.plan or ""
     if arguments.scratch is not None:  # the files are chosen again: a page cannot
@@ -142,7 +158,9 @@ def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
     from .service import IngestOptions
 
     folder = _readable(work, arguments)
-    options = IngestOptions(ExtractionSettings(**arguments.settings), plan=arguments.plan, dry_run=True)
+    options = IngestOptions(
+        ExtractionSettings(**arguments.settings), plan=arguments.plan, dry_run=True
+    )
     checked = dry_run(work.store, folder, options, work.step)
     if checked.faults:
         _after(arguments)  # nobody can store it
@@ -165,10 +183,14 @@ def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
     from ...ingest.reextraction import reextract
     from ...ingest.settings import ExtractionSettings
 
-    report = reextract(work.store, arguments.campaign, ExtractionSettings(**arguments.settings), work.step)
+    report = reextract(
+        work.store, arguments.campaign, ExtractionSettings(**arguments.settings), work.step
+    )
     skipped_text = f"; {len(report.skipped)} recordings left as they were" if report.skipped else ""
     words = f"{report.added} pulses extracted, {report.reused} earlier ones put back in use{skipped_text}"
-    return ending_of(Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json()))
+    return ending_of(
+        Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json())
+    )
 
 
 #: Settings that the form of an extraction has; the others are as usual.
@@ -176,7 +198,11 @@ FIELDS = ("segmentation", "threshold", "smoothing", "event_share", "separation_s
 
 
 def _extract_form(arguments: ExtractArguments) -> JobForm:
-    settings = {name: arguments.settings[name] for name in FIELDS if arguments.settings.get(name) is not None}
+    settings = {
+        name: arguments.settings[name]
+        for name in FIELDS
+        if arguments.settings.get(name) is not None
+    }
     return JobForm(f"/campaigns/{quote(arguments.campaign, safe='')}/extract?{urlencode(settings)}")
 
 

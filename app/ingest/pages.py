@@ -31,7 +31,9 @@ def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Figure:
         "type": "data",
         "symmetric": False,
         "array": [row["largest"] * scale - m for row, m in zip(quantity_rows, mean, strict=True)],
-        "arrayminus": [m - row["least"] * scale for row, m in zip(quantity_rows, mean, strict=True)],
+        "arrayminus": [
+            m - row["least"] * scale for row, m in zip(quantity_rows, mean, strict=True)
+        ],
         "color": "c0/0.5",
     }
     names = [f"{row['plan']}, run {row['run']}" for row in quantity_rows]
@@ -52,7 +54,9 @@ PAGE = 50
 
 
 @router.get("/campaigns")
-def campaigns(request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = "") -> Response:
+def campaigns(
+    request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = ""
+) -> Response:
     rows: list[dict[str, Any]] = []
     fault, status, following = "", 200, None
     with store.reading() as session:
@@ -88,7 +92,11 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
         findings = list_finding_rows(session, key, overview["findings"])
     levels, achieved = overview["levels"], overview["achieved"]
     several = several_levels(levels)
-    factors = dict.fromkeys(row["factor"] for row in levels if row["factor"] in several) if overview["plans"] else {}
+    factors = (
+        dict.fromkeys(row["factor"] for row in levels if row["factor"] in several)
+        if overview["plans"]
+        else {}
+    )
     quantities = [summary["quantity"] for summary in overview["achieved_summary"]]
     shown = {
         **overview,
@@ -104,16 +112,26 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
             quality_words=quality.sentence,
             poor=bool(quality.rejected or quality.set_aside),
             coverage={factor: coverage_figure(levels, factor) for factor in factors},
-            achieved_figures={quantity: achieved_figure(achieved, quantity) for quantity in quantities},
+            achieved_figures={
+                quantity: achieved_figure(achieved, quantity) for quantity in quantities
+            },
             planned_achieved=planned_achieved_rows(levels, achieved),
             constant=constant_settings(levels),
             bench=list(bench_facts(overview["campaign"]["bench"])),
-            known_facts=[(fact.name, fact.words) for fact in facts_from_json(overview["campaign"]["known"])],
+            known_facts=[
+                (fact.name, fact.words) for fact in facts_from_json(overview["campaign"]["known"])
+            ],
         )
 
 
 #: What the table of the first impacts has beside the factors that change.
-_IMPACT_COLUMNS = ("impact_velocity_m_s", "peak_force_n", "contact_time_s", "peak_acceleration_m_s2", "quality")
+_IMPACT_COLUMNS = (
+    "impact_velocity_m_s",
+    "peak_force_n",
+    "contact_time_s",
+    "peak_acceleration_m_s2",
+    "quality",
+)
 _FIRST_IMPACTS = 8
 
 

@@ -19,19 +19,31 @@ def planned_achieved_rows(levels: Rows, achieved: Rows) -> list[dict[str, Any]]:
     `levels` and `achieved` are those of `campaign_overview`. The deviation is that of the mean, with its worst run.
     """
     several = several_levels(levels)
-    recorded = "shots" if sum(row["shots"] for row in levels) > sum(row["impacts"] for row in levels) else "impacts"
+    recorded = (
+        "shots"
+        if sum(row["shots"] for row in levels) > sum(row["impacts"] for row in levels)
+        else "impacts"
+    )
     rows = []
     for factor in several:
         of_factor = [row for row in levels if row["factor"] == factor]
         runs = [run for run in achieved if run["quantity"] == factor]
         for words, members in _level_groups(factor, of_factor, "level"):
-            states = {state: sum(row[state] for row in members) for state in ("planned", "done", "discarded")}
+            states = {
+                state: sum(row[state] for row in members)
+                for state in ("planned", "done", "discarded")
+            }
             number = {recorded: sum(row[recorded] for row in members)}
-            same = [run for run in runs if any(_same(run["planned"], row["level"]) for row in members)]
+            same = [
+                run for run in runs if any(_same(run["planned"], row["level"]) for row in members)
+            ]
             rows.append(_row(factor, words, states | number, same))
     others = [run for run in achieved if run["quantity"] not in several]
     for quantity in sorted({run["quantity"] for run in others}):
-        runs = sorted((run for run in others if run["quantity"] == quantity), key=lambda run: float(run["planned"]))
+        runs = sorted(
+            (run for run in others if run["quantity"] == quantity),
+            key=lambda run: float(run["planned"]),
+        )
         for words, members in _level_groups(quantity, runs, "planned"):
             number = {recorded: sum(run["recorded"] for run in members)}
             counts = {"planned": None, "done": len(members), "discarded": None, **number}
@@ -52,11 +64,20 @@ def _level_groups(key: str, rows: Rows, column: str) -> Iterator[tuple[str, Rows
     if len(numbers) <= _MOST_LEVELS or len(numbers) < len(by_level):
         yield from ((cell(key, level), members) for level, members in by_level.items())
     else:
-        yield f"{cell(key, min(numbers))} to {cell(key, max(numbers))} ({len(numbers)} levels)", rows
+        yield (
+            f"{cell(key, min(numbers))} to {cell(key, max(numbers))} ({len(numbers)} levels)",
+            rows,
+        )
 
 
 def _row(key: str, level: str, counts: dict[str, int | None], runs: Rows) -> dict[str, Any]:
-    shown = {"setting": heading(key), "level": level, **counts, "mean_deviation": None, "worst": None}
+    shown = {
+        "setting": heading(key),
+        "level": level,
+        **counts,
+        "mean_deviation": None,
+        "worst": None,
+    }
     if runs:
         worst = max(runs, key=lambda run: abs(run["deviation"]))
         shown["mean_deviation"] = _percent(sum(run["deviation"] for run in runs) / len(runs))
@@ -88,7 +109,9 @@ def constant_settings(levels: Rows) -> list[str]:
     by_factor: dict[str, list[Any]] = {}
     for row in levels:
         by_factor.setdefault(row["factor"], []).append(row["level"])
-    return [named_level(factor, values[0]) for factor, values in by_factor.items() if len(values) == 1]
+    return [
+        named_level(factor, values[0]) for factor, values in by_factor.items() if len(values) == 1
+    ]
 
 
 def bench_facts(bench: dict[str, dict[str, Any]]) -> Iterator[tuple[str, str]]:
@@ -100,7 +123,10 @@ def bench_facts(bench: dict[str, dict[str, Any]]) -> Iterator[tuple[str, str]]:
             if key == "outline_m":
                 yield f"{part.capitalize()}: corners", _corners(value)
             elif key == "measured_modes":
-                yield f"{part.capitalize()}: modes", "measured (modal table)" if value else "computed"
+                yield (
+                    f"{part.capitalize()}: modes",
+                    "measured (modal table)" if value else "computed",
+                )
             elif key == "tank_volume_m3":
                 litres = units() == "bench"
                 yield (
@@ -109,7 +135,11 @@ def bench_facts(bench: dict[str, dict[str, Any]]) -> Iterator[tuple[str, str]]:
                 )
             else:
                 display = display_of(key)
-                text = _with_unit(value * display.scale, display.unit) if isinstance(value, float) else str(value)
+                text = (
+                    _with_unit(value * display.scale, display.unit)
+                    if isinstance(value, float)
+                    else str(value)
+                )
                 yield f"{part.capitalize()}: {display.label}", text
 
 

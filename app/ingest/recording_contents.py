@@ -11,7 +11,12 @@ from ...schema.impacts import Impact, Shot
 from ...schema.recordings import QualityFinding, RecordedChannel, Recording
 from ...schema.removal.part import recording_part
 
-_CHANNEL = (RecordedChannel.name, RecordedChannel.quantity, RecordedChannel.sampling_rate_hz, RecordedChannel.samples)
+_CHANNEL = (
+    RecordedChannel.name,
+    RecordedChannel.quantity,
+    RecordedChannel.sampling_rate_hz,
+    RecordedChannel.samples,
+)
 _FINDING = (QualityFinding.severity, QualityFinding.check, QualityFinding.message)
 
 
@@ -24,7 +29,10 @@ def recording_contents(session: Session, campaign: str, path: str) -> dict[str, 
     row = session.get_one(Recording, key)
     return {
         "recording": row.path,
-        **{name: getattr(row, name) for name in ("status", "reason", "format", "size_bytes", "sha256")},
+        **{
+            name: getattr(row, name)
+            for name in ("status", "reason", "format", "size_bytes", "sha256")
+        },
         "impacts": _rows(session, select(Impact.id, Impact.run, Impact.repetition), Impact, key),
         "shots": _rows(session, select(Shot.id, Shot.run, Shot.repetition), Shot, key),
         "channels": _rows(session, select(*_CHANNEL), RecordedChannel, key),

@@ -30,7 +30,11 @@ class RecordingQuality:
         """For a cell of a table."""
         if not self.stored and not self.set_aside:
             return "no recordings"
-        counts = {"rejected": self.rejected, "set aside": self.set_aside, "with warnings": self.warned}
+        counts = {
+            "rejected": self.rejected,
+            "set aside": self.set_aside,
+            "with warnings": self.warned,
+        }
         return ", ".join(f"{count} {words}" for words, count in counts.items() if count) or "good"
 
     @property
@@ -47,7 +51,11 @@ class RecordingQuality:
             text = f"{accepted} of {recordings} recordings {_are(accepted)} accepted, "
             text += f"{self.rejected} {_are(self.rejected)} rejected"
         else:
-            text = f"All {recordings} recordings are accepted" if recordings > 1 else "The recording is accepted"
+            text = (
+                f"All {recordings} recordings are accepted"
+                if recordings > 1
+                else "The recording is accepted"
+            )
         if self.warned:
             text += f"; {self.warned} of the accepted recordings {'has' if self.warned == 1 else 'have'} warnings"
         return f"{text}; {aside}." if self.set_aside else f"{text}."
@@ -72,7 +80,9 @@ def recording_quality(session: Session, campaigns: Sequence[int]) -> dict[int, R
             keys.setdefault(campaign, set()).add(recording)
     counted = select(Recording.campaign_id, Recording.status, func.count()).where(of_these)
     counts: dict[tuple[int, str], int] = {}
-    for campaign, status, count in session.execute(counted.group_by(Recording.campaign_id, Recording.status)):
+    for campaign, status, count in session.execute(
+        counted.group_by(Recording.campaign_id, Recording.status)
+    ):
         counts[campaign, status] = count
     quality = {}
     for key in campaigns:
@@ -86,13 +96,22 @@ def recording_quality(session: Session, campaigns: Sequence[int]) -> dict[int, R
 _LOOK = "Look at the impact, and discard its recording if the fault is real."
 #: Check -> what it says in the words of a bench, and what to do about it.
 _ADVICE: dict[str, tuple[str, str]] = {
-    "clipping": ("The record is cut off at its extreme", "Choose a larger range of the amplifier; repeat the run."),
-    "saturation": ("The sensor or amplifier saturates", "Choose a larger range or a stiffer sensor; repeat the run."),
+    "clipping": (
+        "The record is cut off at its extreme",
+        "Choose a larger range of the amplifier; repeat the run.",
+    ),
+    "saturation": (
+        "The sensor or amplifier saturates",
+        "Choose a larger range or a stiffer sensor; repeat the run.",
+    ),
     "zero-shift": (
         "The level after the shock differs from the level before it",
         "Check the mounting and the cable of the sensor; do not use its low frequencies.",
     ),
-    "dropouts": ("Samples are missing or stand still", "Check the connection and the converter; repeat the run."),
+    "dropouts": (
+        "Samples are missing or stand still",
+        "Check the connection and the converter; repeat the run.",
+    ),
     "placeholder": (
         "A sample is a placeholder, no reading",
         "Export the record again without placeholders, or mend the sample in the file.",
@@ -102,25 +121,52 @@ _ADVICE: dict[str, tuple[str, str]] = {
         "Record with an even sampling rate where the stated error matters.",
     ),
     "rest-level": ("The sensor does not rest at zero", "Check its offset and its mounting."),
-    "noise-floor": ("Low lines of the spectrum show noise", "Use the spectrum above the frequency of the finding."),
+    "noise-floor": (
+        "Low lines of the spectrum show noise",
+        "Use the spectrum above the frequency of the finding.",
+    ),
     "no-shock": ("The channel shows no shock", "Check the sensor, its cable and the trigger."),
-    "no-contact": ("The force shows no contact", "Check the force sensor and the trigger, or discard the recording."),
-    "velocity": ("The integrated acceleration does not come to rest", "Do not use low frequencies of this channel."),
-    "displacement": ("The integrated acceleration moves too far", "Do not use low frequencies of this channel."),
+    "no-contact": (
+        "The force shows no contact",
+        "Check the force sensor and the trigger, or discard the recording.",
+    ),
+    "velocity": (
+        "The integrated acceleration does not come to rest",
+        "Do not use low frequencies of this channel.",
+    ),
+    "displacement": (
+        "The integrated acceleration moves too far",
+        "Do not use low frequencies of this channel.",
+    ),
     "truncation": ("The record ends while the structure rings", "Record for longer."),
-    "truncated-contact": ("The record begins or ends within the contact", "Set a longer record or an earlier trigger."),
+    "truncated-contact": (
+        "The record begins or ends within the contact",
+        "Set a longer record or an earlier trigger.",
+    ),
     "balance": ("Positive and negative spectrum differ", "Check for zero shift and saturation."),
     "pre-trigger-noise": ("The record is noisy before the contact", "Check earthing and cables."),
     "few-samples": ("A contact has few samples", "Choose a higher sampling rate."),
-    "sampling": ("The highest line is too fast for the sampling rate", "Choose a higher sampling rate."),
+    "sampling": (
+        "The highest line is too fast for the sampling rate",
+        "Choose a higher sampling rate.",
+    ),
     "double-hit": ("The hammer touched twice", "Leave the impact out, or repeat it."),
     "missing-channel": (
         "A channel of campaign.toml is not in the file",
         "Correct campaign.toml, or record it.",
     ),
-    "undeclared-channel": ("A channel is not declared in campaign.toml", "Declare it, if it is to be stored."),
-    "threshold-raised": ("Noise hides the ends of a contact", "Extract the pulses again with a higher threshold."),
-    "same-recording": ("The samples are those of another recording", "Check which of the two files is right."),
+    "undeclared-channel": (
+        "A channel is not declared in campaign.toml",
+        "Declare it, if it is to be stored.",
+    ),
+    "threshold-raised": (
+        "Noise hides the ends of a contact",
+        "Extract the pulses again with a higher threshold.",
+    ),
+    "same-recording": (
+        "The samples are those of another recording",
+        "Check which of the two files is right.",
+    ),
     "velocity-differs": (
         "The velocity of runs.csv is not the laser's",
         "Check the row, bullet_length_mm and the laser's sampling rate.",
@@ -133,7 +179,10 @@ _ADVICE: dict[str, tuple[str, str]] = {
         "The record begins within the drop of the tank's pressure",
         "Begin the recording earlier (a longer pre-trigger).",
     ),
-    "no-impact-velocity": ("The velocity of an impact is unknown", "Add impact_velocity_m_s to runs.csv."),
+    "no-impact-velocity": (
+        "The velocity of an impact is unknown",
+        "Add impact_velocity_m_s to runs.csv.",
+    ),
 }
 
 
@@ -151,7 +200,9 @@ class FindingRow:
     action: str
 
 
-def list_finding_rows(session: Session, campaign: int, findings: Sequence[dict[str, Any]]) -> list[FindingRow]:
+def list_finding_rows(
+    session: Session, campaign: int, findings: Sequence[dict[str, Any]]
+) -> list[FindingRow]:
     """Rows of the quality summary, from what `count_findings` gives; those without an advice of their own are named by
     their check."""
     rows = []
@@ -162,7 +213,18 @@ def list_finding_rows(session: Session, campaign: int, findings: Sequence[dict[s
             action = "This is for information. " + action
         concerned = _impacts(session, campaign, check, severity)
         impacts, runs = tuple(concerned), tuple(sorted(set(concerned.values())))
-        rows.append(FindingRow(check, cause, severity, row["findings"], row["channels"] or "", impacts, runs, action))
+        rows.append(
+            FindingRow(
+                check,
+                cause,
+                severity,
+                row["findings"],
+                row["channels"] or "",
+                impacts,
+                runs,
+                action,
+            )
+        )
     return rows
 
 
@@ -175,7 +237,11 @@ def _impacts(session: Session, campaign: int, check: str, severity: str) -> dict
             (QualityFinding.recording_id == Impact.recording_id)
             & (QualityFinding.impact_id.is_(None) | (QualityFinding.impact_id == Impact.id)),
         )
-        .where(Impact.campaign_id == campaign, QualityFinding.check == check, QualityFinding.severity == severity)
+        .where(
+            Impact.campaign_id == campaign,
+            QualityFinding.check == check,
+            QualityFinding.severity == severity,
+        )
     )
     return dict(iter(session.execute(named.distinct().order_by(Impact.id))))
 
@@ -198,7 +264,13 @@ def worst_finding(session: Session, campaign: int, row: FindingRow) -> str:
     """The finding of a row that goes furthest, of checks without such a number the first: where it is, and its message
     in the shown units."""
     query = (
-        select(Recording.path, Impact.run, Impact.repetition, RecordedChannel.name, QualityFinding.message)
+        select(
+            Recording.path,
+            Impact.run,
+            Impact.repetition,
+            RecordedChannel.name,
+            QualityFinding.message,
+        )
         .select_from(QualityFinding)
         .join(Recording, QualityFinding.recording_id == Recording.id)
         .outerjoin(Impact, QualityFinding.impact_id == Impact.id)

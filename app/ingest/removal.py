@@ -23,13 +23,19 @@ from ..impacts.impact import get_impact
 from ..twins.adopted_effects import AdoptedEffects, adopted_for
 
 
-def standing_on(store: Store, url: str, campaign: str, recording: str | None = None) -> dict[str, Any]:
+def standing_on(
+    store: Store, url: str, campaign: str, recording: str | None = None
+) -> dict[str, Any]:
     """Rows that would go ("counts") and what stands on them ("stood_on"), as a tombstone has it; nothing is written.
 
     `url` is the store's address, beside which the models lie. Raises `LookupError` for what is not in the store.
     """
     with store.reading() as session:
-        part = campaign_part(session, campaign) if recording is None else recording_part(session, campaign, recording)
+        part = (
+            campaign_part(session, campaign)
+            if recording is None
+            else recording_part(session, campaign, recording)
+        )
         datasets = datasets_on(session, part)
         dependents: dict[str, Any] = {
             "campaign": campaign,
@@ -79,15 +85,24 @@ def standing_lines(stone: dict[str, Any]) -> list[str]:
             f"diagnosis {diagnosis['id']} of {diagnosis['diagnosed_at'][:19]} ({diagnosis['simulator']})"
             for diagnosis in stood["diagnoses"]
         ),
-        *(f"version {version['version']} of the twin ({version['reason']})" for version in stood["adopted"]),
+        *(
+            f"version {version['version']} of the twin ({version['reason']})"
+            for version in stood["adopted"]
+        ),
     ]
 
 
-def _short(datasets: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _short(
+    datasets: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]
+) -> dict[str, Any]:
     """Datasets without the digests of their pulses, diagnoses without their reports."""
     return {
-        "datasets": [{key: value for key, value in entry.items() if key != "members"} for entry in datasets],
-        "diagnoses": [{key: value for key, value in entry.items() if key != "report"} for entry in diagnoses],
+        "datasets": [
+            {key: value for key, value in entry.items() if key != "members"} for entry in datasets
+        ],
+        "diagnoses": [
+            {key: value for key, value in entry.items() if key != "report"} for entry in diagnoses
+        ],
     }
 
 
@@ -106,7 +121,9 @@ def delete_campaign(store: Store, url: str, campaign: str, reason: str) -> dict[
         part = campaign_part(session, campaign)
     models = models_of(store, url, part)
     return store.write(
-        lambda session: deletion_lines(removal_lines(session, campaign_part(session, campaign), words, models))
+        lambda session: deletion_lines(
+            removal_lines(session, campaign_part(session, campaign), words, models)
+        )
     )
 
 
@@ -127,7 +144,9 @@ def deletion_lines(stone: Tombstone) -> dict[str, Any]:
         "replaced_by": stone.replaced_by,
         "archive_path": stone.archive_path,
         "archive_sha256": stone.archive_sha256,
-        "restored_at": None if stone.restored_at is None else stone.restored_at.isoformat(timespec="seconds"),
+        "restored_at": None
+        if stone.restored_at is None
+        else stone.restored_at.isoformat(timespec="seconds"),
     }
 
 
@@ -136,7 +155,9 @@ def list_tombstones(session: Session, campaign: str | None = None) -> list[dict[
     query = select(Tombstone).order_by(Tombstone.id)
     return [
         deletion_lines(row)
-        for row in session.scalars(query if campaign is None else query.filter_by(campaign=campaign))
+        for row in session.scalars(
+            query if campaign is None else query.filter_by(campaign=campaign)
+        )
     ]
 
 
@@ -144,7 +165,9 @@ def checked_reason(reason: str) -> str:
     """The reason on one line. Raises `ValueError` for an empty one."""
     words = " ".join(reason.split())
     if not words:
-        raise ValueError('the reason is empty; say why it is deleted: --reason "wrong sensor, repeated as spring-2"')
+        raise ValueError(
+            'the reason is empty; say why it is deleted: --reason "wrong sensor, repeated as spring-2"'
+        )
     return words
 
 
@@ -169,13 +192,19 @@ def removal_lines(
 def adopted_elsewhere(session: Session, part: Part) -> dict[str, list[AdoptedEffects]]:
     """What predictions of each campaign but the part's take up, by the campaign's name."""
     session.expire_all()
-    names = session.scalars(select(Campaign.name).where(Campaign.name != part.campaign).order_by(Campaign.name)).all()
+    names = session.scalars(
+        select(Campaign.name).where(Campaign.name != part.campaign).order_by(Campaign.name)
+    ).all()
     return {name: adopted_for(session, name) for name in names}
 
 
 def _refuse(campaign: str, other: str, effects: Sequence[AdoptedEffects]) -> None:
     own = next((effect for effect in effects if effect.campaign == campaign), None)
-    what = "" if own is None else f" (version {own.version}: {', '.join(effect.id for effect in own.effects)})"
+    what = (
+        ""
+        if own is None
+        else f" (version {own.version}: {', '.join(effect.id for effect in own.effects)})"
+    )
     raise DeletionRefusedError(
         f"what was adopted from campaign {campaign!r}{what} decides predictions of campaign {other!r}, which has the "
         f"same bench; adopt from a campaign that stays first: pyroshock diagnose {other} --adopt EFFECT (or none)"
@@ -190,8 +219,14 @@ def recording_of_impact(session: Session, key: int, *, all_of_recording: bool) -
     """
     impact = get_impact(session, key)
     if impact.recording is None:
-        raise ValueError(f"impact {key} came from a row without a recording; it is deleted with its campaign only")
-    others = select(Impact.id).where(Impact.recording_id == impact.recording_id, Impact.id != key).order_by(Impact.id)
+        raise ValueError(
+            f"impact {key} came from a row without a recording; it is deleted with its campaign only"
+        )
+    others = (
+        select(Impact.id)
+        .where(Impact.recording_id == impact.recording_id, Impact.id != key)
+        .order_by(Impact.id)
+    )
     keys = list(session.scalars(others))
     if keys and not all_of_recording:
         named = ", ".join(map(str, keys[:8])) + (" and more" if len(keys) > 8 else "")
@@ -212,7 +247,9 @@ def discard_recording(store: Store, url: str, part: Part, reason: str) -> dict[s
     words, models = checked_reason(reason), models_of(store, url, part)
     path = part.recording or ""
     return store.write(
-        lambda session: deletion_lines(remove(session, recording_part(session, part.campaign, path), words, models))
+        lambda session: deletion_lines(
+            remove(session, recording_part(session, part.campaign, path), words, models)
+        )
     )
 
 
@@ -234,7 +271,11 @@ def replace_recording(
         returned = replacement.write(session, stone)
         links = _linked(session, part.campaign, plan)
         _forget_done(session, stone)
-        return {**deletion_lines(stone), "returned": returned, "links": None if links is None else vars(links)}
+        return {
+            **deletion_lines(stone),
+            "returned": returned,
+            "links": None if links is None else vars(links),
+        }
 
     return store.write(swap)
 

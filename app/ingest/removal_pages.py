@@ -24,7 +24,9 @@ Reason = Annotated[Text, Form(max_length=4000)]
 
 @router.get("/campaigns/{name}/delete")
 def ask_campaign(request: Request, name: Name, store: OpenStore, settings: Configured) -> Response:
-    return _confirmation_page(request, standing_on(store, settings.db, name), f"/campaigns/{part(name)}/delete")
+    return _confirmation_page(
+        request, standing_on(store, settings.db, name), f"/campaigns/{part(name)}/delete"
+    )
 
 
 @router.post("/campaigns/{name}/delete")
@@ -34,9 +36,13 @@ def delete(name: Name, store: OpenStore, settings: Configured, reason: Reason) -
 
 
 @router.get("/impacts/{impact}/discard")
-def ask_recording(request: Request, impact: Key, store: OpenStore, settings: Configured) -> Response:
+def ask_recording(
+    request: Request, impact: Key, store: OpenStore, settings: Configured
+) -> Response:
     campaign, path = recording_of(store, impact)
-    return _confirmation_page(request, standing_on(store, settings.db, campaign, path), f"/impacts/{impact}/discard")
+    return _confirmation_page(
+        request, standing_on(store, settings.db, campaign, path), f"/impacts/{impact}/discard"
+    )
 
 
 @router.post("/impacts/{impact}/discard")
@@ -65,7 +71,9 @@ def reject(
     """Discard the recordings of the impacts that are ticked; the reason stays with each."""
     impacts = ticked(impact)
     if not reason.strip():
-        raise FieldError("reason", "Say why these recordings are rejected; the reason is kept with each of them.")
+        raise FieldError(
+            "reason", "Say why these recordings are rejected; the reason is kept with each of them."
+        )
     # all are looked up before any is gone
     for campaign, path in dict.fromkeys([recording_of(store, key) for key in impacts]):
         with store.reading() as session:
@@ -79,7 +87,9 @@ def recording_of(store: Store, impact: int) -> tuple[str, str]:
     with store.reading() as session:
         key = get_impact(session, impact).recording_id
         if key is None:
-            raise LookupError(f"impact {impact} came from a row without a recording; only recordings are discarded")
+            raise LookupError(
+                f"impact {impact} came from a row without a recording; only recordings are discarded"
+            )
         return impact_page(session, impact)["campaign"], session.get_one(Recording, key).path
 
 
@@ -89,7 +99,10 @@ def _confirmation_page(request: Request, standing: dict[str, Any], address: str)
         "removal.html",
         campaign=standing["campaign"],
         recording=standing["recording"],
-        counts=[{"table": table.replace("_", " "), "rows": rows} for table, rows in standing["counts"].items()],
+        counts=[
+            {"table": table.replace("_", " "), "rows": rows}
+            for table, rows in standing["counts"].items()
+        ],
         lines=standing_lines(standing),
         address=address,
     )

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..cli.common import db_option, fail, format_cell, json_option, note, open_command_store, print_table, write_json
+from ..cli.common import (
+    db_option,
+    fail,
+    format_cell,
+    json_option,
+    note,
+    open_command_store,
+    print_table,
+    write_json,
+)
 from ..cli.completion import campaign_names, plan_names
 from ..cli.listed import Listing, listing_options
 from ..cli.nouns import NounGroup
@@ -18,9 +27,13 @@ if TYPE_CHECKING:
     from ...schema.removal.part import Part
     from ...schema.session import Store
 
-REASON = click.option("--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason.")
+REASON = click.option(
+    "--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason."
+)
 DRY_RUN = click.option(
-    "--dry-run", is_flag=True, help="Report what would be removed and what depends on it, and change nothing."
+    "--dry-run",
+    is_flag=True,
+    help="Report what would be removed and what depends on it, and change nothing.",
 )
 
 
@@ -99,7 +112,10 @@ def show(campaign: str, recording: str, db: str, json_to: str | None) -> None:
     help="Name the recording by its run. The option can be repeated.",
 )
 @click.option(
-    "--repetition", type=int, metavar="M", help="Take the recording of this repetition. This needs exactly one --run."
+    "--repetition",
+    type=int,
+    metavar="M",
+    help="Take the recording of this repetition. This needs exactly one --run.",
 )
 @REASON
 @DRY_RUN
@@ -140,7 +156,9 @@ def discard(
         discard_part(store, db, part, reason, dry_run, json_to)
 
 
-def discard_part(store: Store, db: str, part: Part, reason: str, dry_run: bool, json_to: str | None) -> None:
+def discard_part(
+    store: Store, db: str, part: Part, reason: str, dry_run: bool, json_to: str | None
+) -> None:
     """Discard a recording, or rehearse it; tell what went, what stood on it, and how it is stored again."""
     from ...schema.rehearsal import run_rehearsal
     from .campaigns_cli import tell_deletion
@@ -161,7 +179,9 @@ runs.add_command(discard, "delete")
 @runs.command()
 @click.argument("campaign", shell_complete=campaign_names)
 @click.argument("recording")
-@click.argument("file", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument(
+    "file", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path)
+)
 @db_option
 @json_option
 @click.option(
@@ -219,7 +239,9 @@ def replace(
         pyroshock runs replace rehearsal recordings/0008-01.npz --from corrected/ --reason "tip radius corrected"
     """
     if (file is None) == (folder is None):
-        raise click.UsageError("say what replaces it: --from FOLDER, or another FILE of the campaign folder")
+        raise click.UsageError(
+            "say what replaces it: --from FOLDER, or another FILE of the campaign folder"
+        )
     if file is not None:
         folder = _campaign_folder(file)
     assert folder is not None
@@ -233,7 +255,14 @@ def replace(
         settings = settings_from(given)
         with run_rehearsal(store) if dry_run else nullcontext(store) as target:
             replacement = prepared_replacement(
-                target, campaign, recording, folder, path, settings, free_factors=free_factors, confirmed=confirmed
+                target,
+                campaign,
+                recording,
+                folder,
+                path,
+                settings,
+                free_factors=free_factors,
+                confirmed=confirmed,
             )
             stone = replace_recording(target, db, replacement, reason, plan)
     tell_deletion(stone, dry_run)

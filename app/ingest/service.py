@@ -70,12 +70,20 @@ class IngestedCampaign:
     @property
     def findings(self) -> list[dict[str, Any]]:
         """What the checks of the recordings and the comparison with the plan say, a row each."""
-        return [*self.report.findings, *(self.links.as_findings() if self.links is not None else ())]
+        return [
+            *self.report.findings,
+            *(self.links.as_findings() if self.links is not None else ()),
+        ]
 
     def to_frame(self) -> pd.DataFrame:
         """Findings of the quality checks, recordings that were set aside and deviations from the plan, a row each."""
         set_aside = [
-            {"recording": row["recording"], "check": "set-aside", "severity": "reject", "message": row["reason"]}
+            {
+                "recording": row["recording"],
+                "check": "set-aside",
+                "severity": "reject",
+                "message": row["reason"],
+            }
             for row in self.report.set_aside
         ]
         columns = ("recording", "channel", "check", "severity", "message")
@@ -90,7 +98,13 @@ class IngestedCampaign:
         return f"<{self._sentence()}>"
 
     def _repr_html_(self) -> str:
-        counts = self.to_frame().groupby(["severity", "check"], dropna=False).size().rename("findings").reset_index()
+        counts = (
+            self.to_frame()
+            .groupby(["severity", "check"], dropna=False)
+            .size()
+            .rename("findings")
+            .reset_index()
+        )
         return titled_table(self._sentence(), counts)
 
     def _sentence(self) -> str:
@@ -102,7 +116,10 @@ class IngestedCampaign:
 
 
 def ingest_campaign(
-    store: Store, folder: Path, options: IngestOptions, progress: Callable[[int, int, str], None] | None = None
+    store: Store,
+    folder: Path,
+    options: IngestOptions,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> IngestedCampaign:
     """Read the campaign in `folder` into the store, link it to its plan, and look for facts that training needs.
 
@@ -115,7 +132,10 @@ def ingest_campaign(
 
 
 def ingest_into(
-    target: Store, folder: Path, options: IngestOptions, progress: Callable[[int, int, str], None] | None = None
+    target: Store,
+    folder: Path,
+    options: IngestOptions,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> IngestedCampaign:
     """`ingest_campaign` into a store that is open already: for a dry run, the one of a rehearsal."""
     from ...ingest.load import ingest_folder
@@ -141,7 +161,9 @@ def add_plate_motion(speed: ImpactSpeed, force_n: Floats, plate: StruckPlate) ->
     """A speed with its plate's motion, from the mobility of a plate without edges; its uncertainty grows by it."""
     figures = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, plate.thickness_m)
     impedance = float(plate_impedance(*(np.array([value]) for value in figures))[0])
-    velocity, uncertainty = with_plate_motion(speed.velocity_m_s, speed.velocity_u_m_s, force_n, impedance, plate.anvil)
+    velocity, uncertainty = with_plate_motion(
+        speed.velocity_m_s, speed.velocity_u_m_s, force_n, impedance, plate.anvil
+    )
     return ImpactSpeed(velocity, uncertainty, "integrated with target motion")
 
 
@@ -152,8 +174,16 @@ def training_notes(store: Store, campaign: str) -> list[dict[str, Any]]:
     """A note in the form of an ingest's findings, of the predictors that ship for the campaign's kind; none where
     nothing is missing."""
     with store.reading() as session:
-        words = missing_facts_words(session, session.scalars(select(Campaign).where(Campaign.name == campaign)).one())
-    note = {"recording": None, "channel": None, "check": CHECK, "severity": "note", "message": words}
+        words = missing_facts_words(
+            session, session.scalars(select(Campaign).where(Campaign.name == campaign)).one()
+        )
+    note = {
+        "recording": None,
+        "channel": None,
+        "check": CHECK,
+        "severity": "note",
+        "message": words,
+    }
     return [note] if words else []
 
 

@@ -36,12 +36,16 @@ def confined(path: str, roots: Sequence[Path]) -> Path:
     Raises `PathError` otherwise, in the same words whether or not there is something outside.
     """
     if not roots:
-        raise PathError("no folder may be read: start with pyroshock serve --data FOLDER, or upload the campaign")
+        raise PathError(
+            "no folder may be read: start with pyroshock serve --data FOLDER, or upload the campaign"
+        )
     if "\0" in path:
         raise PathError(f"{path!r} is no path")
     for root in (root_path.resolve() for root_path in roots):
         try:
-            resolved = (root / path).resolve()  # a path that begins at the root of the disk stands for itself
+            resolved = (
+                root / path
+            ).resolve()  # a path that begins at the root of the disk stands for itself
         except (OSError, RuntimeError):
             continue
         if resolved.is_relative_to(root) and (resolved / FILE).is_file():
@@ -67,7 +71,9 @@ def _walked(folder: Path, depth: int) -> Iterator[Path]:
             yield folder
             return
         below = (
-            sorted(child for child in folder.iterdir() if child.is_dir() and not child.is_symlink()) if depth else []
+            sorted(child for child in folder.iterdir() if child.is_dir() and not child.is_symlink())
+            if depth
+            else []
         )
     except OSError:
         return
@@ -132,7 +138,9 @@ def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
         with zipfile.ZipFile(content) as archive:
             members = [member for member in archive.infolist() if not member.is_dir()]
             paths = _distinct([_member_path(member) for member in members])
-            packed, large = (sum(getattr(m, name) for m in members) for name in ("compress_size", "file_size"))
+            packed, large = (
+                sum(getattr(m, name) for m in members) for name in ("compress_size", "file_size")
+            )
             if large > most_bytes or large > max(SMALL_BYTES, MOST_TIMES * packed):
                 raise UploadError(
                     f"the ZIP unpacks to {large:,} bytes from {packed:,}; expected a campaign's recordings"
@@ -152,14 +160,18 @@ def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
 def _member_path(member: zipfile.ZipInfo) -> PurePosixPath:
     kind = stat.S_IFMT(member.external_attr >> 16)
     if kind not in (0, stat.S_IFREG):
-        raise UploadError(f"{member.filename!r:.120} in the ZIP is a link or a device; expected files")
+        raise UploadError(
+            f"{member.filename!r:.120} in the ZIP is a link or a device; expected files"
+        )
     return safe_path(member.filename)
 
 
 def _distinct(paths: Sequence[PurePosixPath]) -> Sequence[PurePosixPath]:
     """Also where letters' case does not count, and no file is a folder of another's."""
     if len(paths) > MOST_FILES:
-        raise UploadError(f"{len(paths):,} files; more than {MOST_FILES:,} go by pyroshock ingest FOLDER")
+        raise UploadError(
+            f"{len(paths):,} files; more than {MOST_FILES:,} go by pyroshock ingest FOLDER"
+        )
     seen = {str(path).casefold() for path in paths}
     folders = {str(parent).casefold() for path in paths for parent in path.parents}
     if len(seen) != len(paths) or seen & folders:
@@ -177,7 +189,9 @@ def copy_file(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
         while block := content.read(1 << 20):
             remaining_bytes -= len(block)
             if remaining_bytes < 0:
-                raise UploadError("the files are larger than may be uploaded; pyroshock ingest FOLDER takes them")
+                raise UploadError(
+                    "the files are larger than may be uploaded; pyroshock ingest FOLDER takes them"
+                )
             out.write(block)
     return remaining_bytes
 
@@ -205,6 +219,10 @@ def ingest_job(
 
     `scratch` is removed however the ingest ends; that of a dry run is kept until somebody stores or discards it.
     """
-    arguments = IngestArguments(str(folder), settings.as_json(), plan, None if scratch is None else str(scratch))
-    kind, label = (CHECK, f"Check of {folder.name}") if dry_run else (INGEST, f"Ingest of {folder.name}")
+    arguments = IngestArguments(
+        str(folder), settings.as_json(), plan, None if scratch is None else str(scratch)
+    )
+    kind, label = (
+        (CHECK, f"Check of {folder.name}") if dry_run else (INGEST, f"Ingest of {folder.name}")
+    )
     return jobs.ask(store, kind, label, arguments, host=this_host())

@@ -65,12 +65,22 @@ def running(store: Store, hand: WorkerIdentity) -> list[Sighting]:
     query = select(*columns).where(Job.state == RUNNING, *hand.may()).order_by(Job.id)
     rows = store.read(lambda session: session.execute(query).all())
     # a running job has a lease: a rule of the table
-    return [Sighting(job, attempt, beat, deaths, lease_s or 0.0) for job, attempt, beat, deaths, lease_s in rows]
+    return [
+        Sighting(job, attempt, beat, deaths, lease_s or 0.0)
+        for job, attempt, beat, deaths, lease_s in rows
+    ]
 
 
-def claim_waiting(store: Store, hand: WorkerIdentity, skipped: Collection[int] = ()) -> Claimed | None:
+def claim_waiting(
+    store: Store, hand: WorkerIdentity, skipped: Collection[int] = ()
+) -> Claimed | None:
     """The job that has waited longest, but for those `skipped` to others; None where there is none."""
-    query = select(Job.id).where(Job.state == WAITING, *hand.may(), Job.id.not_in(skipped)).order_by(Job.id).limit(1)
+    query = (
+        select(Job.id)
+        .where(Job.state == WAITING, *hand.may(), Job.id.not_in(skipped))
+        .order_by(Job.id)
+        .limit(1)
+    )
     if store.read(lambda session: session.scalar(query)) is None:
         return None  # asked first: on SQLite a claim takes the lock of all writers
     return store.write(lambda session: _take(session, hand, query, worker_died=False))
@@ -88,7 +98,12 @@ def mark_dead(store: Store, silent: Sighting) -> bool:
         f"{silent.deaths + 1} workers in turn were killed at it or fell silent (memory, or a library that crashes, "
         "perhaps); it is not begun again: try it with less data"
     )
-    ended = {"state": FAILED, "error": error, "ended_at": datetime.now(UTC), "deaths": Job.deaths + 1}
+    ended = {
+        "state": FAILED,
+        "error": error,
+        "ended_at": datetime.now(UTC),
+        "deaths": Job.deaths + 1,
+    }
 
     def work(session: Session) -> bool:
         if session.scalar(_free(select(Job.id).where(*_still(silent)))) is None:
@@ -123,9 +138,13 @@ def _take(session: Session, hand: WorkerIdentity, query: Any, worker_died: bool)
         "started_at": datetime.now(UTC),
         **{"done": 0, "total": 0, "what": ""},
     }
-    session.execute(update(Job).where(Job.id == key).values(taken).execution_options(synchronize_session=False))
+    session.execute(
+        update(Job).where(Job.id == key).values(taken).execution_options(synchronize_session=False)
+    )
     job = session.get_one(Job, key)
-    return Claimed(Lease(key, job.attempt), job.kind, job.label, job.arguments, job.host, job.stop_requested)
+    return Claimed(
+        Lease(key, job.attempt), job.kind, job.label, job.arguments, job.host, job.stop_requested
+    )
 
 
 _log = logging.getLogger("pyroshock.jobs")
@@ -146,7 +165,12 @@ def after(kind: str, arguments: Mapping[str, Any], host: str | None) -> None:
 def tidy_up(store: Store) -> None:
     """What jobs have left that were bound to this machine and ended elsewhere, or as their worker was killed."""
     columns = (Job.kind, Job.arguments, Job.host)
-    ended = select(*columns).where(Job.state.in_(ENDED), Job.host == this_host()).order_by(Job.id.desc()).limit(_MOST)
+    ended = (
+        select(*columns)
+        .where(Job.state.in_(ENDED), Job.host == this_host())
+        .order_by(Job.id.desc())
+        .limit(_MOST)
+    )
     for kind, arguments, host in store.read(lambda session: session.execute(ended).all()):
         after(kind, arguments, host)
 

@@ -10,7 +10,15 @@ from typing import Any
 
 import click
 
-from ..cli.common import data_option, db_option, format_cell, json_option, note, open_command_store, write_json
+from ..cli.common import (
+    data_option,
+    db_option,
+    format_cell,
+    json_option,
+    note,
+    open_command_store,
+    write_json,
+)
 from ..cli.listed import Listing, listing_options
 from ..cli.nouns import noun_group
 from ..cli.options import confirm_deletion, deletion_options
@@ -21,7 +29,9 @@ _SHORTEST_LEASE_S = 1.0
 
 @click.command()
 @db_option
-@click.option("--once", is_flag=True, help="End when no job waits and no dead worker has left a job.")
+@click.option(
+    "--once", is_flag=True, help="End when no job waits and no dead worker has left a job."
+)
 @click.option(
     "--lease",
     default="30s",
@@ -43,7 +53,9 @@ def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
     with open_command_store(db, create=True) as store:
         from .worker import Worker
 
-        worker = Worker(store, db, lease_s=_lease_s(lease), folders=folders or (Path.cwd(),), tell=note)
+        worker = Worker(
+            store, db, lease_s=_lease_s(lease), folders=folders or (Path.cwd(),), tell=note
+        )
         note(f"pyroshock: {worker.hand.name} works")
         with _ended_as_by_hand():
             had = worker.run(once=once)
@@ -167,7 +179,10 @@ def stop(job: int, db: str) -> None:
         from .claims import stop as stop_job
 
         job_record = stop_job(store, job)
-    note(f"job {job}, {job_record.label}: " + (job_record.state if job_record.ended else "asked to stop"))
+    note(
+        f"job {job}, {job_record.label}: "
+        + (job_record.state if job_record.ended else "asked to stop")
+    )
 
 
 jobs = noun_group(

@@ -63,8 +63,15 @@ def _sign(session: Session, lease: Lease) -> Sign:
 
 def finish(session: Session, lease: Lease, result: Result, progress: JobProgress) -> None:
     """The job is done, in the transaction that stores the last of its work. Raises `LeaseLostError`."""
-    columns = {"address": result.address, "words": result.words, "result": result.data, "what": progress.what}
-    _end(session, lease, DONE, {**to_plain(columns), "done": progress.done, "total": progress.total})
+    columns = {
+        "address": result.address,
+        "words": result.words,
+        "result": result.data,
+        "what": progress.what,
+    }
+    _end(
+        session, lease, DONE, {**to_plain(columns), "done": progress.done, "total": progress.total}
+    )
 
 
 def fail(store: Store, lease: Lease, why: str) -> None:
@@ -96,13 +103,17 @@ _TICK_S = 1.0
 class Heartbeat:
     """Beats for as long as it is entered. `step` tells progress, and raises what ends the work."""
 
-    def __init__(self, store: Store, lease: Lease, lease_s: float, ending: threading.Event, stop: bool) -> None:
+    def __init__(
+        self, store: Store, lease: Lease, lease_s: float, ending: threading.Event, stop: bool
+    ) -> None:
         self.progress = JobProgress()
         self._store, self._lease, self._ending = store, lease, ending
         self._beat_s = lease_s / _BEATS
         self._sign = Sign(True, stop)
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"pyroshock job {lease.job}", daemon=True)
+        self._thread = threading.Thread(
+            target=self._run, name=f"pyroshock job {lease.job}", daemon=True
+        )
 
     def __enter__(self) -> Heartbeat:
         self._thread.start()

@@ -97,7 +97,9 @@ class Kind(Generic[Arguments]):
         except TypeError as error:
             field_names = ", ".join(item.name for item in fields(self.record))  # type: ignore[arg-type]  # a dataclass
             was = f"a job of kind {self.name} with {', '.join(stored)}"
-            raise ValueError(f"{was}; this software knows {field_names}: ask for it anew") from error
+            raise ValueError(
+                f"{was}; this software knows {field_names}: ask for it anew"
+            ) from error
 
     def plain(self, arguments: Arguments) -> dict[str, Any]:
         """The inverse of `read`."""

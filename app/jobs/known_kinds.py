@@ -19,7 +19,9 @@ class KindTable(UserDict[str, Any]):
         place = super().__getitem__(name)
         if not isinstance(place, Kind):
             module, attribute = place
-            place = self[name] = getattr(importlib.import_module(module, __package__.partition(".")[0]), attribute)
+            place = self[name] = getattr(
+                importlib.import_module(module, __package__.partition(".")[0]), attribute
+            )
             assert isinstance(place, Kind)
         return place
 

@@ -44,7 +44,9 @@ def acquire_lease(session: Session, lease: Lease) -> None:
 
 def change(session: Session, lease: Lease, values: dict[str, Any]) -> None:
     """Change the job's row. Raises `LeaseLostError` where the lease is not held."""
-    changed = session.execute(update(Job).where(*lease.held()).values(values), execution_options=_BLIND)
+    changed = session.execute(
+        update(Job).where(*lease.held()).values(values), execution_options=_BLIND
+    )
     if not changed.rowcount:  # type: ignore[attr-defined]  # SQLAlchemy types `execute` for rows only
         raise LeaseLostError(f"attempt {lease.attempt} at job {lease.job} is over")
 
@@ -84,7 +86,9 @@ class FencedStore(Store):
         return super().read(work) if self._last is None else work(self._last)
 
     def write(self, work: Callable[[Session], Result], *, idempotent: bool = False) -> Result:
-        return super().write(work, idempotent=idempotent) if self._last is None else work(self._last)
+        return (
+            super().write(work, idempotent=idempotent) if self._last is None else work(self._last)
+        )
 
     def end(self, work: Callable[[Session], Result]) -> Result:
         """What `work` returns of the transaction that ends the job. All that is read and written meanwhile joins it, so

@@ -57,7 +57,11 @@ class JobView:
 
     def as_json(self) -> dict[str, Any]:
         """As `/api/jobs` tells it; times are to the second."""
-        fields = {name: value for name, value in vars(self).items() if name not in ("key", "stop_requested")}
+        fields = {
+            name: value
+            for name, value in vars(self).items()
+            if name not in ("key", "stop_requested")
+        }
         times = {name: _second(fields[name]) for name in ("asked_at", "started_at", "ended_at")}
         return {"id": self.key, **fields, **times, "result": finite(self.result)}
 
@@ -71,7 +75,9 @@ def this_host() -> str:
     return os.environ.get(HOST_VARIABLE) or socket.gethostname()
 
 
-def ask(store: Store, kind: Kind[Arguments], label: str, arguments: Arguments, host: str | None = None) -> JobView:
+def ask(
+    store: Store, kind: Kind[Arguments], label: str, arguments: Arguments, host: str | None = None
+) -> JobView:
     """Put a job at the end of the queue; `host` where only one machine has what it needs."""
 
     def work(session: Session) -> int:
@@ -98,7 +104,9 @@ def get_job(store: Store, key: int) -> JobView:
         return _view(job, job.result)
 
 
-def list_jobs(store: Store, limit: int = 200, before: int | None = None, state: str | None = None) -> list[JobView]:
+def list_jobs(
+    store: Store, limit: int = 200, before: int | None = None, state: str | None = None
+) -> list[JobView]:
     """The newest first, without their results: at most `limit`, of those older than number `before`, in one `state`."""
     query = select(Job).order_by(Job.id.desc()).limit(limit)
     if state is not None:
@@ -170,13 +178,17 @@ def ended_job(store: Store, key: int) -> JobView:
 def delete_job(store: Store, key: int) -> None:
     """Delete the row of a job that has ended. Raises as `ended_job`."""
     ended_job(store, key)
-    store.write(lambda session: session.execute(delete(Job).where(Job.id == key, Job.state.in_(ENDED))))
+    store.write(
+        lambda session: session.execute(delete(Job).where(Job.id == key, Job.state.in_(ENDED)))
+    )
 
 
 def _stop(session: Session, key: int) -> None:
     at_once = {"state": STOPPED, "stop_requested": True, "ended_at": datetime.now(UTC)}
     session.execute(update(Job).where(Job.id == key, Job.state == WAITING).values(at_once))
-    session.execute(update(Job).where(Job.id == key, Job.state == RUNNING).values(stop_requested=True))
+    session.execute(
+        update(Job).where(Job.id == key, Job.state == RUNNING).values(stop_requested=True)
+    )
 
 
 def _view(job: Job, result: Any) -> JobView:

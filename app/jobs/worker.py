@@ -75,7 +75,9 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
     except InterruptedWorkError:
         _handed_back(bench, claimed)
     except Exception as error:
-        if isinstance(error, StoreError) and is_transient(error):  # the store's trouble, not the job's
+        if isinstance(error, StoreError) and is_transient(
+            error
+        ):  # the store's trouble, not the job's
             _handed_back(bench, claimed)
             raise
         words = _words(error)
@@ -91,11 +93,15 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
 def _do(bench: WorkerContext, claimed: Claimed) -> None:
     lease = claimed.lease
     store = FencedStore(bench.store, lease, f"job {lease.job}: {claimed.label}")
-    with Heartbeat(bench.store, lease, bench.lease_s, bench.ending, claimed.stop_requested) as heart:
+    with Heartbeat(
+        bench.store, lease, bench.lease_s, bench.ending, claimed.stop_requested
+    ) as heart:
         heart.check()
         kind = KINDS[claimed.kind]
         arguments = kind.read(claimed.arguments)
-        ending = kind.do(RunningJob(lease.job, store, bench.db, heart.step, bench.folders), arguments)
+        ending = kind.do(
+            RunningJob(lease.job, store, bench.db, heart.step, bench.folders), arguments
+        )
         heart.check()
         store.end(lambda session: finish(session, lease, ending(), heart.progress))
 
@@ -134,7 +140,11 @@ class Watch:
         earlier_jobs = {attempt.job for attempt in before}
         self._since = {attempt: before.get(attempt, now) for attempt in seen}
         running = {attempt.job for attempt in self._since}
-        moved = {attempt.job for attempt in self._since if attempt.job in earlier_jobs and attempt not in before}
+        moved = {
+            attempt.job
+            for attempt in self._since
+            if attempt.job in earlier_jobs and attempt not in before
+        }
         self._alive = (self._alive & running) | moved
         return [attempt for attempt, since in self._since.items() if now - since >= attempt.lease_s]
 
@@ -171,7 +181,9 @@ class Worker:
         tell: Callable[[str], None] = lambda _: None,
     ) -> None:
         host = host or this_host()
-        self.hand = WorkerIdentity(name or f"{host}:{os.getpid()}:{uuid.uuid4().hex[:8]}", host, tuple(KINDS), lease_s)
+        self.hand = WorkerIdentity(
+            name or f"{host}:{os.getpid()}:{uuid.uuid4().hex[:8]}", host, tuple(KINDS), lease_s
+        )
         self.bench = WorkerContext(store, db, lease_s, folders)
         self.in_hand: Claimed | None = None
         self._watch, self._tell = Watch(), tell
@@ -233,7 +245,11 @@ class Worker:
         for silent in self._watch.silent(running(store, self.hand)):
             taken = self._after_death(silent)
             if taken is not None:
-                _log.warning("job %d is taken over: its worker was silent for %g s", silent.job, silent.lease_s)
+                _log.warning(
+                    "job %d is taken over: its worker was silent for %g s",
+                    silent.job,
+                    silent.lease_s,
+                )
                 return taken
         return claim_waiting(store, self.hand, self._left)
 

@@ -47,7 +47,9 @@ def _check(store: Store, wanted: PlanArguments) -> None:
         space_from_form(wanted.factors)
     with store.reading() as session:
         if session.scalar(select(Plan.id).where(Plan.name == wanted.name)) is not None:
-            raise PlanExistsError(f"plan {wanted.name!r} is in the store already; choose another name")
+            raise PlanExistsError(
+                f"plan {wanted.name!r} is in the store already; choose another name"
+            )
 
 
 router = APIRouter(tags=["plans"])

@@ -29,13 +29,29 @@ from .designs_cli import DesignCommands, augment, tell_plan
 @click.argument("campaign", shell_complete=campaign_names)
 @click.option("--name", default=None, help="Name the plan. [default: CAMPAIGN-discriminate]")
 @click.option("--anew", is_flag=True, help="Diagnose again, although the store has a diagnosis.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Set the seed of a new diagnosis.")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed of a new diagnosis.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Write the table of runs to FILE as CSV.",
+)
 @spreadsheet_guard_option
 @db_option
 @json_option
 def discriminate(
-    campaign: str, name: str | None, anew: bool, seed: int, out: Path | None, db: str, json_to: str | None
+    campaign: str,
+    name: str | None,
+    anew: bool,
+    seed: int,
+    out: Path | None,
+    db: str,
+    json_to: str | None,
 ) -> None:
     """Plan the runs that tell apart the causes which the last diagnosis of CAMPAIGN could not tell apart.
 
@@ -62,11 +78,16 @@ def discriminate(
         if not report["next_runs"]:
             note(no_setting(campaign))
             raise click.exceptions.Exit(1)
-        stored, left_out = store_experiment(store, campaign, report["next_runs"], name or plan_name(campaign))
+        stored, left_out = store_experiment(
+            store, campaign, report["next_runs"], name or plan_name(campaign)
+        )
     for words in (*(run["why"] for run in report["next_runs"]), *left_out):
         note(spell_sets(words))
     note(f"plan {stored.name}: {len(stored.runs)} runs")
-    rows = ({"run": run.run, **settings_in_si(run.row), "repetitions": run.repetitions} for run in stored.runs)
+    rows = (
+        {"run": run.run, **settings_in_si(run.row), "repetitions": run.repetitions}
+        for run in stored.runs
+    )
     tell_plan(stored, rows, json_to, out)
     suggest_next("plan", "sheet", stored.name, "--out", f"{stored.name}.html")
 
@@ -135,7 +156,9 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
     shell_complete=plan_names,
 )
 @click.option(
-    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the quality of the plan into FILE.png."
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Draw the quality of the plan into FILE.png.",
 )
 @click.option(
     "--effect",
@@ -146,7 +169,9 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
 )
 @db_option
 @json_option
-def quality(name: str, against: str | None, plot: Path | None, effect: float, db: str, json_to: str | None) -> None:
+def quality(
+    name: str, against: str | None, plot: Path | None, effect: float, db: str, json_to: str | None
+) -> None:
     """Say whether a plan is good, with the reasons and their cures, and measure it: balance of levels, pairs and
     triples, space filling, power, changeovers, and confounding with other effects and with time.
 
@@ -201,7 +226,11 @@ def status(name: str, db: str, json_to: str | None) -> None:
     click.echo(f"{name}: {counts['done']} done, {open_runs}, {counts['discarded']} discarded")
     print_table(
         (
-            {"run": run.run, "state": run.state, "recorded": f"{len(run.accepted)}/{run.repetitions}"}
+            {
+                "run": run.run,
+                "state": run.state,
+                "recorded": f"{len(run.accepted)}/{run.repetitions}",
+            }
             | settings_in_si(run.row)
             | ({"reason": run.reason} if run.reason else {})
             for run in stored.runs
@@ -270,7 +299,9 @@ for command in (augment, discriminate):
     ),
     shell_complete=effect_ids,
 )
-@click.option("--echoes", is_flag=True, help="Let reflections from the edges of the plate act on the contact.")
+@click.option(
+    "--echoes", is_flag=True, help="Let reflections from the edges of the plate act on the contact."
+)
 @click.option("--name", default=None, help="Name the campaign. [default: the name of the plan]")
 @click.option(
     "--repetitions",
@@ -339,10 +370,17 @@ def simulate(
                 progress=step,
             )
     what = "shots" if stored.space.kind == "gun" else "hits"
-    note(f"{made.folder}: {made.recordings} recordings with {made.hits} {what}; settings and true values: {made.seal}")
+    note(
+        f"{made.folder}: {made.recordings} recordings with {made.hits} {what}; settings and true values: {made.seal}"
+    )
     if json_to is not None:
         write_json(
-            {"folder": str(made.folder), "recordings": made.recordings, "hits": made.hits, "seal": str(made.seal)},
+            {
+                "folder": str(made.folder),
+                "recordings": made.recordings,
+                "hits": made.hits,
+                "seal": str(made.seal),
+            },
             json_to,
         )
     suggest_next("ingest", str(made.folder))
@@ -356,5 +394,7 @@ def _strengths(texts: tuple[str, ...]) -> dict[str, float]:
         try:
             strengths[name.strip()] = float(strength) if sign else 1.0
         except ValueError as error:
-            raise ValueError(f"--effect {text!r}; expected NAME=STRENGTH, such as gun.blow_by=2") from error
+            raise ValueError(
+                f"--effect {text!r}; expected NAME=STRENGTH, such as gun.blow_by=2"
+            ) from error
     return strengths

@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from ...doe.plans import StoredPlan
 
 
-def tell_plan(stored: StoredPlan, rows: Iterable[dict[str, Any]], json_to: str | None, out: Path | None) -> None:
+def tell_plan(
+    stored: StoredPlan, rows: Iterable[dict[str, Any]], json_to: str | None, out: Path | None
+) -> None:
     """The plan as CSV in `out`, as JSON in `json_to`; `rows` of it as a table where neither is asked for."""
     from ..common.plan_tables import plan_as_json, write_table
 
@@ -66,7 +68,9 @@ class DesignCommands(NounGroup):
         return _method_command(cmd_name, METHODS[cmd_name]) if cmd_name in METHODS else None
 
 
-def _ranges(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
+def _ranges(
+    _: click.Context, __: click.Parameter, given: tuple[str, ...]
+) -> dict[str, tuple[float, ...]]:
     """Column to low, high and step of each COLUMN=LOW:HIGH or COLUMN=LOW:HIGH:STEP."""
     ranges = {}
     for text in given:
@@ -74,7 +78,9 @@ def _ranges(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> di
         try:
             ranges[column] = tuple(float(number) for number in limits.split(":"))
         except ValueError:
-            raise click.BadParameter(f"{text!r}; expected such as tank_pressure_bar=0.8:6:0.05") from None
+            raise click.BadParameter(
+                f"{text!r}; expected such as tank_pressure_bar=0.8:6:0.05"
+            ) from None
     return ranges
 
 
@@ -97,7 +103,9 @@ def _design_options(function: Function) -> Function:
             help="Set the seed: the same seed gives the same plan. [default: drawn and reported]",
         ),
         click.option(
-            "--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV."
+            "--out",
+            type=click.Path(path_type=Path, dir_okay=False),
+            help="Write the table of runs to FILE as CSV.",
         ),
         spreadsheet_guard_option,
         click.option(
@@ -107,7 +115,11 @@ def _design_options(function: Function) -> Function:
             show_default=True,
             help="Take the factors of this kind of bench.",
         ),
-        click.option("--factors", type=click.Path(path_type=Path), help="Read your own factors from a TOML file."),
+        click.option(
+            "--factors",
+            type=click.Path(path_type=Path),
+            help="Read your own factors from a TOML file.",
+        ),
         click.option(
             "--range",
             "ranges",
@@ -180,7 +192,9 @@ def _method_command(name: str, method: DesignMethod) -> click.Command:
     for option in reversed(method.options):
         command = click.option(f"--{option.name}", **_of_option(option))(command)
     if "runs" in method.takes:
-        command = click.option("--runs", type=click.IntRange(1), required=True, help="Set the number of runs.")(command)
+        command = click.option(
+            "--runs", type=click.IntRange(1), required=True, help="Set the number of runs."
+        )(command)
     if "table" in method.takes:
         command = click.argument("table", type=click.Path(path_type=Path))(command)
     command = click.argument("name")(command)
@@ -191,12 +205,17 @@ def _method_command(name: str, method: DesignMethod) -> click.Command:
 
 def _of_option(option: Option) -> dict[str, Any]:
     kind = click.Choice(option.choices) if option.choices else option.kind
-    return {"type": kind, "default": option.default, "show_default": option.default is not None, "help": option.help}
+    return {
+        "type": kind,
+        "default": option.default,
+        "show_default": option.default is not None,
+        "help": option.help,
+    }
 
 
 def _factors(path: Path) -> str:
     from ...doe.space import space_from_text
-    from ...schema.toml_text import read_toml_text
+    from ...files.toml_text import read_toml_text
 
     try:
         text = read_toml_text(path)
@@ -213,7 +232,11 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
 
         factors = _factors(given["factors"]) if given["factors"] else None
         common = {key: given[key] for key in ("kind", "repetitions", "seed")}
-        common |= {key: given[key] for key in ("order", "blocks", "replicates", "centre_points") if key in given}
+        common |= {
+            key: given[key]
+            for key in ("order", "blocks", "replicates", "centre_points")
+            if key in given
+        }
         taken = {key: given[key] for key in ("runs", "table") if key in given}
         made = PlanCollection(store).make(
             name, method=method, factors=factors, gun=given["bench"], ranges=given["ranges"], options=options,
@@ -221,7 +244,9 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
         )  # fmt: skip
     stored = made.stored
     seed_text = f", seed {stored.seed}" if stored.seed is not None else ""
-    note(f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} repetitions, {stored.method}{seed_text}")
+    note(
+        f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} repetitions, {stored.method}{seed_text}"
+    )
     for line in made.aliases():
         note(f"aliased: {line}")
     _tell(stored, given["json_to"], given["out"])
@@ -250,9 +275,16 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
     help="Set the seed: the same seed gives the same runs.",
 )
 @click.option(
-    "--gun", "bench", type=click.Path(path_type=Path), help="Take the limits of the gun of this campaign folder."
+    "--gun",
+    "bench",
+    type=click.Path(path_type=Path),
+    help="Take the limits of the gun of this campaign folder.",
 )
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table of runs to FILE as CSV.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Write the table of runs to FILE as CSV.",
+)
 @spreadsheet_guard_option
 @db_option
 @json_option
@@ -282,7 +314,9 @@ def augment(
             before = read_plan(session, name)
         count = runs if runs is not None else sum(run.status == "discarded" for run in before.runs)
         if not count:
-            raise ValueError(f"plan {name!r} has no discarded runs to replace; say how many to add: --runs N")
+            raise ValueError(
+                f"plan {name!r} has no discarded runs to replace; say how many to add: --runs N"
+            )
         repetitions_of_run = repetitions or mode(run.repetitions for run in before.runs)
         numbers = augment_plan(store, before, count, repetitions_of_run, seed, gun_bench(bench))
         with store.reading() as session:
@@ -295,4 +329,9 @@ def augment(
 def _tell(stored: StoredPlan, json_to: str | None, out: Path | None) -> None:
     from ..common.plan_tables import cells_of, settings_in_si
 
-    tell_plan(stored, ({"run": run.run, **settings_in_si(cells_of(run))} for run in stored.runs), json_to, out)
+    tell_plan(
+        stored,
+        ({"run": run.run, **settings_in_si(cells_of(run))} for run in stored.runs),
+        json_to,
+        out,
+    )

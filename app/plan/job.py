@@ -75,7 +75,11 @@ def _do(work: RunningJob, arguments: PlanArguments) -> Ending:
     def ending() -> Result:
         plan = store_draft(work.store, draft)
         seed = "" if plan.seed is None else f", seed {plan.seed}"
-        return Result(f"/plans/{quote(plan.name, safe='')}", f"{len(plan.runs)} runs{seed}", plan_as_json(plan))
+        return Result(
+            f"/plans/{quote(plan.name, safe='')}",
+            f"{len(plan.runs)} runs{seed}",
+            plan_as_json(plan),
+        )
 
     return ending
 
@@ -84,8 +88,12 @@ def _form(arguments: PlanArguments) -> JobForm:
     names = ("name", "method", "description", "factors", "table")
     numbers = ("runs", "repetitions", "seed")
     values = {name: getattr(arguments, name) for name in (*names, *numbers)}
-    fields: dict[str, str | list[str]] = {name: str(value) for name, value in values.items() if value not in (None, "")}
-    fields |= {f"{arguments.method}.{option}": str(value) for option, value in arguments.options.items()}
+    fields: dict[str, str | list[str]] = {
+        name: str(value) for name, value in values.items() if value not in (None, "")
+    }
+    fields |= {
+        f"{arguments.method}.{option}": str(value) for option, value in arguments.options.items()
+    }
     return JobForm(f"/plans/new?kind={arguments.kind}", "make", fields)
 
 

@@ -17,7 +17,7 @@ from ...doe.order import RunOrder
 from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ...doe.sheet import boxes, sheet_of, write_sheet
 from ...doe.space import shipped_factors, space_from_text
-from ...spreadsheet_guard import guarding
+from ...files.spreadsheet_guard import guarding
 from ..common.plan_tables import run_counts
 from ..common.quantities import cell, heading
 from ..web.dependencies import Key, Name, OpenStore, Running
@@ -37,12 +37,16 @@ def balance_figure(axis: Mapping[str, Any]) -> Figure:
     share = axis["share"]
     level = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": share, "y1": share}
     rule = {**level, "line": {"color": "quiet", "dash": "dash"}}
-    return categories(shown, axis["axis"].replace("_", " "), "runs", shapes=[rule], showlegend=False)
+    return categories(
+        shown, axis["axis"].replace("_", " "), "runs", shapes=[rule], showlegend=False
+    )
 
 
 def pairs_figure(judged: Mapping[str, Any]) -> Figure:
     """Every pair of levels (`quality.plan_page`), from -1 for an empty one to 1 for twice its share."""
-    return heat_map(judged["pair_labels"], judged["pairs"], (-1, 1), "beyond the balanced share", DIVERGING)
+    return heat_map(
+        judged["pair_labels"], judged["pairs"], (-1, 1), "beyond the balanced share", DIVERGING
+    )
 
 
 def correlation_figure(judged: Mapping[str, Any]) -> Figure:
@@ -56,7 +60,10 @@ def coverage_figure(levels: Sequence[Mapping[str, Any]], factor: str) -> Figure:
     factor_levels = [row for row in levels if row["factor"] == factor]
     names = [cell(factor, row["level"]) for row in factor_levels]
     states = (("done", COLOURS[2]), ("planned", COLOURS[7]), ("discarded", COLOURS[1]))
-    shown = [bars(names, [row[state] for row in factor_levels], state, colour) for state, colour in states]
+    shown = [
+        bars(names, [row[state] for row in factor_levels], state, colour)
+        for state, colour in states
+    ]
     return categories(shown, heading(factor), "runs", barmode="stack")
 
 
@@ -107,7 +114,11 @@ async def _options(request: Request) -> dict[str, str]:
     """What the form says of the method's options: fields such as "lhs.criterion"."""
     form = await request.form()
     prefix = f"{form.get('method', 'lhs')}."
-    return {name.removeprefix(prefix): str(value) for name, value in form.items() if name.startswith(prefix) and value}
+    return {
+        name.removeprefix(prefix): str(value)
+        for name, value in form.items()
+        if name.startswith(prefix) and value
+    }
 
 
 @router.post("/plans")
@@ -132,9 +143,15 @@ def make(
     if seed and not seed.isdecimal():
         raise FieldError("seed", f"seed {seed!r} is no whole number; leave it empty to draw one")
     if order == "random" and blocks > 1:
-        raise FieldError("blocks", f"{blocks} blocks in random order; expected one block, or the order of a split plot")
+        raise FieldError(
+            "blocks",
+            f"{blocks} blocks in random order; expected one block, or the order of a split plot",
+        )
     if method == "import" and not table.strip():
-        raise FieldError("table", "no table is given; paste one with a column for each factor and a row for each run")
+        raise FieldError(
+            "table",
+            "no table is given; paste one with a column for each factor and a row for each run",
+        )
     wanted = PlanArguments(
         name=name.strip(),
         method=method,
@@ -159,7 +176,11 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
     with store.reading() as session:
         plan = read_plan(session, name)
     judged = plan_page(plan)
-    shares = {factor: f"{row['share']:.2f}" for row in judged["time"] for factor in [*row["axis"].split("+")]}
+    shares = {
+        factor: f"{row['share']:.2f}"
+        for row in judged["time"]
+        for factor in [*row["axis"].split("+")]
+    }
     return page(
         request,
         "plan.html",
@@ -169,7 +190,11 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
         figures=[_figure_row(row) for row in judged["figures"]],
         power=[_power_row(term) for term in judged["power"]],
         changes=[
-            {"factor": row["factor"].replace("_", " "), "changes": row["changes"], "work": row["work"]}
+            {
+                "factor": row["factor"].replace("_", " "),
+                "changes": row["changes"],
+                "work": row["work"],
+            }
             | {"share of variance with time": shares.get(row["factor"], "")}
             for row in judged["changes"]
         ],
@@ -181,7 +206,9 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
 
 def _figure_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """A figure of `quality.plan_page`, with what is better where no bound says so."""
-    direction = "" if row["best_possible"] or row["better"] == "neither" else f", {row['better']} is better"
+    direction = (
+        "" if row["best_possible"] or row["better"] == "neither" else f", {row['better']} is better"
+    )
     return {
         "figure": f"{row['words']}{direction}",
         "this plan": row["text"],
@@ -196,7 +223,9 @@ def _power_row(term: Mapping[str, Any]) -> dict[str, Any]:
         "factor": term["term"].replace("_", " ").replace("+", " and "),
         "levels": term["levels"],
         "power": f"{100 * term['power']:.0f} %",
-        "seen with 80 %": "none" if term["smallest_effect"] is None else number(term["smallest_effect"], 2),
+        "seen with 80 %": "none"
+        if term["smallest_effect"] is None
+        else number(term["smallest_effect"], 2),
         "variance inflation": "infinite"
         if term["variance_inflation"] is None
         else number(term["variance_inflation"], 3),
@@ -212,7 +241,9 @@ def sheet(request: Request, name: Name, store: OpenStore, run: ShownRun = None) 
     if run is not None and run not in numbers:
         raise HTTPException(404, f"plan {name!r} has no run {run}")
     following = next((planned.run for planned in plan.runs if planned.status == "planned"), None)
-    wanted = next((number for number in (run, following, *numbers[-1:]) if number is not None), None)
+    wanted = next(
+        (number for number in (run, following, *numbers[-1:]) if number is not None), None
+    )
     place = None if wanted is None else numbers.index(wanted)
     sheet = sheet_of(plan)
     rows = list(zip(plan.runs, sheet.rows, strict=True))
@@ -239,7 +270,9 @@ def _run_before(plan: StoredPlan, place: int | None) -> int | None:
 
 
 @router.get("/plans/{name}/sheet.{ending}")
-def sheet_file(name: Name, ending: str, store: OpenStore, spreadsheet_guard: bool = True) -> Response:
+def sheet_file(
+    name: Name, ending: str, store: OpenStore, spreadsheet_guard: bool = True
+) -> Response:
     """The sheet as a file; in CSV, texts that begin with = + - @ get an apostrophe unless `spreadsheet_guard=false`."""
     if ending not in _FORMATS:
         raise HTTPException(404, f"no sheet of format {ending!r}; known: {', '.join(_FORMATS)}")
@@ -261,4 +294,6 @@ def tick(
     note: Annotated[str, Form(max_length=2000)] = "",
 ) -> Response:
     tick_run(store, name, run, status=status, note=note or None)
-    return RedirectResponse(f"/plans/{part(name)}/sheet{f'?run={run}' if status == 'planned' else ''}", 303)
+    return RedirectResponse(
+        f"/plans/{part(name)}/sheet{f'?run={run}' if status == 'planned' else ''}", 303
+    )

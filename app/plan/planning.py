@@ -10,7 +10,6 @@ from typing import Any, cast, get_args
 import numpy as np
 from sqlalchemy import select
 
-from ...delimited_text import parse_number
 from ...doe.designs.base import Design
 from ...doe.designs.imported import ImportedDesign
 from ...doe.designs.lhs import balance_levels
@@ -23,6 +22,7 @@ from ...doe.order import RunOrder, run_order
 from ...doe.plans import StoredPlan, add_plan, extend_plan, read_plan
 from ...doe.space import Kind, Space, shipped_factors, space_from_text
 from ...doe.toml_space import with_ranges
+from ...files.delimited_text import parse_number
 from ...ingest.folder import read_campaign_file
 from ...schema.benches import Material, material_names
 from ...schema.known_factors import BY_COLUMN
@@ -40,7 +40,9 @@ def gun_bench(folder: Path | None) -> GunBench:
     """The gun of a campaign folder's campaign.toml; of the shipped shots where none is named."""
     file = read_campaign_file(folder or SHIPPED_BENCH)
     if file.gun is None:
-        raise ValueError(f"{folder}: its campaign.toml has no [bench.gun] to plan tank pressures with")
+        raise ValueError(
+            f"{folder}: its campaign.toml has no [bench.gun] to plan tank pressures with"
+        )
     return GunBench(**vars(file.gun))
 
 
@@ -55,9 +57,13 @@ def run_settings(store: Store, space: Space, rows: Rows, gun: GunBench) -> list[
         return [{} for _ in rows]
     velocities = _velocities(space)
     masses = sorted({parse_number(row[MASS]) for row in rows})
-    pressures = pressures_for_levels(velocities, masses, lambda v, m: float(tank_pressure_for(gun, v, m)))
+    pressures = pressures_for_levels(
+        velocities, masses, lambda v, m: float(tank_pressure_for(gun, v, m))
+    )
     materials = _elastic(store, space)
-    shots = planned_shots(rows, velocities, pressures, materials, lambda p, m: float(muzzle_velocity(gun, p, m)))
+    shots = planned_shots(
+        rows, velocities, pressures, materials, lambda p, m: float(muzzle_velocity(gun, p, m))
+    )
     refuse_unsafe(shots, read_limits(space.bench))
     if not velocities:  # the pressure is a factor
         return [{} for _ in rows]
@@ -74,7 +80,11 @@ def _velocities(space: Space) -> dict[str, float]:
     by_column = {factor.column: factor for factor in space.factors}
     level = by_column.get(VELOCITY_LEVEL)
     has_pressure = TANK_PRESSURE in by_column
-    if MASS not in by_column or (level is not None) == has_pressure or (level is not None and level.values is None):
+    if (
+        MASS not in by_column
+        or (level is not None) == has_pressure
+        or (level is not None and level.values is None)
+    ):
         raise ValueError(
             f"factors {space.name!r}: a gun's plan needs {MASS}, and either {TANK_PRESSURE}, or {VELOCITY_LEVEL} as an "
             "ordered factor with values in m/s"
@@ -87,10 +97,15 @@ def _velocities(space: Space) -> dict[str, float]:
 def _elastic(store: Store, space: Space) -> dict[str, Elastic]:
     """Elastic constants of every material that a level names, under the level's own spelling."""
     columns = [column for column, factor in BY_COLUMN.items() if factor.material]
-    named = {level for factor in space.factors if factor.column in columns for level in factor.levels}
+    named = {
+        level for factor in space.factors if factor.column in columns for level in factor.levels
+    }
     with store.reading() as session:
         names = material_names(session)
-        constants = {m.name: Elastic(m.youngs_modulus_pa, m.poisson_ratio) for m in session.scalars(select(Material))}
+        constants = {
+            m.name: Elastic(m.youngs_modulus_pa, m.poisson_ratio)
+            for m in session.scalars(select(Material))
+        }
     return {level: constants[name] for level in named if (name := names(level)) is not None}
 
 
@@ -144,7 +159,9 @@ def draft_plan(
         raise ValueError("the plan has no name; expected one")
     if repetitions < 1:
         raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
-    text = with_ranges(factors if factors is not None else shipped_factors(_checked_kind(kind)), ranges or {})
+    text = with_ranges(
+        factors if factors is not None else shipped_factors(_checked_kind(kind)), ranges or {}
+    )
     plan_seed = _seed(seed)
     rng = np.random.default_rng(plan_seed)
     design_method = get_method(method)
@@ -152,7 +169,9 @@ def draft_plan(
         raise ValueError(
             f"centre_points is {centre_points}; expected 0, as {method!r} has an own number of them or none"
         )
-    unordered = design_method.make(space_from_text(text), DesignRequest(runs, table, rng, options or {}))
+    unordered = design_method.make(
+        space_from_text(text), DesignRequest(runs, table, rng, options or {})
+    )
     numbers: Sequence[int] | None = None
     design: Design
     if isinstance(unordered, ImportedDesign):
@@ -225,7 +244,11 @@ def store_design(
 
 
 def in_order(
-    design: Design, rng: np.random.Generator, seed: int | None, order: RunOrder = "split-plot", blocks: int = 1
+    design: Design,
+    rng: np.random.Generator,
+    seed: int | None,
+    order: RunOrder = "split-plot",
+    blocks: int = 1,
 ) -> Design:
     """The design with its treatments in order of run, as `doe.order.run_order`; its method names what is unusual."""
     treatments = design.treatments[run_order(design.space, design.treatments, rng, order, blocks)]
@@ -233,13 +256,17 @@ def in_order(
     return Design(design.space, treatments, " ".join([design.method, *unusual]), seed)
 
 
-def augment_plan(store: Store, plan: StoredPlan, runs: int, repetitions: int, seed: int, gun: GunBench) -> list[int]:
+def augment_plan(
+    store: Store, plan: StoredPlan, runs: int, repetitions: int, seed: int, gun: GunBench
+) -> list[int]:
     """Add `runs` to a plan, beside what is recorded and still to do; returns their numbers."""
     from ...doe.designs.augment import augment
 
     rng = np.random.default_rng(seed)
     kept = plan.treatments("planned", "done")
-    design = augment(plan.space, kept, runs, lambda space, n, fixed: balance_levels(space, n, rng, fixed=fixed))
+    design = augment(
+        plan.space, kept, runs, lambda space, n, fixed: balance_levels(space, n, rng, fixed=fixed)
+    )
     rows = in_order(design, rng, seed).rows
     first = 1 + max((run.run for run in plan.runs), default=0)
     settings = run_settings(store, plan.space, numbered(rows, range(first, first + runs)), gun)

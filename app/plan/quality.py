@@ -21,7 +21,7 @@ from ...doe.merit.verdict import Judgement, judge
 from ...doe.plans import StoredPlan, read_plan
 from ...doe.plots import level_labels, pair_matrix
 from ...doe.space import Space
-from ...schema.atomic_write import atomic_file
+from ...files.atomic_write import atomic_file
 from ...schema.session import Store
 from ..common.number_format import finite
 from ..common.plan_tables import run_counts
@@ -44,12 +44,16 @@ def designs_of(store: Store, name: str, against: str | None) -> tuple[Space, Des
             return plan.space, designs
         other = read_plan(session, against)
     if other.space.axes != plan.space.axes:
-        raise ValueError(f"plan {against!r} is of other factors than {name!r}; only like can be compared")
+        raise ValueError(
+            f"plan {against!r} is of other factors than {name!r}; only like can be compared"
+        )
     designs[against] = other.treatments("planned", "done")
     return plan.space, designs
 
 
-def judged_designs(space: Space, designs: Designs, effect: float = USUAL_EFFECT) -> dict[str, Judgement]:
+def judged_designs(
+    space: Space, designs: Designs, effect: float = USUAL_EFFECT
+) -> dict[str, Judgement]:
     """The one or two designs, judged; `effect` is the one of the power, in standard deviations of a run.
 
     Raises `ValueError` where a design has no run.
@@ -57,20 +61,33 @@ def judged_designs(space: Space, designs: Designs, effect: float = USUAL_EFFECT)
     return {name: judge(space, treatments, effect) for name, treatments in designs.items()}
 
 
-def tables(space: Space, judged: Mapping[str, Judgement]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+def tables(
+    space: Space, judged: Mapping[str, Judgement]
+) -> Iterator[tuple[str, list[dict[str, Any]]]]:
     """Title and rows of each table: the figures beside what is best possible and what random runs reach, the power,
     what the order confounds with time, the counts of levels."""
     names, (first, *_, last) = list(judged), [*judged.values(), *judged.values()]
-    best, drawn = best_possible(space, first.quality.runs), random_reference(space, first.quality.runs)
+    best, drawn = (
+        best_possible(space, first.quality.runs),
+        random_reference(space, first.quality.runs),
+    )
     rows = []
     for name, row in itertools.zip_longest(FIGURES, compare(first.quality, last.quality)):
         cells = {"figure": row.figure, names[0]: row.a}
         if len(names) > 1:
             cells |= {names[1]: row.b, "better": {"a": names[0], "b": names[1], "": ""}[row.better]}
-        rows.append(cells | {"best possible": figure_text(best.get(name)), "random plan": _reference(name, drawn)})
+        rows.append(
+            cells
+            | {"best possible": figure_text(best.get(name)), "random plan": _reference(name, drawn)}
+        )
     if last.quality.runs != first.quality.runs:
         rows = [
-            {key: value for key, value in row.items() if key not in ("best possible", "random plan")} for row in rows
+            {
+                key: value
+                for key, value in row.items()
+                if key not in ("best possible", "random plan")
+            }
+            for row in rows
         ]
     yield "", rows
     yield (
@@ -97,7 +114,10 @@ def tables(space: Space, judged: Mapping[str, Judgement]) -> Iterator[tuple[str,
         "Runs of each level",
         [
             {"factor": axis.name.replace("_", " "), "level": label}
-            | {name: judgement.quality.level_counts[axis.name][label] for name, judgement in judged.items()}
+            | {
+                name: judgement.quality.level_counts[axis.name][label]
+                for name, judgement in judged.items()
+            }
             for axis in space.stratified.axes
             for label in axis.labels
         ],
@@ -115,15 +135,23 @@ def _power_cells(judgement: Judgement, index: int) -> dict[str, str]:
     term = judgement.power[index]
     return {
         "power": f"{100 * term.power:.0f} %",
-        "seen with 80 %": "none" if math.isinf(term.smallest_effect) else f"{term.smallest_effect:.2g} sd",
-        "variance inflation": "infinite" if math.isinf(term.variance_inflation) else f"{term.variance_inflation:.2f}",
+        "seen with 80 %": "none"
+        if math.isinf(term.smallest_effect)
+        else f"{term.smallest_effect:.2g} sd",
+        "variance inflation": "infinite"
+        if math.isinf(term.variance_inflation)
+        else f"{term.variance_inflation:.2f}",
     }
 
 
 def verdict_lines(judged: Mapping[str, Judgement]) -> Iterator[str]:
     """The verdict of each design, then a line for each reason and one for its cure."""
     for name, judgement in judged.items():
-        yield f"{name}: {judgement.verdict.sentence}" if len(judged) > 1 else judgement.verdict.sentence
+        yield (
+            f"{name}: {judgement.verdict.sentence}"
+            if len(judged) > 1
+            else judgement.verdict.sentence
+        )
         for reason in judgement.verdict.reasons:
             yield f"  {reason.weight}: {reason.text}"
             yield f"    {reason.cure}"
@@ -158,7 +186,17 @@ def judgement_as_json(space: Space, judgement: Judgement) -> dict[str, Any]:
 
 
 #: What `plan_page` leaves empty where no run is left.
-_OF_RUNS = ("figures", "levels", "changes", "time", "power", "terms", "correlations", "pair_labels", "pairs")
+_OF_RUNS = (
+    "figures",
+    "levels",
+    "changes",
+    "time",
+    "power",
+    "terms",
+    "correlations",
+    "pair_labels",
+    "pairs",
+)
 
 
 def plan_page(plan: StoredPlan) -> dict[str, Any]:
@@ -183,7 +221,9 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
             "counts": counts,
             "verdict": judgement_facts["verdict"],
             "mains": judgement.mains,
-            "figures": _figures(judgement, judgement_facts["best_possible"], judgement_facts["random_plan"]),
+            "figures": _figures(
+                judgement, judgement_facts["best_possible"], judgement_facts["random_plan"]
+            ),
             "levels": [
                 {
                     "axis": axis.name,
@@ -200,7 +240,9 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
                 for name, count in judgement.quality.changeovers.items()
             ],
             "time": [{"axis": axis, "share": share} for axis, share in judgement.time.items()],
-            **{name: judgement_facts[name] for name in ("power", "terms", "correlations", "effect")},
+            **{
+                name: judgement_facts[name] for name in ("power", "terms", "correlations", "effect")
+            },
             "pair_labels": level_labels(plan.space),
             "pairs": np.round(pair_matrix(plan.space, rows), 4).tolist(),
         }
@@ -208,7 +250,9 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
     return facts
 
 
-def _figures(judgement: Judgement, best: Mapping[str, float], drawn: Mapping[str, float]) -> list[dict[str, Any]]:
+def _figures(
+    judgement: Judgement, best: Mapping[str, float], drawn: Mapping[str, float]
+) -> list[dict[str, Any]]:
     rows = []
     for name, (words, better) in FIGURES.items():
         value = getattr(judgement.quality, name)

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 from ...doe.plans import StoredPlan, list_plans, read_plan
+from ...files.spreadsheet_guard import guarded_frame, guarding
+from ...files.toml_text import read_toml_text
 from ...schema.known_factors import BY_COLUMN, BY_NAME
 from ...schema.session import Store
-from ...schema.toml_text import read_toml_text
-from ...spreadsheet_guard import guarded_frame, guarding
 from ..common.errors import raises_library_errors
 from ..common.frames import axes_or_new, frame_of, si, step_bar, titled_table
 
@@ -73,7 +73,12 @@ class PlanQuality:
             for name, (words, better) in FIGURES.items()
         ]
         changes = [
-            {"figure": f"changeovers_{name}", "words": f"changeovers, {name}", "value": count, "better": "less"}
+            {
+                "figure": f"changeovers_{name}",
+                "words": f"changeovers, {name}",
+                "value": count,
+                "better": "less",
+            }
             for name, count in self.figures.changeovers.items()
         ]
         return pd.DataFrame(rows + changes).set_index("figure")
@@ -88,7 +93,9 @@ class PlanQuality:
         return ax
 
     def __repr__(self) -> str:
-        shown = ", ".join(f"{name} {getattr(self.figures, name):.4g}" for name in ("worst_pair", "d_efficiency"))
+        shown = ", ".join(
+            f"{name} {getattr(self.figures, name):.4g}" for name in ("worst_pair", "d_efficiency")
+        )
         return f"<PlanQuality of {self._stored.name!r}: {self.figures.runs} runs, {shown}>"
 
     def _repr_html_(self) -> str:
@@ -127,10 +134,21 @@ class PlannedDesign:
         own = {f.column: str(f.unit) for f in self.stored.space.factors if f.numbers is not None}
         rows = []
         for run in self.stored.runs:
-            cells: dict[str, Any] = {"run": run.run, "status": run.status, "repetitions": run.repetitions}
+            cells: dict[str, Any] = {
+                "run": run.run,
+                "status": run.status,
+                "repetitions": run.repetitions,
+            }
             for column, text in settings_in_si(cells_of(run)).items():
                 cells[column] = float(text) if column in own else text
-            rows.append(cells | {"recorded": len(run.accepted), "rejected": len(run.rejected), "reason": run.reason})
+            rows.append(
+                cells
+                | {
+                    "recorded": len(run.accepted),
+                    "rejected": len(run.rejected),
+                    "reason": run.reason,
+                }
+            )
         frame = frame_of(rows)
         frame.attrs["units"] |= {column: unit for column, unit in own.items() if column in frame}
         return frame
@@ -154,7 +172,9 @@ class PlannedDesign:
     def sheet(self, path: str | os.PathLike[str], *, spreadsheet_guard: bool = True) -> Path: ...
 
     @raises_library_errors
-    def sheet(self, path: str | os.PathLike[str] | None = None, *, spreadsheet_guard: bool = True) -> str | Path:
+    def sheet(
+        self, path: str | os.PathLike[str] | None = None, *, spreadsheet_guard: bool = True
+    ) -> str | Path:
         """The run sheet: its text as CSV, or the path that it was written to, as .csv, .xlsx or .html by the suffix.
 
         In CSV a text that begins with = + - @ gets an apostrophe, so that no spreadsheet takes it for a formula;
@@ -270,9 +290,13 @@ class PlanCollection:
             given["factors"] = _factors_text(given["factors"])
         if "gun" in given:
             given["gun"] = Path(given["gun"])
-        given["ranges"] = {name: _range_of(name, limits) for name, limits in given.get("ranges", {}).items()}
+        given["ranges"] = {
+            name: _range_of(name, limits) for name, limits in given.get("ranges", {}).items()
+        }
         path = None if table is None else Path(table)
-        return PlannedDesign(make_plan(self._store, method, name, runs=runs, table=path, options=options, **given))
+        return PlannedDesign(
+            make_plan(self._store, method, name, runs=runs, table=path, options=options, **given)
+        )
 
     def lhs(
         self,
@@ -283,7 +307,9 @@ class PlanCollection:
         **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
         """A Latin hypercube: balanced in levels, pairs and triples, or the best by one of pyDOE3's criteria."""
-        return self.make(name, method="lhs", runs=runs, options={"criterion": criterion}, **settings)
+        return self.make(
+            name, method="lhs", runs=runs, options={"criterion": criterion}, **settings
+        )
 
     def sobol(self, name: str, *, runs: int, **settings: Unpack[PlanSettings]) -> PlannedDesign:
         """The first points of a scrambled Sobol' sequence."""
@@ -293,7 +319,9 @@ class PlanCollection:
         """The first points of a shifted Halton sequence."""
         return self.make(name, method="halton", runs=runs, **settings)
 
-    def factorial(self, name: str, *, levels: int = 3, **settings: Unpack[PlanSettings]) -> PlannedDesign:
+    def factorial(
+        self, name: str, *, levels: int = 3, **settings: Unpack[PlanSettings]
+    ) -> PlannedDesign:
         """Every feasible treatment, with `levels` values of each continuous factor."""
         return self.make(name, method="factorial", options={"levels": levels}, **settings)
 
@@ -301,7 +329,9 @@ class PlanCollection:
         self, name: str, *, reduction: int = 2, levels: int = 3, **settings: Unpack[PlanSettings]
     ) -> PlannedDesign:
         """About one in `reduction` of all treatments, in balance: a generalized subset design."""
-        return self.make(name, method="subset", options={"reduction": reduction, "levels": levels}, **settings)
+        return self.make(
+            name, method="subset", options={"reduction": reduction, "levels": levels}, **settings
+        )
 
     def fractional_factorial(
         self,
@@ -320,7 +350,9 @@ class PlanCollection:
         self, name: str, *, categorical: TwoLevelWords = "refuse", **settings: Unpack[PlanSettings]
     ) -> PlannedDesign:
         """Two levels a factor in the next multiple of four runs; see `aliases()`."""
-        return self.make(name, method="plackett-burman", options={"categorical": categorical}, **settings)
+        return self.make(
+            name, method="plackett-burman", options={"categorical": categorical}, **settings
+        )
 
     def central_composite(
         self,
@@ -334,7 +366,13 @@ class PlanCollection:
         **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
         """Corners, stars and twice `centre` centre points, for a quadratic surface over factors with an order."""
-        options = {"face": face, "alpha": alpha, "centre": centre, "cube": cube, "categorical": categorical}
+        options = {
+            "face": face,
+            "alpha": alpha,
+            "centre": centre,
+            "cube": cube,
+            "categorical": categorical,
+        }
         return self.make(name, method="central-composite", options=options, **settings)
 
     def box_behnken(
@@ -365,7 +403,11 @@ class PlanCollection:
         return self.make(name, method="optimal", runs=runs, options=options, **settings)
 
     def from_table(
-        self, name: str, *, table: str | os.PathLike[str] | pd.DataFrame, **settings: Unpack[PlanSettings]
+        self,
+        name: str,
+        *,
+        table: str | os.PathLike[str] | pd.DataFrame,
+        **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
         """Somebody else's design, in its order: a CSV file or a DataFrame with `run` and the columns of the factors."""
         if isinstance(table, str | os.PathLike):

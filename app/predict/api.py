@@ -15,7 +15,9 @@ router = APIRouter(tags=["twin"])
 @router.get("/predict")
 def predict(question: Asked, twins: Twins) -> dict[str, Any]:
     """The JSON of `pyroshock predict`: velocity, force, acceleration, spectrum with 90 % bands."""
-    return predicted_json(twins.get(question.request()), question.shot(), draws=question.draws, seed=question.seed)
+    return predicted_json(
+        twins.get(question.request()), question.shot(), draws=question.draws, seed=question.seed
+    )
 
 
 @router.post("/predict")
@@ -28,4 +30,9 @@ def predict_body(question: PredictionOptions, twins: Twins) -> dict[str, Any]:
 def twin(question: Asked, twins: Twins) -> dict[str, Any]:
     """What can be set, in which ranges, what the model knows of it, and what the twin is made of."""
     built = twins.get(question.request())
-    return {**sliders(built), "notes": list(built.notes), "plate": built.plate.name, "campaign": built.bench.campaign}
+    return {
+        **sliders(built),
+        "notes": list(built.notes),
+        "plate": built.plate.name,
+        "campaign": built.bench.campaign,
+    }

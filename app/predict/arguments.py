@@ -120,7 +120,11 @@ def _profile(text: str | None) -> str | None:
     """A profile as typed, or of the file that is named. Raises `ValueError`."""
     if text is None:
         return None
-    return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
+    return str(
+        ValveProfile.parse(text)
+        if ":" in text and not Path(text).exists()
+        else ValveProfile.read(Path(text))
+    )
 
 
 def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
@@ -137,7 +141,9 @@ def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
             )
         return verdict.first.fitted
     listed = [given] if isinstance(given, str | Effect) else given
-    return tuple(parse_effect(effect, name) if isinstance(effect, str) else effect for effect in listed)
+    return tuple(
+        parse_effect(effect, name) if isinstance(effect, str) else effect for effect in listed
+    )
 
 
 def parse_effect(text: str, name: str) -> Effect:
@@ -153,5 +159,7 @@ def parse_effect(text: str, name: str) -> Effect:
         try:
             values[parameter.strip()] = float(number)
         except ValueError as error:
-            raise ValueError(f"{name} {text!r}: {part!r}; expected NAME=VALUE in SI, such as gain=1.02") from error
+            raise ValueError(
+                f"{name} {text!r}: {part!r}; expected NAME=VALUE in SI, such as gain=1.02"
+            ) from error
     return effect(identity.strip(), **values)

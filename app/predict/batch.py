@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...delimited_text import parse_number
+from ...files.delimited_text import parse_number
 from ...ingest.column_names import MEASURED
 from ...ingest.tables import read_table
 from ...parallel.executor import ExecutorConfig
@@ -87,7 +87,9 @@ def rows_of_file(path: Path) -> list[ShotRow]:
 def assumed(rows: Sequence[ShotRow], impactor_mass_kg: float) -> list[str]:
     """What a shot has that the table does not say, in words for the user; the mass is that of the bench."""
     stated, usual = rows[0].labels, ShotRequest(bullet_mass_kg=impactor_mass_kg)
-    absent = {column: getattr(usual, field) for column, field in FIELDS.items() if column not in stated}
+    absent = {
+        column: getattr(usual, field) for column, field in FIELDS.items() if column not in stated
+    }
     return [f"no column {column}: {value}" for column, value in absent.items() if value is not None]
 
 
@@ -121,15 +123,23 @@ def rows_of_table(rows: Sequence[Mapping[str, str]], name: str) -> list[ShotRow]
     """
     if not rows:
         raise ValueError(f"{name} has no row to predict")
-    return [_shot(row, f"{name}, run {row.get('run', number)}") for number, row in enumerate(rows, 1)]
+    return [
+        _shot(row, f"{name}, run {row.get('run', number)}") for number, row in enumerate(rows, 1)
+    ]
 
 
 def _shot(row: Mapping[str, str], name: str) -> ShotRow:
     settings = {column: row[column] for column in FIELDS if row.get(column)}
     if (_PRESSURE in settings) == (_VELOCITY in settings):
         raise ValueError(f"{name}: expected {_PRESSURE} or {_VELOCITY}, and one of them only")
-    shot = ShotRequest(**{FIELDS[column]: _value(column, cell, name) for column, cell in settings.items()})
-    numbers = {column: int(row[column]) for column in ("run", "repetition") if row.get(column, "").isdecimal()}
+    shot = ShotRequest(
+        **{FIELDS[column]: _value(column, cell, name) for column, cell in settings.items()}
+    )
+    numbers = {
+        column: int(row[column])
+        for column in ("run", "repetition")
+        if row.get(column, "").isdecimal()
+    }
     height = _value(_HEIGHT, row[_HEIGHT], name) if row.get(_HEIGHT) else 0.0
     return ShotRow({**row, **numbers}, shot, row.get(_PLATE) or None, height)
 
@@ -146,7 +156,13 @@ def _value(column: str, cell: str, name: str) -> Any:
 
 Row = dict[str, Any]
 Step = Callable[[int, int, str], None]
-_QUANTITIES = ("velocity_m_s", "contact_time_s", "compression_time_s", "peak_force_n", "impulse_n_s")
+_QUANTITIES = (
+    "velocity_m_s",
+    "contact_time_s",
+    "compression_time_s",
+    "peak_force_n",
+    "impulse_n_s",
+)
 
 
 @dataclass(frozen=True)
@@ -185,7 +201,9 @@ def bench_of_rows(
     twins: dict[tuple[str | None, float], BuiltTwin] = {}
     for plate, height in dict.fromkeys(row.twin for row in rows):
         own = replace(request, plate=request.plate or plate, chain_height_m=height)
-        twins[plate, height] = built if built is not None and own == request else twin_of(store, db, own)
+        twins[plate, height] = (
+            built if built is not None and own == request else twin_of(store, db, own)
+        )
     mass = next(iter(twins.values())).bench.impactor_mass_kg
     notes = (*assumed(rows, mass), *(note for built in twins.values() for note in built.notes))
     of_store = store_factors(store)
@@ -201,7 +219,9 @@ def predict_batch(
     Raises as `predict_shot`, with the row's own words, and `ValueError` for a worker that was killed.
     """
     predicted_by_row: dict[int, PredictedShot] = {}
-    for number, result in run_all_tasks(executor, _predict_row, list(enumerate(rows)), shared=(bench,)):
+    for number, result in run_all_tasks(
+        executor, _predict_row, list(enumerate(rows)), shared=(bench,)
+    ):
         predicted_by_row[number[0]] = result
         step(len(predicted_by_row), len(rows), _name(number[1]))
     return [predicted_by_row[number] for number in range(len(rows))]
@@ -223,7 +243,9 @@ def write_spectra(out: Path, shots: Sequence[PredictedShot]) -> int:
 def _predict_row(item: tuple[int, ShotRow], bench: BatchContext) -> PredictedShot:
     row = item[1]
     try:
-        prediction = predict_shot(bench.twins[row.twin], row.shot, draws=bench.draws, seed=bench.seed)
+        prediction = predict_shot(
+            bench.twins[row.twin], row.shot, draws=bench.draws, seed=bench.seed
+        )
     except (LookupError, ValueError) as error:
         raise ValueError(f"{_name(row)}: {error}") from error
     return PredictedShot({**row.labels, **_figures(prediction)}, tuple(_spectrum(row, prediction)))
@@ -240,14 +262,19 @@ def _figures(prediction: Prediction) -> Row:
     row: Row = {}
     for name, quantity in quantities.items():
         row |= {f"predicted_{name}": quantity.mean}
-        row |= {f"predicted_{name}_{end}": value for end, value in zip(("low", "high"), quantity.ci90, strict=True)}
+        row |= {
+            f"predicted_{name}_{end}": value
+            for end, value in zip(("low", "high"), quantity.ci90, strict=True)
+        }
     if prediction.sensors:
         row |= {"predicted_peak_band_hz": prediction.acceleration_band_hz}
     row |= {f"{stage}_by": answered for stage, answered in prediction.models.items()}
     return row | {
         "rests_on_shots": prediction.rests_on.shots,
         "extrapolation": " ".join(map(extrapolation_text, extrapolations(prediction))),
-        "outside_domain": "; ".join((*bench_limit_warnings(prediction), *map(_outside, prediction.outside))),
+        "outside_domain": "; ".join(
+            (*bench_limit_warnings(prediction), *map(_outside, prediction.outside))
+        ),
     }
 
 

@@ -83,7 +83,9 @@ class Many:
     def asked(self) -> bool:
         """Whether there is a table. Raises `ValueError` for options that go with one, without it."""
         if self.plan is None and self.shots is None and (self.out or self.spectra):
-            raise ValueError("--out and --spectra go with --plan or --shots; one shot prints, or --json FILE")
+            raise ValueError(
+                "--out and --spectra go with --plan or --shots; one shot prints, or --json FILE"
+            )
         return self.plan is not None or self.shots is not None
 
     def rows(self, store: Store | None) -> list[ShotRow]:
@@ -109,7 +111,9 @@ class Many:
         if self.out is not None:
             note(f"written: {self.out}, {write_figures(self.out, shots)} shots")
         if json_to is not None:
-            write_json([finite({**shot.figures, "srs": list(shot.spectrum)}) for shot in shots], json_to)
+            write_json(
+                [finite({**shot.figures, "srs": list(shot.spectrum)}) for shot in shots], json_to
+            )
         elif self.out is None:
             print_table((_short(shot) for shot in shots), "")
 
@@ -117,7 +121,11 @@ class Many:
 def refuse_typed(*names: str) -> None:
     """Options that a table takes the place of would be passed over in silence. Raises `ValueError` that names them."""
     source = click.get_current_context().get_parameter_source
-    typed = [f"--{name.replace('_', '-')}" for name in names if source(name) is ParameterSource.COMMANDLINE]
+    typed = [
+        f"--{name.replace('_', '-')}"
+        for name in names
+        if source(name) is ParameterSource.COMMANDLINE
+    ]
     if typed:
         raise ValueError(f"{', '.join(typed)}: of one shot; with --plan or --shots leave it out")
 
@@ -126,7 +134,9 @@ def _short(shot: PredictedShot) -> dict[str, object]:
     row: dict[str, object] = {name: shot.figures[name] for name in _SHOWN if name in shot.figures}
     for name in _FIGURES:
         shown = display_of(name)
-        numbers = (shown.scale * shot.figures[f"predicted_{name}{end}"] for end in ("", "_low", "_high"))
+        numbers = (
+            shown.scale * shot.figures[f"predicted_{name}{end}"] for end in ("", "_low", "_high")
+        )
         mean, low, high = format_interval(*numbers)
         row |= {name: mean, f"{shown.label} 90 %": f"{low} to {high}"}
     return row | {name: shot.figures[name] for name in ("rests_on_shots", "extrapolation")}
@@ -161,7 +171,11 @@ _SET = (
         shell_complete=material_names,
     ),
     click.option(
-        "--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Set the radius of the ball of the tip."
+        "--tip-radius",
+        metavar="45mm",
+        default="45mm",
+        show_default=True,
+        help="Set the radius of the ball of the tip.",
     ),
     click.option(
         "--plate",
@@ -262,7 +276,9 @@ _MADE_OF = (
         ),
     ),
     click.option(
-        "--no-adopted", is_flag=True, help="Leave out the effects that were adopted for the bench after a diagnosis."
+        "--no-adopted",
+        is_flag=True,
+        help="Leave out the effects that were adopted for the bench after a diagnosis.",
     ),
     click.option(
         "--impact-at",
@@ -311,7 +327,10 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
 @_VALVE
 @_with(_MADE_OF)
 @click.option(
-    "--chain-height", metavar="112mm", default=None, help="Say by how much the chain lifts the plate; a link is 56 mm."
+    "--chain-height",
+    metavar="112mm",
+    default=None,
+    help="Say by how much the chain lifts the plate; a link is 56 mm.",
 )
 @click.option(
     "--draws",
@@ -320,7 +339,13 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
     show_default=True,
     help="Set the number of random draws that the bands are computed from.",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Set the seed of the random draws.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed of the random draws.",
+)
 @click.option(
     "--plot",
     type=click.Path(path_type=Path),
@@ -358,7 +383,9 @@ def predict(
         pyroshock predict --plan slow-valve --draws 8 --out predicted.csv
     """
     many = Many(plan, shots, out, spectra)
-    progress = progress_bar("Predicting the shots" if plan or shots else "Predicting the shot", "shots")
+    progress = progress_bar(
+        "Predicting the shots" if plan or shots else "Predicting the shot", "shots"
+    )
     with open_if_exists(db) as store:
         from ..common.model_registry import models_extra
 
@@ -367,7 +394,9 @@ def predict(
             from .batch import bench_of_rows, predict_batch
 
             with models_extra(), progress as step:
-                bench, rows, remarks = bench_of_rows(store, db, _request(asked), many.rows(store), draws, seed)
+                bench, rows, remarks = bench_of_rows(
+                    store, db, _request(asked), many.rows(store), draws, seed
+                )
                 predicted_shots = predict_batch(bench, rows, executor, step)
             for remark in remarks:
                 note(remark)
@@ -399,7 +428,10 @@ def predict(
         click.echo()
         print_table(spectrum_rows(prediction), "no plate: no spectrum")
         click.echo()
-        print_table(({"stage": stage, "answered": answer} for stage, answer in prediction.models.items()), "")
+        print_table(
+            ({"stage": stage, "answered": answer} for stage, answer in prediction.models.items()),
+            "",
+        )
         for warning in domain_warnings(prediction):
             note(warning)
         suggest_next("validate", asked["campaign"] or "CAMPAIGN")

@@ -31,7 +31,10 @@ SHOWN, _MOST = 5, 5000
 #: Numbers of a setting that are compared; a factor of two in one counts as much as another material.
 _NUMBERS = ("tank_pressure_pa", "impact_velocity_m_s", "bullet_mass_kg", "tip_radius_m")
 _WORDS = ("tip_material", "plate_material", "anvil_material", "insulator", "impact_position")
-_MORE_AND_LESS = {"bullet_mass_kg": ("heavier", "lighter"), "impact_velocity_m_s": ("faster", "slower")}
+_MORE_AND_LESS = {
+    "bullet_mass_kg": ("heavier", "lighter"),
+    "impact_velocity_m_s": ("faster", "slower"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +84,11 @@ def _of_campaign(session: Session, campaign: str) -> Iterator[MeasuredShot]:
     )  # fmt: skip
     rows = [tuple(row) for row in session.execute(of_gun)]
     if not rows:
-        hammer = select(Hammer.mass_kg).join(Campaign, Campaign.hammer_id == Hammer.id).where(Campaign.id == key)
+        hammer = (
+            select(Hammer.mass_kg)
+            .join(Campaign, Campaign.hammer_id == Hammer.id)
+            .where(Campaign.id == key)
+        )
         mass = session.scalar(hammer)
         of_hammer = (
             select(Impact.id, Impact.run, Impact.repetition, Impact.configuration_id, Impact.impact_velocity_m_s,
@@ -93,7 +100,11 @@ def _of_campaign(session: Session, campaign: str) -> Iterator[MeasuredShot]:
     factors = configuration_factors(session, list({row[3] for row in rows}))
     for impact, run, repetition, configuration, pressure, mass, velocity, time, peak, force in rows:
         own = factors[configuration]
-        values = {"tank_pressure_pa": pressure, "bullet_mass_kg": mass, "tip_radius_m": own.get("tip_radius")}
+        values = {
+            "tank_pressure_pa": pressure,
+            "bullet_mass_kg": mass,
+            "tip_radius_m": own.get("tip_radius"),
+        }
         if pressure is None:
             values["impact_velocity_m_s"] = velocity
         values |= {name: own.get(name) for name in _WORDS}
@@ -154,17 +165,23 @@ def _difference_words(wanted: Mapping[str, str | float], shot: MeasuredShot) -> 
         else:
             more, less = _MORE_AND_LESS.get(name, ("more", "less"))
             size = f"{cell(name, abs(measured - wanted_value))} {display_of(name).unit}"
-            quantity = {"tank_pressure_pa": " pressure", "tip_radius_m": " tip radius"}.get(name, "")
+            quantity = {"tank_pressure_pa": " pressure", "tip_radius_m": " tip radius"}.get(
+                name, ""
+            )
             yield f"{size} {more if measured > wanted_value else less}{quantity}"
 
 
 def nearest(wanted: Mapping[str, str | float], shots: Sequence[MeasuredShot]) -> list[MeasuredShot]:
     """The nearest first, at most `SHOWN`; shots of which nothing was measured are left out."""
-    measured = [shot for shot in shots if shot.velocity_m_s is not None or shot.peak_force_n is not None]
+    measured = [
+        shot for shot in shots if shot.velocity_m_s is not None or shot.peak_force_n is not None
+    ]
     return sorted(measured, key=lambda shot: distance(wanted, shot))[:SHOWN]
 
 
-def nearest_rows(wanted: Mapping[str, str | float], shots: Sequence[MeasuredShot]) -> list[dict[str, Any]]:
+def nearest_rows(
+    wanted: Mapping[str, str | float], shots: Sequence[MeasuredShot]
+) -> list[dict[str, Any]]:
     """Rows of the table, in the shown units, with the address of the impact where there is one."""
     return [
         {
@@ -179,7 +196,9 @@ def nearest_rows(wanted: Mapping[str, str | float], shots: Sequence[MeasuredShot
     ]
 
 
-def measured_spectra(store: Store, shots: Sequence[MeasuredShot]) -> dict[int, dict[str, tuple[Any, Any]]]:
+def measured_spectra(
+    store: Store, shots: Sequence[MeasuredShot]
+) -> dict[int, dict[str, tuple[Any, Any]]]:
     """Frequencies (Hz) and maximax (m/s2) at Q = 10 of each sensor, by the key of the impact."""
     keys = [shot.impact for shot in shots if shot.impact is not None]
     rows = (
@@ -205,7 +224,10 @@ def velocity_basis(built: BuiltTwin, pressure_pa: float | None) -> str:
     readings = gun.shots.tank_pressure_pa
     unit, at = display_of("tank_pressure_pa").unit, cell("tank_pressure_pa", float(pressure_pa))
     low, high = (cell("tank_pressure_pa", float(end)) for end in (readings.min(), readings.max()))
-    count, span = len(gun.shots), f"at {low} {unit}" if low == high else f"between {low} and {high} {unit}"
+    count, span = (
+        len(gun.shots),
+        f"at {low} {unit}" if low == high else f"between {low} and {high} {unit}",
+    )
     text = f"The velocity band stands on {count} measured shot{'s' if count > 1 else ''} {span}"
     # within a hundredth of the range, as the gun's own warning counts
     inside = 0.99 * readings.min() <= pressure_pa <= 1.01 * readings.max()

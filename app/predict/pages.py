@@ -89,12 +89,16 @@ def spectrum_figure(prediction: Prediction, spectra: Spectra | None = None) -> F
         low, high = spectrum_band.lower * scale, spectrum_band.upper * scale
         traces += band(lines, low, high, f"{sensor}: 90 %", colour)
         traces.append(line(lines, spectrum_band.mean * scale, sensor, colour))
-        measured = [of_sensor[sensor] for of_sensor in (spectra or {}).values() if sensor in of_sensor]
+        measured = [
+            of_sensor[sensor] for of_sensor in (spectra or {}).values() if sensor in of_sensor
+        ]
         if measured and prediction.q == _MEASURED_Q:
             frequency, maximax = (np.concatenate(values) for values in zip(*measured, strict=True))
             inside = (frequency >= lines[0]) & (frequency <= lines[-1])
             name = f"{sensor}, measured"
-            traces.append(points(frequency[inside], maximax[inside] * scale, name, colour, opacity=0.7))
+            traces.append(
+                points(frequency[inside], maximax[inside] * scale, name, colour, opacity=0.7)
+            )
     title = f"maximax SRS ({unit}), Q = {prediction.q:g}"
     return figure(traces, "natural frequency (Hz)", title, log_x=True, log_y=True)
 
@@ -103,19 +107,33 @@ def spectrum_figure(prediction: Prediction, spectra: Spectra | None = None) -> F
 _MEASURED_Q = 10.0
 
 
-def velocity_figure(prediction: Prediction, shots: Sequence[MeasuredShot], near: Sequence[MeasuredShot]) -> Figure:
+def velocity_figure(
+    prediction: Prediction, shots: Sequence[MeasuredShot], near: Sequence[MeasuredShot]
+) -> Figure:
     """The predicted velocity with its band at its tank pressure, and the measured shots; the nearest are filled."""
     unit, scale = _shown("tank_pressure_pa")
     pressure, velocity = prediction.setting.tank_pressure_pa or 0.0, prediction.velocity_m_s
     traces: list[Trace] = []
-    for group, name, colour in ((shots, "measured shots", "c7"), (near, "nearest measured shots", "c3")):
+    for group, name, colour in (
+        (shots, "measured shots", "c7"),
+        (near, "nearest measured shots", "c3"),
+    ):
         pairs = [(s.setting["tank_pressure_pa"], s.velocity_m_s) for s in group if _has_velocity(s)]
         if pairs:
             x, y = np.array(pairs, dtype=np.float64).T
             traces.append(points(x * scale, y, name, colour))
     low, high = velocity.ci90
-    ends = {"type": "data", "symmetric": False, "array": [high - velocity.mean], "arrayminus": [velocity.mean - low]}
-    traces.append(points([pressure * scale], [velocity.mean], "prediction with its 90 % band", "c0", error_y=ends))
+    ends = {
+        "type": "data",
+        "symmetric": False,
+        "array": [high - velocity.mean],
+        "arrayminus": [velocity.mean - low],
+    }
+    traces.append(
+        points(
+            [pressure * scale], [velocity.mean], "prediction with its 90 % band", "c0", error_y=ends
+        )
+    )
     return figure(traces, f"tank pressure, gauge ({unit})", "impact velocity (m/s)")
 
 
@@ -178,7 +196,9 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
     )
 
 
-def _offered(question: PredictionOptions, controls: Mapping[str, Any]) -> tuple[PredictionOptions, dict[str, str]]:
+def _offered(
+    question: PredictionOptions, controls: Mapping[str, Any]
+) -> tuple[PredictionOptions, dict[str, str]]:
     """With the usual word where a control does not offer the one of the address, and what is said of that."""
     faults: dict[str, str] = {}
     for name, choice in controls["choices"].items():
@@ -196,7 +216,11 @@ def _complete(question: PredictionOptions, built: BuiltTwin) -> PredictionOption
     update: dict[str, float] = {}
     if question.tank_pressure_pa is None and question.impact_velocity_m_s is None:
         by_gun = built.twin.gun is not None
-        update = {"tank_pressure_pa": TANK_PRESSURE_PA} if by_gun else {"impact_velocity_m_s": VELOCITY_M_S}
+        update = (
+            {"tank_pressure_pa": TANK_PRESSURE_PA}
+            if by_gun
+            else {"impact_velocity_m_s": VELOCITY_M_S}
+        )
     if question.bullet_mass_kg is None:
         update["bullet_mass_kg"] = built.bench.impactor_mass_kg
     return question.model_copy(update=update)
@@ -208,7 +232,9 @@ def _campaigns(session: Session) -> list[tuple[str, str]]:
     return [(name, kind) for name, kind in session.execute(query.limit(500))]
 
 
-def _answer(twins: Twins, question: PredictionOptions, store: Store) -> tuple[dict[str, Any] | None, str]:
+def _answer(
+    twins: Twins, question: PredictionOptions, store: Store
+) -> tuple[dict[str, Any] | None, str]:
     """What the page shows of a shot; and why there is nothing (a bullet that stays in the barrel)."""
     try:
         return answered(twins, question, store), ""
@@ -243,7 +269,12 @@ def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[st
 def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """A quantity as words of the page, with a true minus sign."""
     mean, low, high = (row[end].replace("-", "−") for end in ("mean", "low", "high"))
-    return {"quantity": row["quantity"], "mean": mean, "unit": row["unit"], "band": f"{low} to {high}"}
+    return {
+        "quantity": row["quantity"],
+        "mean": mean,
+        "unit": row["unit"],
+        "band": f"{low} to {high}",
+    }
 
 
 @router.get("/twin/answer")

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...dataset.sources import STATED_PLATE_MASS
 from ...dataset.validity_limits import BETWEEN_LEVELS
-from ...delimited_text import parse_number
-from ...number_notation import AmbiguousNumberError
+from ...files.delimited_text import parse_number
+from ...files.number_notation import AmbiguousNumberError
 from ...schema.known_factors import BY_NAME
 from ...signals.valve_profile import ValveProfile
 from ...twin.contact_interface import Extrapolation, OutOfDomain
@@ -40,7 +40,9 @@ def parse_factor(text: str) -> tuple[str, Value]:
     if not (name and equals and value):
         raise ValueError(f"--factor {text!r}; expected NAME=VALUE, such as plate_mass_kg=9.3")
     if name in _OWN_OPTION:
-        raise ValueError(f"--factor {text!r}: {name} has an option of its own, --{name.replace('_', '-')}")
+        raise ValueError(
+            f"--factor {text!r}: {name} has an option of its own, --{name.replace('_', '-')}"
+        )
     return name, factor_value(value)
 
 
@@ -59,7 +61,9 @@ def is_used(built: BuiltTwin, factor: str) -> bool:
     return _SOURCES.get(factor, f"factor.{factor}") in _sources(built)
 
 
-def check_used(built: BuiltTwin, factors: Mapping[str, Value], boundary_conditions: str | None) -> None:
+def check_used(
+    built: BuiltTwin, factors: Mapping[str, Value], boundary_conditions: str | None
+) -> None:
     """Raises `ValueError` that names a factor that no stage uses, and the predictors of the contact model.
 
     A plate that hangs free is what all plates of the twin are, so that `free` is no contradiction.
@@ -70,7 +74,9 @@ def check_used(built: BuiltTwin, factors: Mapping[str, Value], boundary_conditio
     ignored = {name: value for name, value in given.items() if not is_used(built, name)}
     if ignored:
         words = ", ".join(f"{name} = {value}" for name, value in ignored.items())
-        raise ValueError(f"{words}: no stage of this twin uses it{_why(ignored)}; {_contact_inputs(built)}")
+        raise ValueError(
+            f"{words}: no stage of this twin uses it{_why(ignored)}; {_contact_inputs(built)}"
+        )
 
 
 def store_factors(store: Store | None) -> frozenset[str]:
@@ -107,7 +113,9 @@ def _why(ignored: Collection[str]) -> str:
 
     if "boundary_conditions" in ignored:
         return " (its plate hangs free)"
-    resembled_column = next((column for name in ignored if (column := resembled(name)) is not None), None)
+    resembled_column = next(
+        (column for name in ignored if (column := resembled(name)) is not None), None
+    )
     return "" if resembled_column is None else f" (it resembles the column {resembled_column})"
 
 
@@ -156,27 +164,41 @@ class ShotRequest:
         fired = self.tank_pressure_pa is None and self.impact_velocity_m_s is None
         if not built.bench.has_gun and self.impact_velocity_m_s is None:
             bench = f"campaign {built.bench.campaign!r} is of kind {built.bench.kind!r}"
-            raise ValueError(f"{bench} and has no gun: give the impact velocity, such as --velocity 1.5m/s")
+            raise ValueError(
+                f"{bench} and has no gun: give the impact velocity, such as --velocity 1.5m/s"
+            )
         mass = built.bench.impactor_mass_kg if self.bullet_mass_kg is None else self.bullet_mass_kg
-        lab_factors = {name: value for name, value in self.factors.items() if name != STATED_PLATE_MASS}
-        plate = {STATED_PLATE_MASS: self.factors[STATED_PLATE_MASS]} if STATED_PLATE_MASS in self.factors else {}
+        lab_factors = {
+            name: value for name, value in self.factors.items() if name != STATED_PLATE_MASS
+        }
+        plate = (
+            {STATED_PLATE_MASS: self.factors[STATED_PLATE_MASS]}
+            if STATED_PLATE_MASS in self.factors
+            else {}
+        )
         return built.setting(
             impactor_mass_kg=mass,
             tip=built.material(self.tip_material),
             tip_radius_m=self.tip_radius_m,
             tank_pressure_pa=TANK_PRESSURE_PA if fired else self.tank_pressure_pa,
             impact_velocity_m_s=self.impact_velocity_m_s,
-            anvil=None if self.anvil_material.lower() == NONE else built.material(self.anvil_material),
+            anvil=None
+            if self.anvil_material.lower() == NONE
+            else built.material(self.anvil_material),
             insulator=self.insulator,
             impact_position=self.impact_position,
             boundary_conditions=self.boundary_conditions or "free",
             factors=lab_factors,
-            valve_profile=None if self.valve_profile is None else ValveProfile.parse(self.valve_profile),
+            valve_profile=None
+            if self.valve_profile is None
+            else ValveProfile.parse(self.valve_profile),
             **plate,
         )
 
 
-def predict_shot(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0) -> Prediction:
+def predict_shot(
+    built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0
+) -> Prediction:
     """The shot with its bands; the same seed, the same answer.
 
     Raises `LookupError` for a material or an impact position there is none of, `ValueError` as `Setting` and for a
@@ -185,7 +207,9 @@ def predict_shot(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, see
     return built.twin.predict(shot.setting(built), draws=draws, rng=np.random.default_rng(seed))
 
 
-def predicted_json(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0) -> dict[str, Any]:
+def predicted_json(
+    built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0
+) -> dict[str, Any]:
     """The JSON of `pyroshock predict`. Raises as `predict_shot`."""
     return prediction_json(built, predict_shot(built, shot, draws=draws, seed=seed))
 
@@ -248,7 +272,9 @@ def bench_limit_warnings(prediction: Prediction) -> tuple[str, ...]:
     from ...doe.limits.bench import BenchLimits
 
     pressure, limits = prediction.setting.tank_pressure_pa, BenchLimits()
-    highest = min(limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa)
+    highest = min(
+        limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa
+    )
     beyond_shots = any(_base(item.quantity) == "tank_pressure" for item in prediction.extrapolation)
     if pressure is None or pressure <= highest or (prediction.rests_on.shots and not beyond_shots):
         return ()
@@ -264,14 +290,20 @@ def domain_warnings(prediction: Prediction) -> tuple[str, ...]:
     names already."""
     beyond = {_base(item.quantity) for item in prediction.extrapolation}
     contact = prediction.models["contact"]
-    outside = (_outside_text(item, contact) for item in prediction.outside if _base(item.predictor) not in beyond)
+    outside = (
+        _outside_text(item, contact)
+        for item in prediction.outside
+        if _base(item.predictor) not in beyond
+    )
     return (*bench_limit_warnings(prediction), *outside)
 
 
 def extrapolation_text(item: Extrapolation) -> str:
     """As a sentence in the units of the lab."""
     name, unit, scale = _in_lab_units(item.quantity)
-    value_text, low, high = (format_number(scale * value) for value in (item.asked, item.low, item.high))
+    value_text, low, high = (
+        format_number(scale * value) for value in (item.asked, item.low, item.high)
+    )
     learned = low if low == high else f"{low} to {high}"
     text = f"{name} {value_text}{unit} is beyond the {learned}{unit} of the shots that were learned from."
     return text[0].upper() + text[1:]
@@ -293,7 +325,10 @@ def warnings_of_number(prediction: Prediction, number: str) -> str:
 
 def _of_number(prediction: Prediction, number: str) -> Iterator[str]:
     for item in extrapolations(prediction):
-        of_gun = _FIELDS.get(_base(item.quantity)) in _OF_THE_GUN and prediction.setting.tank_pressure_pa is not None
+        of_gun = (
+            _FIELDS.get(_base(item.quantity)) in _OF_THE_GUN
+            and prediction.setting.tank_pressure_pa is not None
+        )
         if number == ("velocity_m_s" if of_gun else "peak_force_n"):
             yield extrapolation_text(item)
 
@@ -302,11 +337,15 @@ def _outside_text(item: OutOfDomain, contact: str) -> str:
     """What a registered model never met, in the units of the lab; the range of a law is its own text in SI."""
     name, unit, scale = _in_lab_units(item.predictor)
     model = contact.removeprefix("models:/")
-    value = item.value if isinstance(item.value, str) else f"{format_number(scale * item.value)}{unit}"
+    value = (
+        item.value if isinstance(item.value, str) else f"{format_number(scale * item.value)}{unit}"
+    )
     if not item.reason:
         if not isinstance(item.value, str):
             value = f"{format_number(item.value)}{_si_unit(item.predictor)}"
-        text = f"{name} {value} lies outside of the domain of the contact ({contact}): {item.range}."
+        text = (
+            f"{name} {value} lies outside of the domain of the contact ({contact}): {item.range}."
+        )
     elif item.ends and item.ends[0] < item.ends[-1] and item.reason == BETWEEN_LEVELS:
         low, high = (format_number(scale * end) for end in item.ends)
         text = f"{name} {value} lies between the measured {low} and {high}{unit}; {model} was not trained there."
@@ -333,4 +372,7 @@ def _in_lab_units(quantity: str) -> tuple[str, str, float]:
 
 def _base(quantity: str) -> str:
     """The name without its unit: stages name quantities with it, predictors of models have none."""
-    return next((quantity.removesuffix(suffix) for suffix in _SUFFIXES if quantity.endswith(suffix)), quantity)
+    return next(
+        (quantity.removesuffix(suffix) for suffix in _SUFFIXES if quantity.endswith(suffix)),
+        quantity,
+    )

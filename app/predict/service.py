@@ -104,10 +104,16 @@ class PredictedSeries:
 
     def plot(self, ax: Axes | None = None, **line: Any) -> Axes:
         """The mean as a line, the band filled; a spectrum on logarithmic axes. `line` goes to `Axes.plot`."""
-        axes, (x_unit, x_scale), (unit, scale) = axes_or_new(ax), shown_unit(self.x_unit), shown_unit(self.unit)
+        axes, (x_unit, x_scale), (unit, scale) = (
+            axes_or_new(ax),
+            shown_unit(self.x_unit),
+            shown_unit(self.unit),
+        )
         x = x_scale * self.x
         (mean,) = axes.plot(x, scale * self.mean, **{"label": self.name, **line})
-        axes.fill_between(x, scale * self.lower, scale * self.upper, color=mean.get_color(), alpha=0.2, lw=0)
+        axes.fill_between(
+            x, scale * self.lower, scale * self.upper, color=mean.get_color(), alpha=0.2, lw=0
+        )
         if self.logarithmic:
             axes.set(xscale="log", yscale="log")
         name = self.x_name.rpartition("_")[0].replace("_", " ")
@@ -131,7 +137,9 @@ class SensorSeries(Mapping[str, PredictedSeries]):
     def __getitem__(self, sensor: str) -> PredictedSeries:
         if sensor not in self._series:
             with library_errors():
-                raise LookupError(f"no sensor {sensor!r}; there are: {', '.join(self._series) or 'none'}")
+                raise LookupError(
+                    f"no sensor {sensor!r}; there are: {', '.join(self._series) or 'none'}"
+                )
         return self._series[sensor]
 
     def __iter__(self) -> Iterator[str]:
@@ -237,7 +245,9 @@ class ShotPrediction:
 
         band, predicted = band_words(self.prediction), self.prediction.peak_acceleration_m_s2
         return {
-            sensor: PredictedNumber.of(f"peak acceleration, {sensor}, {band}", predicted(sensor), "m/s2")
+            sensor: PredictedNumber.of(
+                f"peak acceleration, {sensor}, {band}", predicted(sensor), "m/s2"
+            )
             for sensor in self.prediction.sensors
         }
 
@@ -261,7 +271,9 @@ class ShotPrediction:
         frequency = self.prediction.frequency_hz
         return SensorSeries(
             {
-                sensor: _series("maximax SRS", frequency, band, "m/s2", "frequency_hz", "Hz", logarithmic=True)
+                sensor: _series(
+                    "maximax SRS", frequency, band, "m/s2", "frequency_hz", "Hz", logarithmic=True
+                )
                 for sensor, band in self.prediction.spectra_m_s2.items()
             }
         )
@@ -299,7 +311,9 @@ class ShotPrediction:
         from .tables import draw_prediction
 
         rows = 3 if self.prediction.sensors else 1
-        axes = plt.subplots(rows, squeeze=False, figsize=(7.0, 0.8 + 2.6 * rows), layout="constrained")[1]
+        axes = plt.subplots(
+            rows, squeeze=False, figsize=(7.0, 0.8 + 2.6 * rows), layout="constrained"
+        )[1]
         drawn = list(axes[:, 0])
         draw_prediction(drawn, self.prediction)
         return drawn
@@ -308,14 +322,25 @@ class ShotPrediction:
         return f"<predicted shot: {self.velocity!r}, {self.peak_force!r}, {self.contact_time!r}>"
 
     def _repr_html_(self) -> str:
-        paragraphs = "".join(f"<p>{escape(line)}</p>" for line in (self.rests_on, *self.warnings) if line)
+        paragraphs = "".join(
+            f"<p>{escape(line)}</p>" for line in (self.rests_on, *self.warnings) if line
+        )
         return titled_table("predicted shot, with 90 % bands", self.to_frame()) + paragraphs
 
 
 def _series(
-    name: str, x: Floats, band: Band, unit: str, x_name: str, x_unit: str, *, logarithmic: bool = False
+    name: str,
+    x: Floats,
+    band: Band,
+    unit: str,
+    x_name: str,
+    x_unit: str,
+    *,
+    logarithmic: bool = False,
 ) -> PredictedSeries:
-    return PredictedSeries(name, x, band.mean, band.lower, band.upper, unit, x_name, x_unit, logarithmic)
+    return PredictedSeries(
+        name, x, band.mean, band.lower, band.upper, unit, x_name, x_unit, logarithmic
+    )
 
 
 #: Arguments that a table of runs has as columns of the same name.
@@ -353,7 +378,9 @@ def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
         for row in shots.to_dict("records")
     ]
     if not set(_ARGUMENTS) & set(map(str, shots.columns)):
-        return rows_of_table([dict(_cell(name, value) for name, value in row.items()) for row in rows], "shots")
+        return rows_of_table(
+            [dict(_cell(name, value) for name, value in row.items()) for row in rows], "shots"
+        )
     columns = (*_ARGUMENTS, *_COMMON, *_LABELS)
     unknown = [str(name) for name in shots.columns if name not in columns]
     if unknown:

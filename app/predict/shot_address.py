@@ -32,7 +32,9 @@ def read_address(pairs: Sequence[tuple[str, str]]) -> tuple[PredictionOptions, d
         except ValidationError as error:
             for place, fault in zip(error.errors(), faults_of(error.errors()), strict=True):
                 name = str(place["loc"][0])
-                faults[name] = _message(name, place["type"], given.pop(name, None), fault["message"])
+                faults[name] = _message(
+                    name, place["type"], given.pop(name, None), fault["message"]
+                )
 
 
 def _message(name: str, kind: str, value: Any, message: str) -> str:
@@ -40,10 +42,16 @@ def _message(name: str, kind: str, value: Any, message: str) -> str:
     if kind == "extra_forbidden":
         return f"{name} is no setting of a shot and is left out."
     reason = "expected a number" if kind.endswith("_parsing") else message
-    return f"{label} is {value!r}: {reason}. The page shows its usual value." if value else f"{label}: {message}."
+    return (
+        f"{label} is {value!r}: {reason}. The page shows its usual value."
+        if value
+        else f"{label}: {message}."
+    )
 
 
-def twin_at(twins: TwinCache, question: PredictionOptions) -> tuple[PredictionOptions, BuiltTwin, dict[str, str]]:
+def twin_at(
+    twins: TwinCache, question: PredictionOptions
+) -> tuple[PredictionOptions, BuiltTwin, dict[str, str]]:
     """The twin that is asked for, else the nearest one that there is, and a message for each field that was dropped.
 
     Raises `LookupError` or `ValueError` where not even the usual twin can be built.

@@ -47,25 +47,36 @@ class PredictionOptions(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     campaign: Word | None = None
-    contact: Word | None = Field(None, description="a law of contact, or NAME@VERSION; none: the model in use")
+    contact: Word | None = Field(
+        None, description="a law of contact, or NAME@VERSION; none: the model in use"
+    )
     plate: Word | None = None
     q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
     adopted: bool = True
-    coupled: bool = Field(False, description="contact law and plate solved together: thin plates, soft tips")
+    coupled: bool = Field(
+        False, description="contact law and plate solved together: thin plates, soft tips"
+    )
     chain_height_m: Annotated[float, Field(ge=-10, le=10)] = Field(
-        0.0, description="by which the plate of a gun hangs higher: a multiple of 0.056, a link of its chain"
+        0.0,
+        description="by which the plate of a gun hangs higher: a multiple of 0.056, a link of its chain",
     )
     tank_pressure_pa: Annotated[float, Field(ge=1, le=1e8)] | None = None
     impact_velocity_m_s: Annotated[float, Field(ge=1e-3, le=1e4)] | None = None
-    bullet_mass_kg: Annotated[float, Field(ge=1e-4, le=1e3)] | None = Field(None, description="none: the bench's")
+    bullet_mass_kg: Annotated[float, Field(ge=1e-4, le=1e3)] | None = Field(
+        None, description="none: the bench's"
+    )
     tip_material: Word = "steel"
     tip_radius_m: Annotated[float, Field(ge=1e-5, le=10)] = 0.045
     anvil_material: Word = "none"
     insulator: Word = "none"
     impact_position: Word = "#1"
     boundary_conditions: Literal["free", "fixed"] | None = None
-    factor: list[Word] = Field([], max_length=50, description="NAME=VALUE of a factor that the model learned from, SI")
-    valve_profile: Word | None = Field(None, description="of the gun's valve, such as '0:0 0.1:1': s, 0 shut to 1 open")
+    factor: list[Word] = Field(
+        [], max_length=50, description="NAME=VALUE of a factor that the model learned from, SI"
+    )
+    valve_profile: Word | None = Field(
+        None, description="of the gun's valve, such as '0:0 0.1:1': s, 0 shut to 1 open"
+    )
     draws: Annotated[int, Field(ge=2, le=1024)] = 64
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
@@ -153,16 +164,32 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     space = factors or gun_space()
     limits, of = read_limits(space.bench), {factor.name: factor for factor in space.factors}
     masses, radii = _owned(of, "bullet_mass", 1.0), _owned(of, "tip_radius", 1e-3)
-    highest = min(limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa)
+    highest = min(
+        limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa
+    )
     values, mass = _seen_in_training(built), built.bench.impactor_mass_kg
     ends = {
         "tank_pressure_pa": (LEAST_PRESSURE_PA, highest, TANK_PRESSURE_PA, (), None),
-        "impact_velocity_m_s": (_LEAST_M_S, limits.max_impact_velocity_m_s, VELOCITY_M_S, (), "impact.velocity"),
+        "impact_velocity_m_s": (
+            _LEAST_M_S,
+            limits.max_impact_velocity_m_s,
+            VELOCITY_M_S,
+            (),
+            "impact.velocity",
+        ),
         "bullet_mass_kg": (min(masses), limits.max_bullet_mass_kg, mass, masses, "impactor.mass"),
-        "tip_radius_m": (min(radii), max(radii), ShotRequest.tip_radius_m, radii, "factor.tip_radius"),
+        "tip_radius_m": (
+            min(radii),
+            max(radii),
+            ShotRequest.tip_radius_m,
+            radii,
+            "factor.tip_radius",
+        ),
     }
     return {
-        "numbers": {name: _number(name, *end[:-1], values.get(end[-1] or "")) for name, end in ends.items()},
+        "numbers": {
+            name: _number(name, *end[:-1], values.get(end[-1] or "")) for name, end in ends.items()
+        },
         "choices": _choices(built, values),
         "chain_heights_m": _chain_heights_m(built),
     }
@@ -193,17 +220,25 @@ def _number(
 
 def _choices(built: BuiltTwin, seen_levels: Known) -> dict[str, Any]:
     names = sorted({material.name for material in built.materials.values()}, key=str.lower)
-    positions = built.twin.plate.ensemble(built.plate.name)[0].impact_points if built.twin.sensor_names else ("#1",)
+    positions = (
+        built.twin.plate.ensemble(built.plate.name)[0].impact_points
+        if built.twin.sensor_names
+        else ("#1",)
+    )
     tip = ShotRequest.tip_material if ShotRequest.tip_material in names else names[0]
     choices = {
         "tip_material": _choice(names, tip, lambda name: _tip_known(built, seen_levels, name)),
-        "anvil_material": _choice([NONE, *names], NONE, _level_known(seen_levels, "factor.anvil_material")),
+        "anvil_material": _choice(
+            [NONE, *names], NONE, _level_known(seen_levels, "factor.anvil_material")
+        ),
         "insulator": _choice(INSULATORS, NONE, _level_known(seen_levels, "factor.insulator")),
         "impact_position": _choice(positions, positions[0], lambda _: True),
     }
     if is_used(built, "boundary_conditions"):
         is_known = _level_known(seen_levels, "factor.boundary_conditions")
-        choices["boundary_conditions"] = _choice(BOUNDARY_CONDITIONS, BOUNDARY_CONDITIONS[0], is_known)
+        choices["boundary_conditions"] = _choice(
+            BOUNDARY_CONDITIONS, BOUNDARY_CONDITIONS[0], is_known
+        )
     return choices
 
 
@@ -225,7 +260,10 @@ def _links_m(built: BuiltTwin, direction: int) -> list[float]:
 
 
 def _choice(names: Sequence[str], default: str, is_seen: Callable[[str], bool]) -> dict[str, Any]:
-    return {"options": [{"name": name, "known": is_seen(name)} for name in names], "default": default}
+    return {
+        "options": [{"name": name, "known": is_seen(name)} for name in names],
+        "default": default,
+    }
 
 
 def _seen_in_training(built: BuiltTwin) -> Known:
@@ -242,8 +280,15 @@ def _tip_known(built: BuiltTwin, seen_levels: Known, name: str) -> bool:
     """A material is known by its properties, which are what a model learns from."""
     material = built.material(name)
     of = {"youngs_modulus": material.youngs_modulus_pa, "poisson_ratio": material.poisson_ratio}
-    of |= {"density": material.density_kg_m3, "yield_strength": material.yield_strength_pa or np.nan}
-    pairs = ((seen_levels[f"tip.{key}"], value) for key, value in of.items() if f"tip.{key}" in seen_levels)
+    of |= {
+        "density": material.density_kg_m3,
+        "yield_strength": material.yield_strength_pa or np.nan,
+    }
+    pairs = (
+        (seen_levels[f"tip.{key}"], value)
+        for key, value in of.items()
+        if f"tip.{key}" in seen_levels
+    )
     return all(bool(limit.inside(np.array([value]))[0]) for limit, value in pairs)
 
 

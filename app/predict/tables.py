@@ -15,7 +15,13 @@ from ..common.quantities import Display, display_of
 from .predicting import warnings, warnings_of_number
 
 #: Numbers of the prediction, in their order.
-_QUANTITIES = ("velocity_m_s", "contact_time_s", "compression_time_s", "peak_force_n", "impulse_n_s")
+_QUANTITIES = (
+    "velocity_m_s",
+    "contact_time_s",
+    "compression_time_s",
+    "peak_force_n",
+    "impulse_n_s",
+)
 
 _ACCELERATION, _TIME = "acceleration_m_s2", "time_since_first_contact_s"
 
@@ -25,7 +31,9 @@ def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
     for field in _QUANTITIES:
         warning = warnings_of_number(prediction, field)
         shown = display_of(field)
-        yield _row(shown.label, shown, getattr(prediction, field)) | ({"warning": warning} if warning else {})
+        yield _row(shown.label, shown, getattr(prediction, field)) | (
+            {"warning": warning} if warning else {}
+        )
     for sensor in prediction.sensors:
         yield _row(
             f"peak {sensor}, {band_words(prediction)}",
@@ -41,7 +49,9 @@ def band_words(prediction: Prediction) -> str:
 
 
 def _row(what: str, shown: Display, quantity: Quantity) -> dict[str, Any]:
-    mean, low, high = format_interval(*(shown.scale * item for item in (quantity.mean, *quantity.ci90)))
+    mean, low, high = format_interval(
+        *(shown.scale * item for item in (quantity.mean, *quantity.ci90))
+    )
     return {"quantity": what, "unit": shown.unit, "mean": mean, "low": low, "high": high}
 
 
@@ -53,7 +63,9 @@ def spectrum_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
     for line in dict.fromkeys((*range(0, last, 3), last)):
         row: dict[str, Any] = {"Hz": float(prediction.frequency_hz[line])}
         for sensor, band in prediction.spectra_m_s2.items():
-            numbers = (shown.scale * float(curve[line]) for curve in (band.mean, band.lower, band.upper))
+            numbers = (
+                shown.scale * float(curve[line]) for curve in (band.mean, band.lower, band.upper)
+            )
             row[f"{sensor} ({shown.unit})"], low, high = format_interval(*numbers)
             row[f"{sensor} 90 %"] = f"{low} to {high}"
         yield row
@@ -70,14 +82,18 @@ def plot_prediction(prediction: Prediction, path: Path) -> None:
     figure = new_figure(8, 8 if prediction.sensors else 3)
     words = " ".join((prediction.rests_on.sentence, *warnings(prediction))).strip()
     figure.suptitle(fill(words, 110), fontsize="small", x=0.02, ha="left")
-    draw_prediction(list(figure.subplots(3 if prediction.sensors else 1, squeeze=False)[:, 0]), prediction)
+    draw_prediction(
+        list(figure.subplots(3 if prediction.sensors else 1, squeeze=False)[:, 0]), prediction
+    )
     save(figure, path)
 
 
 def draw_prediction(rows: Sequence[Any], prediction: Prediction) -> None:
     """Force, accelerations and spectra with their bands on three axes; on one, the force alone."""
     force, time = display_of("force_n"), display_of(_TIME)
-    _band(rows[0], prediction.time_s * time.scale, prediction.force_n, "force", MEASURED, force.scale)
+    _band(
+        rows[0], prediction.time_s * time.scale, prediction.force_n, "force", MEASURED, force.scale
+    )
     rows[0].set(xlabel=time.heading, ylabel=force.heading)
     for axes, draw in zip(rows[1:], (_accelerations, _spectra), strict=False):
         draw(axes, prediction)

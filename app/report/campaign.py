@@ -16,12 +16,27 @@ from ...schema.listings import get_campaign_id
 from ...schema.recordings import SET_ASIDE, Recording
 from ..common.number_format import number_ranges
 from ..common.quantities import display_of
-from ..documents.document import Block, Bullets, Cell, ChartRow, Document, Figure, Paragraph, Section, Table
+from ..documents.document import (
+    Block,
+    Bullets,
+    Cell,
+    ChartRow,
+    Document,
+    Figure,
+    Paragraph,
+    Section,
+    Table,
+)
 from ..documents.svg import Cloud, agreement_chart
 from ..ingest.campaign_overview import count_findings
 from ..ingest.design_coverage import achieved_settings, level_coverage, plan_coverage, worked_off
 from ..ingest.planned_achieved import constant_settings, planned_achieved_rows
-from ..ingest.recording_quality import FindingRow, list_finding_rows, recording_quality, worst_finding
+from ..ingest.recording_quality import (
+    FindingRow,
+    list_finding_rows,
+    recording_quality,
+    worst_finding,
+)
 from .campaign_pulses import pulses_of, pulses_section, shots_of, shots_section
 
 Rows = Sequence[Mapping[str, Any]]
@@ -31,7 +46,9 @@ def campaign_document(session: Session, name: str) -> Document:
     """The report on a campaign of the store. Raises `LookupError` naming those there are."""
     key = get_campaign_id(session, name)
     campaign = session.get_one(Campaign, key)
-    recordings, impacts, shots = (_count(session, table, key) for table in (Recording, Impact, Shot))
+    recordings, impacts, shots = (
+        _count(session, table, key) for table in (Recording, Impact, Shot)
+    )
     quality = recording_quality(session, [key])[key]
     findings = list_finding_rows(session, key, count_findings(session, key))
     sections = [
@@ -59,8 +76,15 @@ def campaign_document(session: Session, name: str) -> Document:
     )
 
 
-def _count(session: Session, table: type[Recording] | type[Impact] | type[Shot], campaign_id: int) -> int:
-    return session.scalar(select(func.count()).select_from(table).where(table.campaign_id == campaign_id)) or 0
+def _count(
+    session: Session, table: type[Recording] | type[Impact] | type[Shot], campaign_id: int
+) -> int:
+    return (
+        session.scalar(
+            select(func.count()).select_from(table).where(table.campaign_id == campaign_id)
+        )
+        or 0
+    )
 
 
 def _advice(findings: Sequence[FindingRow], recordings: int) -> str:
@@ -69,11 +93,19 @@ def _advice(findings: Sequence[FindingRow], recordings: int) -> str:
     if not doubts:
         return "No recording has to be repeated." if recordings else ""
     worst = doubts[0]
-    runs = f" (run{'' if len(worst.runs) == 1 else 's'} {number_ranges(worst.runs)})" if worst.runs else ""
-    return f"The most serious cause: {worst.cause[0].lower()}{worst.cause[1:]}{runs}. {worst.action}"
+    runs = (
+        f" (run{'' if len(worst.runs) == 1 else 's'} {number_ranges(worst.runs)})"
+        if worst.runs
+        else ""
+    )
+    return (
+        f"The most serious cause: {worst.cause[0].lower()}{worst.cause[1:]}{runs}. {worst.action}"
+    )
 
 
-def quality_section(session: Session, campaign_id: int, findings: Sequence[FindingRow], impacts: int) -> Section:
+def quality_section(
+    session: Session, campaign_id: int, findings: Sequence[FindingRow], impacts: int
+) -> Section:
     """Findings by their cause, each with the one that goes furthest, and recordings that were set aside."""
     rows: list[list[Cell]] = [
         [
@@ -95,7 +127,13 @@ def quality_section(session: Session, campaign_id: int, findings: Sequence[Findi
         Recording.campaign_id == campaign_id, Recording.status == SET_ASIDE
     )
     if aside := [list(row) for row in session.execute(query.order_by(Recording.path))]:
-        blocks.append(Table("Recordings that could not be read and were set aside.", ("recording", "reason"), aside))
+        blocks.append(
+            Table(
+                "Recordings that could not be read and were set aside.",
+                ("recording", "reason"),
+                aside,
+            )
+        )
     return Section("Quality", blocks)
 
 
@@ -112,12 +150,17 @@ def planned_section(session: Session, campaign_id: int, name: str) -> Section:
     """The plans and what became of them, the settings planned and achieved in one table, and a chart of each that
     differs."""
     plans = plan_coverage(session, campaign_id, name)
-    levels, achieved = level_coverage(session, campaign_id, name), achieved_settings(session, campaign_id)
+    levels, achieved = (
+        level_coverage(session, campaign_id, name),
+        achieved_settings(session, campaign_id),
+    )
     blocks: list[Block] = [Paragraph(_plan_sentence(plan)) for plan in plans]
     if discarded := _discarded(session, campaign_id, name):
         blocks.append(Bullets(discarded, ""))
     rows = planned_achieved_rows(levels, achieved.rows)
-    keys = [key for key in (rows[0] if rows else ()) if any(row[key] not in (None, 0) for row in rows)]
+    keys = [
+        key for key in (rows[0] if rows else ()) if any(row[key] not in (None, 0) for row in rows)
+    ]
     if rows:
         blocks.append(
             Table(
@@ -131,13 +174,19 @@ def planned_section(session: Session, campaign_id: int, name: str) -> Section:
         blocks.append(Paragraph(f"The same in all runs: {', '.join(constant)}.", quiet=True))
     differing = [row["quantity"] for row in achieved.summary if row["mean_magnitude"] > 1e-9]
     if differing:
-        blocks.append(ChartRow([_achieved_figure(achieved.rows, quantity) for quantity in differing]))
+        blocks.append(
+            ChartRow([_achieved_figure(achieved.rows, quantity) for quantity in differing])
+        )
     return Section("Planned against achieved" if plans else "Settings", blocks)
 
 
 def _plan_sentence(plan: Mapping[str, Any]) -> str:
     done, to_do, discarded = plan["done"], plan["planned"], plan["discarded"]
-    rest = [text for count, text in ((to_do, f"{to_do} still to do"), (discarded, f"{discarded} discarded")) if count]
+    rest = [
+        text
+        for count, text in ((to_do, f"{to_do} still to do"), (discarded, f"{discarded} discarded"))
+        if count
+    ]
     return (
         f"Plan {plan['plan']} ({plan['method']}): {done} of {plan['runs']} runs are done"
         f"{''.join(f', {text}' for text in rest)}; {plan['recorded']} of {plan['repetitions']} repetitions are "
@@ -159,9 +208,16 @@ def _discarded(session: Session, campaign_id: int, name: str) -> list[str]:
 
 
 def _achieved_figure(rows: Rows, quantity: str) -> Figure:
-    of_quantity, display = [row for row in rows if row["quantity"] == quantity], display_of(quantity)
-    planned, achieved = (display.scale * np.array([row[key] for row in of_quantity]) for key in ("planned", "mean"))
+    of_quantity, display = (
+        [row for row in rows if row["quantity"] == quantity],
+        display_of(quantity),
+    )
+    planned, achieved = (
+        display.scale * np.array([row[key] for row in of_quantity]) for key in ("planned", "mean")
+    )
     label = f"{display.label[0].upper()}{display.label[1:]}, achieved against planned"
-    cloud = Cloud(label, planned, achieved, [f"{row['plan']}, run {row['run']}" for row in of_quantity])
+    cloud = Cloud(
+        label, planned, achieved, [f"{row['plan']}, run {row['run']}" for row in of_quantity]
+    )
     bracket = f" ({display.unit})" if display.unit else ""
     return Figure(label, agreement_chart(label, [cloud], f"planned{bracket}", f"achieved{bracket}"))

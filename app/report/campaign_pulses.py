@@ -28,11 +28,34 @@ from ..common.quantities import (
     velocity_label,
     velocity_with_uncertainty,
 )
-from ..documents.document import Block, Cell, ChartRow, Figure, Paragraph, Section, Table, mean_and_spread
+from ..documents.document import (
+    Block,
+    Cell,
+    ChartRow,
+    Figure,
+    Paragraph,
+    Section,
+    Table,
+    mean_and_spread,
+)
 from ..documents.line_styles import SERIES
-from ..documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
+from ..documents.svg import (
+    MOST_POINTS,
+    Cloud,
+    Curve,
+    agreement_chart,
+    dot_keys,
+    line_chart,
+    line_keys,
+)
 
-_FIGURES = ("impact_velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s", "peak_acceleration_m_s2")
+_FIGURES = (
+    "impact_velocity_m_s",
+    "contact_time_s",
+    "peak_force_n",
+    "impulse_n_s",
+    "peak_acceleration_m_s2",
+)
 #: Columns of a listing that are no factors.
 _OTHERS = {*IMPACT_COLUMNS, CAMPAIGN, QUALITY, "velocity_kind"}
 
@@ -67,7 +90,9 @@ class PulseGroups:
     def varied(self) -> tuple[str, ...]:
         """Factors that did."""
         keys = dict.fromkeys(key for group in self.groups for key in group.levels)
-        return tuple(key for key in keys if len({group.levels.get(key) for group in self.groups}) > 1)
+        return tuple(
+            key for key in keys if len({group.levels.get(key) for group in self.groups}) > 1
+        )
 
     def label(self, group: PulseGroup) -> str:
         """A configuration by what tells it apart."""
@@ -88,18 +113,24 @@ def pulses_of(session: Session, campaign: str) -> PulseGroups:
             kinds.add(row.get("velocity_kind"))
             levels = tuple((key, value) for key, value in row.items() if key not in _OTHERS)
             members.setdefault(levels, []).append({key: row[key] for key in ("id", *_FIGURES)})
-    place = {row["id"]: (levels, i) for levels, rows in members.items() for i, row in enumerate(rows)}
+    place = {
+        row["id"]: (levels, i) for levels, rows in members.items() for i, row in enumerate(rows)
+    }
     forces: dict[Any, list[Any]] = {levels: [None] * len(rows) for levels, rows in members.items()}
     for key, points in _force_points(session, get_campaign_id(session, campaign)):
         if key in place:
             levels, i = place[key]
             forces[levels][i] = points
-    groups = tuple(_group(dict(levels), rows, np.array(forces[levels])) for levels, rows in members.items())
+    groups = tuple(
+        _group(dict(levels), rows, np.array(forces[levels])) for levels, rows in members.items()
+    )
     return PulseGroups(groups, rejected, without, velocity_label(kinds))
 
 
 def _force_points(session: Session, campaign_id: int) -> Iterable[tuple[int, list[float]]]:
-    query = select(Impact.id, Pulse.force_points_n).join(Pulse, (Pulse.impact_id == Impact.id) & Pulse.current)
+    query = select(Impact.id, Pulse.force_points_n).join(
+        Pulse, (Pulse.impact_id == Impact.id) & Pulse.current
+    )
     of_it = query.where(Impact.campaign_id == campaign_id).execution_options(yield_per=2000)
     return ((key, points) for key, points in session.execute(of_it))
 
@@ -116,17 +147,26 @@ _MOST_CHARTED = 5
 
 def telling_factor(pulses: PulseGroups) -> str | None:
     """Of the factors with few levels, the one that explains most of the peak forces."""
-    peak = np.log(np.array([float(group.figures["peak_force_n"].mean()) for group in pulses.groups]))
+    peak = np.log(
+        np.array([float(group.figures["peak_force_n"].mean()) for group in pulses.groups])
+    )
 
     def unexplained(key: str) -> float:
         """The mean square within levels, by degrees of freedom: many levels explain much by chance."""
         level = np.array([str(group.levels.get(key)) for group in pulses.groups])
         levels = np.unique(level)
-        squares = sum(float(((peak[level == group] - peak[level == group].mean()) ** 2).sum()) for group in levels)
+        squares = sum(
+            float(((peak[level == group] - peak[level == group].mean()) ** 2).sum())
+            for group in levels
+        )
         return float(squares / max(peak.size - levels.size, 1))
 
     most = min(_MOST_CHARTED, len(pulses.groups) // 2)
-    few = [key for key in pulses.varied if len({group.levels.get(key) for group in pulses.groups}) <= most]
+    few = [
+        key
+        for key in pulses.varied
+        if len({group.levels.get(key) for group in pulses.groups}) <= most
+    ]
     return min(few, key=unexplained, default=None)
 
 
@@ -138,9 +178,13 @@ def pulses_section(pulses: PulseGroups, campaign: str) -> Section:
     """Figures by configuration, and their overlay."""
     title, blocks = "Pulses by configuration", list[Block]()
     if left_out := [
-        f"{n} {what}" for n, what in ((pulses.rejected, "rejected"), (pulses.without, "without a pulse")) if n
+        f"{n} {what}"
+        for n, what in ((pulses.rejected, "rejected"), (pulses.without, "without a pulse"))
+        if n
     ]:
-        blocks.append(Paragraph(f"Impacts that are left out: {' and '.join(left_out)}.", quiet=True))
+        blocks.append(
+            Paragraph(f"Impacts that are left out: {' and '.join(left_out)}.", quiet=True)
+        )
     if not pulses.groups:
         return Section(title, [Paragraph("The campaign has no pulse in use.", quiet=True), *blocks])
     blocks += [_table(pulses)]
@@ -157,7 +201,11 @@ def pulses_section(pulses: PulseGroups, campaign: str) -> Section:
 
 
 def _table(pulses: PulseGroups) -> Table:
-    shown = [key for key in _FIGURES if any(np.isfinite(group.figures[key]).any() for group in pulses.groups)]
+    shown = [
+        key
+        for key in _FIGURES
+        if any(np.isfinite(group.figures[key]).any() for group in pulses.groups)
+    ]
     rows: list[list[Cell]] = [
         [
             *(cell(key, group.levels.get(key)) for key in pulses.varied),
@@ -170,13 +218,21 @@ def _table(pulses: PulseGroups) -> Table:
     repeated = any(len(group) > 1 for group in pulses.groups)
     caption = "Mean ± standard deviation over the pulses of a configuration."
     main = [*map(heading, pulses.varied[:2]), heading("peak_force_n")]
-    main += [] if repeated else [heading("contact_time_s")]  # a column of spreads more would be too wide
-    return Table(caption if repeated else "One pulse of each configuration.", heads, rows, main=main)
+    main += (
+        [] if repeated else [heading("contact_time_s")]
+    )  # a column of spreads more would be too wide
+    return Table(
+        caption if repeated else "One pulse of each configuration.", heads, rows, main=main
+    )
 
 
 def _heading(key: str, pulses: PulseGroups) -> str:
     display = display_of(key)
-    return replace(display, label=pulses.velocity).heading if key == "impact_velocity_m_s" else display.heading
+    return (
+        replace(display, label=pulses.velocity).heading
+        if key == "impact_velocity_m_s"
+        else display.heading
+    )
 
 
 def _overlay(pulses: PulseGroups) -> ChartRow:
@@ -191,15 +247,35 @@ def _overlay(pulses: PulseGroups) -> ChartRow:
         fine = force.scale * reconstruct(np.stack([group.force_n, group.spread_n]), 200)
         level = group.levels.get(factor) if factor else None
         colour = number if few else levels.index(level) if factor else 0
-        name = pulses.label(group) if few else named_level(factor, level) if factor else "every configuration"
-        times = np.linspace(0.0, time.scale * float(group.figures["contact_time_s"].mean()), fine.shape[1])
-        curves.append(Curve(name, times, fine[0], colour, np.abs(fine[1]) if few and len(group) > 1 else None))
+        name = (
+            pulses.label(group)
+            if few
+            else named_level(factor, level)
+            if factor
+            else "every configuration"
+        )
+        times = np.linspace(
+            0.0, time.scale * float(group.figures["contact_time_s"].mean()), fine.shape[1]
+        )
+        curves.append(
+            Curve(name, times, fine[0], colour, np.abs(fine[1]) if few and len(group) > 1 else None)
+        )
     is_single = len(pulses.groups) == 1
-    title = f"Mean pulses by {display_of(factor).label}" if factor else "Mean pulses by configuration"
+    title = (
+        f"Mean pulses by {display_of(factor).label}" if factor else "Mean pulses by configuration"
+    )
     title = "Mean pulse" if is_single else title
-    title += ", with their standard deviation" if any(curve.spread is not None for curve in curves) else ""
+    title += (
+        ", with their standard deviation"
+        if any(curve.spread is not None for curve in curves)
+        else ""
+    )
     figures = [
-        Figure(title, line_chart(title, curves, time.heading, force.heading), () if is_single else line_keys(curves))
+        Figure(
+            title,
+            line_chart(title, curves, time.heading, force.heading),
+            () if is_single else line_keys(curves),
+        )
     ]
     if factor and len(levels) > 1:
         # soft tips give pulses that the scale of hard ones hides
@@ -234,7 +310,9 @@ def shots_of(session: Session, campaign: str) -> list[dict[str, Any]]:
 
     Raises `LookupError` for an unknown campaign.
     """
-    query = select(Shot.id, Shot.recorded_pressure_pa).where(Shot.campaign_id == get_campaign_id(session, campaign))
+    query = select(Shot.id, Shot.recorded_pressure_pa).where(
+        Shot.campaign_id == get_campaign_id(session, campaign)
+    )
     recorded = dict(iter(session.execute(query)))
     rows = with_predictions(session, iter_shots(session, campaign))
     return [{**row, "recorded_pressure_pa": recorded[row["id"]]} for row in rows]
@@ -282,7 +360,9 @@ def _pressure_sentence(shots: Shots) -> str:
         return ""
     off = np.array([shot["recorded_pressure_pa"] / shot[_PRESSURE] - 1 for shot in recorded])
     words = _deviation_words(off, recorded)
-    return f"The pressure that the transducer recorded differs from the one that was set by {words}."
+    return (
+        f"The pressure that the transducer recorded differs from the one that was set by {words}."
+    )
 
 
 def _deviation_words(off: Floats, shots: Shots) -> str:
@@ -293,7 +373,10 @@ def _deviation_words(off: Floats, shots: Shots) -> str:
 
 def _chart(judged: Shots) -> ChartRow:
     masses = sorted({shot[_MASS] for shot in judged})
-    groups = [(f"{level_words(_MASS, mass)} bullet", [s for s in judged if s[_MASS] == mass]) for mass in masses]
+    groups = [
+        (f"{level_words(_MASS, mass)} bullet", [s for s in judged if s[_MASS] == mass])
+        for mass in masses
+    ]
     groups = groups if len(groups) <= SERIES else [("shots", list(judged))]
     clouds = [
         Cloud(
@@ -336,19 +419,35 @@ def _by_shot(shots: Shots) -> Table:
     for shot in shots[:_MOST]:
         off = _off(shot)
         velocity = cell(_MEASURED, velocity_with_uncertainty(shot)[_MEASURED])
-        settings = (shot["run"], shot["repetition"], cell(_MASS, shot[_MASS]), cell(_PRESSURE, shot[_PRESSURE]))
+        settings = (
+            shot["run"],
+            shot["repetition"],
+            cell(_MASS, shot[_MASS]),
+            cell(_PRESSURE, shot[_PRESSURE]),
+        )
         rows.append(
-            [*settings, velocity, cell(_NOMINAL, shot[_NOMINAL]), _deviation_cell(np.array([off], dtype=float))]
+            [
+                *settings,
+                velocity,
+                cell(_NOMINAL, shot[_NOMINAL]),
+                _deviation_cell(np.array([off], dtype=float)),
+            ]
         )
     heads = _velocity_heads("run", "repetition", heading(_MASS), heading(_PRESSURE))
     main = ("run", heads[3], heads[4], _DEVIATION)
-    return Table("Each shot, with the standard uncertainty of its velocity.", heads, rows, main=main)
+    return Table(
+        "Each shot, with the standard uncertainty of its velocity.", heads, rows, main=main
+    )
 
 
 def _deviation_cell(off: Floats) -> str | None:
     """The mean of shares in per cent, with a decimal."""
     finite_values = off[np.isfinite(off)]
-    return signed_percent(float(finite_values.mean())).removesuffix(" %") if finite_values.size else None
+    return (
+        signed_percent(float(finite_values.mean())).removesuffix(" %")
+        if finite_values.size
+        else None
+    )
 
 
 def _column(shots: Shots, key: str) -> Floats:

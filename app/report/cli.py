@@ -17,7 +17,10 @@ from ..common.progress import progress_bar
 @db_option
 @units_option
 @click.option(
-    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE.html or FILE.pdf."
+    "--out",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write to FILE.html or FILE.pdf.",
 )
 def report(subject: str, db: str, out: Path) -> None:
     """Write a report as one file that needs no other file: a page (.html) or a PDF.

@@ -31,7 +31,9 @@ def report_on(store: Store, db: str, word: str) -> Document:
             return report(store, db, word.removeprefix(start))
     if store.read(lambda session: has_campaign(session, word)):
         if word in _models(db):
-            raise ValueError(f"{word!r} is a campaign and a model: say {CAMPAIGN}{word} or {MODEL}{word}@VERSION")
+            raise ValueError(
+                f"{word!r} is a campaign and a model: say {CAMPAIGN}{word} or {MODEL}{word}@VERSION"
+            )
         return _campaign(store, db, word)
     if "@" in word:
         return _model(store, db, word)
@@ -39,7 +41,9 @@ def report_on(store: Store, db: str, word: str) -> Document:
         labels = ", ".join(f"{MODEL}{word}@{number}" for number in models[word][:6])
         raise ValueError(f"{word!r} is a model; say which version: {labels}")
     campaigns = store.read(
-        lambda session: session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10)).all()
+        lambda session: session.scalars(
+            select(Campaign.name).order_by(Campaign.name).limit(10)
+        ).all()
     )
     raise LookupError(
         f"nothing is called {word!r}; campaigns: {', '.join(campaigns) or 'none'}; models: "
@@ -61,9 +65,13 @@ def _diagnosis(store: Store, _db: str, which: str) -> Document:
         if which.isdigit():
             return diagnosis_document(session, int(which))
         of_it = Diagnosis.campaign_id == get_campaign_id(session, which)
-        newest = session.scalar(select(Diagnosis.id).where(of_it).order_by(Diagnosis.id.desc()).limit(1))
+        newest = session.scalar(
+            select(Diagnosis.id).where(of_it).order_by(Diagnosis.id.desc()).limit(1)
+        )
         if newest is None:
-            raise LookupError(f"no diagnosis of {which!r} yet; make one: pyroshock diagnose {which}")
+            raise LookupError(
+                f"no diagnosis of {which!r} yet; make one: pyroshock diagnose {which}"
+            )
         return diagnosis_document(session, newest)
 
 
@@ -75,7 +83,9 @@ def _model(store: Store, db: str, label: str) -> Document:
     registry = registry_of(db)
     with models_extra():
         if "@" not in label:
-            raise ValueError(f"{MODEL}{label} has no version; expected {MODEL}{label}@VERSION (pyroshock models)")
+            raise ValueError(
+                f"{MODEL}{label} has no version; expected {MODEL}{label}@VERSION (pyroshock models)"
+            )
         return model_document(registry, chosen(registry.versions(), label), reader_of(store))
 
 

@@ -14,10 +14,36 @@ from ...training.registry.listing import chosen, newest
 from ...training.registry.records import Decision, Version
 from ..common.number_format import format_number, percent_with_range
 from ..common.quantities import display_of
-from ..documents.document import Block, Bullets, Cell, ChartRow, Document, Figure, Paragraph, Section, Table
-from ..documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
+from ..documents.document import (
+    Block,
+    Bullets,
+    Cell,
+    ChartRow,
+    Document,
+    Figure,
+    Paragraph,
+    Section,
+    Table,
+)
+from ..documents.svg import (
+    MOST_POINTS,
+    Cloud,
+    Curve,
+    agreement_chart,
+    dot_keys,
+    line_chart,
+    line_keys,
+)
 from ..train.figures import side_by_side, version_row
-from ..train.wording import bounded, error_sentence, lead_sentence, share, share_range, share_with_range, unseen
+from ..train.wording import (
+    bounded,
+    error_sentence,
+    lead_sentence,
+    share,
+    share_range,
+    share_with_range,
+    unseen,
+)
 
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable
@@ -36,7 +62,10 @@ _LABELS = {
     "compression_impulse_error": "error of the compression impulse",
     "cost": "cost (eq. 5.4, of 1000)",
 }
-_COVERED = {"force_covered": "force points inside the 90 % band", "time_covered": "contact times inside the 90 % band"}
+_COVERED = {
+    "force_covered": "force points inside the 90 % band",
+    "time_covered": "contact times inside the 90 % band",
+}
 #: What a band promises.
 _NOMINAL = 0.9
 
@@ -58,7 +87,9 @@ def model_document(registry: Registry, version: Version, read: Read) -> Document
     return Document(
         kind="Model",
         title=version.label,
-        lead=" ".join([error_sentence(rows[0]), _force_sentence(version), _coverage_sentence(version), in_use]),
+        lead=" ".join(
+            [error_sentence(rows[0]), _force_sentence(version), _coverage_sentence(version), in_use]
+        ),
         facts={
             "Dataset": version.dataset.name,
             "Predictors": f"those of a {version.dataset.predictor_set}",
@@ -72,8 +103,14 @@ def model_document(registry: Registry, version: Version, read: Read) -> Document
 def of_all_splits(versions: Sequence[Version], version: Version) -> list[Version]:
     """`version` first, then the newest of the same model, dataset and seed on each other split."""
     same = (version.name, version.dataset.hash, version.seed)
-    others = newest(version for version in versions if (version.name, version.dataset.hash, version.seed) == same)
-    by_split = {version.split: version for version in sorted(others, key=lambda version: version.version)}
+    others = newest(
+        version
+        for version in versions
+        if (version.name, version.dataset.hash, version.seed) == same
+    )
+    by_split = {
+        version.split: version for version in sorted(others, key=lambda version: version.version)
+    }
     by_split.pop(version.split, None)
     return [version, *(by_split[split] for split in sorted(by_split))]
 
@@ -91,7 +128,11 @@ def _force_words(mean_n: float, ci90: Sequence[float] | None) -> str:
         return format_number(force.scale * force_n, 2)
 
     ends = bounded(ci90)
-    between = f" ({words(ends[0])} to {words(ends[1])} {force.unit})" if ends and np.isfinite(ends).all() else ""
+    between = (
+        f" ({words(ends[0])} to {words(ends[1])} {force.unit})"
+        if ends and np.isfinite(ends).all()
+        else ""
+    )
     return f"{words(mean_n)} {force.unit}{between}"
 
 
@@ -101,12 +142,17 @@ def _coverage_sentence(version: Version) -> str:
     if not estimates:
         return "It gives no bands."
     nouns = {"force_covered": "force points", "time_covered": "contact times"}
-    shares = [f"{percent_with_range(e.mean, (e.low, e.high))} of the {nouns[name]}" for name, e in estimates.items()]
+    shares = [
+        f"{percent_with_range(e.mean, (e.low, e.high))} of the {nouns[name]}"
+        for name, e in estimates.items()
+    ]
     narrow = [nouns[name] for name, estimate in estimates.items() if estimate.high < _NOMINAL]
     wide = [nouns[name] for name, estimate in estimates.items() if estimate.low > _NOMINAL]
     verdicts = [f"too narrow for the {' and the '.join(narrow)}"] if narrow else []
     verdicts += [f"wider than necessary for the {' and the '.join(wide)}"] if wide else []
-    judgement = f"they are {' and '.join(verdicts)}" if verdicts else "this agrees with the nominal 90 %"
+    judgement = (
+        f"they are {' and '.join(verdicts)}" if verdicts else "this agrees with the nominal 90 %"
+    )
     return f"Its 90 % bands hold {' and '.join(shares)}; {judgement}."
 
 
@@ -124,12 +170,17 @@ def _beside_the_one_in_use(
     try:
         result = side_by_side(registry, [champion, version], read)
     except (LookupError, ValueError) as error:
-        return f"It cannot be compared with {champion.label}, which is in use for a {kind}: {error}.", []
+        return (
+            f"It cannot be compared with {champion.label}, which is in use for a {kind}: {error}.",
+            [],
+        )
     means = {model["label"]: model["metrics"] for model in result["models"]}
     differences = {row["metric"]: row for row in result["differences"]}
     of_force = {label: metrics["force_nrmse"] for label, metrics in means.items()}
     sentence = lead_sentence(differences["force_nrmse"], of_force, version.split)
-    return f"{champion.label} is in use for a {kind}. {sentence}", [_differences(version, champion, means, differences)]
+    return f"{champion.label} is in use for a {kind}. {sentence}", [
+        _differences(version, champion, means, differences)
+    ]
 
 
 def _differences(
@@ -146,7 +197,14 @@ def _differences(
         p_value = None if row["p_value"] is None else format_number(row["p_value"], 2)
         errors = [share(means[label][metric]) for label in (version.label, champion.label)]
         rows.append([_LABELS[metric], *errors, share(sign * row["difference"]), between, p_value])
-    heads = ("figure", version.label, f"{champion.label} (in use)", "difference", "90 % interval", "p value")
+    heads = (
+        "figure",
+        version.label,
+        f"{champion.label} (in use)",
+        "difference",
+        "90 % interval",
+        "p value",
+    )
     caption = (
         "Mean errors on the pulses that both have held out, and their difference in per cent points: below zero the "
         f"error of {version.label} is smaller."
@@ -164,7 +222,10 @@ def _figures(rows: Sequence[Mapping[str, Any]], versions: Sequence[Version]) -> 
         for line, metric in zip(cells, METRICS, strict=True):
             figure = row["metrics"][metric]
             floor = next((value for value in figure["floor"].values() if value is not None), None)
-            line += [_figure_words(metric, figure["mean"], figure["ci90"]), _figure_words(metric, floor, None)]
+            line += [
+                _figure_words(metric, figure["mean"], figure["ci90"]),
+                _figure_words(metric, floor, None),
+            ]
     thesis = rows[0]["metrics"]
     if any(thesis[metric]["thesis"] is not None for metric in METRICS):
         heads.append("thesis")
@@ -173,7 +234,10 @@ def _figures(rows: Sequence[Mapping[str, Any]], versions: Sequence[Version]) -> 
     for metric, name in _COVERED.items():
         estimates = [version.metrics.get(metric) for version in versions]
         if any(estimates):
-            words = [None if e is None else percent_with_range(e.mean, (e.low, e.high)) for e in estimates]
+            words = [
+                None if e is None else percent_with_range(e.mean, (e.low, e.high))
+                for e in estimates
+            ]
             shares: list[Cell] = [name, *(cell for text in words for cell in (text, None))]
             cells.append([*shares, *[None] * (len(heads) - len(shares))])
     caption = (
@@ -204,7 +268,14 @@ def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
     try:
         judged = evaluate_held_out(registry, [version], read)
     except (LookupError, ValueError) as error:
-        return Section(title, [Paragraph(f"There is no chart, because the pulses cannot be read: {error}", quiet=True)])
+        return Section(
+            title,
+            [
+                Paragraph(
+                    f"There is no chart, because the pulses cannot be read: {error}", quiet=True
+                )
+            ],
+        )
     pulses, prediction = judged.pulses, judged.predictions[version.label]
     caption = (
         f"Predicted against measured values of {len(pulses)} pulse{'' if len(pulses) == 1 else 's'}, on "
@@ -216,31 +287,40 @@ def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
     bands = _coverage(pulses, prediction)
     blocks: list[Block] = [Paragraph(caption, quiet=True), ChartRow([*charts, *bands], keys)]
     if not bands:
-        blocks.append(Paragraph("The model gives no spread, so that there are no bands to judge.", quiet=True))
+        blocks.append(
+            Paragraph("The model gives no spread, so that there are no bands to judge.", quiet=True)
+        )
     return Section(title, blocks)
 
 
-def agreement(pulses: PulseTable, prediction: ContactPrediction) -> tuple[list[Figure], tuple[tuple[str, str], ...]]:
+def agreement(
+    pulses: PulseTable, prediction: ContactPrediction
+) -> tuple[list[Figure], tuple[tuple[str, str], ...]]:
     """Predicted against measured peak force and contact time, logarithmic since relative errors count; and the legend
     of the tips."""
     peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
     pairs = {
         "peak_force_n": _clouds(pulses, "peak_force_n", pulses.peak_force_n, peak),
-        "contact_time_s": _clouds(pulses, "contact_time_s", pulses.contact_time_s, prediction.contact_time_s),
+        "contact_time_s": _clouds(
+            pulses, "contact_time_s", pulses.contact_time_s, prediction.contact_time_s
+        ),
     }
     drawn = []
     for key, clouds in pairs.items():
         display = display_of(key)
         title = f"{display.label[0].upper()}{display.label[1:]}"
         axes = (f"measured ({display.unit})", f"predicted ({display.unit})")
-        drawn.append(Figure(title, agreement_chart(title, clouds, *axes, logarithmic=True, off=0.1)))
+        drawn.append(
+            Figure(title, agreement_chart(title, clouds, *axes, logarithmic=True, off=0.1))
+        )
     return drawn, dot_keys(pairs["peak_force_n"])
 
 
 def _clouds(pulses: PulseTable, key: str, measured: Floats, predicted: Floats) -> list[Cloud]:
     scale = display_of(key).scale
     names = [
-        f"{c} run {r}, repetition {k}" for c, r, k in zip(pulses.campaign, pulses.run, pulses.repetition, strict=True)
+        f"{c} run {r}, repetition {k}"
+        for c, r, k in zip(pulses.campaign, pulses.run, pulses.repetition, strict=True)
     ]
     clouds = []
     for number, tip in enumerate(np.unique(pulses.tip_material).tolist()):
@@ -256,7 +336,11 @@ def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Figure]
 
     pairs = (
         ("force", prediction.force_n - pulses.force_n, prediction.force_spread_n),
-        ("contact time", prediction.contact_time_s - pulses.contact_time_s, prediction.contact_time_spread_s),
+        (
+            "contact time",
+            prediction.contact_time_s - pulses.contact_time_s,
+            prediction.contact_time_spread_s,
+        ),
     )
     curves = [
         Curve(name, 100 * LEVELS, 100 * coverage(_scores(off, spread)), number)
@@ -266,7 +350,9 @@ def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Figure]
     if not curves:
         return []
     title = "Coverage of the bands"
-    drawing = line_chart(title, curves, "nominal coverage (%)", "measured inside (%)", diagonal=True)
+    drawing = line_chart(
+        title, curves, "nominal coverage (%)", "measured inside (%)", diagonal=True
+    )
     return [Figure(title, drawing, line_keys(curves))]
 
 
@@ -291,7 +377,10 @@ def _decisions(decisions: Sequence[Decision], versions: Sequence[Version]) -> Ta
         if {decision.candidate, decision.champion} & labels
     ]
     heads = ("when (UTC)", "decision", "judged on", "pulses", "reason", "by")
-    caption, empty = "Promotions and refusals that it was part of.", "It was neither promoted nor refused."
+    caption, empty = (
+        "Promotions and refusals that it was part of.",
+        "It was neither promoted nor refused.",
+    )
     return Table(caption, heads, rows, empty, main=heads[:2])
 
 

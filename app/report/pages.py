@@ -29,7 +29,9 @@ def diagnosis(diagnosis: Key, ending: Ending, store: OpenStore, settings: Config
 
 
 @router.get("/model/{name}/{version}.{ending}")
-def model(name: Name, version: Key, ending: Ending, store: OpenStore, settings: Configured) -> Response:
+def model(
+    name: Name, version: Key, ending: Ending, store: OpenStore, settings: Configured
+) -> Response:
     return _file(store, settings.db, f"{MODEL}{name}@{version}", f"{name}-{version}", ending)
 
 

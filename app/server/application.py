@@ -160,7 +160,12 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         openapi_url="/api/openapi.json",
         dependencies=[Depends(require_csrf)],
     )
-    app.state.settings, app.state.store, app.state.jobs, app.state.twins = settings, store, jobs, twins
+    app.state.settings, app.state.store, app.state.jobs, app.state.twins = (
+        settings,
+        store,
+        jobs,
+        twins,
+    )
     app.state.sign_in = SignIn(settings.token)
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
@@ -174,13 +179,17 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
 
 
 def _plotly() -> Response:
-    return FileResponse(plotly_file(), media_type="text/javascript", headers={"cache-control": "max-age=604800"})
+    return FileResponse(
+        plotly_file(), media_type="text/javascript", headers={"cache-control": "max-age=604800"}
+    )
 
 
 def _report_style() -> Response:
     """Of the sections of a report, within a page of ours."""
     return Response(
-        f"{COLOURS}\n.report {{\n{PARTS}}}\n", media_type="text/css", headers={"cache-control": "max-age=3600"}
+        f"{COLOURS}\n.report {{\n{PARTS}}}\n",
+        media_type="text/css",
+        headers={"cache-control": "max-age=3600"},
     )
 
 
@@ -199,14 +208,18 @@ def _tell_errors(app: FastAPI) -> None:
 
     async def refused(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        return error_response(request, error.status_code, str(error.detail), dict(error.headers or {}))
+        return error_response(
+            request, error.status_code, str(error.detail), dict(error.headers or {})
+        )
 
     async def unreadable(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
         return _invalid(request, error.errors())
 
     async def failed(request: Request, error: Exception) -> Response:
-        return error_response(request, 500, f"The software has a fault: {type(error).__name__}: {error}")
+        return error_response(
+            request, 500, f"The software has a fault: {type(error).__name__}: {error}"
+        )
 
     app.add_exception_handler(Exception, failed)
     app.add_exception_handler(HTTPException, refused)
@@ -232,7 +245,12 @@ def _invalid(request: Request, errors: Sequence[Any]) -> Response:
 
 
 def error_response(
-    request: Request, status: int, why: str, headers: dict[str, str] | None = None, *, field: str = ""
+    request: Request,
+    status: int,
+    why: str,
+    headers: dict[str, str] | None = None,
+    *,
+    field: str = "",
 ) -> Response:
     """An error as who asked can read it: a page, JSON for the API, and for a form with the field that it is about."""
     why = without_secrets(why)
@@ -256,7 +274,11 @@ def error_response(
 def _page_before(request: Request) -> str:
     """The page of ours that led here, empty where there is none."""
     before = urlsplit(request.headers.get("referer", ""))
-    ours = before.netloc == request.headers.get("host") and before.path and before.path != request.url.path
+    ours = (
+        before.netloc == request.headers.get("host")
+        and before.path
+        and before.path != request.url.path
+    )
     return urlunsplit(("", "", before.path, before.query, "")) if ours else ""
 
 
@@ -264,4 +286,6 @@ def _complaint(error: Any) -> str:
     """What pydantic says of one value: where it is, what it was, what was expected."""
     kind, *names = map(str, error["loc"]) if error["loc"] else ("",)
     where = ".".join(names if kind in ("body", "query", "path") else (kind, *names)) or kind
-    return f"{where}: {error['msg']}" + (f" (was {error['input']!r:.80})" if "input" in error else "")
+    return f"{where}: {error['msg']}" + (
+        f" (was {error['input']!r:.80})" if "input" in error else ""
+    )

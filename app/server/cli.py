@@ -36,7 +36,11 @@ if TYPE_CHECKING:
     help="Set the token that other machines must send; an environment variable hides it better.",
 )
 @data_option
-@click.option("--mlflow", metavar="URL", help="Give the address of `mlflow ui`; the pages of models link to it.")
+@click.option(
+    "--mlflow",
+    metavar="URL",
+    help="Give the address of `mlflow ui`; the pages of models link to it.",
+)
 @click.option(
     "--max-upload",
     type=click.IntRange(1),
@@ -45,7 +49,9 @@ if TYPE_CHECKING:
     help="Limit one upload to this number of megabytes.",
 )
 @click.option(
-    "--no-worker", is_flag=True, help="Serve pages only. `pyroshock work`, on this machine or another, does the jobs."
+    "--no-worker",
+    is_flag=True,
+    help="Serve pages only. `pyroshock work`, on this machine or another, does the jobs.",
 )
 @click.option(
     "--trusted-proxy",
@@ -104,7 +110,9 @@ def _need_packages() -> None:
     from importlib.util import find_spec
 
     missing = [
-        name for name in ("fastapi", "uvicorn", "jinja2", "plotly", "python_multipart") if find_spec(name) is None
+        name
+        for name in ("fastapi", "uvicorn", "jinja2", "plotly", "python_multipart")
+        if find_spec(name) is None
     ]
     if missing:
         raise ValueError(f"pages need {', '.join(missing)}: pip install 'pyroshock[web]'")
@@ -122,14 +130,19 @@ def _listen(app: Any, settings: Settings, show: bool) -> None:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((settings.host.strip("[]"), settings.port))
-            listener.listen(128)  # who reads the address may come at once; the server answers when it is there
+            listener.listen(
+                128
+            )  # who reads the address may come at once; the server answers when it is there
         except OSError as error:
             raise ValueError(
                 f"cannot listen on {settings.host}:{settings.port}: {error.strerror}; try another --port, or --port 0"
             ) from error
         host = f"[{settings.host}]" if ":" in settings.host else settings.host
         address = f"http://{host}:{listener.getsockname()[1]}/"
-        note(f"pyroshock: {address}" + (f"?token={settings.token}" if settings.token and sys.stderr.isatty() else ""))
+        note(
+            f"pyroshock: {address}"
+            + (f"?token={settings.token}" if settings.token and sys.stderr.isatty() else "")
+        )
         if settings.token and not sys.stderr.isatty():
             note("open it once with ?token=TOKEN, or send Authorization: Bearer TOKEN")
         if show:

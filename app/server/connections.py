@@ -64,7 +64,9 @@ class BoundedConnections:
         """Count a connection; False, and not counted, where there are too many."""
         network = client_network(host)
         exempt = host is not None and self.trusted(host)
-        if self.counts.total() >= self.at_once or (not exempt and self.counts[network] >= self.per_address):
+        if self.counts.total() >= self.at_once or (
+            not exempt and self.counts[network] >= self.per_address
+        ):
             return False
         self.counts[network] += 1
         return True
@@ -164,7 +166,9 @@ class _BoundedProtocol(H11Protocol):
     def _end(self) -> None:
         self._stop_watch()
         if self.conn.our_state is h11.IDLE and not self.transport.is_closing():
-            self.transport.write(b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\ncontent-length: 0\r\n\r\n")
+            self.transport.write(
+                b"HTTP/1.1 408 Request Timeout\r\nconnection: close\r\ncontent-length: 0\r\n\r\n"
+            )
         self.transport.close()
         self._abort_later()
 

@@ -56,8 +56,13 @@ def back_up(store: Store, url: str, folder: Path, progress: Progress | None = No
         has_registry = _copy_registry(place, unfinished / REGISTRY)
         rows = _copy_store(store, unfinished / STORE, progress)
         model_files = _copy_files(place.folder, unfinished / MODELS) if has_registry else 0
-        files = {path.relative_to(unfinished).as_posix(): _hash(path) for path in _files(unfinished)}
-        contents = {"made_at": datetime.now(UTC).isoformat(timespec="seconds"), "store": describe(store.engine)}
+        files = {
+            path.relative_to(unfinished).as_posix(): _hash(path) for path in _files(unfinished)
+        }
+        contents = {
+            "made_at": datetime.now(UTC).isoformat(timespec="seconds"),
+            "store": describe(store.engine),
+        }
         text = json.dumps({**contents, "rows": rows, "files": files}, indent=1)
         (unfinished / CONTENTS).write_text(text, encoding="utf-8")
         unfinished.rename(folder)
@@ -78,7 +83,9 @@ def restore(folder: Path, url: str, progress: Progress | None = None) -> BackupR
     if has_registry:
         _refuse_full(place)
     with tempfile.TemporaryDirectory(prefix="pyroshock-restore-") as room:
-        copy = shutil.copyfile(folder / STORE, Path(room) / STORE)  # opening a store may write into its file
+        copy = shutil.copyfile(
+            folder / STORE, Path(room) / STORE
+        )  # opening a store may write into its file
         with open_store(f"sqlite:///{copy}", Writer("db restore", "")) as store:
             engine = make_engine(url)
             try:
@@ -111,7 +118,9 @@ def _copy_registry(place: ModelStorage, target: Path) -> bool:
         return False
     try:
         with (
-            closing(sqlite3.connect(f"{place.database.absolute().as_uri()}?mode=ro", uri=True)) as origin,
+            closing(
+                sqlite3.connect(f"{place.database.absolute().as_uri()}?mode=ro", uri=True)
+            ) as origin,
             closing(sqlite3.connect(target)) as copy,
         ):
             origin.backup(copy)
@@ -120,7 +129,9 @@ def _copy_registry(place: ModelStorage, target: Path) -> bool:
     except sqlite3.DatabaseError as error:
         fault = str(error)
     if fault != "ok":
-        raise StoreError(f"model registry {place.shown} cannot be read: {str(fault).splitlines()[0]}")
+        raise StoreError(
+            f"model registry {place.shown} cannot be read: {str(fault).splitlines()[0]}"
+        )
     return True
 
 
@@ -159,9 +170,13 @@ def _settle_at(place: ModelStorage) -> None:
 
 def _refuse_full(place: ModelStorage) -> None:
     if place.database is not None and place.database.exists():
-        raise StoreError(f"{place.database} is there already; move it away before its backup is restored")
+        raise StoreError(
+            f"{place.database} is there already; move it away before its backup is restored"
+        )
     if next(_files(place.folder), None) is not None:
-        raise StoreError(f"{place.folder} holds files already; move it away before its backup is restored")
+        raise StoreError(
+            f"{place.folder} holds files already; move it away before its backup is restored"
+        )
 
 
 def _checked(folder: Path) -> dict[str, str]:
@@ -169,14 +184,22 @@ def _checked(folder: Path) -> dict[str, str]:
     try:
         files: dict[str, str] = json.loads((folder / CONTENTS).read_text(encoding="utf-8"))["files"]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise StoreError(f"{folder} is no backup: its {CONTENTS} cannot be read ({type(error).__name__})") from error
+        raise StoreError(
+            f"{folder} is no backup: its {CONTENTS} cannot be read ({type(error).__name__})"
+        ) from error
     here = {path.relative_to(folder).as_posix(): path for path in _files(folder)}
     here.pop(CONTENTS)
     faults = [f"{name} is missing" for name in files if name not in here]
     faults += [f"{name} was not in it" for name in here if name not in files]
-    faults += [f"{name} is not as it was written" for name, path in here.items() if files.get(name) != _hash(path)]
+    faults += [
+        f"{name} is not as it was written"
+        for name, path in here.items()
+        if files.get(name) != _hash(path)
+    ]
     if faults or STORE not in files:
-        raise StoreError(f"{folder} is no whole backup: {'; '.join(faults[:3]) or f'no {STORE}'}; use another one")
+        raise StoreError(
+            f"{folder} is no whole backup: {'; '.join(faults[:3]) or f'no {STORE}'}; use another one"
+        )
     return files
 
 

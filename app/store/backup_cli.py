@@ -30,7 +30,9 @@ def backup(folder: Path, db: str) -> None:
 
         with progress as step:
             report = back_up(store, db, folder, step)
-    models = f"{report.model_files} files of models" if report.has_registry else "no model registry yet"
+    models = (
+        f"{report.model_files} files of models" if report.has_registry else "no model registry yet"
+    )
     note(f"{report.rows} rows, {models}, {report.size_bytes / 1e6:.1f} MB: {folder}")
 
 
@@ -52,4 +54,6 @@ def restore(folder: Path, db: str) -> None:
 
         with progress as step:
             report = restore_backup(folder, db, step)
-    note(f"{report.rows} rows and {report.model_files} files of models are back; check them: pyroshock db check")
+    note(
+        f"{report.rows} rows and {report.model_files} files of models are back; check them: pyroshock db check"
+    )

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from ...training.registry.registry import Registry
 
 
-ADVICE = "build it under another name (pyroshock dataset build), or restore the store from its backup"
+ADVICE = (
+    "build it under another name (pyroshock dataset build), or restore the store from its backup"
+)
 
 
 def damaged_datasets(session: Session) -> Iterator[IntegrityFinding]:
@@ -75,7 +77,9 @@ class Wanted:
     fast: bool = False
 
 
-def findings_of(store: Store, url: str, wanted: Wanted, progress: Progress | None = None) -> Iterator[IntegrityFinding]:
+def findings_of(
+    store: Store, url: str, wanted: Wanted, progress: Progress | None = None
+) -> Iterator[IntegrityFinding]:
     """What is wrong with the store at `url`; nothing for a sound one. Raises `LookupError` for an unknown campaign."""
     with store.reading() as session:
         key = None if wanted.campaign is None else get_campaign_id(session, wanted.campaign)

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..cli.common import CommandGroup, db_option, errors_as_one_line, json_option, note, open_command_store, write_json
+from ..cli.common import (
+    CommandGroup,
+    db_option,
+    errors_as_one_line,
+    json_option,
+    note,
+    open_command_store,
+    write_json,
+)
 from ..cli.completion import campaign_names
 from ..cli.listed import Listing, listing_options
 from ..common.progress import progress_bar
@@ -23,7 +31,10 @@ if TYPE_CHECKING:
 @click.argument("campaign", shell_complete=campaign_names)
 @db_option
 @click.option(
-    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE, which must not exist."
+    "--out",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write to FILE, which must not exist.",
 )
 def export(campaign: str, db: str, out: Path) -> None:
     """Write CAMPAIGN with everything that belongs to it into one file, which is an SQLite store of that campaign
@@ -43,7 +54,9 @@ def export(campaign: str, db: str, out: Path) -> None:
 
         with progress as step:
             rows = export_campaign(store, campaign, out, step)
-    note(f"campaign {campaign}: {sum(rows.values())} rows, {out.stat().st_size / 1e6:.1f} MB: {out}")
+    note(
+        f"campaign {campaign}: {sum(rows.values())} rows, {out.stat().st_size / 1e6:.1f} MB: {out}"
+    )
 
 
 @click.command("import")
@@ -71,7 +84,11 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
         if json_to is not None:
             write_json(vars(report), json_to)
     names = ", ".join(report.campaigns)
-    note(f"{names}: {sum(report.added.values())} rows added" if report.added else f"{names}: all of it was there")
+    note(
+        f"{names}: {sum(report.added.values())} rows added"
+        if report.added
+        else f"{names}: all of it was there"
+    )
     for discarded in report.discarded:
         note(f"was discarded here, and is back with the file: {discarded}")
     for discarded in report.left_behind:
@@ -87,14 +104,20 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
     help="Check the recordings, impacts and pulses of this campaign only.",
     shell_complete=campaign_names,
 )
-@click.option("--fast", is_flag=True, help="Count and compare rows, but read no series, pulse, dataset or model.")
+@click.option(
+    "--fast",
+    is_flag=True,
+    help="Count and compare rows, but read no series, pulse, dataset or model.",
+)
 @click.option(
     "--repair",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     metavar="FOLDER",
     help="First read damaged series again from this campaign folder.",
 )
-def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair: Path | None) -> None:
+def check(
+    db: str, json_to: str | None, campaign: str | None, fast: bool, repair: Path | None
+) -> None:
     """Verify hashes, references and counts of the store. The exit code is 1 if anything is wrong, and it is named.
 
     Every series is decoded and compared with the SHA-256 of what was recorded. Every reference must lead to a row,
@@ -115,7 +138,10 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
         with progress as step:
             findings = list(findings_of(store, db, Wanted(campaign, fast), step))
         if json_to is not None:
-            write_json({"sound": not findings, "findings": [finding.as_json() for finding in findings]}, json_to)
+            write_json(
+                {"sound": not findings, "findings": [finding.as_json() for finding in findings]},
+                json_to,
+            )
         else:
             for finding in findings:
                 click.echo(str(finding))
@@ -196,7 +222,9 @@ def copy(source: str, target: str, json_to: str | None) -> None:
             engine.dispose()
         if json_to is not None:
             write_json([vars(table) for table in tables], json_to)
-        note(f"{describe(engine)}: {sum(table.rows for table in tables)} rows, the same as in {describe(store.engine)}")
+        note(
+            f"{describe(engine)}: {sum(table.rows for table in tables)} rows, the same as in {describe(store.engine)}"
+        )
     with errors_as_one_line():
         _say_where_models_are(source)
 

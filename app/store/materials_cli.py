@@ -50,13 +50,33 @@ def materials(ctx: click.Context, db: str, listing: Listing) -> None:
 @materials.command()
 @click.argument("name")
 @db_option
-@click.option("--youngs-modulus", required=True, metavar="QUANTITY", help="Give Young's modulus, such as 69.9GPa.")
-@click.option("--poisson-ratio", required=True, type=float, help="Give Poisson's ratio, such as 0.33.")
-@click.option("--density", required=True, metavar="QUANTITY", help="Give the density, such as 2700kg/m3.")
-@click.option("--yield-strength", required=True, metavar="QUANTITY", help="Give the yield strength, such as 276MPa.")
+@click.option(
+    "--youngs-modulus",
+    required=True,
+    metavar="QUANTITY",
+    help="Give Young's modulus, such as 69.9GPa.",
+)
+@click.option(
+    "--poisson-ratio", required=True, type=float, help="Give Poisson's ratio, such as 0.33."
+)
+@click.option(
+    "--density", required=True, metavar="QUANTITY", help="Give the density, such as 2700kg/m3."
+)
+@click.option(
+    "--yield-strength",
+    required=True,
+    metavar="QUANTITY",
+    help="Give the yield strength, such as 276MPa.",
+)
 @click.option("--source", required=True, help="Name the source of the values.")
 def add(
-    name: str, db: str, youngs_modulus: str, poisson_ratio: float, density: str, yield_strength: str, source: str
+    name: str,
+    db: str,
+    youngs_modulus: str,
+    poisson_ratio: float,
+    density: str,
+    yield_strength: str,
+    source: str,
 ) -> None:
     """Add a material. A name that exists is refused.
 
@@ -70,7 +90,9 @@ def add(
         from ..common.frames import parse_quantity
 
         if not -1 < poisson_ratio < 0.5:
-            raise ValueError(f"--poisson-ratio is {poisson_ratio}; expected a number above -1 and below 0.5")
+            raise ValueError(
+                f"--poisson-ratio is {poisson_ratio}; expected a number above -1 and below 0.5"
+            )
         values = {
             "youngs_modulus_pa": parse_quantity(youngs_modulus, "Pa", "--youngs-modulus"),
             "density_kg_m3": parse_quantity(density, "kg/m^3", "--density"),
@@ -82,7 +104,9 @@ def add(
 
         def add_row(session: Session) -> None:
             if material_names(session)(name):
-                raise ValueError(f"material {name!r} is known already; pyroshock materials lists it")
+                raise ValueError(
+                    f"material {name!r} is known already; pyroshock materials lists it"
+                )
             session.add(Material(name=name, poisson_ratio=poisson_ratio, source=source, **values))
 
         store.write(add_row)

@@ -62,7 +62,9 @@ class QueryError(ValueError):
 def refusal(word: str) -> QueryError:
     """The error for a statement, or a part of one, that is no question."""
     instead = _INSTEAD.get(word.upper(), "begin the statement with SELECT, WITH or VALUES")
-    return QueryError(f"query reads and does not change the store, so {word.upper()} is refused; {instead}")
+    return QueryError(
+        f"query reads and does not change the store, so {word.upper()} is refused; {instead}"
+    )
 
 
 @dataclass(frozen=True)
@@ -76,21 +78,29 @@ class Statement:
         """Raises `QueryError` where the first word does not begin a question, or parameters do not fit."""
         words = _WORD.search(self._code())
         if words is None:
-            raise QueryError('the statement is empty; for example: pyroshock query "select name from campaigns"')
+            raise QueryError(
+                'the statement is empty; for example: pyroshock query "select name from campaigns"'
+            )
         if words[0].upper() not in READING:
             raise refusal(words[0])
         named = self.names()
         missing = [name for name in named if name not in self.parameters]
         if missing:
-            raise QueryError(f"no value for :{', :'.join(missing)}; give it with -p {missing[0]} VALUE")
+            raise QueryError(
+                f"no value for :{', :'.join(missing)}; give it with -p {missing[0]} VALUE"
+            )
         unused = [name for name in self.parameters if name not in named]
         if unused:
             names = ", ".join(f":{name}" for name in named) or "none"
-            raise QueryError(f"-p {unused[0]}: the statement has no :{unused[0]}; its parameters: {names}")
+            raise QueryError(
+                f"-p {unused[0]}: the statement has no :{unused[0]}; its parameters: {names}"
+            )
 
     def names(self) -> list[str]:
         """Parameters in the order in which they first appear."""
-        parameters = (token["parameter"] for token in _TOKENS.finditer(self.sql) if token["parameter"])
+        parameters = (
+            token["parameter"] for token in _TOKENS.finditer(self.sql) if token["parameter"]
+        )
         return list(dict.fromkeys(parameters))
 
     def words(self) -> list[str]:
@@ -133,7 +143,9 @@ ROWS = 5_000
 #: SQLite looks this often (in steps of its virtual machine, about a millisecond) whether its time is over.
 _STEPS = 100_000
 
-_READS = frozenset((sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE))
+_READS = frozenset(
+    (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE)
+)
 _ACTIONS = {
     sqlite3.SQLITE_INSERT: "INSERT",
     sqlite3.SQLITE_UPDATE: "UPDATE",
@@ -143,11 +155,15 @@ _ACTIONS = {
 }
 _CHANGES = ("INSERT", "UPDATE", "DELETE", "MERGE")
 _UNKNOWN_TABLE = re.compile(r'no such table: (?:main\.)?(\S+)|relation "([^"]+)" does not exist')
-_UNKNOWN_COLUMN = re.compile(r'no such column: (?:\w+\.)?(\w+)|column (?:\w+\.)?"?(\w+)"? does not exist')
+_UNKNOWN_COLUMN = re.compile(
+    r'no such column: (?:\w+\.)?(\w+)|column (?:\w+\.)?"?(\w+)"? does not exist'
+)
 
 
 @contextmanager
-def run_statement(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[Iterator[Batch]]:
+def run_statement(
+    engine: Engine, statement: Statement, timeout_s: float
+) -> Iterator[Iterator[Batch]]:
     """Gives the answer in batches of columns; the first batch has the columns also where there are no rows.
 
     Bytes are shown as their size, two columns of one name as `name` and `name_2`. Raises `QueryError`.
@@ -197,7 +213,9 @@ def _sqlite(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[
 
 
 @contextmanager
-def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[Iterator[Batch]]:
+def _postgresql(
+    engine: Engine, statement: Statement, timeout_s: float
+) -> Iterator[Iterator[Batch]]:
     import psycopg
     from psycopg.types.numeric import FloatLoader
     from psycopg.types.string import TextLoader
@@ -217,7 +235,9 @@ def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Itera
         connection.adapters.register_loader("numeric", FloatLoader)
         for name in ("json", "jsonb"):  # as SQLite gives it
             connection.adapters.register_loader(name, TextLoader)
-        connection.execute("SELECT set_config('statement_timeout', %s, true)", [f"{1000 * timeout_s:.0f}"])
+        connection.execute(
+            "SELECT set_config('statement_timeout', %s, true)", [f"{1000 * timeout_s:.0f}"]
+        )
         become_reader(connection, READER, metadata.tables["campaigns"].name)
         sql, values = statement.for_postgresql()
         with psycopg.RawServerCursor(connection, "pyroshock_query") as cursor:
@@ -246,7 +266,9 @@ def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Itera
 def _forbidden(error: ForbiddenStatementError, statement: Statement) -> QueryError:
     if error.changes:
         return _refused_change(statement)
-    return QueryError(f"query reads the tables of the store, so {error.subject} is refused; ask the database with psql")
+    return QueryError(
+        f"query reads the tables of the store, so {error.subject} is refused; ask the database with psql"
+    )
 
 
 def _refused_change(statement: Statement) -> QueryError:
@@ -282,14 +304,18 @@ def _unique(names: list[str]) -> list[str]:
 
 
 def _too_long(timeout_s: float) -> QueryError:
-    return QueryError(f"the statement took longer than {timeout_s:g} s and was stopped; narrow it, or give --timeout")
+    return QueryError(
+        f"the statement took longer than {timeout_s:g} s and was stopped; narrow it, or give --timeout"
+    )
 
 
 def _explained(text: str, statement: Statement) -> QueryError:
     """A driver's error with what there is instead of an unknown table or column."""
     if table := _UNKNOWN_TABLE.search(text):
         name = table[1] or table[2]
-        return QueryError(f"no table {name!r} in the store; tables: {', '.join(sorted(metadata.tables))}")
+        return QueryError(
+            f"no table {name!r} in the store; tables: {', '.join(sorted(metadata.tables))}"
+        )
     if column := _UNKNOWN_COLUMN.search(text):
         name = column[1] or column[2]
         named = [metadata.tables[word] for word in statement.words() if word in metadata.tables]
@@ -327,7 +353,11 @@ def list_tables() -> list[dict[str, Any]]:
     """Every table with the number of its columns and what a row of it is."""
     models = {str(mapper.local_table.name): mapper.class_ for mapper in Base.registry.mappers}  # type: ignore[attr-defined]
     return [
-        {"table": name, "columns": len(table.columns), "a row is": _first_sentence(models.get(name))}
+        {
+            "table": name,
+            "columns": len(table.columns),
+            "a row is": _first_sentence(models.get(name)),
+        }
         for name, table in sorted(metadata.tables.items())
     ]
 
@@ -336,7 +366,11 @@ def list_columns(name: str) -> list[dict[str, Any]]:
     """Columns of a table: type, unit, whether they may be empty, what they refer to. Raises `LookupError`."""
     if name not in metadata.tables:
         near = get_close_matches(name, metadata.tables, 3)
-        hint = f"did you mean {', '.join(near)}?" if near else f"tables: {', '.join(sorted(metadata.tables))}"
+        hint = (
+            f"did you mean {', '.join(near)}?"
+            if near
+            else f"tables: {', '.join(sorted(metadata.tables))}"
+        )
         raise LookupError(f"no table {name!r} in the store; {hint}")
     return [
         {

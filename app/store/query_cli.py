@@ -9,7 +9,14 @@ from typing import Any
 
 import click
 
-from ..cli.common import STDOUT, db_option, format_cell, note, open_command_store, spreadsheet_guard_option
+from ..cli.common import (
+    STDOUT,
+    db_option,
+    format_cell,
+    note,
+    open_command_store,
+    spreadsheet_guard_option,
+)
 
 #: Longer cells of the table (lists of points) are cut; CSV and JSON have them whole.
 _LONGEST_CELL = 60
@@ -80,7 +87,9 @@ def query(
             _write(iter([{name: [row[name] for row in rows] for name in rows[0]}]), ending, out)
             return
         seconds = 60.0 if timeout == _TIMEOUT else _parse_timeout(timeout)
-        with run_statement(store.engine, Statement(statement, dict(parameters)), seconds) as batches:
+        with run_statement(
+            store.engine, Statement(statement, dict(parameters)), seconds
+        ) as batches:
             limited = batches if limit is None else _first_rows(batches, limit)
             _write(limited, ending, out)
 
@@ -94,7 +103,9 @@ def _parse_timeout(text: str) -> float:
     return seconds
 
 
-def _first_rows(batches: Iterator[dict[str, list[Any]]], limit: int) -> Iterator[dict[str, list[Any]]]:
+def _first_rows(
+    batches: Iterator[dict[str, list[Any]]], limit: int
+) -> Iterator[dict[str, list[Any]]]:
     remaining = limit
     for batch in batches:
         yield {name: values[:remaining] for name, values in batch.items()}
@@ -108,7 +119,9 @@ def _write(batches: Iterator[dict[str, list[Any]]], ending: str | None, out: str
 
     if out is not None and out != STDOUT:
         if ending is not None and Path(out).suffix.lower() != ending:
-            raise ValueError(f"--out {out} does not end in {ending}; leave out --{ending[1:]}, or change the name")
+            raise ValueError(
+                f"--out {out} does not end in {ending}; leave out --{ending[1:]}, or change the name"
+            )
         rows = write_batches(Path(out), batches, empty=True)
         note(f"{rows} rows written: {out}")
     elif ending is not None or out is not None:

@@ -48,7 +48,9 @@ def needed(db: str) -> Registry:
     return registry
 
 
-def chosen_versions(registry: Registry, labels: list[str], split: str | None = None) -> list[Version]:
+def chosen_versions(
+    registry: Registry, labels: list[str], split: str | None = None
+) -> list[Version]:
     """Versions by their labels, as they were judged on `split`; without one, on the first that all have in common.
 
     Raises `LookupError` for unknown ones, `ValueError` for too many.
@@ -60,7 +62,11 @@ def chosen_versions(registry: Registry, labels: list[str], split: str | None = N
     if split is not None or len(served) < 2:
         return served
     splits = [{v.split: v for v in every if v.label == version.label} for version in served]
-    common = [name for name in (*USUAL_SPLITS, *sorted(splits[0])) if all(name in records for records in splits)]
+    common = [
+        name
+        for name in (*USUAL_SPLITS, *sorted(splits[0]))
+        if all(name in records for records in splits)
+    ]
     return [records[common[0]] for records in splits] if common else served
 
 
@@ -70,7 +76,9 @@ def promote(
     """Promote or refuse, and keep why. Raises as `training.promotion.promote`."""
     with models_extra():
         needed(db)
-    promotion = promote_version(store, db, f"{model}@{version}", on=other or None, force=forced, reason=reason)
+    promotion = promote_version(
+        store, db, f"{model}@{version}", on=other or None, force=forced, reason=reason
+    )
     return promotion.decision
 
 
@@ -91,11 +99,17 @@ class Promotion(BaseModel):
 
 
 @router.get("/models")
-def models(settings: Configured, dataset: str | None = None, split: str | None = None, every: bool = False) -> Any:
+def models(
+    settings: Configured, dataset: str | None = None, split: str | None = None, every: bool = False
+) -> Any:
     """Versions with their figures, floors and the thesis's; the newest of each kind unless `every`."""
     with models_extra():
         registry = registry_at(settings.db)
-        rows = [] if registry is None else listed_versions(registry, dataset=dataset, split=split, every=every)
+        rows = (
+            []
+            if registry is None
+            else listed_versions(registry, dataset=dataset, split=split, every=every)
+        )
     return finite(rows)
 
 
@@ -103,7 +117,9 @@ def models(settings: Configured, dataset: str | None = None, split: str | None =
 def compare(
     store: OpenStore,
     settings: Configured,
-    version: Annotated[list[Annotated[str, Field(max_length=200)]], Query(min_length=2, max_length=8)],
+    version: Annotated[
+        list[Annotated[str, Field(max_length=200)]], Query(min_length=2, max_length=8)
+    ],
 ) -> Any:
     """Versions (NAME@VERSION) on the held-out pulses they have in common, with paired differences."""
     with models_extra():
@@ -116,7 +132,11 @@ def promotions(settings: Configured) -> list[dict[str, Any]]:
     """Promotions and refusals, with who, when and why."""
     with models_extra():
         registry = registry_at(settings.db)
-        return [] if registry is None else [decision_json(decision) for decision in registry.decisions()]
+        return (
+            []
+            if registry is None
+            else [decision_json(decision) for decision in registry.decisions()]
+        )
 
 
 @router.get("/models/{name}/{version}")
@@ -129,10 +149,18 @@ def held_out(name: Name, version: Key, store: OpenStore, settings: Configured) -
 
 
 @router.post("/models/{name}/{version}/promote")
-def promoted(name: Name, version: Key, promotion: Promotion, store: OpenStore, settings: Configured) -> dict[str, Any]:
+def promoted(
+    name: Name, version: Key, promotion: Promotion, store: OpenStore, settings: Configured
+) -> dict[str, Any]:
     """Make a version the one in use, or hear why not: `promoted` says."""
     decision = promote(
-        store, settings.db, name, version, other=promotion.on, forced=promotion.force, reason=promotion.reason
+        store,
+        settings.db,
+        name,
+        version,
+        other=promotion.on,
+        forced=promotion.force,
+        reason=promotion.reason,
     )
     return decision_json(decision)
 
@@ -155,7 +183,9 @@ class TrainingOptions(BaseModel):
     """As the options of `pyroshock train`; what is registered already is not trained again."""
 
     dataset: Text = Field(max_length=1000)
-    models: Text = Field("all", max_length=1000, description="names with commas between them, or all")
+    models: Text = Field(
+        "all", max_length=1000, description="names with commas between them, or all"
+    )
     split: Text = Field("repetitions,configurations", max_length=1000)
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     budget: Literal["reduced", "full"] = "reduced"
@@ -164,7 +194,9 @@ class TrainingOptions(BaseModel):
         """Raises `ValueError` for a model that there is not."""
         from ...training.models.catalogue import models_of
 
-        return TrainArguments(self.dataset, list(models_of(self.models)), self.split, self.seed, self.budget)
+        return TrainArguments(
+            self.dataset, list(models_of(self.models)), self.split, self.seed, self.budget
+        )
 
 
 class RepeatedExtraction(ExtractionOptions):
@@ -178,6 +210,8 @@ def train(options: TrainingOptions, store: OpenStore, running: Running) -> dict[
 
 
 @router.post("/campaigns/{name}/extract")
-def extract(name: Name, options: RepeatedExtraction, store: OpenStore, running: Running) -> dict[str, Any]:
+def extract(
+    name: Name, options: RepeatedExtraction, store: OpenStore, running: Running
+) -> dict[str, Any]:
     """Cut a campaign's pulses anew; answers with the job, whose result is `extract --json`."""
     return extract_job(running, store, name, options.settings()).as_json()

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from ..common.quantities import display_of
 from ..web.figures_base import COLOURS, Figure, Trace, categories, figure, line, points, spelled
-from .searches import QUARTERS, Importance, parallel_axes, part_words, quarters_of, setting_words, trial_words
+from .searches import (
+    QUARTERS,
+    Importance,
+    parallel_axes,
+    part_words,
+    quarters_of,
+    setting_words,
+    trial_words,
+)
 from .wording import ERRORS, bounded
 
 if TYPE_CHECKING:
@@ -44,20 +52,37 @@ def difference_figure(rows: Sequence[Mapping[str, Any]], reference: str, metric:
         trace["error_x"] = {
             "type": "data",
             "symmetric": False,
-            "array": [max(0.0, end[1] * scale - mean) for end, mean in zip(ends, means, strict=True)],
-            "arrayminus": [max(0.0, mean - end[0] * scale) for end, mean in zip(ends, means, strict=True)],
+            "array": [
+                max(0.0, end[1] * scale - mean) for end, mean in zip(ends, means, strict=True)
+            ],
+            "arrayminus": [
+                max(0.0, mean - end[0] * scale) for end, mean in zip(ends, means, strict=True)
+            ],
             "color": colour,
         }
         traces.append(trace)
     unit = " (% points)" if relative else ""
-    zero = {"type": "line", "x0": 0, "x1": 0, "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "ink", "width": 1}}
+    zero = {
+        "type": "line",
+        "x0": 0,
+        "x1": 0,
+        "yref": "paper",
+        "y0": 0,
+        "y1": 1,
+        "line": {"color": "ink", "width": 1},
+    }
     chart = figure(traces, f"difference to {reference}{unit}", "", shapes=[zero])
     chart["layout"]["yaxis"] = {"type": "category", "autorange": "reversed"}
-    chart["layout"]["yaxis"] |= {"categoryorder": "array", "categoryarray": [row["label"] for row in rows]}
+    chart["layout"]["yaxis"] |= {
+        "categoryorder": "array",
+        "categoryarray": [row["label"] for row in rows],
+    }
     return chart
 
 
-def differences_to(reference: str, differences: Sequence[Mapping[str, Any]], metric: str) -> list[dict[str, Any]]:
+def differences_to(
+    reference: str, differences: Sequence[Mapping[str, Any]], metric: str
+) -> list[dict[str, Any]]:
     """Of pairs as `side_by_side` gives them those with `reference`, as the other's mean error minus the reference's."""
     rows = []
     for row in differences:
@@ -78,7 +103,10 @@ def differences_to(reference: str, differences: Sequence[Mapping[str, Any]], met
 
 def history_figure(rows: Sequence[Mapping[str, Any]], metric: str = "force_nrmse") -> Figure | None:
     """The error of each version of a model, a line for each split; None where there is one version only."""
-    rated = sorted((row for row in rows if row["metrics"][metric]["mean"] is not None), key=lambda row: row["version"])
+    rated = sorted(
+        (row for row in rows if row["metrics"][metric]["mean"] is not None),
+        key=lambda row: row["version"],
+    )
     if len(rated) < 2:
         return None
     traces = []
@@ -97,12 +125,17 @@ def history_figure(rows: Sequence[Mapping[str, Any]], metric: str = "force_nrmse
             "type": "data",
             "symmetric": False,
             "array": [max(0.0, 100 * end[1] - mean) for end, mean in zip(ends, means, strict=True)],
-            "arrayminus": [max(0.0, mean - 100 * end[0]) for end, mean in zip(ends, means, strict=True)],
+            "arrayminus": [
+                max(0.0, mean - 100 * end[0]) for end, mean in zip(ends, means, strict=True)
+            ],
             "color": colour,
         }
         traces.append(trace)
     chart = categories(traces, "", f"{ERRORS[metric]} (%)", showlegend=True)
-    chart["layout"]["xaxis"] |= {"categoryorder": "array", "categoryarray": [row["label"] for row in rated]}
+    chart["layout"]["xaxis"] |= {
+        "categoryorder": "array",
+        "categoryarray": [row["label"] for row in rated],
+    }
     chart["layout"]["yaxis"]["rangemode"] = "tozero"
     return chart
 
@@ -132,19 +165,49 @@ def search_figure(search: SettingsSearch) -> Figure:
         chosen = [index for index, own in enumerate(quarters) if own == quarter and index != best]
         if chosen:
             colour, width = _SHADES[quarter]
-            traces.append(_trial_lines(search, chosen, QUARTERS[quarter], colour, width) | {"legendrank": quarter + 2})
+            traces.append(
+                _trial_lines(search, chosen, QUARTERS[quarter], colour, width)
+                | {"legendrank": quarter + 2}
+            )
     traces.append(_trial_lines(search, [best], "best trial", "c1", 3.5) | {"legendrank": 1})
     shapes = [
-        {"type": "line", "x0": 0, "x1": 1, "y0": row, "y1": row, "line": {"color": "ink", "width": 1}}
+        {
+            "type": "line",
+            "x0": 0,
+            "x1": 1,
+            "y0": row,
+            "y1": row,
+            "line": {"color": "ink", "width": 1},
+        }
         for row in range(len(axes))
     ]
     words = []
     for row, axis in enumerate(axes):
-        title = {"x": 0, "y": row, "text": spelled(axis.title), "xanchor": "left", "yanchor": "bottom", "yshift": 3}
+        title = {
+            "x": 0,
+            "y": row,
+            "text": spelled(axis.title),
+            "xanchor": "left",
+            "yanchor": "bottom",
+            "yshift": 3,
+        }
         words.append(title | {"showarrow": False, "bgcolor": "card/0.75", "font": {"color": "ink"}})
         words += [_tick(row, place, word) for place, word in axis.ticks]
-    chart = figure(traces, "", "", shapes=shapes, annotations=words, height=_AXIS_HEIGHT * len(axes) + _LEGEND_HEIGHT)
-    hidden = {"showticklabels": False, "showgrid": False, "zeroline": False, "showline": False, "fixedrange": True}
+    chart = figure(
+        traces,
+        "",
+        "",
+        shapes=shapes,
+        annotations=words,
+        height=_AXIS_HEIGHT * len(axes) + _LEGEND_HEIGHT,
+    )
+    hidden = {
+        "showticklabels": False,
+        "showgrid": False,
+        "zeroline": False,
+        "showline": False,
+        "fixedrange": True,
+    }
     chart["layout"]["xaxis"] |= hidden | {"range": [-0.04, 1.04]}
     chart["layout"]["yaxis"] |= hidden | {"range": [len(axes) - 0.4, -0.55]}
     chart["layout"]["margin"] = {"l": 12, "r": 12, "t": 16, "b": 16}
@@ -154,11 +217,24 @@ def search_figure(search: SettingsSearch) -> Figure:
 def _tick(row: int, place: float, word: str) -> dict[str, Any]:
     """Words below an axis, which the edges of the chart do not cut."""
     anchor = "left" if place < 0.1 else "right" if place > 0.9 else "center"
-    tick = {"x": place, "y": row, "text": spelled(word), "xanchor": anchor, "yanchor": "top", "yshift": -2}
-    return tick | {"showarrow": False, "bgcolor": "card/0.75", "font": {"color": "quiet", "size": 12}}
+    tick = {
+        "x": place,
+        "y": row,
+        "text": spelled(word),
+        "xanchor": anchor,
+        "yanchor": "top",
+        "yshift": -2,
+    }
+    return tick | {
+        "showarrow": False,
+        "bgcolor": "card/0.75",
+        "font": {"color": "quiet", "size": 12},
+    }
 
 
-def _trial_lines(search: SettingsSearch, chosen: Sequence[int], name: str, colour: str, width: float) -> Trace:
+def _trial_lines(
+    search: SettingsSearch, chosen: Sequence[int], name: str, colour: str, width: float
+) -> Trace:
     """One trace for the lines of some trials, with a gap after each."""
     axes = parallel_axes(search)
     places = [place for index in chosen for place in (*(axis.places[index] for axis in axes), None)]
@@ -174,14 +250,27 @@ def _trial_lines(search: SettingsSearch, chosen: Sequence[int], name: str, colou
 def importance_figure(importance: Importance) -> Figure:
     """A bar for each searched setting: its share of the importance in per cent."""
     shares = list(importance.shares.values())
-    bars = {"type": "bar", "orientation": "h", "x": [100 * share for share in shares], "y": list(range(len(shares)))}
+    bars = {
+        "type": "bar",
+        "orientation": "h",
+        "x": [100 * share for share in shares],
+        "y": list(range(len(shares))),
+    }
     words = [
-        {"x": 0, "y": row - 0.16, "text": spelled(setting_words(name)), "xanchor": "left", "yanchor": "bottom"}
+        {
+            "x": 0,
+            "y": row - 0.16,
+            "text": spelled(setting_words(name)),
+            "xanchor": "left",
+            "yanchor": "bottom",
+        }
         | {"showarrow": False, "font": {"color": "ink"}}
         for row, name in enumerate(importance.shares)
     ]
     trace = bars | {"name": "importance", "width": 0.3, "marker": {"color": "c0"}, "hoverinfo": "x"}
-    chart = figure([trace], "share of the importance (%)", "", annotations=words, height=56 * len(shares) + 90)
+    chart = figure(
+        [trace], "share of the importance (%)", "", annotations=words, height=56 * len(shares) + 90
+    )
     chart["layout"]["xaxis"]["rangemode"] = "tozero"
     chart["layout"]["yaxis"] |= {"showticklabels": False, "showgrid": False, "zeroline": False}
     chart["layout"]["yaxis"] |= {"range": [len(shares) - 0.6, -0.8]}
@@ -215,7 +304,9 @@ def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Figure]:
     for i, tip in enumerate(dict.fromkeys(tips)):
         rows = [row for row, label in enumerate(tips) if label == tip]
         velocity = [residuals["impact_velocity_m_s"][row] for row in rows]
-        traces.append(points(velocity, [error[row] for row in rows], str(tip), COLOURS[i % len(COLOURS)]))
+        traces.append(
+            points(velocity, [error[row] for row in rows], str(tip), COLOURS[i % len(COLOURS)])
+        )
     shown = display_of("impact_velocity_m_s")
     charts[f"over the {shown.label}"] = figure(traces, shown.heading, title)
     return charts
@@ -230,16 +321,22 @@ def against_figure(held_out: Mapping[str, Any], quantity: str) -> Figure:
     traces = []
     for i, tip in enumerate(dict.fromkeys(tips)):
         places = [place for place, label in enumerate(tips) if label == tip]
-        measured, predicted = ([values[key][place] * scale for place in places] for key in ("measured", "predicted"))
+        measured, predicted = (
+            [values[key][place] * scale for place in places] for key in ("measured", "predicted")
+        )
         trace = points(measured, predicted, str(tip), COLOURS[i % len(COLOURS)])
         if values["low"] is not None:
-            wide = [(values["high"][place] - values["predicted"][place]) * scale for place in places]
+            wide = [
+                (values["high"][place] - values["predicted"][place]) * scale for place in places
+            ]
             trace["error_y"] = {
                 "type": "data",
                 "symmetric": False,
                 "array": wide,
                 # neither a force nor a time is negative
-                "arrayminus": [min(width, max(0.0, mean)) for width, mean in zip(wide, predicted, strict=True)],
+                "arrayminus": [
+                    min(width, max(0.0, mean)) for width, mean in zip(wide, predicted, strict=True)
+                ],
                 "color": f"{COLOURS[i % len(COLOURS)]}/0.4",
                 "thickness": 1,
             }

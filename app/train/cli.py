@@ -119,7 +119,10 @@ def train(
         if session.failures:
             fail(
                 "not trained: "
-                + "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
+                + "; ".join(
+                    f"{failure.model} ({failure.split}): {failure.reason}"
+                    for failure in session.failures
+                )
             )
 
 
@@ -132,7 +135,9 @@ def _suggest_after_training(session: Session, floors: dict[str, str]) -> None:
 
     versions = session.versions
     if len({version.name for version in versions}) > 1:
-        suggest_next("compare", "--dataset", versions[0].dataset.name, "--split", versions[-1].split)
+        suggest_next(
+            "compare", "--dataset", versions[0].dataset.name, "--split", versions[-1].split
+        )
     elif versions and not any(usability([version], floors) for version in versions):
         suggest_next("promote", versions[-1].label)
     elif versions:
@@ -173,9 +178,13 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
     help="Compare by this measure, or by all eight.",
 )
 @click.option(
-    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png."
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Draw the first comparison into FILE.png.",
 )
-@click.option("--out", "plot_as_before", type=click.Path(path_type=Path, dir_okay=False), hidden=True)
+@click.option(
+    "--out", "plot_as_before", type=click.Path(path_type=Path, dir_okay=False), hidden=True
+)
 @db_option
 @json_option
 def compare(
@@ -218,7 +227,9 @@ def compare(
         if json_to is not None:
             write_json(rows_of(comparison, wanted), json_to)
             return
-        click.echo(f"{len(comparison.judged.pulses)} held-out pulses on which none of the models was trained")
+        click.echo(
+            f"{len(comparison.judged.pulses)} held-out pulses on which none of the models was trained"
+        )
         print_table(comparison.table(wanted), "")
         for line in comparison_sentences(comparison, wanted):
             click.echo(line)
@@ -235,7 +246,9 @@ def _suggest_after_comparison(comparison: Comparisons, metric: str) -> None:
     if (label := comparison.promotable(metric)) is not None:
         suggest_next("promote", label)
     elif comparison.split not in UNSEEN_SPLITS:
-        note("held-out repetitions do not decide which model is put in use; unseen configurations do")
+        note(
+            "held-out repetitions do not decide which model is put in use; unseen configurations do"
+        )
         names = list(dict.fromkeys(version.name for version in comparison.versions))
         dataset = comparison.versions[0].dataset.name
         suggest_next("train", dataset, "--models", ",".join(names), "--split", "configurations")
@@ -256,12 +269,27 @@ def _suggest_after_comparison(comparison: Comparisons, metric: str) -> None:
     metavar="DATASET|CAMPAIGN",
     help="Judge both models on the pulses of this dataset or campaign instead.",
 )
-@click.option("--force", is_flag=True, help="Promote the model although it does not pass. This needs --reason.")
-@click.option("--reason", default="", metavar="TEXT", help="Say why. The registry keeps the reason beside the figures.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Promote the model although it does not pass. This needs --reason.",
+)
+@click.option(
+    "--reason",
+    default="",
+    metavar="TEXT",
+    help="Say why. The registry keeps the reason beside the figures.",
+)
 @db_option
 @json_option
 def promote(
-    model: str, version: int | None, other: str | None, force: bool, reason: str, db: str, json_to: str | None
+    model: str,
+    version: int | None,
+    other: str | None,
+    force: bool,
+    reason: str,
+    db: str,
+    json_to: str | None,
 ) -> None:
     """Put a model in use: predictions on benches of its kind (gun or hammer) take it from then on.
 
@@ -291,9 +319,13 @@ def promote(
         if decision.promoted:
             suggest_next("predict")
         elif (champion := decision.decision.champion) is not None:
-            suggest_next("compare", decision.decision.candidate, champion, "--split", "configurations")
+            suggest_next(
+                "compare", decision.decision.candidate, champion, "--split", "configurations"
+            )
         if not decision.promoted:
-            raise click.exceptions.Exit(3 if decision.decision.verdict == "not enough to judge" else 1)
+            raise click.exceptions.Exit(
+                3 if decision.decision.verdict == "not enough to judge" else 1
+            )
 
 
 @click.command()
@@ -307,7 +339,9 @@ def promote(
 @click.option("--split", default=None, help="List only models that were judged on this split.")
 @click.option("--all", "every", is_flag=True, help="List older versions, too.")
 @click.option(
-    "--promotions", is_flag=True, help="List promotions and refusals with the person, the time and the reason."
+    "--promotions",
+    is_flag=True,
+    help="List promotions and refusals with the person, the time and the reason.",
 )
 @db_option
 @listing_options
@@ -339,13 +373,20 @@ def list_models(
         from ...training.registry.intact_models import damages
         from ...training.registry.listing import flat_row, newest, of_dataset
         from ...training.registry.usability import usability
-        from ..common.model_registry import models_extra, registry_of, withdrawals_at, withdrawn_words
+        from ..common.model_registry import (
+            models_extra,
+            registry_of,
+            withdrawals_at,
+            withdrawn_words,
+        )
         from ..common.registered_models import lost_at
         from .tables import floors_by_ground, json_row
 
         registry = registry_of(db)
         with models_extra(), progress:
-            decisions, versions = (registry.decisions(), []) if promotions else ([], registry.versions())
+            decisions, versions = (
+                (registry.decisions(), []) if promotions else ([], registry.versions())
+            )
             versions = of_dataset(versions, dataset) if dataset is not None else versions
             versions = [version for version in versions if split in (None, version.split)]
             floors = floors_by_ground(registry, versions)
@@ -359,13 +400,20 @@ def list_models(
         withdrawn = withdrawals_at(db) if listed else {}
         if listing.csv or listing.sort or listing.columns:
             listing.show(
-                [flat_row(version) for version in listed], "no models yet; train some: pyroshock train DATASET"
+                [flat_row(version) for version in listed],
+                "no models yet; train some: pyroshock train DATASET",
             )
             return
         if listing.json_to is not None:
-            rows = ((version, json_row(version, floors[version.dataset.hash, version.seed])) for version in listed)
+            rows = (
+                (version, json_row(version, floors[version.dataset.hash, version.seed]))
+                for version in listed
+            )
             write_json(
-                [row | _damaged(wrong.get(version.run_id)) | _lost_pulses(version, withdrawn) for version, row in rows],
+                [
+                    row | _damaged(wrong.get(version.run_id)) | _lost_pulses(version, withdrawn)
+                    for version, row in rows
+                ],
                 listing.json_to,
             )
             return
@@ -380,7 +428,9 @@ def list_models(
             note(words)
 
 
-def tell_version(registry: Registry, version: Version, json_to: str | None, plot: Path | None = None) -> None:
+def tell_version(
+    registry: Registry, version: Version, json_to: str | None, plot: Path | None = None
+) -> None:
     """One version's figures and settings; its histories, by step, and every trial of its searches stand in the JSON
     alone. `plot`: draw the trials there. Raises `LookupError` for a plot of a version without trials."""
     from .searches import draw_searches, importance_of, importance_sentence, search_sentence
@@ -399,18 +449,31 @@ def tell_version(registry: Registry, version: Version, json_to: str | None, plot
     if json_to is not None:
         trials = {part: search.as_json() for part, search in searches.items()}
         write_json(
-            row | {"settings": settings, "histories": registry.fit_histories(version), "searches": trials}, json_to
+            row
+            | {
+                "settings": settings,
+                "histories": registry.fit_histories(version),
+                "searches": trials,
+            },
+            json_to,
         )
         return
-    click.echo(f"{version.label}, dataset {version.dataset.name}, split {version.split}, seed {version.seed}")
+    click.echo(
+        f"{version.label}, dataset {version.dataset.name}, split {version.split}, seed {version.seed}"
+    )
     shown = {name: display_of(name) for name in row["metrics"]}
     figures = ((shown[name], mean) for name, mean in row["metrics"].items())
-    print_table(({"metric": item.heading, "mean": format_cell(mean, item.scale)} for item, mean in figures), "")
+    print_table(
+        ({"metric": item.heading, "mean": format_cell(mean, item.scale)} for item, mean in figures),
+        "",
+    )
     click.echo()
     rows = ({"setting": name, "value": value} for name, value in settings.items())
     print_table(rows, "no settings: nothing was searched, or older software trained it")
     for part, search in searches.items():
-        click.echo(f"\n{search_sentence(part, search)}\n{importance_sentence(search, importance_of(search))}")
+        click.echo(
+            f"\n{search_sentence(part, search)}\n{importance_sentence(search, importance_of(search))}"
+        )
 
 
 def _lost_pulses(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:
@@ -423,7 +486,9 @@ def _damaged(what: str | None) -> dict[str, str]:
     return {} if what is None else {"damaged": what}
 
 
-def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]], every: bool) -> None:
+def _tell(
+    versions: list[Version], floors: dict[tuple[str, int], dict[str, str]], every: bool
+) -> None:
     from ...training.registry.listing import row_of
     from .tables import table_of
 
@@ -447,5 +512,7 @@ def _tell_promotions(decisions: list[Any], listing: Listing) -> None:
     listing.show(
         [asdict(decision) for decision in decisions],
         "nothing was promoted yet: pyroshock promote MODEL@VERSION",
-        lambda row: {name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"},
+        lambda row: (
+            {name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"}
+        ),
     )

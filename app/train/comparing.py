@@ -51,7 +51,11 @@ class Comparisons:
         """The version that is better than the one in use (else than all others) on unseen configurations, beyond
         chance, in a metric; None where there is none, as on repetitions."""
         best = self.versions[0].label
-        if self.split not in UNSEEN_SPLITS or best in self.not_usable or self.versions[0].champion_of:
+        if (
+            self.split not in UNSEEN_SPLITS
+            or best in self.not_usable
+            or self.versions[0].champion_of
+        ):
             return None
         pairs = [item.of(metric) for item in self.comparisons if best in (item.a, item.b)]
         in_use = {version.label for version in self.versions if version.champion_of}
@@ -69,9 +73,12 @@ class Comparisons:
 
     def settings_table(self) -> list[dict[str, Any]]:
         """Rows with `setting` and a column for each version; None where a version has no such setting."""
-        names = dict.fromkeys(name for version in self.versions for name in self.settings[version.label])
+        names = dict.fromkeys(
+            name for version in self.versions for name in self.settings[version.label]
+        )
         return [
-            {"setting": name} | {version.label: self.settings[version.label].get(name) for version in self.versions}
+            {"setting": name}
+            | {version.label: self.settings[version.label].get(name) for version in self.versions}
             for name in names
         ]
 
@@ -93,11 +100,17 @@ def versions_named(
         raise ValueError("no models yet; train some: pyroshock train DATASET")
     of_it = of_dataset(versions, dataset) if dataset is not None else list(versions)
     if names:
-        chosen_versions = [chosen(versions if "@" in name else of_it, name, split) for name in names]
+        chosen_versions = [
+            chosen(versions if "@" in name else of_it, name, split) for name in names
+        ]
     else:
         last = dataset or in_order(of_it)[0].dataset.hash
-        newest_first = newest(version for version in of_dataset(of_it, last) if version.split == split)
-        chosen_versions = list({version.name: version for version in reversed(newest_first)}.values())
+        newest_first = newest(
+            version for version in of_dataset(of_it, last) if version.split == split
+        )
+        chosen_versions = list(
+            {version.name: version for version in reversed(newest_first)}.values()
+        )
     chosen_versions = list({version.label: version for version in chosen_versions}.values())
     if len(chosen_versions) < 2:
         labels = ", ".join(version.label for version in chosen_versions)
@@ -109,7 +122,10 @@ def versions_named(
 
 
 def served(
-    registry: Registry, versions: Sequence[Version], names: Sequence[str], tell: Callable[[str], None]
+    registry: Registry,
+    versions: Sequence[Version],
+    names: Sequence[str],
+    tell: Callable[[str], None],
 ) -> list[Version]:
     """Without a name, those whose files are whole: one that is damaged stops no comparison that did not ask for it.
 
@@ -117,7 +133,9 @@ def served(
     """
     intact = list(versions) if names else intact_versions(registry, versions, tell)
     if len(intact) < 2:
-        raise ValueError(f"{len(intact)} of {len(versions)} models have their files; train the others again")
+        raise ValueError(
+            f"{len(intact)} of {len(versions)} models have their files; train the others again"
+        )
     return intact
 
 
@@ -131,12 +149,18 @@ def comparisons_of(
 ) -> Comparisons:
     """Every pair, or the best in `metric` with every other. Raises as `evaluate_held_out`."""
     judged = evaluate_held_out(registry, versions, read)
-    ranked = sorted(versions, key=lambda each: float(getattr(judged.errors[each.label], metric).mean()))
+    ranked = sorted(
+        versions, key=lambda each: float(getattr(judged.errors[each.label], metric).mean())
+    )
     labels = [version.label for version in versions]
     best = ranked[0].label
-    pairs = list(combinations(labels, 2)) if each_with_each else [(best, v.label) for v in ranked[1:]]
+    pairs = (
+        list(combinations(labels, 2)) if each_with_each else [(best, v.label) for v in ranked[1:]]
+    )
     groups = len(pairs) <= _TOLD_WHERE
-    comparisons = for_all_pairs([compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)])
+    comparisons = for_all_pairs(
+        [compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)]
+    )
     settings = {version.label: registry.fit_settings(version) for version in ranked}
     return Comparisons(tuple(ranked), judged, comparisons, settings, _not_usable(registry, ranked))
 
@@ -153,15 +177,23 @@ def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, 
     for version in comparisons.versions:
         errors = comparisons.judged.errors[version.label]
         means = {metric: float(getattr(errors, metric).mean()) for metric in METRICS}
-        own = {key: value for key, value in row_of(version).items() if key not in ("ci90", "coverage90")}
+        own = {
+            key: value
+            for key, value in row_of(version).items()
+            if key not in ("ci90", "coverage90")
+        }
         settings = dict(comparisons.settings[version.label])
         own |= {"not_usable": comparisons.not_usable.get(version.label)}
-        rows.append(own | {"metrics": means, "pulses": len(comparisons.judged.pulses), "settings": settings})
+        rows.append(
+            own | {"metrics": means, "pulses": len(comparisons.judged.pulses), "settings": settings}
+        )
     for metric in metrics:
         for comparison in comparisons.comparisons:
             row = comparison.of(metric)
             count = {"least_p_value": row.least_p, "configurations": row.configurations}
-            rows.append(row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict} | count)
+            rows.append(
+                row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict} | count
+            )
             rows[-1]["where"] = [row.row() for row in comparison.where(metric)]
     return rows
 
@@ -187,7 +219,7 @@ def _lead(row: Difference) -> str:
 
 def draw(comparison: Comparison, metric: str, file: Path) -> None:
     """The comparison as a figure."""
-    from ...schema.atomic_write import atomic_file
+    from ...files.atomic_write import atomic_file
     from ...training.evaluation.plots import difference_figure
 
     with atomic_file(file) as partial:

@@ -50,20 +50,29 @@ class ContactPulses:
             columns["contact_time_spread_s"] = self.contact_time_spread_s
         columns |= {f"force_{point + 1:02d}_n": self.force_n[:, point] for point in range(POINTS)}
         if self.force_spread_n is not None:
-            columns |= {f"force_spread_{point + 1:02d}_n": self.force_spread_n[:, point] for point in range(POINTS)}
+            columns |= {
+                f"force_spread_{point + 1:02d}_n": self.force_spread_n[:, point]
+                for point in range(POINTS)
+            }
         columns["extrapolation"] = self.extrapolation
         return with_units(pd.DataFrame(columns, index=self.index))
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The force of each impact over its contact, with 90 % bands where the model gives spreads."""
         axes = axes_or_new(ax)
-        for row, (force, duration) in enumerate(zip(self.force_n, self.contact_time_s, strict=True)):
+        for row, (force, duration) in enumerate(
+            zip(self.force_n, self.contact_time_s, strict=True)
+        ):
             time_ms = np.linspace(0.0, 1e3 * duration, POINTS)
             (line,) = axes.plot(time_ms, 1e-3 * force, label=str(self.index[row]))
             if self.force_spread_n is not None:
                 half = 1.645 * self.force_spread_n[row]
                 axes.fill_between(
-                    time_ms, 1e-3 * (force - half), 1e-3 * (force + half), color=line.get_color(), alpha=0.2
+                    time_ms,
+                    1e-3 * (force - half),
+                    1e-3 * (force + half),
+                    color=line.get_color(),
+                    alpha=0.2,
                 )
         axes.set(xlabel="time since first contact (ms)", ylabel="force (kN)")
         return axes
@@ -130,9 +139,13 @@ def _inputs(predictors: tuple[Predictor, ...], impacts: pd.DataFrame) -> Inputs:
         raise LookupError(
             f"no column {', '.join(map(repr, missing))} in the impacts; the model needs {', '.join(wanted)}"
         )
-    columns = [_values(predictor, impacts[name]) for predictor, name in zip(predictors, wanted, strict=True)]
+    columns = [
+        _values(predictor, impacts[name])
+        for predictor, name in zip(predictors, wanted, strict=True)
+    ]
     bench = (
-        _numbers(impacts[name]) if name in impacts.columns else np.full(len(impacts), np.nan) for name in _OF_BENCH
+        _numbers(impacts[name]) if name in impacts.columns else np.full(len(impacts), np.nan)
+        for name in _OF_BENCH
     )
     return Inputs(predictors, np.stack(columns, axis=1), *bench)
 
@@ -144,7 +157,9 @@ def _values(predictor: Predictor, column: pd.Series[Any]) -> Floats:
     unknown = column[codes.isna()]
     if len(unknown):
         levels = ", ".join(predictor.levels)
-        raise ValueError(f"{column.name} is {unknown.iloc[0]!r} in row {unknown.index[0]!r}; expected one of {levels}")
+        raise ValueError(
+            f"{column.name} is {unknown.iloc[0]!r} in row {unknown.index[0]!r}; expected one of {levels}"
+        )
     return _numbers(codes)
 
 
@@ -152,7 +167,9 @@ def _numbers(column: pd.Series[Any]) -> Floats:
     try:
         return column.to_numpy(dtype="float64", na_value=float("nan"))
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{column.name} has a value that is no number ({error}); expected numbers in SI") from error
+        raise ValueError(
+            f"{column.name} has a value that is no number ({error}); expected numbers in SI"
+        ) from error
 
 
 def _pulses(label: str, answer: Answer, index: pd.Index[Any]) -> ContactPulses:

@@ -27,7 +27,11 @@ if TYPE_CHECKING:
     from ...dataset.catalog import Withdrawal
 
 _SEED = click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Set the seed of the random split."
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Set the seed of the random split.",
 )
 
 
@@ -58,11 +62,18 @@ def _list(db: str, listing: Listing) -> None:
         from ...dataset.catalog import list_snapshots, list_withdrawals
 
         withdrawals = list_withdrawals(session)
-        rows = [{**row, "withdrawn": _count_lost(withdrawals.get(row["hash"]))} for row in list_snapshots(session)]
+        rows = [
+            {**row, "withdrawn": _count_lost(withdrawals.get(row["hash"]))}
+            for row in list_snapshots(session)
+        ]
     listing.show(
         rows,
         "no datasets yet; freeze one: pyroshock dataset build NAME --from CAMPAIGN",
-        lambda row: {**row, "hash": row["hash"][:12], "campaigns": ", ".join(row["campaigns"] or [])},
+        lambda row: {
+            **row,
+            "hash": row["hash"][:12],
+            "campaigns": ", ".join(row["campaigns"] or []),
+        },
     )
     for withdrawal in withdrawals.values() if listing.json_to is None else ():
         note(withdrawal.words)
@@ -120,14 +131,21 @@ class _Campaigns(click.Command):
     show_default=True,
     help="Leave out impacts with this verdict; `warning` leaves out rejected ones, too.",
 )
-@click.option("--extraction", metavar="FINGERPRINT", help="Take the pulses of this extraction. [default: those in use]")
+@click.option(
+    "--extraction",
+    metavar="FINGERPRINT",
+    help="Take the pulses of this extraction. [default: those in use]",
+)
 @click.option(
     "--velocity",
     type=click.Choice(["before-contact", "integrated"]),
     help="Convert impact velocities to this kind. [default: as they are stored, if all are of one kind]",
 )
 @click.option(
-    "--split", default="repetitions", show_default=True, help="Count the pulses on the two sides of this split."
+    "--split",
+    default="repetitions",
+    show_default=True,
+    help="Count the pulses on the two sides of this split.",
 )
 @_SEED
 def build(
@@ -164,10 +182,14 @@ def build(
         chosen = predictors_named(predictors) if predictors else None
         built = build_snapshot(store, name, campaigns, chosen, quality, extraction, velocity)
         if not built.added:
-            other_name = "" if built.snapshot.name == name else f" under the name {built.snapshot.name}"
+            other_name = (
+                "" if built.snapshot.name == name else f" under the name {built.snapshot.name}"
+            )
             note(f"dataset {name}: this content is frozen already{other_name}; nothing was added")
         with store.reading() as session:
-            facts = missing_words(missing_in_campaigns(session, campaigns, built.snapshot.predictors))
+            facts = missing_words(
+                missing_in_campaigns(session, campaigns, built.snapshot.predictors)
+            )
         summary = built_as_json(built, _split_or_note(built.snapshot.table, split, seed))
         _tell_built(summary, len(built.snapshot.definition["extractions"]))
         stated = built.snapshot.definition.get("velocity") or {}
@@ -200,7 +222,9 @@ def _tell_built(dataset: dict[str, Any], extractions: int) -> None:
     for row in dataset["left_out"]:
         note(f"  left out: {row['impacts']} ({row['reason']})")
     if extractions > 1:
-        note("  the pulses are of several extractions; one for all: pyroshock extract CAMPAIGN, or --extraction")
+        note(
+            "  the pulses are of several extractions; one for all: pyroshock extract CAMPAIGN, or --extraction"
+        )
 
 
 @dataset.command()
@@ -209,7 +233,9 @@ def _tell_built(dataset: dict[str, Any], extractions: int) -> None:
 @json_option
 @_SEED
 @click.option(
-    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw correlations and values into FILE.png."
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Draw correlations and values into FILE.png.",
 )
 def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) -> None:
     """Show a dataset, given by name or hash: its sources, its splits, and the ranges and correlations of its
@@ -276,20 +302,29 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
         from ...dataset.snapshot import trace as trace_pulse
 
         snapshot = read_snapshot(session, name)
-        origin = raw_files(session, snapshot) if key is None else asdict(trace_pulse(session, snapshot, key))
+        origin = (
+            raw_files(session, snapshot)
+            if key is None
+            else asdict(trace_pulse(session, snapshot, key))
+        )
     if json_to is not None:
         write_json(origin, json_to)
     elif isinstance(origin, list):
         print_table(origin, "no pulses")
     else:
-        print_table(({"of": name, "value": str(value)} for name, value in origin.items()), "nothing")
+        print_table(
+            ({"of": name, "value": str(value)} for name, value in origin.items()), "nothing"
+        )
 
 
 @dataset.command()
 @click.argument("name", shell_complete=dataset_names)
 @db_option
 @click.option(
-    "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE.csv or FILE.parquet."
+    "--out",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write to FILE.csv or FILE.parquet.",
 )
 @spreadsheet_guard_option
 def export(name: str, db: str, out: Path) -> None:

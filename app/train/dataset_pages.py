@@ -109,7 +109,9 @@ def build(
     if not campaigns:
         raise FieldError("campaigns", "Choose at least one campaign.")
     try:
-        built = build_snapshot(store, writable(name.strip()), campaigns, quality=quality, velocity=velocity or None)
+        built = build_snapshot(
+            store, writable(name.strip()), campaigns, quality=quality, velocity=velocity or None
+        )
     except SnapshotError as error:
         raise FieldError("name", str(error)) from error
     except (LookupError, ValueError) as error:
@@ -119,7 +121,9 @@ def build(
 
 
 @router.get("/datasets/{name}")
-def dataset(request: Request, name: Name, store: OpenStore, settings: Configured, existing: bool = False) -> Response:
+def dataset(
+    request: Request, name: Name, store: OpenStore, settings: Configured, existing: bool = False
+) -> Response:
     with store.reading() as session:
         row = next((entry for entry in store_rows(session) if entry["name"] == name), None)
     try:
@@ -131,7 +135,11 @@ def dataset(request: Request, name: Name, store: OpenStore, settings: Configured
     assert row is not None
     with models_extra():
         registry = registry_at(settings.db)
-        versions = [] if registry is None else [v for v in registry.versions() if v.dataset.hash == row["hash"]]
+        versions = (
+            []
+            if registry is None
+            else [v for v in registry.versions() if v.dataset.hash == row["hash"]]
+        )
         models = [] if registry is None else version_rows(registry, versions)
     with store.reading() as session:
         newer = newer_pulses(session, row["hash"], row["campaigns"] or [])
@@ -165,7 +173,10 @@ def training_form(
         request,
         "models_train.html",
         datasets=[
-            (row["name"], f"{row['name']}: {row['pulses']} pulses of {', '.join(row['campaigns'] or [])}")
+            (
+                row["name"],
+                f"{row['name']}: {row['pulses']} pulses of {', '.join(row['campaigns'] or [])}",
+            )
             for row in rows
         ],
         dataset=dataset,
@@ -197,6 +208,8 @@ def train(
         raise FieldError("dataset", str(error)) from error
     try:
         with models_extra():
-            return followed(train_job(running, store, TrainArguments(dataset, models, split, seed, budget)))
+            return followed(
+                train_job(running, store, TrainArguments(dataset, models, split, seed, budget))
+            )
     except (LookupError, ValueError) as error:
         raise FieldError("split", str(error)) from error

@@ -13,19 +13,34 @@ from ...array_types import Floats
 from ...dataset.predictors import correlation, ranges
 from ...dataset.snapshot import Built, Snapshot
 from ...dataset.table import POINTS, Predictor, PulseTable, Split, expand, split_of
-from ...schema.atomic_write import atomic_file
+from ...files.atomic_write import atomic_file
+from ...files.spreadsheet_guard import guarded_frame
 from ...schema.conditions import listing_key
-from ...spreadsheet_guard import guarded_frame
 from ..common.number_format import format_number
 from ..common.plots import MEASURED, new_figure, save
 from ..common.quantities import display_of_predictor, shown_unit, velocity_label
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
-_FIGURES = ("contact_time_s", "compression_time_s", "peak_force_n", "impulse_n_s", "compression_impulse_n_s")
+_FIGURES = (
+    "contact_time_s",
+    "compression_time_s",
+    "peak_force_n",
+    "impulse_n_s",
+    "compression_impulse_n_s",
+)
 #: Of the bench: models whose physics needs them take them from a table even where they are no predictors.
 _BENCH = ("impactor_mass_kg", "plate_thickness_m")
-_NAMES = ("key", "campaign", "run", "repetition", "configuration", "treatment", "tip_material", "target_material")
+_NAMES = (
+    "key",
+    "campaign",
+    "run",
+    "repetition",
+    "configuration",
+    "treatment",
+    "tip_material",
+    "target_material",
+)
 
 
 def built_as_json(built: Built, split: Split | None) -> dict[str, Any]:
@@ -68,7 +83,12 @@ def split_rows(table: PulseTable, texts: Sequence[str], seed: int) -> list[dict[
             split = split_of(table, text, seed)
         except ValueError:  # too few repetitions, configurations or treatments to part
             continue
-        row = {"split": text, "train": len(split.train), "test": len(split.test), "held_out": split.what}
+        row = {
+            "split": text,
+            "train": len(split.train),
+            "test": len(split.test),
+            "held_out": split.what,
+        }
         rows.append(row)
     return rows
 
@@ -85,7 +105,14 @@ def range_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
         else:
             values = _counted(row["levels"])
         label = velocity_label([kind]) if row["predictor"] == "impact_velocity" else shown.label
-        rows.append({"predictor": label, "unit": shown.unit, "distinct": row["distinct"], "recorded": values})
+        rows.append(
+            {
+                "predictor": label,
+                "unit": shown.unit,
+                "distinct": row["distinct"],
+                "recorded": values,
+            }
+        )
     return rows
 
 
@@ -99,7 +126,9 @@ def correlation_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
     return [
         {"": number, "predictor": name.replace("_", " ")}
         | {str(other): _signed(value) for other, value in enumerate(row[:number], 1)}
-        for number, (name, row) in enumerate(zip(coefficients.names, coefficients.matrix, strict=True), 1)
+        for number, (name, row) in enumerate(
+            zip(coefficients.names, coefficients.matrix, strict=True), 1
+        )
     ]
 
 
@@ -111,7 +140,9 @@ def export_snapshot(snapshot: Snapshot, out: Path) -> int:
     """Write one row per pulse: names, predictors (categories as words), figures, force points. CSV or Parquet by the
     suffix; returns the rows. Raises `ValueError` for another suffix."""
     if out.suffix.lower() not in (".csv", ".parquet"):
-        raise ValueError(f"cannot write {out.name!r}; expected a name that ends in .csv or .parquet")
+        raise ValueError(
+            f"cannot write {out.name!r}; expected a name that ends in .csv or .parquet"
+        )
     import pandas as pd
 
     frame = pd.DataFrame(dataset_columns(snapshot.table))
@@ -150,7 +181,9 @@ def plot_dataset(table: PulseTable, path: Path) -> None:
     grid = figure.add_gridspec(1, 2, width_ratios=(3, 2))
     upper_left, right = figure.add_subfigure(grid[0, 0]), figure.add_subfigure(grid[0, 1])
     draw_correlation(upper_left.subplots(), table)
-    for axes, predictor, column in zip(np.ravel(right.subplots(d, 1)), table.predictors, table.x.T, strict=True):
+    for axes, predictor, column in zip(
+        np.ravel(right.subplots(d, 1)), table.predictors, table.x.T, strict=True
+    ):
         _draw_values(axes, predictor, column)
     save(figure, path)
 

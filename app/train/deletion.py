@@ -29,7 +29,11 @@ def versions_of_dataset(store: Store, url: str, name: str) -> list[Version]:
     content_hash = store.read(lambda session: get_snapshot_row(session, name).content_hash)
     with models_extra():
         versions = registry_of(url).versions()
-    return [version for version in versions if version.is_served and version.dataset.hash == content_hash]
+    return [
+        version
+        for version in versions
+        if version.is_served and version.dataset.hash == content_hash
+    ]
 
 
 def check_dataset_unused(store: Store, url: str, name: str) -> None:

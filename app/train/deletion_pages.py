@@ -14,7 +14,13 @@ from ..common.model_registry import models_extra
 from ..web.dependencies import Configured, Key, Name, OpenStore
 from ..web.rendering import page, part
 from .api import needed
-from .deletion import InUseError, delete_dataset, delete_version, unused_version, versions_of_dataset
+from .deletion import (
+    InUseError,
+    delete_dataset,
+    delete_version,
+    unused_version,
+    versions_of_dataset,
+)
 
 router = APIRouter()
 
@@ -34,7 +40,9 @@ def ask_dataset(request: Request, name: Name, store: OpenStore, settings: Config
         why="It cannot be deleted, because models were trained on it. Their figures could not be computed again. "
         "Delete these models first:",
         lost=[f"The dataset {row.name}: its name and the list of its pulses."],
-        kept=["The pulses, with their impacts and campaigns. The same dataset can be built from them again."],
+        kept=[
+            "The pulses, with their impacts and campaigns. The same dataset can be built from them again."
+        ],
     )
 
 
@@ -67,7 +75,9 @@ def ask_version(request: Request, name: Name, version: Key, settings: Configured
             f"The model {label} with its files, its figures on every split, and the trials of its search for settings.",
             "Its number: it is not given to another version.",
         ],
-        kept=["Predictions, diagnoses and reports that were made with it, and the decisions on its promotion."],
+        kept=[
+            "Predictions, diagnoses and reports that were made with it, and the decisions on its promotion."
+        ],
     )
 
 
@@ -79,6 +89,8 @@ def version(name: Name, version: Key, settings: Configured) -> Response:
     return RedirectResponse("/models", 303)
 
 
-def _confirmation_page(request: Request, what: str, address: str, users: Mapping[str, str], **words: Any) -> Response:
+def _confirmation_page(
+    request: Request, what: str, address: str, users: Mapping[str, str], **words: Any
+) -> Response:
     """`users` are addresses of what uses it and their words: with one, the page has no button that deletes."""
     return page(request, "delete.html", what=what, address=address, users=users, **words)

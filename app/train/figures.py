@@ -52,7 +52,9 @@ def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[s
     """A row each, with what repetitions allow on its split, and `damaged`: what is wrong with its files, or None."""
     floors = floors_by_ground(registry, versions)
     wrong = damages(registry, versions)
-    rows = (version_row(version, floors[version.dataset.hash, version.seed]) for version in versions)
+    rows = (
+        version_row(version, floors[version.dataset.hash, version.seed]) for version in versions
+    )
     return [row | {"damaged": wrong.get(row["run_id"])} for row in rows]
 
 
@@ -106,19 +108,26 @@ def side_by_side(registry: Registry, versions: Sequence[Version], read: Read) ->
     if len({version.label for version in versions}) < 2:
         raise ValueError(f"{len(versions)} versions to compare; choose two or more")
     every_pair = len(versions) <= MOST_EACH_WITH_EACH
-    comparisons = comparisons_of(registry, versions, "force_nrmse", each_with_each=every_pair, read=read)
+    comparisons = comparisons_of(
+        registry, versions, "force_nrmse", each_with_each=every_pair, read=read
+    )
     rows = rows_of(comparisons, METRICS)
     models = [row for row in rows if "model" in row]
     return {
         "pulses": len(comparisons.judged.pulses),
-        "models": [{"label": version.label, **row} for version, row in zip(comparisons.versions, models, strict=True)],
+        "models": [
+            {"label": version.label, **row}
+            for version, row in zip(comparisons.versions, models, strict=True)
+        ],
         "differences": [row for row in rows if "a" in row],
         "settings": comparisons.settings_table(),
         "promotable": comparisons.promotable("force_nrmse"),
     }
 
 
-def held_out_figures(registry: Registry, version: Version, read: Read, most: int = MOST_PULSES) -> dict[str, Any]:
+def held_out_figures(
+    registry: Registry, version: Version, read: Read, most: int = MOST_PULSES
+) -> dict[str, Any]:
     """Predicted against measured on the held-out pulses of a version, and how often its intervals hold.
 
     `points` are columns of at most `most` pulses: `key`, `pulse_id`, `tip_material`, `configuration`, and
@@ -156,7 +165,9 @@ def residual_columns(judged: Evaluation, label: str) -> dict[str, Any]:
     groups = comparison_groups(pulses)
     return {
         "peak_force_error": (peak / pulses.peak_force_n - 1).tolist(),
-        "factors": {name: labels.tolist() for name, labels in groups.items() if name != "impact_velocity"},
+        "factors": {
+            name: labels.tolist() for name, labels in groups.items() if name != "impact_velocity"
+        },
         "tip_material": pulses.tip_material.tolist(),
         "impact_velocity_m_s": pulses.column("impact_velocity").tolist(),
     }
@@ -186,7 +197,9 @@ def worst_pulses(judged: Evaluation, label: str, count: int = 10) -> list[dict[s
     ]
 
 
-def compared_to(registry: Registry, reference: Version, others: Sequence[Version], read: Read) -> list[dict[str, Any]]:
+def compared_to(
+    registry: Registry, reference: Version, others: Sequence[Version], read: Read
+) -> list[dict[str, Any]]:
     """Differences of each of `others` to `reference` in every metric, on the held-out pulses that all have in common.
 
     Rows as `side_by_side` gives its `differences`. Raises `ValueError` where they have none in common.
@@ -196,7 +209,9 @@ def compared_to(registry: Registry, reference: Version, others: Sequence[Version
     from ...training.registry.promotion import compared
 
     judged = evaluate_held_out(registry, [reference, *others], read)
-    comparisons = for_all_pairs([compared(judged, reference.label, other.label) for other in others])
+    comparisons = for_all_pairs(
+        [compared(judged, reference.label, other.label) for other in others]
+    )
     return [row.row() for comparison in comparisons for row in comparison.overall]
 
 
@@ -205,7 +220,11 @@ def _points(judged: Evaluation, label: str, rows: Any) -> dict[str, Any]:
     force = prediction.force_n[rows]
     peak = figures(reconstruct(force), prediction.contact_time_s[rows]).peak_force_n
     spread = prediction.force_spread_n
-    at_peak = None if spread is None else np.take_along_axis(spread[rows], force.argmax(axis=1)[:, None], 1)[:, 0]
+    at_peak = (
+        None
+        if spread is None
+        else np.take_along_axis(spread[rows], force.argmax(axis=1)[:, None], 1)[:, 0]
+    )
     of_time = prediction.contact_time_spread_s
     return {
         "key": pulses.key[rows].tolist(),
@@ -214,7 +233,9 @@ def _points(judged: Evaluation, label: str, rows: Any) -> dict[str, Any]:
         "configuration": pulses.configuration[rows].tolist(),
         "peak_force_n": _against(pulses.peak_force_n[rows], peak, at_peak),
         "contact_time_s": _against(
-            pulses.contact_time_s[rows], prediction.contact_time_s[rows], None if of_time is None else of_time[rows]
+            pulses.contact_time_s[rows],
+            prediction.contact_time_s[rows],
+            None if of_time is None else of_time[rows],
         ),
     }
 
@@ -223,7 +244,10 @@ def _against(measured: Floats, predicted: Floats, spread: Floats | None) -> dict
     low, high = (
         (None, None)
         if spread is None
-        else (np.maximum(predicted - _BAND * spread, 0.0), predicted + _BAND * spread)  # neither is ever negative
+        else (
+            np.maximum(predicted - _BAND * spread, 0.0),
+            predicted + _BAND * spread,
+        )  # neither is ever negative
     )
     return {
         "measured": measured.tolist(),

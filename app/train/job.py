@@ -35,10 +35,17 @@ def _do(work: RunningJob, arguments: TrainArguments) -> Ending:
         session = _trained(work, arguments)
     if not session.versions and session.failures:
         raise ValueError(
-            "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
+            "; ".join(
+                f"{failure.model} ({failure.split}): {failure.reason}"
+                for failure in session.failures
+            )
         )
     earlier = len(session.versions) - session.trained
-    failed = f"; not trained: {', '.join(failure.model for failure in session.failures)}" if session.failures else ""
+    failed = (
+        f"; not trained: {', '.join(failure.model for failure in session.failures)}"
+        if session.failures
+        else ""
+    )
     words = f"{session.trained} trained, {earlier} found as they were trained before{failed}"
     return ending_of(Result("/models", words, _rows(work, arguments, session)))
 
@@ -60,12 +67,19 @@ def _rows(work: RunningJob, arguments: TrainArguments, session: Session) -> list
     from ..common.model_registry import registry_of
     from .tables import json_row
 
-    floors = registry_of(work.db).floors(session.versions[0].dataset.hash, arguments.seed) if session.versions else {}
+    floors = (
+        registry_of(work.db).floors(session.versions[0].dataset.hash, arguments.seed)
+        if session.versions
+        else {}
+    )
     return [json_row(version, floors) for version in session.versions]
 
 
 def _form(arguments: TrainArguments) -> JobForm:
-    fields: dict[str, str | list[str]] = {"dataset": arguments.dataset, "models": list(arguments.models)}
+    fields: dict[str, str | list[str]] = {
+        "dataset": arguments.dataset,
+        "models": list(arguments.models),
+    }
     fields |= {"split": arguments.split, "budget": arguments.budget, "seed": str(arguments.seed)}
     return JobForm("/models/train", "train", fields)
 
@@ -88,5 +102,7 @@ class FencedRegistry(Registry):
     def record(self, trained: Trained, session: str | None = None) -> Version:
         with self._work.store.writing():  # raises where the lease is lost
             pass
-        registered = next((version for version in self.versions() if version.task_key == trained.task.key), None)
+        registered = next(
+            (version for version in self.versions() if version.task_key == trained.task.key), None
+        )
         return registered or super().record(trained, session)

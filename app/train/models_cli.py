@@ -97,5 +97,8 @@ def recover(db: str) -> None:
 
 
 models = noun_group(
-    list_models, {"show": show, "delete": delete, "recover": recover}, list_models.help or "", otherwise="show"
+    list_models,
+    {"show": show, "delete": delete, "recover": recover},
+    list_models.help or "",
+    otherwise="show",
 )

@@ -42,7 +42,15 @@ from .figures import (
     worst_pulses,
 )
 from .searches import importance_of, importance_sentence, search_sentence, trial_rows
-from .wording import bounded, error_sentence, lead_sentence, share, share_range, share_with_range, unseen
+from .wording import (
+    bounded,
+    error_sentence,
+    lead_sentence,
+    share,
+    share_range,
+    share_with_range,
+    unseen,
+)
 
 if TYPE_CHECKING:
     from ...training.tuning.trials import SettingsSearch
@@ -82,7 +90,11 @@ def models(
     with models_extra():
         registry = registry_at(settings.db)
         rows = [] if registry is None else listed_versions(registry, every=every)
-        withdrawn = [] if registry is None else withdrawn_words(store.read(list_withdrawals), registry.versions())
+        withdrawn = (
+            []
+            if registry is None
+            else withdrawn_words(store.read(list_withdrawals), registry.versions())
+        )
         decisions = [] if registry is None else registry.decisions()[:50]
     datasets = list(dict.fromkeys(row["dataset"] for row in rows))
     splits = list(dict.fromkeys(row["split"] for row in rows))
@@ -124,21 +136,29 @@ def _differences(store: Store, db: str, rows: Sequence[Mapping[str, Any]]) -> di
     whole = [row for row in rows if not row["damaged"]]
     for reference in [row for row in whole if row["champion"]] or whole[:1]:
         same = ("dataset_hash", "split", "seed")
-        others = [row for row in whole if row is not reference and all(row[name] == reference[name] for name in same)][
-            :_MOST_DIFFERENCES
-        ]
+        others = [
+            row
+            for row in whole
+            if row is not reference and all(row[name] == reference[name] for name in same)
+        ][:_MOST_DIFFERENCES]
         if not others:
             continue
         with models_extra():
             registry = needed(db)
             labels = [row["label"] for row in (reference, *others)]
-            first, *following = [version for label in labels for version in chosen_versions(registry, [label])]
+            first, *following = [
+                version for label in labels for version in chosen_versions(registry, [label])
+            ]
             try:
                 differences = compared_to(registry, first, following, reader_of(store))
             except (ValueError, LookupError):  # pulses were deleted; the note of the page says so
                 continue
         leads = differences_to(first.label, differences, "force_nrmse")
-        near = [row for row in leads if row["difference"] < _WORST * reference["metrics"]["force_nrmse"]["mean"]]
+        near = [
+            row
+            for row in leads
+            if row["difference"] < _WORST * reference["metrics"]["force_nrmse"]["mean"]
+        ]
         near = near or leads  # a chart of nothing says less than one with a long axis
         return {
             "reference": reference,
@@ -164,8 +184,12 @@ def compare(
         if version and registry is not None:
             try:
                 if len(splits) > 1:
-                    raise ValueError("versions of several splits are chosen; choose versions of one split")
-                chosen = chosen_versions(registry, [label for label, _ in ticked], min(splits) or None)
+                    raise ValueError(
+                        "versions of several splits are chosen; choose versions of one split"
+                    )
+                chosen = chosen_versions(
+                    registry, [label for label, _ in ticked], min(splits) or None
+                )
                 comparison = side_by_side(registry, chosen, reader_of(store))
                 rows = version_rows(registry, chosen)
             except (LookupError, ValueError) as error:
@@ -176,7 +200,9 @@ def compare(
         status=status,
         choices=choices,
         chosen={(row["label"], row["split"]) for row in rows} or _ticked_rows(ticked, choices),
-        split=min((row["split"] for row in rows), default="") if len({row["split"] for row in rows}) == 1 else "",
+        split=min((row["split"] for row in rows), default="")
+        if len({row["split"] for row in rows}) == 1
+        else "",
         fault=fault,
         found=comparison,
         result=None if comparison is None else _comparison(comparison, rows),
@@ -201,11 +227,16 @@ def _ticked_rows(
 def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """What the page of a comparison says and draws: sentences, forest plots, and the versions that can be promoted."""
     metrics = ("force_nrmse", "contact_time_error")
-    means = {metric: {model["label"]: model["metrics"][metric] for model in comparison["models"]} for metric in metrics}
+    means = {
+        metric: {model["label"]: model["metrics"][metric] for model in comparison["models"]}
+        for metric in metrics
+    }
     splits = {row["split"] for row in rows}
     split = splits.pop() if len(splits) == 1 else ""
     best = comparison["models"][0]["label"]
-    paired = {row["a"] for row in comparison["differences"]} & {row["label"] for row in rows if row["champion"]}
+    paired = {row["a"] for row in comparison["differences"]} & {
+        row["label"] for row in rows if row["champion"]
+    }
     complete = len(rows) <= 4  # of more versions, the best alone was compared with all
     reference = next(iter(sorted(paired)), best) if complete else best
     return {
@@ -217,7 +248,9 @@ def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]
         ],
         "reference": reference,
         "figures": {
-            metric: difference_figure(differences_to(reference, comparison["differences"], metric), reference, metric)
+            metric: difference_figure(
+                differences_to(reference, comparison["differences"], metric), reference, metric
+            )
             for metric in metrics
         },
         "rows": rows,
@@ -271,9 +304,13 @@ def model(
             against={}
             if figures is None
             else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
-            residuals={} if evaluation is None else residual_figures(residual_columns(evaluation, chosen.label)),
+            residuals={}
+            if evaluation is None
+            else residual_figures(residual_columns(evaluation, chosen.label)),
             coverage=None if figures is None else coverage_figure(figures),
-            worst=[] if evaluation is None else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
+            worst=[]
+            if evaluation is None
+            else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
             history=history_figure(rows),
             training=training_figures(histories),
             searches=[_search(part, search) for part, search in searches.items()],
@@ -315,7 +352,8 @@ def _with_impacts(store: Store, rows: list[dict[str, Any]]) -> list[dict[str, An
         query = select(Pulse.id, Pulse.impact_id).where(Pulse.id.in_(keys))
         impacts: dict[int, int] = dict(iter(session.execute(query)))
     return [
-        {"impact": impacts.get(row["pulse_id"])} | {key: value for key, value in row.items() if key != "pulse_id"}
+        {"impact": impacts.get(row["pulse_id"])}
+        | {key: value for key, value in row.items() if key != "pulse_id"}
         for row in rows
     ]
 
@@ -333,9 +371,19 @@ def promoted(
     with models_extra():
         chosen_versions(needed(settings.db), [f"{name}@{version}"])
     if not reason.strip():
-        raise FieldError("reason", "There is no reason given. The registry keeps every decision with its reason.")
+        raise FieldError(
+            "reason", "There is no reason given. The registry keeps every decision with its reason."
+        )
     try:
-        promote(store, settings.db, name, version, other=on.strip() or None, forced=force, reason=reason.strip())
+        promote(
+            store,
+            settings.db,
+            name,
+            version,
+            other=on.strip() or None,
+            forced=force,
+            reason=reason.strip(),
+        )
     except LookupError as error:
         raise FieldError("on", str(error)) from error
     return RedirectResponse(f"/models/{part(name)}/{version}?decided=true", 303)

@@ -76,7 +76,10 @@ def trial_rows(search: SettingsSearch) -> list[dict[str, Any]]:
     return [
         {
             "trial": index + 1,
-            **{setting_words(name): _word(value) for name, value in search.trials[index].settings.items()},
+            **{
+                setting_words(name): _word(value)
+                for name, value in search.trials[index].settings.items()
+            },
             "score": search.trials[index].score,
             "duration_s": search.trials[index].duration_s,
         }
@@ -103,7 +106,9 @@ def parallel_axes(search: SettingsSearch) -> list[ParallelAxis]:
 
 
 def _axis(title: str, values: Sequence[TrialValue | None], *, logarithmic: bool) -> ParallelAxis:
-    numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+    numbers = [
+        value for value in values if isinstance(value, int | float) and not isinstance(value, bool)
+    ]
     if len(numbers) < sum(value is not None for value in values):
         return _axis_of_words(title, values)
     scale = math.log10 if logarithmic else float
@@ -120,12 +125,16 @@ def _axis(title: str, values: Sequence[TrialValue | None], *, logarithmic: bool)
         ticks = _spaced(tried, place)
     words = title + (", log scale" if logarithmic else "")
     places = tuple(None if value is None else place(float(value)) for value in values)
-    return ParallelAxis(words, places, tuple((place(tick), format_number(tick, 3)) for tick in ticks))
+    return ParallelAxis(
+        words, places, tuple((place(tick), format_number(tick, 3)) for tick in ticks)
+    )
 
 
 def _decades(low: float, high: float) -> list[float]:
     """Powers of ten between two logarithms."""
-    return [10.0**exponent for exponent in range(math.ceil(low - 1e-9), math.floor(high + 1e-9) + 1)]
+    return [
+        10.0**exponent for exponent in range(math.ceil(low - 1e-9), math.floor(high + 1e-9) + 1)
+    ]
 
 
 def _spaced(tried: Sequence[float], place: Callable[[float], float]) -> list[float]:
@@ -140,7 +149,10 @@ def _spaced(tried: Sequence[float], place: Callable[[float], float]) -> list[flo
 def _axis_of_words(title: str, values: Sequence[TrialValue | None]) -> ParallelAxis:
     words = [None if value is None else _word(value) for value in values]
     levels = sorted({word for word in words if word is not None})
-    at = {word: index / (len(levels) - 1) if len(levels) > 1 else 0.5 for index, word in enumerate(levels)}
+    at = {
+        word: index / (len(levels) - 1) if len(levels) > 1 else 0.5
+        for index, word in enumerate(levels)
+    }
     places = tuple(None if word is None else at[word] for word in words)
     return ParallelAxis(title, places, tuple((at[word], word) for word in levels))
 
@@ -153,7 +165,9 @@ def _word(value: TrialValue) -> str:
 
 def quarters_of(search: SettingsSearch) -> tuple[int, ...]:
     """0 to 3 for each trial, by the rank of its score: 0 is the best quarter."""
-    ranks = np.argsort(np.argsort([trial.score for trial in search.trials], kind="stable"), kind="stable")
+    ranks = np.argsort(
+        np.argsort([trial.score for trial in search.trials], kind="stable"), kind="stable"
+    )
     return tuple(int(4 * rank // len(ranks)) for rank in ranks)
 
 
@@ -161,11 +175,15 @@ def trial_words(search: SettingsSearch, index: int) -> str:
     """`trial 7: gamma of the kernel: 0.02; ridge alpha: 0.1; score: 0.134; 0.2 s`."""
     trial = search.trials[index]
     took = "" if trial.duration_s is None else f"; {format_number(trial.duration_s, 2)} s"
-    return f"trial {index + 1}: {_settings_words(trial)}; score: {format_number(trial.score, 3)}{took}"
+    return (
+        f"trial {index + 1}: {_settings_words(trial)}; score: {format_number(trial.score, 3)}{took}"
+    )
 
 
 def _settings_words(trial: Trial) -> str:
-    return "; ".join(f"{setting_words(name)}: {_word(value)}" for name, value in trial.settings.items())
+    return "; ".join(
+        f"{setting_words(name)}: {_word(value)}" for name, value in trial.settings.items()
+    )
 
 
 def importance_of(search: SettingsSearch) -> Importance | None:
@@ -185,17 +203,24 @@ def importance_of(search: SettingsSearch) -> Importance | None:
     from sklearn.inspection import permutation_importance
 
     x = np.column_stack(
-        [[np.nan if place is None else place for place in axis.places] for axis in parallel_axes(search)[:-1]]
+        [
+            [np.nan if place is None else place for place in axis.places]
+            for axis in parallel_axes(search)[:-1]
+        ]
     )
     target = np.log(scores)
     forest = RandomForestRegressor(60, oob_score=True, random_state=0, n_jobs=1).fit(x, target)
     if not forest.oob_score_ >= _LEAST_EXPLAINED:
         return None
-    means = permutation_importance(forest, x, target, n_repeats=5, random_state=0, n_jobs=1).importances_mean
+    means = permutation_importance(
+        forest, x, target, n_repeats=5, random_state=0, n_jobs=1
+    ).importances_mean
     sizes = np.clip(means, 0.0, None)
     if sizes.sum() == 0:
         return None
-    pairs = sorted(zip(names, (sizes / sizes.sum()).tolist(), strict=True), key=lambda pair: -pair[1])
+    pairs = sorted(
+        zip(names, (sizes / sizes.sum()).tolist(), strict=True), key=lambda pair: -pair[1]
+    )
     return Importance(dict(pairs), float(forest.oob_score_))
 
 
@@ -262,7 +287,15 @@ def _draw_parallel(axes: Any, search: SettingsSearch) -> None:
     for row, axis in enumerate(drawn):
         axes.axhline(row, color="black", linewidth=0.6)
         for place, word in axis.ticks:
-            axes.annotate(word, (place, row), (0, -3), textcoords="offset points", ha="center", va="top", fontsize=7)
+            axes.annotate(
+                word,
+                (place, row),
+                (0, -3),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=7,
+            )
     axes.set_yticks(rows, [axis.title for axis in drawn], fontsize=8)
     axes.set(ylim=(len(drawn) - 0.5, -0.5), xlim=(-0.05, 1.05), xticks=[])
     axes.set_title("a line for each trial; the darker, the better its score", fontsize=8)
@@ -275,7 +308,13 @@ def _draw_importance(axes: Any, search: SettingsSearch) -> None:
         axes.text(0.0, 0.5, importance_sentence(search, None), wrap=True, fontsize=8, va="center")
         return
     names = list(importance.shares)
-    axes.barh([setting_words(name) for name in names], [100 * importance.shares[name] for name in names], color=MODEL)
+    axes.barh(
+        [setting_words(name) for name in names],
+        [100 * importance.shares[name] for name in names],
+        color=MODEL,
+    )
     axes.invert_yaxis()
     axes.tick_params(labelsize=8)
-    axes.set_xlabel(f"share of the importance (%); forest on {len(search.trials)} trials", fontsize=8)
+    axes.set_xlabel(
+        f"share of the importance (%); forest on {len(search.trials)} trials", fontsize=8
+    )

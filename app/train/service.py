@@ -32,7 +32,14 @@ if TYPE_CHECKING:
     from .comparing import Comparisons
 
 #: Metric of a registered model -> title of its column.
-_METRICS = ("force_nrmse", "contact_time_error", "impulse_error", "cost", "force_covered", "time_covered")
+_METRICS = (
+    "force_nrmse",
+    "contact_time_error",
+    "impulse_error",
+    "cost",
+    "force_covered",
+    "time_covered",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +82,9 @@ class FrozenDataset:
     def _repr_html_(self) -> str:
         from .datasets import range_rows
 
-        return titled_table(f"dataset {self.name}: {len(self)} pulses", frame_of(range_rows(self.snapshot)))
+        return titled_table(
+            f"dataset {self.name}: {len(self)} pulses", frame_of(range_rows(self.snapshot))
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +115,17 @@ class TrainingRuns:
 
     def plot(self, ax: Axes | None = None, *, metric: str = "force_nrmse") -> Axes:
         """The error of each version with its 90 % interval, the best one at the top."""
-        ranked = sorted(self.versions, key=lambda version: version.metrics[metric].mean, reverse=True)
+        ranked = sorted(
+            self.versions, key=lambda version: version.metrics[metric].mean, reverse=True
+        )
         axes = axes_or_new(ax, height=1.0 + 0.35 * max(len(ranked), 2))
         for place, version in enumerate(ranked):
             estimate = version.metrics[metric]
             axes.plot([estimate.low, estimate.high], [place, place], color="0.6", lw=2)
             axes.plot(estimate.mean, place, "o", color="#1b6ca8")
-        axes.set_yticks(range(len(ranked)), [f"{version.label} ({version.split})" for version in ranked])
+        axes.set_yticks(
+            range(len(ranked)), [f"{version.label} ({version.split})" for version in ranked]
+        )
         axes.set_ylim(-0.6, len(ranked) - 0.4)
         axes.set_xlabel(f"{metric} on held-out pulses, with its 90 % interval")
         return axes
@@ -150,31 +163,51 @@ class ModelComparison:
 
     def differences(self) -> pd.DataFrame:
         """The difference of each pair in every metric, over all pulses and by group, with interval and p-value."""
-        return frame_of(row for comparison in self.comparisons.comparisons for row in comparison.rows())
+        return frame_of(
+            row for comparison in self.comparisons.comparisons for row in comparison.rows()
+        )
 
     def settings(self) -> pd.DataFrame:
         """What each version's training searched and found: a row for each setting, a column for each version."""
-        return frame_of(self.comparisons.settings_table(), ("setting", *(v.label for v in self.comparisons.versions)))
+        return frame_of(
+            self.comparisons.settings_table(),
+            ("setting", *(v.label for v in self.comparisons.versions)),
+        )
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The difference of the first pair with its 90 % interval, over all pulses and by group."""
         comparison = self.comparisons.comparisons[0]
-        rows = [comparison.of(self.metric), *(row for row in comparison.by_group if row.metric == self.metric)][::-1]
+        rows = [
+            comparison.of(self.metric),
+            *(row for row in comparison.by_group if row.metric == self.metric),
+        ][::-1]
         axes = axes_or_new(ax, height=1.0 + 0.3 * max(len(rows), 2))
         for place, row in enumerate(rows):
-            axes.plot([row.low, row.high], [place, place], color="#d1495b" if row.beyond_chance else "0.6", lw=2)
+            axes.plot(
+                [row.low, row.high],
+                [place, place],
+                color="#d1495b" if row.beyond_chance else "0.6",
+                lw=2,
+            )
             axes.plot(row.difference, place, "o", color="#d1495b" if row.beyond_chance else "0.4")
         axes.axvline(0.0, color="0.8", lw=1, zorder=0)
-        labels = ["all pulses" if row.group is None else f"{row.group[0]} = {row.group[1]}" for row in rows]
+        labels = [
+            "all pulses" if row.group is None else f"{row.group[0]} = {row.group[1]}"
+            for row in rows
+        ]
         axes.set_yticks(range(len(rows)), labels)
-        axes.set_xlabel(f"{self.metric} of {comparison.a} minus that of {comparison.b}; red: beyond chance")
+        axes.set_xlabel(
+            f"{self.metric} of {comparison.a} minus that of {comparison.b}; red: beyond chance"
+        )
         return axes
 
     def __repr__(self) -> str:
         return "\n".join(self.sentences)
 
     def _repr_html_(self) -> str:
-        return titled_table(self.sentences[0], self.to_frame()) + "".join(f"<p>{line}</p>" for line in self.sentences)
+        return titled_table(self.sentences[0], self.to_frame()) + "".join(
+            f"<p>{line}</p>" for line in self.sentences
+        )
 
 
 @dataclass(frozen=True)
@@ -194,7 +227,11 @@ class PromotionDecision:
         decision = self.decision
         kind, candidate, champion = decision.predictor_set, decision.candidate, decision.champion
         why = f": {decision.reason}" if decision.reason else ""
-        judged = f" (judged on {decision.pulses} pulses, {decision.judged_on})" if decision.pulses else ""
+        judged = (
+            f" (judged on {decision.pulses} pulses, {decision.judged_on})"
+            if decision.pulses
+            else ""
+        )
         if not decision.promoted:
             stays = f"{champion} stays in use" if champion else "no model is in use"
             if decision.verdict == "not enough to judge":
@@ -256,7 +293,9 @@ def train_models(
 
 def training_runs(session: Session) -> TrainingRuns:
     """What a session came to, as a notebook sees it."""
-    failures = {f"{failure.model} ({failure.split})": failure.reason for failure in session.failures}
+    failures = {
+        f"{failure.model} ({failure.split})": failure.reason for failure in session.failures
+    }
     return TrainingRuns(tuple(session.versions), failures, session.trained)
 
 
@@ -273,8 +312,14 @@ def versions_frame(versions: Iterable[Version]) -> pd.DataFrame:
         for metric in _METRICS:
             if metric in version.metrics:
                 estimate = version.metrics[metric]
-                row |= {metric: estimate.mean, f"{metric}_low": estimate.low, f"{metric}_high": estimate.high}
-        rows.append(row | {"duration_s": version.cost.seconds, "registered_at": version.registered_at})
+                row |= {
+                    metric: estimate.mean,
+                    f"{metric}_low": estimate.low,
+                    f"{metric}_high": estimate.high,
+                }
+        rows.append(
+            row | {"duration_s": version.cost.seconds, "registered_at": version.registered_at}
+        )
     return frame_of(rows, ("model", "split", "in_use", "dataset"))
 
 
@@ -300,11 +345,16 @@ def compare_versions(
         registry = registry_of(url)
         registered = registry.versions()
         versions = served(
-            registry, versions_named(registered, names, dataset, split or _usual_split(registered)), names, note
+            registry,
+            versions_named(registered, names, dataset, split or _usual_split(registered)),
+            names,
+            note,
         )
         for words in withdrawn_words(store.read(list_withdrawals), versions):
             note(words)
-        return comparisons_of(registry, versions, metric, each_with_each=bool(names), read=reader_of(store))
+        return comparisons_of(
+            registry, versions, metric, each_with_each=bool(names), read=reader_of(store)
+        )
 
 
 def _usual_split(versions: Sequence[Version]) -> str:
@@ -313,7 +363,13 @@ def _usual_split(versions: Sequence[Version]) -> str:
 
 
 def promote_version(
-    store: Store, url: str, model: str, *, on: str | None = None, force: bool = False, reason: str = ""
+    store: Store,
+    url: str,
+    model: str,
+    *,
+    on: str | None = None,
+    force: bool = False,
+    reason: str = "",
 ) -> PromotionDecision:
     """Put "hybrid@3" in use, or refuse it. Raises `ValueError` for a model without its version."""
     from ...training.registry.listing import chosen
@@ -327,5 +383,13 @@ def promote_version(
         candidate = chosen(registry.versions(), model)
         other = None if on is None else (on, pulses_on(store, on, candidate))
         return PromotionDecision(
-            promote(registry, name, int(number), reader_of(store), other=other, forced=force, reason=reason)
+            promote(
+                registry,
+                name,
+                int(number),
+                reader_of(store),
+                other=other,
+                forced=force,
+                reason=reason,
+            )
         )

@@ -42,7 +42,9 @@ def all_figures() -> tuple[ThesisFigure, ...]:
     """Every figure, those that count first."""
     text = (files(__package__) / "data" / "thesis_tables.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
-    return tuple(ThesisFigure(row["model"], row["metric"], float(row["value"]), row["table"]) for row in rows)
+    return tuple(
+        ThesisFigure(row["model"], row["metric"], float(row["value"]), row["table"]) for row in rows
+    )
 
 
 def thesis_figures(model: str) -> dict[str, ThesisFigure]:
@@ -79,7 +81,9 @@ def table_of(versions: Sequence[Version], floors: Mapping[str, str]) -> list[dic
     return sorted(rows, key=lambda row: _rank(row, splits))
 
 
-def floors_by_ground(registry: Registry, versions: Iterable[Version]) -> dict[tuple[str, int], dict[str, str]]:
+def floors_by_ground(
+    registry: Registry, versions: Iterable[Version]
+) -> dict[tuple[str, int], dict[str, str]]:
     """The floors by split of each dataset and seed that versions were trained with, in their order."""
     grounds = dict.fromkeys((version.dataset.hash, version.seed) for version in versions)
     return {ground: registry.floors(*ground) for ground in grounds}
@@ -112,14 +116,21 @@ def _place(split: str) -> int:
     return USUAL_SPLITS.index(split) if split in USUAL_SPLITS else len(USUAL_SPLITS)
 
 
-def _row(name: str, splits: Sequence[str], versions_by_split: Mapping[str, Version]) -> dict[str, Any]:
+def _row(
+    name: str, splits: Sequence[str], versions_by_split: Mapping[str, Version]
+) -> dict[str, Any]:
     crown = " *" if any(version.champion_of for version in versions_by_split.values()) else ""
-    row: dict[str, Any] = {"model": name + crown, "version": _joined(versions_by_split.get(split) for split in splits)}
+    row: dict[str, Any] = {
+        "model": name + crown,
+        "version": _joined(versions_by_split.get(split) for split in splits),
+    }
     thesis = _thesis(next(iter(versions_by_split.values())))
     for metric, heading in _SHOWN.items():
         for split in splits:
             row[f"{heading} {short(split)}"] = (
-                _short(versions_by_split[split].metrics[metric].mean) if split in versions_by_split else None
+                _short(versions_by_split[split].metrics[metric].mean)
+                if split in versions_by_split
+                else None
             )
         if metric in _OF_THESIS:
             row[f"{heading} thesis"] = _short(thesis[metric].value) if metric in thesis else None
@@ -132,14 +143,18 @@ def _floor_rows(splits: Sequence[str], floors: Mapping[str, str]) -> list[dict[s
     """What repetitions allow: of the configuration, and of what the predictors tell apart."""
     rows = []
     for scope in SCOPES:
-        of_split = {split: floor_metrics(floors[split], scope) for split in splits if split in floors}
+        of_split = {
+            split: floor_metrics(floors[split], scope) for split in splits if split in floors
+        }
         if not any(of_split.values()):
             continue
         row: dict[str, Any] = {"model": f"(floor by {scope})", "version": None}
         for metric, heading in _SHOWN.items():
             for split in splits:
                 metrics = of_split.get(split, {})
-                row[f"{heading} {short(split)}"] = _short(metrics[metric].mean) if metric in metrics else None
+                row[f"{heading} {short(split)}"] = (
+                    _short(metrics[metric].mean) if metric in metrics else None
+                )
             if metric in _OF_THESIS:
                 row[f"{heading} thesis"] = None
         rows.append(row)
@@ -154,7 +169,9 @@ def _rank(row: Mapping[str, Any], splits: Sequence[str]) -> tuple[float, ...]:
 def short(split: str) -> str:
     """A split as part of a heading."""
     name, _, value = split.partition("=")
-    return value or {"repetitions": "rep.", "configurations": "conf.", "treatments": "treat."}.get(name, name)
+    return value or {"repetitions": "rep.", "configurations": "conf.", "treatments": "treat."}.get(
+        name, name
+    )
 
 
 def _short(value: float) -> str:
@@ -169,5 +186,7 @@ def _joined(versions: Iterable[Version | None]) -> str:
 def _joined_numbers(versions: Iterable[Version | None]) -> str | None:
     covered = [version.metrics.get("force_covered") if version else None for version in versions]
     return (
-        " ".join("-" if interval is None else f"{interval.mean:.2f}" for interval in covered) if any(covered) else None
+        " ".join("-" if interval is None else f"{interval.mean:.2f}" for interval in covered)
+        if any(covered)
+        else None
     )

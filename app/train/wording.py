@@ -38,7 +38,9 @@ def share(value: float | None, digits: int = 2) -> str:
 
 def _per_cent(value: float, digits: int = 2) -> str:
     """Whole per cent from 100 on, where two digits would round 214 to 210; with a true minus sign."""
-    return format_number(100 * value, max(digits, 3) if abs(value) >= 1 else digits).replace("-", "−")
+    return format_number(100 * value, max(digits, 3) if abs(value) >= 1 else digits).replace(
+        "-", "−"
+    )
 
 
 def bounded(ci90: Sequence[float] | None) -> list[float] | None:
@@ -77,7 +79,9 @@ def error_sentence(row: Mapping[str, Any]) -> str:
     return f"{text}."
 
 
-def lead_sentence(difference: Mapping[str, Any], means: Mapping[str, float], split: str = "") -> str:
+def lead_sentence(
+    difference: Mapping[str, Any], means: Mapping[str, float], split: str = ""
+) -> str:
     """Which of two versions is better, by how many per cent of the other's error.
 
     `difference` is a row of `side_by_side` (`a` minus `b`), `means` the mean errors of the metric by label, on the same
@@ -85,7 +89,11 @@ def lead_sentence(difference: Mapping[str, Any], means: Mapping[str, float], spl
     """
     a, b, delta = difference["a"], difference["b"], difference["difference"]
     what = ERRORS.get(difference["metric"], difference["metric"].replace("_", " "))
-    where = f" on {unseen(split).replace(' it has', ' they have')}" if split else " on the pulses in common"
+    where = (
+        f" on {unseen(split).replace(' it has', ' they have')}"
+        if split
+        else " on the pulses in common"
+    )
     if delta == 0:
         return f"{a} and {b} have the same {what}{where}."
     better, worse, sign = (a, b, -1.0) if delta < 0 else (b, a, 1.0)

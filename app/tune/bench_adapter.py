@@ -77,7 +77,9 @@ def tuning_space(
     `material` raises for a level's that it does not know.
     """
     of = {factor.name: factor for factor in factors.factors}
-    highest = min(limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa)
+    highest = min(
+        limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa
+    )
     anvils = _words(of.get("anvil_material"), (NONE,))
     return TuningSpace(
         plate=plate,
@@ -97,14 +99,19 @@ def _words(factor: DesignFactor | None, otherwise: tuple[str, ...]) -> tuple[str
     return factor.levels if factor is not None else otherwise
 
 
-def _numbers(factors: Mapping[str, DesignFactor], name: str, most: int | None = None) -> tuple[float, ...]:
+def _numbers(
+    factors: Mapping[str, DesignFactor], name: str, most: int | None = None
+) -> tuple[float, ...]:
     """The numbers of a factor; of a continuous one `most` of them, at equal distances, its ends included."""
     factor = factors.get(name)
     if factor is None or factor.numbers is None:
         raise ValueError(f"the factors have no numbers of {name}; there are: {', '.join(factors)}")
     if most is None or not factor.continuous or len(factor.numbers) <= most:
         return factor.numbers
-    return tuple(factor.numbers[place] for place in np.linspace(0, len(factor.numbers) - 1, most).round().astype(int))
+    return tuple(
+        factor.numbers[place]
+        for place in np.linspace(0, len(factor.numbers) - 1, most).round().astype(int)
+    )
 
 
 def _masses(factors: Mapping[str, DesignFactor]) -> Amount:
@@ -118,7 +125,10 @@ def bench_refusals(twin: Twin, limits: BenchLimits) -> Refusals:
     """What the guard of a plan says of a setting fired at once: Hertz's force, which errs on the safe side."""
 
     def refusals(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
-        return [_refused(s, v, limits) for s, v in zip(settings, twin.velocities(settings).tolist(), strict=True)]
+        return [
+            _refused(s, v, limits)
+            for s, v in zip(settings, twin.velocities(settings).tolist(), strict=True)
+        ]
 
     return refusals
 
@@ -156,7 +166,10 @@ def outside_of(twin: Twin) -> Outside:
     def outside(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
         out_of_domain = twin.contact.outside(ImpactBatch(settings, twin.velocities(settings)))
         return [
-            tuple(f"{display_of(o.predictor).label} {_value_text(o.value)}, learned: {o.range}" for o in entries)
+            tuple(
+                f"{display_of(o.predictor).label} {_value_text(o.value)}, learned: {o.range}"
+                for o in entries
+            )
             for entries in out_of_domain
         ]
 
@@ -192,7 +205,9 @@ def proposal_json(proposal: Proposal, rank: int) -> dict[str, Any]:
         "share_within": proposal.share_within,
         "probability_overtest": proposal.probability_overtest,
         # a side of the band that is free has no edge: JSON knows no infinity
-        "worst_margin_db": proposal.worst_margin_db if math.isfinite(proposal.worst_margin_db) else None,
+        "worst_margin_db": proposal.worst_margin_db
+        if math.isfinite(proposal.worst_margin_db)
+        else None,
         "worst_frequency_hz": proposal.worst_frequency_hz,
         "expected_m_s2": level_m_s2(proposal.level_db).tolist(),
         "lower_m_s2": level_m_s2(proposal.lower_db).tolist(),
@@ -204,7 +219,9 @@ def proposal_json(proposal: Proposal, rank: int) -> dict[str, Any]:
 
 def proposal_rows(tuned: Tuned) -> list[dict[str, Any]]:
     """What is told of the best settings, the best first."""
-    return [proposal_json(proposal, rank) for rank, proposal in enumerate(tuned.proposals[:SHOWN], 1)]
+    return [
+        proposal_json(proposal, rank) for rank, proposal in enumerate(tuned.proposals[:SHOWN], 1)
+    ]
 
 
 def avoid_json(avoid: SettingToAvoid) -> dict[str, Any]:

@@ -90,7 +90,9 @@ if TYPE_CHECKING:
     shell_complete=contact_models,
 )
 @click.option(
-    "--no-adopted", is_flag=True, help="Leave out the effects that were adopted for the bench after a diagnosis."
+    "--no-adopted",
+    is_flag=True,
+    help="Leave out the effects that were adopted for the bench after a diagnosis.",
 )
 @click.option(
     "--impact-at",
@@ -106,7 +108,13 @@ if TYPE_CHECKING:
         "Place the sensors acceleration_1, acceleration_2 and so on upon the plate, in m. The option can be repeated."
     ),
 )
-@click.option("--q", type=float, default=10.0, show_default=True, help="Set Q of the oscillators of the spectrum.")
+@click.option(
+    "--q",
+    type=float,
+    default=10.0,
+    show_default=True,
+    help="Set Q of the oscillators of the spectrum.",
+)
 @click.option(
     "--share",
     type=click.FloatRange(0, 1, min_open=True),
@@ -122,7 +130,9 @@ if TYPE_CHECKING:
     metavar="PROBABILITY",
     help="Count a setting as meeting the target from this probability on.",
 )
-@click.option("--extrapolate", is_flag=True, help="Propose settings outside of the domain of the model, too.")
+@click.option(
+    "--extrapolate", is_flag=True, help="Propose settings outside of the domain of the model, too."
+)
 @click.option(
     "--seed",
     type=click.IntRange(0),
@@ -136,7 +146,9 @@ if TYPE_CHECKING:
     help="Write the settings that must be avoided to FILE, as JSON.",
 )
 @click.option(
-    "--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the spectra of the best settings into FILE."
+    "--plot",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Draw the spectra of the best settings into FILE.",
 )
 @db_option
 @json_option
@@ -195,7 +207,18 @@ def tune(
         )
         masses = masses_of(bullet_mass, "--bullet-mass")
         wanted = target_of(target, tolerance)
-        ask = Ask(wanted, request, factors_of(factors), measured, sensor, masses, share, extrapolate, seed, at_least)
+        ask = Ask(
+            wanted,
+            request,
+            factors_of(factors),
+            measured,
+            sensor,
+            masses,
+            share,
+            extrapolate,
+            seed,
+            at_least,
+        )
         with progress as step:
             settings = search_settings(store, db, ask, step)
         tuned = settings.tuned
@@ -217,7 +240,11 @@ def _suggest(settings: TunedSettings) -> None:
     rows = settings.to_json()
     if rows and settings.attainable:
         best = _words(rows[0]["settings"])
-        anvil = () if best["anvil"] in (None, "none") else ("--anvil", best["anvil"], "--insulator", best["insulator"])
+        anvil = (
+            ()
+            if best["anvil"] in (None, "none")
+            else ("--anvil", best["anvil"], "--insulator", best["insulator"])
+        )
         suggest_next(
             "predict", "--tank-pressure", f"{best['tank_pressure_pa'] / 1e5:.4g}bar",
             "--bullet-mass", f"{best['bullet_mass_kg']:.4g}kg",
@@ -229,7 +256,11 @@ def _suggest(settings: TunedSettings) -> None:
 def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> None:
     from .bench_adapter import avoid_json
 
-    tuned, sentence, rows = settings.tuned, settings.tuned.attainability.sentence, settings.to_json()
+    tuned, sentence, rows = (
+        settings.tuned,
+        settings.tuned.attainability.sentence,
+        settings.to_json(),
+    )
     if avoid is not None:
         write_json([avoid_json(item) for item in tuned.avoid], str(avoid))
     if json_to is not None:
@@ -238,11 +269,16 @@ def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> N
         return
     click.echo(sentence)
     if rows:
-        click.echo("\nProbabilities that the lines of the next shot lie within tolerance, the best setting first")
+        click.echo(
+            "\nProbabilities that the lines of the next shot lie within tolerance, the best setting first"
+        )
         print_table([_row(row) for row in rows], "")
     if tuned.avoid:
         click.echo("\nSettings to avoid")
-        print_table([{**_words(avoid_json(item)["settings"]), "why": item.reason} for item in tuned.avoid], "none")
+        print_table(
+            [{**_words(avoid_json(item)["settings"]), "why": item.reason} for item in tuned.avoid],
+            "none",
+        )
 
 
 def _row(row: dict[str, Any]) -> dict[str, Any]:
@@ -279,6 +315,8 @@ def _points(texts: tuple[str, ...], name: str) -> tuple[tuple[float, float], ...
         try:
             x, y = (float(part) for part in parts)
         except ValueError as error:
-            raise ValueError(f"{name} is {text!r}; expected two numbers in m, such as 0.47,0.28") from error
+            raise ValueError(
+                f"{name} is {text!r}; expected two numbers in m, such as 0.47,0.28"
+            ) from error
         points.append((x, y))
     return tuple(points)

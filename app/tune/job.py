@@ -89,12 +89,19 @@ def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> 
         "prescribed_m_s2": (10 ** (goal.level_db / 20)).tolist(),
         "lower_m_s2": (10 ** ((goal.level_db - goal.lower_db.clip(0, 200)) / 20)).tolist(),
         "upper_m_s2": (10 ** ((goal.level_db + goal.upper_db.clip(0, 200)) / 20)).tolist(),
-        "twin": {"campaign": arguments.campaign, "contact": arguments.contact, "plate": arguments.plate},
+        "twin": {
+            "campaign": arguments.campaign,
+            "contact": arguments.contact,
+            "plate": arguments.plate,
+        },
     }
 
 
 def _form(arguments: TuneArguments) -> JobForm:
-    fields: dict[str, str | list[str]] = {"text": arguments.target, "tolerance": arguments.tolerance}
+    fields: dict[str, str | list[str]] = {
+        "text": arguments.target,
+        "tolerance": arguments.tolerance,
+    }
     fields |= {"measured": ",".join(arguments.measured), "at_least": f"{arguments.at_least:g}"}
     fields |= {"share": f"{arguments.share:g}", "campaign": arguments.campaign or ""}
     fields |= {"contact": arguments.contact or "", "plate": arguments.plate or ""}

@@ -48,19 +48,39 @@ class TypedTarget(BaseModel):
 def target_figure(target: Target) -> Figure:
     """A prescribed spectrum with its tolerance on four-coordinate paper: pseudo-velocity over frequency, with lines of
     constant acceleration in g and of constant displacement. A side without a limit reaches the edge of the paper."""
-    lines = np.union1d(np.geomspace(target.frequency_hz[0], target.frequency_hz[-1], 200), target.frequency_hz)
-    dense, display = target.at(lines.clip(target.frequency_hz[0], target.frequency_hz[-1])), display_of("level_m_s2")
+    lines = np.union1d(
+        np.geomspace(target.frequency_hz[0], target.frequency_hz[-1], 200), target.frequency_hz
+    )
+    dense, display = (
+        target.at(lines.clip(target.frequency_hz[0], target.frequency_hz[-1])),
+        display_of("level_m_s2"),
+    )
     velocity = dense.level_m_s2 / (2 * np.pi * lines)
-    edges = [velocity * 10 ** (side.clip(-200, 200) / 20) for side in (-dense.lower_db, dense.upper_db)]
-    shown = [edge[np.isfinite(side)] for edge, side in zip(edges, (dense.lower_db, dense.upper_db), strict=True)]
+    edges = [
+        velocity * 10 ** (side.clip(-200, 200) / 20) for side in (-dense.lower_db, dense.upper_db)
+    ]
+    shown = [
+        edge[np.isfinite(side)]
+        for edge, side in zip(edges, (dense.lower_db, dense.upper_db), strict=True)
+    ]
     finite_edges = np.concatenate([velocity, *shown])
-    low, high = 10 ** np.floor(np.log10(finite_edges.min())), 10 ** np.ceil(np.log10(finite_edges.max()))
+    low, high = (
+        10 ** np.floor(np.log10(finite_edges.min())),
+        10 ** np.ceil(np.log10(finite_edges.max())),
+    )
     paper, words = paper_lines(float(lines[0]), float(lines[-1]), float(low), float(high))
     levels = [f"{format_number(hz)} Hz: {format_number(level * display.scale, 3)} {display.unit}"
               for hz, level in zip(lines, dense.level_m_s2, strict=True)]  # fmt: skip
     prescribed = line(lines, velocity, "prescribed", "c0", text=levels, hoverinfo="text")
     traces = [*paper, *band(lines, edges[0], edges[1], "tolerance", "c7"), prescribed]
-    chart = figure(traces, "natural frequency (Hz)", "pseudo-velocity (m/s)", log_x=True, log_y=True, annotations=words)
+    chart = figure(
+        traces,
+        "natural frequency (Hz)",
+        "pseudo-velocity (m/s)",
+        log_x=True,
+        log_y=True,
+        annotations=words,
+    )
     chart["layout"]["yaxis"]["range"] = [float(np.log10(low)), float(np.log10(high))]
     return chart
 
@@ -69,9 +89,16 @@ def target_sentence(target: Target) -> str:
     """`The specification reaches from 100 to 10000 Hz and from 30 to 300 g, with a tolerance of +6/−6 dB.`"""
     display = display_of("level_m_s2")
     ends = [format_number(end) for end in (target.frequency_hz[0], target.frequency_hz[-1])]
-    levels = [format_number(end * display.scale, 3) for end in (target.level_m_s2.min(), target.level_m_s2.max())]
-    sides = list(dict.fromkeys(zip(target.upper_db.tolist(), target.lower_db.tolist(), strict=True)))
-    tolerances = " and ".join(f"{_side('+', upper)}/{_side('−', lower)} dB" for upper, lower in sides[:3])
+    levels = [
+        format_number(end * display.scale, 3)
+        for end in (target.level_m_s2.min(), target.level_m_s2.max())
+    ]
+    sides = list(
+        dict.fromkeys(zip(target.upper_db.tolist(), target.lower_db.tolist(), strict=True))
+    )
+    tolerances = " and ".join(
+        f"{_side('+', upper)}/{_side('−', lower)} dB" for upper, lower in sides[:3]
+    )
     more = " and others" if len(sides) > 3 else ""
     return (
         f"The specification reaches from {ends[0]} to {ends[1]} Hz and from {levels[0]} to {levels[1]} {display.unit}, "
@@ -86,24 +113,34 @@ def _side(sign: str, value: float) -> str:
 def tuned_figure(tuning: Mapping[str, Any]) -> Figure:
     """The first proposals in the tolerance of what is prescribed (`tuning.tune_job`'s result)."""
     lines, display = tuning["frequency_hz"], display_of("level_m_s2")
-    shown = {key: display.scale * np.asarray(tuning[key]) for key in ("lower_m_s2", "upper_m_s2", "prescribed_m_s2")}
+    shown = {
+        key: display.scale * np.asarray(tuning[key])
+        for key in ("lower_m_s2", "upper_m_s2", "prescribed_m_s2")
+    }
     traces = band(lines, shown["lower_m_s2"], shown["upper_m_s2"], "tolerance", "c7")
     traces.append(line(lines, shown["prescribed_m_s2"], "prescribed", "quiet", dash="dash"))
     for i, proposal in enumerate(tuning["proposals"][:3]):
         name = f"proposal {proposal['rank']}: {percent(proposal['probability_within'])}"
         low, high, expected = (
-            display.scale * np.asarray(proposal[key]) for key in ("lower_m_s2", "upper_m_s2", "expected_m_s2")
+            display.scale * np.asarray(proposal[key])
+            for key in ("lower_m_s2", "upper_m_s2", "expected_m_s2")
         )
         if i == 0:
             traces += band(lines, low, high, "90 % of the first", COLOURS[i])
         traces.append(line(lines, expected, name, COLOURS[i], dash="solid" if i == 0 else "dot"))
-    return figure(traces, "natural frequency (Hz)", f"maximax SRS ({display.unit})", log_x=True, log_y=True)
+    return figure(
+        traces, "natural frequency (Hz)", f"maximax SRS ({display.unit})", log_x=True, log_y=True
+    )
 
 
-def _check(store: Store, field: str, text: str, tolerance: str, names: list[str], campaign: str, plate: str) -> None:
+def _check(
+    store: Store, field: str, text: str, tolerance: str, names: list[str], campaign: str, plate: str
+) -> None:
     """Raises `FieldError` at the field that cannot be used: the search would end without a result."""
     if not text.strip():
-        raise FieldError(field, "There is no specification. Choose its CSV file, or paste its table.")
+        raise FieldError(
+            field, "There is no specification. Choose its CSV file, or paste its table."
+        )
     try:
         if tolerance:
             parse_tolerance(tolerance)
@@ -115,7 +152,9 @@ def _check(store: Store, field: str, text: str, tolerance: str, names: list[str]
         raise FieldError(field, str(error)) from error
     with store.reading() as session:
         if plate and plate.lower() not in (materials := stored_materials(session)):
-            names_of = ", ".join(sorted({material.name for material in materials.values()}, key=str.lower))
+            names_of = ", ".join(
+                sorted({material.name for material in materials.values()}, key=str.lower)
+            )
             raise FieldError("plate", f"There is no material {plate!r}; there are: {names_of}")
         for control, name in (*(("measured", name) for name in names), ("campaign", campaign)):
             try:
@@ -140,9 +179,15 @@ def form(
 ) -> Response:
     """The form, with the values of the address in its fields."""
     with store.reading() as session:
-        newest_first = select(Campaign.name).where(Campaign.kind == "gun").order_by(Campaign.date.desc(), Campaign.name)
+        newest_first = (
+            select(Campaign.name)
+            .where(Campaign.kind == "gun")
+            .order_by(Campaign.date.desc(), Campaign.name)
+        )
         benches = list(session.scalars(newest_first.limit(500)))
-        plates = sorted({material.name for material in stored_materials(session).values()}, key=str.lower)
+        plates = sorted(
+            {material.name for material in stored_materials(session).values()}, key=str.lower
+        )
     return page(
         request,
         "tune.html",
@@ -185,7 +230,10 @@ async def tune(
     form = await request.form()
     sent, field = form.get("specification"), "text"
     if isinstance(sent, UploadFile) and sent.filename:
-        text, field = (await sent.read(MOST_BYTES + 1)).decode("utf-8-sig", "replace"), "specification"
+        text, field = (
+            (await sent.read(MOST_BYTES + 1)).decode("utf-8-sig", "replace"),
+            "specification",
+        )
     names = [name for name in (text.strip() for text in measured.split(",")) if name]
     _check(store, field, text, tolerance.strip(), names, campaign, plate)
     if contact:

@@ -30,7 +30,14 @@ if TYPE_CHECKING:
     from .session import Ask
 
     #: A CSV file, a Series, a DataFrame, frequencies and levels, or a target of the twin.
-    TargetLike = str | os.PathLike[str] | pd.Series[Any] | pd.DataFrame | tuple[ArrayLike, ArrayLike] | Target
+    TargetLike = (
+        str
+        | os.PathLike[str]
+        | pd.Series[Any]
+        | pd.DataFrame
+        | tuple[ArrayLike, ArrayLike]
+        | Target
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,14 +89,21 @@ class TunedSettings:
     def alternatives(self) -> pd.DataFrame:
         """Settings that promise the same as one of the table, whose `rank` they have."""
         return frame_of(
-            ({"rank": row["rank"], **setting} for row in self.to_json() for setting in row["alternatives"]), ("rank",)
+            (
+                {"rank": row["rank"], **setting}
+                for row in self.to_json()
+                for setting in row["alternatives"]
+            ),
+            ("rank",),
         )
 
     def to_frame(self) -> pd.DataFrame:
         """A setting in each row, the best first: settings in SI, probabilities, worst margin and its frequency."""
         rows = []
         for row in self.to_json():
-            listed = {name: value for name, value in row.items() if not isinstance(value, dict | list)}
+            listed = {
+                name: value for name, value in row.items() if not isinstance(value, dict | list)
+            }
             rows.append({**listed, **row["settings"], "alternatives": len(row["alternatives"])})
         return frame_of(rows, ("rank",))
 
@@ -98,7 +112,10 @@ class TunedSettings:
         """Settings to avoid, with the reason."""
         from .bench_adapter import avoid_json
 
-        return frame_of(({**avoid_json(item)["settings"], "why": item.reason} for item in self.tuned.avoid), ("why",))
+        return frame_of(
+            ({**avoid_json(item)["settings"], "why": item.reason} for item in self.tuned.avoid),
+            ("why",),
+        )
 
     def to_json(self) -> list[dict[str, Any]]:
         """As `pyroshock tune --json` prints it."""
@@ -150,7 +167,9 @@ def target_of(given: TargetLike, tolerance: str | float | None = None) -> Target
     if isinstance(given, pd.DataFrame):
         table = given if "frequency_hz" in given.columns else given.reset_index()
     elif isinstance(given, pd.Series):
-        table = pd.DataFrame({"frequency_hz": np.asarray(given.index), "level_m_s2": np.asarray(given)})
+        table = pd.DataFrame(
+            {"frequency_hz": np.asarray(given.index), "level_m_s2": np.asarray(given)}
+        )
     else:
         frequency, level = (np.asarray(part, dtype=np.float64) for part in given)
         table = pd.DataFrame({"frequency_hz": frequency, "level_m_s2": level})
@@ -164,7 +183,9 @@ def search_settings(store: Store | None, url: str, ask: Ask, step: Step) -> Tune
 
     lines = tuple(ask.target.lines().tolist())
     with models_extra():
-        session = session_of(store, url, replace(ask, request=replace(ask.request, frequency_hz=lines)))
+        session = session_of(
+            store, url, replace(ask, request=replace(ask.request, frequency_hz=lines))
+        )
     return TunedSettings(session.run(step), session.goal, session.notes)
 
 

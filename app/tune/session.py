@@ -49,7 +49,9 @@ class Ask:
     def __post_init__(self) -> None:
         for name in ("share", "at_least"):
             if not 0 < getattr(self, name) <= 1:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; expected a number above 0, up to 1")
+                raise ValueError(
+                    f"{name} is {getattr(self, name)!r}; expected a number above 0, up to 1"
+                )
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +92,9 @@ def session_of(store: Store | None, db: str, ask: Ask) -> TuningSession:
             "searched: give the campaign of a gun with --campaign"
         )
     limits = read_limits(ask.factors.bench)
-    own = built.setting(impactor_mass_kg=1.0, tip=built.plate, tip_radius_m=1.0, impact_velocity_m_s=1.0)
+    own = built.setting(
+        impactor_mass_kg=1.0, tip=built.plate, tip_radius_m=1.0, impact_velocity_m_s=1.0
+    )
     space = tuning_space(
         ask.factors,
         built.material,
@@ -139,7 +143,11 @@ def _measured(store: Store | None, built: BuiltTwin, ask: Ask) -> tuple[FiredSho
             measured, others = _levels(shots, built)
             together = together + measured
             reasons = [*left_out, *others]
-            why = f"; left out {len(shots) - len(measured) + len(left_out)}: {reasons[0]}" if reasons else ""
+            why = (
+                f"; left out {len(shots) - len(measured) + len(left_out)}: {reasons[0]}"
+                if reasons
+                else ""
+            )
             notes.append(f"{name}: learned from {len(measured)} shots{why}")
     return together, notes
 
@@ -148,7 +156,11 @@ def _levels(shots: MeasuredShots, built: BuiltTwin) -> tuple[FiredShots, list[st
     """Those with a spectrum, on plates that the twin has, and why others are left out."""
     plates = built.twin.plate.plates
     force_given = shots.force_is_given
-    others = [f"no modes of its plate of {s.plate.name}" for s in shots.settings if s.plate.name not in plates]
+    others = [
+        f"no modes of its plate of {s.plate.name}"
+        for s in shots.settings
+        if s.plate.name not in plates
+    ]
     others += ["no mass or no velocity of the impactor"] * int(force_given.sum())
     there = np.array([setting.plate.name in plates for setting in shots.settings], dtype=np.bool_)
     rows = np.flatnonzero(np.isfinite(shots.spectra_m_s2).all(axis=(1, 2)) & there & ~force_given)
@@ -172,15 +184,40 @@ def draw_tuned(axes: Any, tuned: Tuned, goal: Goal) -> None:
     def shown(level_db: Floats) -> Floats:
         return scale * level_m_s2(level_db)
 
-    low, high = (np.clip(edge, -200, 400) for edge in (goal.level_db - goal.lower_db, goal.level_db + goal.upper_db))
-    axes.fill_between(lines, shown(low), shown(high), color=QUIET, alpha=0.25, lw=0, label="tolerance")
+    low, high = (
+        np.clip(edge, -200, 400)
+        for edge in (goal.level_db - goal.lower_db, goal.level_db + goal.upper_db)
+    )
+    axes.fill_between(
+        lines, shown(low), shown(high), color=QUIET, alpha=0.25, lw=0, label="tolerance"
+    )
     axes.plot(lines, shown(goal.level_db), color=QUIET, lw=1.5, label="prescribed")
     first, *others = tuned.proposals[:3]
-    axes.fill_between(lines, shown(first.lower_db), shown(first.upper_db), color=MODEL, alpha=0.2, lw=0)
-    axes.plot(lines, shown(first.level_db), color=MODEL, lw=1.8, label=f"first: {first.probability_within:.0%} within")
+    axes.fill_between(
+        lines, shown(first.lower_db), shown(first.upper_db), color=MODEL, alpha=0.2, lw=0
+    )
+    axes.plot(
+        lines,
+        shown(first.level_db),
+        color=MODEL,
+        lw=1.8,
+        label=f"first: {first.probability_within:.0%} within",
+    )
     for rank, proposal in enumerate(others, 2):
         label = f"{rank}: {proposal.probability_within:.0%} within"
-        axes.plot(lines, shown(proposal.level_db), color=MEASURED, lw=1.0, ls="--" if rank == 2 else ":", label=label)
-    axes.set(xscale="log", yscale="log", xlabel="natural frequency (Hz)", ylabel=f"maximax acceleration ({unit})")
+        axes.plot(
+            lines,
+            shown(proposal.level_db),
+            color=MEASURED,
+            lw=1.0,
+            ls="--" if rank == 2 else ":",
+            label=label,
+        )
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="natural frequency (Hz)",
+        ylabel=f"maximax acceleration ({unit})",
+    )
     axes.set_ylim(0.3 * shown(goal.level_db).min(), 5 * shown(goal.level_db).max())
     axes.legend(frameon=False)

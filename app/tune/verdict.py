@@ -36,7 +36,11 @@ def setting_words(settings: Mapping[str, Any]) -> str:
     ]
     radius = f"{cell('tip_radius_m', settings['tip_radius_m'])} {display_of('tip_radius_m').unit}"
     tip = f"{settings['tip_material']} tip of {radius} radius"
-    anvil = "no anvil" if settings["anvil_material"] == "none" else f"{settings['anvil_material']} anvil"
+    anvil = (
+        "no anvil"
+        if settings["anvil_material"] == "none"
+        else f"{settings['anvil_material']} anvil"
+    )
     if settings["insulator"] != "none":
         anvil = f"{anvil}, {settings['insulator']} insulator"
     return ", ".join((*numbers, tip, anvil, f"position {settings['impact_position']}"))

@@ -90,7 +90,9 @@ def _names(effects: Sequence[Effect], gun_choices: GunChoices) -> str:
     if not gun_choices:
         return ", ".join(effect.id for effect in effects)
     choices = [" + ".join(effect.id for effect in own) for _, own in gun_choices]
-    others = [effect.id for effect in effects if acts_at(effect.id) != "gun" or effect.stage() != "gun"]
+    others = [
+        effect.id for effect in effects if acts_at(effect.id) != "gun" or effect.stage() != "gun"
+    ]
     return ", ".join([f"the mean of {join_words(choices)}", *others])
 
 
@@ -119,7 +121,10 @@ class Adoption:
         """Of the gun, what is averaged."""
         if not self.is_averaged:
             return ()
-        return tuple((own.weight, tuple(e for e in own.effects if e.stage() == "gun")) for own in self.choices)
+        return tuple(
+            (own.weight, tuple(e for e in own.effects if e.stage() == "gun"))
+            for own in self.choices
+        )
 
 
 def offered(verdict: Verdict) -> Adoption | None:
@@ -132,18 +137,26 @@ def offered(verdict: Verdict) -> Adoption | None:
     if averaged is None:
         name = verdict.first.effects[0]
         effects = None if verdict.sets else adoptable(verdict).get(_members(name))
-        return Adoption(name, effects, _probability(verdict, name), after=_after(verdict, name)) if effects else None
+        return (
+            Adoption(name, effects, _probability(verdict, name), after=_after(verdict, name))
+            if effects
+            else None
+        )
     choices, single = averaged.choices, averaged.choices[0]
     others = [frozenset(e.id for e in own.effects if e.stage() != "gun") for own in choices]
     if len(choices) > 1 and len(set(others)) == 1:
         probability = min((own.inclusion for own in verdict.sets), default=None)
-        return Adoption(_averaged_name(verdict), single.effects, probability, choices, averaged.after)
+        return Adoption(
+            _averaged_name(verdict), single.effects, probability, choices, averaged.after
+        )
     reason = "whose parameters are values that it can have"
     if len(choices) > 1:
         single = min(choices, key=lambda own: np.inf if own.after is None else own.after)
         reason = "which predicts best on configurations that the fit has not seen"
     name = "+".join(effect.id for effect in single.effects)
-    return Adoption(name, single.effects, _probability(verdict, name), after=single.after, reason=reason)
+    return Adoption(
+        name, single.effects, _probability(verdict, name), after=single.after, reason=reason
+    )
 
 
 def _averaged_name(verdict: Verdict) -> str:
@@ -197,7 +210,11 @@ def acts_at(identity: str) -> str:
         return kind.stage()
     if kind.measured_force_n is not SensorEffect.measured_force_n:
         return "contact"
-    return "plate" if kind.measured_acceleration_m_s2 is not SensorEffect.measured_acceleration_m_s2 else "gun"
+    return (
+        "plate"
+        if kind.measured_acceleration_m_s2 is not SensorEffect.measured_acceleration_m_s2
+        else "gun"
+    )
 
 
 def fitted(verdict: Verdict, wanted: str) -> tuple[tuple[Effect, ...], float | None]:
@@ -211,9 +228,13 @@ def fitted(verdict: Verdict, wanted: str) -> tuple[tuple[Effect, ...], float | N
         return (), _probability(verdict, wanted)
     effects = adoptable(verdict).get(_members(wanted))
     if not effects:
-        wanted_list, *names = (name.replace("+", ",") for name in (wanted, *adoptable_names(verdict), NONE))
+        wanted_list, *names = (
+            name.replace("+", ",") for name in (wanted, *adoptable_names(verdict), NONE)
+        )
         listed = "; ".join(names)
-        raise LookupError(f"the diagnosis of {verdict.campaign} has no fit of {wanted_list!r}; it has: {listed}")
+        raise LookupError(
+            f"the diagnosis of {verdict.campaign} has no fit of {wanted_list!r}; it has: {listed}"
+        )
     return effects, _probability(verdict, wanted)
 
 
@@ -227,8 +248,14 @@ def adoptable(verdict: Verdict) -> dict[frozenset[str], tuple[Effect, ...]]:
     fits = {_members(name): effects for name, effects in verdict.fits.items() if effects}
     causes = {_ids(cause.fitted): cause.fitted for cause in verdict.causes if cause.fitted}
     listed = [_members(name) for cause in verdict.causes for name in cause.effects]
-    sets = {ids: fits.get(ids) or causes[ids] for ids in listed if ids in fits or ids in causes} | causes | fits
-    for ids in [frozenset({effect.id}) for effects in [*sets.values()] for effect in effects] + _path_prefixes(verdict):
+    sets = (
+        {ids: fits.get(ids) or causes[ids] for ids in listed if ids in fits or ids in causes}
+        | causes
+        | fits
+    )
+    for ids in [
+        frozenset({effect.id}) for effects in [*sets.values()] for effect in effects
+    ] + _path_prefixes(verdict):
         holders = sorted((effects for effects in sets.values() if ids <= _ids(effects)), key=len)
         if ids not in sets and holders:
             sets[ids] = tuple(effect for effect in holders[0] if effect.id in ids)
@@ -239,7 +266,11 @@ def adoptable_names(verdict: Verdict) -> list[str]:
     """What can be adopted, as reports write it: what is offered first, then "a+b" in the order of the fit. Fits with
     parameters that are no values of their parts are left out."""
     best = offered(verdict)
-    names = ["+".join(effect.id for effect in own) for own in adoptable(verdict).values() if not exceeded_limits(own)]
+    names = [
+        "+".join(effect.id for effect in own)
+        for own in adoptable(verdict).values()
+        if not exceeded_limits(own)
+    ]
     return list(dict.fromkeys([*([best.name] if best else []), *names]))
 
 
@@ -276,21 +307,30 @@ def adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None = N
     """
     chosen = adoption(verdict, wanted)
     where = f"diagnosis of {verdict.campaign}"
-    reason = f"{where}: {wanted}" + ("" if chosen.probability is None else f", probability {chosen.probability:.2f}")
+    reason = f"{where}: {wanted}" + (
+        "" if chosen.probability is None else f", probability {chosen.probability:.2f}"
+    )
     configuration = configuration_json(chosen.effects, _stages_of(verdict, chosen.effects), where)
     if chosen.is_averaged:
         choices = chosen.gun_choices
         configuration["gun_choices"] = [
-            {"weight": weight, "effects": [effect.as_json() for effect in own]} for weight, own in choices
+            {"weight": weight, "effects": [effect.as_json() for effect in own]}
+            for weight, own in choices
         ]
     if chosen.after is not None:
         error = UnseenGap(verdict.gap.before, chosen.after, verdict.gap.tolerance)
         configuration["error"] = asdict(error)
-    return store.write(lambda session: _add(session, verdict.campaign, configuration, reason, diagnosis))
+    return store.write(
+        lambda session: _add(session, verdict.campaign, configuration, reason, diagnosis)
+    )
 
 
 def _add(
-    session: Session, campaign: str, configuration: dict[str, Any], reason: str, diagnosis: int | None
+    session: Session,
+    campaign: str,
+    configuration: dict[str, Any],
+    reason: str,
+    diagnosis: int | None,
 ) -> TwinVersion:
     take_advisory_lock(session, "the twin's next version")
     newest = session.scalar(select(func.max(TwinVersion.version))) or 0
@@ -308,7 +348,9 @@ def _add(
     return row
 
 
-def configuration_json(effects: Sequence[Effect], stages: Sequence[str], where: str) -> dict[str, Any]:
+def configuration_json(
+    effects: Sequence[Effect], stages: Sequence[str], where: str
+) -> dict[str, Any]:
     """Effects with the source of each number, as the store keeps them; and what they decide."""
     source = {"kind": "fitted", "where": where}
     numbers = [f"{effect.id}.{item.name}" for effect in effects for item in effect.parameters()]
@@ -322,7 +364,9 @@ def configuration_json(effects: Sequence[Effect], stages: Sequence[str], where: 
 def _stages_of(verdict: Verdict, effects: Sequence[Effect]) -> list[str]:
     """`simulator` names them: "gun:adiabatic | contact:hertz"; a registered model stands for the contact."""
     named = {part.split(":")[0].strip() for part in verdict.simulator.split("|")}
-    named = {"contact" if stage == "models" else stage for stage in named} | {acts_at(effect.id) for effect in effects}
+    named = {"contact" if stage == "models" else stage for stage in named} | {
+        acts_at(effect.id) for effect in effects
+    }
     return [stage for stage in STAGES if stage in named]
 
 
@@ -347,7 +391,11 @@ def adopted_for(session: Session, campaign: str) -> list[AdoptedEffects]:
             choices = _gun_choices(row) if "gun" in decided else ()
             stored = row.configuration.get("error")
             error = UnseenGap(**stored) if stored else None
-            adopted.append(AdoptedEffects(row.version, effects, row.campaign.name, row.adopted_at, choices, error))
+            adopted.append(
+                AdoptedEffects(
+                    row.version, effects, row.campaign.name, row.adopted_at, choices, error
+                )
+            )
     return adopted
 
 
@@ -365,7 +413,9 @@ def _same_part(stage: str, a: Campaign, b: Campaign) -> bool:
     return a.hammer_id is not None and a.hammer_id == b.hammer_id
 
 
-def learned_by(session: Session | None, version: Version, adopted: Sequence[Effect]) -> tuple[Effect, ...]:
+def learned_by(
+    session: Session | None, version: Version, adopted: Sequence[Effect]
+) -> tuple[Effect, ...]:
     """Of adopted effects of the contact, those that a model's measured pulses hold already: all where it learned from
     campaigns with the same gun or hammer as a diagnosed one, or where nobody knows any more what it learned from."""
     from .learning import training_campaigns
@@ -378,7 +428,10 @@ def learned_by(session: Session | None, version: Version, adopted: Sequence[Effe
         effect.id
         for row in session.scalars(select(TwinVersion))
         for effect in _effects(row)
-        if any(row.campaign_id == campaign.id or _same_part("contact", row.campaign, campaign) for campaign in taught)
+        if any(
+            row.campaign_id == campaign.id or _same_part("contact", row.campaign, campaign)
+            for campaign in taught
+        )
     }
     return tuple(effect for effect in adopted if effect.id in held)
 
@@ -398,9 +451,12 @@ def configuration_name(configuration: Mapping[str, Any]) -> str:
     """The effects of a stored version: "gun.valve_flow + contact.plastic_yield", "the mean of a and b"; "none"."""
     effects = tuple(map(effect_from_json, configuration["effects"]))
     choices = tuple(
-        (own["weight"], tuple(map(effect_from_json, own["effects"]))) for own in configuration.get("gun_choices", ())
+        (own["weight"], tuple(map(effect_from_json, own["effects"])))
+        for own in configuration.get("gun_choices", ())
     )
-    return (_names(effects, choices) if choices else " + ".join(effect.id for effect in effects)) or NONE
+    return (
+        _names(effects, choices) if choices else " + ".join(effect.id for effect in effects)
+    ) or NONE
 
 
 def effects_in_use(
@@ -414,10 +470,14 @@ def effects_in_use(
     effects: list[Effect] = []
     notes = []
     for adopted in adopted_for(session, campaign):
-        own = tuple(e for e in adopted.effects if e.id not in by_hand and acts_at(e.id) not in without)
+        own = tuple(
+            e for e in adopted.effects if e.id not in by_hand and acts_at(e.id) not in without
+        )
         effects += own
         if own:
-            notes.append(replace(adopted, effects=own, gun_choices=_kept(adopted.gun_choices, own)).note)
+            notes.append(
+                replace(adopted, effects=own, gun_choices=_kept(adopted.gun_choices, own)).note
+            )
     return tuple(effects), tuple(notes)
 
 
@@ -428,7 +488,10 @@ def gun_choices_in_use(
     `given` by hand, and where the gun keeps its nominal law."""
     if "gun" in without or any(effect.stage() == "gun" for effect in given):
         return ()
-    return next((adopted.gun_choices for adopted in adopted_for(session, campaign) if adopted.gun_choices), ())
+    return next(
+        (adopted.gun_choices for adopted in adopted_for(session, campaign) if adopted.gun_choices),
+        (),
+    )
 
 
 def _kept(choices: GunChoices, effects: Sequence[Effect]) -> GunChoices:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...array_types import Floats
-from ...schema.toml_text import check_keys, read_toml_text, toml_table
+from ...files.toml_text import check_keys, read_toml_text, toml_table
 from ...twin.gun.bench import GunBench
 
 if TYPE_CHECKING:
@@ -51,7 +51,9 @@ class PlateDrawing:
     source: str
 
     @classmethod
-    def of(cls, outline_m: Sequence[Point], source: str, thickness_m: float = THICKNESS_M) -> PlateDrawing:
+    def of(
+        cls, outline_m: Sequence[Point], source: str, thickness_m: float = THICKNESS_M
+    ) -> PlateDrawing:
         outline = tuple((float(x), float(y)) for x, y in outline_m)
         _refuse_no_area(outline)
         points, sensors = _default_layout(outline)
@@ -67,7 +69,9 @@ class PlateDrawing:
         """With points of one's own, named #1, #2... and acceleration_1, acceleration_2...; none: as they are."""
         named = {f"#{i}": point for i, point in enumerate(impact_points, 1)}
         channels = {f"acceleration_{i}": point for i, point in enumerate(sensors, 1)}
-        return replace(self, impact_points=named or self.impact_points, sensors=channels or self.sensors)
+        return replace(
+            self, impact_points=named or self.impact_points, sensors=channels or self.sensors
+        )
 
     def raised(self, height_m: float) -> PlateDrawing:
         """A plate that hangs higher: the gun's axis meets it lower by that, its sensors move with it. y is upwards.
@@ -121,9 +125,16 @@ class Bench:
 
 def shipped_bench() -> Bench:
     """The gun of the thesis's first shots, and a plate of assumed size."""
-    text = (files("pyroshock") / "examples" / "first-shots" / "campaign.toml").read_text(encoding="utf-8")
+    text = (files("pyroshock") / "examples" / "first-shots" / "campaign.toml").read_text(
+        encoding="utf-8"
+    )
     gun = GunBench(**toml_table(text)["bench"]["gun"])
-    return Bench(gun, "first-shots, shipped", PlateDrawing.of(OUTLINE_M, "assumed outline, 1 m x 0.6 m"), "aluminum")
+    return Bench(
+        gun,
+        "first-shots, shipped",
+        PlateDrawing.of(OUTLINE_M, "assumed outline, 1 m x 0.6 m"),
+        "aluminum",
+    )
 
 
 def bench_of_campaign(session: Session, name: str | None) -> Bench:
@@ -160,7 +171,15 @@ def bench_of_file(path: Path, bench: Bench) -> Bench:
         raise ValueError(f"{path.name}: {error}") from error
 
 
-_PLATE_KEYS = ("material", "thickness_m", "outline_m", "damping_ratio", "impact_points", "sensors", "modes")
+_PLATE_KEYS = (
+    "material",
+    "thickness_m",
+    "outline_m",
+    "damping_ratio",
+    "impact_points",
+    "sensors",
+    "modes",
+)
 
 
 def _with_plate_table(bench: Bench, table: Mapping[str, Any], path: Path) -> Bench:
@@ -176,8 +195,14 @@ def _with_plate_table(bench: Bench, table: Mapping[str, Any], path: Path) -> Ben
         impact_points=points or drawing.impact_points,
         sensors=sensors or drawing.sensors,
     )
-    bench = replace(bench, drawing=drawing, plate_material=str(table.get("material", bench.plate_material)))
-    return with_modes(bench, path.parent / str(table["modes"])) if "modes" in table else replace(bench, modes=None)
+    bench = replace(
+        bench, drawing=drawing, plate_material=str(table.get("material", bench.plate_material))
+    )
+    return (
+        with_modes(bench, path.parent / str(table["modes"]))
+        if "modes" in table
+        else replace(bench, modes=None)
+    )
 
 
 def with_modes(bench: Bench, path: Path) -> Bench:
@@ -239,14 +264,20 @@ def _default_layout(outline: tuple[Point, ...]) -> tuple[dict[str, Point], dict[
     corners = np.array(outline)
     x, y = corners.T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
-    centre = ((corners + np.roll(corners, -1, axis=0)) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
+    centre = ((corners + np.roll(corners, -1, axis=0)) * cross[:, None]).sum(axis=0) / (
+        3 * cross.sum()
+    )
 
     def towards(corner: Floats, share: float) -> Point:
         a, b = centre + share * (corner - centre)
         return float(a), float(b)
 
     fourth = corners[3 % len(corners)]
-    points = {"#1": towards(centre, 0.0), "#2": towards(corners[1], 1 / 3), "#3": towards(fourth, 1 / 3)}
+    points = {
+        "#1": towards(centre, 0.0),
+        "#2": towards(corners[1], 1 / 3),
+        "#3": towards(fourth, 1 / 3),
+    }
     # Not across from each other: on a symmetric outline two sensors would feel the same.
     sides = {"acceleration_1": corners[0], "acceleration_2": (corners[1] + corners[2]) / 2}
     return points, {name: towards(at, 0.5) for name, at in sides.items()}

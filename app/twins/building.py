@@ -26,8 +26,24 @@ from ...twin.plate.stage import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import THESIS, ElasticMaterial, Setting
 from ..common.model_registry import note_of, registry_of
-from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
-from .learning import MOST_SHOTS, basis, calibrated, model_in_use, taught_contact, taught_gun, velocity_kind_of
+from .benches import (
+    Bench,
+    PlateDrawing,
+    Point,
+    bench_of_campaign,
+    bench_of_file,
+    shipped_bench,
+    with_modes,
+)
+from .learning import (
+    MOST_SHOTS,
+    basis,
+    calibrated,
+    model_in_use,
+    taught_contact,
+    taught_gun,
+    velocity_kind_of,
+)
 from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
@@ -110,7 +126,9 @@ class BuiltTwin:
         return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, **fields_given)
 
 
-def twin_of(store: Store | None, db: str, request: TwinRequest, shots: MeasuredShots | None = None) -> BuiltTwin:
+def twin_of(
+    store: Store | None, db: str, request: TwinRequest, shots: MeasuredShots | None = None
+) -> BuiltTwin:
     """The twin; without a store, of the shipped bench. Raises `LookupError`, `ValueError` for what there is not.
 
     `shots` are those of the campaign, where they were read before: reading takes longer than learning.
@@ -127,7 +145,9 @@ def twin_of(store: Store | None, db: str, request: TwinRequest, shots: MeasuredS
 def _material_named(materials: Mapping[str, ElasticMaterial], name: str) -> ElasticMaterial:
     if name.lower() not in materials:
         material_names = ", ".join(dict.fromkeys(material.name for material in materials.values()))
-        raise LookupError(f"no material {name!r}; there are: {material_names} (pyroshock materials)")
+        raise LookupError(
+            f"no material {name!r}; there are: {material_names} (pyroshock materials)"
+        )
     return materials[name.lower()]
 
 
@@ -148,7 +168,9 @@ def _built(
     by_hand = request.effects
     adopted, adopted_notes = _adopted(session, bench, request)
     adopted_contact = tuple(effect for effect in adopted if effect.stage() == "contact")
-    request = replace(request, effects=(*request.effects, *(e for e in adopted if e not in adopted_contact)))
+    request = replace(
+        request, effects=(*request.effects, *(e for e in adopted if e not in adopted_contact))
+    )
     plates, plate_note = _plates(bench, plate, db, request)
     if shots is None:
         shots = _shots(session, recorded, materials, plates.sensors, request)
@@ -170,10 +192,16 @@ def _built(
         q=request.q,
     )
     same_plate = (bench.drawing, bench.modes) == (recorded.drawing, recorded.modes)
-    others = None if bench.modes is not None else lambda name: _drawn_plate(bench, materials[name.lower()], db, request)
+    others = (
+        None
+        if bench.modes is not None
+        else lambda name: _drawn_plate(bench, materials[name.lower()], db, request)
+    )
     twin, spectra_note = calibrated(twin, shots if same_plate else shots.take([]), others)
     twin = replace(twin, rests_on=basis(twin, recorded.campaign))
-    notes = tuple(note for note in (*adopted_notes, gun_note, contact_note, plate_note, spectra_note) if note)
+    notes = tuple(
+        note for note in (*adopted_notes, gun_note, contact_note, plate_note, spectra_note) if note
+    )
     return BuiltTwin(twin, bench, plate, materials, notes)
 
 
@@ -204,21 +232,37 @@ def _shots(
     )[0]
 
 
-def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+def _adopted(
+    session: Session | None, bench: Bench, request: TwinRequest
+) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """Of the campaign's bench; a bench or a plate given by hand is another one."""
     from .adopted_effects import effects_in_use
 
-    if session is None or bench.campaign is None or request.bench is not None or not request.adopted:
+    if (
+        session is None
+        or bench.campaign is None
+        or request.bench is not None
+        or not request.adopted
+    ):
         return (), ()
-    other_plate = request.modes is not None or (request.plate or bench.plate_material) != bench.plate_material
-    return effects_in_use(session, bench.campaign, request.effects, ("plate",) if other_plate else ())
+    other_plate = (
+        request.modes is not None or (request.plate or bench.plate_material) != bench.plate_material
+    )
+    return effects_in_use(
+        session, bench.campaign, request.effects, ("plate",) if other_plate else ()
+    )
 
 
 def _gun_choices(session: Session | None, bench: Bench, request: TwinRequest) -> GunChoices:
     """Effects of the gun that were adopted as a mean; as `_adopted` where they count."""
     from .adopted_effects import gun_choices_in_use
 
-    if session is None or bench.campaign is None or request.bench is not None or not request.adopted:
+    if (
+        session is None
+        or bench.campaign is None
+        or request.bench is not None
+        or not request.adopted
+    ):
         return ()
     return gun_choices_in_use(session, bench.campaign, request.effects)
 
@@ -238,11 +282,19 @@ def _gun(
     if not bench.has_gun:
         if effects:
             names = ", ".join(effect.id for effect in effects)
-            raise ValueError(f"effect {names}: campaign {bench.campaign!r} is of kind {bench.kind!r} and has no gun")
+            raise ValueError(
+                f"effect {names}: campaign {bench.campaign!r} is of kind {bench.kind!r} and has no gun"
+            )
         return None, ""
-    stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
+    stage = GunStage(
+        bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True
+    )
     twice = bench.gun.efficiency < 1 and bool(effects)
-    also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
+    also = (
+        f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects"
+        if twice
+        else ""
+    )
     left_out = ""
     if session is not None and campaign is not None:
         stage, left_out = taught_gun(session, campaign, stage, request.without_configurations)
@@ -250,7 +302,11 @@ def _gun(
 
 
 def _averaged_gun(
-    session: Session | None, bench: Bench, request: TwinRequest, campaign: str | None, choices: GunChoices
+    session: Session | None,
+    bench: Bench,
+    request: TwinRequest,
+    campaign: str | None,
+    choices: GunChoices,
 ) -> tuple[GunStage | None, str]:
     """The gun as `_gun` makes it; with `choices` the mean of a gun for each, in the place of the request's effects of
     the gun."""
@@ -268,7 +324,11 @@ def _averaged_gun(
 
 
 def _contact(
-    session: Session | None, db: str, bench: Bench, request: TwinRequest, adopted: tuple[Effect, ...] = ()
+    session: Session | None,
+    db: str,
+    bench: Bench,
+    request: TwinRequest,
+    adopted: tuple[Effect, ...] = (),
 ) -> tuple[ContactStage, str]:
     """The model in use for this kind of bench, or one that is asked for; else the prior of the contact, or a law.
 
@@ -277,7 +337,9 @@ def _contact(
     from ...twin.contact.laws import LAWS
 
     effects = _of_stage(request, "contact")
-    if request.coupled and request.contact is None:  # a model has learned pulses, and knows no plate to solve against
+    if (
+        request.coupled and request.contact is None
+    ):  # a model has learned pulses, and knows no plate to solve against
         request = replace(request, contact=PRIOR)
     if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
@@ -321,7 +383,9 @@ def _named_version(db: str, name: str) -> tuple[Registry, Version]:
 
     registry = _registry(db)
     if registry is None:
-        raise LookupError(f"no law of contact {name!r}, and no models; laws: {', '.join((PRIOR, *LAWS))}")
+        raise LookupError(
+            f"no law of contact {name!r}, and no models; laws: {', '.join((PRIOR, *LAWS))}"
+        )
     return registry, chosen(registry.versions(), name.removeprefix("models:/"))
 
 
@@ -333,7 +397,9 @@ def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
     """The contact on the modes of the plates. Raises `ValueError` for one that is not solved in time."""
     from ...twin.contact.stage import LawContact
 
-    if isinstance(contact, PriorContact) or (isinstance(contact, LawContact) and contact.law == "hertz"):
+    if isinstance(contact, PriorContact) or (
+        isinstance(contact, LawContact) and contact.law == "hertz"
+    ):
         return CoupledContact(contact, plates)
     raise ValueError(
         f"--coupled with the contact {contact.label!r}, which is not solved in time: expected --contact prior or hertz"
@@ -376,7 +442,9 @@ def _learned(effects: tuple[Effect, ...], label: str) -> str:
     )
 
 
-def registered_contact(session: Session | None, db: str, name: str, in_use: str | None = None) -> ContactStage:
+def registered_contact(
+    session: Session | None, db: str, name: str, in_use: str | None = None
+) -> ContactStage:
     """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with velocities as its
     dataset had them. Raises `LookupError`."""
     from ...training.registry.listing import chosen
@@ -425,7 +493,9 @@ def _registered(
     return RegisteredContact(registry.load(version), own, velocity_kind, effects)
 
 
-def _plates(bench: Bench, material: ElasticMaterial, db: str, request: TwinRequest) -> tuple[PlateStage, str]:
+def _plates(
+    bench: Bench, material: ElasticMaterial, db: str, request: TwinRequest
+) -> tuple[PlateStage, str]:
     effects = _of_stage(request, "plate")
     if bench.modes is not None:
         # A measured table is known better than a model: its frequencies to a line's width.
@@ -436,13 +506,21 @@ def _plates(bench: Bench, material: ElasticMaterial, db: str, request: TwinReque
                 "points where they were measured only; leave the height out, or the table (--plate MATERIAL)"
             )
         return PlateStage({material.name: bench.modes}, effects, spread, bench.modes_source), ""
-    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(request.chain_height_m)
+    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(
+        request.chain_height_m
+    )
     plate = _drawn_plate(bench, material, db, request)
-    return PlateStage({material.name: plate}, effects, label=f"finite elements ({drawing.source})"), _of(drawing)
+    return PlateStage(
+        {material.name: plate}, effects, label=f"finite elements ({drawing.source})"
+    ), _of(drawing)
 
 
-def _drawn_plate(bench: Bench, material: ElasticMaterial, db: str, request: TwinRequest) -> ModalPlate:
-    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(request.chain_height_m)
+def _drawn_plate(
+    bench: Bench, material: ElasticMaterial, db: str, request: TwinRequest
+) -> ModalPlate:
+    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(
+        request.chain_height_m
+    )
     return solved(drawing, material, MAX_MODE_HZ, plates_folder(db))
 
 
@@ -453,12 +531,15 @@ def plates_folder(db: str) -> Path:
 
 def _of(drawing: PlateDrawing) -> str:
     points = ", ".join(
-        f"{name} ({x:.3g}, {y:.3g})" for name, (x, y) in {**drawing.impact_points, **drawing.sensors}.items()
+        f"{name} ({x:.3g}, {y:.3g})"
+        for name, (x, y) in {**drawing.impact_points, **drawing.sensors}.items()
     )
     return f"plate: {drawing.source}, {drawing.thickness_m * 1e3:g} mm; points in m: {points}"
 
 
-def solved(drawing: PlateDrawing, material: ElasticMaterial, highest_hz: float, folder: Path) -> ModalPlate:
+def solved(
+    drawing: PlateDrawing, material: ElasticMaterial, highest_hz: float, folder: Path
+) -> ModalPlate:
     """Modes of a plate up to a frequency, of the finite element model, kept in `folder`."""
     import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
     from threadpoolctl import threadpool_limits

@@ -43,7 +43,9 @@ class PulseLearner(Protocol):
     def shots(self) -> int: ...
 
 
-def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collection[int]) -> tuple[GunStage, str]:
+def taught_gun(
+    session: Session, campaign: str, gun: GunStage, without: Collection[int]
+) -> tuple[GunStage, str]:
     """The gun after the campaign's measured velocities, but for those of configurations that are left out; and a note
     on those that the stated bench could not have given. Shots without a mount count, too: the gun knows none.
 
@@ -66,8 +68,15 @@ def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collecti
         )
     )  # fmt: skip
     rows = [
-        (pressure, mass, velocity or impact_velocity, (of_velocity if velocity else of_its_impact) or 0.0)
-        for pressure, mass, velocity, of_velocity, impact_velocity, of_its_impact, source in session.execute(query)
+        (
+            pressure,
+            mass,
+            velocity or impact_velocity,
+            (of_velocity if velocity else of_its_impact) or 0.0,
+        )
+        for pressure, mass, velocity, of_velocity, impact_velocity, of_its_impact, source in session.execute(
+            query
+        )
         if velocity or (impact_velocity and velocity_kind(source) == BEFORE_CONTACT)
     ]
     if not rows:
@@ -75,7 +84,9 @@ def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collecti
     pressure, mass, measured, uncertainty = np.array(rows, dtype=np.float64).T
     beyond = beyond_energy(gun.bench, pressure, mass, measured)
     faster_than_gas = measured > escape_speed_m_s(gun.bench.heat_capacity_ratio, ROOM_K)
-    believed = ~faster_than_gas & (~beyond if 2 * int(beyond.sum()) < beyond.size else np.ones_like(beyond))
+    believed = ~faster_than_gas & (
+        ~beyond if 2 * int(beyond.sum()) < beyond.size else np.ones_like(beyond)
+    )
     if believed.any():
         gun = gun.updated(*(values[believed] for values in (pressure, mass, measured, uncertainty)))
     left_out, unlikely = int(np.sum(~believed)), int(np.sum(beyond & believed))
@@ -95,7 +106,9 @@ def taught_contact(contact: ContactStage, shots: MeasuredShots) -> ContactStage:
     return contact.updated(shots.evenly(MOST_PULSES))
 
 
-def calibrated(twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPlate] | None) -> tuple[Twin, str]:
+def calibrated(
+    twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPlate] | None
+) -> tuple[Twin, str]:
     """The twin with what shots teach of spectra, and a note.
 
     `plate` gives the modes of further materials that shots hit; None where modes were measured. Of a plate whose modes
@@ -109,9 +122,13 @@ def calibrated(twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPla
     if plate is not None:
         others = {setting.plate.name for setting in shots.settings} - set(twin.plate.plates)
         further_plates = {name: plate(name) for name in sorted(others)}
-        twin = replace(twin, plate=replace(twin.plate, plates={**twin.plate.plates, **further_plates}))
+        twin = replace(
+            twin, plate=replace(twin.plate, plates={**twin.plate.plates, **further_plates})
+        )
     calibration = SpectrumCalibration.of(shots, twin.replayed_db(shots))
-    return replace(twin, calibration=calibration), f"spectra: learned from {calibration.shots} measured shots"
+    return replace(
+        twin, calibration=calibration
+    ), f"spectra: learned from {calibration.shots} measured shots"
 
 
 def basis(twin: Twin, campaign: str | None) -> RestsOn:
@@ -131,7 +148,9 @@ def basis(twin: Twin, campaign: str | None) -> RestsOn:
         )
         what = f"the law{together} with {updated if of_contact else ranges}"
     elif isinstance(contact, PulseLearner):
-        what = f"the registered model {label.removeprefix('models:/')}, trained on {of_contact} pulses"
+        what = (
+            f"the registered model {label.removeprefix('models:/')}, trained on {of_contact} pulses"
+        )
     else:
         what = f"the law {label}{together} with the error of its table"
     if not most and isinstance(contact, PriorContact):
@@ -139,13 +158,19 @@ def basis(twin: Twin, campaign: str | None) -> RestsOn:
         return RestsOn(0, label, f"The bands rest on no measured shot of this bench: {sentence}.")
     if not most:
         sentence = f"the contact is {what}, and all else has its documented range"
-        return RestsOn(of_contact, label, f"The bands rest on no measured shot of this bench: {sentence}.")
+        return RestsOn(
+            of_contact, label, f"The bands rest on no measured shot of this bench: {sentence}."
+        )
     fewer = [
-        f"{name} on {count}" for name, count in (("velocity", of_gun), ("spectra", of_spectra)) if 0 < count < most
+        f"{name} on {count}"
+        for name, count in (("velocity", of_gun), ("spectra", of_spectra))
+        if 0 < count < most
     ]
     besides = f" ({', '.join(fewer)})" if fewer else ""
     shots = f"{most} measured shot{'s' if most > 1 else ''} of campaign {campaign}"
-    return RestsOn(max(most, of_contact), label, f"The bands rest on {shots}{besides}; the contact is {what}.")
+    return RestsOn(
+        max(most, of_contact), label, f"The bands rest on {shots}{besides}; the contact is {what}."
+    )
 
 
 def model_in_use(session: Session | None, registry: Registry, bench_kind: str) -> Version | None:
@@ -177,7 +202,11 @@ def velocity_kind_of(session: Session | None, version: Version) -> str:
     if version.dataset.velocity_kind is not None:
         return version.dataset.velocity_kind
     row = _snapshot(session, version)
-    kind = None if session is None or row is None else kind_of_snapshot(session, row.content_hash, row.definition)
+    kind = (
+        None
+        if session is None or row is None
+        else kind_of_snapshot(session, row.content_hash, row.definition)
+    )
     return kind or BEFORE_CONTACT
 
 

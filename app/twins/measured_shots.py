@@ -137,7 +137,10 @@ def read_measured_shots(
             velocity, velocity_u = _velocity(hit, words[hit.configuration], material, plate)
             force = _given_force(session, hit, velocity)
             if force is not None:
-                hit, velocity = replace(hit, mass_kg=1.0, pressure_pa=None), 1.0  # until the bodies are known
+                hit, velocity = (
+                    replace(hit, mass_kg=1.0, pressure_pa=None),
+                    1.0,
+                )  # until the bodies are known
             setting = _setting(hit, words[hit.configuration], velocity, material, plate)
             if force is not None:
                 setting, velocity, velocity_u = _of_pulse(setting, hit), math.nan, math.nan
@@ -160,8 +163,12 @@ def struck_plate(bench: Bench) -> CampaignPlate:
     return CampaignPlate(bench.plate_material, bench.drawing.thickness_m, bench.drawing.area_m2)
 
 
-def _shots(kept: Sequence[_Shot], sensors: tuple[str, ...], lines: Floats, q: float) -> MeasuredShots:
-    figures = np.array([shot.figures for shot in kept]).reshape(len(kept), len(sensors), lines.size + 1)
+def _shots(
+    kept: Sequence[_Shot], sensors: tuple[str, ...], lines: Floats, q: float
+) -> MeasuredShots:
+    figures = np.array([shot.figures for shot in kept]).reshape(
+        len(kept), len(sensors), lines.size + 1
+    )
     hits = [shot.hit for shot in kept]
     forces = np.full((len(kept), _PHASES), np.nan)
     for row, shot in enumerate(kept):
@@ -200,7 +207,13 @@ def _column(values: Sequence[float | None]) -> Floats:
 
 def _hits(session: Session, campaign: int) -> list[_Hit]:
     """In the order of runs: shots where the campaign has any, else the impacts of its hammer."""
-    pulse = (Pulse.start_s, Pulse.contact_time_s, Pulse.spline_peak_force_n, Pulse.impulse_n_s, Pulse.force_points_n)
+    pulse = (
+        Pulse.start_s,
+        Pulse.contact_time_s,
+        Pulse.spline_peak_force_n,
+        Pulse.impulse_n_s,
+        Pulse.force_points_n,
+    )
     in_use = and_(Pulse.impact_id == Impact.id, Pulse.current)
     shots = (
         select(
@@ -216,7 +229,9 @@ def _hits(session: Session, campaign: int) -> list[_Hit]:
     if hits:
         return hits
     mass = session.scalar(
-        select(Hammer.mass_kg).join(Campaign, Campaign.hammer_id == Hammer.id).where(Campaign.id == campaign)
+        select(Hammer.mass_kg)
+        .join(Campaign, Campaign.hammer_id == Hammer.id)
+        .where(Campaign.id == campaign)
     )
     impacts = (
         select(
@@ -237,7 +252,11 @@ def _values(session: Session, query: Any) -> list[tuple[Any, ...]]:
 def _rejected(session: Session, campaign: int) -> Mapping[int | None, str]:
     """Impacts whose force or velocity a check rejects, and which check."""
     rejected: dict[int | None, str] = {}
-    rejected.update(verdicts(session, [campaign], rows_of_campaigns(session, [campaign], None), "reject").items())
+    rejected.update(
+        verdicts(
+            session, [campaign], rows_of_campaigns(session, [campaign], None), "reject"
+        ).items()
+    )
     return rejected
 
 
@@ -256,7 +275,10 @@ def _starts(session: Session, campaign: int) -> dict[int, list[float]]:
 
 
 def _velocity(
-    hit: _Hit, words: dict[str, str | float], material: Callable[[str], ElasticMaterial], plate: CampaignPlate
+    hit: _Hit,
+    words: dict[str, str | float],
+    material: Callable[[str], ElasticMaterial],
+    plate: CampaignPlate,
 ) -> tuple[float, float]:
     """Before contact, and its standard uncertainty, m/s; NaN where none was measured.
 
@@ -273,7 +295,9 @@ def _velocity(
     impedance = plate_impedance(*(np.array([value]) for value in values))
     motion = TargetMotion.of(impedance, np.array([words.get("anvil_material", NONE) != NONE]))
     moments = PulseMoments.of(np.array([hit.force_points_n], dtype=np.float64))
-    before, uncertainty = velocity_before_contact(np.array([velocity]), moments, motion, np.array([stated]))
+    before, uncertainty = velocity_before_contact(
+        np.array([velocity]), moments, motion, np.array([stated])
+    )
     return float(before[0]), float(uncertainty[0])
 
 
@@ -282,7 +306,9 @@ def _given_force(session: Session, hit: _Hit, velocity_m_s: float) -> Floats | N
     by_setting = hit.mass_kg is not None and (hit.pressure_pa is not None or velocity_m_s > 0)
     if by_setting or hit.contact_time_s is None:
         return None
-    query = select(Pulse.fine_force_n, Pulse.fine_period_s).where(Pulse.impact_id == hit.impact, Pulse.current)
+    query = select(Pulse.fine_force_n, Pulse.fine_period_s).where(
+        Pulse.impact_id == hit.impact, Pulse.current
+    )
     fine, period_s = session.execute(query).one()
     recorded = as_floats(fine, f"the force of run {hit.run}, repetition {hit.repetition}")
     time = np.linspace(0.0, hit.contact_time_s, _PHASES)
@@ -294,7 +320,9 @@ def _given_force(session: Session, hit: _Hit, velocity_m_s: float) -> Floats | N
 def _of_pulse(setting: Setting, hit: _Hit) -> Setting:
     """With the mass and the velocity that Hertz' law needs for contact time and impulse of the measured force."""
     stiffness = bodies_of(ImpactBatch([setting], np.ones(1))).hertz_stiffness_n_m15
-    mass, velocity = impactor_of_pulse(_column([hit.contact_time_s]), _column([hit.impulse_n_s]), stiffness)
+    mass, velocity = impactor_of_pulse(
+        _column([hit.contact_time_s]), _column([hit.impulse_n_s]), stiffness
+    )
     return replace(setting, impactor_mass_kg=float(mass[0]), impact_velocity_m_s=float(velocity[0]))
 
 
@@ -391,12 +419,16 @@ class _Records:
             raise ValueError(f"{row.name} reached its full scale")
         rest = record[:quiet]
         shock, removed = without_rest(record, row.sampling_rate_hz)
-        if not removed.level_m_s2:  # the contact says what came before the shock where the record is too short to
+        if (
+            not removed.level_m_s2
+        ):  # the contact says what came before the shock where the record is too short to
             shock = record - np.median(rest)
         peak = float(np.abs(shock).max())
         if not peak >= _SILENT * float(rest.std()) or not peak > 0:
             raise ValueError(f"{row.name} shows no shock")
-        spectrum = shock_response_spectrum(shock, row.sampling_rate_hz, self.frequency_hz, q=self.q, threads=1)
+        spectrum = shock_response_spectrum(
+            shock, row.sampling_rate_hz, self.frequency_hz, q=self.q, threads=1
+        )
         return np.concatenate(([peak], spectrum.maximax))
 
     def _window(self, row: RecordedChannel, hit: _Hit) -> tuple[int, int, int]:

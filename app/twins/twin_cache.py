@@ -54,7 +54,9 @@ class CacheKeyReader:
 
     def stamp(self, request: TwinRequest) -> Hashable:
         """Of the store, of the files that the request names, and of the registered model that it means."""
-        files = tuple(_signature(path) for path in (request.modes, request.bench) if path is not None)
+        files = tuple(
+            _signature(path) for path in (request.modes, request.bench) if path is not None
+        )
         return self._of_store(), files, self._of_model(request)
 
     def _of_store(self) -> Hashable:
@@ -175,7 +177,11 @@ class TwinCache:
 
 def warm_up(built: BuiltTwin) -> None:
     """Let the twin make what it keeps: the answer of every plate of its ensemble at every impact position."""
-    positions = built.twin.plate.ensemble(built.plate.name)[0].impact_points if built.twin.sensor_names else ("#1",)
+    positions = (
+        built.twin.plate.ensemble(built.plate.name)[0].impact_points
+        if built.twin.sensor_names
+        else ("#1",)
+    )
     for position in positions:
         # A model may know nothing of such a shot; then the first prediction is a slow one.
         with suppress(ValueError, LookupError):

@@ -44,7 +44,9 @@ from ..common.progress import progress_bar
     help="Set the seed: the same seed gives the same answer.",
 )
 @click.option(
-    "--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the report to FILE.html or FILE.pdf."
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the report to FILE.html or FILE.pdf.",
 )
 @db_option
 @json_option

@@ -23,13 +23,21 @@ def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
     from .validation import ValidationRequest, run_validation
 
     with models_extra():
-        validation = run_validation(work.store, work.db, ValidationRequest(**vars(arguments)), work.step)
+        validation = run_validation(
+            work.store, work.db, ValidationRequest(**vars(arguments)), work.step
+        )
     data = validation.as_json()
-    return ending_of(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
+    return ending_of(
+        Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data)
+    )
 
 
 def _form(arguments: ValidateArguments) -> JobForm:
-    return JobForm("/validations", "validate", {"campaign": arguments.campaign, "contact": arguments.contact or ""})
+    return JobForm(
+        "/validations",
+        "validate",
+        {"campaign": arguments.campaign, "contact": arguments.contact or ""},
+    )
 
 
 VALIDATE = Kind("validate", ValidateArguments, _do, form=_form)

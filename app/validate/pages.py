@@ -23,7 +23,14 @@ from ..web.rendering import page
 from .api import ValidationQuestion, validate_job
 from .job import VALIDATE
 from .report import validation_document
-from .validation import COLUMNS, adopted_lines, failure_lines, quantity_words, reason_lines, score_rows
+from .validation import (
+    COLUMNS,
+    adopted_lines,
+    failure_lines,
+    quantity_words,
+    reason_lines,
+    score_rows,
+)
 
 
 def coverage_figure(data: Mapping[str, Any]) -> Figure:
@@ -32,18 +39,34 @@ def coverage_figure(data: Mapping[str, Any]) -> Figure:
     traces, nominal = [], []
     for band, colour in ((50, "c1"), (90, "c0")):
         shares = np.array([row[f"coverage{band}"] for row in data["quantities"]])
-        low, high = np.clip(np.array([row[f"coverage{band}_ci95"] for row in data["quantities"]]).T, 0.0, 1.0)
+        low, high = np.clip(
+            np.array([row[f"coverage{band}_ci95"] for row in data["quantities"]]).T, 0.0, 1.0
+        )
         error = {
             "type": "data",
             "symmetric": False,
             "array": (100 * np.maximum(high - shares, 0)).tolist(),
             "arrayminus": (100 * np.maximum(shares - low, 0)).tolist(),
         }
-        traces.append(bars(names, 100 * shares, f"inside of the {band} % band", colour, error_y=error))
+        traces.append(
+            bars(names, 100 * shares, f"inside of the {band} % band", colour, error_y=error)
+        )
         # a line through one quantity would be a point: the shape spans the chart
         style = {"color": colour, "dash": "dash", "width": 1.5}
-        nominal.append({"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": band, "y1": band, "line": style})
-    chart = categories(traces, "quantity", "measured values inside (%)", barmode="group", shapes=nominal)
+        nominal.append(
+            {
+                "type": "line",
+                "xref": "paper",
+                "x0": 0,
+                "x1": 1,
+                "y0": band,
+                "y1": band,
+                "line": style,
+            }
+        )
+    chart = categories(
+        traces, "quantity", "measured values inside (%)", barmode="group", shapes=nominal
+    )
     chart["layout"]["yaxis"] |= {"range": [0, 103]}
     return chart
 
@@ -56,7 +79,9 @@ def rank_figure(data: Mapping[str, Any]) -> Figure:
         middle = (np.arange(len(shares)) + 0.5) / len(shares)
         name = quantity_words(row["name"])
         traces.append(line(middle, shares, name, COLOURS[i % len(COLOURS)], mode="lines+markers"))
-    traces.append(line([0.0, 1.0], [0.1, 0.1], "bands that mean what they say", "quiet", dash="dash"))
+    traces.append(
+        line([0.0, 1.0], [0.1, 0.1], "bands that mean what they say", "quiet", dash="dash")
+    )
     return figure(traces, "rank among the predicted draws", "share of measured values")
 
 
@@ -64,14 +89,21 @@ def comparison_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
     """Measured over predicted values with their 90 % bands, by quantity."""
     figures = {}
     for row in data["quantities"]:
-        shots = [shot["quantities"][row["name"]] for shot in data["shots"] if row["name"] in shot["quantities"]]
+        shots = [
+            shot["quantities"][row["name"]]
+            for shot in data["shots"]
+            if row["name"] in shot["quantities"]
+        ]
         if not shots:
             continue
         measured, predicted, low, high = (
-            np.array([shot[key] for shot in shots]) for key in ("measured", "predicted", "low90", "high90")
+            np.array([shot[key] for shot in shots])
+            for key in ("measured", "predicted", "low90", "high90")
         )
         unit, scale = shown_unit(row["quantity_unit"])
-        measured, predicted, low, high = (scale * values for values in (measured, predicted, low, high))
+        measured, predicted, low, high = (
+            scale * values for values in (measured, predicted, low, high)
+        )
         ends = np.array([min(measured.min(), low.min()), max(measured.max(), high.max())])
         error = {
             "type": "data",
@@ -104,7 +136,9 @@ def line_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
     ends += [rows[-1]["frequency_hz"] for rows in data["lines"].values()][:1]
     inside.append(line(ends, [90.0, 90.0], "90 %", "quiet", dash="dash"))
     return {
-        "Inside of the 90 % band": figure(inside, "frequency (Hz)", "measured values inside (%)", log_x=True),
+        "Inside of the 90 % band": figure(
+            inside, "frequency (Hz)", "measured values inside (%)", log_x=True
+        ),
         "Median error of the level": figure(error, "frequency (Hz)", "error (dB)", log_x=True),
     }
 
@@ -120,7 +154,9 @@ def validations(
     with store.reading() as session:
         names = list_campaign_names(session)
     made = [job for job in running.listed() if job.kind == VALIDATE.name]
-    return page(request, "validations.html", campaigns=names, campaign=campaign, contact=contact, jobs=made)
+    return page(
+        request, "validations.html", campaigns=names, campaign=campaign, contact=contact, jobs=made
+    )
 
 
 @router.post("/validations")

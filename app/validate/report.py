@@ -9,9 +9,26 @@ import numpy as np
 
 from ..common.number_format import number
 from ..common.quantities import shown_unit
-from ..documents.document import Block, Bullets, ChartRow, Document, Figure, Paragraph, Section, Table
+from ..documents.document import (
+    Block,
+    Bullets,
+    ChartRow,
+    Document,
+    Figure,
+    Paragraph,
+    Section,
+    Table,
+)
 from ..documents.svg import Curve, band, chart, dots, frame_of, level, line, line_chart, line_keys
-from .validation import COLUMNS, MAIN_COLUMNS, adopted_lines, failure_lines, quantity_words, reason_lines, score_rows
+from .validation import (
+    COLUMNS,
+    MAIN_COLUMNS,
+    adopted_lines,
+    failure_lines,
+    quantity_words,
+    reason_lines,
+    score_rows,
+)
 
 #: Per cent of the ranks in each of the ten bins, of bands that are right.
 _UNIFORM = 10.0
@@ -23,14 +40,24 @@ def validation_document(data: Mapping[str, Any]) -> Document:
     sections = (
         Section(
             "Where the predictions fail",
-            [Bullets(failure_lines(data), "No group of shots is predicted wrong by more than chance.")],
+            [
+                Bullets(
+                    failure_lines(data), "No group of shots is predicted wrong by more than chance."
+                )
+            ],
         ),
         Section("Scores", _scores(data)),
-        Section("With the adopted effects", [Bullets(lines, "")] if (lines := adopted_lines(data)) else []),
+        Section(
+            "With the adopted effects",
+            [Bullets(lines, "")] if (lines := adopted_lines(data)) else [],
+        ),
         Section("Measured beside predicted", _comparisons(data)),
         Section("Ranks of the measured values", _ranks(data)),
         Section("Lines of the spectra", _lines(data["lines"])),
-        Section("Not compared", [Bullets(reason_lines(data["left_out"]), "Every shot is compared.", quiet=True)]),
+        Section(
+            "Not compared",
+            [Bullets(reason_lines(data["left_out"]), "Every shot is compared.", quiet=True)],
+        ),
         Section("Assumptions of the twin", [Bullets(data["notes"], "None.", quiet=True)]),
     )
     return Document(
@@ -54,7 +81,9 @@ CONSEQUENCE = (
 
 def _scores(data: Mapping[str, Any]) -> list[Block]:
     rows = [list(row.values()) for row in score_rows(data)]
-    caption = "Measured values inside of the bands, errors of the median, width of the bands and CRPS."
+    caption = (
+        "Measured values inside of the bands, errors of the median, width of the bands and CRPS."
+    )
     return [
         Table(caption, COLUMNS, rows, main=MAIN_COLUMNS),
         Paragraph(
@@ -70,7 +99,11 @@ def _comparisons(data: Mapping[str, Any]) -> list[Block]:
     """Measured values and the bands of the shots in the order of their predictions."""
     figures = []
     for row in data["quantities"]:
-        shots = [shot["quantities"][row["name"]] for shot in data["shots"] if row["name"] in shot["quantities"]]
+        shots = [
+            shot["quantities"][row["name"]]
+            for shot in data["shots"]
+            if row["name"] in shot["quantities"]
+        ]
         if shots:
             figures.append(Figure(quantity_words(row["name"]), _in_order(row, shots)))
     return [ChartRow(figures, _KEYS)] if figures else []
@@ -80,9 +113,14 @@ def _in_order(row: Mapping[str, Any], shots: list[Mapping[str, float]]) -> str:
     unit, scale = shown_unit(row["quantity_unit"])
     ordered = sorted(shots, key=lambda shot: shot["predicted"])
     x = np.arange(1, len(ordered) + 1, dtype=np.float64)
-    measured, low, high = (scale * np.array([shot[key] for shot in ordered]) for key in ("measured", "low90", "high90"))
+    measured, low, high = (
+        scale * np.array([shot[key] for shot in ordered]) for key in ("measured", "low90", "high90")
+    )
     frame = frame_of([np.array([0.5, len(ordered) + 0.5])], [measured, low, high])
-    marks = [line(frame, np.array([a, a]), np.array([b, c]), "interval") for a, b, c in zip(x, low, high, strict=True)]
+    marks = [
+        line(frame, np.array([a, a]), np.array([b, c]), "interval")
+        for a, b, c in zip(x, low, high, strict=True)
+    ]
     marks.append(dots(frame, x, measured, "after", [f"shot {i:.0f}" for i in x]))
     title = f"{quantity_words(row['name'])}, measured and predicted"
     y_title = f"{quantity_words(row['name']).partition(',')[0]} ({unit})"
@@ -107,7 +145,10 @@ def _histogram(row: Mapping[str, Any]) -> str:
     edges = np.repeat(np.linspace(0.0, 1.0, len(shares) + 1), 2)[1:-1]
     heights = np.repeat(shares, 2)
     frame = frame_of([edges], [heights, np.array([0.0, 2 * _UNIFORM])])
-    marks = [band(frame, edges, np.zeros_like(heights), heights, "floor"), level(frame, _UNIFORM, "tolerance")]
+    marks = [
+        band(frame, edges, np.zeros_like(heights), heights, "floor"),
+        level(frame, _UNIFORM, "tolerance"),
+    ]
     label = f"ranks of the {quantity_words(row['name'])}"
     return chart(label, frame, marks, "rank among the draws", "measured values (%)")
 
@@ -127,7 +168,9 @@ def _lines(lines: Mapping[str, list[Mapping[str, float]]]) -> list[Block]:
         ("Inside of the 90 % band", "measured values inside (%)", inside, 90.0),
         ("Median error of the level", "error (dB)", error, None),
     ):
-        drawing = line_chart(title, curves, "natural frequency (Hz)", y_title, log_x=True, nominal=nominal)
+        drawing = line_chart(
+            title, curves, "natural frequency (Hz)", y_title, log_x=True, nominal=nominal
+        )
         figures.append(Figure(title, drawing, line_keys(curves)))
     return [ChartRow(figures)]
 

@@ -50,11 +50,28 @@ class TwinValidation:
     def shots(self) -> pd.DataFrame:
         """A measured shot and quantity in each row: measured and predicted value, 90 % band (SI), rank among draws."""
         rows = (
-            {"shot": shot["shot"], "configuration": shot["configuration"], "quantity": name, **values}
+            {
+                "shot": shot["shot"],
+                "configuration": shot["configuration"],
+                "quantity": name,
+                **values,
+            }
             for shot in self.to_json()["shots"]
             for name, values in shot["quantities"].items()
         )
-        return frame_of(rows, ("shot", "configuration", "quantity", "measured", "predicted", "low90", "high90", "rank"))
+        return frame_of(
+            rows,
+            (
+                "shot",
+                "configuration",
+                "quantity",
+                "measured",
+                "predicted",
+                "low90",
+                "high90",
+                "rank",
+            ),
+        )
 
     @property
     def failures(self) -> tuple[str, ...]:
@@ -71,7 +88,9 @@ class TwinValidation:
         axes = axes_or_new(ax, height=1.0 + 0.35 * max(len(frame), 2))
         axes.axvline(0.9, color="0.7", lw=1, zorder=0)
         for place, (_, row) in enumerate(frame.iterrows()):
-            axes.plot([row["coverage90_low"], row["coverage90_high"]], [place, place], color="0.6", lw=2)
+            axes.plot(
+                [row["coverage90_low"], row["coverage90_high"]], [place, place], color="0.6", lw=2
+            )
             axes.plot(row["coverage90"], place, "o", color="#1b6ca8")
         axes.set_yticks(range(len(frame)), [str(name).replace("_", " ") for name in frame.index])
         axes.set(xlim=(0.0, 1.02), xlabel="share of shots inside the 90 % band")
@@ -82,11 +101,20 @@ class TwinValidation:
 
     def _repr_html_(self) -> str:
         columns = ["unit", "shots", "coverage50", "coverage90", "median_abs_error", "crps"]
-        return titled_table(f"{self.validation.campaign}: {self.sentence}", self.to_frame()[columns])
+        return titled_table(
+            f"{self.validation.campaign}: {self.sentence}", self.to_frame()[columns]
+        )
 
 
 def validate_twin(
-    store: Store, url: str, campaign: str, contact: str | None, folds: int, draws: int, seed: int, step: Step
+    store: Store,
+    url: str,
+    campaign: str,
+    contact: str | None,
+    folds: int,
+    draws: int,
+    seed: int,
+    step: Step,
 ) -> TwinValidation:
     """Raises as `validating.validation.validated`."""
     from ..common.model_registry import models_extra

@@ -97,14 +97,18 @@ def adopted_lines(data: Mapping[str, Any]) -> list[str]:
     ]
     lines = [*adopted["sentences"], *(f"{line[:1].upper()}{line[1:]}" for line in errors)]
     if adopted["fitted_to_these_shots"]:
-        lines.append("The effects were fitted to these shots: errors with them are smaller than those of new shots.")
+        lines.append(
+            "The effects were fitted to these shots: errors with them are smaller than those of new shots."
+        )
     return lines
 
 
 def reason_lines(reasons: Sequence[str]) -> list[str]:
     """Why shots are not compared, each reason once with its number: "no recording (5)"."""
     counts = Counter(reason.partition(": ")[2] or reason for reason in reasons)
-    return [f"{reason} ({count})" if count > 1 else reason for reason, count in counts.most_common()]
+    return [
+        f"{reason} ({count})" if count > 1 else reason for reason, count in counts.most_common()
+    ]
 
 
 def _size(value: float, unit: str, *, signed: bool = False) -> str:
@@ -195,9 +199,13 @@ class ValidationRequest:
 
     def __post_init__(self) -> None:
         if self.folds < 2 or self.draws < 20:
-            raise ValueError(f"folds = {self.folds}, draws = {self.draws}: expected 2 folds and 20 draws at least")
+            raise ValueError(
+                f"folds = {self.folds}, draws = {self.draws}: expected 2 folds and 20 draws at least"
+            )
 
-    def twin(self, without: Sequence[int] = (), plate: str | None = None, *, adopted: bool = False) -> TwinRequest:
+    def twin(
+        self, without: Sequence[int] = (), plate: str | None = None, *, adopted: bool = False
+    ) -> TwinRequest:
         """The twin of the campaign's bench that has not learned from some configurations, with adopted effects or
         without."""
         return TwinRequest(
@@ -220,7 +228,10 @@ class AdoptedErrors:
     errors: Mapping[str, tuple[str, float, float]]
 
     def as_json(self) -> dict[str, Any]:
-        errors = [{"name": name, "unit": unit, "without": a, "with": b} for name, (unit, a, b) in self.errors.items()]
+        errors = [
+            {"name": name, "unit": unit, "without": a, "with": b}
+            for name, (unit, a, b) in self.errors.items()
+        ]
         return {
             "sentences": list(self.sentences),
             "fitted_to_these_shots": self.fitted_to_these_shots,
@@ -273,7 +284,9 @@ class Validation:
         return plain
 
 
-def run_validation(store: Store, db: str, request: ValidationRequest, step: Step = _silent) -> Validation:
+def run_validation(
+    store: Store, db: str, request: ValidationRequest, step: Step = _silent
+) -> Validation:
     """Raises `LookupError` for a campaign that the store does not have, `ValueError` where no shot can be compared."""
     begun = time.perf_counter()
     step(0, 0, "reading the measured shots")
@@ -281,11 +294,15 @@ def run_validation(store: Store, db: str, request: ValidationRequest, step: Step
     shots, left_out = campaign_shots(store, request.campaign, untaught)
     if not len(shots):
         reasons = "; ".join(reason_lines(left_out)[:3]) or "it has no shots and no impacts"
-        raise ValueError(f"campaign {request.campaign!r} has no measured shot to compare with: {reasons}")
+        raise ValueError(
+            f"campaign {request.campaign!r} has no measured shot to compare with: {reasons}"
+        )
     contacts = _UnseenContacts(store, db)
     notes: list[str] = []
 
-    def twin_without(configurations: Sequence[int], plate: str, *, adopted: bool = False) -> BuiltTwin:
+    def twin_without(
+        configurations: Sequence[int], plate: str, *, adopted: bool = False
+    ) -> BuiltTwin:
         built = twin_of(store, db, request.twin(configurations, plate, adopted=adopted), shots)
         if not notes:
             notes.extend(note for note in built.notes if note)
@@ -296,20 +313,28 @@ def run_validation(store: Store, db: str, request: ValidationRequest, step: Step
     rng = np.random.default_rng([request.seed, 1])
     comparisons = compared_shots(shots, draws, rng)
     if not comparisons:
-        raise ValueError(f"no shot of {request.campaign!r} can be compared: {'; '.join(missing[:3]) or 'no quantity'}")
+        raise ValueError(
+            f"no shot of {request.campaign!r} can be compared: {'; '.join(missing[:3]) or 'no quantity'}"
+        )
 
     def with_adopted() -> list[QuantityComparison]:
-        _, adopted_draws, _ = predicted_folds(shots, partial(twin_without, adopted=True), request, step)
+        _, adopted_draws, _ = predicted_folds(
+            shots, partial(twin_without, adopted=True), request, step
+        )
         return compared_shots(shots, adopted_draws, np.random.default_rng([request.seed, 1]))
 
     return Validation(
         campaign=request.campaign,
         shots=shots,
         comparisons=tuple(comparisons),
-        failures=tuple(failure for comparison in comparisons for failure in comparison.failures(shots, rng)),
+        failures=tuple(
+            failure for comparison in comparisons for failure in comparison.failures(shots, rng)
+        ),
         verdict=verdict([comparison.score for comparison in comparisons]),
         folds=folds,
-        seen="; ".join(filter(None, (_folds_words(folds, shots), _force_words(shots), contacts.words))),
+        seen="; ".join(
+            filter(None, (_folds_words(folds, shots), _force_words(shots), contacts.words))
+        ),
         left_out=(*left_out, *missing),
         notes=tuple(notes),
         seconds=time.perf_counter() - begun,
@@ -329,15 +354,24 @@ def _adopted_errors(
     if not versions:
         return None
     errors = {own.score.as_json()["name"]: own.score.as_json() for own in without}
-    after = {own.score.as_json()["name"]: own.score.as_json()["median_abs_error"] for own in with_adopted()}
+    after = {
+        own.score.as_json()["name"]: own.score.as_json()["median_abs_error"]
+        for own in with_adopted()
+    }
     return AdoptedErrors(
         tuple(version.sentence for version in versions),
         any(version.campaign == campaign for version in versions),
-        {name: (row["unit"], row["median_abs_error"], after[name]) for name, row in errors.items() if name in after},
+        {
+            name: (row["unit"], row["median_abs_error"], after[name])
+            for name, row in errors.items()
+            if name in after
+        },
     )
 
 
-def campaign_shots(store: Store, campaign: str, built: BuiltTwin) -> tuple[MeasuredShots, tuple[str, ...]]:
+def campaign_shots(
+    store: Store, campaign: str, built: BuiltTwin
+) -> tuple[MeasuredShots, tuple[str, ...]]:
     """The campaign's shots at the twin's lines and sensors, and why some are left out."""
     with store.reading() as session:
         return read_measured_shots(
@@ -353,7 +387,10 @@ def campaign_shots(store: Store, campaign: str, built: BuiltTwin) -> tuple[Measu
 
 
 def predicted_folds(
-    shots: MeasuredShots, twin_without: TwinWithout, request: ValidationRequest, step: Step = _silent
+    shots: MeasuredShots,
+    twin_without: TwinWithout,
+    request: ValidationRequest,
+    step: Step = _silent,
 ) -> tuple[int, dict[int, ShotDraws], list[str]]:
     """How many folds of configurations were left out in turn, the draws of each shot (by its row), and why some shots
     have none. A single configuration is predicted by a twin that has learned from none.
@@ -376,7 +413,9 @@ def predicted_folds(
                     twins[setting.plate.name] = twin_without(configurations, setting.plate.name)
                 twin = twins[setting.plate.name].twin
                 force = shots.given_force(row)
-                prediction = twin.predict(setting, draws=request.draws, rng=generators[row], measured_force=force)
+                prediction = twin.predict(
+                    setting, draws=request.draws, rng=generators[row], measured_force=force
+                )
                 draws[row] = prediction.draws
             except (ValueError, LookupError) as error:
                 missing.append(f"shot {row + 1} is not predicted: {error}")
@@ -435,5 +474,9 @@ def _folds_words(folds: int, shots: MeasuredShots) -> str:
     configurations = len(np.unique(shots.configuration))
     if not folds:
         return "the shots are of one configuration, and the twin had learned from none of them"
-    parts = "each configuration" if folds == configurations else f"each of {folds} folds of configurations"
+    parts = (
+        "each configuration"
+        if folds == configurations
+        else f"each of {folds} folds of configurations"
+    )
     return f"the twin predicted {parts} after it had learned from the shots of the others alone"

@@ -15,7 +15,14 @@ from ..common.quantities import display_of, shown_in
 Json = Mapping[str, Any]
 _METHODS = ("get", "post")
 #: What an example writes for a value of a type, where the schema has no default.
-_EXAMPLES: dict[str, Any] = {"integer": 1, "number": 1.0, "boolean": True, "array": [], "object": {}, "string": "NAME"}
+_EXAMPLES: dict[str, Any] = {
+    "integer": 1,
+    "number": 1.0,
+    "boolean": True,
+    "array": [],
+    "object": {},
+    "string": "NAME",
+}
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,9 @@ class ApiRoute:
     @property
     def anchor(self) -> str:
         """Of the page."""
-        return f"{self.method.lower()}{self.path.replace('/', '-').replace('{', '').replace('}', '')}"
+        return (
+            f"{self.method.lower()}{self.path.replace('/', '-').replace('{', '').replace('}', '')}"
+        )
 
 
 def routes_by_topic(document: Json, origin: str) -> dict[str, list[ApiRoute]]:
@@ -57,7 +66,9 @@ def routes_by_topic(document: Json, origin: str) -> dict[str, list[ApiRoute]]:
             if method in methods:
                 operation = methods[method]
                 topic = (operation.get("tags") or ["other"])[0]
-                topics.setdefault(topic, []).append(_route(document, origin, path, method, operation))
+                topics.setdefault(topic, []).append(
+                    _route(document, origin, path, method, operation)
+                )
     return topics
 
 
@@ -66,7 +77,9 @@ def _route(document: Json, origin: str, path: str, method: str, operation: Json)
     media, schema = _body(document, operation)
     body = tuple(_fields(document, schema, "body"))
     answer = _resolved(document, _answer(operation))
-    inner = _resolved(document, answer.get("items", {})) if answer.get("type") == "array" else answer
+    inner = (
+        _resolved(document, answer.get("items", {})) if answer.get("type") == "array" else answer
+    )
     wanted = {item.name: _example(document, schema, item.name) for item in body if item.required}
     address = _address(path, parameters)
     return ApiRoute(
@@ -145,7 +158,9 @@ def _address(path: str, parameters: tuple[ApiField, ...]) -> str:
     """The path with names in capitals, and with the parameters that it cannot do without."""
     for item in parameters:
         path = path.replace(f"{{{item.name}}}", item.name.upper())
-    needed = "&".join(f"{item.name}=VALUE" for item in parameters if item.place == "query" and item.required)
+    needed = "&".join(
+        f"{item.name}=VALUE" for item in parameters if item.place == "query" and item.required
+    )
     return f"{path}?{needed}" if needed else path
 
 

@@ -29,7 +29,9 @@ async def require_csrf(request: Request) -> None:
         else:
             _check_texts(form)
     if not _is_right(request, given):
-        raise HTTPException(403, f"no valid token: reload the page; scripts get one from /api/csrf for {HEADER}")
+        raise HTTPException(
+            403, f"no valid token: reload the page; scripts get one from /api/csrf for {HEADER}"
+        )
 
 
 def _check_texts(form: FormData) -> None:

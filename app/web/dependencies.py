@@ -39,7 +39,9 @@ OpenStore = Annotated[Store, Depends(_store)]
 Running = Annotated[Jobs, Depends(_jobs)]
 Configured = Annotated[Settings, Depends(_settings)]
 #: A name within an address, slashes included (`rendering.part` writes it).
-Name = Annotated[str, Path(max_length=1000), AfterValidator(lambda name: name.replace(INNER_SLASH, "/"))]
+Name = Annotated[
+    str, Path(max_length=1000), AfterValidator(lambda name: name.replace(INNER_SLASH, "/"))
+]
 #: Control characters but for tabs and line ends, and halves of surrogate pairs.
 _UNWRITABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 
@@ -48,7 +50,9 @@ def writable(text: str) -> str:
     """A text that every store, page and spreadsheet takes. Raises `ValueError` with the character that is none."""
     unwritable = _UNWRITABLE.search(text)
     if unwritable is not None:
-        raise ValueError(f"has the character {unwritable[0]!r}, which cannot be written; leave it out")
+        raise ValueError(
+            f"has the character {unwritable[0]!r}, which cannot be written; leave it out"
+        )
     return text
 
 

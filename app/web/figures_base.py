@@ -26,7 +26,14 @@ def spelled(value: Any) -> Any:
 
 
 def _spelled(trace: Trace) -> Trace:
-    return {**trace, **{key: spelled(trace[key]) for key in ("name", "x", "y", "text", "customdata") if key in trace}}
+    return {
+        **trace,
+        **{
+            key: spelled(trace[key])
+            for key in ("name", "x", "y", "text", "customdata")
+            if key in trace
+        },
+    }
 
 
 def plain(values: ArrayLike, digits: int = 6) -> list[float | None]:
@@ -39,26 +46,59 @@ def plain(values: ArrayLike, digits: int = 6) -> list[float | None]:
     up, down = 10.0 ** np.clip(places, 0, 300), 10.0 ** np.clip(-places, 0, 300)
     with np.errstate(over="ignore", invalid="ignore"):
         short = np.round(array * up / down) / up * down
-    return [value if there else None for value, there in zip(short.tolist(), finite.tolist(), strict=True)]
+    return [
+        value if there else None
+        for value, there in zip(short.tolist(), finite.tolist(), strict=True)
+    ]
 
 
 def line(
-    x: ArrayLike, y: ArrayLike, name: str, colour: str = "c0", *, dash: str = "solid", width: float = 2, **more: Any
+    x: ArrayLike,
+    y: ArrayLike,
+    name: str,
+    colour: str = "c0",
+    *,
+    dash: str = "solid",
+    width: float = 2,
+    **more: Any,
 ) -> Trace:
     """A curve."""
     style = {"color": colour, "dash": dash, "width": width}
-    return {"type": "scatter", "mode": "lines", "x": plain(x, 9), "y": plain(y), "name": name, "line": style, **more}
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": plain(x, 9),
+        "y": plain(y),
+        "name": name,
+        "line": style,
+        **more,
+    }
 
 
 def points(x: ArrayLike, y: ArrayLike, name: str, colour: str = "c0", **more: Any) -> Trace:
     """Markers."""
     style = {"color": colour, "size": 7}
-    return {"type": "scatter", "mode": "markers", "x": plain(x), "y": plain(y), "name": name, "marker": style, **more}
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "x": plain(x),
+        "y": plain(y),
+        "name": name,
+        "marker": style,
+        **more,
+    }
 
 
 def bars(x: Sequence[str], y: ArrayLike, name: str, colour: str = "c0", **more: Any) -> Trace:
     """A bar for each word."""
-    return {"type": "bar", "x": list(x), "y": plain(y), "name": name, "marker": {"color": colour}, **more}
+    return {
+        "type": "bar",
+        "x": list(x),
+        "y": plain(y),
+        "name": name,
+        "marker": {"color": colour},
+        **more,
+    }
 
 
 #: Colours of a `heat_map`: from low over none to high, and from none to all.
@@ -82,7 +122,13 @@ def heat_map(
         "zmin": scale[0],
         "zmax": scale[1],
         "colorscale": [list(pair) for pair in colours],
-        "colorbar": {"title": {"text": title, "side": "top"}, "orientation": "h", "thickness": 10, "x": 0.5, "y": 1.02}
+        "colorbar": {
+            "title": {"text": title, "side": "top"},
+            "orientation": "h",
+            "thickness": 10,
+            "x": 0.5,
+            "y": 1.02,
+        }
         | {"yanchor": "bottom", "len": 1},
         "xgap": 1,
         "ygap": 1,
@@ -90,19 +136,34 @@ def heat_map(
     }
     small = {"type": "category", "tickfont": {"size": 9}, "showgrid": False}
     axes = {"xaxis": {**small, "tickangle": -90}, "yaxis": {**small, "autorange": "reversed"}}
-    return {"data": [trace], "layout": {**axes, "plot_bgcolor": "rule", "margin": {"t": 76, "r": 8}}}
+    return {
+        "data": [trace],
+        "layout": {**axes, "plot_bgcolor": "rule", "margin": {"t": 76, "r": 8}},
+    }
 
 
-def band(x: ArrayLike, lower: ArrayLike, upper: ArrayLike, name: str, colour: str = "c0") -> list[Trace]:
+def band(
+    x: ArrayLike, lower: ArrayLike, upper: ArrayLike, name: str, colour: str = "c0"
+) -> list[Trace]:
     """The area between two curves, under one entry of the legend."""
-    edge: dict[str, Any] = {"mode": "lines", "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
+    edge: dict[str, Any] = {
+        "mode": "lines",
+        "line": {"width": 0, "color": colour},
+        "hoverinfo": "skip",
+    }
     low = {"type": "scatter", "x": plain(x, 9), "y": plain(lower), "showlegend": False, **edge}
     fill = {"fill": "tonexty", "fillcolor": f"{colour}/0.22", "name": name}
     return [low, {"type": "scatter", "x": plain(x, 9), "y": plain(upper), **edge, **fill}]
 
 
 def figure(
-    traces: Sequence[Trace], x: str, y: str, *, log_x: bool = False, log_y: bool = False, **layout: Any
+    traces: Sequence[Trace],
+    x: str,
+    y: str,
+    *,
+    log_x: bool = False,
+    log_y: bool = False,
+    **layout: Any,
 ) -> Figure:
     """A chart of one pair of axes; titles carry their unit."""
     axes: dict[str, dict[str, Any]] = {
@@ -117,5 +178,8 @@ def figure(
 
 def categories(traces: Sequence[Trace], x: str, y: str, **layout: Any) -> Figure:
     """A chart over words."""
-    axes = {"xaxis": {"title": {"text": spelled(x)}, "type": "category"}, "yaxis": {"title": {"text": spelled(y)}}}
+    axes = {
+        "xaxis": {"title": {"text": spelled(x)}, "type": "category"},
+        "yaxis": {"title": {"text": spelled(y)}},
+    }
     return {"data": [_spelled(trace) for trace in traces], "layout": {**axes, **layout}}

@@ -63,7 +63,9 @@ class Guard:
             return
         # A slash within a name: the path is decoded before it is matched.
         raw = scope.get("raw_path") or scope["path"].encode()
-        scope["path"] = unquote(raw.decode("latin-1").replace("%2F", INNER_SLASH).replace("%2f", INNER_SLASH))
+        scope["path"] = unquote(
+            raw.decode("latin-1").replace("%2F", INNER_SLASH).replace("%2f", INNER_SLASH)
+        )
         await self._limited(scope, receive, answer, self._limit(scope["path"]))
 
     def csrf(self, session: str) -> str:
@@ -73,11 +75,19 @@ class Guard:
     def _refusal(self, request: Request) -> Response | None:
         host = request.headers.get("host", "")
         if not self._is_our_name(host):
-            return refusal(request, 421, f"this is not {host!r}; open the address that pyroshock serve printed")
+            return refusal(
+                request, 421, f"this is not {host!r}; open the address that pyroshock serve printed"
+            )
         if b"%00" in request.scope.get("raw_path", b"") or b"%00" in request.scope["query_string"]:
-            return refusal(request, 400, "the address has the character %00, which is in no name; leave it out")
+            return refusal(
+                request, 400, "the address has the character %00, which is in no name; leave it out"
+            )
         origin = request.headers.get("origin")
-        if request.method not in SAFE_METHODS and origin is not None and origin.partition("://")[2] != host:
+        if (
+            request.method not in SAFE_METHODS
+            and origin is not None
+            and origin.partition("://")[2] != host
+        ):
             return refusal(request, 403, f"a page of {origin} may not write here")
         admitted = self._admission(request)
         if admitted is not None:
@@ -108,8 +118,12 @@ class Guard:
             if self.sign_in.needed and token is not None and request.method in SAFE_METHODS:
                 rest = urlencode([(name, value) for name, value in query if name != "token"])
                 # A path of two slashes would name another host.
-                answer = RedirectResponse("/" + path.lstrip("/") + (f"?{rest}" if rest else ""), 303)
-                answer.headers.append("set-cookie", session_cookie(request, self.sign_in.new_session(request, token)))
+                answer = RedirectResponse(
+                    "/" + path.lstrip("/") + (f"?{rest}" if rest else ""), 303
+                )
+                answer.headers.append(
+                    "set-cookie", session_cookie(request, self.sign_in.new_session(request, token))
+                )
                 return answer
             if path != SIGN_IN:
                 self.sign_in.check_admitted(request)
@@ -123,11 +137,19 @@ class Guard:
 
     @staticmethod
     def _without_token(request: Request) -> str:
-        query = [pair for pair in parse_qsl(request.url.query, keep_blank_values=True) if pair[0] != "token"]
+        query = [
+            pair
+            for pair in parse_qsl(request.url.query, keep_blank_values=True)
+            if pair[0] != "token"
+        ]
         return request.url.path + (f"?{urlencode(query)}" if query else "")
 
     def _limit(self, path: str) -> int:
-        return self.settings.max_upload_bytes if path.startswith(UPLOADS) else self.settings.max_body_bytes
+        return (
+            self.settings.max_upload_bytes
+            if path.startswith(UPLOADS)
+            else self.settings.max_body_bytes
+        )
 
     def _too_large(self, path: str) -> str:
         return f"more than {self._limit(path):,} bytes; larger campaigns: pyroshock ingest FOLDER"
@@ -145,13 +167,17 @@ class Guard:
 
         async def noted(message: Message) -> None:
             nonlocal begun
-            if not over or begun:  # what the application says of a body that breaks off is not the reason
+            if (
+                not over or begun
+            ):  # what the application says of a body that breaks off is not the reason
                 begun = True
                 await send(message)
 
         try:
             await self.app(scope, counted, noted)
-        except Exception:  # of a body that was too large the refusal below is the answer, all else is raised
+        except (
+            Exception
+        ):  # of a body that was too large the refusal below is the answer, all else is raised
             if not over:
                 raise
         if over and not begun:
@@ -166,9 +192,13 @@ class Guard:
                 headers = message.setdefault("headers", [])
                 present = {name.lower() for name, _ in headers}
                 added = (
-                    _HEADERS if request.url.path.startswith("/static") else {**_HEADERS, "cache-control": "no-store"}
+                    _HEADERS
+                    if request.url.path.startswith("/static")
+                    else {**_HEADERS, "cache-control": "no-store"}
                 )
-                headers += [(n.encode(), v.encode()) for n, v in added.items() if n.encode() not in present]
+                headers += [
+                    (n.encode(), v.encode()) for n, v in added.items() if n.encode() not in present
+                ]
                 if not has_session and b"set-cookie" not in present:
                     headers.append((b"set-cookie", session_cookie(request, session).encode()))
             await send(message)
@@ -176,7 +206,9 @@ class Guard:
         return headed
 
 
-def refusal(request: Request, status: int, why: str, headers: dict[str, str] | None = None) -> Response:
+def refusal(
+    request: Request, status: int, why: str, headers: dict[str, str] | None = None
+) -> Response:
     """Why not, as JSON for the API and as text for a person."""
     if request.url.path.startswith("/api") or is_form(request):
         return JSONResponse({"detail": why}, status, headers)

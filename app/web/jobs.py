@@ -10,7 +10,16 @@ from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..jobs.claims import stop
 from ..jobs.kind import Arguments, JobForm, Kind
-from ..jobs.queue import JobView, ask, ask_again, get_job, is_repeatable, job_form, list_jobs, users_of
+from ..jobs.queue import (
+    JobView,
+    ask,
+    ask_again,
+    get_job,
+    is_repeatable,
+    job_form,
+    list_jobs,
+    users_of,
+)
 from ..jobs.worker import Worker
 
 _log = logging.getLogger("pyroshock.web")
@@ -26,11 +35,18 @@ class Jobs:
     def begin(self) -> None:
         """Let the worker work, on what an earlier server has left, too."""
         if self._worker is not None:
-            self._thread = threading.Thread(target=_worked, args=(self._worker,), name="pyroshock worker", daemon=True)
+            self._thread = threading.Thread(
+                target=_worked, args=(self._worker,), name="pyroshock worker", daemon=True
+            )
             self._thread.start()
 
     def ask(
-        self, store: Store, kind: Kind[Arguments], label: str, arguments: Arguments, host: str | None = None
+        self,
+        store: Store,
+        kind: Kind[Arguments],
+        label: str,
+        arguments: Arguments,
+        host: str | None = None,
     ) -> JobView:
         """Queue a job, signed by the request's `store`."""
         job = ask(store, kind, label, arguments, host)
@@ -42,7 +58,9 @@ class Jobs:
         """Raises `LookupError` for a number that no job has."""
         return get_job(self._store, key)
 
-    def listed(self, limit: int = 200, before: int | None = None, state: str | None = None) -> list[JobView]:
+    def listed(
+        self, limit: int = 200, before: int | None = None, state: str | None = None
+    ) -> list[JobView]:
         """The newest first, without results: at most `limit`, of those older than `before`, in one `state`."""
         return list_jobs(self._store, limit, before, state)
 

@@ -12,7 +12,14 @@ from ...schema.jobs import DONE, FAILED, STATES, STOPPED
 from ..jobs.kind import JobForm
 from ..jobs.queue import JobView
 from .dependencies import Key, OpenStore, Running
-from .job_words import duration_words, elapsed_s, kind_words, next_step_words, result_words, time_words
+from .job_words import (
+    duration_words,
+    elapsed_s,
+    kind_words,
+    next_step_words,
+    result_words,
+    time_words,
+)
 from .rendering import page, query
 
 router = APIRouter()
@@ -25,8 +32,14 @@ def jobs(request: Request, running: Running, before: Before = None, state: str =
     unknown = state not in ("", *STATES)
     listed = [] if unknown else running.listed(PAGE + 1, before, state or None)
     users = running.users_of([job.key for job in listed])
-    rows = [(job, kind_words(job.kind), _duration(job), users.get(job.key, "")) for job in listed[:PAGE]]
-    earlier = f"/jobs{query({'before': listed[PAGE - 1].key, 'state': state})}" if len(listed) > PAGE else ""
+    rows = [
+        (job, kind_words(job.kind), _duration(job), users.get(job.key, "")) for job in listed[:PAGE]
+    ]
+    earlier = (
+        f"/jobs{query({'before': listed[PAGE - 1].key, 'state': state})}"
+        if len(listed) > PAGE
+        else ""
+    )
     return page(
         request,
         "jobs.html",

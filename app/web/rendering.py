@@ -48,7 +48,13 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"heading": heading, "number": number, "part": part, "data": as_data, "when": when}
+    environment.filters |= {
+        "heading": heading,
+        "number": number,
+        "part": part,
+        "data": as_data,
+        "when": when,
+    }
     environment.filters["in_shown_units"] = in_shown_units
     environment.globals |= {"cell": cell, "menu": MENU}
     return environment
@@ -68,7 +74,9 @@ _BELOW = {
 
 def _section(path: str) -> str:
     """The address of the menu's entry that a page belongs to; empty for the first page and for the API."""
-    return next((_BELOW.get(start, start) for start in (*MENU, *_BELOW) if path.startswith(start)), "")
+    return next(
+        (_BELOW.get(start, start) for start in (*MENU, *_BELOW) if path.startswith(start)), ""
+    )
 
 
 def page(request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:
@@ -120,5 +128,10 @@ def when(value: datetime | date | str | None) -> str:
 
 def query(values: Mapping[str, Any]) -> str:
     """`?a=b&c=d` of what is given; empty values are left out."""
-    given = [(key, v) for key, value in values.items() for v in (value if isinstance(value, list) else [value]) if v]
+    given = [
+        (key, v)
+        for key, value in values.items()
+        for v in (value if isinstance(value, list) else [value])
+        if v
+    ]
     return f"?{urlencode(given)}" if given else ""

@@ -43,7 +43,9 @@ class Settings:
                 "--token WORD or PYROSHOCK_TOKEN (16 characters or more)"
             )
         if self.token is not None and len(self.token) < 16:
-            raise SettingsError(f"a token of {len(self.token)} characters can be guessed; expected 16 or more")
+            raise SettingsError(
+                f"a token of {len(self.token)} characters can be guessed; expected 16 or more"
+            )
         if self.mlflow is not None and not self.mlflow.startswith(("http://", "https://")):
             raise SettingsError(
                 f"--mlflow {address_for_display(self.mlflow)!r} is no address of a page; expected http://HOST:PORT"

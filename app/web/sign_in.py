@@ -36,7 +36,10 @@ class SignIn:
     """The token of a server with the sessions that it has opened. `token` None: everybody passes, nobody signs in."""
 
     def __init__(
-        self, token: str | None, sessions: Sessions | None = None, attempts: SignInAttempts | None = None
+        self,
+        token: str | None,
+        sessions: Sessions | None = None,
+        attempts: SignInAttempts | None = None,
     ) -> None:
         self._token = token
         self.sessions = sessions or Sessions()
@@ -59,7 +62,9 @@ class SignIn:
             )
         scheme, _, word = header.partition(" ")
         if scheme.lower() != "bearer":
-            raise SignInError(401, "Authorization needs the scheme Bearer: send Authorization: Bearer TOKEN")
+            raise SignInError(
+                401, "Authorization needs the scheme Bearer: send Authorization: Bearer TOKEN"
+            )
         self._check_token(request, word.strip())
 
     def new_session(self, request: Request, token: str) -> str:
@@ -78,7 +83,9 @@ class SignIn:
                 "open go on",
                 wait_s,
             )
-        if self._token is not None and not hmac.compare_digest(token.encode(), self._token.encode()):
+        if self._token is not None and not hmac.compare_digest(
+            token.encode(), self._token.encode()
+        ):
             self.attempts.failed(host)
             raise SignInError(401, "this is not the server's token")
         self.attempts.succeeded(host)

@@ -43,7 +43,11 @@ class SignInAttempts:
     def wait_s(self, host: str | None) -> float:
         """Seconds until a token from this address is looked at; 0 for now."""
         failures = self._failures.get(client_network(host))
-        return 0.0 if failures is None else max(0.0, failures.last + _pause_s(failures.count) - self._clock())
+        return (
+            0.0
+            if failures is None
+            else max(0.0, failures.last + _pause_s(failures.count) - self._clock())
+        )
 
     def failed(self, host: str | None) -> None:
         """A wrong token came from this address."""
@@ -51,7 +55,9 @@ class SignInAttempts:
         before = self._failures.pop(network, None)
         count = 0 if before is None or now - before.last > FORGOTTEN_AFTER_S else before.count
         if len(self._failures) >= ADDRESSES:
-            unlocked = (name for name, failures in self._failures.items() if failures.count < LOCKED_FROM)
+            unlocked = (
+                name for name, failures in self._failures.items() if failures.count < LOCKED_FROM
+            )
             del self._failures[next(unlocked, next(iter(self._failures)))]
         self._failures[network] = _Failures(count + 1, now)
 

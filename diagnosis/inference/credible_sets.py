@@ -37,7 +37,9 @@ def credible_sets(weighted: Weighted, least: float = ESTABLISHED) -> list[tuple[
     sets = []
     for first in order:
         if first not in grouped_effects:
-            members = _completed(weighted, first, [name for name in order if name not in grouped_effects])
+            members = _completed(
+                weighted, first, [name for name in order if name not in grouped_effects]
+            )
             if inclusion(weighted, members) >= least:
                 grouped_effects.update(members)
                 sets.append(tuple(sorted(members, key=order.index)))
@@ -53,7 +55,11 @@ def _completed(weighted: Weighted, first: str, others: Iterable[str]) -> set[str
         for name in candidates:
             alone, union = inclusion(weighted, {name}), inclusion(weighted, members | {name})
             together = alone + covered - union
-            if name not in members and union - covered >= _LEAST and together < _APART * alone * covered:
+            if (
+                name not in members
+                and union - covered >= _LEAST
+                and together < _APART * alone * covered
+            ):
                 options.append((union, name))
         if not options:
             break

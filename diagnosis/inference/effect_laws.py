@@ -65,7 +65,9 @@ class Coordinate:
 
     def value(self, u: Floats) -> Floats:
         raw = self.centre + self.scale * u
-        return np.clip(np.exp(raw) if self.logarithmic else raw, self.parameter.low, self.parameter.high)
+        return np.clip(
+            np.exp(raw) if self.logarithmic else raw, self.parameter.low, self.parameter.high
+        )
 
     def place(self, value: float) -> float:
         """The u of a value."""
@@ -109,9 +111,13 @@ class EffectLaw:
     def values(self, u: Floats) -> dict[str, float | Floats]:
         """Parameters by name: a number, or one for each of `levels`."""
         table: dict[str, float | Floats] = {}
-        for coordinate, at in zip(self.coordinates, (self.placing @ u).reshape(len(self.coordinates), -1), strict=True):
+        for coordinate, at in zip(
+            self.coordinates, (self.placing @ u).reshape(len(self.coordinates), -1), strict=True
+        ):
             value = coordinate.value(at)
-            table[coordinate.parameter.name] = value[list(self.levels)] if self.levels else float(value[0])
+            table[coordinate.parameter.name] = (
+                value[list(self.levels)] if self.levels else float(value[0])
+            )
         return table
 
     @cached_property
@@ -120,7 +126,12 @@ class EffectLaw:
         levels = len(self.level_names)
         if not levels:
             return np.eye(self.size)
-        single = np.hstack([np.full((levels, 1), np.sqrt(COMMON_SHARE)), np.sqrt(1 - COMMON_SHARE) * np.eye(levels)])
+        single = np.hstack(
+            [
+                np.full((levels, 1), np.sqrt(COMMON_SHARE)),
+                np.sqrt(1 - COMMON_SHARE) * np.eye(levels),
+            ]
+        )
         return np.kron(np.eye(len(self.coordinates)), single)
 
     def effect(self, u: Floats) -> Effect:
@@ -182,24 +193,38 @@ def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[Effec
     """
     likely = [item for item in kind.parameters() if item.likely is not None]
     if not likely:
-        raise ValueError(f"{kind.id}: no parameter has a likely range, so that there is nothing to look for")
-    acting = {item.name for item in likely if _excludes_off(kind, item, ranges) and not _is_shape(kind, item)}
+        raise ValueError(
+            f"{kind.id}: no parameter has a likely range, so that there is nothing to look for"
+        )
+    acting = {
+        item.name
+        for item in likely
+        if _excludes_off(kind, item, ranges) and not _is_shape(kind, item)
+    }
     every_regime = _regimes(kind, likely, ranges)
     # a law that leaves out what was measured is not the bench's, unless each of them does
     regimes = [regime for regime in every_regime if acting <= set(regime)] or every_regime
     laws: list[EffectLaw] = []
     for regime in regimes:
         searched = [item for item in likely if item.name in regime]
-        fixed = tuple((item.name, _off_value(kind, item, ranges)) for item in likely if item.name not in regime)
+        fixed = tuple(
+            (item.name, _off_value(kind, item, ranges))
+            for item in likely
+            if item.name not in regime
+        )
         prior = float(np.log(_regime_prior(regimes.index(regime), len(regimes))))
         for label, share, coordinates in _variants(kind, searched, ranges):
             name = "+".join(regime) + label
             log_prior = prior + float(np.log(share))
-            laws.append(EffectLaw(kind, name, coordinates, fixed, log_prior, surely_acts=bool(acting)))
+            laws.append(
+                EffectLaw(kind, name, coordinates, fixed, log_prior, surely_acts=bool(acting))
+            )
     return laws + [split for law in laws for split in _by_level(law, owners)]
 
 
-def _regimes(kind: type[Effect], likely: Sequence[Parameter], ranges: LawRanges) -> tuple[tuple[str, ...], ...]:
+def _regimes(
+    kind: type[Effect], likely: Sequence[Parameter], ranges: LawRanges
+) -> tuple[tuple[str, ...], ...]:
     """Of a sensor whose error was calibrated those without a shape of it that was not: a calibration covers a range."""
     every_regime = kind.regimes or (tuple(item.name for item in likely),)
     measured = {item.name for item in likely if (kind.id, item.name) in ranges.known_facts}
@@ -223,7 +248,9 @@ def _variants(
     if all(item.typical is None for item in unmeasured):
         return [(label, 1.0, gross)]
     sheet = tuple(
-        Coordinate(item, item.off, item.typical, False) if item in unmeasured and item.typical is not None else own
+        Coordinate(item, item.off, item.typical, False)
+        if item in unmeasured and item.typical is not None
+        else own
         for item, own in zip(searched, gross, strict=True)
     )
     return [(label, 1 - GROSS_ERROR, sheet), (f"{label} (gross)", GROSS_ERROR, gross)]
@@ -238,7 +265,9 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
     shape = _is_shape(kind, item)
     if low < item.off < high and (low < 0 or not shape):
         if low > 0 and high / low > 3:
-            return Coordinate(item, float(np.log(item.off)), float(np.log(high / item.off)) / LIKELY_SD, True)
+            return Coordinate(
+                item, float(np.log(item.off)), float(np.log(high / item.off)) / LIKELY_SD, True
+            )
         return Coordinate(item, item.off, max(high - item.off, item.off - low) / LIKELY_SD, False)
     if low > 0 and high / low <= _WIDE:
         return Coordinate(item, (low + high) / 2, (high - low) / 2 / LIKELY_SD, False)
@@ -247,7 +276,9 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
         high = max(smallest or 10 * high, 2 * low)
     elif low == 0 or not shape:
         low = min(smallest or max(low, _SMALL * high), high / 3)
-    return Coordinate(item, float(np.log(low * high)) / 2, float(np.log(high / low)) / 2 / LIKELY_SD, True)
+    return Coordinate(
+        item, float(np.log(low * high)) / 2, float(np.log(high / low)) / 2 / LIKELY_SD, True
+    )
 
 
 def _is_shape(kind: type[Effect], item: Parameter) -> bool:
@@ -260,7 +291,9 @@ def _is_shape(kind: type[Effect], item: Parameter) -> bool:
 
 def _is_only_beside_others(kind: type[Effect], name: str) -> bool:
     regimes = [set(regime) for regime in kind.regimes]
-    with_it, without_it = ([r for r in regimes if (name in r) == has_it] for has_it in (True, False))
+    with_it, without_it = (
+        [r for r in regimes if (name in r) == has_it] for has_it in (True, False)
+    )
     return bool(with_it) and all(any(less < regime for less in without_it) for regime in with_it)
 
 
@@ -271,19 +304,29 @@ def _excludes_off(kind: type[Effect], item: Parameter, ranges: LawRanges) -> boo
 
 def _off_value(kind: type[Effect], item: Parameter, ranges: LawRanges) -> float:
     """Of a parameter that a law is not searched by: off, or as the laboratory measured it."""
-    return ranges.known_facts[kind.id, item.name].value if _excludes_off(kind, item, ranges) else item.off
+    return (
+        ranges.known_facts[kind.id, item.name].value
+        if _excludes_off(kind, item, ranges)
+        else item.off
+    )
 
 
 def _by_level(law: EffectLaw, owners: Owners) -> list[EffectLaw]:
     """The same law with a value for each level of its first parameter's owner, and, in contacts, of its neighbours."""
     declared = law.coordinates[0].parameter.owner
-    neighbours = next((side for side in _SIDES if declared in side and law.kind.stage() == "contact"), ())
+    neighbours = next(
+        (side for side in _SIDES if declared in side and law.kind.stage() == "contact"), ()
+    )
     split = []
     for owner, (levels, names) in owners.items():
         if len(names) > 1 and (owner == declared or owner in neighbours):
             prior = law.log_prior + float(np.log(BY_LEVEL if owner == declared else BY_NEIGHBOUR))
             name = f"{law.name} by {owner}"
-            split.append(replace(law, name=name, log_prior=prior, levels=levels, level_names=names, owner=owner))
+            split.append(
+                replace(
+                    law, name=name, log_prior=prior, levels=levels, level_names=names, owner=owner
+                )
+            )
     return split
 
 

@@ -46,13 +46,18 @@ class _Additions:
 
 
 def exchanges_of_two(
-    problem: InferenceProblem, current: SubsetFit, starts: Sequence[tuple[EffectLaw, Floats]], most: int
+    problem: InferenceProblem,
+    current: SubsetFit,
+    starts: Sequence[tuple[EffectLaw, Floats]],
+    most: int,
 ) -> list[ScreenedSet]:
     """The best sets, at most `most`, in which two effects stand for one of `current`, one for two, two for two, or two
     more beside all of its effects; the best first. `starts`: laws that may come in, and where each begins."""
     factors = [
         covariance_factor(block, own, error)
-        for block, own, error in zip(problem.blocks, current.contributions, current.errors, strict=True)
+        for block, own, error in zip(
+            problem.blocks, current.contributions, current.errors, strict=True
+        )
     ]
     additions = _additions(problem, current, starts, factors)
     best_of_laws: dict[tuple[str, ...], ScreenedSet] = {}
@@ -75,10 +80,19 @@ def _additions(
     factors: Sequence[Floats],
 ) -> _Additions:
     """Each law beside the current ones; one that is among them by another law, in its place."""
-    parts = dict(zip((law.id for law in current.laws), zip(current.laws, current.parts, strict=True), strict=True))
+    parts = dict(
+        zip(
+            (law.id for law in current.laws),
+            zip(current.laws, current.parts, strict=True),
+            strict=True,
+        )
+    )
     beside = [tuple(pair for name, pair in parts.items() if name != law.id) for law, _ in starts]
     laws = [(*(own for own, _ in rest), law) for rest, (law, _) in zip(beside, starts, strict=True)]
-    u = [np.concatenate([*(own for _, own in rest), u]) for rest, (_, u) in zip(beside, starts, strict=True)]
+    u = [
+        np.concatenate([*(own for _, own in rest), u])
+        for rest, (_, u) in zip(beside, starts, strict=True)
+    ]
     moved = [own.copy() for own in u]
     for own, (law, _) in zip(moved, starts, strict=True):
         own[-law.size] += _DIFFERENCE
@@ -121,9 +135,17 @@ class _Pairs:
         determinant = np.maximum(np.outer(curvature, curvature) - shared**2, 1e-9)
         first = (curvature[None, :] * pulls - shared * pulls.T) / determinant
         steps = np.clip(np.stack([first, first.T], axis=2), -_STEP, _STEP)
-        gain = pulls * steps[:, :, 0] + pulls.T * steps[:, :, 1] - shared * steps[:, :, 0] * steps[:, :, 1]
-        gain -= 0.5 * (curvature[:, None] * steps[:, :, 0] ** 2 + curvature[None, :] * steps[:, :, 1] ** 2)
-        score = -(whole + cost[:, None] + cost[None, :] + overlap) + gain - 0.5 * np.log(determinant)
+        gain = (
+            pulls * steps[:, :, 0]
+            + pulls.T * steps[:, :, 1]
+            - shared * steps[:, :, 0] * steps[:, :, 1]
+        )
+        gain -= 0.5 * (
+            curvature[:, None] * steps[:, :, 0] ** 2 + curvature[None, :] * steps[:, :, 1] ** 2
+        )
+        score = (
+            -(whole + cost[:, None] + cost[None, :] + overlap) + gain - 0.5 * np.log(determinant)
+        )
         return cls(alone, step[:, None], score, steps)
 
 
@@ -140,7 +162,9 @@ def _screened(
     parts = split_parts(current.laws, np.arange(len(current.u), dtype=np.float64))
     columns = np.concatenate([np.zeros(0), *(parts[i] for i in kept)]).astype(np.intp)
     u = current.u[columns]
-    remaining = problem.changes([tuple(pair for i, pair in enumerate(current.point()) if i in kept)])
+    remaining = problem.changes(
+        [tuple(pair for i, pair in enumerate(current.point()) if i in kept)]
+    )
     white_residuals = np.concatenate(
         [
             whitened(root, residual(block, table[0]))
@@ -148,7 +172,10 @@ def _screened(
         ]
     )
     slopes = np.concatenate(
-        [whitened(root, own[:, columns]) for root, own in zip(factors, current.jacobian, strict=True)]
+        [
+            whitened(root, own[:, columns])
+            for root, own in zip(factors, current.jacobian, strict=True)
+        ]
     )
     # The kept laws' parameters go wherever they fit best: what remains lies across their derivatives. Rows below
     # those of the cells are the prior's.
@@ -166,8 +193,13 @@ def _screened(
     kept_effects = {current.laws[i].id for i in kept}
     old = {current.laws[i].key for i in out}
     names = [law.id for law, _ in additions.starts]
-    free = np.array([law.id not in kept_effects and law.key not in old for law, _ in additions.starts], dtype=bool)
-    log_prior = sum(current.laws[i].log_prior for i in kept) - float(np.log(np.abs(np.diag(triangle))).sum())
+    free = np.array(
+        [law.id not in kept_effects and law.key not in old for law, _ in additions.starts],
+        dtype=bool,
+    )
+    log_prior = sum(current.laws[i].log_prior for i in kept) - float(
+        np.log(np.abs(np.diag(triangle))).sum()
+    )
     places: list[tuple[tuple[int, ...], float, Floats]] = []
     scores = np.where(free[:, None] & free[None, :], pairs.score, -np.inf)
     scores[np.array(names)[:, None] == np.array(names)[None, :]] = -np.inf
@@ -177,17 +209,28 @@ def _screened(
         places.append(((int(k), int(m)), float(scores[k, m]), pairs.step[k, m]))
     if len(out) == 2:
         alone = np.where(free, pairs.alone, -np.inf)
-        places += [((int(k),), float(alone[k]), pairs.alone_step[k]) for k in np.argsort(-alone)[:most]]
+        places += [
+            ((int(k),), float(alone[k]), pairs.alone_step[k]) for k in np.argsort(-alone)[:most]
+        ]
     screened = []
     for chosen, score, step in places:
         if not np.isfinite(score):
             continue
-        fitted = white_residuals - additions.change[:, chosen].sum(axis=1) - additions.slope[:, chosen] @ step
+        fitted = (
+            white_residuals
+            - additions.change[:, chosen].sum(axis=1)
+            - additions.slope[:, chosen] @ step
+        )
         move = np.linalg.solve(triangle, basis.T @ np.concatenate([fitted, -u]))
         starts = [additions.starts[k] for k in chosen]
-        moved = [np.concatenate([[own[0] + by], own[1:]]) for (_, own), by in zip(starts, step, strict=True)]
+        moved = [
+            np.concatenate([[own[0] + by], own[1:]])
+            for (_, own), by in zip(starts, step, strict=True)
+        ]
         laws = (*(current.laws[i] for i in kept), *(law for law, _ in starts))
         screened.append(
-            ScreenedSet(laws, np.concatenate([u + np.clip(move, -_STEP, _STEP), *moved]), score + log_prior)
+            ScreenedSet(
+                laws, np.concatenate([u + np.clip(move, -_STEP, _STEP), *moved]), score + log_prior
+            )
         )
     return screened

@@ -75,12 +75,18 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     posterior = np.exp(library.temper * (log_joint - log_joint[0]))
     prior_weights = np.concatenate([posterior / posterior.sum(), np.zeros(len(exact_fits))])
     weights = stacking_weights(inside, [*likely_fits, *exact_fits], prior_weights)
-    picked = [fit for fit, weight in zip([*likely_fits, *exact_fits], weights, strict=True) if weight > _LEAST_WEIGHT]
+    picked = [
+        fit
+        for fit, weight in zip([*likely_fits, *exact_fits], weights, strict=True)
+        if weight > _LEAST_WEIGHT
+    ]
     weights = weights[weights > _LEAST_WEIGHT] / weights[weights > _LEAST_WEIGHT].sum()
     fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=_SETTLING)
     changes = problem.simulator.changes([fit.point() for fit in fits])
     table = _answered(changes)
-    kriged = [_with_discrepancy(problem, inside, fit, own) for fit, own in zip(fits, table, strict=True)]
+    kriged = [
+        _with_discrepancy(problem, inside, fit, own) for fit, own in zip(fits, table, strict=True)
+    ]
     by_cell = cell_weights(weights, changes)
     averaged, corrected = ((by_cell * own).sum(axis=0) for own in (table, np.array(kriged)))
     return FoldFit(training, tuple(fits), weights, averaged, corrected)
@@ -89,7 +95,9 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
 def _with_exact_laws(fit: SubsetFit) -> SubsetFit:
     """A set as though its laws were exact. Where they are not quite, parameters that follow the data predict better
     than those that leave what does not fit to the laws' errors; the stacking says which."""
-    return replace(fit, errors=tuple(replace(error, discrepancy=0, detail=0) for error in fit.errors))
+    return replace(
+        fit, errors=tuple(replace(error, discrepancy=0, detail=0) for error in fit.errors)
+    )
 
 
 def cell_weights(weights: Floats, changes: Floats) -> Floats:
@@ -101,7 +109,9 @@ def cell_weights(weights: Floats, changes: Floats) -> Floats:
     return np.asarray(np.where(total > 0, with_answer / np.where(total > 0, total, 1.0), weights))
 
 
-def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit], prior_weights: Floats) -> Floats:
+def stacking_weights(
+    problem: InferenceProblem, fits: Sequence[SubsetFit], prior_weights: Floats
+) -> Floats:
     """(k,): weights of sets, none negative, sum one, whose mean predicts best, in the metric of the gap, each
     configuration from all others, and the corner of the factor space from what is outside of it. They stay near
     `prior_weights` (k,) as far as `_POSTERIOR_WEIGHT` says."""
@@ -145,7 +155,10 @@ def _answered(tables: Floats) -> Floats:
 def _linear_fit(problem: InferenceProblem, inside: InferenceProblem, fit: SubsetFit) -> SubsetFit:
     """A set fitted to the blocks of `inside` by one step from where all configurations put it."""
     fit = _restricted(problem, inside, fit)
-    factors = [covariance_factor(block, fit.contributions[i], fit.errors[i]) for i, block in enumerate(inside.blocks)]
+    factors = [
+        covariance_factor(block, fit.contributions[i], fit.errors[i])
+        for i, block in enumerate(inside.blocks)
+    ]
     step = newton_step(inside, factors, fit.change, fit.jacobian, fit.u)
     change = tuple(own + slope @ step for own, slope in zip(fit.change, fit.jacobian, strict=True))
     return with_evidence(inside, replace(fit, u=fit.u + step, change=change), factors=factors)
@@ -160,7 +173,9 @@ def _restricted(problem: InferenceProblem, inside: InferenceProblem, fit: Subset
         fit,
         change=tuple(own[rows] for own, rows in zip(fit.change, kept, strict=True)),
         jacobian=tuple(own[rows] for own, rows in zip(fit.jacobian, kept, strict=True)),
-        contributions=tuple(own[:, rows] for own, rows in zip(fit.contributions, kept, strict=True)),
+        contributions=tuple(
+            own[:, rows] for own, rows in zip(fit.contributions, kept, strict=True)
+        ),
     )
 
 
@@ -169,13 +184,18 @@ def _start_again(inside: InferenceProblem, fit: SubsetFit) -> Start:
     return Start(fit.laws, fit.u, fit.contributions, fit.errors, change, fit.jacobian)
 
 
-def _with_discrepancy(problem: InferenceProblem, inside: InferenceProblem, fit: SubsetFit, table: Floats) -> Floats:
+def _with_discrepancy(
+    problem: InferenceProblem, inside: InferenceProblem, fit: SubsetFit, table: Floats
+) -> Floats:
     """(C, D): the effects' changes (C, D), and the mean of background and discrepancy given the training residuals."""
     from scipy.linalg import cho_factor, cho_solve
 
     corrected = table.copy()
     point = fit.point()
-    points = [point, *(tuple(pair for j, pair in enumerate(point) if j != i) for i in range(len(point)))]
+    points = [
+        point,
+        *(tuple(pair for j, pair in enumerate(point) if j != i) for i in range(len(point))),
+    ]
     changes = problem.changes(points)
     for index, (whole, part) in enumerate(zip(problem.blocks, inside.blocks, strict=True)):
         rows = np.flatnonzero(np.isin(whole.configuration, part.configuration))

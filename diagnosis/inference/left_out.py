@@ -19,7 +19,9 @@ def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterab
 
     With P = S^-1, the information of what remains is J'PJ - (PJ)_c' (P_cc)^-1 (PJ)_c when the cells c go.
     """
-    residuals = [residual(block, own) for block, own in zip(problem.blocks, fit.change, strict=True)]
+    residuals = [
+        residual(block, own) for block, own in zip(problem.blocks, fit.change, strict=True)
+    ]
     if not len(fit.u):
         return np.concatenate(residuals)
     information, slope = np.eye(len(fit.u)), -fit.u
@@ -27,7 +29,9 @@ def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterab
     for index, block in enumerate(problem.blocks):
         answered = np.isfinite(fit.change[index])
         columns = np.column_stack([np.where(answered, residuals[index], 0.0), fit.jacobian[index]])
-        inverse = _inverse_root(covariance_factor(block, fit.contributions[index], fit.errors[index]))
+        inverse = _inverse_root(
+            covariance_factor(block, fit.contributions[index], fit.errors[index])
+        )
         weighted = inverse.T @ (inverse @ columns)  # P r and P J
         information = information + fit.jacobian[index].T @ weighted[:, 1:]
         slope = slope + weighted[:, 1:].T @ columns[:, 0]
@@ -59,5 +63,7 @@ def corner_rows(problem: InferenceProblem) -> Rows | None:
     rows = np.unique(np.concatenate([block.configuration for block in problem.blocks]))
     weight = GapMetric.of(gap).weights(gap)
     size = np.nansum((gap.mean[rows] / gap.tolerance) ** 2 * weight, axis=1)
-    extrapolated = corner_of_factors([gap.record.configurations[row].factors for row in rows], np.sqrt(size))
+    extrapolated = corner_of_factors(
+        [gap.record.configurations[row].factors for row in rows], np.sqrt(size)
+    )
     return None if extrapolated is None else rows[extrapolated.rows]

@@ -46,7 +46,10 @@ _SIZES = (
 _NONE, _MIDDLE = ModelErrorAmplitudes(0.0), ModelErrorAmplitudes(0.5, 0.3, 0.2)
 _ROUGH = ModelErrorAmplitudes(0.5, 0.5, 0.8, _FINE)
 #: Their largest amplitude is about the tolerance itself: a gap of that size is none.
-BANK = (_NONE, *(ModelErrorAmplitudes(*sizes, detail=detail) for detail in (1.0, _FINE) for sizes in _SIZES))
+BANK = (
+    _NONE,
+    *(ModelErrorAmplitudes(*sizes, detail=detail) for detail in (1.0, _FINE) for sizes in _SIZES),
+)
 _LITTLE, _SOME, _MUCH = (0.3, 0.2), (0.5, 0.5), (0.8, 0.6)
 #: A plate's modes are off by the same in all configurations; from one to the next its sensors are.
 PLATE_BANK = (
@@ -59,7 +62,10 @@ PLATE_BANK = (
         ModelErrorAmplitudes(constant, detail=_FINE, gain=gain)
         for constant, gain in ((0.25, _SOME), (0.8, _LITTLE), (1.0, _MUCH))
     ),
-    *(ModelErrorAmplitudes(constant, gain=gain) for constant, gain in ((0.25, _LITTLE), (0.5, _LITTLE), (0.8, _SOME))),
+    *(
+        ModelErrorAmplitudes(constant, gain=gain)
+        for constant, gain in ((0.25, _LITTLE), (0.5, _LITTLE), (0.8, _SOME))
+    ),
     ModelErrorAmplitudes(0.5),
     _MIDDLE,
     replace(_MIDDLE, detail=_FINE),
@@ -106,7 +112,9 @@ def same_levels(factors: Sequence[Mapping[str, str | float]]) -> Floats:
     """(C, C): the share of the factors that vary in which two configurations are the same; 1 where none varies."""
     names = sorted({name for row in factors for name in row})
     columns = [[row.get(name, "") for row in factors] for name in names]
-    varying = [np.array([str(value) for value in column]) for column in columns if len(set(column)) > 1]
+    varying = [
+        np.array([str(value) for value in column]) for column in columns if len(set(column)) > 1
+    ]
     if not varying:
         return np.ones((len(factors), len(factors)))
     return np.asarray(np.mean([column[:, None] == column[None, :] for column in varying], axis=0))
@@ -128,7 +136,12 @@ def observable_kernel(observables: Sequence[Observable]) -> Floats:
 
 def octaves(observables: Sequence[Observable]) -> Floats:
     """(D,): logarithms of the frequencies to the base of 2, NaN where there is none."""
-    return np.array([np.nan if item.frequency_hz is None else np.log2(item.frequency_hz) for item in observables])
+    return np.array(
+        [
+            np.nan if item.frequency_hz is None else np.log2(item.frequency_hz)
+            for item in observables
+        ]
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +169,9 @@ class ErrorKernels:
         distance = squared_distances(factors)
         channel = np.array([item.channel for item in observables])
         spectra = {item.channel for item in observables if item.unit == "dB"}
-        level = np.isfinite(octaves(observables)) & np.array([item.channel in spectra for item in observables])
+        level = np.isfinite(octaves(observables)) & np.array(
+            [item.channel in spectra for item in observables]
+        )
         lines = level[:, None] & level[None, :] & (channel[:, None] == channel[None, :])
         cells = np.ix_(observable, observable)
         return cls(
@@ -172,7 +187,11 @@ class ErrorKernels:
     def background(self, member: ModelErrorAmplitudes) -> Floats:
         """(N, N)"""
         share = np.where(self.detail, member.detail, 1.0)
-        over = member.constant**2 * self.constant + member.smooth**2 * self.smooth + member.white**2 * self.white
+        over = (
+            member.constant**2 * self.constant
+            + member.smooth**2 * self.smooth
+            + member.white**2 * self.white
+        )
         gain = member.gain[0] ** 2 * self.smooth + member.gain[1] ** 2 * self.white
         return np.asarray(over * self.observables * np.outer(share, share) + gain * self.lines)
 
@@ -180,7 +199,9 @@ class ErrorKernels:
         """(N, N): correlation of a law's relative errors between cells."""
         together, smooth, level = _DISCREPANCY
         over = together * self.constant + smooth * self.smooth + level * self.level
-        own = self.observables / np.sqrt(np.outer(np.diag(self.observables), np.diag(self.observables)))
+        own = self.observables / np.sqrt(
+            np.outer(np.diag(self.observables), np.diag(self.observables))
+        )
         between = _TOGETHER + (1 - _TOGETHER) * own
         return np.asarray((1 - _OWN_CELL) * over * between + _OWN_CELL * np.eye(len(over)))
 

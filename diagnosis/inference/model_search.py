@@ -104,7 +104,8 @@ class ModelLibrary:
         fresh = []
         for fit in sorted(self.fits.values(), key=self.log_joint, reverse=True)[:_COMPARED]:
             errors = tuple(
-                replace(own, background=other.background) for own, other in zip(fit.errors, best, strict=True)
+                replace(own, background=other.background)
+                for own, other in zip(fit.errors, best, strict=True)
             )
             if errors != fit.errors:
                 fresh.append(with_evidence(self.problem, replace(fit, errors=errors)))
@@ -124,25 +125,41 @@ class ModelLibrary:
     @cached_property
     def prior(self) -> dict[str, tuple[float, float]]:
         """By effect, the logarithms of the probabilities that it does not act and that it does."""
-        prior = {name: (off, on) for name, (on, off) in set_prior(self.problem.laws, self.problem.detectable).items()}
+        prior = {
+            name: (off, on)
+            for name, (on, off) in set_prior(self.problem.laws, self.problem.detectable).items()
+        }
         return prior | {
-            law.id: (_STATED, float(np.log1p(-np.exp(_STATED)))) for law in self.problem.laws if law.surely_acts
+            law.id: (_STATED, float(np.log1p(-np.exp(_STATED))))
+            for law in self.problem.laws
+            if law.surely_acts
         }
 
     def best(self, without: Collection[str] = ()) -> SubsetFit:
         """The likeliest set, of those without some effects."""
-        return max((fit for fit in self.fits.values() if not set(fit.effects) & set(without)), key=self.log_joint)
+        return max(
+            (fit for fit in self.fits.values() if not set(fit.effects) & set(without)),
+            key=self.log_joint,
+        )
 
     def weights(self, window: float = WINDOW) -> list[tuple[SubsetFit, float]]:
         """Sets within Occam's window, the likeliest first, and their probabilities by the tempered posterior."""
         joint = {key: self.log_joint(fit) for key, fit in self.fits.items()}
         top = max(joint.values())
-        kept = sorted((key for key, value in joint.items() if value > top - window), key=lambda key: -joint[key])
+        kept = sorted(
+            (key for key, value in joint.items() if value > top - window),
+            key=lambda key: -joint[key],
+        )
         mass = np.exp(self.temper * (np.array([joint[key] for key in kept]) - top))
-        return [(self.fits[key], float(share)) for key, share in zip(kept, mass / mass.sum(), strict=True)]
+        return [
+            (self.fits[key], float(share))
+            for key, share in zip(kept, mass / mass.sum(), strict=True)
+        ]
 
 
-def set_prior(laws: Sequence[EffectLaw], detectable: Sequence[type[Effect]] = ()) -> dict[str, tuple[float, float]]:
+def set_prior(
+    laws: Sequence[EffectLaw], detectable: Sequence[type[Effect]] = ()
+) -> dict[str, tuple[float, float]]:
     """By effect, the logarithms of the probabilities that it acts and that it does not, such that none of all effects
     acts with `NONE_PRIOR`: of all that are `detectable`, where the laws are those of some of them."""
     from scipy.optimize import brentq
@@ -152,13 +169,19 @@ def set_prior(laws: Sequence[EffectLaw], detectable: Sequence[type[Effect]] = ()
         return {}
     every = {kind.id: kind.prior_odds for kind in detectable} | odds
     ratios = np.array(list(every.values()))
-    scale = brentq(lambda x: float(np.log1p(np.exp(x) * ratios).sum()) + float(np.log(NONE_PRIOR)), -20, 20)
+    scale = brentq(
+        lambda x: float(np.log1p(np.exp(x) * ratios).sum()) + float(np.log(NONE_PRIOR)), -20, 20
+    )
     ratios = np.array(list(odds.values()))
     acts = np.exp(scale) * ratios / (1 + np.exp(scale) * ratios)
-    return {name: (float(np.log(p)), float(np.log1p(-p))) for name, p in zip(odds, acts, strict=True)}
+    return {
+        name: (float(np.log(p)), float(np.log1p(-p))) for name, p in zip(odds, acts, strict=True)
+    }
 
 
-def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _: None) -> ModelLibrary:
+def search(
+    problem: InferenceProblem, progress: Callable[[str], None] = lambda _: None
+) -> ModelLibrary:
     """The library of a problem. Stages are independent given what was measured between them, but for the sensors that
     two of them share: each is searched by itself, and what they find together begins the search of all."""
     library = ModelLibrary(problem)
@@ -166,14 +189,20 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
     if len(problem.blocks) == 1:
         _search_stage(problem, library, progress)
     else:
-        _join(problem, library, [search(problem.stage(block.stage), progress) for block in problem.blocks])
+        _join(
+            problem,
+            library,
+            [search(problem.stage(block.stage), progress) for block in problem.blocks],
+        )
     _exchange(problem, library, progress)
     if len(problem.blocks) == 1:
         _exchange_in_turn(problem, library, progress)
     return library
 
 
-def _exchange_in_turn(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+def _exchange_in_turn(
+    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
+) -> None:
     """Two effects at once, and single ones from what that finds."""
     for _ in range(_ROUNDS_OF_TWO):
         best = library.best()
@@ -183,7 +212,9 @@ def _exchange_in_turn(problem: InferenceProblem, library: ModelLibrary, progress
         _exchange(problem, library, progress)
 
 
-def _exchange_two(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+def _exchange_two(
+    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
+) -> None:
     """Fits the most promising sets that are two effects away from a likely one: a search by single effects may have to
     pass sets that are much worse on the way there."""
     likely = [fit for fit, _ in library.weights()][:BEAM]
@@ -193,7 +224,9 @@ def _exchange_two(problem: InferenceProblem, library: ModelLibrary, progress: Ca
     for current in likely:
         screened = exchanges_of_two(problem, current, starts, _SCREENED * count)
         for move in [move for move in screened if not library.has(move.laws)][:count]:
-            picked.setdefault(tuple(sorted(law.key for law in move.laws)), (current, move.laws, move.u))
+            picked.setdefault(
+                tuple(sorted(law.key for law in move.laws)), (current, move.laws, move.u)
+            )
     library.add(fit_subsets(problem, _starts(problem, list(picked.values()))))
     library.compare_backgrounds()
     library.polish()
@@ -206,15 +239,23 @@ def _is_large(problem: InferenceProblem) -> bool:
     return sum(len(block.z) for block in problem.blocks) > _MANY
 
 
-def _search_stage(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+def _search_stage(
+    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
+) -> None:
     """From no effects upwards as long as another one pays, and from all effects downwards."""
     beam = [library.best()]
     _fit_singles(problem, library)
     gains = True
     while gains:
         before = library.log_joint(library.best())
-        fits = _fitted(problem, library, [(current, _additions(problem, library, current)) for current in beam])
-        fits += [fit for fit in library.fits.values() if len(fit.laws) == len(beam[0].laws) + 1 and fit not in fits]
+        fits = _fitted(
+            problem, library, [(current, _additions(problem, library, current)) for current in beam]
+        )
+        fits += [
+            fit
+            for fit in library.fits.values()
+            if len(fit.laws) == len(beam[0].laws) + 1 and fit not in fits
+        ]
         if not fits:
             break
         count = _EXTENDED[_is_large(problem)]
@@ -230,17 +271,27 @@ def _join(problem: InferenceProblem, library: ModelLibrary, parts: Sequence[Mode
     of the stages; with them, unions of the stages' best sets are fitted together."""
     shown = Counter(name for part in parts for name in part.problem.effects)
     shared = {name for name, count in shown.items() if count > 1}
-    alone = [[fit for fit, _ in part.weights() if not set(fit.effects) & shared][:_OF_A_STAGE] for part in parts]
+    alone = [
+        [fit for fit, _ in part.weights() if not set(fit.effects) & shared][:_OF_A_STAGE]
+        for part in parts
+    ]
     alone = [fits or [part.best(without=shared)] for fits, part in zip(alone, parts, strict=True)]
     library.add(_composed(choice) for choice in itertools.product(*alone))
     unions: dict[tuple[str, ...], tuple[tuple[EffectLaw, ...], Floats]] = {}
     for choice in itertools.product(*([part.best(), part.best(without=shared)] for part in parts)):
         laws: dict[str, tuple[EffectLaw, Floats]] = {}
         for fit in choice:
-            laws |= {law.id: (law, own) for law, own in zip(fit.laws, fit.parts, strict=True) if law.id not in laws}
+            laws |= {
+                law.id: (law, own)
+                for law, own in zip(fit.laws, fit.parts, strict=True)
+                if law.id not in laws
+            }
         union = tuple(law for law, _ in laws.values())
         if not library.has(union):
-            unions[tuple(law.key for law in union)] = union, np.concatenate([own for _, own in laws.values()])
+            unions[tuple(law.key for law in union)] = (
+                union,
+                np.concatenate([own for _, own in laws.values()]),
+            )
     best = library.best()
     starts = _starts(problem, [(best, laws, u) for laws, u in unions.values()])
     library.add(polished(problem, fit_subsets(problem, starts, iterations=_FROM_ALL), _FROM_ALL))
@@ -274,7 +325,9 @@ def _composed(parts: Sequence[SubsetFit]) -> SubsetFit:
     )
 
 
-def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+def _exchange(
+    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
+) -> None:
     """From the best sets by drops, exchanges and additions until none is better."""
     library.compare_backgrounds()
     library.polish()
@@ -284,7 +337,9 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
         moves = []
         for current in beam:
             additions = _additions(problem, library, current)
-            moves.append((current, [*_drops(current), *_exchanges(problem, library, current), *additions]))
+            moves.append(
+                (current, [*_drops(current), *_exchanges(problem, library, current), *additions])
+            )
         _fitted(problem, library, moves, count=_EXCHANGED[large])
         library.compare_backgrounds()
         library.polish()
@@ -295,7 +350,9 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
         beam = best
 
 
-def _eliminate(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+def _eliminate(
+    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
+) -> None:
     """From all effects at once downwards: what additions pass by because only together two of them pay."""
     best = library.best()
     usual = [_plainest(problem, name)[0] for name in problem.effects]
@@ -307,16 +364,23 @@ def _eliminate(problem: InferenceProblem, library: ModelLibrary, progress: Calla
     for laws, places in starts:
         if not library.has(laws):
             u = np.concatenate(places)
-            if not _is_large(problem):  # steps of Gauss and Newton alone end far off where effects work together
+            if not _is_large(
+                problem
+            ):  # steps of Gauss and Newton alone end far off where effects work together
                 u = least_squares_place(problem, laws, u)
             start = _starts(problem, [(best, laws, u)])
-            current = polished(problem, fit_subsets(problem, start, iterations=_FROM_ALL), steps=_FROM_ALL)[0]
+            current = polished(
+                problem, fit_subsets(problem, start, iterations=_FROM_ALL), steps=_FROM_ALL
+            )[0]
             library.add([current])
             _shrink(problem, library, current, progress)
 
 
 def _shrink(
-    problem: InferenceProblem, library: ModelLibrary, current: SubsetFit, progress: Callable[[str], None]
+    problem: InferenceProblem,
+    library: ModelLibrary,
+    current: SubsetFit,
+    progress: Callable[[str], None],
 ) -> None:
     """Drops one effect after the other, each time the one that is missed least."""
     while current.laws:
@@ -326,11 +390,15 @@ def _shrink(
         current = max(fits, key=library.log_joint)
         progress(f"without {'+'.join(current.effects)}: {library.log_joint(current):.1f}")
         best = library.best()
-        if library.log_joint(current) < library.log_joint(best) - _GIVEN_UP and len(current.laws) < len(best.laws):
+        if library.log_joint(current) < library.log_joint(best) - _GIVEN_UP and len(
+            current.laws
+        ) < len(best.laws):
             break
 
 
-def fit_sets(problem: InferenceProblem, library: ModelLibrary, sets: Sequence[Sequence[str]]) -> None:
+def fit_sets(
+    problem: InferenceProblem, library: ModelLibrary, sets: Sequence[Sequence[str]]
+) -> None:
     """Fits sets of effects by id, each by the laws that are likeliest in the library (else all its laws, singly)."""
     best = library.best()
     used = {law.id: (law, part) for law, part in zip(best.laws, best.parts, strict=True)}
@@ -338,11 +406,19 @@ def fit_sets(problem: InferenceProblem, library: ModelLibrary, sets: Sequence[Se
     for ids in sets:
         chosen = [used.get(identity) or _plainest(problem, identity) for identity in ids]
         if chosen and not library.has([law for law, _ in chosen]):
-            picked.append((best, tuple(law for law, _ in chosen), np.concatenate([part for _, part in chosen])))
+            picked.append(
+                (
+                    best,
+                    tuple(law for law, _ in chosen),
+                    np.concatenate([part for _, part in chosen]),
+                )
+            )
     library.add(polished(problem, fit_subsets(problem, _starts(problem, picked), iterations=8)))
 
 
-def fit_other_laws(problem: InferenceProblem, current: SubsetFit, laws: Sequence[EffectLaw]) -> list[SubsetFit]:
+def fit_other_laws(
+    problem: InferenceProblem, current: SubsetFit, laws: Sequence[EffectLaw]
+) -> list[SubsetFit]:
     """The most promising sets in which one of some `laws`, that need not be the problem's, joins the current set, takes
     the place of one of its effects, or acts alone; fitted and polished. A set has one law of each effect."""
     moves = []
@@ -357,7 +433,9 @@ def fit_other_laws(problem: InferenceProblem, current: SubsetFit, laws: Sequence
             own_laws = tuple(rest.laws[i] for i in rows)
             own_u = [places[i] for i in rows]
             moves += [_Move((*own_laws, law), np.concatenate([*own_u, u])) for u in law.starts()]
-    return polished(problem, _fitted(problem, ModelLibrary(problem), [(current, moves)]), steps=_FROM_ALL)
+    return polished(
+        problem, _fitted(problem, ModelLibrary(problem), [(current, moves)]), steps=_FROM_ALL
+    )
 
 
 def _plainest(problem: InferenceProblem, identity: str) -> tuple[EffectLaw, Floats]:
@@ -381,7 +459,11 @@ def _fit_singles(problem: InferenceProblem, library: ModelLibrary) -> None:
     best: dict[str, int] = {}
     for index in np.argsort(scores):
         best[moves[index].laws[0].key] = int(index)
-    library.add(fit_subsets(problem, _starts(problem, [(empty, moves[i].laws, places[i]) for i in best.values()])))
+    library.add(
+        fit_subsets(
+            problem, _starts(problem, [(empty, moves[i].laws, places[i]) for i in best.values()])
+        )
+    )
 
 
 def _starts_of(library: ModelLibrary, law: EffectLaw) -> list[Floats]:
@@ -399,7 +481,9 @@ def _additions(problem: InferenceProblem, library: ModelLibrary, current: Subset
         if not law.levels
         for u in _starts_of(library, law)
     ]
-    problem.changes([point_of(move.laws, move.u) for move in moves])  # one batch, of which levels take what they need
+    problem.changes(
+        [point_of(move.laws, move.u) for move in moves]
+    )  # one batch, of which levels take what they need
     return moves + [_level_addition(problem, current, law) for law in laws if law.levels]
 
 
@@ -414,7 +498,9 @@ def _level_addition(problem: InferenceProblem, current: SubsetFit, law: EffectLa
     places = np.array([nothing, *(u[0] for u in starts)])
     points = [current.point(), *((*current.point(), (law.common, u)) for u in starts)]
     cost = np.zeros((len(points), len(law.level_names)))
-    for index, (block, table) in enumerate(zip(problem.blocks, problem.changes(points), strict=True)):
+    for index, (block, table) in enumerate(
+        zip(problem.blocks, problem.changes(points), strict=True)
+    ):
         variance = np.diag(covariance(block, current.contributions[index], current.errors[index]))
         weighted = residual(block, table) ** 2 / variance
         levels = problem.cell_levels(law, block)
@@ -442,14 +528,22 @@ def _exchanges(problem: InferenceProblem, library: ModelLibrary, current: Subset
         for law in problem.laws:
             if law.key == old.key or law.id in taken or (law.levels and law.id != old.id):
                 continue
-            same = [_spread(current.parts[index], old, law)] if _alike(old, law) else _starts_of(library, law)
+            same = (
+                [_spread(current.parts[index], old, law)]
+                if _alike(old, law)
+                else _starts_of(library, law)
+            )
             moves += [_Move((*rest.laws, law), np.concatenate([rest.u, u])) for u in same]
     return moves
 
 
 def _alike(old: EffectLaw, new: EffectLaw) -> bool:
     """Whether one is the other with levels of its own, or without."""
-    return old.id == new.id and bool(old.levels) != bool(new.levels) and old.coordinates == new.coordinates
+    return (
+        old.id == new.id
+        and bool(old.levels) != bool(new.levels)
+        and old.coordinates == new.coordinates
+    )
 
 
 def _spread(u: Floats, old: EffectLaw, new: EffectLaw) -> Floats:
@@ -467,8 +561,12 @@ def _fitted(
     count: int = _FITTED,
 ) -> list[SubsetFit]:
     """The most promising moves from each set, fitted; those that are in the library already are left out."""
-    open_moves = [(current, [move for move in own if not library.has(move.laws)]) for current, own in moves]
-    problem.changes([point_of(move.laws, move.u) for _, own in open_moves for move in own])  # one batch for all
+    open_moves = [
+        (current, [move for move in own if not library.has(move.laws)]) for current, own in moves
+    ]
+    problem.changes(
+        [point_of(move.laws, move.u) for _, own in open_moves for move in own]
+    )  # one batch for all
     picked: list[tuple[SubsetFit, tuple[EffectLaw, ...], Floats]] = []
     seen: set[tuple[str, ...]] = set()
     for current, own in open_moves:
@@ -521,7 +619,10 @@ def _starts(
             slope[:, new] = np.nan_to_num((table[slopes] - table[base]) / _DIFFERENCE).T
             jacobian.append(slope)
             part = dict(zip(current.key, current.contributions[index], strict=True))
-            part |= {law.key: np.nan_to_num(table[base] - table[without.start + i]) for i, law in enumerate(added)}
+            part |= {
+                law.key: np.nan_to_num(table[base] - table[without.start + i])
+                for i, law in enumerate(added)
+            }
             contributions.append(np.array([part[law.key] for law in laws]).reshape(len(laws), -1))
         change = tuple(table[base] for table in tables)
         starts.append(Start(laws, u, tuple(contributions), current.errors, change, tuple(jacobian)))
@@ -538,13 +639,17 @@ def _new_places(current: SubsetFit, laws: Sequence[EffectLaw]) -> list[int]:
     return places
 
 
-def _removed(laws: Sequence[EffectLaw], u: Floats, out: EffectLaw) -> tuple[tuple[EffectLaw, ...], Floats]:
+def _removed(
+    laws: Sequence[EffectLaw], u: Floats, out: EffectLaw
+) -> tuple[tuple[EffectLaw, ...], Floats]:
     parts = split_parts(laws, u)
     kept = [i for i, law in enumerate(laws) if law.key != out.key]
     return tuple(laws[i] for i in kept), np.concatenate([np.zeros(0), *(parts[i] for i in kept)])
 
 
-def _screened(problem: InferenceProblem, current: SubsetFit, moves: Sequence[_Move]) -> tuple[Floats, list[Floats]]:
+def _screened(
+    problem: InferenceProblem, current: SubsetFit, moves: Sequence[_Move]
+) -> tuple[Floats, list[Floats]]:
     """A score of each move, higher is better, and where its fit begins: the parameters of effects that stay are
     adjusted by the current set's derivatives."""
     from scipy.linalg import solve_triangular
@@ -558,7 +663,11 @@ def _screened(problem: InferenceProblem, current: SubsetFit, moves: Sequence[_Mo
         factor = covariance_factor(block, current.contributions[index], current.errors[index])
         residuals = residual(block, tables[index])
         white = solve_triangular(factor, residuals.T, lower=True)
-        slopes = solve_triangular(factor, current.jacobian[index], lower=True) if len(current.u) else None
+        slopes = (
+            solve_triangular(factor, current.jacobian[index], lower=True)
+            if len(current.u)
+            else None
+        )
         gains -= 0.5 * np.einsum("nk,nk->k", white, white)
         for k, move in enumerate(moves):
             if slopes is None:
@@ -571,11 +680,17 @@ def _screened(problem: InferenceProblem, current: SubsetFit, moves: Sequence[_Mo
             linear[k][rows] += jacobian.T @ white[:, k]
     places = []
     for k, move in enumerate(moves):
-        step = np.clip(np.linalg.solve(quadratic[k], linear[k]), -1.5, 1.5) if len(move.u) else np.zeros(0)
+        step = (
+            np.clip(np.linalg.solve(quadratic[k], linear[k]), -1.5, 1.5)
+            if len(move.u)
+            else np.zeros(0)
+        )
         rows, _ = _shared(move.laws, columns)
         held = np.setdiff1d(np.arange(len(move.u)), rows)
         step[held] = 0.0
-        gains[k] += float(linear[k] @ step - 0.5 * step @ quadratic[k] @ step) - 0.5 * float(move.u @ move.u)
+        gains[k] += float(linear[k] @ step - 0.5 * step @ quadratic[k] @ step) - 0.5 * float(
+            move.u @ move.u
+        )
         gains[k] += sum(law.log_prior for law in move.laws)
         places.append(np.clip(move.u + step, -4.0, 4.0))
     return gains, places

@@ -44,7 +44,9 @@ class HypothesisPosterior:
     metric: GapMetric
     weighted: tuple[tuple[SubsetFit, float], ...]
     unexplained: Mapping[tuple[str, ...], UnexplainedEvidence] = field(default_factory=dict)
-    _rough_shares: dict[tuple[str, ...], dict[str, tuple[float, float]]] = field(default_factory=dict)
+    _rough_shares: dict[tuple[str, ...], dict[str, tuple[float, float]]] = field(
+        default_factory=dict
+    )
     _within: dict[tuple[str, ...], float] = field(default_factory=dict)
 
     @classmethod
@@ -62,7 +64,10 @@ class HypothesisPosterior:
         drift = RunOrderDrift.of(gap)
         posterior = cls(gap, library, GapMetric.of(gap), weighted)
         beside = {fit.key: fit for fit in posterior.poor_sets}
-        evidence = {key: unexplained_evidence(gap, problem.blocks, fit, drift) for key, fit in beside.items()}
+        evidence = {
+            key: unexplained_evidence(gap, problem.blocks, fit, drift)
+            for key, fit in beside.items()
+        }
         return cls(gap, library, posterior.metric, weighted, evidence)
 
     @property
@@ -110,10 +115,15 @@ class HypothesisPosterior:
     def taken(self, fit: SubsetFit) -> float:
         """The fraction of the reducible gap (roots, as the report has it) that a set takes in the sample."""
         remaining_square = self._square(
-            [residual(block, own) for block, own in zip(self.problem.blocks, fit.change, strict=True)]
+            [
+                residual(block, own)
+                for block, own in zip(self.problem.blocks, fit.change, strict=True)
+            ]
         )
         room = np.sqrt(self._before) - np.sqrt(self.floor)
-        return float((np.sqrt(self._before) - np.sqrt(remaining_square)) / room) if room > 0 else 0.0
+        return (
+            float((np.sqrt(self._before) - np.sqrt(remaining_square)) / room) if room > 0 else 0.0
+        )
 
     def rough_shares(self, fit: SubsetFit) -> dict[str, tuple[float, float]]:
         """By effect of a set, of the squared gap: the mean of what it takes alone and after all others, and the latter
@@ -135,7 +145,9 @@ class HypothesisPosterior:
         shares = self.rough_shares(fit)
         order = sorted(shares, key=lambda name: -shares[name][0])
         return tuple(
-            name for i, name in enumerate(order) if i == 0 or shares[name][0] >= MAJOR or shares[name][1] >= MAJOR_LAST
+            name
+            for i, name in enumerate(order)
+            if i == 0 or shares[name][0] >= MAJOR or shares[name][1] >= MAJOR_LAST
         )
 
     @cached_property
@@ -154,20 +166,27 @@ class HypothesisPosterior:
         ]
         catalogue_joint = [self.library.log_joint(fit) for fit, _ in self.weighted]
         prior = float(np.log(UNKNOWN_PRIOR / (1 - UNKNOWN_PRIOR)))
-        return prior + float(np.logaddexp.reduce(joint)) - float(np.logaddexp.reduce(catalogue_joint))
+        return (
+            prior + float(np.logaddexp.reduce(joint)) - float(np.logaddexp.reduce(catalogue_joint))
+        )
 
     @cached_property
     def gain_beside_likeliest(self) -> float:
         """Log evidence with something unexplained beside the likeliest set of effects, less that without."""
         if self.best.key in self.unexplained:
             return self.unexplained[self.best.key].gain
-        return unexplained_evidence(self.gap, self.problem.blocks, self.best, RunOrderDrift.of(self.gap)).gain
+        return unexplained_evidence(
+            self.gap, self.problem.blocks, self.best, RunOrderDrift.of(self.gap)
+        ).gain
 
     @cached_property
     def discrepancy(self) -> float:
         """Posterior mean of how far the laws of the effects are off in the stage where they are furthest off, as a
         share of what the effects do."""
-        largest = [max(DISCREPANCIES[error.discrepancy] for error in fit.errors) for fit, _ in self.weighted]
+        largest = [
+            max(DISCREPANCIES[error.discrepancy] for error in fit.errors)
+            for fit, _ in self.weighted
+        ]
         return float(np.dot(largest, [weight for _, weight in self.weighted]))
 
     @property
@@ -175,7 +194,9 @@ class HypothesisPosterior:
         """Of what is unexplained, beside the set where it is likeliest."""
         return max(
             self.unexplained.items(),
-            key=lambda item: self.library.log_joint(self.library.fits[tuple(sorted(item[0]))]) + item[1].gain,
+            key=lambda item: (
+                self.library.log_joint(self.library.fits[tuple(sorted(item[0]))]) + item[1].gain
+            ),
         )[1]
 
     @cached_property
@@ -203,11 +224,15 @@ class HypothesisPosterior:
             normal = np.random.default_rng(0).standard_normal((len(fit.u), _DRAWS))
             draws = np.linalg.solve(np.linalg.cholesky(fit.precision).T, normal)  # (p, draws)
             within = np.ones(_DRAWS, dtype=bool)
-            for block, own, slope in zip(self.problem.blocks, fit.change, fit.jacobian, strict=True):
+            for block, own, slope in zip(
+                self.problem.blocks, fit.change, fit.jacobian, strict=True
+            ):
                 for columns in family_columns(self.gap).values():
                     inside = np.isin(block.observable, columns)
                     if inside.any():
-                        moved = np.nan_to_num(own[inside], nan=100.0)[:, None] + slope[inside] @ draws
+                        moved = (
+                            np.nan_to_num(own[inside], nan=100.0)[:, None] + slope[inside] @ draws
+                        )
                         within &= np.mean(moved**2, axis=0) <= 1.0
             self._within[fit.key] = float(within.mean())
         return self._within[fit.key]
@@ -233,7 +258,12 @@ class HypothesisPosterior:
         """Of every set that is not rare: its major effects, log evidence, log prior, and the probability that it is
         within tolerance."""
         return tuple(
-            (self.major(fit), fit.log_evidence, self.library.log_set_prior(fit), self.within_tolerance(fit))
+            (
+                self.major(fit),
+                fit.log_evidence,
+                self.library.log_set_prior(fit),
+                self.within_tolerance(fit),
+            )
             for fit, weight in self.weighted
             if weight > self._rare
         )
@@ -242,7 +272,9 @@ class HypothesisPosterior:
         """The likeliest fit whose major effects these are."""
         wanted = frozenset(names)
         for fit, weight in self.weighted:
-            if weight > self._rare and (frozenset(self.major(fit)) == wanted if fit.laws else not wanted):
+            if weight > self._rare and (
+                frozenset(self.major(fit)) == wanted if fit.laws else not wanted
+            ):
                 return fit
         return self.best
 
@@ -262,7 +294,11 @@ def _fit_neighbours(problem: InferenceProblem, library: ModelLibrary) -> None:
     """The best set without each of its effects; where one of them turns out to be better, that one's too."""
     best = None
     while best is not (best := library.best()):
-        fit_sets(problem, library, [[name for name in best.effects if name != out] for out in best.effects])
+        fit_sets(
+            problem,
+            library,
+            [[name for name in best.effects if name != out] for out in best.effects],
+        )
 
 
 def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fitted, ...]:
@@ -275,11 +311,19 @@ def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fi
             continue
         places = law.placing @ part
         spread = np.sqrt(np.diag(law.placing @ covariance[first:last, first:last] @ law.placing.T))
-        labels = [(coordinate, name) for coordinate in law.coordinates for name in law.level_names or ("",)]
+        labels = [
+            (coordinate, name)
+            for coordinate in law.coordinates
+            for name in law.level_names or ("",)
+        ]
         for (coordinate, name), place, width in zip(labels, places, spread, strict=True):
-            low, middle, high = np.sort(coordinate.value(place + _Z90 * width * np.array([-1.0, 0.0, 1.0])))
+            low, middle, high = np.sort(
+                coordinate.value(place + _Z90 * width * np.array([-1.0, 0.0, 1.0]))
+            )
             label = f"{prefix}{coordinate.parameter.name}" + (f" ({name})" if name else "")
-            table.append(Fitted(label, float(middle), coordinate.parameter.unit, (float(low), float(high))))
+            table.append(
+                Fitted(label, float(middle), coordinate.parameter.unit, (float(low), float(high)))
+            )
     return tuple(table)
 
 
@@ -290,7 +334,10 @@ def fitted_effects(fit: SubsetFit) -> tuple[Effect, ...]:
 
 def common_effects(fit: SubsetFit) -> tuple[Effect, ...]:
     """The same with one value for all levels: what a twin can take over for other configurations."""
-    return tuple(law.common.effect(law.common_part(own)) for law, own in zip(fit.laws, fit.parts, strict=True))
+    return tuple(
+        law.common.effect(law.common_part(own))
+        for law, own in zip(fit.laws, fit.parts, strict=True)
+    )
 
 
 __all__ = ["HypothesisPosterior", "common_effects", "fitted_effects", "fitted_parameters"]

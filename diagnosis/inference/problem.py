@@ -45,7 +45,9 @@ class JointSimulator:
     @property
     def shape(self) -> tuple[int, int]:
         """C configurations and D observables of all stages."""
-        return len(self.stages[0].record.configurations), sum(len(stage.observables) for stage in self.stages)
+        return len(self.stages[0].record.configurations), sum(
+            len(stage.observables) for stage in self.stages
+        )
 
     def changes(self, points: Sequence[Point], stages: Collection[str] | None = None) -> Floats:
         """(k, C, D): by how much each set moves the nominal observables; NaN where there is no answer, 0 in stages that
@@ -62,9 +64,14 @@ class JointSimulator:
 
     def _stage_changes(self, stage: Stage, points: Sequence[Point]) -> Floats:
         shown = self._shown[stage.name]
-        acting = [tuple(pair for pair in point if pair[0].id in shown and self._acts(*pair)) for point in points]
+        acting = [
+            tuple(pair for pair in point if pair[0].id in shown and self._acts(*pair))
+            for point in points
+        ]
         keys = [(stage.name, *((law.key, u.tobytes()) for law, u in point)) for point in acting]
-        missing = {key: point for key, point in zip(keys, acting, strict=True) if key not in self._kept}
+        missing = {
+            key: point for key, point in zip(keys, acting, strict=True) if key not in self._kept
+        }
         if missing:
             self.count += len(missing)
             sets = [self._effects(stage, point) for point in missing.values()]
@@ -93,7 +100,8 @@ class JointSimulator:
     def _off(self) -> dict[str, dict[str, Effect]]:
         """By stage, every effect of its own doing nothing."""
         return {
-            name: {law.id: law.off() for law in self.laws if law.id in shown} for name, shown in self._shown.items()
+            name: {law.id: law.off() for law in self.laws if law.id in shown}
+            for name, shown in self._shown.items()
         }
 
 
@@ -155,7 +163,9 @@ class StageBlock:
         noise = _noise(gap, c, o) / np.outer(tolerance, tolerance) + _LEAST * np.eye(len(c))
         covariances = np.stack([noise + kernels.background(member) for member in bank(stage)])
         z, usual = gap.mean[c, o] / tolerance, usual_background(stage)
-        return cls(stage, c, o, tolerance, z, covariances, kernels.discrepancy(), kernels.detail, usual)
+        return cls(
+            stage, c, o, tolerance, z, covariances, kernels.discrepancy(), kernels.detail, usual
+        )
 
     def only(self, rows: Rows) -> Self:
         """The cells of some configurations (by their place in the gap table)."""
@@ -195,7 +205,11 @@ class InferenceProblem:
         owners = owners_of([configuration.factors for configuration in gap.record.configurations])
         facts = {(fact.effect, fact.parameter): fact for fact in gap.record.known_facts}
         ranges = replace(_ranges(stages, own), known_facts=facts)
-        laws = tuple(law for kind in own for law in laws_of(kind, ranges, _owners_of_kind(kind, owners, stages)))
+        laws = tuple(
+            law
+            for kind in own
+            for law in laws_of(kind, ranges, _owners_of_kind(kind, owners, stages))
+        )
         blocks = tuple(StageBlock.of(gap, stage) for stage in gap.stages)
         simulator = JointSimulator(stages, laws)
         simulator.negligible = negligible_places(simulator, gap.tolerance)
@@ -217,7 +231,12 @@ class InferenceProblem:
 
     def stage(self, name: str) -> Self:
         """One stage by itself, given what was measured at its entrance, with the laws that it shows."""
-        shown = {identity for stage in self.simulator.stages if stage.name == name for identity in stage.shows}
+        shown = {
+            identity
+            for stage in self.simulator.stages
+            if stage.name == name
+            for identity in stage.shows
+        }
         return replace(
             self,
             blocks=tuple(block for block in self.blocks if block.stage == name),
@@ -231,7 +250,9 @@ class InferenceProblem:
             return np.asarray(np.array(law.levels)[block.configuration])
         levels = np.full(len(self.gap.observables), -1)
         for stage in parted:
-            levels[self.gap.columns(stage.name)] = stage.part_of_observables(law.owner, law.level_names)
+            levels[self.gap.columns(stage.name)] = stage.part_of_observables(
+                law.owner, law.level_names
+            )
         return np.asarray(levels[block.observable])
 
     def changes(self, points: Sequence[Point]) -> list[Floats]:
@@ -243,7 +264,9 @@ class InferenceProblem:
 def _owners_of_kind(kind: type[Effect], owners: Owners, stages: Sequence[Stage]) -> Owners:
     """Parameters that the plate shows differ between its parts, all others between configurations: an array of values
     goes with the one or with the other."""
-    plate = next((stage for stage in stages if stage.name == "plate" and kind.id in stage.shows), None)
+    plate = next(
+        (stage for stage in stages if stage.name == "plate" and kind.id in stage.shows), None
+    )
     return owners if plate is None else plate.parts(kind)
 
 
@@ -251,7 +274,9 @@ def _noise(gap: GapTable, c: Rows, o: Rows) -> Floats:
     """(N, N): of means, from repetitions, and of nominal parameters that are declared uncertain."""
     number = gap.count[c, o].astype(np.float64)
     wider = np.broadcast_to(gap.noise.relative, gap.mean.shape)[c, o] / np.sqrt(number)
-    noise = np.where(c[:, None] == c[None, :], gap.noise.covariance[np.ix_(o, o)] * np.outer(wider, wider), 0.0)
+    noise = np.where(
+        c[:, None] == c[None, :], gap.noise.covariance[np.ix_(o, o)] * np.outer(wider, wider), 0.0
+    )
     nuisances = gap.nuisances[:, c, o]
     return np.asarray(noise + nuisances.T @ nuisances)
 
@@ -268,7 +293,9 @@ def _ranges(stages: Sequence[Stage], kinds: Sequence[type[Effect]]) -> LawRanges
             off = {parameter.name: parameter.off for parameter in kind.parameters()}
             values = values[(values >= item.low) & (values <= item.high)]
             sets = [[kind(**{**off, item.name: float(value)})] for value in values]
-            size = np.max([_sizes(stage, sets) for stage in stages if kind.id in stage.shows], axis=0)
+            size = np.max(
+                [_sizes(stage, sets) for stage in stages if kind.id in stage.shows], axis=0
+            )
             seen = np.flatnonzero(size > 1.0)
             if seen.size:
                 smallest[kind.id, item.name] = float(values[seen.min()])

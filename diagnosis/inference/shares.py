@@ -63,7 +63,9 @@ def reducible_square(before: float, floor: float) -> float:
     return max(before - floor, before / 4, 1e-9)
 
 
-def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator) -> GapShares:
+def gap_shares(
+    library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator
+) -> GapShares:
     """Averaged over the likeliest sets. `weights` (D,): of the observables' squares in the gap's metric; `floor`: the
     sum over all cells, so weighed, of the variance that repetitions leave, in tolerances squared."""
     weighted_sets = library.weights()
@@ -110,7 +112,9 @@ def _draws(
     table = np.zeros((count, len(effects) + 1))
     if fit.laws:
         parts = (_shapley if exact else _first_and_last)(problem, fit, weights, before) / room
-        spread = _relative_spread(problem, fit, weights, parts, rng) if exact else np.zeros(len(parts))
+        spread = (
+            _relative_spread(problem, fit, weights, parts, rng) if exact else np.zeros(len(parts))
+        )
         errors = _law_errors(fit)
         drawn = parts * np.exp(
             np.clip(spread * rng.standard_normal((count, len(parts))), -2, 2)
@@ -122,13 +126,19 @@ def _draws(
         unexplained = max(1 - float(parts.sum()), 0.0)
         wobble = np.abs(
             unexplained
-            + 0.5 * float(np.sqrt(np.sum((errors * parts) ** 2))) * rng.standard_normal(count) * unexplained**0.5
+            + 0.5
+            * float(np.sqrt(np.sum((errors * parts) ** 2)))
+            * rng.standard_normal(count)
+            * unexplained**0.5
         )
         table[:, -1] = wobble
         # By size, not by the sum: that is near zero where effects cancel each other.
         sizes = np.abs(table)
         excess = table.sum(axis=1, keepdims=True) - explained
-        return np.asarray((table - excess * sizes / np.maximum(sizes.sum(axis=1, keepdims=True), 1e-9)) / explained)
+        return np.asarray(
+            (table - excess * sizes / np.maximum(sizes.sum(axis=1, keepdims=True), 1e-9))
+            / explained
+        )
     table[:, -1] = 1.0
     return table
 
@@ -148,8 +158,12 @@ def _shapley(problem: InferenceProblem, fit: SubsetFit, weights: Floats, before:
     pairs = fit.point()
     if count > _EXACT:
         return _first_and_last(problem, fit, weights, before)
-    subsets = [rows for size in range(count + 1) for rows in itertools.combinations(range(count), size)]
-    remaining_squares = _square(problem, weights, [tuple(pairs[i] for i in rows) for rows in subsets])
+    subsets = [
+        rows for size in range(count + 1) for rows in itertools.combinations(range(count), size)
+    ]
+    remaining_squares = _square(
+        problem, weights, [tuple(pairs[i] for i in rows) for rows in subsets]
+    )
     value = {rows: before - remaining_squares[k] for k, rows in enumerate(subsets)}
     parts = np.zeros(count)
     for rows in subsets:
@@ -159,7 +173,9 @@ def _shapley(problem: InferenceProblem, fit: SubsetFit, weights: Floats, before:
     return parts
 
 
-def _first_and_last(problem: InferenceProblem, fit: SubsetFit, weights: Floats, before: float) -> Floats:
+def _first_and_last(
+    problem: InferenceProblem, fit: SubsetFit, weights: Floats, before: float
+) -> Floats:
     """(m,): the mean of what a law reduces alone and after all others, scaled to their sum."""
     alone, last, whole = ends(problem, [fit.point()], weights, before)
     mean = (alone + last) / 2
@@ -175,14 +191,22 @@ def ends(
     for pairs in points:
         points_to_simulate.append(pairs)
         points_to_simulate += [(pair,) for pair in pairs]
-        points_to_simulate += [tuple(pair for j, pair in enumerate(pairs) if j != i) for i in range(count)]
-    reduction = (before - _square(problem, weights, points_to_simulate)).reshape(len(points), 1 + 2 * count)
+        points_to_simulate += [
+            tuple(pair for j, pair in enumerate(pairs) if j != i) for i in range(count)
+        ]
+    reduction = (before - _square(problem, weights, points_to_simulate)).reshape(
+        len(points), 1 + 2 * count
+    )
     whole = reduction[:, 0]
     return reduction[:, 1 : 1 + count], whole[:, None] - reduction[:, 1 + count :], whole
 
 
 def _relative_spread(
-    problem: InferenceProblem, fit: SubsetFit, weights: Floats, parts: Floats, rng: np.random.Generator
+    problem: InferenceProblem,
+    fit: SubsetFit,
+    weights: Floats,
+    parts: Floats,
+    rng: np.random.Generator,
 ) -> Floats:
     """(m,): standard deviation of the logarithm of each law's reduction, by the posterior of the parameters."""
     covariance = np.linalg.inv(fit.precision)

@@ -121,7 +121,11 @@ def _has_discrepancy(contributions: Floats, error: ErrorSize) -> bool:
 def covariance_factor(block: StageBlock, contributions: Floats, error: ErrorSize) -> Floats:
     """The lower Cholesky factor of S (N, N). The last ones of a stage are kept: sets that differ in the effects of
     other stages have the same."""
-    acting = contributions[contributions.any(axis=1)] if _has_discrepancy(contributions, error) else contributions[:0]
+    acting = (
+        contributions[contributions.any(axis=1)]
+        if _has_discrepancy(contributions, error)
+        else contributions[:0]
+    )
     key = (error if len(acting) else error.background, acting.tobytes())
     lower = block.factors.pop(key, None)
     if lower is None:
@@ -148,15 +152,24 @@ def with_evidence(
     for index, block in enumerate(problem.blocks):
         terms = _block_terms(block, fit, index, errors[index], factors[index] if factors else None)
         if search_errors:
-            errors[index], terms = _best_errors(block, fit, index, errors[index], terms, backgrounds=backgrounds)
+            errors[index], terms = _best_errors(
+                block, fit, index, errors[index], terms, backgrounds=backgrounds
+            )
         pieces.append(terms)
-    precision = np.eye(len(fit.u)) + sum((piece[1] for piece in pieces), np.zeros((len(fit.u), len(fit.u))))
+    precision = np.eye(len(fit.u)) + sum(
+        (piece[1] for piece in pieces), np.zeros((len(fit.u), len(fit.u)))
+    )
     log_likelihood = sum(piece[0] for piece in pieces)
     log_prior = sum(_log_prior(error) for i, error in enumerate(errors) if _acts(fit, i))
     log_prior -= sum(np.log(len(block.covariances)) for block in problem.blocks)
-    log_prior += sum(_background_prior(block, fit, i, errors[i]) for i, block in enumerate(problem.blocks))
+    log_prior += sum(
+        _background_prior(block, fit, i, errors[i]) for i, block in enumerate(problem.blocks)
+    )
     log_evidence = (
-        log_likelihood + log_prior - 0.5 * float(fit.u @ fit.u) - 0.5 * float(np.linalg.slogdet(precision)[1])
+        log_likelihood
+        + log_prior
+        - 0.5 * float(fit.u @ fit.u)
+        - 0.5 * float(np.linalg.slogdet(precision)[1])
     )
     return replace(fit, errors=tuple(errors), log_evidence=float(log_evidence), precision=precision)
 
@@ -194,7 +207,9 @@ def _block_terms(
 ) -> _Terms:
     if lower is None:
         lower = covariance_factor(block, fit.contributions[index], error)
-    white = whitened(lower, np.column_stack([residual(block, fit.change[index]), fit.jacobian[index]]))
+    white = whitened(
+        lower, np.column_stack([residual(block, fit.change[index]), fit.jacobian[index]])
+    )
     log_norm = -float(np.log(np.diag(lower)).sum()) - 0.5 * len(block.z) * float(np.log(2 * np.pi))
     return log_norm - 0.5 * float(white[:, 0] @ white[:, 0]), white[:, 1:].T @ white[:, 1:]
 
@@ -209,7 +224,13 @@ class _ScoredErrors:
 
 
 def _best_errors(
-    block: StageBlock, fit: SubsetFit, index: int, start: ErrorSize, terms: _Terms, *, backgrounds: bool
+    block: StageBlock,
+    fit: SubsetFit,
+    index: int,
+    start: ErrorSize,
+    terms: _Terms,
+    *,
+    backgrounds: bool,
 ) -> tuple[ErrorSize, _Terms]:
     """The likeliest sizes near `start`, which has the `terms`, and theirs; of the backgrounds all are tried, or the one
     at hand is kept."""
@@ -222,7 +243,11 @@ def _best_errors(
 
     best = scored(start, terms)
     if backgrounds:
-        others = (replace(start, background=i) for i in range(len(block.covariances)) if i != start.background)
+        others = (
+            replace(start, background=i)
+            for i in range(len(block.covariances))
+            if i != start.background
+        )
         best = max([best, *map(scored, others)], key=lambda option: option.score)
     if _acts(fit, index):
         names = ("discrepancy", "detail") if block.detail.any() else ("discrepancy",)
@@ -231,7 +256,9 @@ def _best_errors(
     return best.error, best.terms
 
 
-def _climbed(best: _ScoredErrors, name: str, scored: Callable[[ErrorSize], _ScoredErrors]) -> _ScoredErrors:
+def _climbed(
+    best: _ScoredErrors, name: str, scored: Callable[[ErrorSize], _ScoredErrors]
+) -> _ScoredErrors:
     """Neighbouring amplitudes in one direction, then in the other, as long as they are likelier."""
     for side in (1, -1):
         while 0 <= (place := getattr(best.error, name) + side) < len(DISCREPANCIES):
@@ -256,7 +283,11 @@ class Start:
 
 
 def fit_subsets(
-    problem: InferenceProblem, starts: Sequence[Start], iterations: int = 4, *, backgrounds: bool = False
+    problem: InferenceProblem,
+    starts: Sequence[Start],
+    iterations: int = 4,
+    *,
+    backgrounds: bool = False,
 ) -> list[SubsetFit]:
     """Quasi-Newton fits of all starts at once, so that one batch simulates all of them.
 
@@ -268,14 +299,20 @@ def fit_subsets(
     u = [start.u.copy() for start in starts]
     change, jacobian = [start.change for start in starts], [start.jacobian for start in starts]
     factors = [
-        [covariance_factor(block, start.contributions[i], start.errors[i]) for i, block in enumerate(problem.blocks)]
+        [
+            covariance_factor(block, start.contributions[i], start.errors[i])
+            for i, block in enumerate(problem.blocks)
+        ]
         for start in starts
     ]
     cost = [_cost(problem, factors[k], change[k], u[k]) for k in range(len(starts))]
     shorter = np.ones(len(starts))
     active = list(range(len(starts)))
     for _ in range(iterations):
-        step = {k: shorter[k] * newton_step(problem, factors[k], change[k], jacobian[k], u[k]) for k in active}
+        step = {
+            k: shorter[k] * newton_step(problem, factors[k], change[k], jacobian[k], u[k])
+            for k in active
+        }
         active = [k for k in active if np.abs(step[k]).max(initial=0.0) > _SETTLED]
         if not active:
             break
@@ -290,26 +327,42 @@ def fit_subsets(
                 shorter[k] *= 0.3
     fits = []
     for k, start in enumerate(starts):
-        fit = SubsetFit(start.laws, u[k], change[k], jacobian[k], start.contributions, start.errors, -np.inf)
-        fits.append(with_evidence(problem, fit, search_errors=True, backgrounds=backgrounds, factors=factors[k]))
+        fit = SubsetFit(
+            start.laws, u[k], change[k], jacobian[k], start.contributions, start.errors, -np.inf
+        )
+        fits.append(
+            with_evidence(
+                problem, fit, search_errors=True, backgrounds=backgrounds, factors=factors[k]
+            )
+        )
     return fits
 
 
-def polished(problem: InferenceProblem, fits: Sequence[SubsetFit], steps: int = 2) -> list[SubsetFit]:
+def polished(
+    problem: InferenceProblem, fits: Sequence[SubsetFit], steps: int = 2
+) -> list[SubsetFit]:
     """The same sets with derivatives and contributions as simulated at their modes, which move a little."""
     if not fits:
         return []
     laws, places = [fit.laws for fit in fits], [fit.u for fit in fits]
-    problem.changes([*_nearby(laws, places)[0], *_left_out_points(laws, places)])  # one batch for both
+    problem.changes(
+        [*_nearby(laws, places)[0], *_left_out_points(laws, places)]
+    )  # one batch for both
     change, jacobian = linearised(problem, laws, places)
     contributions = leave_one_out(problem, laws, places, change)
     starts = [
-        Start(fit.laws, fit.u, contributions[k], fit.errors, change[k], jacobian[k]) for k, fit in enumerate(fits)
+        Start(fit.laws, fit.u, contributions[k], fit.errors, change[k], jacobian[k])
+        for k, fit in enumerate(fits)
     ]
-    return [replace(fit, polished=True) for fit in fit_subsets(problem, starts, iterations=steps, backgrounds=True)]
+    return [
+        replace(fit, polished=True)
+        for fit in fit_subsets(problem, starts, iterations=steps, backgrounds=True)
+    ]
 
 
-def least_squares_place(problem: InferenceProblem, laws: tuple[EffectLaw, ...], u: Floats) -> Floats:
+def least_squares_place(
+    problem: InferenceProblem, laws: tuple[EffectLaw, ...], u: Floats
+) -> Floats:
     """(p,): where exact laws fit best beside a usual background, by steps in a region of trust (Branch, Coleman and Li,
     SIAM J. Sci. Comput. 21 (1999) 1). A shot without an answer is far off."""
     from scipy.optimize import least_squares
@@ -333,14 +386,20 @@ def least_squares_place(problem: InferenceProblem, laws: tuple[EffectLaw, ...], 
 
 
 def _broyden(
-    jacobian: tuple[Floats, ...], before: tuple[Floats, ...], after: tuple[Floats, ...], step: Floats
+    jacobian: tuple[Floats, ...],
+    before: tuple[Floats, ...],
+    after: tuple[Floats, ...],
+    step: Floats,
 ) -> tuple[Floats, ...]:
     square = float(step @ step)
     if square == 0:
         return jacobian
     return tuple(
         own
-        + np.outer(np.nan_to_num(new - old) * np.isfinite(new - old) - own @ step * np.isfinite(new - old), step)
+        + np.outer(
+            np.nan_to_num(new - old) * np.isfinite(new - old) - own @ step * np.isfinite(new - old),
+            step,
+        )
         / square
         for own, old, new in zip(jacobian, before, after, strict=True)
     )
@@ -354,12 +413,18 @@ def leave_one_out(
 ) -> list[tuple[Floats, ...]]:
     """By start and stage (m, N): the change less that of all laws but one; 0 where there is no answer."""
     points = _left_out_points(laws, u)
-    tables = problem.changes(points) if points else [np.zeros((0, len(block.z))) for block in problem.blocks]
+    tables = (
+        problem.changes(points)
+        if points
+        else [np.zeros((0, len(block.z))) for block in problem.blocks]
+    )
     contributions, at = [], 0
     for own_laws, own_change in zip(laws, change, strict=True):
         rows = slice(at, at + len(own_laws))
         at = rows.stop
-        contributions.append(tuple(np.nan_to_num(own_change[i] - table[rows]) for i, table in enumerate(tables)))
+        contributions.append(
+            tuple(np.nan_to_num(own_change[i] - table[rows]) for i, table in enumerate(tables))
+        )
     return contributions
 
 
@@ -385,13 +450,16 @@ def linearised(
         changes.append(tuple(table[base] for table in tables))
         jacobians.append(
             tuple(
-                np.nan_to_num((table[moved_rows] - table[base]) / (sign[:, None] * _DIFFERENCE)).T for table in tables
+                np.nan_to_num((table[moved_rows] - table[base]) / (sign[:, None] * _DIFFERENCE)).T
+                for table in tables
             )
         )
     return changes, jacobians
 
 
-def _nearby(laws: Sequence[tuple[EffectLaw, ...]], u: Sequence[Floats]) -> tuple[list[Point], list[Floats]]:
+def _nearby(
+    laws: Sequence[tuple[EffectLaw, ...]], u: Sequence[Floats]
+) -> tuple[list[Point], list[Floats]]:
     """Every set, and with each of its u moved a little; the sign of each move."""
     points: list[Point] = []
     signs: list[Floats] = []
@@ -409,7 +477,9 @@ def _nearby(laws: Sequence[tuple[EffectLaw, ...]], u: Sequence[Floats]) -> tuple
 def _changes(
     problem: InferenceProblem, laws: Sequence[tuple[EffectLaw, ...]], u: Sequence[Floats]
 ) -> list[tuple[Floats, ...]]:
-    tables = problem.changes([point_of(own_laws, own) for own_laws, own in zip(laws, u, strict=True)])
+    tables = problem.changes(
+        [point_of(own_laws, own) for own_laws, own in zip(laws, u, strict=True)]
+    )
     return [tuple(table[k] for table in tables) for k in range(len(u))]
 
 
@@ -425,7 +495,9 @@ def whitened(factor: Floats, values: Floats) -> Floats:
     return np.asarray(solve_triangular(factor, values, lower=True, check_finite=False))
 
 
-def _cost(problem: InferenceProblem, factors: Sequence[Floats], change: Sequence[Floats], u: Floats) -> float:
+def _cost(
+    problem: InferenceProblem, factors: Sequence[Floats], change: Sequence[Floats], u: Floats
+) -> float:
     """Minus the logarithm of the posterior, up to a constant."""
     total = 0.5 * float(u @ u)
     for block, factor, own in zip(problem.blocks, factors, change, strict=True):
@@ -447,7 +519,9 @@ def newton_step(
     matrix, right = np.eye(len(u)), -u
     for block, factor, own, slope in zip(problem.blocks, factors, change, jacobian, strict=True):
         answered = np.isfinite(own)
-        white = whitened(factor, np.column_stack([np.where(answered, residual(block, own), 0.0), slope]))
+        white = whitened(
+            factor, np.column_stack([np.where(answered, residual(block, own), 0.0), slope])
+        )
         matrix = matrix + white[:, 1:].T @ white[:, 1:]
         right = right + white[:, 1:].T @ white[:, 0]
     step: Floats = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)

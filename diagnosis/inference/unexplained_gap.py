@@ -58,17 +58,25 @@ class RunOrderDrift:
         own = np.linalg.solve(root, np.eye(len(self.slope)))
         together = np.linalg.solve(root, np.ones((len(self.slope), 1)))
         return [
-            float(np.logaddexp(_log_gain(white, size * own), _log_gain(white, size * together)) - np.log(2))
+            float(
+                np.logaddexp(_log_gain(white, size * own), _log_gain(white, size * together))
+                - np.log(2)
+            )
             for size in amplitudes
         ]
 
     @classmethod
     def of(cls, gap: GapTable) -> Self:
-        of, order = gap.record.configuration_of, np.array([run.order for run in gap.record.runs], dtype=np.float64)
+        of, order = (
+            gap.record.configuration_of,
+            np.array([run.order for run in gap.record.runs], dtype=np.float64),
+        )
         here = np.isfinite(gap.residuals).any(axis=1)
         time = (order - order.min()) / max(float(np.ptp(order)), 1.0)
         time, residuals = time[here], gap.residuals[here]
-        member = (of[here][None, :] == np.arange(len(gap.mean))[:, None]).astype(np.float64)  # (C, R)
+        member = (of[here][None, :] == np.arange(len(gap.mean))[:, None]).astype(
+            np.float64
+        )  # (C, R)
         finite = np.isfinite(residuals).astype(np.float64)
         off = _about(np.where(finite > 0, time[:, None], 0.0), finite, member)
         power = (off**2).sum(axis=0)
@@ -77,7 +85,9 @@ class RunOrderDrift:
         slope = (off * np.nan_to_num(residuals)).sum(axis=0)[columns] / power / tolerance
         scatter = gap.noise.covariance[np.ix_(columns, columns)] / np.outer(tolerance, tolerance)
         size = np.sqrt(np.diag(scatter))
-        covariance = scatter / np.sqrt(np.outer(power, power)) + _STEADY**2 * scatter / np.outer(size, size)
+        covariance = scatter / np.sqrt(np.outer(power, power)) + _STEADY**2 * scatter / np.outer(
+            size, size
+        )
         means = _drifting(time, member)
         return cls(slope, columns, covariance, means)
 
@@ -102,7 +112,9 @@ def _log_gain(white: Floats, directions: Floats) -> float:
     """log N(white; 0, I + U U') - log N(white; 0, I)."""
     matrix = np.eye(directions.shape[1]) + directions.T @ directions
     along = directions.T @ white
-    return 0.5 * float(along @ np.linalg.solve(matrix, along)) - 0.5 * float(np.linalg.slogdet(matrix)[1])
+    return 0.5 * float(along @ np.linalg.solve(matrix, along)) - 0.5 * float(
+        np.linalg.slogdet(matrix)[1]
+    )
 
 
 #: Sizes of what is not explained, in tolerances.
@@ -126,7 +138,9 @@ class ConfigurationPattern:
     drift: bool = False
 
 
-def configuration_patterns(gap: GapTable, stage: str, drift: RunOrderDrift) -> list[ConfigurationPattern]:
+def configuration_patterns(
+    gap: GapTable, stage: str, drift: RunOrderDrift
+) -> list[ConfigurationPattern]:
     """All ways in which something may spread over the configurations of a gap table."""
     factors = [configuration.factors for configuration in gap.record.configurations]
     count = len(factors)
@@ -144,12 +158,16 @@ def configuration_patterns(gap: GapTable, stage: str, drift: RunOrderDrift) -> l
         patterns.append(ConfigurationPattern(rule, np.outer(inside, inside).astype(np.float64)))
     for start, ramp in _ramps(gap.loudness[stage]):
         patterns.append(
-            ConfigurationPattern(f"beyond the quantile {start:g} of how hard runs are", np.outer(ramp, ramp))
+            ConfigurationPattern(
+                f"beyond the quantile {start:g} of how hard runs are", np.outer(ramp, ramp)
+            )
         )
     return patterns
 
 
-def factor_levels(factors: Sequence[Mapping[str, str | float]]) -> list[tuple[str, NDArray[np.bool_]]]:
+def factor_levels(
+    factors: Sequence[Mapping[str, str | float]],
+) -> list[tuple[str, NDArray[np.bool_]]]:
     """Rules "name = level" and the configurations (C,) that they hold for; two at least, and two others."""
     rules: dict[bytes, tuple[str, NDArray[np.bool_]]] = {}
     for name in sorted({name for row in factors for name in row}):
@@ -167,7 +185,11 @@ def _ramps(loudness: Floats) -> list[tuple[float, Floats]]:
         return []
     ramps = []
     for share in _LIMITS:
-        ramp = np.where(finite, np.maximum(np.nan_to_num(loudness) - np.quantile(loudness[finite], share), 0.0), 0.0)
+        ramp = np.where(
+            finite,
+            np.maximum(np.nan_to_num(loudness) - np.quantile(loudness[finite], share), 0.0),
+            0.0,
+        )
         if (ramp > _ALIKE).sum() >= 2:
             ramps.append((share, ramp / np.sqrt((ramp[ramp > 0] ** 2).mean())))
     return ramps
@@ -204,13 +226,18 @@ def unexplained_evidence(
         for pattern in configuration_patterns(gap, block.stage, drift):
             drifts = slope_gain if pattern.drift else [0.0] * len(AMPLITUDES)
             # all amplitudes and durations of the stage together
-            root = _root(pattern.covariance)[block.configuration] * np.where(block.detail, 0.3, 1.0)[:, None]
+            root = (
+                _root(pattern.covariance)[block.configuration]
+                * np.where(block.detail, 0.3, 1.0)[:, None]
+            )
             directions = solve_triangular(lower, root, lower=True)
             inner, turn = np.linalg.eigh(directions.T @ directions)
             along = turn.T @ (directions.T @ white)
             for size, slope in zip(AMPLITUDES, drifts, strict=True):
                 spread = 1 + size**2 * np.maximum(inner, 0)
-                gain = 0.5 * float(np.sum(size**2 * along**2 / spread)) - 0.5 * float(np.log(spread).sum())
+                gain = 0.5 * float(np.sum(size**2 * along**2 / spread)) - 0.5 * float(
+                    np.log(spread).sum()
+                )
                 gains.append((gain + slope, block.stage, pattern.name))
             if len(columns) > 1:  # in each observable by itself
                 own = pattern.covariance[np.ix_(block.configuration, block.configuration)]

@@ -70,7 +70,9 @@ def drift(
     stretches = np.array([np.ptp(place[of == c]) for c in np.unique(of)])
     block = float(np.median(stretches[stretches > 0])) if stretches.any() else 0.0
     sentences = _sentences(trend, block, _REPETITION, observables)
-    mean = means(residual, configuration, len(configurations))[0] if configurations else residual[:0]
+    mean = (
+        means(residual, configuration, len(configurations))[0] if configurations else residual[:0]
+    )
     rows = np.flatnonzero(np.isfinite(mean).any(axis=1))
     if rows.size < _FEWEST:
         return sentences
@@ -79,12 +81,16 @@ def drift(
     if trend.p_value.min() > _LEVEL:
         return sentences
     steepest = mean[rows, int(np.argmin(trend.p_value))]
-    factors = " and ".join(_confounded(steepest, place, [configurations[int(row)] for row in rows], rng, permutations))
+    factors = " and ".join(
+        _confounded(steepest, place, [configurations[int(row)] for row in rows], rng, permutations)
+    )
     confounded = _CONFOUNDED.format(factors=factors) if factors else ""
     return sentences + _sentences(trend, float(np.ptp(place)), _DRIFT, observables, confounded)
 
 
-def _trend(residual: Floats, order: Floats, group: Rows, rng: np.random.Generator, permutations: int) -> _Trend:
+def _trend(
+    residual: Floats, order: Floats, group: Rows, rng: np.random.Generator, permutations: int
+) -> _Trend:
     """Over residuals (n, d) and places (n,), less the means of their groups; places are permuted within these.
 
     p is of the steepest of all observables, corrected for that choice; 1 where nothing can be permuted.
@@ -95,7 +101,9 @@ def _trend(residual: Floats, order: Floats, group: Rows, rng: np.random.Generato
         return _Trend(np.zeros(values.shape[1]), np.ones(values.shape[1]))
     unit = values / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
     observed = np.abs(time @ unit)
-    steepest = [np.abs(time[_permutation_within(group, rng)] @ unit).max() for _ in range(permutations)]
+    steepest = [
+        np.abs(time[_permutation_within(group, rng)] @ unit).max() for _ in range(permutations)
+    ]
     p_value = (1 + (np.array(steepest)[:, None] >= observed).sum(axis=0)) / (1 + permutations)
     weight = np.maximum((np.isfinite(deviation) * time[:, None] ** 2).sum(axis=0), 1e-300)
     return _Trend(time @ values / weight, p_value)
@@ -112,8 +120,12 @@ def _confounded(
     over places (C,)."""
     columns = []
     measured = np.isfinite(mean)
-    for name in dict.fromkeys(name for configuration in configurations for name in configuration.factors):
-        base, group = _explained_by([configuration.factors.get(name) for configuration in configurations])
+    for name in dict.fromkeys(
+        name for configuration in configurations for name in configuration.factors
+    ):
+        base, group = _explained_by(
+            [configuration.factors.get(name) for configuration in configurations]
+        )
         place_rest = _residual(base, place)
         freedom = len(place) - int(np.linalg.matrix_rank(base))
         unexplained = place_rest @ place_rest / max(freedom, 1) / np.var(place, ddof=1)
@@ -147,7 +159,11 @@ def _residual(base: Floats, values: Floats) -> Floats:
 
 
 def _sentences(
-    trend: _Trend, span: float, stretch: str, observables: Sequence[Observable], confounded: str = ""
+    trend: _Trend,
+    span: float,
+    stretch: str,
+    observables: Sequence[Observable],
+    confounded: str = "",
 ) -> tuple[str, ...]:
     """Of each stage the surest, then largest change that is beyond chance and worth a sentence."""
     change = trend.slope * span
@@ -162,7 +178,11 @@ def _sentences(
                 f"{item.stage}: measured less simulated {item.name} {verb} by {abs(change[i]):.2g}{unit} {stretch} "
                 f"(p = {trend.p_value[i]:.2g}){confounded}"
             )
-    return tuple(surest[stage] for stage in dict.fromkeys(item.stage for item in observables) if stage in surest)
+    return tuple(
+        surest[stage]
+        for stage in dict.fromkeys(item.stage for item in observables)
+        if stage in surest
+    )
 
 
 def _centred(values: Floats, group: Rows) -> Floats:

@@ -53,12 +53,16 @@ def factor_regions(
     for stage in dict.fromkeys(item.stage for item in observables):
         columns = [i for i, item in enumerate(observables) if item.stage == stage]
         items = [observables[i] for i in columns]
-        tables.append(_StageGaps.of(residual[:, columns], configuration, len(configurations), items))
+        tables.append(
+            _StageGaps.of(residual[:, columns], configuration, len(configurations), items)
+        )
     sizes = [table.rms(np.full(len(table.rows), fill_value=True)) for table in tables]
     searches: list[_Search] = []
     for table, size in zip(tables, sizes, strict=True):
         if size > 0 and size >= 0.5 * max(sizes) and len(table.rows) >= _FEWEST:
-            candidates = rules([configurations[i].factors for i in table.rows], least=max(2, len(table.rows) // 10))
+            candidates = rules(
+                [configurations[i].factors for i in table.rows], least=max(2, len(table.rows) // 10)
+            )
             searches += _search(table, candidates, rng, permutations) if candidates else []
     return _regions(searches) if searches else ()
 
@@ -73,22 +77,36 @@ class _StageGaps:
     rows: Rows
 
     @classmethod
-    def of(cls, residual: Floats, configuration: Rows, configurations: int, observables: Sequence[Observable]) -> Self:
+    def of(
+        cls,
+        residual: Floats,
+        configuration: Rows,
+        configurations: int,
+        observables: Sequence[Observable],
+    ) -> Self:
         """From residuals (R, d) of runs."""
         scale = tolerances(observables)
-        means = Means.of(residual / scale, configuration, configurations, floors(observables) / scale)
+        means = Means.of(
+            residual / scale, configuration, configurations, floors(observables) / scale
+        )
         rows = np.flatnonzero(np.isfinite(means.mean).any(axis=1))
         return cls(means.mean[rows], means.variance[rows], rows)
 
     def rms(self, inside: NDArray[np.bool_]) -> float:
         """In tolerances, the scatter of the repetitions taken off; 0 where there is nothing."""
         square = (self.gap**2 - self.noise)[inside]
-        return float(np.sqrt(max(0.0, float(np.nanmean(square))))) if np.isfinite(square).any() else 0.0
+        return (
+            float(np.sqrt(max(0.0, float(np.nanmean(square)))))
+            if np.isfinite(square).any()
+            else 0.0
+        )
 
     def excess(self, inside: NDArray[np.bool_]) -> float:
         """Rms gap inside less that outside, in floors."""
         squares = self.gap**2 / np.maximum(self.noise, 1e-12)
-        within, outside = (math.sqrt(max(0.0, float(np.nanmean(squares[part])) - 1)) for part in (inside, ~inside))
+        within, outside = (
+            math.sqrt(max(0.0, float(np.nanmean(squares[part])) - 1)) for part in (inside, ~inside)
+        )
         return within - outside
 
     def scores(self) -> Floats:
@@ -105,12 +123,19 @@ _Search = tuple[SettingRule | None, _StageGaps, float]
 
 
 def _search(
-    table: _StageGaps, candidates: Sequence[SettingRule], rng: np.random.Generator, permutations: int
+    table: _StageGaps,
+    candidates: Sequence[SettingRule],
+    rng: np.random.Generator,
+    permutations: int,
 ) -> list[_Search]:
     """Two for each score: among rules of one condition, which are few, and among all."""
     scores, masks = table.scores(), np.array([rule.inside for rule in candidates], dtype=np.float64)
     single = [i for i, rule in enumerate(candidates) if rule.conditions == 1]
-    families = [single, list(range(len(candidates)))] if 0 < len(single) < len(candidates) else [[*range(len(masks))]]
+    families = (
+        [single, list(range(len(candidates)))]
+        if 0 < len(single) < len(candidates)
+        else [[*range(len(masks))]]
+    )
     observed = _squared_t(scores, masks)
     largest = np.array([observed[family].max(axis=0) for family in families]) * (1 - 1e-9)
     count = np.zeros(largest.shape)
@@ -119,7 +144,11 @@ def _search(
         count += np.array([permuted[family].max(axis=0) for family in families]) >= largest
     p_values = (1 + count) / (1 + permutations)
     return [
-        (_best_rule([candidates[i] for i in family], observed[family, q], table), table, float(p_values[at, q]))
+        (
+            _best_rule([candidates[i] for i in family], observed[family, q], table),
+            table,
+            float(p_values[at, q]),
+        )
         for at, family in enumerate(families)
         for q in range(scores.shape[1])
     ]
@@ -135,19 +164,29 @@ def _squared_t(scores: Floats, masks: Floats) -> Floats:
     return np.asarray((cells - 2) * between / np.maximum(total - between, 1e-12 * total))
 
 
-def _best_rule(candidates: Sequence[SettingRule], squared_t: Floats, table: _StageGaps) -> SettingRule | None:
+def _best_rule(
+    candidates: Sequence[SettingRule], squared_t: Floats, table: _StageGaps
+) -> SettingRule | None:
     """The best rule. One with two conditions must lower the sum of squares by more than the search for it explains.
 
     C ln(SS1 / SS2) > 2 ln K + ln C, an extended Bayesian information criterion (Chen and Chen, Biometrika 95 (2008)
     759): otherwise chance always finds a second condition.
     """
-    inside = [i for i, rule in enumerate(candidates) if table.rms(rule.inside) > table.rms(~rule.inside)]
+    inside = [
+        i for i, rule in enumerate(candidates) if table.rms(rule.inside) > table.rms(~rule.inside)
+    ]
     if not inside:
         return None
     best = max(inside, key=lambda i: squared_t[i])
-    plain = max((i for i in inside if candidates[i].conditions == 1), key=lambda i: squared_t[i], default=best)
+    plain = max(
+        (i for i in inside if candidates[i].conditions == 1),
+        key=lambda i: squared_t[i],
+        default=best,
+    )
     cells = len(table.rows)
-    gain = cells * np.log((1 + squared_t[best] / (cells - 2)) / (1 + squared_t[plain] / (cells - 2)))
+    gain = cells * np.log(
+        (1 + squared_t[best] / (cells - 2)) / (1 + squared_t[plain] / (cells - 2))
+    )
     return candidates[best if gain > 2 * np.log(len(candidates)) + np.log(cells) else plain]
 
 
@@ -162,7 +201,11 @@ def _regions(searches: Sequence[_Search]) -> tuple[Region, ...]:
         if p_value > _LEVEL or rule is None:
             continue
         inside, outside = table.rms(rule.inside), table.rms(~rule.inside)
-        if inside > _SMALL and outside < _OUTSIDE * inside and outside < max(_NEAR, _FAR_BELOW * inside):
+        if (
+            inside > _SMALL
+            and outside < _OUTSIDE * inside
+            and outside < max(_NEAR, _FAR_BELOW * inside)
+        ):
             order = (p_value, round(outside, 1), int(rule.inside.sum()))
             for text in (rule.text, *rule.same):
                 best.setdefault(text, (order, Region(text, table.excess(rule.inside), p_value)))

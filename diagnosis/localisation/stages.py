@@ -50,22 +50,29 @@ def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Sta
     """
     links, record = [_counted(link) for link in chain_of(stages)], stages[0].record
     worth = np.mean([_worth(link, place, record) for place, link in enumerate(links)], axis=0)
-    own_gap = np.array([_square(link.parts[i], link, record, link.floor) for i, link in enumerate(links)])
+    own_gap = np.array(
+        [_square(link.parts[i], link, record, link.floor) for i, link in enumerate(links)]
+    )
     share = _shares(worth.sum(axis=1), own_gap.sum(axis=1))
     low, high, cells = np.zeros(len(links)), np.ones(len(links)), len(record.configurations)
     size = np.sqrt(np.maximum(own_gap.mean(axis=1), 0.0))
     own_intervals: list[Interval | None] = [None] * len(links)
     if cells > 1:
-        drawn = rng.multinomial(cells, np.full(cells, 1 / cells), size=_RESAMPLES).T.astype(np.float64)
+        drawn = rng.multinomial(cells, np.full(cells, 1 / cells), size=_RESAMPLES).T.astype(
+            np.float64
+        )
         low, high = np.quantile(_shares(worth @ drawn, own_gap @ drawn), [0.05, 0.95], axis=1)
         ends = np.quantile(np.sqrt(np.maximum(own_gap @ drawn / cells, 0.0)), [0.05, 0.95], axis=1)
         own_intervals = [
-            (float(min(lower, own)), float(max(upper, own))) for lower, upper, own in zip(*ends, size, strict=True)
+            (float(min(lower, own)), float(max(upper, own)))
+            for lower, upper, own in zip(*ends, size, strict=True)
         ]
     rows = np.array([share, np.minimum(low, share), np.maximum(high, share), size]).T.tolist()
     entries = [
         StageShare(link.name, part, (lower, upper), own_size, own_interval)
-        for link, (part, lower, upper, own_size), own_interval in zip(links, rows, own_intervals, strict=True)
+        for link, (part, lower, upper, own_size), own_interval in zip(
+            links, rows, own_intervals, strict=True
+        )
     ]
     return tuple(sorted(entries, key=lambda entry: (entry.own, entry.share), reverse=True))
 
@@ -160,7 +167,9 @@ def _groups(stages: Sequence[Stage]) -> list[tuple[Stage, ...]]:
     """Stages up to the next one whose exit was measured belong together."""
     stops = [i + 1 for i, stage in enumerate(stages) if np.isfinite(stage.measured()).any()]
     if not stops:
-        raise ValueError(f"none of {', '.join(s.name for s in stages) or 'no stages'} has a measured exit to compare")
+        raise ValueError(
+            f"none of {', '.join(s.name for s in stages) or 'no stages'} has a measured exit to compare"
+        )
     return [tuple(stages[first:stop]) for first, stop in pairwise([0, *stops])]
 
 
@@ -173,10 +182,20 @@ def _floor(group: Sequence[Stage], before: Sequence[Stage]) -> Floats:
     velocities = np.array([run.velocity_m_s or np.nan for run in runs])
     faster = stage.simulated((), (velocities * (1 + _STEP)).tolist())
     slope = (faster - stage.simulated((), velocities.tolist())) / _STEP
-    assumed = next((item.floor for first in before for item in first.observables if item.channel == "velocity"), 0.0)
+    assumed = next(
+        (
+            item.floor
+            for first in before
+            for item in first.observables
+            if item.channel == "velocity"
+        ),
+        0.0,
+    )
     readings = [(run.velocity_u_m_s, run.velocity_m_s) for run in runs]
     relative = np.array([u / v if u and v else assumed for u, v in readings])
-    return np.asarray(np.sqrt(sheet**2 + np.mean((np.nan_to_num(slope) * relative[:, None]) ** 2, axis=0)))
+    return np.asarray(
+        np.sqrt(sheet**2 + np.mean((np.nan_to_num(slope) * relative[:, None]) ** 2, axis=0))
+    )
 
 
 def _name(group: Sequence[Stage]) -> str:

@@ -37,14 +37,23 @@ def time_windows(
     peak = np.nanmax(np.abs(measured), axis=1, keepdims=True, initial=1e-300)
     block = -(-len(time_s) // _SAMPLES)
     starts = np.arange(0, len(time_s), block)
-    averages = np.add.reduceat((measured - simulated) / peak, starts, axis=1) / np.diff([*starts, len(time_s)])
+    averages = np.add.reduceat((measured - simulated) / peak, starts, axis=1) / np.diff(
+        [*starts, len(time_s)]
+    )
     edges = time_s[[*starts, len(time_s) - 1]]
     stretches = spans(averages, configuration, _PULSE_TOLERANCE, rng)
-    return tuple(TimeWindow(channel, float(edges[first]), float(edges[last + 1])) for first, last in stretches)
+    return tuple(
+        TimeWindow(channel, float(edges[first]), float(edges[last + 1]))
+        for first, last in stretches
+    )
 
 
 def frequency_bands(
-    frequency_hz: Floats, residual_db: Floats, configuration: Rows, channel: str, rng: np.random.Generator
+    frequency_hz: Floats,
+    residual_db: Floats,
+    configuration: Rows,
+    channel: str,
+    rng: np.random.Generator,
 ) -> tuple[FrequencyBand, ...]:
     """Bands in which levels (R, lines), measured less simulated, differ by more than 0.5 dB: of a shock response
     spectrum, or of a force. A line stands for the band up to the geometric middle of it and its neighbour.
@@ -52,12 +61,19 @@ def frequency_bands(
     edges = np.repeat(frequency_hz, 2)
     if len(frequency_hz) > 1:
         middle = np.sqrt(frequency_hz[1:] * frequency_hz[:-1])
-        edges = np.array([frequency_hz[0] ** 2 / middle[0], *middle, frequency_hz[-1] ** 2 / middle[-1]])
+        edges = np.array(
+            [frequency_hz[0] ** 2 / middle[0], *middle, frequency_hz[-1] ** 2 / middle[-1]]
+        )
     stretches = spans(residual_db, configuration, _SPECTRUM_TOLERANCE_DB, rng)
-    return tuple(FrequencyBand(channel, float(edges[first]), float(edges[last + 1])) for first, last in stretches)
+    return tuple(
+        FrequencyBand(channel, float(edges[first]), float(edges[last + 1]))
+        for first, last in stretches
+    )
 
 
-def amplitude_residual_db(frequency_hz: Floats, measured: Floats, simulated: Floats) -> tuple[Floats, Floats]:
+def amplitude_residual_db(
+    frequency_hz: Floats, measured: Floats, simulated: Floats
+) -> tuple[Floats, Floats]:
     """Lines (m,), six an octave, and measured less simulated (R, m) in dB of amplitude spectra (R, n) of pulses.
 
     `frequency_hz` (n,) is even and begins at 0. NaN for a run from where its measured spectrum first falls below a
@@ -77,7 +93,11 @@ def amplitude_residual_db(frequency_hz: Floats, measured: Floats, simulated: Flo
 
 
 def spans(
-    residual: Floats, configuration: Rows, tolerance: float, rng: np.random.Generator, flips: int = FLIPS
+    residual: Floats,
+    configuration: Rows,
+    tolerance: float,
+    rng: np.random.Generator,
+    flips: int = FLIPS,
 ) -> tuple[tuple[int, int], ...]:
     """First and last sample of each stretch, in order. Residuals (R, p) in the unit of `tolerance`, NaN allowed.
 
@@ -124,7 +144,9 @@ def _products(values: Floats, member: Floats) -> Floats:
     return np.asarray(((member @ values) ** 2).sum(axis=0) - (values**2).sum(axis=0))
 
 
-def _strongest(product: Floats, chance: Floats, windows: Floats, tolerance: float) -> NDArray[np.bool_] | None:
+def _strongest(
+    product: Floats, chance: Floats, windows: Floats, tolerance: float
+) -> NDArray[np.bool_] | None:
     """The window (p,) whose statistic is largest beside its scatter by chance."""
     windows = windows[windows.sum(axis=1) >= min(_SHORTEST, windows.shape[1])]
     if not len(windows):

@@ -164,16 +164,22 @@ class Stage(ABC):
         """(C,): the run of each configuration with the lower median of `values` (R,); -1 where all are NaN."""
         rows = np.full(len(self.record.configurations), -1)
         for configuration in range(len(rows)):
-            runs = np.flatnonzero((self.record.configuration_of == configuration) & np.isfinite(values))
+            runs = np.flatnonzero(
+                (self.record.configuration_of == configuration) & np.isfinite(values)
+            )
             if runs.size:
-                rows[configuration] = runs[np.argsort(values[runs], kind="stable")[(runs.size - 1) // 2]]
+                rows[configuration] = runs[
+                    np.argsort(values[runs], kind="stable")[(runs.size - 1) // 2]
+                ]
         return rows
 
 
 def sensor_chain(effects: Iterable[Effect], *hooks: str) -> SensorChain:
     """The effects of the sensors as a chain, of other stages none; with `hooks` those that `changes_reading`."""
     sensors = (effect for effect in effects if isinstance(effect, SensorEffect))
-    return SensorChain.of(effect for effect in sensors if not hooks or changes_reading(type(effect), *hooks))
+    return SensorChain.of(
+        effect for effect in sensors if not hooks or changes_reading(type(effect), *hooks)
+    )
 
 
 def changes_reading(kind: type[Effect], *hooks: str) -> bool:
@@ -186,7 +192,9 @@ def changes_reading(kind: type[Effect], *hooks: str) -> bool:
 E = TypeVar("E", bound=Effect)
 
 
-def batched_changes(sets: Sequence[Sequence[Effect]], observed: Callable[[Sequence[Effect], int], Floats]) -> Floats:
+def batched_changes(
+    sets: Sequence[Sequence[Effect]], observed: Callable[[Sequence[Effect], int], Floats]
+) -> Floats:
     """(k, C, d): by how much each of k sets of effects moves what is observed; nothing for an empty set.
 
     `observed` takes effects whose parameters are one value or go with n x C cases, set by set, and n, and gives
@@ -211,7 +219,9 @@ def stacked(sets: Sequence[Sequence[Effect]], count: int) -> list[Effect]:
         replace(
             same[0],
             **{
-                item.name: np.concatenate([np.broadcast_to(getattr(effect, item.name), (count,)) for effect in same])
+                item.name: np.concatenate(
+                    [np.broadcast_to(getattr(effect, item.name), (count,)) for effect in same]
+                )
                 for item in same[0].parameters()
             },
         )

@@ -16,7 +16,11 @@ def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[Likely
     """Likely mistakes of labels and units in a record, refusals first; `stages` are its nominal ones."""
     findings = [*setting_findings(record), *tensile_force(record)]
     if not findings:
-        findings = [*unit_findings(record, stages), *channel_findings(record), *absolute_pressure(record, stages)]
+        findings = [
+            *unit_findings(record, stages),
+            *channel_findings(record),
+            *absolute_pressure(record, stages),
+        ]
     return tuple(sorted(findings, key=lambda finding: finding.severity != "refuse"))
 
 

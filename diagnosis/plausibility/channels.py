@@ -46,7 +46,9 @@ def tensile_force(record: CampaignRecord) -> list[LikelyMistake]:
             rise, fall = run.force.excursions
             anvil = record.configurations[run.configuration].factors.get("anvil_material", NONE)
             shares.append(fall / rise if rise > 0 else 0.0)
-            limits.append(_MOST_PULL_BEHIND_ANVIL if record.kind == "gun" and anvil != NONE else _MOST_PULL)
+            limits.append(
+                _MOST_PULL_BEHIND_ANVIL if record.kind == "gun" and anvil != NONE else _MOST_PULL
+            )
     if not shares or np.median(np.array(shares) / np.array(limits)) < 1.0:
         return []
     message = (
@@ -82,13 +84,17 @@ def early_fits(record: CampaignRecord) -> EarlyFits | None:
     plate = record.plate
     if plate is None:
         return None
-    names = tuple(name for name in plate.sensors if any(name in run.accelerations for run in record.runs))
+    names = tuple(
+        name for name in plate.sensors if any(name in run.accelerations for run in record.runs)
+    )
     fits = []
     for c, configuration in enumerate(record.configurations if names else ()):
         usable = [
             run
             for run in record.runs
-            if run.configuration == c and run.force is not None and all(name in run.accelerations for name in names)
+            if run.configuration == c
+            and run.force is not None
+            and all(name in run.accelerations for name in names)
         ]
         if usable:
             point = str(configuration.factors.get("impact_position", ""))
@@ -99,14 +105,18 @@ def early_fits(record: CampaignRecord) -> EarlyFits | None:
     return EarlyFits(names, np.median(correlation, axis=0), log_gain)
 
 
-def _early_fit(plate: ModalPlate, run: Run, names: tuple[str, ...], point: str) -> tuple[Floats, Floats]:
+def _early_fit(
+    plate: ModalPlate, run: Run, names: tuple[str, ...], point: str
+) -> tuple[Floats, Floats]:
     """(k, k) correlations and (k,) logarithms of gains."""
     assert run.force is not None
     rise = run.force.time_s[np.argmax(run.force.values)] if run.force.values.size else 0.0
     rate = run.accelerations[names[0]].sampling_rate_hz
     time = np.arange(round(max(_EARLY_S, _RISES * float(rise)) * rate)) / rate
     place = point if point in plate.impact_points else plate.impact_points[0]
-    simulated = respond(kept_below(plate, _BELOW * rate), _at(run.force, time), 1 / rate, place, names)
+    simulated = respond(
+        kept_below(plate, _BELOW * rate), _at(run.force, time), 1 / rate, place, names
+    )
     measured = np.array([_at(run.accelerations[name], time) for name in names])
     products = measured @ simulated.T
     sizes = np.linalg.norm(measured, axis=1), np.linalg.norm(simulated, axis=1)
@@ -147,15 +157,27 @@ def _swapped(fits: EarlyFits) -> Iterator[LikelyMistake]:
 def _gains(fits: EarlyFits) -> Iterator[LikelyMistake]:
     """Of channels that fit but for their size; one finding for all where all are off alike."""
     centres = np.median(fits.log_gain, axis=0)
-    correlated = [i for i in range(len(fits.names)) if abs(fits.correlation[i, i]) >= _WELL and np.isfinite(centres[i])]
+    correlated = [
+        i
+        for i in range(len(fits.names))
+        if abs(fits.correlation[i, i]) >= _WELL and np.isfinite(centres[i])
+    ]
     together = len(correlated) == len(fits.names) and np.ptp(centres) <= _ALIKE
     for rows in [correlated] if together else [[i] for i in correlated]:
         channel = "acceleration" if len(rows) > 1 else fits.names[rows[0]]
-        shifts = [(channel, mistake, math.log(factor)) for factor, mistake in unit_mistakes("acceleration")]
+        shifts = [
+            (channel, mistake, math.log(factor))
+            for factor, mistake in unit_mistakes("acceleration")
+        ]
         if together:
-            shifts += [("force", mistake, -math.log(factor)) for factor, mistake in unit_mistakes("force")]
+            shifts += [
+                ("force", mistake, -math.log(factor)) for factor, mistake in unit_mistakes("force")
+            ]
         gains = fits.log_gain[:, rows]
-        suspicions = (Suspicion(name, mistake, shift, LogGap.of(gains - shift)) for name, mistake, shift in shifts)
+        suspicions = (
+            Suspicion(name, mistake, shift, LogGap.of(gains - shift))
+            for name, mistake, shift in shifts
+        )
         if finding := unit_finding(channel, "plate", LogGap.of(gains), suspicions):
             yield finding
 
@@ -184,7 +206,9 @@ _LIMITS = {
     "tip_radius_mm": _Limit(2e-4, 20.0, below="metres", above="micrometres"),
     "bullet_mass_kg": _Limit(1e-4, 50.0, below="tonnes", above="grams"),
     "tank_pressure_pa": _Limit(100.0, 1e8, above="pascals, in a column of bar"),
-    "travel_m of a run": _Limit(0.01, 30.0, below="metres, in a column of millimetres", above="millimetres"),
+    "travel_m of a run": _Limit(
+        0.01, 30.0, below="metres, in a column of millimetres", above="millimetres"
+    ),
     "velocity_m_s": _Limit(1e-4, 2000.0, below="km/s", above="mm/s or cm/s"),
     "sampling rate of the force": _Limit(1e3, 1e9, below="kilohertz"),
 }
@@ -212,7 +236,10 @@ def _settings(record: CampaignRecord) -> Iterator[tuple[str, float | None]]:
     yield "mass_kg", record.hammer_mass_kg
     yield "thickness_m", record.plate_thickness_m
     if record.plate is not None and record.plate.frequency_hz.size:
-        yield "damping_ratio", float(sorted(record.plate.damping_ratio)[record.plate.damping_ratio.size // 2])
+        yield (
+            "damping_ratio",
+            float(sorted(record.plate.damping_ratio)[record.plate.damping_ratio.size // 2]),
+        )
         yield "frequency_hz", float(record.plate.frequency_hz.max())
     radii = (configuration.factors.get("tip_radius") for configuration in record.configurations)
     yield from (("tip_radius_mm", radius) for radius in radii if isinstance(radius, float))
@@ -221,4 +248,7 @@ def _settings(record: CampaignRecord) -> Iterator[tuple[str, float | None]]:
         yield "tank_pressure_pa", run.tank_pressure_pa
         yield "travel_m of a run", run.travel_m
         yield "velocity_m_s", run.velocity_m_s or None
-        yield "sampling rate of the force", None if run.force is None else run.force.sampling_rate_hz
+        yield (
+            "sampling rate of the force",
+            None if run.force is None else run.force.sampling_rate_hz,
+        )

@@ -80,7 +80,9 @@ class LogGap:
         from scipy.stats import median_abs_deviation
 
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # a configuration without any has no mean
+            warnings.simplefilter(
+                "ignore", RuntimeWarning
+            )  # a configuration without any has no mean
             means = np.nanmean(nats[:, decisive], axis=1)
         means = means[np.isfinite(means)]
         if means.size == 0:
@@ -102,22 +104,33 @@ class Suspicion:
     def severity(self) -> Severity | None:
         """None where it does not fit well enough to be said."""
         size, off, scatter = abs(self.shift), abs(self.remaining.centre), self.remaining.scatter
-        fits = size >= _REFUSED_FROM and off <= _FIT and scatter <= _SAME and self.remaining.rms <= _LEFT
+        fits = (
+            size >= _REFUSED_FROM
+            and off <= _FIT
+            and scatter <= _SAME
+            and self.remaining.rms <= _LEFT
+        )
         if fits or (size >= _BEYOND_PHYSICS and off <= ORDER):
             return "refuse"
         near = _NEAR if size >= _REFUSED_FROM else _NEAR_SMALL
         return "name" if size >= WORTH_A_LOOK and off <= near and scatter <= _NEAR_SAME else None
 
 
-def unit_finding(reading: str, stage: str, gap: LogGap, suspicions: Iterable[Suspicion]) -> LikelyMistake | None:
+def unit_finding(
+    reading: str, stage: str, gap: LogGap, suspicions: Iterable[Suspicion]
+) -> LikelyMistake | None:
     """`reading` is off by `gap` from what `stage` gives: the likeliest of the mistakes that would explain it, least
     remaining gap first; with a refusal among them only refusals. None where no mistake fits."""
-    fits = sorted((item for item in suspicions if item.severity), key=lambda item: item.remaining.rms)
+    fits = sorted(
+        (item for item in suspicions if item.severity), key=lambda item: item.remaining.rms
+    )
     suspects = [item for item in fits if item.severity == "refuse"] or fits
     if not suspects:
         return None
     first = suspects[0]
-    texts = list(dict.fromkeys(f"{suspect.channel}: {suspect.mistake}" for suspect in suspects))[:_NAMED]
+    texts = list(dict.fromkeys(f"{suspect.channel}: {suspect.mistake}" for suspect in suspects))[
+        :_NAMED
+    ]
     message = (
         f"{reading} is {math.exp(gap.centre):.3g} times what the {stage} can give ({gap.scatter:.0%} scatter between "
         f"configurations), which a wrong unit does and physics hardly: is it {', or '.join(texts)}? "
@@ -147,7 +160,9 @@ def unit_findings(record: CampaignRecord, stages: Sequence[Stage]) -> list[Likel
         suspected = _stage_finding(record, stage) if stage.name in _ENTRANCE else None
         if suspected is not None:
             channel = suspected[1].channel
-            largest[channel] = max(largest.get(channel, suspected), suspected, key=lambda item: item[0])
+            largest[channel] = max(
+                largest.get(channel, suspected), suspected, key=lambda item: item[0]
+            )
     return [finding for _, finding in largest.values()]
 
 
@@ -186,17 +201,27 @@ def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, LikelyM
     scaled = amplitude > 0  # by a wrong unit of the channel
     nats = _by_configuration(record, measured - stage.simulated())[:, columns]
     gap = LogGap.of(nats, scaled)
-    impulse = [place for place, column in enumerate(columns) if stage.observables[column].name == "ln_impulse"]
-    if not max(abs(gap.centre), gap.rms / 2) >= WORTH_A_LOOK or _is_by_physics(LogGap.of(nats[:, impulse])):
+    impulse = [
+        place
+        for place, column in enumerate(columns)
+        if stage.observables[column].name == "ln_impulse"
+    ]
+    if not max(abs(gap.centre), gap.rms / 2) >= WORTH_A_LOOK or _is_by_physics(
+        LogGap.of(nats[:, impulse])
+    ):
         return None
     suspicions = []
     for factor, mistake in unit_mistakes(channel):
         shift = math.log(factor)
-        suspicions.append(Suspicion(channel, mistake, shift, LogGap.of(nats - shift * amplitude, scaled)))
+        suspicions.append(
+            Suspicion(channel, mistake, shift, LogGap.of(nats - shift * amplitude, scaled))
+        )
     for factor, mistake in unit_mistakes("clock"):
         shift = -math.log(factor)  # a rate that reads too high shortens pulses by as much
         if abs(LogGap.of(nats[:, ~scaled]).centre - shift) < ORDER:
-            suspicions.append(Suspicion("sampling rate", mistake, shift, LogGap.of(nats - shift * time, scaled)))
+            suspicions.append(
+                Suspicion("sampling rate", mistake, shift, LogGap.of(nats - shift * time, scaled))
+            )
     entrance, quantity, name = _ENTRANCE[stage.name]
     for factor, mistake in unit_mistakes(quantity):
         simulated = stage.simulated(upstream=(_readings(record, name) / factor).tolist())
@@ -221,6 +246,8 @@ def _by_configuration(record: CampaignRecord, values: Floats) -> Floats:
     """(C, d): medians of (R, d) over the runs of each configuration; NaN where there is none."""
     of = record.configuration_of
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # a column of NaN has no median, which is the answer
+        warnings.simplefilter(
+            "ignore", RuntimeWarning
+        )  # a column of NaN has no median, which is the answer
         rows = [np.nanmedian(values[of == c], axis=0) for c in range(len(record.configurations))]
     return np.array(rows, dtype=np.float64).reshape(len(record.configurations), values.shape[1])

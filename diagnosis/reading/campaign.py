@@ -34,7 +34,17 @@ TRAVEL = {"travel_m": 1.0, "travel_mm": 1e-3}
 #: A column is a note when so many of its runs differ in it; below so many runs nobody can tell.
 _DIFFERENT, _RUNS = 0.8, 6
 #: Beginnings of the names of what is read and not set; other numbers may be a design without repetitions.
-_CONDITIONS = ("time", "date", "hour", "temperature", "humidity", "ambient", "order", "sequence", "index")
+_CONDITIONS = (
+    "time",
+    "date",
+    "hour",
+    "temperature",
+    "humidity",
+    "ambient",
+    "order",
+    "sequence",
+    "index",
+)
 
 
 def read_settings(
@@ -44,10 +54,17 @@ def read_settings(
     of each run's, and sentences on columns that are no settings. Configurations that differ in those alone are one."""
     stored = configuration_factors(session, list(dict.fromkeys(keys)))
     notes = note_columns([stored[key] for key in keys])
-    runs = [tuple(sorted((name, x) for name, x in stored[key].items() if name not in notes)) for key in keys]
+    runs = [
+        tuple(sorted((name, x) for name, x in stored[key].items() if name not in notes))
+        for key in keys
+    ]
     row_of = {setting: row for row, setting in enumerate(dict.fromkeys(runs))}
     sentences = tuple(f"{name}: a note on each run, and not a setting" for name in notes)
-    return _labelled([dict(setting) for setting in row_of]), tuple(row_of[run] for run in runs), sentences
+    return (
+        _labelled([dict(setting) for setting in row_of]),
+        tuple(row_of[run] for run in runs),
+        sentences,
+    )
 
 
 def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:
@@ -59,7 +76,9 @@ def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:
     for name in dict.fromkeys(name for run in runs for name in run if name not in BY_NAME):
         values = [run[name] for run in runs if name in run]
         differ = len(values) >= _RUNS and len(set(values)) >= _DIFFERENT * len(values)
-        if differ and (name.lower().startswith(_CONDITIONS) or any(isinstance(value, str) for value in values)):
+        if differ and (
+            name.lower().startswith(_CONDITIONS) or any(isinstance(value, str) for value in values)
+        ):
             notes.append(name)
     return tuple(notes)
 
@@ -69,7 +88,8 @@ def _labelled(settings: Sequence[Mapping[str, Factor]]) -> tuple[RunConfiguratio
     names = dict.fromkeys(name for factors in settings for name in factors)
     varying = [name for name in names if len({factors.get(name) for factors in settings}) > 1]
     texts = [
-        ", ".join(_factor_text(name, factors[name]) for name in varying if name in factors) or "the one setting"
+        ", ".join(_factor_text(name, factors[name]) for name in varying if name in factors)
+        or "the one setting"
         for factors in settings
     ]
     count = Counter(texts)
@@ -114,14 +134,20 @@ def assumptions(
         yield f"plate: {record.plate_thickness_m * 1e3:g} mm thick, since campaign.toml gives no thickness"
     if record.plate is not None and len(record.plate.impact_points) == 1:
         point = record.plate.impact_points[0]
-        others = {str(c.factors.get("impact_position", point)) for c in record.configurations} - {point}
+        others = {str(c.factors.get("impact_position", point)) for c in record.configurations} - {
+            point
+        }
         if others:
             yield f"plate: hits at {', '.join(sorted(others))} too, and the modal table knows {point} alone"
 
 
 def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
-    pressures = [(h.set_pressure_pa, h.recorded_pressure_pa) for h in hits if h.set_pressure_pa is not None]
-    ratios = [recorded / (nominal or 1.0) for nominal, recorded in pressures if recorded is not None]
+    pressures = [
+        (h.set_pressure_pa, h.recorded_pressure_pa) for h in hits if h.set_pressure_pa is not None
+    ]
+    ratios = [
+        recorded / (nominal or 1.0) for nominal, recorded in pressures if recorded is not None
+    ]
     if ratios:
         yield (
             f"tank pressure: as recorded in {len(ratios)} of {len(pressures)} shots, in the median "
@@ -136,7 +162,9 @@ def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
         yield "tank pressure: the set one, since none was recorded; gauge"
     travels = [run.travel_m for run in record.runs if run.travel_m is not None]
     if travels and record.gun is not None:
-        column = next(name for name in TRAVEL if any(name in c.factors for c in record.configurations))
+        column = next(
+            name for name in TRAVEL if any(name in c.factors for c in record.configurations)
+        )
         yield (
             f"travel to the vent holes: {min(travels) * 1e3:g} to {max(travels) * 1e3:g} mm, as the column {column} "
             f"has it for {len(travels)} of {len(record.runs)} runs; [bench.gun] has {record.gun.travel_m * 1e3:g} mm"
@@ -166,7 +194,9 @@ def _tank_pressure(record: CampaignRecord, pressures: TankPressures) -> Iterator
 def _velocity(hits: Sequence[StoredImpact]) -> Iterator[str]:
     integrated = [hit for hit in hits if hit.velocity_source == "integrated"]
     if integrated:
-        shares = [(hit.velocity_u_m_s or 0.0) / hit.velocity_m_s for hit in integrated if hit.velocity_m_s]
+        shares = [
+            (hit.velocity_u_m_s or 0.0) / hit.velocity_m_s for hit in integrated if hit.velocity_m_s
+        ]
         yield (
             f"impact velocity of {len(integrated)} of {len(hits)} hits: integrated from the impactor's acceleration "
             f"(standard uncertainty {float(np.median(shares)) if shares else 0.0:.1%} in the median), which reads the "
@@ -216,7 +246,9 @@ def _force(hits: Sequence[StoredImpact], series: HitSeries) -> Iterator[str]:
 _THICKNESS_M = 0.010
 
 
-def read_campaign(session: Session, name: str, *, most_runs_per_configuration: int = 10) -> CampaignRecord:
+def read_campaign(
+    session: Session, name: str, *, most_runs_per_configuration: int = 10
+) -> CampaignRecord:
     """The campaign `name` of the store.
 
     Velocities are of all runs; series of at most `most_runs_per_configuration` of each configuration, evenly chosen.
@@ -226,7 +258,9 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
     campaign = session.get_one(Campaign, get_campaign_id(session, name))
     hits = read_hits(session, campaign)
     if not hits:
-        raise ValueError(f"campaign {name!r} holds no run; ingest its folder first: pyroshock ingest FOLDER")
+        raise ValueError(
+            f"campaign {name!r} holds no run; ingest its folder first: pyroshock ingest FOLDER"
+        )
     exclusions = read_exclusions(session, campaign.id)
     configurations, rows, notes = read_settings(session, [hit.configuration_id for hit in hits])
     travels = [travel_m(configuration) for configuration in configurations]
@@ -239,8 +273,16 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
     shots = evenly_chosen(recorded, most_runs_per_configuration)
     pressures = read_tank_pressures(session, hits, shots, exclusions)
     materials, bench = stored_materials(session), campaign.plate
-    modes = session.get_one(ModalTable, bench.modal_table_id) if bench and bench.modal_table_id is not None else None
-    material = session.get_one(StoredMaterial, bench.material_id) if bench and bench.material_id is not None else None
+    modes = (
+        session.get_one(ModalTable, bench.modal_table_id)
+        if bench and bench.modal_table_id is not None
+        else None
+    )
+    material = (
+        session.get_one(StoredMaterial, bench.material_id)
+        if bench and bench.material_id is not None
+        else None
+    )
     record = CampaignRecord(
         name=campaign.name,
         kind=campaign.kind,
@@ -262,7 +304,13 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
                 set_pressure_pa=set_pa,
             )
             for order, (hit, row, pressure_pa, set_pa) in enumerate(
-                zip(hits, rows, pressures_as_read(hits, pressures.levels), pressures_set(hits), strict=True)
+                zip(
+                    hits,
+                    rows,
+                    pressures_as_read(hits, pressures.levels),
+                    pressures_set(hits),
+                    strict=True,
+                )
             )
         ),
         gun=gun_bench(campaign.gun) if campaign.gun else None,
@@ -270,7 +318,9 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
         plate=modal_plate(modes) if modes else None,
         plate_thickness_m=(bench.thickness_m if bench else None) or _THICKNESS_M,
         plate_material=material.name if material else None,
-        plate_outline_m=tuple((float(x), float(y)) for x, y in (bench.outline_m if bench else None) or ()),
+        plate_outline_m=tuple(
+            (float(x), float(y)) for x, y in (bench.outline_m if bench else None) or ()
+        ),
         # By the store's names, as factors have them, and by every spelling in lower case.
         materials={**materials, **{item.name: item for item in materials.values()}},
         known_facts=facts_from_json(campaign.known_facts),
@@ -280,7 +330,11 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
         notes = (*notes, f"recordings that could not be read and are left out: {unread}")
     return replace(
         record,
-        assumptions=(*notes, *_tank_pressure(record, pressures), *assumptions(campaign, record, hits, series)),
+        assumptions=(
+            *notes,
+            *_tank_pressure(record, pressures),
+            *assumptions(campaign, record, hits, series),
+        ),
     )
 
 
@@ -303,7 +357,9 @@ def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:
             members_of.setdefault(group, []).append(i)
     chosen: list[int] = []
     for members in members_of.values():
-        places = np.unique(np.linspace(0, len(members) - 1, min(most, len(members))).round().astype(int))
+        places = np.unique(
+            np.linspace(0, len(members) - 1, min(most, len(members))).round().astype(int)
+        )
         chosen += [members[place] for place in places]
     return sorted(chosen)
 
@@ -324,7 +380,11 @@ def read_folder(path: Path) -> CampaignRecord:
     with tempfile.TemporaryDirectory(prefix="pyroshock-") as scratch:
         writer = Writer("diagnose", "temporary")
         scratch_file = f"sqlite:///{scratch}/campaign.db"
-        with open_store(scratch_file, writer, create=True) if large else open_scratch_store(writer) as store:
+        with (
+            open_store(scratch_file, writer, create=True)
+            if large
+            else open_scratch_store(writer) as store
+        ):
             report = ingest_folder(store, path, jobs=None if large else 1)
             with store.reading() as session:
                 return read_campaign(session, report.campaign)

@@ -58,11 +58,17 @@ def read_hits(session: Session, campaign: Campaign) -> tuple[StoredImpact, ...]:
     """All of a campaign by run, then repetition."""
     table: Any = Impact
     source: Any = Impact
-    velocity: list[Any] = [Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s, Impact.velocity_source]
+    velocity: list[Any] = [
+        Impact.impact_velocity_m_s,
+        Impact.impact_velocity_u_m_s,
+        Impact.velocity_source,
+    ]
     settings: list[Any] = []
     if campaign.kind == "gun":
         table, source = Shot, outerjoin(Shot, Impact, Shot.impact_id == Impact.id)
-        stand_in = case((Impact.velocity_source == "reported", "impact"), else_=Impact.velocity_source)
+        stand_in = case(
+            (Impact.velocity_source == "reported", "impact"), else_=Impact.velocity_source
+        )
         at_muzzle = (Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s, Shot.velocity_source)
         velocity = [
             case((Shot.velocity_source.is_not(None), muzzle), else_=plate)
@@ -114,7 +120,9 @@ class QualityExclusions:
     def cut_top(self, hit: StoredImpact, channel: str, values: Floats) -> bool:
         """Whether samples of this hit (n,) stand at a rail."""
         rails = self.rails.get((hit.recording_id or 0, channel), ())
-        return any((values * np.sign(rail)).max(initial=0.0) >= _AT_RAIL * abs(rail) for rail in rails)
+        return any(
+            (values * np.sign(rail)).max(initial=0.0) >= _AT_RAIL * abs(rail) for rail in rails
+        )
 
 
 def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
@@ -122,13 +130,24 @@ def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
     finding, channel = QualityFinding, RecordedChannel
     # Outside of contacts a cut top leaves the pulse whole, but not a record that rings there.
     outside = and_(finding.check.in_(_CUT_TOPS), finding.severity == "warning")
-    columns = (finding.recording_id, finding.impact_id, channel.name, finding.check, finding.severity, finding.evidence)
+    columns = (
+        finding.recording_id,
+        finding.impact_id,
+        channel.name,
+        finding.check,
+        finding.severity,
+        finding.evidence,
+    )
     query = (
         select(*columns)
         .join(Recording, finding.recording_id == Recording.id)
         .outerjoin(channel, finding.channel_id == channel.id)
         .where(Recording.campaign_id == campaign_id)
-        .where(or_(finding.severity == "reject", finding.check.in_(("double-hit", "dropouts")), outside))
+        .where(
+            or_(
+                finding.severity == "reject", finding.check.in_(("double-hit", "dropouts")), outside
+            )
+        )
     )
     rejected: dict[tuple[int, int | None, str | None], frozenset[str]] = {}
     double: set[int] = set()
@@ -200,7 +219,10 @@ class HitSeries:
 
 
 def read_series(
-    session: Session, hits: Sequence[StoredImpact], chosen: Sequence[int], exclusions: QualityExclusions
+    session: Session,
+    hits: Sequence[StoredImpact],
+    chosen: Sequence[int],
+    exclusions: QualityExclusions,
 ) -> HitSeries:
     """Force and accelerations of the hits at the places `chosen`. Of a hit without a pulse accelerations alone, and
     none where a force was recorded that could have shown one."""
@@ -214,15 +236,24 @@ def read_series(
         on_plate = _on_plate(rows, result)
         if hit.has_pulse:
             after_s = min(_RINGING_S, clear_s[i])
-            cuts = {row.name: _cut(session, row, hit.start_s or 0.0, _rest_s(row), after_s) for row in on_plate}
+            cuts = {
+                row.name: _cut(session, row, hit.start_s or 0.0, _rest_s(row), after_s)
+                for row in on_plate
+            }
         else:
-            cuts = _cut_ringing(session, [row for row in on_plate if not exclusions.rejects(hit, row.name)])
+            cuts = _cut_ringing(
+                session, [row for row in on_plate if not exclusions.rejects(hit, row.name)]
+            )
         recorded = {name: cut for name, cut in cuts.items() if cut.values.size}
         rejected = [
-            n for n, x in recorded.items() if exclusions.rejects(hit, n) or exclusions.cut_top(hit, n, x.values)
+            n
+            for n, x in recorded.items()
+            if exclusions.rejects(hit, n) or exclusions.cut_top(hit, n, x.values)
         ]
         if len(rejected) < len(recorded):
-            result.accelerations[i] = {name: cut for name, cut in recorded.items() if name not in rejected}
+            result.accelerations[i] = {
+                name: cut for name, cut in recorded.items() if name not in rejected
+            }
         if hit.has_pulse:
             result.with_pulse += 1
             result.double_hits += hit.impact_id in exclusions.double_hits
@@ -273,7 +304,9 @@ def _rest_s(row: RecordedChannel) -> float:
     return max(_REST_S, _REST_SAMPLES / row.sampling_rate_hz)
 
 
-def _contact_force(session: Session, cells: Sequence[RecordedChannel], hit: StoredImpact, clear_s: float) -> Series:
+def _contact_force(
+    session: Session, cells: Sequence[RecordedChannel], hit: StoredImpact, clear_s: float
+) -> Series:
     """As recorded; the cells of an array are summed."""
     duration, rest = hit.contact_time_s or 0.0, _REST_SAMPLES / cells[0].sampling_rate_hz
     before, after = max(_FORCE_BEFORE * duration, rest), min(_FORCE_AFTER * duration, clear_s)
@@ -286,10 +319,19 @@ def _cut_ringing(session: Session, rows: Iterable[RecordedChannel]) -> dict[str,
 
     Channels without a finite sample, and silent ones, are left out.
     """
-    records = [(row, np.asarray(read_channel(session, row).readings, dtype=np.float64)) for row in rows]
-    audible = [(row, x) for row, x in records if np.isfinite(x).any() and np.nanmax(x) > np.nanmin(x)]
-    begins = [row.start_s + _begin_of_loudest(x, row.sampling_rate_hz) / row.sampling_rate_hz for row, x in audible]
-    return {row.name: _cut(session, row, min(begins), _rest_s(row), _RINGING_S) for row, _ in audible}
+    records = [
+        (row, np.asarray(read_channel(session, row).readings, dtype=np.float64)) for row in rows
+    ]
+    audible = [
+        (row, x) for row, x in records if np.isfinite(x).any() and np.nanmax(x) > np.nanmin(x)
+    ]
+    begins = [
+        row.start_s + _begin_of_loudest(x, row.sampling_rate_hz) / row.sampling_rate_hz
+        for row, x in audible
+    ]
+    return {
+        row.name: _cut(session, row, min(begins), _rest_s(row), _RINGING_S) for row, _ in audible
+    }
 
 
 def _begin_of_loudest(values: Floats, rate_hz: float) -> int:
@@ -300,7 +342,9 @@ def _begin_of_loudest(values: Floats, rate_hz: float) -> int:
     return first + int(np.argmax(deviation[first : top + 1] > _RISE * deviation[top]))
 
 
-def _cut(session: Session, row: RecordedChannel, start_s: float, before_s: float, after_s: float) -> Series:
+def _cut(
+    session: Session, row: RecordedChannel, start_s: float, before_s: float, after_s: float
+) -> Series:
     """Samples from `before_s` before to `after_s` after `start_s`, which is on the recording's clock."""
     rate = row.sampling_rate_hz
     contact = (start_s - row.start_s) * rate

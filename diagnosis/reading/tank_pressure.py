@@ -55,7 +55,9 @@ def pressures_as_read(
     `levels`, as in `TankPressures`, count beside the line by their uncertainty and by what they say of the line's.
     """
     pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
-    pairs_pa = np.array([(a, b) for a, b in pairs if a is not None and b is not None], dtype=np.float64).reshape(-1, 2)
+    pairs_pa = np.array(
+        [(a, b) for a, b in pairs if a is not None and b is not None], dtype=np.float64
+    ).reshape(-1, 2)
     if not pairs_pa.size:
         return [recorded if recorded is not None else nominal for nominal, recorded in pairs]
     slope, level = _line(pairs_pa[:, 0], pairs_pa[:, 1])
@@ -69,7 +71,9 @@ def pressures_as_read(
             continue
         expected_pa = float(level + slope * nominal)
         record_level = (levels or {}).get(place)
-        pressures_pa.append(expected_pa if record_level is None else _weighed(expected_pa, scatter, *record_level))
+        pressures_pa.append(
+            expected_pa if record_level is None else _weighed(expected_pa, scatter, *record_level)
+        )
     return pressures_pa
 
 
@@ -87,7 +91,9 @@ def pressures_set(hits: Sequence[StoredImpact]) -> list[float | None]:
     more than `_SAME_INSTRUMENT` in the median: then the operator may have set the pressure by the transducer itself,
     and its errors do not show."""
     pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
-    log_ratios = [abs(np.log(read / nominal)) for nominal, read in pairs if nominal and read and read > 0]
+    log_ratios = [
+        abs(np.log(read / nominal)) for nominal, read in pairs if nominal and read and read > 0
+    ]
     if not log_ratios or float(np.median(log_ratios)) <= _SAME_INSTRUMENT:
         return [None] * len(hits)
     return [nominal if nominal and read else None for nominal, read in pairs]
@@ -107,7 +113,10 @@ def _line(nominal: Floats, recorded: Floats) -> tuple[float, float]:
 
 
 def read_tank_pressures(
-    session: Session, hits: Sequence[StoredImpact], chosen: Sequence[int], exclusions: QualityExclusions
+    session: Session,
+    hits: Sequence[StoredImpact],
+    chosen: Sequence[int],
+    exclusions: QualityExclusions,
 ) -> TankPressures:
     """Of the shots at the places `chosen`. Raises `schema.series.SeriesError` where a stored record is damaged."""
     result = TankPressures()
@@ -120,7 +129,11 @@ def read_tank_pressures(
         tank = next((row for row in rows if row.quantity == "pressure"), None)
         if tank is None:
             continue
-        lasers = [read_channel(session, row) for row in rows if row.quantity in ("displacement", "voltage")]
+        lasers = [
+            read_channel(session, row)
+            for row in rows
+            if row.quantity in ("displacement", "voltage")
+        ]
         exit_s = _passage_s(laser_channel(lasers))
         if exclusions.rejects(hit, tank.name):
             result.rejected += 1
@@ -130,7 +143,9 @@ def read_tank_pressures(
             without_rest[place] = _block_means(channel, channel.start_s)
         elif lacks_pressures:
             means = _block_means(channel, channel.start_s)
-            with suppress(ValueError):  # averaged, a drop that was seen may be too short to be seen again
+            with suppress(
+                ValueError
+            ):  # averaged, a drop that was seen may be too short to be seen again
                 drops.append(pressure_drop(means.values, means.sampling_rate_hz))
         if exit_s is None:
             result.without_passage += 1
@@ -144,7 +159,9 @@ def read_tank_pressures(
     return result
 
 
-def _levels(without_rest: Mapping[int, Series], drops: Sequence[PressureDrop]) -> dict[int, tuple[float, float]]:
+def _levels(
+    without_rest: Mapping[int, Series], drops: Sequence[PressureDrop]
+) -> dict[int, tuple[float, float]]:
     """Levels before the shot with their standard uncertainties, Pa, by place: of records of the same trigger as those
     whose `drops` were seen. A slow drop in noise leaves open whether it begins before the record; that the valve of
     every shot opens as long after the trigger says that it does not."""
@@ -153,7 +170,10 @@ def _levels(without_rest: Mapping[int, Series], drops: Sequence[PressureDrop]) -
     moments_s = np.array([drop.time_s for drop in drops])
     opening_s = float(np.median(moments_s))
     spread_s = 1.4826 * float(np.median(np.abs(moments_s - opening_s)))
-    opening = opening_s, math.hypot(spread_s, _LEAST_OPENING_S, float(np.median([drop.time_u_s for drop in drops])))
+    opening = (
+        opening_s,
+        math.hypot(spread_s, _LEAST_OPENING_S, float(np.median([drop.time_u_s for drop in drops]))),
+    )
     levels = {}
     for place, means in without_rest.items():
         with suppress(ValueError):  # the line through the others stands in for it
@@ -168,8 +188,13 @@ def _passage_s(laser: Channel | None) -> float | None:
     if laser is None:
         return None
     try:
-        passage = muzzle_velocity(laser.readings, laser.sampling_rate_hz, 1.0)  # its length does not matter here
-    except (NoPassageError, ValueError):  # the ingest has a finding of it, and the report counts such shots
+        passage = muzzle_velocity(
+            laser.readings, laser.sampling_rate_hz, 1.0
+        )  # its length does not matter here
+    except (
+        NoPassageError,
+        ValueError,
+    ):  # the ingest has a finding of it, and the report counts such shots
         return None
     middle = (passage.enter_sample + passage.leave_sample) / 2
     return float(laser.start_s + middle / laser.sampling_rate_hz)
@@ -178,6 +203,10 @@ def _passage_s(laser: Channel | None) -> float | None:
 def _block_means(tank: Channel, exit_s: float) -> Series:
     block = max(1, round(_BLOCK_S * tank.sampling_rate_hz))
     count = tank.readings.size // block
-    means = np.asarray(tank.readings[: count * block], dtype=np.float64).reshape(count, block).mean(axis=1)
+    means = (
+        np.asarray(tank.readings[: count * block], dtype=np.float64)
+        .reshape(count, block)
+        .mean(axis=1)
+    )
     first_s = tank.start_s + (block - 1) / 2 / tank.sampling_rate_hz
     return Series(means, tank.sampling_rate_hz / block, first_s - exit_s)

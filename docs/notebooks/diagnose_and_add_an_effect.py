@@ -23,10 +23,14 @@ store = ps.open("lab.db")
 # %%
 masses_kg = np.repeat([0.2, 0.5, 1.0], [4, 5, 5])
 pressures_bar = [0.4, 0.8, 1.6, 3.0, 0.6, 1.2, 2.2, 3.4, 5.0, 0.8, 1.6, 2.8, 4.4, 6.0]
-runs = pd.DataFrame({"run": range(1, 15), "bullet_mass_kg": masses_kg, "tank_pressure_bar": pressures_bar})
+runs = pd.DataFrame(
+    {"run": range(1, 15), "bullet_mass_kg": masses_kg, "tank_pressure_bar": pressures_bar}
+)
 runs = runs.assign(plate_material="aluminum", anvil_material="steel", insulator="none")
 runs = runs.assign(tip_material="steel", tip_radius_mm=45)
-plan = store.plan.from_table("bench", table=runs, repetitions=2, ranges={"tank_pressure_bar": (0.2, 6)})
+plan = store.plan.from_table(
+    "bench", table=runs, repetitions=2, ranges={"tank_pressure_bar": (0.2, 6)}
+)
 
 # %%
 folder = plan.simulate("bench", seed=1, effects={"gun.valve_flow": 2.0})
@@ -38,7 +42,13 @@ figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 for mass, shots in measured.groupby("bullet_mass_kg"):
     bar = shots["tank_pressure_pa"] / 1e5
     (line,) = axes.plot(bar, shots["predicted_velocity_m_s"], label=f"nominal, {mass} kg")
-    axes.plot(bar, shots["measured_velocity_m_s"], "o", color=line.get_color(), label=f"measured, {mass} kg")
+    axes.plot(
+        bar,
+        shots["measured_velocity_m_s"],
+        "o",
+        color=line.get_color(),
+        label=f"measured, {mass} kg",
+    )
 axes.set(xlabel="tank pressure (bar)", ylabel="velocity (m/s)", ylim=(0, None))
 _ = axes.legend(ncols=3, fontsize="small", frameon=False)
 
@@ -52,7 +62,9 @@ _ = axes.legend(ncols=3, fontsize="small", frameon=False)
 # %%
 facts = (folder / "campaign.toml").read_text(encoding="utf-8").partition("[channels")[0]
 settings = pd.read_csv(folder / "runs.csv").drop(columns="recording")
-noted = settings.merge(measured[["run", "repetition", "measured_velocity_m_s"]], on=["run", "repetition"])
+noted = settings.merge(
+    measured[["run", "repetition", "measured_velocity_m_s"]], on=["run", "repetition"]
+)
 
 
 def ingest_velocities(name: str, shots: pd.DataFrame) -> None:
@@ -82,7 +94,9 @@ print(report.sentence)
 # established as causes.
 
 # %%
-report.effects[["effect", "probability", "share", "share_low", "share_high", "held_out_gain", "named"]]
+report.effects[
+    ["effect", "probability", "share", "share_low", "share_high", "held_out_gain", "named"]
+]
 
 # %%
 _ = report.plot()
@@ -117,7 +131,9 @@ corrected.models
 # knowing a reason; and of the twin with the diagnosed effects.
 
 # %%
-shots = store.shots(campaign="autumn").sort_values(["bullet_mass_kg", "tank_pressure_pa"], ignore_index=True)
+shots = store.shots(campaign="autumn").sort_values(
+    ["bullet_mass_kg", "tank_pressure_pa"], ignore_index=True
+)
 asked = shots[["tank_pressure_pa", "bullet_mass_kg"]].assign(tip_material="steel")
 velocities = pd.DataFrame(
     {

@@ -53,12 +53,26 @@ store.campaigns()
 # A condition is a text. The names of the columns end with their unit, and `.attrs["units"]` lists the units.
 
 # %%
-shots = store.shots(campaign="first-shots", where="measured_velocity_m_s > 12", sort="tank_pressure_pa")
+shots = store.shots(
+    campaign="first-shots", where="measured_velocity_m_s > 12", sort="tank_pressure_pa"
+)
 shots[["run", "tank_pressure_pa", "measured_velocity_m_s", "predicted_velocity_m_s"]]
 
 # %%
-hard = store.impacts(campaign="six-settings", where=["tip_material = aluminum", "peak_force_n > 500"])
-hard[["id", "run", "tip_radius_m", "impact_velocity_m_s", "contact_time_s", "peak_force_n", "quality"]]
+hard = store.impacts(
+    campaign="six-settings", where=["tip_material = aluminum", "peak_force_n > 500"]
+)
+hard[
+    [
+        "id",
+        "run",
+        "tip_radius_m",
+        "impact_velocity_m_s",
+        "contact_time_s",
+        "peak_force_n",
+        "quality",
+    ]
+]
 
 # %% [markdown]
 # The result is an ordinary pandas DataFrame, which matplotlib draws. The softer the tip, the longer the contact and
@@ -99,7 +113,13 @@ recording
 force = recording["Force (Trigger)"]
 peak_s = force.time_s[force.values.argmax()]
 window = force.between(peak_s - 0.002, peak_s + 0.008)
-print(len(window), "of", len(force), "samples, from", f"{window.index[0]:.4f} s to {window.index[-1]:.4f} s")
+print(
+    len(window),
+    "of",
+    len(force),
+    "samples, from",
+    f"{window.index[0]:.4f} s to {window.index[-1]:.4f} s",
+)
 
 # %%
 _ = recording.plot(start_s=peak_s - 0.002, stop_s=peak_s + 0.008)
@@ -116,7 +136,9 @@ print(f"largest: {spectrum.max():.0f} m/s2 at {spectrum.idxmax():.0f} Hz")
 # %%
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 axes.loglog(spectrum.index, spectrum)
-_ = axes.set(xlabel="natural frequency (Hz)", ylabel="maximax acceleration (m/s2)", title="SRS, Q = 10")
+_ = axes.set(
+    xlabel="natural frequency (Hz)", ylabel="maximax acceleration (m/s2)", title="SRS, Q = 10"
+)
 
 # %% [markdown]
 # ## What the quality checks say
@@ -131,7 +153,9 @@ findings.groupby(["severity", "check"]).size()
 
 # %%
 for _, finding in findings.drop_duplicates("check").iterrows():
-    print(f"{finding['severity']}: {finding['recording']}, {finding['channel']}: {finding['message']}")
+    print(
+        f"{finding['severity']}: {finding['recording']}, {finding['channel']}: {finding['message']}"
+    )
 
 # %% [markdown]
 # Each impact bears the gravest verdict about it, so that a condition selects those without any objection.

@@ -84,7 +84,9 @@ report
 # %%
 findings = report.to_frame()
 for _, finding in findings[findings["severity"] != "note"].iterrows():
-    print(f"{finding['severity']}: {finding['recording']}, {finding['channel']}: {finding['message']}")
+    print(
+        f"{finding['severity']}: {finding['recording']}, {finding['channel']}: {finding['message']}"
+    )
 
 # %% [markdown]
 # ## Planned and achieved
@@ -97,7 +99,17 @@ store.plan.list()[["name", "method", "runs", "planned", "done"]]
 
 # %%
 planned = store.plan.open("rehearsal").to_frame()
-planned[["run", "status", "recorded", "plate_material", "tip_material", "bullet_mass_kg", "velocity_level"]]
+planned[
+    [
+        "run",
+        "status",
+        "recorded",
+        "plate_material",
+        "tip_material",
+        "bullet_mass_kg",
+        "velocity_level",
+    ]
+]
 
 # %% [markdown]
 # The plan has levels of velocity, which the nominal gun turns into pressures. The virtual gun has a valve, a leak and
@@ -112,9 +124,18 @@ shots[[*columns, "measured_velocity_m_s"]]
 
 # %%
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
-axes.plot(shots.index, shots["predicted_velocity_m_s"], "_", ms=20, mew=2, label="planned, by the nominal gun")
+axes.plot(
+    shots.index,
+    shots["predicted_velocity_m_s"],
+    "_",
+    ms=20,
+    mew=2,
+    label="planned, by the nominal gun",
+)
 axes.plot(shots.index, shots["measured_velocity_m_s"], "o", label="measured on the virtual bench")
-axes.set_xticks(shots.index, [f"run {shot.run}\n{shot.velocity_level}" for shot in shots.itertuples()])
+axes.set_xticks(
+    shots.index, [f"run {shot.run}\n{shot.velocity_level}" for shot in shots.itertuples()]
+)
 axes.set(ylabel="velocity (m/s)", ylim=(0, None))
 _ = axes.legend(frameon=False)
 

@@ -24,7 +24,9 @@ store = ps.open("lab.db")
 # %%
 settings = itertools.product(["PLA", "steel"], [0.2, 0.5, 1.0], ["low", "medium"])
 runs = pd.DataFrame(settings, columns=["tip_material", "bullet_mass_kg", "velocity_level"])
-runs = runs.assign(plate_material="aluminum", anvil_material="steel", insulator="none", tip_radius_mm=45)
+runs = runs.assign(
+    plate_material="aluminum", anvil_material="steel", insulator="none", tip_radius_mm=45
+)
 runs["run"] = range(1, len(runs) + 1)
 plan = store.plan.from_table("spring", table=runs, repetitions=1)
 
@@ -68,7 +70,9 @@ figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 bar = table["tank_pressure"].str.removesuffix(" bar").astype(float)
 force_kn = 1e-3 * table.filter(like="predicted_peak_force_n")
 axes.plot(bar, force_kn["predicted_peak_force_n"])
-axes.fill_between(bar, force_kn["predicted_peak_force_n_low"], force_kn["predicted_peak_force_n_high"], alpha=0.2)
+axes.fill_between(
+    bar, force_kn["predicted_peak_force_n_low"], force_kn["predicted_peak_force_n_high"], alpha=0.2
+)
 _ = axes.set(xlabel="tank pressure (bar)", ylabel="peak force (kN)", ylim=(0, None))
 
 # %% [markdown]
@@ -84,7 +88,14 @@ tuned = twin.tune(prescribed, tolerance="6 dB", bullet_mass=["0.2 kg", "0.5 kg",
 print(tuned.sentence)
 
 # %%
-columns = ["tank_pressure_pa", "bullet_mass_kg", "tip_material", "tip_radius_m", "anvil_material", "insulator"]
+columns = [
+    "tank_pressure_pa",
+    "bullet_mass_kg",
+    "tip_material",
+    "tip_radius_m",
+    "anvil_material",
+    "insulator",
+]
 tuned.to_frame()[["rank", "probability_within", *columns]].head()
 
 # %%
@@ -113,7 +124,10 @@ _ = validation.plot()
 
 # %%
 velocities = validation.shots.query("quantity == 'velocity'").sort_values("predicted")
-low, high = velocities["predicted"] - velocities["low90"], velocities["high90"] - velocities["predicted"]
+low, high = (
+    velocities["predicted"] - velocities["low90"],
+    velocities["high90"] - velocities["predicted"],
+)
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 axes.errorbar(velocities["measured"], velocities["predicted"], yerr=[low, high], fmt="o", capsize=3)
 axes.axline((10, 10), slope=1, color="0.7", zorder=0)

@@ -31,7 +31,9 @@ data
 
 # %%
 pulses = data.to_frame()
-pulses[["run", "repetition", "tip_material", "tip_radius_m", "impact_velocity_m_s", "contact_time_s"]].head()
+pulses[
+    ["run", "repetition", "tip_material", "tip_radius_m", "impact_velocity_m_s", "contact_time_s"]
+].head()
 
 # %% [markdown]
 # A model must be judged on pulses that it has not seen. The question decides what is held out: repetitions of known
@@ -49,7 +51,9 @@ data.splits()
 
 # %%
 runs = store.train(data, models=["linear", "tree", "hybrid"], splits=["configurations"])
-runs.to_frame()[["model", "split", "force_nrmse", "force_nrmse_low", "force_nrmse_high", "contact_time_error"]]
+runs.to_frame()[
+    ["model", "split", "force_nrmse", "force_nrmse_low", "force_nrmse_high", "contact_time_error"]
+]
 
 # %%
 _ = runs.plot()
@@ -89,7 +93,9 @@ print(decision)
 # in use, and the record says that it was forced.
 
 # %%
-decision = store.promote("hybrid@1", force=True, reason="to be watched in use until the next campaign")
+decision = store.promote(
+    "hybrid@1", force=True, reason="to be watched in use until the next campaign"
+)
 print(decision)
 
 # %%
@@ -117,6 +123,8 @@ predicted.to_frame().iloc[:, :4]
 axes = predicted.plot()
 for line, (_, row) in zip(axes.lines[:], chosen.iterrows(), strict=True):
     points = row.filter(regex=r"^force_\d+_n$").to_numpy(dtype=float)
-    time_ms = [1e3 * row["contact_time_s"] * place / (len(points) - 1) for place in range(len(points))]
+    time_ms = [
+        1e3 * row["contact_time_s"] * place / (len(points) - 1) for place in range(len(points))
+    ]
     axes.plot(time_ms, 1e-3 * points, ".", color=line.get_color())
 _ = axes.legend(title="tip")

@@ -52,14 +52,20 @@ def corner_leakage(velocity_ratio: Floats) -> Floats:
     return np.asarray(1 - velocity_ratio ** (1 / 0.7))
 
 
-def clearance_leak(stage: GunObservables, discharge_coefficient: float, beside: Sequence[Effect] = ()) -> Leak:
+def clearance_leak(
+    stage: GunObservables, discharge_coefficient: float, beside: Sequence[Effect] = ()
+) -> Leak:
     """As wide as the bench's diameters say: no wear. With effects `beside` it, what all of them do."""
     leak = effect("gun.blow_by", discharge_coefficient=discharge_coefficient, wear_m=0.0)
     change = stage.changes([[leak, *beside]])[0, :, 0]
-    return Leak(discharge_coefficient, change, change / gap(stage).y, corner_leakage(np.exp(change)))
+    return Leak(
+        discharge_coefficient, change, change / gap(stage).y, corner_leakage(np.exp(change))
+    )
 
 
-def predicted(stage: GunObservables, fits: Sequence[Fit], settings: Sequence[tuple[float, float]]) -> Floats:
+def predicted(
+    stage: GunObservables, fits: Sequence[Fit], settings: Sequence[tuple[float, float]]
+) -> Floats:
     """(k, n) m/s: what each explanation says of pressures and masses that were not shot; NaN where it stays."""
     configurations = tuple(RunConfiguration(f"{p / 1e5:g} bar, {m:g} kg", {}) for p, m in settings)
     runs = tuple(Run(i, i + 1, 1, i, p, m) for i, (p, m) in enumerate(settings))
@@ -85,14 +91,19 @@ def main() -> None:
     )
     for cd in (0.6, 1.0):
         leak = clearance_leak(stage, cd)
-        print(f"leak, Cd {cd}: share of the gap {np.round(leak.share, 2)}, psi {np.round(leak.psi, 2)}")
+        print(
+            f"leak, Cd {cd}: share of the gap {np.round(leak.share, 2)}, psi {np.round(leak.psi, 2)}"
+        )
         both = clearance_leak(stage, cd, [effect("gun.back_pressure")])
         print(f"  and the atmosphere: share {np.round(both.share, 2)}")
     standing = []
     for ids in [*((one,) for one in stage.shows), *PAIRS]:
         found = fit(stage, seen, ids, anywhere=len(ids) == 1)
         left = np.round(seen.y - found.change, 3)
-        print(f"{found.name}: chi2 {found.chi2:.1f}, {said(found)}, likely {found.likely}, left {left}", flush=True)
+        print(
+            f"{found.name}: chi2 {found.chi2:.1f}, {said(found)}, likely {found.likely}, left {left}",
+            flush=True,
+        )
         standing += [found] if found.chi2 < 10 else []
     print("apart, in standard errors\n", np.round(distances(standing, seen.s), 1))
     velocities = predicted(stage, standing, SETTINGS)

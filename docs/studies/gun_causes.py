@@ -55,11 +55,18 @@ def gap(stage: GunObservables, scatter: float | None = None) -> Gap:
     floor = stage.observables[0].floor
     spread = [scatter or (group.std(ddof=1) if group.size > 1 else floor) for group in groups]
     shots = np.array([group.size for group in groups])
-    return Gap(np.array([group.mean() for group in groups]), np.array(spread) / np.sqrt(shots), shots)
+    return Gap(
+        np.array([group.mean() for group in groups]), np.array(spread) / np.sqrt(shots), shots
+    )
 
 
 def fit(
-    stage: GunObservables, of: Gap, ids: Sequence[str], rows: Sequence[int] | None = None, *, anywhere: bool = False
+    stage: GunObservables,
+    of: Gap,
+    ids: Sequence[str],
+    rows: Sequence[int] | None = None,
+    *,
+    anywhere: bool = False,
 ) -> Fit:
     """Effects of these ids fitted to configurations `rows` (all), in their best regime.
 
@@ -67,7 +74,10 @@ def fit(
     """
     some = np.arange(of.y.size) if rows is None else np.asarray(rows)
     regimes = product(*[_regimes(catalogue()[identity]) for identity in ids])
-    return min((_fit(stage, of, _Space(regime, anywhere), some) for regime in regimes), key=lambda each: each.chi2)
+    return min(
+        (_fit(stage, of, _Space(regime, anywhere), some) for regime in regimes),
+        key=lambda each: each.chi2,
+    )
 
 
 Regime = tuple[type[Effect], tuple[Parameter, ...]]
@@ -90,17 +100,32 @@ class _Space:
         made = []
         for kind, items in self.regimes:
             off = {item.name: item.off for item in kind.parameters() if item.likely is not None}
-            made.append(kind(**off | {item.name: _value(item, float(next(at)), self.anywhere) for item in items}))
+            made.append(
+                kind(
+                    **off
+                    | {item.name: _value(item, float(next(at)), self.anywhere) for item in items}
+                )
+            )
         return made
 
     def likely(self, effects: Sequence[Effect]) -> bool:
-        pairs = [(each, item) for each, (_, items) in zip(effects, self.regimes, strict=True) for item in items]
-        return all(i.likely is None or i.likely[0] <= getattr(each, i.name) <= i.likely[1] for each, i in pairs)
+        pairs = [
+            (each, item)
+            for each, (_, items) in zip(effects, self.regimes, strict=True)
+            for item in items
+        ]
+        return all(
+            i.likely is None or i.likely[0] <= getattr(each, i.name) <= i.likely[1]
+            for each, i in pairs
+        )
 
 
 def _regimes(kind: type[Effect]) -> list[Regime]:
     searched = {item.name: item for item in kind.parameters() if item.likely is not None}
-    return [(kind, tuple(searched[name] for name in names)) for names in kind.regimes or (tuple(searched),)]
+    return [
+        (kind, tuple(searched[name] for name in names))
+        for names in kind.regimes or (tuple(searched),)
+    ]
 
 
 def _fit(stage: GunObservables, of: Gap, space: _Space, some: NDArray[np.intp]) -> Fit:
@@ -121,13 +146,20 @@ def _fit(stage: GunObservables, of: Gap, space: _Space, some: NDArray[np.intp]) 
 def left_out(stage: GunObservables, of: Gap, ids: Sequence[str]) -> Floats:
     """(C,): ln measured over predicted of each configuration by effects that were fitted to the others."""
     every = range(of.y.size)
-    return np.array([of.y[c] - fit(stage, of, ids, [i for i in every if i != c]).change[c] for c in every])
+    return np.array(
+        [of.y[c] - fit(stage, of, ids, [i for i in every if i != c]).change[c] for c in every]
+    )
 
 
 def left_out_factor(of: Gap) -> Floats:
     """The same by a constant factor, as eq. 2.18's."""
     weight = of.s**-2
-    return np.array([of.y[c] - np.average(np.delete(of.y, c), weights=np.delete(weight, c)) for c in range(of.y.size)])
+    return np.array(
+        [
+            of.y[c] - np.average(np.delete(of.y, c), weights=np.delete(weight, c))
+            for c in range(of.y.size)
+        ]
+    )
 
 
 def distances(fits: Sequence[Fit], s: Floats) -> Floats:
@@ -152,7 +184,9 @@ def _descended(misfits: Callable[[Floats], Floats], points: Floats) -> Floats:
         slopes = ((found[1:] - found[0]) / inward[:, None]).T
         square, pull = slopes.T @ slopes, slopes.T @ found[0]
         scale = np.diag(np.diag(square) + 1e-12)
-        steps = np.array([np.linalg.solve(square + d * scale + 1e-12 * np.eye(size), pull) for d in _DAMPINGS])
+        steps = np.array(
+            [np.linalg.solve(square + d * scale + 1e-12 * np.eye(size), pull) for d in _DAMPINGS]
+        )
         trials = np.clip(best - steps, 0, 1)
         cost = (misfits(trials) ** 2).sum(axis=1)
         if not cost.min() < least * (1 - 1e-6):

@@ -13,7 +13,13 @@ from pyroshock.ingest.velocity import muzzle_velocity_uncertainty
 from pyroshock.twin.gun.bench import GunBench
 
 FIRST_SHOTS = Path(__file__).resolve().parents[2] / "examples" / "first-shots"
-TRETTEL = Path(__file__).resolve().parents[3] / "shared" / "real-data" / "trettel-blastersim" / "shots.csv"
+TRETTEL = (
+    Path(__file__).resolve().parents[3]
+    / "shared"
+    / "real-data"
+    / "trettel-blastersim"
+    / "shots.csv"
+)
 #: Geometry as the gun's author gives it. Friction, valve and dead volume are left to the diagnosis.
 BORE_M = 0.527 * 0.0254
 SMALL_GUN = GunBench(18.03e-6, BORE_M, BORE_M, 0.3048, 0.0, 1.4, 1.0)
@@ -36,9 +42,16 @@ def first_shots_record(efficiency: float = 1.0) -> CampaignRecord:
     shots = []
     for row in rows:
         velocity = float(row["measured_velocity_m_s"])
-        length, period = float(row["bullet_length_mm"]) / 1e3, 1 / float(row["laser_sampling_rate_hz"])
-        u = float(muzzle_velocity_uncertainty(length, length / velocity, LENGTH_ERROR_M, time_u_s=period))
-        shots.append((float(row["tank_pressure_bar"]) * 1e5, float(row["bullet_mass_kg"]), velocity, u))
+        length, period = (
+            float(row["bullet_length_mm"]) / 1e3,
+            1 / float(row["laser_sampling_rate_hz"]),
+        )
+        u = float(
+            muzzle_velocity_uncertainty(length, length / velocity, LENGTH_ERROR_M, time_u_s=period)
+        )
+        shots.append(
+            (float(row["tank_pressure_bar"]) * 1e5, float(row["bullet_mass_kg"]), velocity, u)
+        )
     said = f"efficiency {efficiency:g}; friction and travel identified from Table 5.1, not measured"
     return _record("first-shots", gun, shots, (said,))
 
@@ -69,7 +82,13 @@ def write_folder(record: CampaignRecord, folder: Path, date: str) -> Path:
         writer.writerow([*columns, "measured_velocity_u_m_s"] if stated else columns)
         for run in record.runs:
             assert run.tank_pressure_pa is not None
-            row = [run.run, run.repetition, run.tank_pressure_pa / 1e5, run.bullet_mass_kg, run.velocity_m_s]
+            row = [
+                run.run,
+                run.repetition,
+                run.tank_pressure_pa / 1e5,
+                run.bullet_mass_kg,
+                run.velocity_m_s,
+            ]
             writer.writerow([*row, run.velocity_u_m_s] if stated else row)
     return folder
 
@@ -77,7 +96,9 @@ def write_folder(record: CampaignRecord, folder: Path, date: str) -> Path:
 Shot = tuple[float, float, float, float | None]
 
 
-def _record(name: str, gun: GunBench, shots: Sequence[Shot], assumptions: tuple[str, ...]) -> CampaignRecord:
+def _record(
+    name: str, gun: GunBench, shots: Sequence[Shot], assumptions: tuple[str, ...]
+) -> CampaignRecord:
     """Shots of one pressure and mass are one configuration, in the order in which they first come."""
     settings = list(dict.fromkeys((pressure, mass) for pressure, mass, *_ in shots))
     seen = [0] * len(settings)
@@ -87,7 +108,9 @@ def _record(name: str, gun: GunBench, shots: Sequence[Shot], assumptions: tuple[
         seen[at] += 1
         runs.append(Run(at, order + 1, seen[at], order, pressure, mass, velocity, u))
     configurations = tuple(
-        RunConfiguration(f"{pressure / 1e5:.4g} bar", {"tank_pressure": pressure, "bullet_mass": mass})
+        RunConfiguration(
+            f"{pressure / 1e5:.4g} bar", {"tank_pressure": pressure, "bullet_mass": mass}
+        )
         for pressure, mass in settings
     )
     return CampaignRecord(name, "gun", configurations, tuple(runs), gun, assumptions=assumptions)

@@ -28,7 +28,10 @@ PAIRS = (
 )
 
 #: The same with an atmosphere of any pressure, which no place has: three causes that are one.
-FREE = tuple(("gun.back_pressure", other) for other in ("gun.dead_volume", "sensor.velocity_gain", "gun.valve_flow"))
+FREE = tuple(
+    ("gun.back_pressure", other)
+    for other in ("gun.dead_volume", "sensor.velocity_gain", "gun.valve_flow")
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,11 +80,15 @@ def main(path: Path) -> None:
     for ids in [*((one,) for one in stage.shows), *PAIRS]:
         found = fit(stage, of, ids, anywhere=len(ids) == 1)
         left = np.round(of.y - found.change, 3)
-        print(f"{found.name}: chi2 {found.chi2:.1f}, {said(found)}, likely {found.likely}, left {left}", flush=True)
+        print(
+            f"{found.name}: chi2 {found.chi2:.1f}, {said(found)}, likely {found.likely}, left {left}",
+            flush=True,
+        )
         if np.max(np.abs(left)) < 0.2:
             told = held_out(stage, of, ids)
             print(
-                f"  held out {np.round(told.errors, 3)} rms {told.rms(of):.3f}, stuck {stuck_stays(found)}", flush=True
+                f"  held out {np.round(told.errors, 3)} rms {told.rms(of):.3f}, stuck {stuck_stays(found)}",
+                flush=True,
             )
     for ids in FREE:
         found = fit(stage, of, ids, anywhere=True)

@@ -49,7 +49,9 @@ def varied_axes(space: Space) -> list[int]:
     """Axes of more than one level. Raises `ValueError` where there is none."""
     varied = [index for index, axis in enumerate(space.axes) if axis.size > 1]
     if not varied:
-        raise ValueError(f"space {space.name!r}: no factor of two or more levels; expected one at least")
+        raise ValueError(
+            f"space {space.name!r}: no factor of two or more levels; expected one at least"
+        )
     return varied
 
 

@@ -58,7 +58,9 @@ class Kernel:
         self._orders = weights.by_order(len(centres))
         self._centred, self._wrap_around, self._runs = weights.centred, weights.wrap_around, runs
         self._pairs = [_centred_pairs(places) for places in centres]
-        self._singles = [1 + np.abs(places - 0.5) / 2 - (places - 0.5) ** 2 / 2 for places in centres]
+        self._singles = [
+            1 + np.abs(places - 0.5) / 2 - (places - 0.5) ** 2 / 2 for places in centres
+        ]
         self._wraps = [_wrap_around_pairs(places) for places in centres]
 
     def between(self, x: Levels, y: Levels) -> Floats:
@@ -73,7 +75,12 @@ class Kernel:
                 agreeing[order] += same * agreeing[order - 1]
             centred *= pairs[a, b]
             wrap_around *= wraps[a, b]
-        return np.asarray(sum((w * e for w, e in zip(self._orders, agreeing, strict=True) if w), centred + wrap_around))
+        return np.asarray(
+            sum(
+                (w * e for w, e in zip(self._orders, agreeing, strict=True) if w),
+                centred + wrap_around,
+            )
+        )
 
     def alone(self, x: Levels) -> Floats:
         """Of runs x (..., axes): the centred discrepancy's single sum."""

@@ -32,7 +32,9 @@ class TabulatedCriterion:
     `levels` (size, axes) are those of all treatments; `penalty` (size,) is for each treatment among the runs.
     """
 
-    def __init__(self, kernel: Kernel, levels: Ids, counts: Floats, sign: float, penalty: Floats) -> None:
+    def __init__(
+        self, kernel: Kernel, levels: Ids, counts: Floats, sign: float, penalty: Floats
+    ) -> None:
         self.table = np.vstack([kernel.between(level, levels) for level in levels])
         # No product of BLAS: its last digits depend on the number of threads.
         beside = (self.table * counts).sum(axis=1)
@@ -85,12 +87,18 @@ class Swaps:
 
 
 def anneal_tabulated(
-    landscape: TabulatedCriterion, levels: Ids, sizes: tuple[int, ...], steps: int, rng: np.random.Generator
+    landscape: TabulatedCriterion,
+    levels: Ids,
+    sizes: tuple[int, ...],
+    steps: int,
+    rng: np.random.Generator,
 ) -> Ids:
     """The best runs (n, axes) met in `steps` steps from `levels` (n, axes): every swap of a run is looked at."""
     current, strides = levels.copy(), strides_of(sizes)
     field = landscape.baseline + 2 * landscape.table[current @ strides].sum(axis=0)
-    return np.asarray(annealed(landscape.table, field, current, strides, *_schedule(len(levels), steps, rng)))
+    return np.asarray(
+        annealed(landscape.table, field, current, strides, *_schedule(len(levels), steps, rng))
+    )
 
 
 def anneal(
@@ -125,7 +133,11 @@ def anneal(
 def _schedule(runs: int, steps: int, rng: np.random.Generator) -> tuple[Ids, Floats, Floats]:
     """Of each step: the run, a number in [0, 1) and the temperature. A single run has nobody to swap with."""
     count = steps if runs > 1 else 0
-    return rng.integers(runs, size=count), rng.random(count), np.geomspace(FIRST_TEMPERATURE, LAST_TEMPERATURE, count)
+    return (
+        rng.integers(runs, size=count),
+        rng.random(count),
+        np.geomspace(FIRST_TEMPERATURE, LAST_TEMPERATURE, count),
+    )
 
 
 def swaps_of(surface: DirectCriterion, levels: Ids, strides: Ids, row: int, partners: Ids) -> Swaps:
@@ -136,7 +148,13 @@ def swaps_of(surface: DirectCriterion, levels: Ids, strides: Ids, row: int, part
     gain = surface.field(become) + surface.own(become)
     gain -= 2 * (surface.between(a, become) + surface.between(b, become))
     # Swapped or not, two runs agree on the same axes: what is between them counts for both.
-    loss = surface.field(a) - surface.own(a) + surface.field(b) - surface.own(b) - 4 * surface.between(a, b)
+    loss = (
+        surface.field(a)
+        - surface.own(a)
+        + surface.field(b)
+        - surface.own(b)
+        - 4 * surface.between(a, b)
+    )
     change = gain[0] + gain[1] - loss
     change[step == 0] = np.inf
     return Swaps(partners, become, change)
@@ -152,12 +170,21 @@ def _drawn_change(change: Floats, temperature: float, draw: float) -> int | None
 
 def strides_of(sizes: tuple[int, ...]) -> Ids:
     """What a step of each axis is worth in the number of a treatment."""
-    return np.array([int(np.prod(sizes[axis + 1 :], dtype=np.int64)) for axis in range(len(sizes))], dtype=np.int64)
+    return np.array(
+        [int(np.prod(sizes[axis + 1 :], dtype=np.int64)) for axis in range(len(sizes))],
+        dtype=np.int64,
+    )
 
 
 @njit(cache=True)
 def annealed(
-    table: Floats, field: Floats, levels: Ids, strides: Ids, rows: Ids, draws: Floats, temperatures: Floats
+    table: Floats,
+    field: Floats,
+    levels: Ids,
+    strides: Ids,
+    rows: Ids,
+    draws: Floats,
+    temperatures: Floats,
 ) -> Ids:
     """The best runs (n, axes) met from `levels` (n, axes), a step for each of `rows`, `draws` and `temperatures`.
 

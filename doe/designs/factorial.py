@@ -46,7 +46,9 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
     Raises `ValueError` for fewer than two `levels`, and for more than a million combinations.
     """
     if not 2 <= levels <= _MOST_LEVELS:
-        raise ValueError(f"levels is {levels}; expected 2 to {_MOST_LEVELS} values of each continuous factor")
+        raise ValueError(
+            f"levels is {levels}; expected 2 to {_MOST_LEVELS} values of each continuous factor"
+        )
     places = [
         np.unique(np.rint(np.linspace(0, axis.size - 1, levels)).astype(np.int64))
         if axis.continuous
@@ -55,7 +57,9 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
     ]
     runs = float(np.prod([float(len(axis_levels)) for axis_levels in places]))
     if runs > _MOST_RUNS:
-        raise ValueError(f"space {space.name!r}: {runs:.0f} treatments; expected at most {_MOST_RUNS} to list")
+        raise ValueError(
+            f"space {space.name!r}: {runs:.0f} treatments; expected at most {_MOST_RUNS} to list"
+        )
     return places
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...delimited_text import decode_utf8, table_rows
+from ...files.delimited_text import decode_utf8, table_rows
 from ..space import Space
 from .base import Design
 
@@ -65,9 +65,15 @@ def _run_numbers(rows: Sequence[dict[str, str]], lines: Sequence[int]) -> tuple[
     seen: dict[int, int] = {}
     for row, line in zip(rows, lines, strict=True):
         text = row[RUN]
-        if not (text.isascii() and text.isdigit() and len(text) < 20 and 0 < int(text) < _BIGGEST_RUN):
-            raise ValueError(f"row {line}: run is {text[:200]!r}; expected a whole number from 1 to {_BIGGEST_RUN - 1}")
+        if not (
+            text.isascii() and text.isdigit() and len(text) < 20 and 0 < int(text) < _BIGGEST_RUN
+        ):
+            raise ValueError(
+                f"row {line}: run is {text[:200]!r}; expected a whole number from 1 to {_BIGGEST_RUN - 1}"
+            )
         if int(text) in seen:
-            raise ValueError(f"row {line}: run {int(text)} stands in row {seen[int(text)]} too; expected once")
+            raise ValueError(
+                f"row {line}: run {int(text)} stands in row {seen[int(text)]} too; expected once"
+            )
         seen[int(text)] = line
     return tuple(seen)

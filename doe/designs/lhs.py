@@ -32,8 +32,13 @@ def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generato
     No level gets more than its `capacity` (levels,), which must hold `n` in all. Chance decides who gets the rest.
     """
     if capacity.sum() < n:
-        raise ValueError(f"capacity is {capacity.tolist()}, {int(capacity.sum())} in all; expected at least n = {n}")
-    counts, turn = np.zeros(len(already), dtype=np.int64), rng.permutation(len(already)) / (2 * len(already))
+        raise ValueError(
+            f"capacity is {capacity.tolist()}, {int(capacity.sum())} in all; expected at least n = {n}"
+        )
+    counts, turn = (
+        np.zeros(len(already), dtype=np.int64),
+        rng.permutation(len(already)) / (2 * len(already)),
+    )
     for _ in range(n):
         height = np.where(counts < capacity, already + counts + turn, np.inf)
         counts[height.argmin()] += 1
@@ -44,7 +49,10 @@ def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> I
     """Runs (n, axes) with `counts` (levels,) of each axis: a Latin hypercube's ranks, cut where the levels end."""
     unit = unit_lhs(n, len(counts), rng)
     ranks = unit.argsort(axis=0).argsort(axis=0)
-    columns = [np.repeat(np.arange(len(shares)), shares)[ranks[:, axis]] for axis, shares in enumerate(counts)]
+    columns = [
+        np.repeat(np.arange(len(shares)), shares)[ranks[:, axis]]
+        for axis, shares in enumerate(counts)
+    ]
     return np.stack(columns, axis=1)
 
 
@@ -57,7 +65,9 @@ def repair_level_shares(treatments: Ids, pool: Ids, levels: Ids, counts: Sequenc
     for _ in range(len(treatments) - len(kept)):
         free = np.setdiff1d(pool, kept)
         missing = [
-            (level_counts - np.bincount(levels[kept, axis], minlength=len(level_counts)))[levels[free, axis]]
+            (level_counts - np.bincount(levels[kept, axis], minlength=len(level_counts)))[
+                levels[free, axis]
+            ]
             for axis, level_counts in enumerate(counts)
         ]
         kept = np.append(kept, free[np.minimum(missing, 1).sum(axis=0).argmax()])
@@ -96,7 +106,9 @@ def _drawn_levels(space: Space, strata: Ids, rng: np.random.Generator) -> Ids:
 def _values(axis: Axis, stratum: int, count: int) -> Ids:
     """(count,): indices of values at equal distances in a part of a range."""
     first, after = (-(-edge * axis.size // axis.strata) for edge in (stratum, stratum + 1))
-    return first + np.floor((np.arange(count) + 0.5) / max(count, 1) * (after - first)).astype(np.int64)
+    return first + np.floor((np.arange(count) + 0.5) / max(count, 1) * (after - first)).astype(
+        np.int64
+    )
 
 
 #: A table of all treatments by all is kept up to here (32 MB).
@@ -147,10 +159,14 @@ def balance_levels(
     for name, value in (("n", n), ("steps", 1 if steps is None else steps)):
         if value < 1:
             raise ValueError(f"{name} is {value!r}; expected at least 1")
-    recorded = space.checked(np.zeros((0, len(space.axes)), dtype=np.int64) if fixed is None else fixed)
+    recorded = space.checked(
+        np.zeros((0, len(space.axes)), dtype=np.int64) if fixed is None else fixed
+    )
     weights = weights or Weights()
     if space.stratified is not space:
-        parts = balance_levels(space.stratified, n, rng, fixed=space.in_strata(recorded), weights=weights, steps=steps)
+        parts = balance_levels(
+            space.stratified, n, rng, fixed=space.in_strata(recorded), weights=weights, steps=steps
+        )
         return Design(space, assign_values(space, parts.treatments, recorded, rng), "lhs", None)
     if space.size > MOST_TABULATED:
         chosen = _choose_directly(space, n, recorded, weights, steps, rng)
@@ -159,7 +175,14 @@ def balance_levels(
     return Design(space, rng.permutation(chosen), "lhs", None)
 
 
-def _choose(space: Space, n: int, recorded: Ids, weights: Weights, steps: int | None, rng: np.random.Generator) -> Ids:
+def _choose(
+    space: Space,
+    n: int,
+    recorded: Ids,
+    weights: Weights,
+    steps: int | None,
+    rng: np.random.Generator,
+) -> Ids:
     """What is there least often is taken first: whole rounds of it, and a chosen part of the last round."""
     levels = space.all_treatments()
     counts = np.bincount(_numbers(space, recorded), minlength=space.size).astype(np.float64)
@@ -173,7 +196,11 @@ def _choose(space: Space, n: int, recorded: Ids, weights: Weights, steps: int | 
         n -= len(pool)
     if n:
         task = _Task(space, n, pool, counts, runs, weights, steps)
-        taken.append(_optimised(task, levels, 1.0, rng) if 2 * n <= len(pool) else _all_but(task, levels, rng))
+        taken.append(
+            _optimised(task, levels, 1.0, rng)
+            if 2 * n <= len(pool)
+            else _all_but(task, levels, rng)
+        )
     return levels[np.concatenate(taken)]
 
 
@@ -181,7 +208,9 @@ def _all_but(task: _Task, levels: Ids, rng: np.random.Generator) -> Ids:
     """Near a full factorial hardly a swap is free: those to leave out are chosen instead."""
     everything = task.counts.copy()
     everything[task.pool] += 1
-    left_out = _optimised(replace(task, n=len(task.pool) - task.n, counts=everything), levels, -1.0, rng)
+    left_out = _optimised(
+        replace(task, n=len(task.pool) - task.n, counts=everything), levels, -1.0, rng
+    )
     return np.setdiff1d(task.pool, left_out)
 
 
@@ -191,10 +220,15 @@ def _optimised(task: _Task, levels: Ids, sign: float, rng: np.random.Generator) 
     penalty[task.pool] = 0.0
     kernel = Kernel(axis_centres(task.space), task.runs, task.weights)
     landscape = TabulatedCriterion(kernel, levels, task.counts, sign, penalty)
-    return min((_started(task, levels, sign, landscape, rng) for _ in range(_starts(task))), key=landscape.height)
+    return min(
+        (_started(task, levels, sign, landscape, rng) for _ in range(_starts(task))),
+        key=landscape.height,
+    )
 
 
-def _started(task: _Task, levels: Ids, sign: float, landscape: TabulatedCriterion, rng: np.random.Generator) -> Ids:
+def _started(
+    task: _Task, levels: Ids, sign: float, landscape: TabulatedCriterion, rng: np.random.Generator
+) -> Ids:
     """One shares-out of the levels, annealed; which levels get one more is left to chance."""
     shares = [
         level_counts(
@@ -213,17 +247,31 @@ def _started(task: _Task, levels: Ids, sign: float, landscape: TabulatedCriterio
 
 def _starts(task: _Task) -> int:
     """Few runs leave time for more than one start, and beside recorded ones it matters which levels get one more."""
-    return 1 if task.steps else max(1, min(_MOST_STARTS, _MOST_STEPS // _steps(task.n * len(task.sizes), _MOST_STEPS)))
+    return (
+        1
+        if task.steps
+        else max(1, min(_MOST_STARTS, _MOST_STEPS // _steps(task.n * len(task.sizes), _MOST_STEPS)))
+    )
 
 
 def _choose_directly(
-    space: Space, n: int, recorded: Ids, weights: Weights, steps: int | None, rng: np.random.Generator
+    space: Space,
+    n: int,
+    recorded: Ids,
+    weights: Weights,
+    steps: int | None,
+    rng: np.random.Generator,
 ) -> Ids:
     """The same in a space too large for a table of all treatments, where new ones never run out."""
     sizes = tuple(axis.size for axis in space.axes)
     if 2 * (n + len(recorded)) > space.size:
-        raise ValueError(f"{n + len(recorded)} runs of {space.size} treatments; expected half of them at most")
-    already = [np.bincount(recorded[:, axis], minlength=size).astype(np.float64) for axis, size in enumerate(sizes)]
+        raise ValueError(
+            f"{n + len(recorded)} runs of {space.size} treatments; expected half of them at most"
+        )
+    already = [
+        np.bincount(recorded[:, axis], minlength=size).astype(np.float64)
+        for axis, size in enumerate(sizes)
+    ]
     shares = [level_counts(counts, np.full(len(counts), n), n, rng) for counts in already]
     start = draw_hypercube(shares, n, rng)
     kernel = Kernel(axis_centres(space), n + len(recorded), weights)
@@ -232,7 +280,9 @@ def _choose_directly(
     return _different(annealed, recorded, sizes, rng)
 
 
-def _different(treatments: Ids, recorded: Ids, sizes: tuple[int, ...], rng: np.random.Generator) -> Ids:
+def _different(
+    treatments: Ids, recorded: Ids, sizes: tuple[int, ...], rng: np.random.Generator
+) -> Ids:
     """Repeats, which annealing hardly leaves, give way to treatments drawn at random."""
     seen, result = set(map(tuple, recorded.tolist())), []
     for run in map(tuple, treatments.tolist()):

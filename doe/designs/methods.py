@@ -76,7 +76,9 @@ class DesignMethod:
     function: Callable[..., Design]
     takes: tuple[str, ...] = ()  #: "runs", "table"
     options: Sequence[Option] = ()
-    repeats: bool = False  #: treatments may come twice: centre points, or levels that points are rounded to
+    repeats: bool = (
+        False  #: treatments may come twice: centre points, or levels that points are rounded to
+    )
     example: str = ""  #: of the command line
 
     @property
@@ -117,11 +119,19 @@ def _of_space(design: Callable[..., Design]) -> Callable[..., Design]:
 
 def _of_runs(design: Callable[..., Design]) -> Callable[..., Design]:
     """A function of the space, the number of runs, `rng` and options, as a method's."""
-    return lambda space, request, **options: design(space, request.wanted_runs, request.rng, **options)
+    return lambda space, request, **options: design(
+        space, request.wanted_runs, request.rng, **options
+    )
 
 
-def _hypercube(space: Space, n: int, rng: np.random.Generator, criterion: str = "balance") -> Design:
-    return balance_levels(space, n, rng) if criterion == "balance" else latin_hypercube(space, n, rng, criterion)
+def _hypercube(
+    space: Space, n: int, rng: np.random.Generator, criterion: str = "balance"
+) -> Design:
+    return (
+        balance_levels(space, n, rng)
+        if criterion == "balance"
+        else latin_hypercube(space, n, rng, criterion)
+    )
 
 
 def _import(space: Space, request: DesignRequest) -> Design:
@@ -130,7 +140,9 @@ def _import(space: Space, request: DesignRequest) -> Design:
     return read_table(request.table, space)
 
 
-_LEVELS = Option("levels", "Set the number of values of each continuous factor, at equal distances.", 3, int)
+_LEVELS = Option(
+    "levels", "Set the number of values of each continuous factor, at equal distances.", 3, int
+)
 _TWO_LEVEL_WORDS = Option(
     "categorical",
     "Say what to do with a factor of three or more words without order, as the design has "
@@ -190,7 +202,10 @@ METHODS: Mapping[str, DesignMethod] = {
         "generalized subset design",
         "Take a balanced part of all treatments, for factors with any number of levels.",
         _of_space(subset),
-        options=[Option("reduction", "Take one in this number of all treatments.", 2, int), _LEVELS],
+        options=[
+            Option("reduction", "Take one in this number of all treatments.", 2, int),
+            _LEVELS,
+        ],
         example="plan subset spring --reduction 3",
     ),
     "fractional-factorial": DesignMethod(
@@ -241,9 +256,17 @@ METHODS: Mapping[str, DesignMethod] = {
                 choices=get_args(Alpha),
             ),
             Option(
-                "centre", "Set the number of centre points beside the cube, and as many beside the star points.", 4, int
+                "centre",
+                "Set the number of centre points beside the cube, and as many beside the star points.",
+                4,
+                int,
             ),
-            Option("cube", "Set the share of the range that the cube takes, with --face ccc.", 0.5, float),
+            Option(
+                "cube",
+                "Set the share of the range that the cube takes, with --face ccc.",
+                0.5,
+                float,
+            ),
             _SURFACE_WORDS,
         ],
         repeats=True,
@@ -255,7 +278,9 @@ METHODS: Mapping[str, DesignMethod] = {
         "Take midpoints of edges and centre points, for a quadratic surface without runs at the corners of the range.",
         _of_space(box_behnken),
         options=[
-            Option("centre", "Set the number of centre points. [default: the usual number]", None, int),
+            Option(
+                "centre", "Set the number of centre points. [default: the usual number]", None, int
+            ),
             _SURFACE_WORDS,
         ],
         repeats=True,
@@ -280,7 +305,12 @@ METHODS: Mapping[str, DesignMethod] = {
                 1,
                 int,
             ),
-            Option("exchange", "Choose the exchange algorithm of pyDOE3.", "detmax", choices=get_args(Exchange)),
+            Option(
+                "exchange",
+                "Choose the exchange algorithm of pyDOE3.",
+                "detmax",
+                choices=get_args(Exchange),
+            ),
             _LEVELS,
         ],
         example="plan optimal spring --runs 24 --seed 1",

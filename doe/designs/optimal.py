@@ -34,18 +34,31 @@ def optimal(
     degree 1, for more than 5,000 candidates, and for fewer runs than the model has terms.
     """
     if not 1 <= degree <= _HIGHEST_DEGREE:
-        raise ValueError(f"degree is {degree}; expected 1 (main effects), 2 (quadratic), at most {_HIGHEST_DEGREE}")
+        raise ValueError(
+            f"degree is {degree}; expected 1 (main effects), 2 (quadratic), at most {_HIGHEST_DEGREE}"
+        )
     places = axis_places(space, max(levels, degree + 1))
     count = int(np.prod([len(axis_levels) for axis_levels in places]))
     if not n <= count <= _MOST_CANDIDATES:
-        raise ValueError(f"{count} candidates; expected {n} (the runs) to {_MOST_CANDIDATES}: other levels")
+        raise ValueError(
+            f"{count} candidates; expected {n} (the runs) to {_MOST_CANDIDATES}: other levels"
+        )
     treatments = all_combined(places)
-    columns = [_columns(axis, treatments[:, index], degree) for index, axis in enumerate(space.axes) if axis.size > 1]
+    columns = [
+        _columns(axis, treatments[:, index], degree)
+        for index, axis in enumerate(space.axes)
+        if axis.size > 1
+    ]
     candidates = np.hstack(columns)
     shuffled = rng.permutation(len(candidates))
     chosen = pydoe.optimal(candidates[shuffled], n, degree, criterion, exchange)
     numbers = {row.tobytes(): index for index, row in enumerate(candidates)}
-    return Design(space, treatments[[numbers[row.tobytes()] for row in np.ascontiguousarray(chosen)]], "optimal", None)
+    return Design(
+        space,
+        treatments[[numbers[row.tobytes()] for row in np.ascontiguousarray(chosen)]],
+        "optimal",
+        None,
+    )
 
 
 def _columns(axis: Axis, levels: NDArray[np.int64], degree: int) -> NDArray[np.float64]:
@@ -54,10 +67,14 @@ def _columns(axis: Axis, levels: NDArray[np.int64], degree: int) -> NDArray[np.f
     numbers = factor.numbers or factor.values
     if len(axis.factors) > 1 or numbers is None:
         if degree > 1:
-            raise ValueError(f"{axis.name} has words for levels; expected numbers for a model of degree {degree}")
+            raise ValueError(
+                f"{axis.name} has words for levels; expected numbers for a model of degree {degree}"
+            )
         return main_effects(levels[:, None], [axis.size])[:, 1:]
     if axis.size <= degree:
-        raise ValueError(f"{axis.name} has {axis.size} levels; expected {degree + 1} for a model of degree {degree}")
+        raise ValueError(
+            f"{axis.name} has {axis.size} levels; expected {degree + 1} for a model of degree {degree}"
+        )
     values = np.array(numbers)[np.array(axis.combinations)[levels, 0]]
     low, high = min(numbers), max(numbers)
     return np.asarray((2 * values - low - high) / (high - low))[:, None] + 0.0

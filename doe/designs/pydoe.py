@@ -37,19 +37,27 @@ def unit_lhs(n: int, axes: int, rng: np.random.Generator, criterion: str = "maxi
     if n < 1 or axes < 1:
         raise ValueError(f"n is {n!r} and axes {axes!r}; expected at least 1 of each")
     if criterion not in get_args(LhsCriterion):
-        raise ValueError(f"criterion is {criterion!r}; expected one of {', '.join(get_args(LhsCriterion))}")
+        raise ValueError(
+            f"criterion is {criterion!r}; expected one of {', '.join(get_args(LhsCriterion))}"
+        )
     from pyDOE3 import lhs
 
-    if criterion == "random" or n == 1 or (criterion == "correlation" and axes == 1):  # nothing to choose between
+    if (
+        criterion == "random" or n == 1 or (criterion == "correlation" and axes == 1)
+    ):  # nothing to choose between
         return np.asarray(lhs(axes, samples=n, seed=rng), dtype=np.float64)
-    return np.asarray(lhs(axes, samples=n, criterion=criterion, iterations=_DRAWS, seed=rng), dtype=np.float64)
+    return np.asarray(
+        lhs(axes, samples=n, criterion=criterion, iterations=_DRAWS, seed=rng), dtype=np.float64
+    )
 
 
 def unit_sobol(n: int, axes: int, rng: np.random.Generator) -> Floats:
     """The first `n` points of a scrambled Sobol' sequence, (n, axes) (Owen, J. Complexity 14, 1998)."""
     from pyDOE3 import sobol_sequence
 
-    with warnings.catch_warnings():  # of a number of points that is no power of two, which a campaign need not be
+    with (
+        warnings.catch_warnings()
+    ):  # of a number of points that is no power of two, which a campaign need not be
         warnings.simplefilter("ignore", UserWarning)
         points = sobol_sequence(n, axes, scramble=True, seed=rng, use_pow_of_2=False)
     return np.asarray(points, dtype=np.float64)
@@ -90,12 +98,16 @@ def two_level(generators: str) -> Floats:
     if words and all(len(word.strip("+-")) == 1 for word in words):
         letters = [word.lower() for word in words]
         if letters != [chr(ord("a") + index) for index in range(len(letters))]:
-            raise ValueError(f"generators are {generators!r}; expected a letter of its own for each factor: a b c")
+            raise ValueError(
+                f"generators are {generators!r}; expected a letter of its own for each factor: a b c"
+            )
         return np.asarray(ff2n(len(letters)), dtype=np.float64)
     try:
         return np.asarray(fracfact(" ".join(words)), dtype=np.float64)
     except (ValueError, IndexError) as error:
-        raise ValueError(f"generators are {generators!r}; expected such as 'a b c ab ac': {error}") from error
+        raise ValueError(
+            f"generators are {generators!r}; expected such as 'a b c ab ac': {error}"
+        ) from error
 
 
 def plackett_burman(factors: int) -> Floats:
@@ -105,7 +117,9 @@ def plackett_burman(factors: int) -> Floats:
     try:
         return np.asarray(pbdesign(factors), dtype=np.float64)
     except AssertionError as error:
-        raise ValueError(f"{factors} factors; pyDOE3 has no Plackett-Burman design of so many") from error
+        raise ValueError(
+            f"{factors} factors; pyDOE3 has no Plackett-Burman design of so many"
+        ) from error
 
 
 def central_composite(factors: int, centre: tuple[int, int], alpha: Alpha, face: Face) -> Floats:
@@ -132,7 +146,9 @@ def box_behnken(factors: int, centre: int | None) -> Floats:
     return np.asarray(bbdesign(factors, center=centre), dtype=np.float64)
 
 
-def optimal(candidates: Floats, n: int, degree: int, criterion: OptimalCriterion, exchange: Exchange) -> Floats:
+def optimal(
+    candidates: Floats, n: int, degree: int, criterion: OptimalCriterion, exchange: Exchange
+) -> Floats:
     """The `n` of the candidates (k, columns) that serve a polynomial of `degree` best, (n, columns).
 
     (Fedorov, Theory of Optimal Experiments, 1972; Mitchell, Technometrics 16, 1974.) Raises `ValueError` where they
@@ -146,7 +162,11 @@ def optimal(candidates: Floats, n: int, degree: int, criterion: OptimalCriterion
         raise ValueError(
             f"{n} runs for a model of {needed} terms; expected {needed} or more, and levels that tell them"
         )
-    chosen, _ = optimal_design(candidates, n, degree, criterion=criterion, method=exchange, alpha=_RIDGE)
+    chosen, _ = optimal_design(
+        candidates, n, degree, criterion=criterion, method=exchange, alpha=_RIDGE
+    )
     if np.linalg.matrix_rank(build_design_matrix(chosen, degree)) < needed:
-        raise ValueError(f"{exchange} gave {n} runs that do not determine the model; expected more runs")
+        raise ValueError(
+            f"{exchange} gave {n} runs that do not determine the model; expected more runs"
+        )
     return np.asarray(chosen, dtype=np.float64)

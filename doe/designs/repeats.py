@@ -43,7 +43,8 @@ def with_centre_points(design: Design, points: int, rng: np.random.Generator) ->
             f"factors {design.space.name!r} have no ordered factor, so that there is no centre; leave out centre points"
         )
     columns: list[NDArray[np.int64]] = [
-        np.full(points, (axis.size - 1) // 2) if axis.ordered else _turns(axis.size, points, rng) for axis in axes
+        np.full(points, (axis.size - 1) // 2) if axis.ordered else _turns(axis.size, points, rng)
+        for axis in axes
     ]
     centre = np.stack(columns, axis=1).astype(np.int64)
     return replace(

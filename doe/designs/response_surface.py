@@ -38,7 +38,9 @@ def central_composite(
     return Design(space, from_surface(space, scaled, ordered), "central-composite", None)
 
 
-def box_behnken(space: Space, *, centre: int | None = None, categorical: SurfaceWords = "refuse") -> Design:
+def box_behnken(
+    space: Space, *, centre: int | None = None, categorical: SurfaceWords = "refuse"
+) -> Design:
     """The midpoints of the edges of the range, and `centre` runs in its centre (as many as are usual, if None).
 
     No run has all factors at their ends. Raises `ValueError` for fewer than three factors with an order, and as

@@ -20,7 +20,11 @@ _MOST_IMPROVED = 10
 
 
 def fractional_factorial(
-    space: Space, *, generators: str | None = None, resolution: int = 4, categorical: TwoLevelWords = "refuse"
+    space: Space,
+    *,
+    generators: str | None = None,
+    resolution: int = 4,
+    categorical: TwoLevelWords = "refuse",
 ) -> Design:
     """A two-level design of `generators` such as "a b c ab", a word for each varied axis, or the smallest of a
     resolution.
@@ -32,9 +36,13 @@ def fractional_factorial(
     words = generators if generators is not None else smallest_generators(len(names), resolution)
     given = words.split()
     if len(given) != len(names):
-        raise ValueError(f"generators {words!r} give {len(given)} columns; expected {len(names)}: {', '.join(names)}")
+        raise ValueError(
+            f"generators {words!r} give {len(given)} columns; expected {len(names)}: {', '.join(names)}"
+        )
     if (letters := sum(len(word.strip("+-")) == 1 for word in given)) > _MOST_LETTERS:
-        raise ValueError(f"generators have {letters} letters, or 2^{letters} runs; expected {_MOST_LETTERS} at most")
+        raise ValueError(
+            f"generators have {letters} letters, or 2^{letters} runs; expected {_MOST_LETTERS} at most"
+        )
     coded = pydoe.two_level(words)
     return Design(space, from_two_levels(space, coded, categorical), "fractional-factorial", None)
 
@@ -58,7 +66,9 @@ def smallest_generators(factors: int, resolution: int) -> str:
     if resolution < 3:
         raise ValueError(f"resolution is {resolution}; expected 3 or more")
     if not 1 <= factors <= len(_LETTERS):
-        raise ValueError(f"{factors} factors; expected 1 to {len(_LETTERS)} for a fractional factorial")
+        raise ValueError(
+            f"{factors} factors; expected 1 to {len(_LETTERS)} for a fractional factorial"
+        )
     for base in range(1, factors + 1):
         added = next(_words(base, factors - base, resolution), None)
         while added and factors <= _MOST_IMPROVED:
@@ -75,7 +85,9 @@ def smallest_generators(factors: int, resolution: int) -> str:
 def _words(base: int, count: int, resolution: int) -> Iterator[list[int]]:
     """Products of base letters, as bits, for `count` more factors; none of the defining words is too short."""
     candidates = [word for word in range(1, 2**base) if word.bit_count() >= resolution - 1]
-    candidates.sort(key=lambda word: (word.bit_count() % 2 != (resolution - 1) % 2, -word.bit_count(), word))
+    candidates.sort(
+        key=lambda word: (word.bit_count() % 2 != (resolution - 1) % 2, -word.bit_count(), word)
+    )
     if len(candidates) < count:
         return
 

@@ -49,8 +49,14 @@ def nishiwaki_limit(
     kgf/m2 (`STATIC_RESISTANCE_KGF_M2`) to P in pascal, which is what this takes. Raises `ValueError` for values that
     are not positive. Source: Nishiwaki, J. Phys. Soc. Japan 6 (1951) 374, as quoted by the thesis [37].
     """
-    positive(density_kg_m3=density_kg_m3, static_resistance_pa=static_resistance_pa, thickness_m=thickness_m)
-    mass_ratio = density_kg_m3 * thickness_m / _areal_mass(projectile_mass_kg, projectile_diameter_m)
+    positive(
+        density_kg_m3=density_kg_m3,
+        static_resistance_pa=static_resistance_pa,
+        thickness_m=thickness_m,
+    )
+    mass_ratio = (
+        density_kg_m3 * thickness_m / _areal_mass(projectile_mass_kg, projectile_diameter_m)
+    )
     return math.sqrt(static_resistance_pa / density_kg_m3 * math.expm1(mass_ratio))
 
 
@@ -63,7 +69,11 @@ def nishiwaki_thickness(
     static_resistance_pa: float = STANDARD_GRAVITY_M_S2 * STATIC_RESISTANCE_KGF_M2,
 ) -> float:
     """Thickness (m) whose `nishiwaki_limit` is the velocity."""
-    positive(density_kg_m3=density_kg_m3, static_resistance_pa=static_resistance_pa, velocity_m_s=velocity_m_s)
+    positive(
+        density_kg_m3=density_kg_m3,
+        static_resistance_pa=static_resistance_pa,
+        velocity_m_s=velocity_m_s,
+    )
     mass_ratio = math.log1p(density_kg_m3 * velocity_m_s**2 / static_resistance_pa)
     return mass_ratio * _areal_mass(projectile_mass_kg, projectile_diameter_m) / density_kg_m3
 
@@ -75,7 +85,9 @@ def bulk_modulus(youngs_modulus_pa: float, poisson_ratio: float) -> float:
     return youngs_modulus_pa / (3 * (1 - 2 * poisson_ratio))
 
 
-def hole_opening_stress(yield_strength_pa: float, bulk_modulus_pa: float, poisson_ratio: float) -> float:
+def hole_opening_stress(
+    yield_strength_pa: float, bulk_modulus_pa: float, poisson_ratio: float
+) -> float:
     """Stress (Pa) that opens a cylindrical hole, eq. 2.3: Y/2 (1 + ln[6 (1 - 2 nu) K / ((5 - 4 nu) Y)]).
 
     Erratum: eq. 2.3 prints (1 - nu) for (1 - 2 nu). With (1 - 2 nu) the numerator is 2 E, which is what expanding a
@@ -87,7 +99,11 @@ def hole_opening_stress(yield_strength_pa: float, bulk_modulus_pa: float, poisso
     positive(yield_strength_pa=yield_strength_pa, bulk_modulus_pa=bulk_modulus_pa)
     _poisson(poisson_ratio)
     stiffness = 6 * (1 - 2 * poisson_ratio) * bulk_modulus_pa
-    return yield_strength_pa / 2 * (1 + math.log(stiffness / ((5 - 4 * poisson_ratio) * yield_strength_pa)))
+    return (
+        yield_strength_pa
+        / 2
+        * (1 + math.log(stiffness / ((5 - 4 * poisson_ratio) * yield_strength_pa)))
+    )
 
 
 #: Steel of Table 4.2 (E 200 GPa, nu 0.3, Y 400 MPa). The least yield strength of S355 (EN 10025-2, 355 MPa) gives 1.19
@@ -107,7 +123,9 @@ def forrestal_limit(
     Raises `ValueError` for values that are not positive. Source: Forrestal, as quoted by the thesis [36].
     """
     positive(opening_stress_pa=opening_stress_pa, thickness_m=thickness_m)
-    return math.sqrt(opening_stress_pa * thickness_m / _areal_mass(projectile_mass_kg, projectile_diameter_m))
+    return math.sqrt(
+        opening_stress_pa * thickness_m / _areal_mass(projectile_mass_kg, projectile_diameter_m)
+    )
 
 
 def forrestal_thickness(
@@ -119,7 +137,9 @@ def forrestal_thickness(
 ) -> float:
     """Thickness (m) whose `forrestal_limit` is the velocity."""
     positive(opening_stress_pa=opening_stress_pa, velocity_m_s=velocity_m_s)
-    return velocity_m_s**2 * _areal_mass(projectile_mass_kg, projectile_diameter_m) / opening_stress_pa
+    return (
+        velocity_m_s**2 * _areal_mass(projectile_mass_kg, projectile_diameter_m) / opening_stress_pa
+    )
 
 
 #: The law of each material that a safety plate can be made of; a lab with another plate adds its own.

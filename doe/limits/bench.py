@@ -34,7 +34,9 @@ class SuspensionPart:
     required_factor: float = 3.9  # thesis: "higher than 3.9" for what holds the plate
 
     def __post_init__(self) -> None:
-        positive(load_n=self.load_n, rated_load_n=self.rated_load_n, required_factor=self.required_factor)
+        positive(
+            load_n=self.load_n, rated_load_n=self.rated_load_n, required_factor=self.required_factor
+        )
         if not 0 < self.strength_share <= 1:
             raise ValueError(f"strength_share = {self.strength_share!r}: expected in (0, 1]")
 
@@ -58,7 +60,9 @@ TABLE_2_1 = (
 )
 #: The weakest of the parts that hold the plate, over the factor that is required of it: 7923 N, the connecting links.
 MAX_CHAIN_LOAD_N = min(
-    part.strength_share * part.rated_load_n / part.required_factor for part in TABLE_2_1 if part.name != "rope"
+    part.strength_share * part.rated_load_n / part.required_factor
+    for part in TABLE_2_1
+    if part.name != "rope"
 )
 
 
@@ -74,7 +78,11 @@ class Swing:
     momentum_kg_m_s: float  # of the bullet
 
     def __post_init__(self) -> None:
-        positive(length_m=self.length_m, plate_mass_kg=self.plate_mass_kg, momentum_kg_m_s=self.momentum_kg_m_s)
+        positive(
+            length_m=self.length_m,
+            plate_mass_kg=self.plate_mass_kg,
+            momentum_kg_m_s=self.momentum_kg_m_s,
+        )
 
     @property
     def velocity_m_s(self) -> float:
@@ -111,7 +119,9 @@ class MetricThread:
     def __post_init__(self) -> None:
         positive(diameter_m=self.diameter_m, pitch_m=self.pitch_m)
         if self.root_diameter_m <= 0:
-            raise ValueError(f"pitch_m = {self.pitch_m!r}: too coarse for diameter_m = {self.diameter_m!r}")
+            raise ValueError(
+                f"pitch_m = {self.pitch_m!r}: too coarse for diameter_m = {self.diameter_m!r}"
+            )
 
     @property
     def pitch_diameter_m(self) -> float:
@@ -159,7 +169,11 @@ class LoadCellArray:
 
 
 def tensile_resistance(
-    tensile_strength_pa: float, stress_area_m2: float, *, k2: float = 0.9, partial_factor: float = 1.25
+    tensile_strength_pa: float,
+    stress_area_m2: float,
+    *,
+    k2: float = 0.9,
+    partial_factor: float = 1.25,
 ) -> float:
     """Design tensile resistance (N) of a bolt, eq. 2.10: k2 f_ub A_s / gamma_M2.
 
@@ -171,7 +185,9 @@ def tensile_resistance(
     return k2 * tensile_strength_pa * stress_area_m2 / partial_factor
 
 
-def tightening_torque(preload_n: float, thread: MetricThread, *, bearing_diameter_m: float, friction: float) -> float:
+def tightening_torque(
+    preload_n: float, thread: MetricThread, *, bearing_diameter_m: float, friction: float
+) -> float:
     """Torque (N m) that gives a bolt its preload, eq. 2.11: F [0.16 P + 0.58 d2 mu + (Dkm / 2) mu] (VDI 2230, MA).
 
     Pitch, thread friction, friction under the head. Erratum: eq. 2.11 prints a product of the first two terms, which
@@ -239,13 +255,19 @@ class BenchLimits:
     def __post_init__(self) -> None:
         for item in fields(self):
             value = getattr(self, item.name)
-            if isinstance(value, float | int) and not (item.name in _MAY_BE_INFINITE and value == math.inf):
+            if isinstance(value, float | int) and not (
+                item.name in _MAY_BE_INFINITE and value == math.inf
+            ):
                 positive(**{item.name: value})
         if self.safety_plate_material not in BALLISTIC_LAWS:
             law_names = ", ".join(BALLISTIC_LAWS)
-            raise ValueError(f"safety_plate_material = {self.safety_plate_material!r}: expected one of {law_names}")
+            raise ValueError(
+                f"safety_plate_material = {self.safety_plate_material!r}: expected one of {law_names}"
+            )
         if self.safety_plate_margin < 1:
-            raise ValueError(f"safety_plate_margin = {self.safety_plate_margin!r}: expected at least 1")
+            raise ValueError(
+                f"safety_plate_margin = {self.safety_plate_margin!r}: expected at least 1"
+            )
 
     def ballistic_limit(self, bullet_mass_kg: float) -> float:
         """Velocity (m/s) at which half of the bullets of this mass perforate the safety plate."""
@@ -269,7 +291,9 @@ def read_limits(table: Mapping[str, Any]) -> BenchLimits:
     field_names = [item.name for item in fields(BenchLimits)]
     unknown = [key for key in table if key not in field_names]
     if unknown:
-        raise ValueError(f"bench limit {unknown[0]!r} is not known; expected {', '.join(field_names)}")
+        raise ValueError(
+            f"bench limit {unknown[0]!r} is not known; expected {', '.join(field_names)}"
+        )
     return BenchLimits(**{key: _value(key, table[key]) for key in table})
 
 
@@ -295,6 +319,10 @@ def _read_plates(value: object) -> Mapping[str, ResonantPlate]:
 
 def _read_plate(key: str, value: object) -> ResonantPlate:
     if not isinstance(value, Mapping) or set(value) != set(_PLATE_KEYS):
-        raise ValueError(f"{key} = {value!r}: expected a table of {', '.join(_PLATE_KEYS)}, all of them and no other")
-    modulus, poisson, density, thickness, area = (_number(f"{key}.{name}", value[name]) for name in _PLATE_KEYS)
+        raise ValueError(
+            f"{key} = {value!r}: expected a table of {', '.join(_PLATE_KEYS)}, all of them and no other"
+        )
+    modulus, poisson, density, thickness, area = (
+        _number(f"{key}.{name}", value[name]) for name in _PLATE_KEYS
+    )
     return ResonantPlate(Elastic(modulus, poisson), density, thickness, area)

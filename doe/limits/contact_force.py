@@ -42,21 +42,34 @@ class HertzContact(NamedTuple):
 
 
 def raised_sine_peak_force(
-    bullet_mass_kg: float, impact_velocity_m_s: float, contact_time_s: float, *, restitution: float = 0.0
+    bullet_mass_kg: float,
+    impact_velocity_m_s: float,
+    contact_time_s: float,
+    *,
+    restitution: float = 0.0,
 ) -> float:
     """Peak (N) of the sin^2 pulse that carries the impulse (1 + e) m u, eq. 2.4-2.5: 2 (1 + e) m u / tau.
 
     The thesis lets the bullet give its momentum and stay (e = 0): 1600 kN for 1 kg, 80 m/s and 0.1 ms (eq. 2.6). A
     bullet that comes back gives more. Raises `ValueError` for values that are not positive, and for e outside [0, 1].
     """
-    positive(bullet_mass_kg=bullet_mass_kg, impact_velocity_m_s=impact_velocity_m_s, contact_time_s=contact_time_s)
+    positive(
+        bullet_mass_kg=bullet_mass_kg,
+        impact_velocity_m_s=impact_velocity_m_s,
+        contact_time_s=contact_time_s,
+    )
     if not 0 <= restitution <= 1:
         raise ValueError(f"restitution = {restitution!r}: expected in [0, 1]")
     return 2 * (1 + restitution) * bullet_mass_kg * impact_velocity_m_s / contact_time_s
 
 
 def hertz_contact(
-    tip: Elastic, target: Elastic, *, tip_radius_m: float, bullet_mass_kg: float, impact_velocity_m_s: float
+    tip: Elastic,
+    target: Elastic,
+    *,
+    tip_radius_m: float,
+    bullet_mass_kg: float,
+    impact_velocity_m_s: float,
 ) -> HertzContact:
     """Contact time and peak force of a spherical tip on a flat target that is held still, without any loss.
 
@@ -67,10 +80,16 @@ def hertz_contact(
     Erratum: eq. 1.26 prints u^2 where dimensions and its source have u^(1/2). Raises `ValueError` for values that are
     not positive. Sources: Johnson, Contact Mechanics (1985), 11.4; thesis eq. 1.23 and 1.25 are the same for a sphere.
     """
-    positive(tip_radius_m=tip_radius_m, bullet_mass_kg=bullet_mass_kg, impact_velocity_m_s=impact_velocity_m_s)
+    positive(
+        tip_radius_m=tip_radius_m,
+        bullet_mass_kg=bullet_mass_kg,
+        impact_velocity_m_s=impact_velocity_m_s,
+    )
     stiffness = 4 / 3 * math.sqrt(tip_radius_m) / (tip.compliance + target.compliance)
     indentation_m = (5 * bullet_mass_kg * impact_velocity_m_s**2 / (4 * stiffness)) ** 0.4
-    return HertzContact(HERTZ_TIME * indentation_m / impact_velocity_m_s, stiffness * indentation_m**1.5)
+    return HertzContact(
+        HERTZ_TIME * indentation_m / impact_velocity_m_s, stiffness * indentation_m**1.5
+    )
 
 
 @dataclass(frozen=True)
@@ -83,7 +102,9 @@ class ResonantPlate:
     area_m2: float
 
     def __post_init__(self) -> None:
-        positive(density_kg_m3=self.density_kg_m3, thickness_m=self.thickness_m, area_m2=self.area_m2)
+        positive(
+            density_kg_m3=self.density_kg_m3, thickness_m=self.thickness_m, area_m2=self.area_m2
+        )
 
     @property
     def mass_per_area_kg_m2(self) -> float:
@@ -107,7 +128,9 @@ class ResonantPlate:
         """Acceleration (m/s2) of the plate as one body, F / m: eq. 2.9 read backwards."""
         return peak_force_n / self.mass_kg
 
-    def wave_acceleration(self, peak_force_n: float, contact_time_s: float, distance_m: float) -> float:
+    def wave_acceleration(
+        self, peak_force_n: float, contact_time_s: float, distance_m: float
+    ) -> float:
         """Bound (m/s2) on the bending wave of a sin^2 pulse at a distance from the impact, before any edge answers.
 
         Where the plate is struck its acceleration is F' / Z, at most pi F / (tau Z). The wave spreads from there with
@@ -118,5 +141,7 @@ class ResonantPlate:
         if not (math.isfinite(distance_m) and distance_m >= 0):
             raise ValueError(f"distance_m = {distance_m!r}: expected not negative and finite")
         struck = math.pi * peak_force_n / (contact_time_s * self.impedance_kg_s)
-        reach_m = 1.6 * math.sqrt(math.sqrt(self.rigidity_n_m / self.mass_per_area_kg_m2) * contact_time_s)
+        reach_m = 1.6 * math.sqrt(
+            math.sqrt(self.rigidity_n_m / self.mass_per_area_kg_m2) * contact_time_s
+        )
         return struck if distance_m <= reach_m else struck * reach_m / distance_m

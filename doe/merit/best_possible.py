@@ -46,13 +46,19 @@ def best_possible(space: Space, runs: int) -> dict[str, float]:
 
 def _shares(sizes: Sequence[int], runs: int, order: int) -> list[tuple[int, float]]:
     """Cells and share of every set of `order` axes."""
-    counts = [math.prod(sizes[axis] for axis in axes) for axes in itertools.combinations(range(len(sizes)), order)]
+    counts = [
+        math.prod(sizes[axis] for axis in axes)
+        for axes in itertools.combinations(range(len(sizes)), order)
+    ]
     return [(count, runs / count) for count in counts]
 
 
 def _evenness(sizes: Sequence[int], runs: int, order: int) -> float:
     """The worst deviation that whole counts leave: a cell must have the next whole number above its share."""
-    return max((max(_up(share), share - math.floor(share)) for _, share in _shares(sizes, runs, order)), default=0.0)
+    return max(
+        (max(_up(share), share - math.floor(share)) for _, share in _shares(sizes, runs, order)),
+        default=0.0,
+    )
 
 
 def _up(share: float) -> float:
@@ -81,7 +87,9 @@ def _most_differences(sizes: Sequence[int], runs: int) -> int:
         alike = above * (low + 1) * low / 2 + (size - above) * low * (low - 1) / 2
         average += 1 - alike / pairs
     rising = sorted(sizes)
-    enough = [d for d in range(1, len(sizes) + 1) if math.prod(rising[: len(sizes) - d + 1]) >= runs]
+    enough = [
+        d for d in range(1, len(sizes) + 1) if math.prod(rising[: len(sizes) - d + 1]) >= runs
+    ]
     return min(math.floor(average + 1e-9), max(enough))
 
 
@@ -91,4 +99,6 @@ def random_reference(space: Space, runs: int) -> Mapping[str, float]:
     sizes = np.array([axis.size for axis in space.axes])
     designs: list[Levels] = [rng.integers(0, sizes, (runs, len(sizes))) for _ in range(_DRAWS)]
     judged = [quality(space, treatments) for treatments in designs]
-    return {name: float(np.median([getattr(figures, name) for figures in judged])) for name in FIGURES}
+    return {
+        name: float(np.median([getattr(figures, name) for figures in judged])) for name in FIGURES
+    }

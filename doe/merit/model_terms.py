@@ -94,7 +94,9 @@ def term_correlations(terms: Sequence[ModelTerm]) -> Floats:
 def _basis(columns: Floats) -> Floats:
     """Orthonormal columns that span the same space."""
     singular_vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(singular_vectors[:, values > _RANK * max(1.0, values.max(initial=0.0))], dtype=np.float64)
+    return np.asarray(
+        singular_vectors[:, values > _RANK * max(1.0, values.max(initial=0.0))], dtype=np.float64
+    )
 
 
 def variance_inflation(terms: Sequence[ModelTerm]) -> list[float]:
@@ -154,7 +156,9 @@ class TermPower:
     variance_inflation: float  #: 1 is best
     power: float  #: chance that the effect asked for is called real; 0 where it cannot be estimated
     smallest_effect: float  #: that is seen with a chance of 80 %, in standard deviations of a run; may be infinite
-    runs_needed: int | None  #: of a design as good as this one, for a power of 80 %; None where it has no estimate
+    runs_needed: (
+        int | None
+    )  #: of a design as good as this one, for a power of 80 %; None where it has no estimate
 
 
 def main_effect_power(
@@ -240,7 +244,9 @@ def _runs_needed(noncentrality_of_run: float, degrees: int, coefficients: int, a
     """The fewest runs, each with the same share of the noncentrality, whose power is `ENOUGH_POWER`."""
 
     def enough(runs: int) -> bool:
-        return _power(noncentrality_of_run * runs, degrees, runs - coefficients, alpha) >= ENOUGH_POWER
+        return (
+            _power(noncentrality_of_run * runs, degrees, runs - coefficients, alpha) >= ENOUGH_POWER
+        )
 
     low, high = coefficients, coefficients + 1
     while not enough(high):

@@ -81,7 +81,9 @@ def quality(space: Space, treatments: NDArray[np.int64]) -> Quality:
 
 
 def _level_counts(space: Space, rows: NDArray[np.int64]) -> dict[str, dict[str, int]]:
-    counts = [np.bincount(rows[:, index], minlength=axis.size) for index, axis in enumerate(space.axes)]
+    counts = [
+        np.bincount(rows[:, index], minlength=axis.size) for index, axis in enumerate(space.axes)
+    ]
     return {
         axis.name: dict(zip(axis.labels, axis_counts.tolist(), strict=True))
         for axis, axis_counts in zip(space.axes, counts, strict=True)
@@ -121,9 +123,15 @@ def compare(a: Quality, b: Quality) -> list[FigureComparison]:
 
     A factor that only one of the designs has is left blank for the other.
     """
-    rows = [_row(words, sense, getattr(a, name), getattr(b, name)) for name, (words, sense) in FIGURES.items()]
+    rows = [
+        _row(words, sense, getattr(a, name), getattr(b, name))
+        for name, (words, sense) in FIGURES.items()
+    ]
     factors = dict.fromkeys([*a.changeovers, *b.changeovers])
-    changed = [(f"changeovers, {name}", a.changeovers.get(name), b.changeovers.get(name)) for name in factors]
+    changed = [
+        (f"changeovers, {name}", a.changeovers.get(name), b.changeovers.get(name))
+        for name in factors
+    ]
     return rows + [_row(words, "less", of_a, of_b) for words, of_a, of_b in changed]
 
 
@@ -167,16 +175,24 @@ def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
     rows = space.checked(treatments)
     used = [np.unique(rows[:, index]) for index in range(rows.shape[1])]
     varied = [index for index, levels in enumerate(used) if len(levels) > 1]
-    if len(rows) > _MOST_RUNS or not 1 < len(varied) <= _MOST_AXES or any(len(used[index]) > 2 for index in varied):
+    if (
+        len(rows) > _MOST_RUNS
+        or not 1 < len(varied) <= _MOST_AXES
+        or any(len(used[index]) > 2 for index in varied)
+    ):
         return ()
-    signs = np.stack([np.where(rows[:, index] == used[index][1], 1.0, -1.0) for index in varied], axis=1)
+    signs = np.stack(
+        [np.where(rows[:, index] == used[index][1], 1.0, -1.0) for index in varied], axis=1
+    )
     pairs = list(itertools.combinations(range(len(varied)), 2))
     effects = np.hstack([signs, np.stack([signs[:, a] * signs[:, b] for a, b in pairs], axis=1)])
     names = [axis_words(space.axes[index].name) for index in varied]
     words = [*names, *(f"{names[a]}*{names[b]}" for a, b in pairs)]
     cosines = effects.T @ effects / len(rows)  # of columns of 1 and -1
     first, second = np.nonzero(np.triu(np.abs(cosines) > _DIGITS, 1))
-    aliases = (Alias(words[a], words[b], float(cosines[a, b])) for a, b in zip(first, second, strict=True))
+    aliases = (
+        Alias(words[a], words[b], float(cosines[a, b])) for a, b in zip(first, second, strict=True)
+    )
     return tuple(sorted(aliases, key=lambda alias: -abs(alias.correlation)))
 
 
@@ -185,9 +201,13 @@ def alias_lines(confounded: tuple[Alias, ...]) -> list[str]:
     groups: dict[str, list[str]] = {}
     for alias in confounded:
         if alias.full:
-            groups.setdefault(alias.effect, []).append(f"{'-' if alias.correlation < 0 else ''}{alias.other}")
+            groups.setdefault(alias.effect, []).append(
+                f"{'-' if alias.correlation < 0 else ''}{alias.other}"
+            )
     listed = {other.lstrip("-") for others in groups.values() for other in others}
-    lines = [" = ".join([effect, *others]) for effect, others in groups.items() if effect not in listed]
+    lines = [
+        " = ".join([effect, *others]) for effect, others in groups.items() if effect not in listed
+    ]
     part = [abs(alias.correlation) for alias in confounded if not alias.full]
     if part:
         lines.append(f"{len(part)} pairs of effects are aliased in part, by up to {max(part):.2f}")

@@ -26,7 +26,9 @@ def cell_counts(treatments: Levels, sizes: Sequence[int], axes: Sequence[int]) -
     return np.bincount(flat, minlength=int(np.prod(shape))).reshape(shape)
 
 
-def deviations(treatments: Levels, sizes: Sequence[int], order: int) -> Iterator[tuple[tuple[int, ...], Floats]]:
+def deviations(
+    treatments: Levels, sizes: Sequence[int], order: int
+) -> Iterator[tuple[tuple[int, ...], Floats]]:
     """For every set of `order` axes: the set, and count minus share in each of its cells."""
     for axes in itertools.combinations(range(len(sizes)), order):
         counts = cell_counts(treatments, sizes, axes)
@@ -35,7 +37,10 @@ def deviations(treatments: Levels, sizes: Sequence[int], order: int) -> Iterator
 
 def worst_deviation(treatments: Levels, sizes: Sequence[int], order: int) -> float:
     """The largest distance of a cell's count from its share, in runs; 0 where there are too few axes."""
-    return max((float(np.abs(deviation).max()) for _, deviation in deviations(treatments, sizes, order)), default=0.0)
+    return max(
+        (float(np.abs(deviation).max()) for _, deviation in deviations(treatments, sizes, order)),
+        default=0.0,
+    )
 
 
 def rms_deviation(treatments: Levels, sizes: Sequence[int], order: int) -> float:
@@ -46,7 +51,10 @@ def rms_deviation(treatments: Levels, sizes: Sequence[int], order: int) -> float
 
 def beyond_one(treatments: Levels, sizes: Sequence[int], order: int) -> int:
     """Cells whose count is a whole run or more from its share: 0 is as even as whole runs can be."""
-    return sum(int((np.abs(deviation) > 1 - 1e-9).sum()) for _, deviation in deviations(treatments, sizes, order))
+    return sum(
+        int((np.abs(deviation) > 1 - 1e-9).sum())
+        for _, deviation in deviations(treatments, sizes, order)
+    )
 
 
 def distinct(treatments: Levels) -> int:
@@ -148,7 +156,9 @@ def axis_centres(space: Space) -> list[Floats]:
 
 def centres(space: Space, treatments: NDArray[np.int64]) -> Floats:
     """Points in the unit cube, (n, axes), of treatments (n, axes)."""
-    return np.stack([places[treatments[:, axis]] for axis, places in enumerate(axis_centres(space))], axis=1)
+    return np.stack(
+        [places[treatments[:, axis]] for axis, places in enumerate(axis_centres(space))], axis=1
+    )
 
 
 def _ranks(axis: Axis) -> NDArray[np.int64]:

@@ -122,7 +122,9 @@ def judge(space: Space, treatments: Levels, effect: float = USUAL_EFFECT) -> Jud
 
 
 def _verdict(reasons: list[Reason], power: list[TermPower], effect: float) -> PlanVerdict:
-    faults, cautions = (sum(reason.weight == weight for reason in reasons) for weight in ("fault", "caution"))
+    faults, cautions = (
+        sum(reason.weight == weight for reason in reasons) for weight in ("fault", "caution")
+    )
     if faults:
         return PlanVerdict("poor", f"The plan is poor: {_count(faults, 'fault')}.", tuple(reasons))
     seen = min((term.power for term in power), default=0.0)
@@ -131,8 +133,14 @@ def _verdict(reasons: list[Reason], power: list[TermPower], effect: float) -> Pl
         f"{math.floor(100 * seen)} %"
     )
     if cautions:
-        return PlanVerdict("usable", f"The plan is usable with {_count(cautions, 'caution')}; {able}.", tuple(reasons))
-    return PlanVerdict("good", f"The plan is good: its levels and pairs are even, and {able}.", tuple(reasons))
+        return PlanVerdict(
+            "usable",
+            f"The plan is usable with {_count(cautions, 'caution')}; {able}.",
+            tuple(reasons),
+        )
+    return PlanVerdict(
+        "good", f"The plan is good: its levels and pairs are even, and {able}.", tuple(reasons)
+    )
 
 
 def _count(number: int, noun: str) -> str:
@@ -141,13 +149,18 @@ def _count(number: int, noun: str) -> str:
 
 def _words(name: str) -> str:
     """A term as a sentence names it: "anvil material and insulator", "tip radius x plate material"."""
-    return " x ".join(part.strip("()").replace("+", " and ") for part in name.replace("_", " ").split("*"))
+    return " x ".join(
+        part.strip("()").replace("+", " and ") for part in name.replace("_", " ").split("*")
+    )
 
 
 def _level_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
     """What is not tried, and what is tried too seldom."""
     cells, stratified = space.in_strata(rows), space.stratified
-    counts = [np.bincount(cells[:, index], minlength=axis.size) for index, axis in enumerate(stratified.axes)]
+    counts = [
+        np.bincount(cells[:, index], minlength=axis.size)
+        for index, axis in enumerate(stratified.axes)
+    ]
     in_use = [int((axis_counts > 0).sum()) for axis_counts in counts]
     two_levels = max(in_use) <= 2 < max(axis.size for axis in stratified.axes)
     if two_levels:
@@ -166,7 +179,11 @@ def _level_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
                 "Add runs with plan augment, which takes the levels that have too few, or leave the level out of the "
                 "factors.",
             )
-        elif not two_levels and (off := np.abs(axis_counts - share).max()) >= 1 and off > _UNEVEN * share:
+        elif (
+            not two_levels
+            and (off := np.abs(axis_counts - share).max()) >= 1
+            and off > _UNEVEN * share
+        ):
             yield Reason(
                 "caution",
                 f"The levels of {_words(axis.name)} are uneven: {axis_counts.min()} to {axis_counts.max()} runs, where "
@@ -204,7 +221,9 @@ def _confounding_reasons(terms: list[ModelTerm], correlations: Floats) -> Iterat
     close: list[str] = []
     mixed: list[str] = []
     interactions = 0
-    order = sorted(itertools.combinations(range(len(terms)), 2), key=lambda pair: -correlations[pair])
+    order = sorted(
+        itertools.combinations(range(len(terms)), 2), key=lambda pair: -correlations[pair]
+    )
     for a, b in order:
         correlation = correlations[a, b]
         if correlation <= CONFOUNDED:
@@ -343,5 +362,7 @@ def _repeat_reasons(space: Space, figures: Quality) -> Iterator[Reason]:
             "No treatment is run twice, so that the scatter from one set-up to the next is not measured; repetitions "
             "of a run do not show it.",
             # words have no centre: their levels take turns, and few centre points are alike
-            "Add --replicates 2." if any(not axis.ordered for axis in space.axes) else "Add --centre-points 4.",
+            "Add --replicates 2."
+            if any(not axis.ordered for axis in space.axes)
+            else "Add --centre-points 4.",
         )

@@ -39,11 +39,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m examples.gallery", description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(FIGURES)}; none: all of them")
-    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the pictures (%(default)s)")
-    parser.add_argument("--work", type=Path, default=RESULTS, help="keeps the virtual campaign (%(default)s)")
-    parser.add_argument("--hits", type=int, default=5, help="of each of its 180 tests; the thesis has 10 (%(default)s)")
-    parser.add_argument("--models", default=",".join(QUICK), help="to train: a comma list, or all (%(default)s)")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"of {', '.join(FIGURES)}; none: all of them"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=RESULTS, help="folder of the pictures (%(default)s)"
+    )
+    parser.add_argument(
+        "--work", type=Path, default=RESULTS, help="keeps the virtual campaign (%(default)s)"
+    )
+    parser.add_argument(
+        "--hits",
+        type=int,
+        default=5,
+        help="of each of its 180 tests; the thesis has 10 (%(default)s)",
+    )
+    parser.add_argument(
+        "--models", default=",".join(QUICK), help="to train: a comma list, or all (%(default)s)"
+    )
     return parser.parse_args(arguments)
 
 

@@ -31,13 +31,18 @@ def recorded(rng: np.random.Generator) -> dict[str, NDArray[np.float32]]:
     signals = shot_signals(truth, bullet, rate, DURATION_S, Trigger())
     time = np.arange(signals["laser"].size) / rate
     sensors = {"tank_pressure": TANK, "laser": LASER}
-    return {name: record(time, signals[name], each, RATE_HZ, effects, rng) for name, each in sensors.items()}
+    return {
+        name: record(time, signals[name], each, RATE_HZ, effects, rng)
+        for name, each in sensors.items()
+    }
 
 
 def draw() -> Figure:
     """Pressure and laser volts over time since the trigger; velocity and pressure are what an ingest reads of them."""
     volts = recorded(np.random.default_rng(2))
-    pressure_bar = (volts["tank_pressure"].astype(float) - TANK.offset_v) / (TANK.sensitivity or 1.0)
+    pressure_bar = (volts["tank_pressure"].astype(float) - TANK.offset_v) / (
+        TANK.sensitivity or 1.0
+    )
     before = pressure_drop(pressure_bar * 1e5, RATE_HZ)
     passage = muzzle_velocity(volts["laser"], RATE_HZ, BULLET_LENGTH_M)
     time_ms = 1e3 * (np.arange(pressure_bar.size) / RATE_HZ - Trigger().pre_trigger_s)

@@ -31,7 +31,9 @@ def draw(campaign: HammerCampaign) -> Figure:
     figure = new_figure(9.0, 3.8)
     axes = figure.subplots()
     for tip, colour in zip(dict.fromkeys(tips.tolist()), COLOURS, strict=False):
-        axes.plot(campaign.tests[tips == tip], percent[tips == tip], "o", color=colour, ms=3, label=tip)
+        axes.plot(
+            campaign.tests[tips == tip], percent[tips == tip], "o", color=colour, ms=3, label=tip
+        )
     axes.axhline(PRINTED_PERCENT, color=QUIET, lw=0.8, ls="--", label="the thesis's largest")
     axes.set_ylim(bottom=0)
     axes.set_xlabel("test")

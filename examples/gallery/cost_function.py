@@ -35,12 +35,22 @@ def draw() -> Figure:
     time, force = np.linspace(-0.2, 1.2, 281), np.linspace(-0.3, 1.3, 201)
     figure = new_figure(6.8, 4.4)
     axes = figure.subplots()
-    picture = axes.pcolormesh(time, force, cost_map(time, force), cmap="viridis_r", vmin=0, vmax=1, rasterized=True)
+    picture = axes.pcolormesh(
+        time, force, cost_map(time, force), cmap="viridis_r", vmin=0, vmax=1, rasterized=True
+    )
     axes.plot(PHASE, PULSE, color="black", lw=1.2, label="measured pulse")
     top = int(np.argmax(PULSE))
     tolerances = "5 % of the contact time, 10 % of the peak"
     axes.errorbar(
-        PHASE[top], 1.0, FORCE_SPREAD, TIME_SPREAD, fmt="none", color="#d55e00", lw=1.4, capsize=3, label=tolerances
+        PHASE[top],
+        1.0,
+        FORCE_SPREAD,
+        TIME_SPREAD,
+        fmt="none",
+        color="#d55e00",
+        lw=1.4,
+        capsize=3,
+        label=tolerances,
     )
     axes.set_xlabel("time over contact time (-)")
     axes.set_ylabel("force over peak force (-)")

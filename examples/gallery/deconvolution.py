@@ -32,7 +32,9 @@ def cleaned(campaign: HammerCampaign, test: int) -> tuple[Floats, Floats, Floats
     pulses = extract_pulses(force.si, rate, settings, expected=campaign.hits)
     starts = np.array([pulse.contact.first - BEFORE for pulse in pulses])
     band_hz = (settings.rigid_from_hz, settings.rigid_to_hz)
-    clean = clean_acceleration(acceleration.si, force.si, rate, starts, segment=SEGMENT, band_hz=band_hz)
+    clean = clean_acceleration(
+        acceleration.si, force.si, rate, starts, segment=SEGMENT, band_hz=band_hz
+    )
     raw = acceleration.si[starts[:, None] + np.arange(SEGMENT)]
     return (np.arange(SEGMENT) - BEFORE) / rate, raw, clean
 

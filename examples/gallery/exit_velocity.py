@@ -28,7 +28,9 @@ def draw() -> Figure:
     figure = new_figure(6.8, 4.2)
     axes = figure.subplots()
     for mass in MASSES_KG:
-        axes.plot(pressure_bar, muzzle_velocity(bench, pressure_bar * 1e5, mass), label=f"{mass:g} kg")
+        axes.plot(
+            pressure_bar, muzzle_velocity(bench, pressure_bar * 1e5, mass), label=f"{mass:g} kg"
+        )
     axes.axhline(DESIGN_M_S, color=QUIET, lw=0.8, label=f"design, 1 kg at {DESIGN_M_S:g} m/s")
     axes.set_xlabel("tank pressure, gauge (bar)")
     axes.set_ylabel("exit velocity (m/s)")

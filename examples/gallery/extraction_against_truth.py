@@ -49,7 +49,9 @@ def errors_percent(campaign: HammerCampaign) -> dict[str, NDArray[np.float64]]:
     """Of the contact time of every hit (n,), by either method."""
     found, truth = campaign.pulses("contact_time_s", "segmentation_difference"), campaign.truth()
     hits = zip(found["run"], found["repetition"], strict=True)
-    true_s = np.array([truth[int(run)][int(repetition) - 1]["contact_time_s"] for run, repetition in hits])
+    true_s = np.array(
+        [truth[int(run)][int(repetition) - 1]["contact_time_s"] for run, repetition in hits]
+    )
     walk_s = found["contact_time_s"]
     mask_s = walk_s * (1 - found["segmentation_difference"])
     return {WALK[0]: 100 * (walk_s / true_s - 1), MASK[0]: 100 * (mask_s / true_s - 1)}
@@ -81,7 +83,15 @@ def _draw_hit(axes: Any, hit: Extracted) -> None:
     for row, (label, colour, start_s, length_s) in enumerate(stretches, 1):
         ends_ms = (np.array([0.0, length_s]) + start_s - origin_s) * 1e3
         level = np.full(2, -0.06 * row * hit.walk.peak_force_n)
-        axes.plot(ends_ms, level, "|-", color=colour, lw=3, ms=10, label=f"{label}: {length_s * 1e6:.0f} µs")
+        axes.plot(
+            ends_ms,
+            level,
+            "|-",
+            color=colour,
+            lw=3,
+            ms=10,
+            label=f"{label}: {length_s * 1e6:.0f} µs",
+        )
     axes.axhline(0, color=QUIET, lw=0.6)
     axes.set_xlabel("time since the walk's first sample (ms)")
     axes.set_ylabel("force (N)")
@@ -95,7 +105,15 @@ def _draw_errors(axes: Any, campaign: HammerCampaign) -> None:
     for shift, (method, colour) in ((-0.1, WALK), (0.1, MASK)):
         mean = [errors[method][rows].mean() for rows in of_tip]
         spread = [errors[method][rows].std() for rows in of_tip]
-        axes.errorbar(np.arange(len(tips)) + shift, mean, spread, fmt="o", color=colour, capsize=3, label=method)
+        axes.errorbar(
+            np.arange(len(tips)) + shift,
+            mean,
+            spread,
+            fmt="o",
+            color=colour,
+            capsize=3,
+            label=method,
+        )
     axes.axhline(0, color=QUIET, lw=0.6)
     axes.set_xticks(range(len(tips)), tips)
     axes.set_ylabel("error of the contact time (%)")

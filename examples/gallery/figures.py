@@ -75,7 +75,9 @@ FIGURES: Mapping[str, Entry] = {
     "resampling_error": Entry("4.4", lambda scene: resampling_error.draw(scene.campaign)),
     "resampled_pulses": Entry("4.5", lambda scene: resampled_pulses.draw(scene.campaign)),
     "contact_differences": Entry("4.6", lambda scene: contact_differences.draw(scene.campaign)),
-    "extraction_against_truth": Entry("4.7", lambda scene: extraction_against_truth.draw(scene.campaign)),
+    "extraction_against_truth": Entry(
+        "4.7", lambda scene: extraction_against_truth.draw(scene.campaign)
+    ),
     "predictor_correlation": Entry("4.8", lambda scene: predictor_correlation.draw(scene.campaign)),
     "pulse_from_models": Entry("4.9", lambda scene: pulse_from_models.draw(scene.judged)),
     "force_models": Entry("4.10", lambda scene: force_models.draw(scene.judged)),

@@ -40,7 +40,11 @@ def forces(campaign: HammerCampaign, test: int, hit: int = HIT) -> tuple[Floats,
         acceleration.si, force.si, rate, starts=others, segment=SEGMENT, end_weight=END_WEIGHT
     )
     window = slice(starts[hit], starts[hit] + SEGMENT)
-    return (np.arange(SEGMENT) - BEFORE) / rate, force.si[window], deconvolve(acceleration.si[window], tf, rate)
+    return (
+        (np.arange(SEGMENT) - BEFORE) / rate,
+        force.si[window],
+        deconvolve(acceleration.si[window], tf, rate),
+    )
 
 
 def draw(campaign: HammerCampaign) -> Figure:
@@ -50,7 +54,14 @@ def draw(campaign: HammerCampaign) -> Figure:
     axes = figure.subplots()
     shown = slice(BEFORE // 2, int(np.searchsorted(time, _SHOWN_S)))
     axes.plot(time[shown] * 1e3, measured[shown], color=MEASURED, lw=1.4, label="load cell")
-    axes.plot(time[shown] * 1e3, computed[shown], "--", color=MODEL, lw=1.4, label="from the plate's acceleration")
+    axes.plot(
+        time[shown] * 1e3,
+        computed[shown],
+        "--",
+        color=MODEL,
+        lw=1.4,
+        label="from the plate's acceleration",
+    )
     axes.set_xlabel("time since first contact (ms)")
     axes.set_ylabel("force (N)")
     axes.set_title(campaign.note, fontsize=9)

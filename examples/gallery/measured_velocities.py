@@ -17,8 +17,13 @@ if TYPE_CHECKING:
 
 def errors_percent(found: Sequence[Mapping[str, Any]]) -> list[float]:
     """Eq. 5.1 for each shot: negative where the model predicts too much."""
-    predicted = [float(muzzle_velocity(gun(), s["tank_pressure_pa"], s["bullet_mass_kg"])) for s in found]
-    return [100 * (1 - v / shot["measured_velocity_m_s"]) for shot, v in zip(found, predicted, strict=True)]
+    predicted = [
+        float(muzzle_velocity(gun(), s["tank_pressure_pa"], s["bullet_mass_kg"])) for s in found
+    ]
+    return [
+        100 * (1 - v / shot["measured_velocity_m_s"])
+        for shot, v in zip(found, predicted, strict=True)
+    ]
 
 
 def draw() -> Figure:

@@ -6,7 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyroshock.schema.atomic_write import atomic_file
+from pyroshock.files.atomic_write import atomic_file
 from pyroshock.training.evaluation.plot_style import png
 
 if TYPE_CHECKING:

@@ -21,13 +21,17 @@ def median_pulse(judged: Evaluation, model: str) -> int:
 
 def draw(judged: Evaluation, model: str | None = None) -> Figure:
     """The two predictions, and the spline through the 20 points over the predicted time, beside what was measured."""
-    name = model or min(judged.errors, key=lambda each: float(judged.errors[each].force_nrmse.mean()))
+    name = model or min(
+        judged.errors, key=lambda each: float(judged.errors[each].force_nrmse.mean())
+    )
     row, prediction = median_pulse(judged, name), judged.predictions[name]
     figure = new_figure(11.0, 3.6)
     points, duration, pulse = figure.subplots(1, 3, width_ratios=(3, 1.4, 3))
     phase = np.arange(1, prediction.force_n.shape[1] + 1)
     points.plot(phase, prediction.force_n[row], "o", color=MODEL, ms=4)
-    points.set(xlabel="point of the contact", ylabel="predicted force (N)", title="force model: 20 points")
+    points.set(
+        xlabel="point of the contact", ylabel="predicted force (N)", title="force model: 20 points"
+    )
     _draw_time(duration, judged, name, row)
     _draw_pulse(pulse, judged, name, row)
     figure.suptitle(f"{name}, held-out hit of median NRMSE; virtual campaign", fontsize=9)
@@ -39,7 +43,9 @@ def _draw_time(axes: Any, judged: Evaluation, name: str, row: int) -> None:
     wide = prediction.contact_time_spread_s
     axes.bar([0], judged.pulses.contact_time_s[row] * 1e3, color=MEASURED, width=0.5)
     error = None if wide is None else BAND * wide[row] * 1e3
-    axes.bar([1], prediction.contact_time_s[row] * 1e3, yerr=error, color=MODEL, capsize=4, width=0.5)
+    axes.bar(
+        [1], prediction.contact_time_s[row] * 1e3, yerr=error, color=MODEL, capsize=4, width=0.5
+    )
     axes.set_xticks([0, 1], ["measured", "predicted"])
     axes.set(ylabel="contact time (ms)", title="time model")
 

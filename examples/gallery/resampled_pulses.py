@@ -26,7 +26,14 @@ def draw(campaign: HammerCampaign) -> Figure:
         time_ms = (samples - pulse.contact.first) * force.period_s * 1e3
         fine_ms = np.arange(pulse.fine_force_n.size) * pulse.fine_period_s * 1e3
         label = f"{pulse.samples_in_contact} samples"
-        axes.plot(time_ms, pulse.sign * force.si[samples] - pulse.rest_n, "o", color=MEASURED, ms=3.5, label=label)
+        axes.plot(
+            time_ms,
+            pulse.sign * force.si[samples] - pulse.rest_n,
+            "o",
+            color=MEASURED,
+            ms=3.5,
+            label=label,
+        )
         axes.plot(fine_ms, pulse.fine_force_n, color=MODEL, lw=1.2, label="smoothing spline")
         axes.set_xlabel("time (ms)")
         axes.set_ylabel("force (N)")

@@ -28,7 +28,9 @@ def draw(campaign: HammerCampaign) -> Figure:
     figure = new_figure(10.0, 2.9)
     axes = figure.subplots()
     extent = (campaign.tests[0] - 0.5, campaign.tests[-1] + 0.5, campaign.hits + 0.5, 0.5)
-    picture = axes.imshow(percent, aspect="auto", cmap="viridis", extent=extent, interpolation="nearest", vmin=0)
+    picture = axes.imshow(
+        percent, aspect="auto", cmap="viridis", extent=extent, interpolation="nearest", vmin=0
+    )
     axes.set_yticks(range(1, campaign.hits + 1))
     axes.set_xlabel("test")
     axes.set_ylabel("hit")

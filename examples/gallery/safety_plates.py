@@ -46,7 +46,11 @@ def draw() -> Figure:
 
 
 def _draw_limit(
-    axes: Any, limit: Callable[[float, float, float], float], thickest_mm: float, label: str, style: str = "-"
+    axes: Any,
+    limit: Callable[[float, float, float], float],
+    thickest_mm: float,
+    label: str,
+    style: str = "-",
 ) -> None:
     thickness_mm = np.linspace(thickest_mm / 100, thickest_mm, 100)
     limits = [limit(PROJECTILE_KG, DIAMETER_M, each * 1e-3) for each in thickness_mm]

@@ -28,14 +28,18 @@ _SHOWN_S = 0.02
 
 def recorded() -> Channel:
     """The acceleration of a structure under a hit, as it was recorded and ships with the software."""
-    channels, _ = read_channels(FOLDER / "recordings" / "acceleration.lvm", read_campaign_file(FOLDER).sensors)
+    channels, _ = read_channels(
+        FOLDER / "recordings" / "acceleration.lvm", read_campaign_file(FOLDER).sensors
+    )
     return next(channel for channel in channels if channel.quantity == "acceleration")
 
 
 def draw() -> Figure:
     """Base, responses of three oscillators with their largest values, and the spectrum that these are points of."""
     base = recorded()
-    spectrum = shock_response_spectrum(base.si, base.sampling_rate_hz, octave_grid(100.0, 5000.0, 6))
+    spectrum = shock_response_spectrum(
+        base.si, base.sampling_rate_hz, octave_grid(100.0, 5000.0, 6)
+    )
     factor = int(spectrum.resampled)
     record, rate_hz = upsampled(base.si[np.newaxis], factor)[0], factor * base.sampling_rate_hz
     figure = new_figure(10.0, 5.0)
@@ -44,7 +48,9 @@ def draw() -> Figure:
     panels = left.subplots(1 + len(OSCILLATORS_HZ), 1, sharex=True)
     _draw_series(panels[0], record, rate_hz, "base", QUIET)
     axes: Any = right.subplots()
-    axes.loglog(spectrum.frequency_hz, spectrum.maximax, color="black", lw=1.2, label="maximax spectrum")
+    axes.loglog(
+        spectrum.frequency_hz, spectrum.maximax, color="black", lw=1.2, label="maximax spectrum"
+    )
     for panel, frequency in zip(panels[1:], OSCILLATORS_HZ, strict=True):
         response = oscillator_response(record, rate_hz, frequency).absolute_acceleration_m_s2
         largest = int(np.argmax(np.abs(response)))

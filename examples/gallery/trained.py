@@ -28,14 +28,18 @@ def judged(table: PulseTable, models: Sequence[str], seed: int = 0) -> Evaluatio
     split = split_of(table, SPLIT, seed)
     training, held_out = table.take(split.train), table.take(split.test)
     predictions = {}
-    with one_thread():  # as `pyroshock train` does: more get into each other's way, and change the last bits
+    with (
+        one_thread()
+    ):  # as `pyroshock train` does: more get into each other's way, and change the last bits
         shared = any(entry.shares_time for entry in entries.values())
         making = BuildOptions(tuned_time=_time_settings(training, seed) if shared else None)
         for name, entry in entries.items():
             begun = time.perf_counter()
             model = entry.make(making).fit(training, np.random.default_rng(seed))
             predictions[name] = model.predict(held_out.inputs)
-            logging.getLogger(__name__).info("%s trained in %.1f s", name, time.perf_counter() - begun)
+            logging.getLogger(__name__).info(
+                "%s trained in %.1f s", name, time.perf_counter() - begun
+            )
     errors = {name: pulse_errors(held_out, prediction) for name, prediction in predictions.items()}
     return Evaluation(held_out, errors, predictions, dict.fromkeys(predictions, 0))
 

@@ -64,7 +64,9 @@ class HammerCampaign:
 
     @contextmanager
     def store(self) -> Iterator[Store]:
-        with open_store(f"sqlite:///{self.folder}.db", Writer("gallery", "0"), create=True) as store:
+        with open_store(
+            f"sqlite:///{self.folder}.db", Writer("gallery", "0"), create=True
+        ) as store:
             yield store
 
     def pulses(self, *columns: str) -> dict[str, NDArray[Any]]:
@@ -77,12 +79,18 @@ class HammerCampaign:
         )
         with self.store() as store, store.reading() as session:
             rows = session.execute(query).all()
-        return dict(zip(("run", "repetition", *columns), map(np.array, zip(*rows, strict=True)), strict=True))
+        return dict(
+            zip(
+                ("run", "repetition", *columns), map(np.array, zip(*rows, strict=True)), strict=True
+            )
+        )
 
     def table(self) -> PulseTable:
         """The pulses with the 13 predictors of Table 4.3, frozen as a dataset."""
         with self.store() as store:
-            return build_snapshot(store, "gallery", [read_campaign_file(self.folder).name]).snapshot.table
+            return build_snapshot(
+                store, "gallery", [read_campaign_file(self.folder).name]
+            ).snapshot.table
 
     def channels(self, test: int) -> dict[str, Channel]:
         """The recording of a test, by channel."""
@@ -99,18 +107,26 @@ def tests_in_order() -> list[dict[str, str]]:
     """The 180 tests of Table 4.1, numbered from 1."""
     space = hammer_space()
     levels = {factor.column: factor.levels for factor in space.factors}
-    rows = sorted(factorial(space).rows, key=lambda row: [levels[name].index(row[name]) for name in _ORDER])
+    rows = sorted(
+        factorial(space).rows, key=lambda row: [levels[name].index(row[name]) for name in _ORDER]
+    )
     return [{"run": str(number), **row} for number, row in enumerate(rows, 1)]
 
 
-def recorded(work: Path, hits: int, rows: Rows | None = None, jobs: int | None = None) -> HammerCampaign:
+def recorded(
+    work: Path, hits: int, rows: Rows | None = None, jobs: int | None = None
+) -> HammerCampaign:
     """The campaign of these tests (all 180), in a folder of `work`; recorded and ingested where it is not there yet."""
     rows = tests_in_order() if rows is None else rows
     campaign = HammerCampaign(work / f"hammer-{len(rows)}x{hits}", rows, hits)
     if not (campaign.folder / "campaign.toml").is_file():
-        logging.getLogger(__name__).info("recording %d tests of %d hits in %s", len(rows), hits, campaign.folder)
+        logging.getLogger(__name__).info(
+            "recording %d tests of %d hits in %s", len(rows), hits, campaign.folder
+        )
         effects = Effects.default()
-        simulate(rows, "hammer", campaign.folder, seed=SEED, effects=effects, repetitions=hits, jobs=jobs)
+        simulate(
+            rows, "hammer", campaign.folder, seed=SEED, effects=effects, repetitions=hits, jobs=jobs
+        )
     with campaign.store() as store:
         ingest_folder(store, campaign.folder, jobs=jobs)  # twice adds nothing
     return campaign

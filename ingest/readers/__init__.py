@@ -53,7 +53,9 @@ def reader_for(path: Path) -> Reader:
         if suffix in reader.suffixes:
             return reader
     suffixes = ", ".join(suffixes for reader in READERS for suffixes in reader.suffixes)
-    raise RecordingError(f"{Path(path).name}: no reader for {suffix or 'a file without suffix'}; known: {suffixes}")
+    raise RecordingError(
+        f"{Path(path).name}: no reader for {suffix or 'a file without suffix'}; known: {suffixes}"
+    )
 
 
 def open_recording(path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:

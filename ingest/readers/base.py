@@ -61,7 +61,9 @@ class ChannelInfo:
     sampling_rate_hz: float
     start_s: float = 0.0
     unit: str | None = None  # the file's own words, None where it says nothing
-    header: dict[str, Any] = field(default_factory=dict)  # what else the file says, JSON-serialisable
+    header: dict[str, Any] = field(
+        default_factory=dict
+    )  # what else the file says, JSON-serialisable
 
 
 class OpenRecording(ABC):
@@ -78,7 +80,9 @@ class OpenRecording(ABC):
 
     def names(self, name: str) -> bool:
         """Whether the file has something of this name, but for repeated blanks, be it readable or not."""
-        return any(collapse_blanks(channel.name) == collapse_blanks(name) for channel in self.channels)
+        return any(
+            collapse_blanks(channel.name) == collapse_blanks(name) for channel in self.channels
+        )
 
     def close(self) -> None:  # noqa: B027 - a recording read at once has nothing to release
         """Release the file. The default holds nothing."""
@@ -91,12 +95,18 @@ class OpenRecording(ABC):
         for channel in self.channels:
             if channel.name == name:
                 return channel
-        alike = [channel for channel in self.channels if collapse_blanks(channel.name) == collapse_blanks(name)]
+        alike = [
+            channel
+            for channel in self.channels
+            if collapse_blanks(channel.name) == collapse_blanks(name)
+        ]
         if len(alike) == 1:
             return alike[0]
         if alike:
             names = ", ".join(repr(channel.name) for channel in alike)
-            raise RecordingError(f"{name!r} can be each of {names}; expected the name as the file has it")
+            raise RecordingError(
+                f"{name!r} can be each of {names}; expected the name as the file has it"
+            )
         channel_names = ", ".join(c.name for c in self.channels) or "none"
         raise RecordingError(f"no channel {name!r}; the file has: {channel_names}")
 
@@ -104,7 +114,10 @@ class OpenRecording(ABC):
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         self.close()
 
@@ -114,7 +127,9 @@ class Reader(ABC):
 
     format: ClassVar[str]  # short name stored with the recording: "mat", "tdms"
     suffixes: ClassVar[tuple[str, ...]]  # lower case, with the dot
-    fields: ClassVar[tuple[FieldRule, ...]] = ()  # what the format can say beside its samples, and what becomes of it
+    fields: ClassVar[
+        tuple[FieldRule, ...]
+    ] = ()  # what the format can say beside its samples, and what becomes of it
 
     @abstractmethod
     def open(self, path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:

@@ -31,21 +31,29 @@ class Clock:
     samples: int | None = None
     header: dict[str, Any] = field(default_factory=dict)
     uneven_s: Floats | None = None
-    obstacle: str | None = None  # why there is no rate: the channels of the group cannot be read, others can
+    obstacle: str | None = (
+        None  # why there is no rate: the channels of the group cannot be read, others can
+    )
 
 
 def positive_rate(path: Path, value: Any) -> float:
     """`value` as a sampling rate in hertz. Raises `RecordingError` unless it is one finite number above 0."""
     numbers = np.asarray(value)
     if numbers.size != 1 or numbers.dtype.kind not in "iuf":
-        raise RecordingError(f"{path.name}: sampling rate is {value!r}; expected one number in hertz")
+        raise RecordingError(
+            f"{path.name}: sampling rate is {value!r}; expected one number in hertz"
+        )
     rate = float(numbers.reshape(-1)[0])
     if not math.isfinite(rate) or rate <= 0.0:
-        raise RecordingError(f"{path.name}: sampling rate is {rate} Hz; expected a finite number above 0")
+        raise RecordingError(
+            f"{path.name}: sampling rate is {rate} Hz; expected a finite number above 0"
+        )
     return rate
 
 
-def clocks_of(path: Path, contents: Contents, options: ReadingOptions = AS_IN_FILE) -> dict[str, Clock]:
+def clocks_of(
+    path: Path, contents: Contents, options: ReadingOptions = AS_IN_FILE
+) -> dict[str, Clock]:
     """The clock of every group that has one; the file's own statement is the clock of the root `""`.
 
     The rate that `options` give is that of a file that states none.
@@ -73,7 +81,9 @@ def clocks_of(path: Path, contents: Contents, options: ReadingOptions = AS_IN_FI
     return clocks
 
 
-def clock_of_times(path: Path, times: Floats, unit_s: float = 1.0, options: ReadingOptions = AS_IN_FILE) -> Clock:
+def clock_of_times(
+    path: Path, times: Floats, unit_s: float = 1.0, options: ReadingOptions = AS_IN_FILE
+) -> Clock:
     """The clock of times (n,) in units of `unit_s` seconds. Raises `RecordingError` where they rise unevenly and the
     laboratory does not ask to resample."""
     try:
@@ -83,7 +93,9 @@ def clock_of_times(path: Path, times: Floats, unit_s: float = 1.0, options: Read
             raise
         times_s = times * unit_s
         return Clock(grid_rate(path, times_s), float(times_s[0]), times.size, uneven_s=times_s)
-    return Clock(even.rate_hz, even.start_s, times.size, {"time_gaps": even.gaps} if even.gaps else {})
+    return Clock(
+        even.rate_hz, even.start_s, times.size, {"time_gaps": even.gaps} if even.gaps else {}
+    )
 
 
 def refuse_other_rate(path: Path, clock: Clock, given_hz: float | None) -> None:
@@ -121,7 +133,11 @@ def _agreeing(path: Path, stated: Clock | None, clock: Clock) -> Clock:
 def _numbers(path: Path, array: Array) -> NDArray[np.float64]:
     if array.obstacle is not None:
         raise RecordingError(f"{path.name}: {array.name!r} {array.obstacle}")
-    if array.dtype.kind not in "iuf" or array.samples == 0 or sum(length != 1 for length in array.shape) > 1:
+    if (
+        array.dtype.kind not in "iuf"
+        or array.samples == 0
+        or sum(length != 1 for length in array.shape) > 1
+    ):
         raise RecordingError(
             f"{path.name}: {array.name!r} is {array.dtype} of shape {array.shape}; expected numbers in a row or column"
         )
@@ -133,19 +149,27 @@ def _stated_rate(path: Path, array: Array) -> float:
     """A scalar `fs`, or a column that repeats it on every row."""
     values = _numbers(path, array)
     if np.any(values != values[0]):
-        raise RecordingError(f"{path.name}: {array.name!r} varies from {values.min()} to {values.max()}; expected one")
+        raise RecordingError(
+            f"{path.name}: {array.name!r} varies from {values.min()} to {values.max()}; expected one"
+        )
     scale = RATE_UNITS.get((array.unit or "").lower())
     if scale is None:
-        raise RecordingError(f"{path.name}: {array.name!r} is in {array.unit!r}; expected one of Hz, kHz, MHz")
+        raise RecordingError(
+            f"{path.name}: {array.name!r} is in {array.unit!r}; expected one of Hz, kHz, MHz"
+        )
     return positive_rate(path, values[0] * scale)
 
 
-def _time_clock(path: Path, array: Array, stated_hz: float | None, options: ReadingOptions) -> Clock:
+def _time_clock(
+    path: Path, array: Array, stated_hz: float | None, options: ReadingOptions
+) -> Clock:
     """From a time vector; one printed with too few digits to tell its steps apart gives the start of a stated rate."""
     times = _numbers(path, array)
     scale = _epoch_unit(array, times) or time_scale(array.name, array.unit)
     if scale is None:
-        raise RecordingError(f"{path.name}: {array.name!r} is in {array.unit!r}; expected one of s, ms, us, ns, min, h")
+        raise RecordingError(
+            f"{path.name}: {array.name!r} is in {array.unit!r}; expected one of s, ms, us, ns, min, h"
+        )
     try:
         return clock_of_times(path, times, scale, options)
     except RecordingError:
@@ -164,13 +188,20 @@ def _epoch_unit(array: Array, times: NDArray[np.float64]) -> float | None:
         return None
     low, high = _EPOCH_S
     units = (TIME_UNITS[unit] for unit in ("s", "ms", "us", "ns"))
-    return next((unit for unit in units if low <= times[0] * unit and times[-1] * unit <= high), None)
+    return next(
+        (unit for unit in units if low <= times[0] * unit and times[-1] * unit <= high), None
+    )
 
 
 def rounded_from(times: NDArray[np.float64], rate_hz: float) -> bool:
     """Whether times (s) are those of even samples at `rate_hz`, each rounded to one and the same last digit."""
     steps = np.diff(times)
-    if steps.size == 0 or not np.all(np.isfinite(times)) or np.any(steps < 0) or not np.any(steps > 0):
+    if (
+        steps.size == 0
+        or not np.all(np.isfinite(times))
+        or np.any(steps < 0)
+        or not np.any(steps > 0)
+    ):
         return False
     even = times[0] + np.arange(times.size) / rate_hz
     last_digit = float(np.min(steps[steps > 1e-9 * (times[-1] - times[0])]))

@@ -38,7 +38,9 @@ def is_date_text(text: str) -> bool:
     return _DATE_ONLY.fullmatch(text) is not None
 
 
-def elapsed_seconds(cells: Sequence[str], dates: Sequence[str] | None = None) -> NDArray[np.float64]:
+def elapsed_seconds(
+    cells: Sequence[str], dates: Sequence[str] | None = None
+) -> NDArray[np.float64]:
     """Seconds since the first cell (n,), of times of day or of dates with times; `dates` may stand in a column beside.
 
     A UTC offset is taken off; without one the clock is taken as it is, so that a change to summer time is a step of an
@@ -52,7 +54,9 @@ def elapsed_seconds(cells: Sequence[str], dates: Sequence[str] | None = None) ->
     for number, clock in enumerate(clocks, 1):
         match = pattern.fullmatch(clock)
         if match is None:
-            raise ValueError(f"line {number} of the samples has the time {clock!r}; expected one such as {clocks[0]!r}")
+            raise ValueError(
+                f"line {number} of the samples has the time {clock!r}; expected one such as {clocks[0]!r}"
+            )
         matches.append(match)
     offset = 8 if both else 0
     seconds = [_second_of_day(match, offset) for match in matches]
@@ -67,7 +71,9 @@ def elapsed_seconds(cells: Sequence[str], dates: Sequence[str] | None = None) ->
 
 
 def _second_of_day(match: re.Match[str], offset: int) -> int | Fraction:
-    hour, minute, second, fraction, half, zone_hours, zone_minutes = match.groups()[offset : offset + 7]
+    hour, minute, second, fraction, half, zone_hours, zone_minutes = match.groups()[
+        offset : offset + 7
+    ]
     if second is None and fraction is not None:  # minutes and seconds, as Excel shows them
         hour, minute, second = "0", hour, minute
     hours, minutes, whole = int(hour), int(minute), int(second or 0)
@@ -85,7 +91,9 @@ def _second_of_day(match: re.Match[str], offset: int) -> int | Fraction:
 def _date_groups(number: int, text: str) -> tuple[str | None, ...]:
     match = _DATE_ONLY.fullmatch(text)
     if match is None:
-        raise ValueError(f"line {number} of the samples has the date {text!r}; expected one such as 2024-05-01")
+        raise ValueError(
+            f"line {number} of the samples has the date {text!r}; expected one such as 2024-05-01"
+        )
     return match.groups()
 
 
@@ -100,11 +108,20 @@ def _days(groups: list[tuple[str | None, ...]]) -> list[int]:
         days = [ordinals[group] - ordinals[groups[0]] for group in groups]
         if days not in meanings:
             meanings.append(days)
-    steady = [days for days in meanings if all(after - before in (0, 1) for before, after in pairwise(days))]
+    steady = [
+        days
+        for days in meanings
+        if all(after - before in (0, 1) for before, after in pairwise(days))
+    ]
     chosen = steady or meanings
     if len(chosen) != 1:
-        first, last = ("/".join(part for part in group if part and part.isdigit()) for group in (groups[0], groups[-1]))
-        raise ValueError(f"the dates from {first} to {last} can be read in two ways or none; expected 2024-05-01")
+        first, last = (
+            "/".join(part for part in group if part and part.isdigit())
+            for group in (groups[0], groups[-1])
+        )
+        raise ValueError(
+            f"the dates from {first} to {last} can be read in two ways or none; expected 2024-05-01"
+        )
     return chosen[0]
 
 
@@ -112,7 +129,9 @@ def _date(group: tuple[str | None, ...], month_first: bool) -> dt.date:
     year, _, month, day, first, _, second, last_year = (part or "" for part in group)
     if year:
         return dt.date(int(year), int(month), int(day))
-    return dt.date(int(last_year), *((int(first), int(second)) if month_first else (int(second), int(first))))
+    return dt.date(
+        int(last_year), *((int(first), int(second)) if month_first else (int(second), int(first)))
+    )
 
 
 def _counted_days(seconds: Sequence[int | Fraction]) -> list[int]:

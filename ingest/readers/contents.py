@@ -32,16 +32,44 @@ from .field_rules import FieldRule
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-RATE_NAMES = frozenset({"fs", "fs_hz", "sampling_rate", "sampling_rate_hz", "sample_rate", "sample_rate_hz"})
+RATE_NAMES = frozenset(
+    {"fs", "fs_hz", "sampling_rate", "sampling_rate_hz", "sample_rate", "sample_rate_hz"}
+)
 RATE_UNITS = {"": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "khz": 1e3, "mhz": 1e6}
 TIME_UNITS = {
     **dict.fromkeys(
-        ("s", "sec", "secs", "second", "seconds", "sekunde", "sekunden", "seconde", "secondes", "с", "秒"), 1.0
+        (
+            "s",
+            "sec",
+            "secs",
+            "second",
+            "seconds",
+            "sekunde",
+            "sekunden",
+            "seconde",
+            "secondes",
+            "с",
+            "秒",
+        ),
+        1.0,
     ),
     **dict.fromkeys(
-        ("ms", "msec", "msecs", "millisecond", "milliseconds", "millisekunden", "millisecondes", "мс", "毫秒"), 1e-3
+        (
+            "ms",
+            "msec",
+            "msecs",
+            "millisecond",
+            "milliseconds",
+            "millisekunden",
+            "millisecondes",
+            "мс",
+            "毫秒",
+        ),
+        1e-3,
     ),
-    **dict.fromkeys(("us", "usec", "usecs", "microsecond", "microseconds", "µs", "μs", "мкс", "微秒"), 1e-6),
+    **dict.fromkeys(
+        ("us", "usec", "usecs", "microsecond", "microseconds", "µs", "μs", "мкс", "微秒"), 1e-6
+    ),
     **dict.fromkeys(("ns", "nsec", "nanosecond", "nanoseconds"), 1e-9),
     "ps": 1e-12,
     **dict.fromkeys(("min", "mins", "minute", "minutes", "minuten"), 60.0),
@@ -58,10 +86,13 @@ _BEFORE_TIME = r"(?:elapsed|relative|rel\.?|recording|measurement|sample|absolut
 _UNIT_WORDS = "|".join(sorted(map(re.escape, TIME_UNITS), key=len, reverse=True))
 #: `time`, `Zeit`, `t_ms`, `Time/ms`, `Zeit in ms`, `temps, s`.
 _TIME_NAME = re.compile(
-    rf"(?:{_BEFORE_TIME})?(?:{_TIME_WORDS})(?:(?:_| in |/| ?[,:] ?| )({_UNIT_WORDS}))?\.?", re.IGNORECASE
+    rf"(?:{_BEFORE_TIME})?(?:{_TIME_WORDS})(?:(?:_| in |/| ?[,:] ?| )({_UNIT_WORDS}))?\.?",
+    re.IGNORECASE,
 )
 #: A column that has a unit for a name: `(ms)`, `[s]`, `seconds`.
-_UNIT_AS_NAME = re.compile(rf"[\[(<] ?({_UNIT_WORDS}) ?[\])>]|([mnuµμ]s|[a-z]{{3,}})", re.IGNORECASE)
+_UNIT_AS_NAME = re.compile(
+    rf"[\[(<] ?({_UNIT_WORDS}) ?[\])>]|([mnuµμ]s|[a-z]{{3,}})", re.IGNORECASE
+)
 _VOLTS = {"v", "volt", "volts"}
 _BRACKETED = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
@@ -78,12 +109,18 @@ class Array:
     unit: str | None = None
     rate_hz: Any = None  # where the file gives the array its own
     start_s: float = 0.0
-    times_s: Floats | None = None  # of its samples, where the file gives the array its own: rate and start follow
+    times_s: Floats | None = (
+        None  # of its samples, where the file gives the array its own: rate and start follow
+    )
     header: dict[str, Any] = field(default_factory=dict)
-    fields: Mapping[str, Any] = field(default_factory=dict)  # what is stated of it: held against `Contents.rules`
+    fields: Mapping[str, Any] = field(
+        default_factory=dict
+    )  # what is stated of it: held against `Contents.rules`
     nameless: bool = False  # `name` is ours: the file has none
     rises_as_time: bool = False  # time by its unit, whatever its name
-    obstacle: str | None = None  # why no channel can be made of it, as `unread_field` says it; others can be read
+    obstacle: str | None = (
+        None  # why no channel can be made of it, as `unread_field` says it; others can be read
+    )
 
     @property
     def samples(self) -> int:
@@ -197,7 +234,11 @@ def name_and_unit(label: str) -> tuple[str, str | None]:
         return label.strip(), None
     if match.group(2) is not None:
         return match.group(1), match.group(2).strip()
-    return (match.group(1), match.group(3).strip()) if is_unit(match.group(3)) else (label.strip(), None)
+    return (
+        (match.group(1), match.group(3).strip())
+        if is_unit(match.group(3))
+        else (label.strip(), None)
+    )
 
 
 def to_python(value: Any) -> Any:
@@ -205,7 +246,11 @@ def to_python(value: Any) -> Any:
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     if isinstance(value, np.ndarray):
-        return to_python(value.reshape(-1)[0]) if value.size == 1 else [to_python(v) for v in value.reshape(-1)[:64]]
+        return (
+            to_python(value.reshape(-1)[0])
+            if value.size == 1
+            else [to_python(v) for v in value.reshape(-1)[:64]]
+        )
     if isinstance(value, np.longdouble):
         return float(value)  # its `item` is no Python float
     if isinstance(value, np.generic) and value.dtype.kind in "biuf":
@@ -214,7 +259,13 @@ def to_python(value: Any) -> Any:
 
 
 #: What a library says about itself, not about the file.
-_ABOUT_THE_LIBRARY = (DeprecationWarning, PendingDeprecationWarning, FutureWarning, ImportWarning, ResourceWarning)
+_ABOUT_THE_LIBRARY = (
+    DeprecationWarning,
+    PendingDeprecationWarning,
+    FutureWarning,
+    ImportWarning,
+    ResourceWarning,
+)
 _LONGEST_REASON = 400
 
 
@@ -258,7 +309,9 @@ def translate_errors(path: Path) -> Iterator[None]:
         raise RecordingError(f"{path.name}: no such file: {path}") from error
     except Exception as error:
         reason = one_line(error) or type(error).__name__
-        raise RecordingError(f"{path.name}: damaged, or not what its suffix says: {reason}") from error
+        raise RecordingError(
+            f"{path.name}: damaged, or not what its suffix says: {reason}"
+        ) from error
 
 
 def refuse_nothing(path: Path) -> None:

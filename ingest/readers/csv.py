@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...number_notation import Notation
+from ...files.number_notation import Notation
 from .base import ReadingOptions, RecordingError
 from .clock_times import elapsed_seconds, is_date_text
 from .contents import Array, Contents, in_memory, is_unit
@@ -40,7 +40,9 @@ _MISSING = re.compile(
 _NUMBERS_ALONE = ".wfm.csv"
 _TIME_SAYS = "the time column says when the samples were taken"
 #: Of files that have a time column.
-_TIMED = tuple(harmless(f"*{word}*", _TIME_SAYS) for word in ("trigger", "delay", "start", "t0", "x0"))
+_TIMED = tuple(
+    harmless(f"*{word}*", _TIME_SAYS) for word in ("trigger", "delay", "start", "t0", "x0")
+)
 _LONGEST_KEY = 5  # words
 _UNIT_FIELDS = ("unit", "units", "vertical units", "y unit", "y units", "einheit")
 
@@ -58,7 +60,9 @@ class CsvReader(ArrayReader):
     format = "csv"
     suffixes = (".csv", ".tsv", ".txt", ".dat", ".asc")
     fields: ClassVar[tuple[FieldRule, ...]] = (
-        used("fs, sample rate, sampling frequency and their like", "sampling rate, in Hz, kHz or MHz"),
+        used(
+            "fs, sample rate, sampling frequency and their like", "sampling rate, in Hz, kHz or MHz"
+        ),
         used("dt, sample interval, sampling period and their like", "step, in s, ms, us or ns"),
         used("samples", "number of samples: another number of lines is refused"),
         used("unit", "unit of a single channel that has none"),
@@ -95,13 +99,17 @@ def _layout(path: Path, lines: list[str], options: ReadingOptions) -> Layout:
                 "or give columns and sampling_rate_hz under [recordings] in campaign.toml"
             )
         table = tabulate(path, lines, options)[0]
-        return with_given_names(header_file_layout(path, read_text(header, may_lack_last_end=True), table), options)
+        return with_given_names(
+            header_file_layout(path, read_text(header, may_lack_last_end=True), table), options
+        )
     numbers = path.with_name(f"{path.stem}.Wfm{path.suffix}")
     try:
         return beside_layout(path, lines) or sniff(path, lines, options)
     except RecordingError as error:
         if numbers.is_file():
-            raise RecordingError(f"{path.name}: is the header of {numbers.name}; read that file instead") from error
+            raise RecordingError(
+                f"{path.name}: is the header of {numbers.name}; read that file instead"
+            ) from error
         raise
 
 
@@ -131,7 +139,9 @@ def table_contents(path: Path, text: str, layout: Layout) -> Contents:
     return Contents(_with_stated_unit(arrays, layout), rate_hz, header)
 
 
-def _other_times(path: Path, layout: Layout, table: pd.DataFrame, rate_hz: float | None) -> NDArray[np.float64] | None:
+def _other_times(
+    path: Path, layout: Layout, table: pd.DataFrame, rate_hz: float | None
+) -> NDArray[np.float64] | None:
     """Seconds (n,) from a column that counts samples, or from dates and times of day; None where there is neither."""
     if layout.counts_samples and rate_hz is not None:
         count = table[0].to_numpy()
@@ -151,7 +161,9 @@ def _other_times(path: Path, layout: Layout, table: pd.DataFrame, rate_hz: float
         raise RecordingError(f"{path.name}: {error}") from error
 
 
-def _date_and_clock(layout: Layout, table: pd.DataFrame) -> tuple[list[str] | None, list[str] | None]:
+def _date_and_clock(
+    layout: Layout, table: pd.DataFrame
+) -> tuple[list[str] | None, list[str] | None]:
     """The columns of dates and of times of day (with their date or without)."""
     columns: list[list[str]] = [table[i].tolist() for i in layout.clocks]
     dates = next((column for column in columns if is_date_text(str(column[0]).strip())), None)
@@ -159,12 +171,23 @@ def _date_and_clock(layout: Layout, table: pd.DataFrame) -> tuple[list[str] | No
 
 
 def _first_clock(layout: Layout, table: pd.DataFrame) -> dict[str, str]:
-    return {"first_sample_at": " ".join(str(column[0]).strip() for column in _date_and_clock(layout, table) if column)}
+    return {
+        "first_sample_at": " ".join(
+            str(column[0]).strip() for column in _date_and_clock(layout, table) if column
+        )
+    }
 
 
 def _with_stated_unit(arrays: list[Array], layout: Layout) -> list[Array]:
     """The unit that a line above states, for the only channel, where it has none."""
-    stated = next((v for key, v in layout.statements.items() if key.lower() in _UNIT_FIELDS and isinstance(v, str)), "")
+    stated = next(
+        (
+            v
+            for key, v in layout.statements.items()
+            if key.lower() in _UNIT_FIELDS and isinstance(v, str)
+        ),
+        "",
+    )
     channels = [array for array in arrays if not array.is_time and not array.is_rate]
     if len(channels) != 1 or channels[0].unit or not is_unit(stated):
         return arrays
@@ -180,7 +203,11 @@ def _table(path: Path, body: str, layout: Layout, delimiter: str, decimal: str) 
     names = range(len(layout.names))
     # Of a column that is left out pandas overlooks a field too many: only settings beside the numbers are left out.
     wanted = [i for i in names if layout.names[i]] if layout.settings_beside else None
-    kinds: Any = {i: str if i in layout.clocks else np.float64 for i in names} if layout.clocks else np.float64
+    kinds: Any = (
+        {i: str if i in layout.clocks else np.float64 for i in names}
+        if layout.clocks
+        else np.float64
+    )
     table = pd.read_csv(
         StringIO(body),
         sep=r"\s+" if by_blanks else delimiter,
@@ -244,14 +271,21 @@ def _refuse_unread(path: Path, layout: Layout, contents: Contents, options: Read
     rates = rate_fields(layout)
     # a key of many words is a sentence with a colon in it
     fields = {
-        key: value for key, value in layout.statements.items() if key not in rates and len(key.split()) <= _LONGEST_KEY
+        key: value
+        for key, value in layout.statements.items()
+        if key not in rates and len(key.split()) <= _LONGEST_KEY
     }
-    refuse_unread_fields(path, rules, fields, "the file", options, unit=unit, rate_hz=contents.rate_hz)
+    refuse_unread_fields(
+        path, rules, fields, "the file", options, unit=unit, rate_hz=contents.rate_hz
+    )
 
 
 def _refuse_fewer(path: Path, layout: Layout, samples: int, options: ReadingOptions) -> None:
     """Raise `RecordingError` where a whole record has fewer lines than its header states: the file is cut."""
-    if layout.statements.get("Gating", _WHOLE) != _WHOLE or layout.length in options.harmless_fields:
+    if (
+        layout.statements.get("Gating", _WHOLE) != _WHOLE
+        or layout.length in options.harmless_fields
+    ):
         return
     if layout.samples is not None and samples < layout.samples:
         raise RecordingError(
@@ -260,8 +294,14 @@ def _refuse_fewer(path: Path, layout: Layout, samples: int, options: ReadingOpti
 
 
 def _refuse_other_length(path: Path, layout: Layout, rows: int, whole: bool) -> None:
-    stated = next((value for key, value in layout.statements.items() if key.lower() == "samples"), None)
+    stated = next(
+        (value for key, value in layout.statements.items() if key.lower() == "samples"), None
+    )
     if (stated is not None or layout.samples) and not whole:
-        raise RecordingError(f"{path.name}: its last line has no line end, so its last number may be cut")
+        raise RecordingError(
+            f"{path.name}: its last line has no line end, so its last number may be cut"
+        )
     if stated is not None and stated != str(rows):
-        raise RecordingError(f"{path.name}: states {stated} samples and holds {rows}; it is cut or damaged")
+        raise RecordingError(
+            f"{path.name}: states {stated} samples and holds {rows}; it is cut or damaged"
+        )

@@ -61,7 +61,9 @@ def even_time(path: Path, times: NDArray[np.float64], unit_s: float = 1.0) -> Ev
     uneven; gaps (rare steps of several samples) are left for the quality check.
     """
     if times.size < 2:
-        raise RecordingError(f"{path.name}: a time column needs at least two samples, got {times.size}")
+        raise RecordingError(
+            f"{path.name}: a time column needs at least two samples, got {times.size}"
+        )
     steps = np.diff(times)
     refuse_no_increase(path, times, steps, unit_s)
     shortest, longest = float(steps.min()), float(steps.max())
@@ -78,7 +80,9 @@ def even_time(path: Path, times: NDArray[np.float64], unit_s: float = 1.0) -> Ev
     regular = _even(times, even, float(even.max() - even.min()), unit_s)
     after = np.flatnonzero(~in_sequence)
     missing = [max(1, round(float(steps[i]) * unit_s * regular.rate_hz) - 1) for i in after]
-    return replace(regular, gaps=[[int(i) + 1, count] for i, count in zip(after, missing, strict=True)])
+    return replace(
+        regular, gaps=[[int(i) + 1, count] for i, count in zip(after, missing, strict=True)]
+    )
 
 
 def _even(times: Floats, steps: Floats, spread: float, unit_s: float) -> EvenTime:
@@ -93,7 +97,9 @@ def refuse_no_increase(path: Path, times: Floats, steps: Floats, unit_s: float) 
     """Raise `RecordingError` with the first time that is not finite or not above the one before it."""
     if not np.all(np.isfinite(steps)) or np.any(steps <= 0):
         row = int(np.argmin(np.where(np.isfinite(steps), steps, -np.inf))) + 1
-        raise RecordingError(f"{path.name}: time does not increase at sample {row} (t = {times[row] * unit_s} s)")
+        raise RecordingError(
+            f"{path.name}: time does not increase at sample {row} (t = {times[row] * unit_s} s)"
+        )
 
 
 @dataclass(frozen=True)
@@ -165,7 +171,11 @@ def _tick(times: Floats, steps: Floats) -> float:
     from_ends = np.minimum(near - short, short + tick - near)
     multiple = short / tick
     tolerance = 0.01 + noise / tick * (1.0 + multiple)
-    return tick if np.all(from_ends <= 0.01 * tick + noise) and abs(multiple - round(multiple)) <= tolerance else 0.0
+    return (
+        tick
+        if np.all(from_ends <= 0.01 * tick + noise) and abs(multiple - round(multiple)) <= tolerance
+        else 0.0
+    )
 
 
 def _is_even(even: Floats, quantum: Quantum) -> bool:
@@ -179,7 +189,10 @@ def _is_even(even: Floats, quantum: Quantum) -> bool:
     # A rate that moves evenly by MAX_RATE_DRIFT bends the times by an eighth of that, at its middle.
     departure = np.cumsum(deviation)
     bend = float(max(departure.max(), 0.0) - min(departure.min(), 0.0))
-    return bend <= 2.02 * quantum.total + MAX_LONE_DEVIATION * mean + MAX_RATE_DRIFT / 8 * even.size * mean
+    return (
+        bend
+        <= 2.02 * quantum.total + MAX_LONE_DEVIATION * mean + MAX_RATE_DRIFT / 8 * even.size * mean
+    )
 
 
 #: Parts of a record whose mean steps are compared.
@@ -195,7 +208,10 @@ def _description(times: Floats, unit_s: float, quantum: Quantum) -> str:
     range_text = f"from {steps.min() * unit_s:.6g} to {steps.max() * unit_s:.6g} s"
     at, bend = _bend(times)
     halves = (times[: at + 1], times[at:])
-    if all(_within_even(half, quantum) and _bend(half)[1] <= _STRAIGHT * bend + quantum.total for half in halves):
+    if all(
+        _within_even(half, quantum) and _bend(half)[1] <= _STRAIGHT * bend + quantum.total
+        for half in halves
+    ):
         before, after = ((half.size - 1) / (half[-1] - half[0]) / unit_s for half in halves)
         return (
             f"its time has two rates, {before:.6g} Hz up to sample {at} ({times[at] * unit_s:.6g} s) and "

@@ -11,7 +11,9 @@ class Meaning(Enum):
     """What a field would change if it were used."""
 
     SCALE = auto()  # a factor: 1 changes nothing
-    CALIBRATION = auto()  # volts per unit: changes nothing where the samples are in the unit already
+    CALIBRATION = (
+        auto()
+    )  # volts per unit: changes nothing where the samples are in the unit already
     OFFSET = auto()  # of values or of time: 0 changes nothing
     RATE = auto()  # a rate or a step: changes nothing where it is the one in use
     UNIT = auto()
@@ -27,9 +29,20 @@ _REMARK = re.compile(
     r"type|status|state|revision)\b"
 )
 _MEANINGS: tuple[tuple[Meaning, re.Pattern[str]], ...] = (
-    (Meaning.FILL_VALUE, re.compile(r"\b(?:fill ?values?|missing ?values?|no ?data(?: ?values?)?|no ?values?)\b")),
-    (Meaning.COUNT, re.compile(r"\b(?:gaps?|dropouts?|(?:lost|missing) samples|over ?ranges?|overflows?|invalid)\b")),
-    (Meaning.CALIBRATION, re.compile(r"\b(?:sensitivity|calib\w*|volts? per \w+|mv per \w+|full ?scale)\b")),
+    (
+        Meaning.FILL_VALUE,
+        re.compile(r"\b(?:fill ?values?|missing ?values?|no ?data(?: ?values?)?|no ?values?)\b"),
+    ),
+    (
+        Meaning.COUNT,
+        re.compile(
+            r"\b(?:gaps?|dropouts?|(?:lost|missing) samples|over ?ranges?|overflows?|invalid)\b"
+        ),
+    ),
+    (
+        Meaning.CALIBRATION,
+        re.compile(r"\b(?:sensitivity|calib\w*|volts? per \w+|mv per \w+|full ?scale)\b"),
+    ),
     (Meaning.UNIT, re.compile(r"\bunits?\b")),
     (Meaning.KIND, re.compile(r"\b(?:polarity|invert(?:ed)?|domain)\b")),
     (

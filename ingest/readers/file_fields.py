@@ -23,7 +23,22 @@ from .field_rules import FieldRule, Treatment
 #: Of a stated rate or step and the one in use.
 _AGREEMENT = 1e-3
 #: Texts that leave a field open.
-_NO_TEXT = frozenset({"", "-", "--", "none", "null", "n/a", "na", "nan", "unknown", "undefined", "not set", "default"})
+_NO_TEXT = frozenset(
+    {
+        "",
+        "-",
+        "--",
+        "none",
+        "null",
+        "n/a",
+        "na",
+        "nan",
+        "unknown",
+        "undefined",
+        "not set",
+        "default",
+    }
+)
 _OFF = frozenset({"0", "no", "off", "false", "none", "normal", "linear", "real", "time"})
 
 
@@ -64,7 +79,9 @@ def unread_field(
             continue
         rule = next((rule for rule in rules if rule.matches(name)), None)
         if rule is not None:
-            if rule.treatment is Treatment.REFUSED and not any(_same(value, neutral) for neutral in rule.neutral):
+            if rule.treatment is Treatment.REFUSED and not any(
+                _same(value, neutral) for neutral in rule.neutral
+            ):
                 return f"has {name} = {_shown(value)}; {rule.reason}"
         elif _may_change_numbers(name, value, unit, rate_hz):
             return (
@@ -105,7 +122,11 @@ def _may_change_numbers(name: str, value: Any, unit: str | None, rate_hz: float 
 
 def _says_nothing(value: Any) -> bool:
     plain = _plain(value)
-    if plain is None or plain is False or (isinstance(plain, str) and plain.strip().lower() in _NO_TEXT):
+    if (
+        plain is None
+        or plain is False
+        or (isinstance(plain, str) and plain.strip().lower() in _NO_TEXT)
+    ):
         return True
     if isinstance(plain, list | tuple):
         return all(map(_says_nothing, plain))
@@ -123,7 +144,9 @@ def _plain(value: Any) -> Any:
 def _numeric(value: Any) -> bool:
     """Whether a value is a number, several, or a text that begins with a number: `2.5 mV/g`, and no date."""
     plain = _plain(value)
-    return isinstance(plain, bool | int | float | complex | list | tuple) or _number(plain) is not None
+    return (
+        isinstance(plain, bool | int | float | complex | list | tuple) or _number(plain) is not None
+    )
 
 
 def _number(value: Any) -> float | None:
@@ -141,7 +164,9 @@ def _states_rate(number: float | None, rate_hz: float | None) -> bool:
     """Whether a number is the rate in use in Hz, kHz or MHz, or its step in s, ms, us or ns."""
     if not number or rate_hz is None:
         return False
-    candidates = [number * scale for scale in (1.0, 1e3, 1e6)] + [scale / number for scale in (1.0, 1e3, 1e6, 1e9)]
+    candidates = [number * scale for scale in (1.0, 1e3, 1e6)] + [
+        scale / number for scale in (1.0, 1e3, 1e6, 1e9)
+    ]
     return any(abs(candidate - rate_hz) <= _AGREEMENT * rate_hz for candidate in candidates)
 
 

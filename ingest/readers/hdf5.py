@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from .base import ReadingOptions, RecordingError, refuse_bomb
-from .contents import RATE_NAMES, Array, Contents, in_memory, limited, seconds_for, time_scale, to_python
+from .contents import (
+    RATE_NAMES,
+    Array,
+    Contents,
+    in_memory,
+    limited,
+    seconds_for,
+    time_scale,
+    to_python,
+)
 from .hdf5_fields import HDF5_FIELDS
 from .matlab_classes import matlab_obstacle, sparse_vector
 from .packing import NetcdfPacking, packing_of
@@ -46,7 +55,9 @@ def hdf5_contents(path: Path, open_files: ExitStack) -> Contents:
     import h5py
 
     with limited(seconds_for(path.stat().st_size)):
-        return _contents(path, open_files.enter_context(h5py.File(path, "r", locking="best-effort")))
+        return _contents(
+            path, open_files.enter_context(h5py.File(path, "r", locking="best-effort"))
+        )
 
 
 def _contents(path: Path, file: h5py.File) -> Contents:
@@ -79,13 +90,17 @@ def _contents(path: Path, file: h5py.File) -> Contents:
             statements.setdefault(group, {})[name] = text
         elif not str(to_python(dataset.attrs.get("NAME", ""))).startswith(_NO_VARIABLE):
             arrays.append(_array(path, dataset, scales))
-    return Contents(arrays, header={**_attributes(file), **texts}, statements=statements, rules=HDF5_FIELDS)
+    return Contents(
+        arrays, header={**_attributes(file), **texts}, statements=statements, rules=HDF5_FIELDS
+    )
 
 
 def _array(path: Path, dataset: h5py.Dataset, scales: dict[str, Floats]) -> Array:
     group, _, name = dataset.name.lstrip("/").rpartition("/")
     if dataset.is_virtual or dataset.external:
-        raise RecordingError(f"{path.name}: {name!r} keeps its samples in another file; expected them in this one")
+        raise RecordingError(
+            f"{path.name}: {name!r} keeps its samples in another file; expected them in this one"
+        )
     obstacle = matlab_obstacle(dataset) or _type_obstacle(dataset)
     if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
         return in_memory(name, np.empty(0), group=group, obstacle=obstacle)
@@ -106,7 +121,9 @@ def _array(path: Path, dataset: h5py.Dataset, scales: dict[str, Floats]) -> Arra
         rate_hz=_rate_above(dataset) if rate is None else rate,
         start_s=float(own.get("start_s", 0.0)),
         times_s=times,
-        header={key: value for key, value in own.items() if not key.startswith(("MATLAB_", "H5PATH"))},
+        header={
+            key: value for key, value in own.items() if not key.startswith(("MATLAB_", "H5PATH"))
+        },
         fields=own,
         obstacle=obstacle or axis,
     )
@@ -123,20 +140,31 @@ def _type_obstacle(dataset: h5py.Dataset) -> str | None:
     return None
 
 
-def _times_of(path: Path, dataset: h5py.Dataset, scales: dict[str, Floats]) -> tuple[Floats | None, str | None]:
+def _times_of(
+    path: Path, dataset: h5py.Dataset, scales: dict[str, Floats]
+) -> tuple[Floats | None, str | None]:
     """Times in seconds by the dimension scale of the samples' axis, and why a scale is no time; None where there is no
     scale with values."""
-    if not dataset.shape or "DIMENSION_LIST" not in dataset.attrs or sum(length != 1 for length in dataset.shape) > 1:
+    if (
+        not dataset.shape
+        or "DIMENSION_LIST" not in dataset.attrs
+        or sum(length != 1 for length in dataset.shape) > 1
+    ):
         return None, None
     for scale in dataset.dims[int(np.argmax(dataset.shape))].values():
         own = _attributes(scale)
         name = scale.name.rpartition("/")[2]
         if str(own.get("NAME", "")).startswith(_NO_VARIABLE) or scale.shape != dataset.shape:
             continue
-        unit = next((str(own[key]).partition(" since ")[0] for key in ("units", "unit") if key in own), None)
+        unit = next(
+            (str(own[key]).partition(" since ")[0] for key in ("units", "unit") if key in own), None
+        )
         seconds = time_scale(name, unit)
         if seconds is None:
-            return None, f"is over {name!r} in {unit!r}, which is no time; expected samples over time"
+            return (
+                None,
+                f"is over {name!r} in {unit!r}, which is no time; expected samples over time",
+            )
         if scale.name not in scales:
             refuse_bomb(path, name, scale.size, 8)
             packing = packing_of(path, name, own, scale.dtype)
@@ -153,7 +181,12 @@ def _refuse_other_size(path: Path, dataset: h5py.Dataset, name: str) -> None:
     if dataset.chunks is not None and dataset.size:
         refuse_bomb(path, name, dataset.size, dataset.dtype.itemsize)
         chunks = int(
-            np.prod([-(-length // chunk) for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)])
+            np.prod(
+                [
+                    -(-length // chunk)
+                    for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)
+                ]
+            )
         )
         if dataset.id.get_num_chunks() < chunks:
             raise RecordingError(
@@ -161,7 +194,9 @@ def _refuse_other_size(path: Path, dataset: h5py.Dataset, name: str) -> None:
                 "pieces, which would be read as fill values; save the part that was recorded"
             )
     if dataset.chunks is None and stored != needed:
-        raise RecordingError(f"{path.name}: {name!r} has {stored} bytes; its shape {dataset.shape} needs {needed}")
+        raise RecordingError(
+            f"{path.name}: {name!r} has {stored} bytes; its shape {dataset.shape} needs {needed}"
+        )
 
 
 def _taker(path: Path, dataset: h5py.Dataset) -> Any:
@@ -200,9 +235,13 @@ def _rate_above(dataset: h5py.Dataset) -> Any:
 def _attributes(item: Any) -> dict[str, Any]:
     import h5py
 
-    values = {to_python(key): item.attrs[key] for key in item.attrs}  # a name that is no UTF-8 comes as bytes
+    values = {
+        to_python(key): item.attrs[key] for key in item.attrs
+    }  # a name that is no UTF-8 comes as bytes
     return {
-        key: to_python(value) for key, value in values.items() if not isinstance(value, h5py.Empty | h5py.Reference)
+        key: to_python(value)
+        for key, value in values.items()
+        if not isinstance(value, h5py.Empty | h5py.Reference)
     }
 
 

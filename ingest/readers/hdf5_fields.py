@@ -18,8 +18,14 @@ HDF5_FIELDS: tuple[FieldRule, ...] = (
     used("valid_range", "netCDF: a sample outside is NaN, as it is beyond valid_min and valid_max"),
     used("valid_m[ia][nx]", "netCDF: a sample beyond is NaN"),
     used("_Unsigned", "netCDF: whole numbers without a sign"),
-    used("DIMENSION_LIST", "HDF5: the dimension scale of a data set, which is its time; another axis is refused"),
-    used("MATLAB_*", "MATLAB 7.3: class, sparse matrices, empty arrays; objects, cells and logical arrays are refused"),
+    used(
+        "DIMENSION_LIST",
+        "HDF5: the dimension scale of a data set, which is its time; another axis is refused",
+    ),
+    used(
+        "MATLAB_*",
+        "MATLAB 7.3: class, sparse matrices, empty arrays; objects, cells and logical arrays are refused",
+    ),
     harmless("CLASS", "HDF5: marks a dimension scale"),
     harmless("NAME", "HDF5: the name of a dimension scale; one without values is no channel"),
     harmless("REFERENCE_LIST", "HDF5: the data sets of a dimension scale"),
@@ -33,5 +39,10 @@ HDF5_FIELDS: tuple[FieldRule, ...] = (
     harmless("calendar", "CF: of dates, which are left out"),
     harmless("actual_range", "netCDF: the extremes of the values"),
     refused("bounds", "the samples are means over cells; save the samples themselves", ""),
-    refused("cell_methods", "the samples are computed over cells; save the samples themselves", "", "time: point"),
+    refused(
+        "cell_methods",
+        "the samples are computed over cells; save the samples themselves",
+        "",
+        "time: point",
+    ),
 )

@@ -21,7 +21,9 @@ from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"
 _MICROSECOND = 1e-6
-_RATIO = re.compile(r"(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?)(?:\s*/\s*(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?))?")
+_RATIO = re.compile(
+    r"(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?)(?:\s*/\s*(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?))?"
+)
 #: Bytes of one sample as the library hands it on, with its time; a file stores one in two or three bytes.
 _SAMPLE_BYTES = 16
 
@@ -40,7 +42,9 @@ class IdeReader(ArrayReader):
         refuse_cut(path)
         with _no_compromise(path) as importer:
             stream = open_files.enter_context(BoundedFile(path.open("rb", buffering=0)))
-            dataset = open_files.enter_context(importer.openFile(stream, name=path.stem, quiet=True))
+            dataset = open_files.enter_context(
+                importer.openFile(stream, name=path.stem, quiet=True)
+            )
             importer.readData(dataset)
             if dataset.fileDamaged or len(dataset.sessions) != 1:
                 raise RecordingError(
@@ -49,7 +53,9 @@ class IdeReader(ArrayReader):
             parts = [part for channel in dataset.channels.values() for part in channel.subchannels]
             arrays = [array for part in parts if (array := _array(path, part)) is not None]
             recorder = {
-                key: value for key, value in dataset.recorderInfo.items() if isinstance(value, int | float | str)
+                key: value
+                for key, value in dataset.recorderInfo.items()
+                if isinstance(value, int | float | str)
             }
         refuse_unread_fields(path, self.fields, recorder, "the recorder", options)
         return Contents(arrays, header=recorder)
@@ -131,7 +137,9 @@ def refuse_cut(path: Path) -> None:
     size, position = path.stat().st_size, 0
     with path.open("rb") as file:
         if file.read(4) != _EBML:
-            raise RecordingError(f"{path.name}: does not start as an EBML file; it is no .ide recording")
+            raise RecordingError(
+                f"{path.name}: does not start as an EBML file; it is no .ide recording"
+            )
         while position < size:
             file.seek(position)
             head = file.read(12)
@@ -139,11 +147,15 @@ def refuse_cut(path: Path) -> None:
             length_bytes = _width(head, id_bytes)
             start = position + id_bytes + length_bytes
             if id_bytes > 4 or len(head) < id_bytes + length_bytes:
-                raise RecordingError(f"{path.name}: no whole element starts at byte {position}; it is damaged")
+                raise RecordingError(
+                    f"{path.name}: no whole element starts at byte {position}; it is damaged"
+                )
             coded = int.from_bytes(head[id_bytes : id_bytes + length_bytes], "big")
             position = start + coded - (1 << 7 * length_bytes)
             if position > size:
-                raise RecordingError(f"{path.name}: is cut: {size} bytes, and an element ends at byte {position}")
+                raise RecordingError(
+                    f"{path.name}: is cut: {size} bytes, and an element ends at byte {position}"
+                )
 
 
 def _width(head: bytes, at: int) -> int:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...delimited_text import parse_number
+from ...files.delimited_text import parse_number
 from .base import RecordingError
 from .contents import TIME_UNITS, name_and_unit
 from .instruments import HEADER_FILE, INSTRUMENTS, SEQUENCE, TIME, Instrument
@@ -29,14 +29,23 @@ _NUMBER = re.compile(r"[-+]?[\d.,]+(?:[eE][-+]?\d+)?")
 
 def recognised(rows: Sequence[Sequence[str]]) -> Instrument | None:
     """The instrument whose signs all stand in these lines."""
-    cells = [cell.rstrip(" =:") if not STATEMENT.fullmatch(cell) else cell for row in rows for cell in row if cell]
+    cells = [
+        cell.rstrip(" =:") if not STATEMENT.fullmatch(cell) else cell
+        for row in rows
+        for cell in row
+        if cell
+    ]
     for instrument in INSTRUMENTS:
-        if not instrument.beside and all(any(_is(sign, cell) for cell in cells) for sign in instrument.signs):
+        if not instrument.beside and all(
+            any(_is(sign, cell) for cell in cells) for sign in instrument.signs
+        ):
             return instrument
     return None
 
 
-def header_fields(lines: Sequence[str], table: TextTable, heading: Sequence[Sequence[str]] = ()) -> Fields:
+def header_fields(
+    lines: Sequence[str], table: TextTable, heading: Sequence[Sequence[str]] = ()
+) -> Fields:
     """`# fs = 51200`, `fs: 51200`, `fs;51200` and `fs;51200;51200` in the lines above the numbers but `heading`."""
     fields: Fields = {}
     titles = table.titles
@@ -44,7 +53,9 @@ def header_fields(lines: Sequence[str], table: TextTable, heading: Sequence[Sequ
         cells = [cell for cell in row if cell]
         match = STATEMENT.fullmatch(COMMENT.sub("", line, count=1).strip())
         if match is not None and (len(cells) < 2 or table.delimiter == BLANKS):
-            fields[match.group(1).strip()] = match.group(2).strip().rstrip(table.delimiter).lstrip(",;\t")
+            fields[match.group(1).strip()] = (
+                match.group(2).strip().rstrip(table.delimiter).lstrip(",;\t")
+            )
         elif len(cells) > 1 and row[0] and row not in heading and row not in titles:
             fields |= _fields_of_row(cells)
     return fields
@@ -53,12 +64,18 @@ def header_fields(lines: Sequence[str], table: TextTable, heading: Sequence[Sequ
 def _fields_of_row(cells: Sequence[str]) -> Fields:
     """`Segments,1,SegmentSize,2000` is two fields; otherwise the first cell is the key of the others."""
     keys, values = cells[::2], cells[1::2]
-    if len(keys) == len(values) and not any(map(_NUMBER.fullmatch, keys)) and all(map(_NUMBER.fullmatch, values)):
+    if (
+        len(keys) == len(values)
+        and not any(map(_NUMBER.fullmatch, keys))
+        and all(map(_NUMBER.fullmatch, values))
+    ):
         return {key.rstrip(" =:"): value for key, value in zip(keys, values, strict=True)}
     return {cells[0].rstrip(" =:"): _values(cells)}
 
 
-def layout_of(path: Path, instrument: Instrument, table: TextTable, decimal: str | None = None) -> Layout:
+def layout_of(
+    path: Path, instrument: Instrument, table: TextTable, decimal: str | None = None
+) -> Layout:
     """By the entry of the instrument. Raises `RecordingError` naming the field that is not understood."""
     above = table.rows[: table.first]
     units_lines = [line for key in instrument.units if (line := _line(above, key)) is not None]
@@ -68,13 +85,20 @@ def layout_of(path: Path, instrument: Instrument, table: TextTable, decimal: str
     used_lines = [above[i] for i in (heading, *units_lines[:1]) if i is not None]
     fields = header_fields(table.lines[: table.first], table, used_lines)
     if heading is not None:
-        fields |= _in_heading(above[heading], above[heading + 1] if heading + 1 < len(above) else [])
+        fields |= _in_heading(
+            above[heading], above[heading + 1] if heading + 1 < len(above) else []
+        )
     names = _names(instrument, above, heading, table)
     units: list[str | None] = [None] * table.columns
     for line in units_lines:
-        units = [unit or _unit(label) for unit, label in zip(units, _aligned(above[line], table), strict=True)]
+        units = [
+            unit or _unit(label)
+            for unit, label in zip(units, _aligned(above[line], table), strict=True)
+        ]
     if not units_lines:
-        units = [_unit(next((_first(fields[key]) for key in instrument.units if key in fields), ""))] * table.columns
+        units = [
+            _unit(next((_first(fields[key]) for key in instrument.units if key in fields), ""))
+        ] * table.columns
     if not units_lines and heading is not None and table.titles and table.titles[-1] != names:
         units = [_unit(label) for label in table.titles[-1]]
     keys = [unit for unit in units if unit and any(_is(key, unit) for key in instrument.units)]
@@ -83,9 +107,15 @@ def layout_of(path: Path, instrument: Instrument, table: TextTable, decimal: str
     if instrument.first:
         unit = units[0] or labelled[0][1]
         is_time = instrument.first == TIME
-        labelled[0] = ("time", unit if unit and unit.lower() in TIME_UNITS else "s") if is_time else ("", None)
+        labelled[0] = (
+            ("time", unit if unit and unit.lower() in TIME_UNITS else "s")
+            if is_time
+            else ("", None)
+        )
     time_unit = _first(fields.get(instrument.time_unit, "")) or None
-    columns = [(name, time_unit if time_unit and _is("TIME", name) else unit) for name, unit in labelled]
+    columns = [
+        (name, time_unit if time_unit and _is("TIME", name) else unit) for name, unit in labelled
+    ]
     return Layout(
         table.delimiter,
         decimal,
@@ -110,13 +140,23 @@ def beside_layout(path: Path, lines: Sequence[str]) -> Layout | None:
     """Settings in the first three columns, time and one channel in the next two, as the first line shows; else None."""
     rows = [split(line, ",") for line in lines[:40]]
     top = rows[0] if rows else []
-    instrument = next((i for i in INSTRUMENTS if i.beside and top and _is(i.signs[0], top[0])), None)
-    if instrument is None or len(top) < _BESIDE_COLUMNS + 2 or not _NUMBER.fullmatch(top[_BESIDE_COLUMNS]):
+    instrument = next(
+        (i for i in INSTRUMENTS if i.beside and top and _is(i.signs[0], top[0])), None
+    )
+    if (
+        instrument is None
+        or len(top) < _BESIDE_COLUMNS + 2
+        or not _NUMBER.fullmatch(top[_BESIDE_COLUMNS])
+    ):
         return None
     fields: Fields = {row[0]: row[1] for row in rows if len(row) > 1 and row[0]}
     rest = [""] * (len(top) - _BESIDE_COLUMNS - 2)
     settings = [""] * _BESIDE_COLUMNS
-    units = [*settings, *(_first(fields.get(key, "")) for key in (instrument.time_unit, instrument.units[0])), *rest]
+    units = [
+        *settings,
+        *(_first(fields.get(key, "")) for key in (instrument.time_unit, instrument.units[0])),
+        *rest,
+    ]
     return Layout(
         ",",
         None,
@@ -168,13 +208,17 @@ def _is(pattern: str, cell: str) -> bool:
 
 def _line(rows: Sequence[Sequence[str]], pattern: str) -> int | None:
     """The last line whose first cell is this."""
-    lines = [i for i, row in enumerate(rows) if pattern and row and _is(pattern, row[0].rstrip(" =:"))]
+    lines = [
+        i for i, row in enumerate(rows) if pattern and row and _is(pattern, row[0].rstrip(" =:"))
+    ]
     return lines[-1] if lines else None
 
 
 def _values(row: Sequence[str]) -> str | list[str]:
     """The values of a line behind its key: one where all are the same, a list of numbers that differ, else a text."""
-    values = [match.group(2) if (match := _PREFIXED.fullmatch(cell)) else cell for cell in row[1:] if cell]
+    values = [
+        match.group(2) if (match := _PREFIXED.fullmatch(cell)) else cell for cell in row[1:] if cell
+    ]
     values = [value for value in values if value != row[0]]
     if values and all(map(_NUMBER.fullmatch, values)) and len(set(values)) > 1:
         return values
@@ -200,7 +244,9 @@ def _in_heading(heading: Sequence[str], below: Sequence[str]) -> Fields:
     return fields
 
 
-def _names(instrument: Instrument, above: Sequence[list[str]], heading: int | None, table: TextTable) -> list[str]:
+def _names(
+    instrument: Instrument, above: Sequence[list[str]], heading: int | None, table: TextTable
+) -> list[str]:
     if heading is not None:
         width = table.columns - table.empty_at_end
         names = ["" if _assigns(instrument, name) else name for name in above[heading][:width]]
@@ -215,7 +261,10 @@ def _names(instrument: Instrument, above: Sequence[list[str]], heading: int | No
         return ["", *names[1:]] if keyed else names
     width = table.columns - table.empty_at_end
     numbers = range(0 if instrument.first else 1, table.columns + 1)
-    return [f"CH{number}" if i < width else "" for i, number in zip(range(table.columns), numbers, strict=False)]
+    return [
+        f"CH{number}" if i < width else ""
+        for i, number in zip(range(table.columns), numbers, strict=False)
+    ]
 
 
 def _aligned(row: Sequence[str], table: TextTable) -> list[str]:
@@ -224,7 +273,9 @@ def _aligned(row: Sequence[str], table: TextTable) -> list[str]:
     while cells and not cells[-1]:
         cells.pop()
     width = table.columns - table.empty_at_end
-    return [*(cells[1:] if len(cells) == width + 1 else cells)[:width], *[""] * table.columns][: table.columns]
+    return [*(cells[1:] if len(cells) == width + 1 else cells)[:width], *[""] * table.columns][
+        : table.columns
+    ]
 
 
 def _labelled(instrument: Instrument, name: str, unit: str | None) -> tuple[str, str | None]:

@@ -18,7 +18,9 @@ INSTRUMENT_FIELDS: tuple[FieldRule, ...] = (
     used("Tinterval", "PicoScope: the step in seconds"),
     used("Tstart", "PicoScope: the time of the first sample in seconds"),
     harmless("*Length", "PicoScope: the number of samples"),
-    used("*_time_*", "Dewesoft: the times of the channel of the same name without `time`, in seconds"),
+    used(
+        "*_time_*", "Dewesoft: the times of the channel of the same name without `time`, in seconds"
+    ),
     used("x_values.*", "Testlab: start, step and unit of the axis; one that is no time is refused"),
     harmless(
         "y_values.quantity.*",
@@ -34,13 +36,17 @@ Facts = Mapping[str, Mapping[str, Any]]
 
 def with_instrument_axes(contents: Contents) -> Contents:
     """`contents` with the rate, start and unit of arrays that such a structure states."""
-    facts: dict[str, dict[str, Any]] = {group: dict(values) for group, values in contents.statements.items()}
+    facts: dict[str, dict[str, Any]] = {
+        group: dict(values) for group, values in contents.statements.items()
+    }
     for array in contents.arrays:
         if array.samples == 1 and array.dtype.kind in "iuf":
             facts.setdefault(array.group, {})[array.name] = to_python(array.take(0, 1))
     times: dict[tuple[str, str], Array] = {}
     for array in contents.arrays:
-        if (match := _DEWESOFT_TIME.fullmatch(array.name)) is not None and array.dtype.kind in "iuf":
+        if (
+            match := _DEWESOFT_TIME.fullmatch(array.name)
+        ) is not None and array.dtype.kind in "iuf":
             times[array.group, f"{match.group(1)}_{match.group(2)}"] = array
     arrays = []
     for array in contents.arrays:
@@ -48,14 +54,24 @@ def with_instrument_axes(contents: Contents) -> Contents:
         if any(array is other for other in times.values()):
             continue
         if time is not None and time.samples == array.samples:
-            array = replace(array, times_s=np.asarray(time.take(0, time.samples), dtype=np.float64), rate_hz=None)
+            array = replace(
+                array,
+                times_s=np.asarray(time.take(0, time.samples), dtype=np.float64),
+                rate_hz=None,
+            )
         arrays.append(_of_testlab(_of_picoscope(array, facts), facts))
     return replace(contents, arrays=arrays)
 
 
 def _of_picoscope(array: Array, facts: Facts) -> Array:
     step = facts.get(array.group, {}).get("Tinterval")
-    if step is None or not _positive(step) or array.samples == 1 or array.is_time or array.rate_hz is not None:
+    if (
+        step is None
+        or not _positive(step)
+        or array.samples == 1
+        or array.is_time
+        or array.rate_hz is not None
+    ):
         return array
     start = facts[array.group].get("Tstart", 0.0)
     return replace(array, rate_hz=rate_from_step(float(step)), start_s=float(start))
@@ -70,14 +86,19 @@ def _of_testlab(array: Array, facts: Facts) -> Array:
     seconds = time_scale("", label) if label else None
     if seconds is None:
         stated = f"in {label!r}, which is no time" if label else "of no stated unit"
-        return replace(array, obstacle=f"is over x_values {stated}; export a time signal, with its unit")
+        return replace(
+            array, obstacle=f"is over x_values {stated}; export a time signal, with its unit"
+        )
     for axis_name in ("y_values", "x_values"):
         group = f"{signal}/{axis_name}/quantity/unit_transformation"
         for name, neutral in (("factor", 1.0), ("offset", 0.0)):
             value = facts.get(group, {}).get(name, neutral)
             if value != neutral:
                 place = group.removeprefix(f"{signal}/").replace("/", ".")
-                return replace(array, obstacle=f"has {place}.{name} = {value!r}; export it in its own unit, with none")
+                return replace(
+                    array,
+                    obstacle=f"has {place}.{name} = {value!r}; export it in its own unit, with none",
+                )
     return replace(
         array,
         rate_hz=rate_from_step(float(axis["increment"]) * seconds),
@@ -86,4 +107,9 @@ def _of_testlab(array: Array, facts: Facts) -> Array:
 
 
 def _positive(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value) and value > 0
+    return (
+        isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and np.isfinite(value)
+        and value > 0
+    )

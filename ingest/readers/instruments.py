@@ -47,7 +47,11 @@ class Instrument:
         """What becomes of each field, those that give names, units, rate, start and length first."""
         places = (
             *((name, "names of the channels") for name in self.names),
-            *((name, "units of the channels") for name in self.units if self.names or self.time_unit),
+            *(
+                (name, "units of the channels")
+                for name in self.units
+                if self.names or self.time_unit
+            ),
             (self.time_unit, "unit of time"),
             (self.step, "step between samples"),
             (self.rate, "sampling rate"),
@@ -64,7 +68,8 @@ _ABOUT = "describes the instrument"
 _SEGMENTS = "its segments would be read as one record; export one segment a file"
 #: What oscilloscopes of all makers write of their screens.
 SCREEN_FIELDS = tuple(
-    harmless(name, _SCREEN) for name in ("Vertical Scale", "Vertical Offset", "Horizontal Scale", "Horizontal Offset")
+    harmless(name, _SCREEN)
+    for name in ("Vertical Scale", "Vertical Offset", "Horizontal Scale", "Horizontal Offset")
 )
 
 INSTRUMENTS: tuple[Instrument, ...] = (
@@ -138,7 +143,10 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         fields=(
             refused("Count", _SEGMENTS, "1"),
             *(harmless(name, _APPLIED) for name in ("YInc", "YOrg")),
-            *(harmless(name, _SCREEN) for name in ("XRange", "XOffset", "YRange", "YOffset", "YData*")),
+            *(
+                harmless(name, _SCREEN)
+                for name in ("XRange", "XOffset", "YRange", "YOffset", "YData*")
+            ),
         ),
     ),
     *(
@@ -167,12 +175,18 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         fields=(
             harmless("Yzero", _APPLIED),
             harmless("Probe Atten", _APPLIED),
-            refused("Pt Fmt", "it keeps two values for each point; save again with point format Y", "Y"),
+            refused(
+                "Pt Fmt", "it keeps two values for each point; save again with point format Y", "Y"
+            ),
         ),
     ),
     Instrument(
         "Tektronix MDO, MSO, DPO: settings above the columns",
-        signs=("Model|Waveform Type|Point Format|Sample Interval", "Vertical Units", r"TIME( ?\(\w+\))?"),
+        signs=(
+            "Model|Waveform Type|Point Format|Sample Interval",
+            "Vertical Units",
+            r"TIME( ?\(\w+\))?",
+        ),
         heading=r"TIME( ?\(\w+\))?",
         units=("Vertical Units",),
         time_unit="Horizontal Units",
@@ -184,7 +198,11 @@ INSTRUMENTS: tuple[Instrument, ...] = (
             harmless("Threshold Used", "is the level between the states of digital channels"),
             harmless("Gating", "a part that was chosen is shorter than the record"),
             refused("FastFrame Count", _SEGMENTS, "1"),
-            refused("Point Format", "it keeps two values for each point; save again with point format Y", "Y"),
+            refused(
+                "Point Format",
+                "it keeps two values for each point; save again with point format Y",
+                "Y",
+            ),
         ),
     ),
     Instrument(
@@ -292,7 +310,9 @@ HEADER_FILE = Instrument(
         harmless("SignalRecordLength", "is the number on the screen"),
         refused("NumberOfAcquisitions", _SEGMENTS, "1"),
         refused("NofAcquisitions", _SEGMENTS, "1"),
-        refused("SignalType", "it is no record over time", "Normal", "Source", "eRS_SIGNAL_TYPE_NORMAL"),
+        refused(
+            "SignalType", "it is no record over time", "Normal", "Source", "eRS_SIGNAL_TYPE_NORMAL"
+        ),
         harmless("*Vertical*", _SCREEN),
         harmless("*Division*", _SCREEN),
         harmless("*Quantisation*", _APPLIED),

@@ -44,7 +44,9 @@ class LvmReader(ArrayReader):
         lines = text.splitlines(keepends=True)
         parsed = lvm_read.read_lines(lines, separator=_separator(path, lines))
         if parsed["Segments"] != 1 or "Channel names" not in parsed[0]:
-            raise RecordingError(f"{path.name}: has {parsed['Segments']} segments; expected one, with channels")
+            raise RecordingError(
+                f"{path.name}: has {parsed['Segments']} segments; expected one, with channels"
+            )
         header = _header(parsed)
         refuse_unread_fields(path, self.fields, header, "the file", options)
         stated = {key: value for key, value in parsed[0].items() if key not in _NO_FIELDS}
@@ -86,7 +88,9 @@ def _arrays(path: Path, parsed: dict[Any, Any], text: str, options: ReadingOptio
     first = 1 if x_columns == "One" else 0
     names = segment["Channel names"][first : first + count]
     if numbers.ndim != 2 or numbers.shape[1] < first + count or len(names) != count:
-        raise RecordingError(f"{path.name}: declares {count} channels, its lines hold {numbers.shape[-1] - first}")
+        raise RecordingError(
+            f"{path.name}: declares {count} channels, its lines hold {numbers.shape[-1] - first}"
+        )
     lengths = _lengths(path, parsed, len(numbers), first == 1 or is_harmless("Samples", options))
     columns = [numbers[: lengths[i], first + i] for i in range(count)]
     _refuse_unreadable(path, columns, text)
@@ -96,7 +100,13 @@ def _arrays(path: Path, parsed: dict[Any, Any], text: str, options: ReadingOptio
     units = [*segment.get("Y_Unit_Label", []), *[""] * count]
     headers = [{**clock.pop("header", {}), **zero} for clock in clocks]
     return [
-        in_memory(names[i], np.ascontiguousarray(columns[i]), unit=units[i], header=headers[i], **clocks[i])
+        in_memory(
+            names[i],
+            np.ascontiguousarray(columns[i]),
+            unit=units[i],
+            header=headers[i],
+            **clocks[i],
+        )
         for i in range(count)
     ]
 
@@ -111,7 +121,9 @@ def _lengths(path: Path, parsed: dict[Any, Any], rows: int, gaps_known: bool) ->
     declared = [int(samples) for samples in parsed[0].get("Samples", [])[:count]]
     longest = max(declared, default=0)
     if len(declared) != count or longest == 0:
-        raise RecordingError(f"{path.name}: declares samples {declared} for {count} channels; expected one each")
+        raise RecordingError(
+            f"{path.name}: declares samples {declared} for {count} channels; expected one each"
+        )
     if parsed.get("Multi_Headings") == "No" and rows % longest == 0 and min(declared) == longest:
         if rows > longest and not gaps_known:
             raise RecordingError(
@@ -122,7 +134,9 @@ def _lengths(path: Path, parsed: dict[Any, Any], rows: int, gaps_known: bool) ->
             )
         return [rows] * count
     if rows != longest:
-        raise RecordingError(f"{path.name}: declares {longest} samples and holds {rows}; it is cut or damaged")
+        raise RecordingError(
+            f"{path.name}: declares {longest} samples and holds {rows}; it is cut or damaged"
+        )
     return declared
 
 
@@ -133,8 +147,14 @@ def _refuse_unreadable(path: Path, columns: list[NDArray[np.float64]], text: str
         return
     written = text[text.index("X_Value") :].lower().count("nan")
     if missing > written:
-        raise RecordingError(f"{path.name}: {missing - written} fields are not numbers; a line is cut or damaged")
+        raise RecordingError(
+            f"{path.name}: {missing - written} fields are not numbers; a line is cut or damaged"
+        )
 
 
 def _header(parsed: dict[Any, Any]) -> dict[str, str]:
-    return {key: value for key, value in parsed.items() if isinstance(key, str) and key and isinstance(value, str)}
+    return {
+        key: value
+        for key, value in parsed.items()
+        if isinstance(key, str) and key and isinstance(value, str)
+    }

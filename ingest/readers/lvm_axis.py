@@ -64,7 +64,9 @@ def _absolute(path: Path, date: str, time: str) -> np.datetime64 | None:
     try:
         midnight = np.datetime64(f"{year:04d}-{month:02d}-{number:02d}", "ns")
     except ValueError as error:
-        raise RecordingError(f"{path.name}: Date is {date!r}; expected a day as yyyy/mm/dd") from error
+        raise RecordingError(
+            f"{path.name}: Date is {date!r}; expected a day as yyyy/mm/dd"
+        ) from error
     since = (int(hour) * 60 + int(minute)) * 60 + int(second)
     return midnight + np.timedelta64(since, "s") + np.timedelta64(nanoseconds, "ns")
 
@@ -77,13 +79,20 @@ def _per_channel(segment: Mapping[str, Any], key: str, count: int) -> list[str]:
 
 
 def channel_clock(
-    path: Path, segment: Mapping[str, Any], channel: int, count: int, column: Floats | None, start_s: float | None
+    path: Path,
+    segment: Mapping[str, Any],
+    channel: int,
+    count: int,
+    column: Floats | None,
+    start_s: float | None,
 ) -> dict[str, Any]:
     """Rate, start, gaps or obstacle of a channel, as `Array` takes them, from `Delta_X` and `X0` and the X column.
 
     `column` are the X values of the channel's samples, where the file has them.
     """
-    name, unit = (_per_channel(segment, key, count)[channel] for key in ("X_Dimension", "X_Unit_Label"))
+    name, unit = (
+        _per_channel(segment, key, count)[channel] for key in ("X_Dimension", "X_Unit_Label")
+    )
     unit_s = seconds_per_unit_of_x(name, unit)
     if unit_s is None:
         return {
@@ -98,13 +107,19 @@ def channel_clock(
         }
     step, offset = (_number(segment, key, channel) for key in ("Delta_X", "X0"))
     if offset is not None and abs(offset * unit_s) > _ABSOLUTE_S:
-        return {"obstacle": f"has X0 = {offset}, an absolute time beside Date and Time; write relative time"}
+        return {
+            "obstacle": f"has X0 = {offset}, an absolute time beside Date and Time; write relative time"
+        }
     if step is None:
         if column is None:
-            raise RecordingError(f"{path.name}: has neither Delta_X nor an X column; expected one of them")
+            raise RecordingError(
+                f"{path.name}: has neither Delta_X nor an X column; expected one of them"
+            )
         return {"times_s": column * unit_s + start_s}
     if not step > 0.0:
-        raise RecordingError(f"{path.name}: Delta_X is {step} {unit or 's'}; expected a step above 0")
+        raise RecordingError(
+            f"{path.name}: Delta_X is {step} {unit or 's'}; expected a step above 0"
+        )
     first_s = 0.0 if offset is None else offset * unit_s
     clock = {"rate_hz": rate_from_step(step * unit_s, _PRINTED_STEP), "start_s": first_s + start_s}
     return clock if column is None else _with_column(path, clock, column * unit_s, start_s)
@@ -112,10 +127,14 @@ def channel_clock(
 
 def _number(segment: Mapping[str, Any], key: str, channel: int) -> float | None:
     values: Sequence[Any] = segment.get(key, [])
-    return float(values[channel]) if channel < len(values) and np.isfinite(values[channel]) else None
+    return (
+        float(values[channel]) if channel < len(values) and np.isfinite(values[channel]) else None
+    )
 
 
-def _with_column(path: Path, clock: dict[str, Any], times_s: Floats, start_s: float) -> dict[str, Any]:
+def _with_column(
+    path: Path, clock: dict[str, Any], times_s: Floats, start_s: float
+) -> dict[str, Any]:
     """`Delta_X` beside an X column: gaps are the column's, and the two must agree."""
     rate_hz = clock["rate_hz"]
     try:

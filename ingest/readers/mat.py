@@ -24,7 +24,11 @@ _DTYPES = {
     "double": "f8",
     "single": "f4",
     "logical": "?",
-    **{f"{sign}int{8 * size}": f"{sign or 'i'}{size}" for sign in ("", "u") for size in (1, 2, 4, 8)},
+    **{
+        f"{sign}int{8 * size}": f"{sign or 'i'}{size}"
+        for sign in ("", "u")
+        for size in (1, 2, 4, 8)
+    },
 }
 _LONGEST_TEXT = 4096
 
@@ -43,7 +47,11 @@ class MatReader(ArrayReader):
     def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         import h5py
 
-        contents = hdf5_contents(path, open_files) if h5py.is_hdf5(path) else _mat5_contents(path, refuse_damaged(path))
+        contents = (
+            hdf5_contents(path, open_files)
+            if h5py.is_hdf5(path)
+            else _mat5_contents(path, refuse_damaged(path))
+        )
         return with_instrument_axes(replace(contents, rules=self.fields))
 
 
@@ -51,14 +59,25 @@ def _mat5_contents(path: Path, complex_names: set[str]) -> Contents:
     from scipy.io import whosmat
 
     structures, texts_by_group = struct_arrays(path)
-    listed = [(name, shape, kind) for name, shape, kind in whosmat(path) if not name.startswith("__")]
+    listed = [
+        (name, shape, kind) for name, shape, kind in whosmat(path) if not name.startswith("__")
+    ]
     declared = [variable for variable in listed if variable[0] not in structures]
-    texts = [n for n, shape, kind in declared if kind == "char" and 0 < np.prod(shape) <= _LONGEST_TEXT]
+    texts = [
+        n for n, shape, kind in declared if kind == "char" and 0 < np.prod(shape) <= _LONGEST_TEXT
+    ]
     header = {name: " ".join(_load(path, name).reshape(-1)) for name in texts}
-    kinds = {name: "complex" if name in complex_names else _DTYPES.get(kind, "O") for name, _, kind in declared}
+    kinds = {
+        name: "complex" if name in complex_names else _DTYPES.get(kind, "O")
+        for name, _, kind in declared
+    }
     arrays = [
         Array(
-            name, shape, np.dtype(kinds[name]), lazy_array(partial(_load, path, name)), obstacle=_class_obstacle(kind)
+            name,
+            shape,
+            np.dtype(kinds[name]),
+            lazy_array(partial(_load, path, name)),
+            obstacle=_class_obstacle(kind),
         )
         for name, shape, kind in declared
         if name not in texts

@@ -38,7 +38,9 @@ def byte_order(path: Path) -> str:
     order = {b"IM": "<", b"MI": ">"}.get(header[126:128])
     # With a zero among the first four bytes scipy reads version 4, whatever the rest says.
     if order is None or 0 in header[:4] or struct.unpack(f"{order}H", header[124:126])[0] != 0x0100:
-        raise RecordingError(f"{path.name}: is not a MATLAB file of version 5 or 7.3; save it with -v7 or -v7.3")
+        raise RecordingError(
+            f"{path.name}: is not a MATLAB file of version 5 or 7.3; save it with -v7 or -v7.3"
+        )
     return order
 
 
@@ -69,10 +71,14 @@ def elements(path: Path, file: BinaryIO, order: str, size: int) -> Iterator[tupl
         start = file.read(8)
         kind, count = struct.unpack(f"{order}II", start) if len(start) == 8 else (0, 0)
         if kind not in (MATRIX, COMPRESSED) or count == 0:
-            raise RecordingError(f"{path.name}: no variable starts at byte {position} of {size}; it is cut or damaged")
+            raise RecordingError(
+                f"{path.name}: no variable starts at byte {position} of {size}; it is cut or damaged"
+            )
         end = position + 8 + count
         if end > size:
-            raise RecordingError(f"{path.name}: is cut: {size} bytes, and a variable ends at byte {end}")
+            raise RecordingError(
+                f"{path.name}: is cut: {size} bytes, and a variable ends at byte {end}"
+            )
         yield kind, position + 8, count
         position = end
 
@@ -98,7 +104,9 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
         kind, count, _, _ = tag(head, position, order)
         samples, width = math.prod(shape), _TYPE_BYTES.get(kind, 0)
         refuse_bomb(path, name, samples, max(width, 1))
-        is_utf8 = flags & 0xFF == _MAT5_ELEMENTS_CHAR_CLASS and kind == _UTF8  # one to four bytes per character
+        is_utf8 = (
+            flags & 0xFF == _MAT5_ELEMENTS_CHAR_CLASS and kind == _UTF8
+        )  # one to four bytes per character
         most = samples * (4 if is_utf8 else width)
         if width == 0 or min(shape, default=0) < 0 or not samples * width <= count <= most:
             # An unknown type would crash scipy, not merely fail.
@@ -112,7 +120,9 @@ def _element_bytes(path: Path, head: bytes, position: int, order: str) -> tuple[
     """The bytes of a part that precedes the numbers, and where the next begins: scipy believes any count there."""
     _, count, array_name, after = tag(head, position, order)
     if len(array_name) != count:
-        raise RecordingError(f"{path.name}: a variable declares {count} bytes before its numbers; it is damaged")
+        raise RecordingError(
+            f"{path.name}: a variable declares {count} bytes before its numbers; it is damaged"
+        )
     return array_name, after
 
 
@@ -128,8 +138,30 @@ def tag(head: bytes, position: int, order: str) -> tuple[int, int, bytes, int]:
 
 _STRUCT_CLASS, _CHAR_CLASS = 2, 4
 #: MATLAB class of numbers -> dtype, and type of their bytes in the file -> dtype.
-_CLASSES = {6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8"}
-_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_CLASSES = {
+    6: "f8",
+    7: "f4",
+    8: "i1",
+    9: "u1",
+    10: "i2",
+    11: "u2",
+    12: "i4",
+    13: "u4",
+    14: "i8",
+    15: "u8",
+}
+_TYPES = {
+    1: "i1",
+    2: "u1",
+    3: "i2",
+    4: "u2",
+    5: "i4",
+    6: "u4",
+    7: "f4",
+    9: "f8",
+    12: "i8",
+    13: "u8",
+}
 _COMPLEX, _LOGICAL = 0x0800, 0x0200
 _DEEPEST, _MOST_FIELDS = 8, 4096
 _INT32 = 5
@@ -176,7 +208,9 @@ def struct_arrays(path: Path) -> tuple[dict[str, list[Array]], Texts]:
 
 
 def _damaged(path: Path) -> RecordingError:
-    return RecordingError(f"{path.name}: a structure does not hold what it declares; it is cut or damaged")
+    return RecordingError(
+        f"{path.name}: a structure does not hold what it declares; it is cut or damaged"
+    )
 
 
 def _part(path: Path, body: bytes, position: int, order: str) -> tuple[int, bytes, int]:
@@ -200,7 +234,9 @@ def _head(path: Path, body: bytes, order: str) -> tuple[int, tuple[int, ...], st
     return struct.unpack(f"{order}I", flags[:4])[0], shape, name.decode("latin1"), position
 
 
-def _structure(path: Path, body: bytes, order: str, group: str, depth: int, texts: Texts) -> tuple[str, list[Array]]:
+def _structure(
+    path: Path, body: bytes, order: str, group: str, depth: int, texts: Texts
+) -> tuple[str, list[Array]]:
     """Name and arrays of one structure; none of a row of structures, whose fields would be many of one name."""
     _, shape, name, position = _head(path, body, order)
     if math.prod(shape) != 1 or depth >= _DEEPEST:
@@ -208,7 +244,11 @@ def _structure(path: Path, body: bytes, order: str, group: str, depth: int, text
     group = group or name
     kind, width_bytes, position = _part(path, body, position, order)
     _, names, position = _part(path, body, position, order)
-    width = struct.unpack(f"{order}i", width_bytes[:4])[0] if kind == _INT32 and len(width_bytes) >= 4 else 0
+    width = (
+        struct.unpack(f"{order}i", width_bytes[:4])[0]
+        if kind == _INT32 and len(width_bytes) >= 4
+        else 0
+    )
     if width < 1 or len(names) % width or len(names) // width > _MOST_FIELDS:
         raise _damaged(path)
     arrays: list[Array] = []
@@ -221,7 +261,9 @@ def _structure(path: Path, body: bytes, order: str, group: str, depth: int, text
     return name, arrays
 
 
-def _field(path: Path, field: bytes, order: str, group: str, label: str, depth: int, texts: Texts) -> list[Array]:
+def _field(
+    path: Path, field: bytes, order: str, group: str, label: str, depth: int, texts: Texts
+) -> list[Array]:
     if not field:
         return [in_memory(label, np.empty(0), group=group)]
     flags, shape, _, position = _head(path, field, order)
@@ -234,7 +276,11 @@ def _field(path: Path, field: bytes, order: str, group: str, label: str, depth: 
             texts.setdefault(group, {})[label] = text
         return []
     if kind not in _CLASSES or flags & (_COMPLEX | _LOGICAL):
-        return [in_memory(label, np.empty(0, dtype=complex if flags & _COMPLEX else object), group=group)]
+        return [
+            in_memory(
+                label, np.empty(0, dtype=complex if flags & _COMPLEX else object), group=group
+            )
+        ]
     stored, content, _ = _part(path, field, position, order)
     dtype = np.dtype(f"{order}{_TYPES.get(stored, 'V0')}")
     if dtype.itemsize == 0 or len(content) != math.prod(shape) * dtype.itemsize:

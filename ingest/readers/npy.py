@@ -34,16 +34,25 @@ class NpyReader(ArrayReader):
         from numpy.lib import format as npy
 
         stream = open_files.enter_context(path.open("rb"))
-        head = BytesIO(stream.read(_LONGEST_HEADER))  # numpy makes room for whatever length a header declares
+        head = BytesIO(
+            stream.read(_LONGEST_HEADER)
+        )  # numpy makes room for whatever length a header declares
         version = npy.read_magic(head)
         read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
         shape, fortran_order, dtype = read_header(head)
         offset = head.tell()
         if dtype.hasobject:
-            raise RecordingError(f"{path.name}: holds Python objects, which are not read; expected an array of numbers")
-        needed, size = offset + dtype.itemsize * int(np.prod(shape, dtype=object)), path.stat().st_size
+            raise RecordingError(
+                f"{path.name}: holds Python objects, which are not read; expected an array of numbers"
+            )
+        needed, size = (
+            offset + dtype.itemsize * int(np.prod(shape, dtype=object)),
+            path.stat().st_size,
+        )
         if size != needed or min(shape, default=0) < 0:
-            raise RecordingError(f"{path.name}: has {size} bytes; shape {shape} of {dtype} needs {needed}")
+            raise RecordingError(
+                f"{path.name}: has {size} bytes; shape {shape} of {dtype} needs {needed}"
+            )
 
         def rows(first: int, last: int) -> NDArray[Any]:
             """Elements `first:last` in the order of the file."""
@@ -53,7 +62,9 @@ class NpyReader(ArrayReader):
         return Contents([as_time(array) for array in _arrays(shape, fortran_order, dtype, rows)])
 
 
-def _arrays(shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype[Any], rows: Any) -> list[Array]:
+def _arrays(
+    shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype[Any], rows: Any
+) -> list[Array]:
     if fortran_order:
         shape = shape[::-1]  # a transposed matrix holds the same columns
     if dtype.names is None:

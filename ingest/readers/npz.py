@@ -77,4 +77,6 @@ def _load(archive: ZipFile, member: ZipInfo) -> NDArray[Any]:
 
 
 def _is_text(array: Array) -> bool:
-    return array.dtype.kind in "US" and 0 < array.samples * array.dtype.itemsize <= _LONGEST_TEXT_BYTES
+    return (
+        array.dtype.kind in "US" and 0 < array.samples * array.dtype.itemsize <= _LONGEST_TEXT_BYTES
+    )

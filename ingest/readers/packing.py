@@ -59,7 +59,9 @@ class NetcdfPacking:
         return np.asarray(values)
 
 
-def packing_of(path: Path, name: str, attributes: Mapping[str, Any], stored: np.dtype[Any]) -> NetcdfPacking:
+def packing_of(
+    path: Path, name: str, attributes: Mapping[str, Any], stored: np.dtype[Any]
+) -> NetcdfPacking:
     """The packing that the attributes of a data set of `stored` numbers state.
 
     Raises `RecordingError` for an attribute of it that is no number.
@@ -74,7 +76,9 @@ def packing_of(path: Path, name: str, attributes: Mapping[str, Any], stored: np.
         try:
             return [float(value) for value in values]
         except (TypeError, ValueError):
-            raise RecordingError(f"{path.name}: {name!r} has {key} = {attributes[key]!r}; expected a number") from None
+            raise RecordingError(
+                f"{path.name}: {name!r} has {key} = {attributes[key]!r}; expected a number"
+            ) from None
 
     def number(key: str, default: float | None) -> Any:
         values = numbers(key)
@@ -84,7 +88,9 @@ def packing_of(path: Path, name: str, attributes: Mapping[str, Any], stored: np.
 
     limits = numbers("valid_range")
     if len(limits) not in (0, 2):
-        raise RecordingError(f"{path.name}: {name!r} has valid_range = {limits}; expected two numbers")
+        raise RecordingError(
+            f"{path.name}: {name!r} has valid_range = {limits}; expected two numbers"
+        )
     return NetcdfPacking(
         scale=number("scale_factor", 1.0),
         offset=number("add_offset", 0.0),

@@ -71,7 +71,9 @@ def _index(path: Path, file: pq.ParquetFile, pandas_says: Any, with_rate: bool) 
         dated = as_time(array) is not array or array.dtype.kind in "mM"
         return [as_time(array)] if dated or (with_rate and array.dtype.kind == "f") else []
     described = json.loads(pandas_says).get("index_columns", []) if pandas_says else []
-    ranges = [index for index in described if isinstance(index, dict) and index.get("kind") == "range"]
+    ranges = [
+        index for index in described if isinstance(index, dict) and index.get("kind") == "range"
+    ]
     if len(ranges) != 1 or not is_time_name(str(ranges[0].get("name"))):
         return []
     limits = [int(ranges[0][key]) for key in ("start", "stop", "step")]
@@ -84,7 +86,9 @@ def _array(path: Path, file: pq.ParquetFile, field: pa.Field) -> Array:
     details = {to_python(k): to_python(v) for k, v in (field.metadata or {}).items()}
     dtype, rows = _dtype(field.type), file.metadata.num_rows
     refuse_bomb(path, name, rows, max(dtype.itemsize, 1))
-    bounds = np.cumsum([0, *(file.metadata.row_group(i).num_rows for i in range(file.num_row_groups))])
+    bounds = np.cumsum(
+        [0, *(file.metadata.row_group(i).num_rows for i in range(file.num_row_groups))]
+    )
     take = partial(_take, path, file, field.name, bounds)
     array = Array(
         name,
@@ -105,7 +109,9 @@ def _take(
     groups = [i for i in range(len(bounds) - 1) if bounds[i] < stop and bounds[i + 1] > start]
     values = file.read_row_groups(groups, columns=[column]).column(column)
     if values.null_count and _dtype(values.type).kind != "f":
-        raise RecordingError(f"{path.name}: {column!r} lacks {values.null_count} values; whole numbers cannot say NaN")
+        raise RecordingError(
+            f"{path.name}: {column!r} lacks {values.null_count} values; whole numbers cannot say NaN"
+        )
     offset = int(bounds[groups[0]]) if groups else start
     return np.array(values.to_numpy()[start - offset : stop - offset])
 
@@ -126,4 +132,6 @@ def _number(path: Path, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise RecordingError(f"{path.name}: sampling rate is {text!r}; expected one number in hertz") from None
+        raise RecordingError(
+            f"{path.name}: sampling rate is {text!r}; expected one number in hertz"
+        ) from None

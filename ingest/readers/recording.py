@@ -17,9 +17,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError, refuse_bomb
-from .clock import Clock, clock_above, clock_of_times, clocks_agree, clocks_of, positive_rate, refuse_other_rate
-from .contents import Array, Contents, in_memory, name_and_unit, refuse_nothing, to_python, translate_errors
+from .base import (
+    AS_IN_FILE,
+    ChannelInfo,
+    OpenRecording,
+    Reader,
+    ReadingOptions,
+    RecordingError,
+    refuse_bomb,
+)
+from .clock import (
+    Clock,
+    clock_above,
+    clock_of_times,
+    clocks_agree,
+    clocks_of,
+    positive_rate,
+    refuse_other_rate,
+)
+from .contents import (
+    Array,
+    Contents,
+    in_memory,
+    name_and_unit,
+    refuse_nothing,
+    to_python,
+    translate_errors,
+)
 from .even_time import UnevenTimeError
 from .resampling import resampled
 from .statements import obstacle_of, with_statements
@@ -60,7 +84,12 @@ def _sides(array: Array) -> tuple[int, ...]:
 
 def _is_matrix(array: Array) -> bool:
     sides = _sides(array)
-    return len(sides) == 2 and min(sides) > 0 and array.dtype.kind in "iuf" and array.dtype.itemsize <= 8
+    return (
+        len(sides) == 2
+        and min(sides) > 0
+        and array.dtype.kind in "iuf"
+        and array.dtype.itemsize <= 8
+    )
 
 
 def _fits(array: Array, count: int) -> bool:
@@ -82,7 +111,9 @@ def _columns(path: Path, array: Array, names: Sequence[str]) -> list[Array]:
     across = columns < rows if not names else columns == len(names)
     count = columns if across else rows
     if count > MAX_COLUMNS:
-        raise RecordingError(f"{path.name}: {array.name!r} has {count} columns; expected at most {MAX_COLUMNS}")
+        raise RecordingError(
+            f"{path.name}: {array.name!r} has {count} columns; expected at most {MAX_COLUMNS}"
+        )
     refuse_bomb(path, array.name, array.samples, array.dtype.itemsize)
 
     @cache
@@ -96,7 +127,9 @@ def _columns(path: Path, array: Array, names: Sequence[str]) -> list[Array]:
     def column(number: int, label: str) -> Array:
         def take(start: int, stop: int) -> NDArray[Any]:
             if whole().shape != (count, length):
-                raise RecordingError(f"{path.name}: {array.name!r} does not hold what it declares; it is damaged")
+                raise RecordingError(
+                    f"{path.name}: {array.name!r} does not hold what it declares; it is damaged"
+                )
             return whole()[number, start:stop].copy()
 
         return _renamed(replace(array, shape=(length,), take=take), label)
@@ -109,13 +142,22 @@ def _renamed(array: Array, label: str) -> Array:
     return replace(array, name=name, unit=unit or array.unit)
 
 
-_KINDS = {"c": "complex", "O": "an object", "S": "text", "U": "text", "b": "logical", "V": "a structure"}
+_KINDS = {
+    "c": "complex",
+    "O": "an object",
+    "S": "text",
+    "U": "text",
+    "b": "logical",
+    "V": "a structure",
+}
 
 
 class ArraysRecording(OpenRecording):
     """Channels over a file's arrays. An array that cannot be a channel is refused when asked for, not before."""
 
-    def __init__(self, path: Path, contents: Contents, options: ReadingOptions = AS_IN_FILE) -> None:
+    def __init__(
+        self, path: Path, contents: Contents, options: ReadingOptions = AS_IN_FILE
+    ) -> None:
         self._path = path
         self._open_files: ExitStack | None = None
         self._arrays: dict[str, Array] = {}
@@ -201,7 +243,9 @@ class ArrayReader(Reader):
             contents = self.contents(path, open_files, options)
             if contents.rules is not None:
                 contents = with_statements(path, contents, options)
-            contents = replace(contents, arrays=with_columns(path, contents.arrays, options.columns))
+            contents = replace(
+                contents, arrays=with_columns(path, contents.arrays, options.columns)
+            )
             recording = ArraysRecording(path, contents, options)
             recording.hold(open_files.pop_all())
             return recording
@@ -211,16 +255,25 @@ def _named(path: Path, arrays: list[Array]) -> list[tuple[str, Array]]:
     """Everything but rates, times and scalars, by its name, or `group/name` where the name alone is not unique."""
     candidates = [a for a in arrays if not a.is_rate and not a.is_time and a.samples != 1]
     count = Counter(a.name for a in candidates)
-    named = [(_text(f"{a.group}/{a.name}" if count[a.name] > 1 and a.group else a.name), a) for a in candidates]
+    named = [
+        (_text(f"{a.group}/{a.name}" if count[a.name] > 1 and a.group else a.name), a)
+        for a in candidates
+    ]
     for name, times in Counter(name for name, _ in named).items():
         if times > 1:
-            raise RecordingError(f"{path.name}: has {times} channels called {name!r}; expected different names")
+            raise RecordingError(
+                f"{path.name}: has {times} channels called {name!r}; expected different names"
+            )
     return named
 
 
 def _channel_positions(array: Array) -> list[str]:
     """A channel by its place in the file, as HDF5 and as MATLAB write it: `bench/force`, `bench.force`."""
-    return [f"{array.group}/{array.name}", f"{array.group}.{array.name}".replace("/", ".")] if array.group else []
+    return (
+        [f"{array.group}/{array.name}", f"{array.group}.{array.name}".replace("/", ".")]
+        if array.group
+        else []
+    )
 
 
 def _text(text: str) -> str:
@@ -240,7 +293,11 @@ class _OwnClocks:
             if id(array.times_s) not in self._by_times:
                 self._by_times[id(array.times_s)] = self._clock(array.times_s)
             return self._by_times[id(array.times_s)]
-        return None if array.rate_hz is None else Clock(positive_rate(self._path, array.rate_hz), array.start_s)
+        return (
+            None
+            if array.rate_hz is None
+            else Clock(positive_rate(self._path, array.rate_hz), array.start_s)
+        )
 
     def _clock(self, times_s: Floats) -> Clock:
         try:
@@ -262,7 +319,11 @@ def _on_grid(path: Path, array: Array, clock: Clock, times_s: Floats) -> Array:
         "error_share_of_peak": error / peak if peak > 0.0 else 0.0,
     }
     return in_memory(
-        array.name, values, group=array.group, unit=array.unit, header={**array.header, "resampled_time": facts}
+        array.name,
+        values,
+        group=array.group,
+        unit=array.unit,
+        header={**array.header, "resampled_time": facts},
     )
 
 
@@ -308,12 +369,18 @@ def _info(name: str, array: Array, clock: Clock, header: dict[str, Any]) -> Chan
 
 def _hint(contents: Contents) -> str:
     like_time = find_time_like(contents.arrays)
-    return f"; {like_time[0]!r} rises evenly by {like_time[1]:.6g}: name it time if it is that" if like_time else ""
+    return (
+        f"; {like_time[0]!r} rises evenly by {like_time[1]:.6g}: name it time if it is that"
+        if like_time
+        else ""
+    )
 
 
 def _header(contents: Contents) -> dict[str, Any]:
     """The file's own statements and its scalars."""
-    scalars = [a for a in contents.arrays if a.samples == 1 and not a.is_rate and a.dtype.kind in "iuf"]
+    scalars = [
+        a for a in contents.arrays if a.samples == 1 and not a.is_rate and a.dtype.kind in "iuf"
+    ]
     return {**contents.header, **{a.name: to_python(a.take(0, 1)) for a in scalars}}
 
 

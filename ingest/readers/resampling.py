@@ -29,7 +29,9 @@ def grid_rate(path: Path, times_s: Floats) -> float:
     Raises `RecordingError` for a gap, which cannot be filled, and for fewer than eight samples.
     """
     if times_s.size < _FEWEST_SAMPLES:
-        raise RecordingError(f"{path.name}: has {times_s.size} samples; expected {_FEWEST_SAMPLES} to resample them")
+        raise RecordingError(
+            f"{path.name}: has {times_s.size} samples; expected {_FEWEST_SAMPLES} to resample them"
+        )
     steps = np.diff(times_s)
     beside = np.maximum(np.r_[steps[1], steps[:-1]], np.r_[steps[1:], steps[-2]])
     at = int(np.argmax(steps / beside))
@@ -41,7 +43,9 @@ def grid_rate(path: Path, times_s: Floats) -> float:
     return rate_from_step(float(np.quantile(steps, _SHORTER_STEPS)), _ROUNDED_RATE)
 
 
-def resampled(path: Path, name: str, times_s: Floats, samples: Floats, rate_hz: float) -> tuple[Floats, float]:
+def resampled(
+    path: Path, name: str, times_s: Floats, samples: Floats, rate_hz: float
+) -> tuple[Floats, float]:
     """Samples (n,) at times (n,) on the grid of `rate_hz` from the first time on (m,), and the bound of their error.
 
     Raises `RecordingError` for samples that are not finite.
@@ -49,7 +53,9 @@ def resampled(path: Path, name: str, times_s: Floats, samples: Floats, rate_hz: 
     from scipy.interpolate import CubicSpline
 
     if not np.all(np.isfinite(samples)):
-        raise RecordingError(f"{path.name}: {name!r} has samples that are not finite; they cannot be resampled")
+        raise RecordingError(
+            f"{path.name}: {name!r} has samples that are not finite; they cannot be resampled"
+        )
     count = int(np.floor((times_s[-1] - times_s[0]) * rate_hz * (1.0 + 1e-12))) + 1
     grid = times_s[0] + np.arange(count) / rate_hz
     values = CubicSpline(times_s, samples)(grid)

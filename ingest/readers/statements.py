@@ -23,10 +23,20 @@ STATEMENT_RULES: tuple[FieldRule, ...] = (
     used("fs", "the sampling rate; its other names stand below"),
     used("unit", "the unit of the channels of its group; `NAME_unit` is that of NAME alone"),
     used("t_unit", "the unit of the time vector, as `time_unit` is"),
-    refused("mask", "it marks samples that are none; put NaN in their place and save again without it", 0),
-    refused("*_mask", "it marks samples that are none; put NaN in their place and save again without it", 0),
+    refused(
+        "mask",
+        "it marks samples that are none; put NaN in their place and save again without it",
+        0,
+    ),
+    refused(
+        "*_mask",
+        "it marks samples that are none; put NaN in their place and save again without it",
+        0,
+    ),
 )
-_TIME_UNIT_NAMES = frozenset({"t_unit", "t_units", "time_unit", "time_units", "timeunit", "timeunits", "unit_t"})
+_TIME_UNIT_NAMES = frozenset(
+    {"t_unit", "t_units", "time_unit", "time_units", "timeunit", "timeunits", "unit_t"}
+)
 _UNIT_NAMES = frozenset({"unit", "units"})
 
 Statements = Mapping[str, Mapping[str, Any]]
@@ -39,8 +49,12 @@ def with_statements(path: Path, contents: Contents, options: ReadingOptions) -> 
     for array in contents.arrays:
         if _is_scalar(array):
             statements.setdefault(array.group, {})[array.name] = to_python(array.take(0, 1))
-        elif array.dtype.kind == "b" and (array.name.lower() == "mask" or array.name.lower().endswith("_mask")):
-            statements.setdefault(array.group, {})[array.name] = int(array.take(0, array.samples).sum())
+        elif array.dtype.kind == "b" and (
+            array.name.lower() == "mask" or array.name.lower().endswith("_mask")
+        ):
+            statements.setdefault(array.group, {})[array.name] = int(
+                array.take(0, array.samples).sum()
+            )
     names = [array.name for array in contents.arrays if not _is_scalar(array)]
     arrays = [
         array if _is_scalar(array) else _with_fields(path, array, names, statements, options)
@@ -50,7 +64,10 @@ def with_statements(path: Path, contents: Contents, options: ReadingOptions) -> 
 
 
 def obstacle_of(
-    rules: Sequence[FieldRule], array: Array, clock: Clock | None, options: ReadingOptions = AS_IN_FILE
+    rules: Sequence[FieldRule],
+    array: Array,
+    clock: Clock | None,
+    options: ReadingOptions = AS_IN_FILE,
 ) -> str | None:
     """What of an array's fields may change its numbers and is not used; None where nothing does."""
     rate_hz = None if clock is None else clock.rate_hz
@@ -58,7 +75,12 @@ def obstacle_of(
 
 
 def _is_scalar(array: Array) -> bool:
-    return array.samples == 1 and array.dtype.kind in "biuf" and not array.is_rate and not array.is_time
+    return (
+        array.samples == 1
+        and array.dtype.kind in "biuf"
+        and not array.is_rate
+        and not array.is_time
+    )
 
 
 def _with_fields(
@@ -77,12 +99,16 @@ def _with_fields(
             continue
         own = unit_in_time_name(array.name) if array.is_time else None
         if own is not None and not same_unit(own, text):
-            raise RecordingError(f"{path.name}: {array.name!r} is in {own!r} by its name, in {text!r} by {name!r}")
+            raise RecordingError(
+                f"{path.name}: {array.name!r} is in {own!r} by its name, in {text!r} by {name!r}"
+            )
         if unit is None or not unit.strip():
             unit = text
         if unit == text:
             del fields[name]
-    time_units = [name for name in fields if name.lower() in _TIME_UNIT_NAMES] if not array.is_time else []
+    time_units = (
+        [name for name in fields if name.lower() in _TIME_UNIT_NAMES] if not array.is_time else []
+    )
     for name in time_units:
         del fields[name]
     return replace(array, unit=unit, fields={**fields, **array.fields})
@@ -108,5 +134,7 @@ def _states_unit(name: str, array: Array) -> bool:
     if array.is_rate:
         return lower in {f"{array.name.lower()}_{word}" for word in _UNIT_NAMES}
     if array.is_time:
-        return lower in _TIME_UNIT_NAMES or lower in {f"{array.name.lower()}_{word}" for word in _UNIT_NAMES}
+        return lower in _TIME_UNIT_NAMES or lower in {
+            f"{array.name.lower()}_{word}" for word in _UNIT_NAMES
+        }
     return lower in _UNIT_NAMES or lower in {f"{array.name.lower()}_{word}" for word in _UNIT_NAMES}

@@ -60,7 +60,9 @@ class TdmsReader(ArrayReader):
             writes = _written_starts(path, file._reader)
             refuse_unread_fields(path, self.fields, file.properties, "the file", options)
             arrays = _arrays(path, file, channels, writes, options)
-        return Contents(arrays, header={key: to_python(value) for key, value in file.properties.items()})
+        return Contents(
+            arrays, header={key: to_python(value) for key, value in file.properties.items()}
+        )
 
 
 def refuse_unfinished(path: Path) -> None:
@@ -75,21 +77,29 @@ def refuse_unfinished(path: Path) -> None:
             file.seek(position)
             lead_in = file.read(_LEAD_IN_BYTES)
             if len(lead_in) < _LEAD_IN_BYTES or lead_in[:4] != b"TDSm":
-                raise RecordingError(f"{path.name}: no whole TDMS segment starts at byte {position} of {size}")
+                raise RecordingError(
+                    f"{path.name}: no whole TDMS segment starts at byte {position} of {size}"
+                )
             mask = int.from_bytes(lead_in[4:8], "little")
             length, metadata = struct.unpack(">QQ" if mask & _BIG_ENDIAN else "<QQ", lead_in[12:])
             if length == _UNFINISHED:
-                raise RecordingError(f"{path.name}: the segment at byte {position} was never closed by its writer")
+                raise RecordingError(
+                    f"{path.name}: the segment at byte {position} was never closed by its writer"
+                )
             position += _LEAD_IN_BYTES + length
             if position > size or metadata > length:
-                raise RecordingError(f"{path.name}: is cut: {size} bytes, and its last segment ends at {position}")
+                raise RecordingError(
+                    f"{path.name}: is cut: {size} bytes, and its last segment ends at {position}"
+                )
 
 
 def _refuse_many_scales(path: Path, properties: dict[str, Any]) -> None:
     """npTDMS makes room for as many scales as a property declares; each has properties of its own."""
     declared = properties.get("NI_Number_Of_Scales", 0)
     if not isinstance(declared, int) or declared > len(properties):
-        raise RecordingError(f"{path.name}: NI_Number_Of_Scales is {declared!r}; the file describes fewer scales")
+        raise RecordingError(
+            f"{path.name}: NI_Number_Of_Scales is {declared!r}; the file describes fewer scales"
+        )
 
 
 @contextmanager
@@ -113,7 +123,9 @@ def _written_starts(path: Path, history: PropertyHistory) -> dict[str, list[Writ
     Raises `RecordingError` for another property in use that changes within the file.
     """
     for change in history.changes:
-        if any(rule.matches(change.name) for rule in TDMS_FIELDS if rule.treatment is Treatment.USED):
+        if any(
+            rule.matches(change.name) for rule in TDMS_FIELDS if rule.treatment is Treatment.USED
+        ):
             raise RecordingError(
                 f"{path.name}: {change.part} has {change.name} = {change.earlier!r} up to sample {change.samples} and "
                 f"{change.later!r} from there on; save the two parts as files of their own"
@@ -141,13 +153,23 @@ def _arrays(
     options: ReadingOptions,
 ) -> list[Array]:
     """Every channel but time stamps, whose group and length say whose clock they are."""
-    stamps = {(c.group_name, len(c)): _stamps(path, c) for c in channels if c.dtype.kind == "M" and len(c) > 1}
+    stamps = {
+        (c.group_name, len(c)): _stamps(path, c)
+        for c in channels
+        if c.dtype.kind == "M" and len(c) > 1
+    }
     samples = [channel for channel in channels if channel.dtype.kind != "M"]
     axes = []
     for channel in samples:
-        properties = {**file.properties, **file[channel.group_name].properties, **channel.properties}
+        properties = {
+            **file.properties,
+            **file[channel.group_name].properties,
+            **channel.properties,
+        }
         in_use = {key: value for key, value in properties.items() if not is_harmless(key, options)}
-        axis = waveform_axis(in_use, [] if is_harmless("wf_start_time", options) else writes.get(channel.path, []))
+        axis = waveform_axis(
+            in_use, [] if is_harmless("wf_start_time", options) else writes.get(channel.path, [])
+        )
         beside = stamps.get((channel.group_name, len(channel)))
         axes.append(axis if beside is None else with_stamps(axis, beside))
     aligned = on_one_clock(axes, [channel.name for channel in samples])
@@ -164,7 +186,11 @@ def _stamps(path: Path, channel: TdmsChannel) -> Stamps:
 
 
 def _array(
-    path: Path, channel: TdmsChannel, axis: WaveformAxis, group: dict[str, Any], options: ReadingOptions
+    path: Path,
+    channel: TdmsChannel,
+    axis: WaveformAxis,
+    group: dict[str, Any],
+    options: ReadingOptions,
 ) -> Array:
     properties = channel.properties
     unit, two_units = _unit(properties)
@@ -194,7 +220,9 @@ def _unit(properties: dict[str, Any]) -> tuple[str | None, str | None]:
     """The unit, and what is wrong where two properties say different ones."""
     by_name = {key.lower(): str(value).strip() for key, value in properties.items()}
     stated = {name: by_name.get(name.lower(), "") for name in ("unit_string", *UNIT_NAMES)}
-    stated = {name: unit for name, unit in stated.items() if unit and unit.lower() not in ("none", "-")}
+    stated = {
+        name: unit for name, unit in stated.items() if unit and unit.lower() not in ("none", "-")
+    }
     if not stated:
         return None, None
     (name, unit), *others = stated.items()

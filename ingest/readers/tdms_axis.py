@@ -27,12 +27,17 @@ class WaveformAxis:
     offset_s: float = 0.0
     gaps: tuple[tuple[int, int], ...] = ()
     times_s: Floats | None = None  # from the first, where the rate follows from them
-    zero: dict[str, str] = field(default_factory=dict)  # the instant at which `offset_s` counts from 0
+    zero: dict[str, str] = field(
+        default_factory=dict
+    )  # the instant at which `offset_s` counts from 0
     obstacle: str | None = None
 
     @property
     def header(self) -> dict[str, Any]:
-        return {**({"time_gaps": [list(gap) for gap in self.gaps]} if self.gaps else {}), **self.zero}
+        return {
+            **({"time_gaps": [list(gap) for gap in self.gaps]} if self.gaps else {}),
+            **self.zero,
+        }
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,9 @@ class WrittenStart:
     properties: dict[str, Any] = field(default_factory=dict)
 
 
-def waveform_axis(properties: Mapping[str, Any], writes: Sequence[WrittenStart] = ()) -> WaveformAxis:
+def waveform_axis(
+    properties: Mapping[str, Any], writes: Sequence[WrittenStart] = ()
+) -> WaveformAxis:
     """From the properties of a channel, its group and file. `writes` are the changes of the start within the file."""
     unit_s, obstacle = _unit_of_x(properties)
     stated = next((value for key, value in properties.items() if key.lower() in RATE_NAMES), None)
@@ -73,9 +80,16 @@ def waveform_axis(properties: Mapping[str, Any], writes: Sequence[WrittenStart] 
         return WaveformAxis(obstacle=f"has wf_increment = {step}; expected a step above 0")
     rate_hz = rate_from_step(step_s)
     if isinstance(stated, int | float) and abs(stated - rate_hz) > _AGREEMENT * rate_hz:
-        return WaveformAxis(obstacle=f"has a wf_increment of {rate_hz:g} Hz and states a sampling rate of {stated:g}")
+        return WaveformAxis(
+            obstacle=f"has a wf_increment of {rate_hz:g} Hz and states a sampling rate of {stated:g}"
+        )
     first = {**properties, **(writes[0].properties if writes else {})}
-    axis = WaveformAxis(rate_hz, absolute_start(first.get("wf_start_time")), _offset(first, unit_s), obstacle=obstacle)
+    axis = WaveformAxis(
+        rate_hz,
+        absolute_start(first.get("wf_start_time")),
+        _offset(first, unit_s),
+        obstacle=obstacle,
+    )
     return _with_gaps(axis, writes, unit_s)
 
 
@@ -142,10 +156,16 @@ def with_stamps(axis: WaveformAxis, stamps: Stamps) -> WaveformAxis:
 
 def on_one_clock(axes: Sequence[WaveformAxis], names: Sequence[str]) -> list[WaveformAxis]:
     """The same axes with all starts in `offset_s`, after the earliest absolute start of the file."""
-    readable = [axis.obstacle is None and (axis.rate_hz is not None or axis.times_s is not None) for axis in axes]
+    readable = [
+        axis.obstacle is None and (axis.rate_hz is not None or axis.times_s is not None)
+        for axis in axes
+    ]
     stated = [axis.start if ok else None for axis, ok in zip(axes, readable, strict=True)]
     starts, zero = starts_on_one_clock(stated), clock_zero(stated)
-    dated = next((name for name, axis, ok in zip(names, axes, readable, strict=True) if ok and axis.start), None)
+    dated = next(
+        (name for name, axis, ok in zip(names, axes, readable, strict=True) if ok and axis.start),
+        None,
+    )
     aligned = []
     for axis, start_s, ok in zip(axes, starts, readable, strict=True):
         if not ok:

@@ -51,7 +51,9 @@ class PropertyHistory(TdmsReader):  # type: ignore[misc]  # npTDMS has no types
         super()._update_object_properties(segment_object_properties)
         for part, properties in (segment_object_properties or {}).items():
             for name, value in properties:
-                self._note(part, name, value.as_datetime64() if isinstance(value, TdmsTimestamp) else value)
+                self._note(
+                    part, name, value.as_datetime64() if isinstance(value, TdmsTimestamp) else value
+                )
 
     def _note(self, part: str, name: str, value: Any) -> None:
         samples = self._samples_before[part]

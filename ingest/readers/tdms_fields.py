@@ -10,7 +10,15 @@ from .contents import RATE_NAMES
 from .field_rules import FieldRule, harmless, refused, used
 
 #: Where a channel has no `unit_string`.
-UNIT_NAMES = ("NI_UnitDescription", "unit", "units", "unit_name", "eng_units", "engineering_units", "y_unit")
+UNIT_NAMES = (
+    "NI_UnitDescription",
+    "unit",
+    "units",
+    "unit_name",
+    "eng_units",
+    "engineering_units",
+    "y_unit",
+)
 
 TDMS_FIELDS: tuple[FieldRule, ...] = (
     used("wf_increment", "the step of the samples, in the unit of the x axis"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from ...delimited_text import decode_instrument_text
+from ...files.delimited_text import decode_instrument_text
 from .base import AS_IN_FILE, ReadingOptions, RecordingError, collapse_blanks
 from .contents import is_clock_name, is_unit, name_and_unit
 from .instrument_header import header_fields, layout_of, recognised
@@ -32,7 +32,16 @@ def sniff(path: Path, lines: list[str], options: ReadingOptions = AS_IN_FILE) ->
         names, units = _given_names(path, table, tables, options)
     above = table.rows[: table.first]
     statements = header_fields(lines[: table.first], table)
-    return Layout(table.delimiter, options.decimal, table.first, names, units, statements, above, clocks=table.clocks)
+    return Layout(
+        table.delimiter,
+        options.decimal,
+        table.first,
+        names,
+        units,
+        statements,
+        above,
+        clocks=table.clocks,
+    )
 
 
 def with_given_names(layout: Layout, options: ReadingOptions) -> Layout:
@@ -58,12 +67,22 @@ def tabulate(
     signs = set().union(*sample) | {NO_DELIMITER, BLANKS}
     if options.decimal == "," and '"' not in signs:
         signs -= {","}
-    delimiters = [sign for sign in DELIMITERS if sign in signs and options.delimiter in (None, sign)]
-    tables = [t for delimiter in delimiters if (t := read_as(sample, delimiter, options.decimal)) is not None]
+    delimiters = [
+        sign for sign in DELIMITERS if sign in signs and options.delimiter in (None, sign)
+    ]
+    tables = [
+        t
+        for delimiter in delimiters
+        if (t := read_as(sample, delimiter, options.decimal)) is not None
+    ]
     if not tables:
         raise RecordingError(
             f"{path.name}: no line of numbers found; expected columns separated by , ; | tab or blanks"
-            + (" (and as delimiter and decimal are given)" if options.delimiter or options.decimal else "")
+            + (
+                " (and as delimiter and decimal are given)"
+                if options.delimiter or options.decimal
+                else ""
+            )
         )
     instruments = {id(table): recognised(table.rows[: table.first]) for table in tables}
     best = max(
@@ -81,9 +100,15 @@ def tabulate(
 def _names_and_units(titles: list[list[str]]) -> tuple[list[str], list[str | None]]:
     """The last line of titles, or the last but one where the last holds units."""
     under = [label.strip("[]() ") for label in titles[-1]]
-    if len(titles) > 1 and any(under) and all(label in ("", "-") or is_unit(label) for label in under):
+    if (
+        len(titles) > 1
+        and any(under)
+        and all(label in ("", "-") or is_unit(label) for label in under)
+    ):
         pairs = [name_and_unit(label) for label in titles[-2]]
-        return [name for name, _ in pairs], [u or own for u, (_, own) in zip(under, pairs, strict=True)]
+        return [name for name, _ in pairs], [
+            u or own for u, (_, own) in zip(under, pairs, strict=True)
+        ]
     pairs = [name_and_unit(label) for label in titles[-1]]
     return [name for name, _ in pairs], [unit for _, unit in pairs]
 
@@ -110,7 +135,14 @@ def _given_names(
             "expected a header such as time,force, or columns and sampling_rate_hz under [recordings] in campaign.toml "
             '(call the first column "time" only where it is time in seconds, and "" where it counts samples)'
         )
-    other = next((t for t in tables if t.numeric_lines == table.numeric_lines and t.columns != table.columns), None)
+    other = next(
+        (
+            t
+            for t in tables
+            if t.numeric_lines == table.numeric_lines and t.columns != table.columns
+        ),
+        None,
+    )
     if not options.columns and other is not None:
         raise RecordingError(
             f"{path.name}: can be read as {table.columns} columns or as {other.columns}; give columns, or decimal, "

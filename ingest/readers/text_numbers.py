@@ -6,7 +6,13 @@ import re
 from functools import cache
 from itertools import zip_longest
 
-from ...number_notation import GROUP_SIGNS, AmbiguousNumberError, Notation, notation_of, readings
+from ...files.number_notation import (
+    GROUP_SIGNS,
+    AmbiguousNumberError,
+    Notation,
+    notation_of,
+    readings,
+)
 from .clock_times import is_clock_text
 from .text_table import BLANKS, NO_DELIMITER, split
 
@@ -24,7 +30,9 @@ def settled(body: str, delimiter: str, decimal: str | None = None) -> tuple[str,
     points = "." in body
     if not (commas and (points or delimiter == ",")) and not _has_group_sign(body, delimiter):
         sign = "," if commas else "."
-        if not (commas or points) or (decimal in (None, sign) and _shows_decimals(body, sign, delimiter)):
+        if not (commas or points) or (
+            decimal in (None, sign) and _shows_decimals(body, sign, delimiter)
+        ):
             return body, delimiter, sign
     return _written_anew(body, delimiter, decimal)
 
@@ -40,7 +48,9 @@ def _decimal_pattern(sign: str, delimiter: str) -> re.Pattern[str]:
     mark, part = re.escape(sign), re.escape(delimiter)
     plain = rf"0\d*{mark}\d*|\d{{4,}}{mark}\d*|{mark}\d+|\d+{mark}(?:\d{{0,2}}|\d{{4,}})"
     number = rf"(?:{plain})(?:[eE][-+]?\d+)?|\d+{mark}\d+[eE][-+]?\d+"
-    return re.compile(rf'(?:^|[{part}\s"])[-+]?(?:{number})(?=[{part}\s"]|$)', re.ASCII | re.MULTILINE)
+    return re.compile(
+        rf'(?:^|[{part}\s"])[-+]?(?:{number})(?=[{part}\s"]|$)', re.ASCII | re.MULTILINE
+    )
 
 
 def _shows_decimals(body: str, sign: str, delimiter: str) -> bool:
@@ -52,7 +62,9 @@ def _written_anew(body: str, delimiter: str, decimal: str | None) -> tuple[str, 
     rows = [split(line, delimiter) for line in body.split("\n") if line.strip()]
     width = max(map(len, rows), default=0)
     clocks = {i for i in range(width) if rows and i < len(rows[0]) and is_clock_text(rows[0][i])}
-    columns = [column for i, column in enumerate(zip_longest(*rows, fillvalue="")) if i not in clocks]
+    columns = [
+        column for i, column in enumerate(zip_longest(*rows, fillvalue="")) if i not in clocks
+    ]
     try:
         notation = notation_of(columns, comma_cells=delimiter == ",", decimal=decimal)
     except AmbiguousNumberError as error:
@@ -61,8 +73,13 @@ def _written_anew(body: str, delimiter: str, decimal: str | None) -> tuple[str, 
             "or save the file again without signs between thousands"
         ) from error
     if notation is None:
-        raise ValueError("has numbers with a decimal point and numbers with a decimal comma; expected one of them")
-    lines = (TAB.join(cell if i in clocks else _plain(cell, notation) for i, cell in enumerate(row)) for row in rows)
+        raise ValueError(
+            "has numbers with a decimal point and numbers with a decimal comma; expected one of them"
+        )
+    lines = (
+        TAB.join(cell if i in clocks else _plain(cell, notation) for i, cell in enumerate(row))
+        for row in rows
+    )
     anew = TAB if delimiter not in (BLANKS, NO_DELIMITER) else delimiter
     text = "\n".join(line if anew == TAB else line.replace(TAB, anew) for line in lines)
     return text + "\n", anew, "."

@@ -5,16 +5,31 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ...number_notation import Notation
+from ...files.number_notation import Notation
 from .base import RecordingError, rate_from_step
 from .contents import RATE_NAMES, RATE_UNITS, TIME_UNITS, name_and_unit
 from .text_table import Layout
 
 _SPOKEN_RATES = frozenset(
-    {"sampling_frequency", "sample_frequency", "samplerate", "samplingrate", "sample_rate", "samples_per_second"}
+    {
+        "sampling_frequency",
+        "sample_frequency",
+        "samplerate",
+        "samplingrate",
+        "sample_rate",
+        "samples_per_second",
+    }
 )
 _SPOKEN_STEPS = frozenset(
-    {"sample_interval", "sampling_interval", "sampling_period", "sample_period", "time_step", "dt", "delta_t"}
+    {
+        "sample_interval",
+        "sampling_interval",
+        "sampling_period",
+        "sample_period",
+        "time_step",
+        "dt",
+        "delta_t",
+    }
 )
 _NUMBER_AND_UNIT = re.compile(r"([-+\d.,'eE]+|nan|inf)\s*([A-Za-zµμ/]*)")
 #: A step printed with fewer digits than these is taken as it is.
@@ -54,7 +69,12 @@ def rate_fields(layout: Layout) -> dict[str, bool]:
 
 
 def _rate(
-    path: Path, key: str, value: str | list[str], time_unit: str | None, is_step: bool, notation: Notation
+    path: Path,
+    key: str,
+    value: str | list[str],
+    time_unit: str | None,
+    is_step: bool,
+    notation: Notation,
 ) -> float:
     unit = name_and_unit(key)[1] or (time_unit if is_step else None)
     match = _NUMBER_AND_UNIT.fullmatch(value) if isinstance(value, str) else None
@@ -64,7 +84,9 @@ def _rate(
     if scale is None or number is None or number != number or (is_step and number <= 0.0):
         expected = "a step above 0 in s, ms, us or ns" if is_step else "a number in Hz, kHz or MHz"
         in_unit = f" in {word}" if unit and isinstance(value, str) else ""
-        raise RecordingError(f"{path.name}: {key!r} is {value!r}{in_unit}; expected {expected}, one for all channels")
+        raise RecordingError(
+            f"{path.name}: {key!r} is {value!r}{in_unit}; expected {expected}, one for all channels"
+        )
     return rate_from_step(number * scale, _precision(str(value))) if is_step else number * scale
 
 

@@ -7,7 +7,7 @@ import csv
 import re
 from dataclasses import dataclass, field
 
-from ...number_notation import GROUP_SIGNS, readings
+from ...files.number_notation import GROUP_SIGNS, readings
 from .clock_times import is_clock_text
 from .field_rules import FieldRule
 
@@ -133,12 +133,24 @@ def read_as(sample: list[str], delimiter: str, decimal: str | None) -> TextTable
     first = next(starts, None)
     if first is None:
         return None
-    full = [row for row, width in zip(rows[first:], widths[first:], strict=True) if width == columns]
+    full = [
+        row for row, width in zip(rows[first:], widths[first:], strict=True) if width == columns
+    ]
     empty_at_end = next((n for n in range(columns) if any(row[columns - 1 - n] for row in full)), 0)
     clocks = tuple(i for i in range(columns) if is_clock_text(full[0][i]))
     if len(clocks) == columns - empty_at_end:
         return None
-    return TextTable(delimiter, decimal, first, columns, widths.count(columns), empty_at_end, sample, rows, clocks)
+    return TextTable(
+        delimiter,
+        decimal,
+        first,
+        columns,
+        widths.count(columns),
+        empty_at_end,
+        sample,
+        rows,
+        clocks,
+    )
 
 
 def _is_numeric_row(row: list[str], decimal: str | None) -> bool:

@@ -32,7 +32,17 @@ _UNKNOWN_ABSCISSAS, _TIME_ABSCISSA = (0, 1), 17
 _DTYPES = {2: "f4", 4: "f8", 5: "c8", 6: "c16"}
 #: Record 7 prints the increment with six digits (E13.5), of which the last may be off by half a unit.
 _PRINTED_STEP = 5.1e-6
-_HEADER_KEYS = ("id1", "id2", "id3", "id4", "id5", "rsp_ent_name", "rsp_node", "rsp_dir", "abscissa_inc")
+_HEADER_KEYS = (
+    "id1",
+    "id2",
+    "id3",
+    "id4",
+    "id5",
+    "rsp_ent_name",
+    "rsp_node",
+    "rsp_dir",
+    "abscissa_inc",
+)
 
 
 class UffReader(ArrayReader):
@@ -53,7 +63,9 @@ class UffReader(ArrayReader):
         heads = {n: file.read_sets(n, header_only=True) for n in sets}
         times = {n: head for n, head in heads.items() if head["func_type"] in _TIME_FUNCTIONS}
         names = dict(zip(times, _names(list(times.values())), strict=True))
-        return Contents([_array(path, file, n, names[n], head, options) for n, head in times.items()])
+        return Contents(
+            [_array(path, file, n, names[n], head, options) for n, head in times.items()]
+        )
 
 
 def _standard_form(path: Path, open_files: ExitStack) -> Path:
@@ -63,8 +75,14 @@ def _standard_form(path: Path, open_files: ExitStack) -> Path:
     """
     raw = path.read_bytes()
     standard = normalised(raw)
-    if not standard.startswith(TAG) or not standard.rstrip(b" \r\n").endswith(TAG) or len(_TAGS.findall(standard)) % 2:
-        raise RecordingError(f"{path.name}: its tags '    -1' do not enclose whole data sets; it is cut, or not UFF")
+    if (
+        not standard.startswith(TAG)
+        or not standard.rstrip(b" \r\n").endswith(TAG)
+        or len(_TAGS.findall(standard)) % 2
+    ):
+        raise RecordingError(
+            f"{path.name}: its tags '    -1' do not enclose whole data sets; it is cut, or not UFF"
+        )
     if standard == raw:
         return path
     copy = Path(open_files.enter_context(TemporaryDirectory(prefix="pyroshock-"))) / "standard.uff"
@@ -77,13 +95,25 @@ def _names(heads: list[dict[str, Any]]) -> list[str]:
     by_id = [head["id1"] for head in heads]
     if all(name not in ("", "NONE") for name in by_id) and len(set(by_id)) == len(by_id):
         return by_id
-    return [f"{head['rsp_ent_name'] or 'NONE'}:{head['rsp_node']}:{head['rsp_dir']:+d}" for head in heads]
+    return [
+        f"{head['rsp_ent_name'] or 'NONE'}:{head['rsp_node']}:{head['rsp_dir']:+d}"
+        for head in heads
+    ]
 
 
-def _array(path: Path, file: pyuff.UFF, number: int, name: str, head: dict[str, Any], options: ReadingOptions) -> Array:
+def _array(
+    path: Path,
+    file: pyuff.UFF,
+    number: int,
+    name: str,
+    head: dict[str, Any],
+    options: ReadingOptions,
+) -> Array:
     samples, dtype = int(head["num_pts"]), np.dtype(_DTYPES.get(head["ord_data_type"], "O"))
     if samples < 0:
-        raise RecordingError(f"{path.name}: {name!r} declares {samples} samples; expected none or more")
+        raise RecordingError(
+            f"{path.name}: {name!r} declares {samples} samples; expected none or more"
+        )
     refuse_bomb(path, name, samples, dtype.itemsize)
     load = partial(_load, path, file, number, name, samples)
     unit_s, obstacle = _unit_of_abscissa(head)
@@ -135,8 +165,13 @@ def _even_clock(path: Path, head: dict[str, Any], name: str, unit_s: float) -> d
     """From the abscissa's minimum and increment."""
     step = float(head["abscissa_inc"])
     if not (np.isfinite(step) and step > 0.0):
-        raise RecordingError(f"{path.name}: {name!r} has an abscissa increment of {step} s; expected a step above 0")
-    return {"rate_hz": rate_from_step(step * unit_s, _PRINTED_STEP), "start_s": float(head["abscissa_min"]) * unit_s}
+        raise RecordingError(
+            f"{path.name}: {name!r} has an abscissa increment of {step} s; expected a step above 0"
+        )
+    return {
+        "rate_hz": rate_from_step(step * unit_s, _PRINTED_STEP),
+        "start_s": float(head["abscissa_min"]) * unit_s,
+    }
 
 
 def _load(path: Path, file: pyuff.UFF, number: int, name: str, samples: int) -> _Pair:

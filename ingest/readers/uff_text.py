@@ -36,7 +36,9 @@ def normalised(raw: bytes) -> bytes:
         parts.append(raw[head.end() : position])
         closing = _next_tag(raw, position)
         end = len(raw) if closing is None else closing.start
-        numbers = _after_lines(raw, position, _HEAD_LINES) if number == _FUNCTION and not binary else end
+        numbers = (
+            _after_lines(raw, position, _HEAD_LINES) if number == _FUNCTION and not binary else end
+        )
         parts.append(raw[position : min(numbers, end)])
         samples = raw[numbers:end]
         padded = b" \n" in samples or b" \r\n" in samples

@@ -26,7 +26,11 @@ def with_times_by_unit(contents: Contents) -> Contents:
     arrays = []
     for _, members in groupby(contents.arrays, key=lambda array: array.group):
         group = list(members)
-        by_unit = [] if any(array.is_time for array in group) else [a for a in group if _is_time_by_unit(a)]
+        by_unit = (
+            []
+            if any(array.is_time for array in group)
+            else [a for a in group if _is_time_by_unit(a)]
+        )
         if len(by_unit) == 1:
             group = [replace(a, rises_as_time=True) if a is by_unit[0] else a for a in group]
         arrays += group
@@ -41,7 +45,12 @@ def _is_time_by_unit(array: Array) -> bool:
 def _rises(array: Array) -> NDArray[np.float64] | None:
     """The samples of an array that rises at every one of them; None for any other."""
     one_row = sum(length != 1 for length in array.shape) == 1
-    if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8 or not one_row or array.samples < _FEWEST:
+    if (
+        array.dtype.kind not in "iuf"
+        or array.dtype.itemsize > 8
+        or not one_row
+        or array.samples < _FEWEST
+    ):
         return None
     if not np.all(np.diff(array.take(0, min(_PROBE, array.samples)).astype(np.float64)) > 0):
         return None
@@ -62,7 +71,9 @@ def find_time_like(arrays: Iterable[Array]) -> tuple[str, float] | None:
     return None if counts or uneven > 0.1 else (array.name, step)
 
 
-def refuse_unnamed_time(path: Path, contents: Contents, options: ReadingOptions, rate_hz: float | None) -> None:
+def refuse_unnamed_time(
+    path: Path, contents: Contents, options: ReadingOptions, rate_hz: float | None
+) -> None:
     """Raise `RecordingError` where a rate is stated and an array rises as the time of another rate would.
 
     Names that the laboratory gives to columns are taken as they are.
@@ -73,7 +84,10 @@ def refuse_unnamed_time(path: Path, contents: Contents, options: ReadingOptions,
     if like_time is None or is_harmless(like_time[0], options):
         return
     name, step = like_time
-    if any(abs(1.0 / (step * unit) - rate_hz) <= _AGREEMENT * rate_hz for unit in set(TIME_UNITS.values())):
+    if any(
+        abs(1.0 / (step * unit) - rate_hz) <= _AGREEMENT * rate_hz
+        for unit in set(TIME_UNITS.values())
+    ):
         return
     raise RecordingError(
         f"{path.name}: {name!r} rises evenly by {step:.6g}, as time does, which is not the step of {rate_hz:g} Hz; if "

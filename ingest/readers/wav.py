@@ -74,7 +74,10 @@ class WavReader(ArrayReader):
 def _stated(path: Path) -> dict[str, str]:
     """Names of the chunks and the size of each."""
     with path.open("rb") as file:
-        return {name.decode("latin-1"): f"a chunk of {size} bytes" for name, _, size in _chunks(path, file)}
+        return {
+            name.decode("latin-1"): f"a chunk of {size} bytes"
+            for name, _, size in _chunks(path, file)
+        }
 
 
 def _take(whole: Callable[[], NDArray[Any]], number: int, start: int, stop: int) -> NDArray[Any]:
@@ -86,10 +89,14 @@ def _load(path: Path, form: _Form) -> NDArray[Any]:
     from scipy.io import wavfile
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", wavfile.WavFileWarning)  # of a chunk that it does not know; `fields` do
+        warnings.simplefilter(
+            "ignore", wavfile.WavFileWarning
+        )  # of a chunk that it does not know; `fields` do
         _, values = wavfile.read(path)
     if values.size != form.samples * form.channels:
-        raise RecordingError(f"{path.name}: declares {form.samples} samples and holds {values.shape}; it is damaged")
+        raise RecordingError(
+            f"{path.name}: declares {form.samples} samples and holds {values.shape}; it is damaged"
+        )
     columns = values.reshape(form.samples, form.channels).T
     if form.kind == _FLOAT:
         return np.ascontiguousarray(columns, form.dtype)
@@ -103,18 +110,31 @@ def _form(path: Path) -> _Form:
         chunks = {name: (start, size) for name, start, size in _chunks(path, file)}
         order = _order(path, file)
         if not {b"fmt ", b"data"} <= chunks.keys() or chunks[b"fmt "][1] < 16:
-            raise RecordingError(f"{path.name}: has no chunks 'fmt ' and 'data'; it is cut, or not WAV")
+            raise RecordingError(
+                f"{path.name}: has no chunks 'fmt ' and 'data'; it is cut, or not WAV"
+            )
         start, size = chunks[b"fmt "]
         file.seek(start)
         head = file.read(min(size, 40))
     kind, channels, rate, _, block, bits = struct.unpack(f"{order}HHIIHH", head[:16])
     if kind == _EXTENSIBLE and len(head) >= 26:
         kind = struct.unpack(f"{order}H", head[24:26])[0]
-    if (kind, bits) not in {(_PCM, 8), (_PCM, 16), (_PCM, 24), (_PCM, 32), (_FLOAT, 32), (_FLOAT, 64)}:
+    if (kind, bits) not in {
+        (_PCM, 8),
+        (_PCM, 16),
+        (_PCM, 24),
+        (_PCM, 32),
+        (_FLOAT, 32),
+        (_FLOAT, 64),
+    }:
         raise RecordingError(
             f"{path.name}: has samples of format {kind} with {bits} bits; expected PCM of 8 to 32 bits, or floats"
         )
-    if not 0 < channels <= MAX_COLUMNS or block != channels * bits // 8 or chunks[b"data"][1] % block:
+    if (
+        not 0 < channels <= MAX_COLUMNS
+        or block != channels * bits // 8
+        or chunks[b"data"][1] % block
+    ):
         raise RecordingError(
             f"{path.name}: {channels} channels of {bits} bits do not go into {chunks[b'data'][1]} bytes in blocks of "
             f"{block}; it is cut or damaged"
@@ -126,7 +146,9 @@ def _order(path: Path, file: BinaryIO) -> str:
     file.seek(0)
     riff, _, wave = struct.unpack("4s4s4s", file.read(12).ljust(12))
     if riff not in (b"RIFF", b"RIFX") or wave != b"WAVE":
-        raise RecordingError(f"{path.name}: does not start as a WAV file ('RIFF', 'WAVE'); RF64 is not read")
+        raise RecordingError(
+            f"{path.name}: does not start as a WAV file ('RIFF', 'WAVE'); RF64 is not read"
+        )
     return "<" if riff == b"RIFF" else ">"
 
 
@@ -138,6 +160,8 @@ def _chunks(path: Path, file: BinaryIO) -> Iterator[tuple[bytes, int, int]]:
         head = file.read(8)
         name, count = struct.unpack(f"{order}4sI", head) if len(head) == 8 else (b"", 0)
         if position + 8 + count > size or len(head) < 8:
-            raise RecordingError(f"{path.name}: is cut: a part of it ends at byte {position + 8 + count} of {size}")
+            raise RecordingError(
+                f"{path.name}: is cut: a part of it ends at byte {position + 8 + count} of {size}"
+            )
         yield name, position + 8, count
         position += 8 + count + count % 2

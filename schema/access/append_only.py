@@ -43,7 +43,9 @@ def delete_damaged_chunks(connection: Connection, channel: int) -> int:
     how many were."""
     if _has_functions(connection):
         return int(connection.scalar(select(func.pyroshock_delete_damaged_chunks(channel))) or 0)
-    facts = select(RecordedChannel.samples, RecordedChannel.chunk_samples).where(RecordedChannel.id == channel)
+    facts = select(RecordedChannel.samples, RecordedChannel.chunk_samples).where(
+        RecordedChannel.id == channel
+    )
     samples, chunk_samples = connection.execute(facts).one()
     own = SeriesChunk.channel_id == channel
     damaged = [
@@ -60,7 +62,9 @@ def delete_damaged_chunks(connection: Connection, channel: int) -> int:
 def withdraw_findings(connection: Connection, recording: int, check: str) -> None:
     """Delete what a check said of a recording in comparison with others, which say something else by now."""
     if _has_functions(connection):
-        connection.execute(select(getattr(func, f"pyroshock_withdraw_{check.replace('-', '_')}")(recording)))
+        connection.execute(
+            select(getattr(func, f"pyroshock_withdraw_{check.replace('-', '_')}")(recording))
+        )
         return
     old = (QualityFinding.recording_id == recording, QualityFinding.check == check)
     connection.execute(delete(QualityFinding).where(*old))

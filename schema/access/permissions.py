@@ -41,7 +41,9 @@ _THE_TABLES = text("SELECT tablename FROM pg_tables WHERE schemaname = current_s
 _THE_COLUMNS = text(
     "SELECT column_name FROM information_schema.columns WHERE table_schema = current_schema() AND table_name = :table"
 )
-_THE_FUNCTION = text("SELECT to_regprocedure(quote_ident(current_schema()) || '.' || :function) IS NOT NULL")
+_THE_FUNCTION = text(
+    "SELECT to_regprocedure(quote_ident(current_schema()) || '.' || :function) IS NOT NULL"
+)
 _THE_ROLES = text("SELECT rolname FROM pg_roles WHERE rolname LIKE 'pyroshock%'")
 
 
@@ -58,27 +60,51 @@ def missing_roles(connection: Connection) -> list[str]:
 
 def missing_rights(connection: Connection) -> list[str]:
     """What a role should be able to do and cannot, as "pyroshock_reader: SELECT on impacts"."""
-    wanted = [(role, table, right) for table in tables_of(connection) for role, right in rights_on(table)]
-    held = connection.execute(select(*(func.has_table_privilege(*privilege) for privilege in wanted))).one()
-    lacking = [f"{role}: {right} on {table}" for (role, table, right), has in zip(wanted, held, strict=True) if not has]
-    columns = [(table, column) for table in tables_of(connection) for column in changed_columns(connection, table)]
+    wanted = [
+        (role, table, right) for table in tables_of(connection) for role, right in rights_on(table)
+    ]
+    held = connection.execute(
+        select(*(func.has_table_privilege(*privilege) for privilege in wanted))
+    ).one()
+    lacking = [
+        f"{role}: {right} on {table}"
+        for (role, table, right), has in zip(wanted, held, strict=True)
+        if not has
+    ]
+    columns = [
+        (table, column)
+        for table in tables_of(connection)
+        for column in changed_columns(connection, table)
+    ]
     for table, column in columns:
-        if not connection.scalar(select(func.has_column_privilege(OPERATOR, table, column, "UPDATE"))):
+        if not connection.scalar(
+            select(func.has_column_privilege(OPERATOR, table, column, "UPDATE"))
+        ):
             lacking += [f"{OPERATOR}: UPDATE of {column} in {table}"]
     for function in functions_of(connection):
-        if not connection.scalar(select(func.has_function_privilege(OPERATOR, function, "EXECUTE"))):
+        if not connection.scalar(
+            select(func.has_function_privilege(OPERATOR, function, "EXECUTE"))
+        ):
             lacking += [f"{OPERATOR}: EXECUTE on {function}"]
     return lacking
 
 
 def functions_of(connection: Connection) -> list[str]:
     """The store's own functions that are there: none before revision 0012."""
-    return [function for function in FUNCTIONS if connection.scalar(_THE_FUNCTION, {"function": function})]
+    return [
+        function
+        for function in FUNCTIONS
+        if connection.scalar(_THE_FUNCTION, {"function": function})
+    ]
 
 
 def changed_columns(connection: Connection, table: str) -> list[str]:
     """Columns that an operator may change, where it may not change all of them; those that the table has by now."""
-    existing = set(connection.scalars(_THE_COLUMNS, {"table": table})) if table in CHANGED_COLUMNS else set()
+    existing = (
+        set(connection.scalars(_THE_COLUMNS, {"table": table}))
+        if table in CHANGED_COLUMNS
+        else set()
+    )
     return [column for column in CHANGED_COLUMNS.get(table, ()) if column in existing]
 
 
@@ -92,7 +118,11 @@ def rights_on(table: str) -> list[tuple[str, str]]:
     if table in DELETED_FROM:
         operator |= {"DELETE"}
     admin = ("SELECT", "INSERT", "UPDATE", "DELETE")
-    return [(READER, "SELECT"), *((OPERATOR, right) for right in sorted(operator)), *((ADMIN, r) for r in admin)]
+    return [
+        (READER, "SELECT"),
+        *((OPERATOR, right) for right in sorted(operator)),
+        *((ADMIN, r) for r in admin),
+    ]
 
 
 #: SQLSTATE insufficient_privilege: "permission denied for table ..", "must be owner of table ..".
@@ -108,7 +138,9 @@ def refusal(engine: Engine, error: DBAPIError, subject: str | None = None) -> St
     if role is None:
         return StoreError(message)
     login = engine.url.username or "LOGIN"
-    return StoreRoleError(f'{message}; this needs the role {role}: an administrator runs GRANT {role} TO "{login}"')
+    return StoreRoleError(
+        f'{message}; this needs the role {role}: an administrator runs GRANT {role} TO "{login}"'
+    )
 
 
 def needed_role(error: DBAPIError) -> str | None:
@@ -119,7 +151,11 @@ def needed_role(error: DBAPIError) -> str | None:
     words = statement.split() or [""]
     if words[0].upper() == "SELECT":
         # a key is reserved before its row is inserted
-        words_of_writers = ("FOR UPDATE", "nextval", *(name.partition("(")[0] for name in FUNCTIONS))
+        words_of_writers = (
+            "FOR UPDATE",
+            "nextval",
+            *(name.partition("(")[0] for name in FUNCTIONS),
+        )
         writes = any(word in statement for word in words_of_writers)
         return OPERATOR if writes else READER
     if words[:2] == ["DELETE", "FROM"] and words[2] not in DELETED_FROM:

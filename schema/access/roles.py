@@ -66,7 +66,9 @@ TAKE_ALL = (
     "REVOKE ALL ON ALL SEQUENCES IN SCHEMA {schema} FROM {reader}, {operator}, {admin}",
     "REVOKE ALL ON SCHEMA {schema} FROM {reader}, {operator}, {admin}",
 )
-LOGIN = text("SELECT current_user, rolsuper OR rolcreaterole, rolsuper FROM pg_roles WHERE rolname = current_user")
+LOGIN = text(
+    "SELECT current_user, rolsuper OR rolcreaterole, rolsuper FROM pg_roles WHERE rolname = current_user"
+)
 
 
 def names_in(connection: Connection) -> dict[str, Any]:
@@ -78,12 +80,20 @@ def names_in(connection: Connection) -> dict[str, Any]:
 
     there = tables_of(connection)
     login, *_ = connection.execute(LOGIN).one()
-    named = {"reader": READER, "operator": OPERATOR, "admin": ADMIN, "login": login, "version": VERSION}
+    named = {
+        "reader": READER,
+        "operator": OPERATOR,
+        "admin": ADMIN,
+        "login": login,
+        "version": VERSION,
+    }
     named["schema"] = str(connection.scalar(text("SELECT current_schema()")))
     return {
         **{key: identifier(name) for key, name in named.items()},
         "tables": listed(there),
-        "append_only": listed([table for table in there if table in (*APPEND_ONLY, *CHANGED_COLUMNS)]),
+        "append_only": listed(
+            [table for table in there if table in (*APPEND_ONLY, *CHANGED_COLUMNS)]
+        ),
     }
 
 
@@ -104,7 +114,9 @@ def run(connection: Connection, statement: str, names: dict[str, Any]) -> None:
 #: SQLSTATE of a role that another transaction has made meanwhile: duplicate_object, unique_violation.
 _MADE_BY_ANOTHER = ("42710", "23505")
 
-_OWNER = text("SELECT tableowner FROM pg_tables WHERE schemaname = current_schema() AND tablename = :table")
+_OWNER = text(
+    "SELECT tableowner FROM pg_tables WHERE schemaname = current_schema() AND tablename = :table"
+)
 _MEMBER = text("SELECT pg_has_role(current_user, CAST(:role AS name), :how)")
 _MAKES_TABLES = text("SELECT has_schema_privilege(CAST(:role AS name), current_schema(), 'CREATE')")
 
@@ -147,8 +159,16 @@ def grant_rights(connection: Connection) -> None:
             own = named | {"column": identifier(column)}
             run(connection, "GRANT UPDATE ({column}) ON TABLE {table} TO {operator}", own)
     for function in functions_of(connection):
-        run(connection, f"REVOKE ALL ON FUNCTION {{schema}}.{function} FROM PUBLIC, {{reader}}", names)
-        run(connection, f"GRANT EXECUTE ON FUNCTION {{schema}}.{function} TO {{operator}}, {{admin}}", names)
+        run(
+            connection,
+            f"REVOKE ALL ON FUNCTION {{schema}}.{function} FROM PUBLIC, {{reader}}",
+            names,
+        )
+        run(
+            connection,
+            f"GRANT EXECUTE ON FUNCTION {{schema}}.{function} TO {{operator}}, {{admin}}",
+            names,
+        )
 
 
 def revoke_roles(connection: Connection) -> None:
@@ -164,7 +184,11 @@ def revoke_roles(connection: Connection) -> None:
     for statement in TAKE_ALL:
         run(connection, statement, names)
     for function in functions_of(connection):
-        run(connection, f"REVOKE ALL ON FUNCTION {{schema}}.{function} FROM {{operator}}, {{admin}}", names)
+        run(
+            connection,
+            f"REVOKE ALL ON FUNCTION {{schema}}.{function} FROM {{operator}}, {{admin}}",
+            names,
+        )
 
 
 def owns(connection: Connection) -> bool:
@@ -213,7 +237,11 @@ def _makers(connection: Connection) -> list[dict[str, Any]]:
 def _hand_over(connection: Connection, names: dict[str, Any], owner: str) -> None:
     """Sequences and indexes go with their tables; the functions act as their owner."""
     for table in tables_of(connection):
-        run(connection, f"ALTER TABLE {{table}} OWNER TO {owner}", names | {"table": identifier(table)})
+        run(
+            connection,
+            f"ALTER TABLE {{table}} OWNER TO {owner}",
+            names | {"table": identifier(table)},
+        )
     for function in functions_of(connection):
         run(connection, f"ALTER FUNCTION {{schema}}.{function} OWNER TO {owner}", names)
 
@@ -253,11 +281,17 @@ def ensure_roles(engine: Engine) -> list[Role]:
     try:
         with engine.begin() as connection:
             if not owns(connection):
-                raise StoreRoleError(f"{describe(engine)}: only its owner grants; this needs the role {ADMIN}")
+                raise StoreRoleError(
+                    f"{describe(engine)}: only its owner grants; this needs the role {ADMIN}"
+                )
             if not grant_roles(connection):
-                raise StoreError(f"{describe(engine)}: {how_to_make_roles(missing_roles(connection))}")
+                raise StoreError(
+                    f"{describe(engine)}: {how_to_make_roles(missing_roles(connection))}"
+                )
             if lacking := missing_rights(connection):
-                raise StoreError(f"{describe(engine)}: not granted: {', '.join(lacking)}; is another their owner?")
+                raise StoreError(
+                    f"{describe(engine)}: not granted: {', '.join(lacking)}; is another their owner?"
+                )
             return _roles(connection)
     except DBAPIError as error:
         raise refusal(engine, error) from error
@@ -282,4 +316,7 @@ def how_to_make_roles(missing: list[str]) -> str:
 
 def _roles(connection: Connection) -> list[Role]:
     rows = connection.execute(_MEMBERS).all()
-    return [Role(name, MAY[name], tuple(member for role, member in rows if role == name)) for name in ROLES]
+    return [
+        Role(name, MAY[name], tuple(member for role, member in rows if role == name))
+        for name in ROLES
+    ]

@@ -38,8 +38,21 @@ _SHARED: tuple[Check, ...] = (
     check_tombstones,
 )
 #: With every byte of every series; and without.
-_THOROUGH: tuple[Check, ...] = (check_database, *_SHARED, check_rows, check_belonging, check_pulses, check_series)
-_FAST: tuple[Check, ...] = (check_pages, *_SHARED, check_rows_without_bytes, check_belonging, check_chunks)
+_THOROUGH: tuple[Check, ...] = (
+    check_database,
+    *_SHARED,
+    check_rows,
+    check_belonging,
+    check_pulses,
+    check_series,
+)
+_FAST: tuple[Check, ...] = (
+    check_pages,
+    *_SHARED,
+    check_rows_without_bytes,
+    check_belonging,
+    check_chunks,
+)
 #: Of one campaign's own rows.
 _OF_A_CAMPAIGN: tuple[Check, ...] = (
     check_rows,
@@ -62,25 +75,36 @@ _DAMAGED_VALUES = (ArithmeticError, LookupError, RecursionError, TypeError, Valu
 
 
 def iter_findings(
-    connection: Connection, chosen: tuple[Check, ...], campaign: int | None = None, progress: Progress | None = None
+    connection: Connection,
+    chosen: tuple[Check, ...],
+    campaign: int | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[IntegrityFinding]:
     """What the chosen checks find, in the whole store or in one campaign (its key)."""
     scope = Scope(campaign)
     if progress is not None and check_series in chosen:
         scope = Scope(campaign, ProgressBar(progress, _samples(connection, scope)))
     for check in chosen:
-        savepoint = connection.begin_nested()  # PostgreSQL answers nothing after an error, up to here
+        savepoint = (
+            connection.begin_nested()
+        )  # PostgreSQL answers nothing after an error, up to here
         try:
             yield from check(connection, scope)
         except (DBAPIError, *_DAMAGED_VALUES) as error:
             savepoint.rollback()
             name = check.__name__.removeprefix("check_")
-            why = first_line(error) if isinstance(error, DBAPIError) else f"{type(error).__name__}: {error}"
+            why = (
+                first_line(error)
+                if isinstance(error, DBAPIError)
+                else f"{type(error).__name__}: {error}"
+            )
             yield IntegrityFinding(name, f"could not be looked at: {why}", RESTORE)
         else:
             savepoint.commit()
 
 
 def _samples(connection: Connection, scope: Scope) -> int:
-    query = select(func.sum(RecordedChannel.samples)).join(Recording, RecordedChannel.recording_id == Recording.id)
+    query = select(func.sum(RecordedChannel.samples)).join(
+        Recording, RecordedChannel.recording_id == Recording.id
+    )
     return int(connection.scalar(scope.within(query, Recording.campaign_id)) or 0)

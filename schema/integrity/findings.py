@@ -29,7 +29,9 @@ class IntegrityFinding:
     @property
     def what(self) -> str:
         """Check, place and message in one line."""
-        keys = [key for key in _PLACE if key in self.place] + [key for key in self.place if key not in _PLACE]
+        keys = [key for key in _PLACE if key in self.place] + [
+            key for key in self.place if key not in _PLACE
+        ]
         where = ", ".join(f"{key} {self.place[key]}" for key in keys)
         return f"{self.check}: {where}{': ' if where else ''}{self.message}"
 
@@ -55,7 +57,9 @@ class Scope:
         """The query's rows of this scope, by its column that holds the campaign's key."""
         return query if self.campaign is None else query.where(campaign == self.campaign)
 
-    def iter_rows(self, connection: Connection, query: Query, campaign: Any, key: Any, page: int) -> Iterator[Any]:
+    def iter_rows(
+        self, connection: Connection, query: Query, campaign: Any, key: Any, page: int
+    ) -> Iterator[Any]:
         """The query's rows of this scope in the order of `key` (its column "id"), a page at a time: other queries may
         run in between."""
         query, after = self.within(query, campaign).order_by(key).limit(page), 0

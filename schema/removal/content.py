@@ -46,7 +46,11 @@ _SHOT = (
     "measured_velocity_u_m_s",
     "velocity_source",
 )
-_OF: dict[type[Impact] | type[Pulse] | type[Shot], tuple[str, ...]] = {Impact: _IMPACT, Pulse: _PULSE, Shot: _SHOT}
+_OF: dict[type[Impact] | type[Pulse] | type[Shot], tuple[str, ...]] = {
+    Impact: _IMPACT,
+    Pulse: _PULSE,
+    Shot: _SHOT,
+}
 _PAGE = 500
 
 

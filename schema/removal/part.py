@@ -65,9 +65,16 @@ def campaign_part(session: Session, campaign: str) -> Part:
 def recording_part(session: Session, campaign: str, path: str) -> Part:
     """One recording of a campaign, stored or set aside. Raises `LookupError` for an unknown one."""
     key = get_campaign_id(session, campaign)
-    recording = session.scalar(select(Recording.id).where(Recording.campaign_id == key, Recording.path == path))
+    recording = session.scalar(
+        select(Recording.id).where(Recording.campaign_id == key, Recording.path == path)
+    )
     if recording is None:
-        paths = select(Recording.path).where(Recording.campaign_id == key).order_by(Recording.path).limit(_NAMED + 1)
+        paths = (
+            select(Recording.path)
+            .where(Recording.campaign_id == key)
+            .order_by(Recording.path)
+            .limit(_NAMED + 1)
+        )
         there = list(session.scalars(paths))
         more = f" and more (pyroshock runs list {campaign})" if len(there) > _NAMED else ""
         raise LookupError(
@@ -77,7 +84,9 @@ def recording_part(session: Session, campaign: str, path: str) -> Part:
     return Part(key, campaign, recording, path)
 
 
-def recording_of_runs(session: Session, campaign: str, runs: Sequence[int], repetition: int | None = None) -> Part:
+def recording_of_runs(
+    session: Session, campaign: str, runs: Sequence[int], repetition: int | None = None
+) -> Part:
     """The recording that holds these runs, or one repetition of one run, and nothing else.
 
     Raises `LookupError` for runs that are not in the store, `ValueError` where they are in no recording, in several, or
@@ -86,17 +95,33 @@ def recording_of_runs(session: Session, campaign: str, runs: Sequence[int], repe
     key = get_campaign_id(session, campaign)
     hits = _hits(session, key)
     meant = {hit for hit in hits if hit[0] in runs and repetition in (None, hit[1])}
-    what = _enumerated(runs) if repetition is None else f"{_enumerated(runs)}, repetition {repetition}"
+    what = (
+        _enumerated(runs) if repetition is None else f"{_enumerated(runs)}, repetition {repetition}"
+    )
     missing = sorted(set(runs) - {run for run, _ in meant})
     if missing:
-        raise LookupError(f"campaign {campaign!r} has no {_enumerated(missing)} in the store (pyroshock runs list)")
+        raise LookupError(
+            f"campaign {campaign!r} has no {_enumerated(missing)} in the store (pyroshock runs list)"
+        )
     recordings = {hits[hit] for hit in meant}
     if None in recordings:
-        raise ValueError(f"{what} of campaign {campaign!r} came from a row without a recording; only recordings go")
-    paths = dict(iter(session.execute(select(Recording.id, Recording.path).where(Recording.campaign_id == key))))
+        raise ValueError(
+            f"{what} of campaign {campaign!r} came from a row without a recording; only recordings go"
+        )
+    paths = dict(
+        iter(
+            session.execute(
+                select(Recording.id, Recording.path).where(Recording.campaign_id == key)
+            )
+        )
+    )
     if len(recordings) > 1:
-        names = ", ".join(sorted(paths[recording] for recording in recordings if recording is not None))
-        raise ValueError(f"{what} of campaign {campaign!r} is in several recordings ({names}); name one of them")
+        names = ", ".join(
+            sorted(paths[recording] for recording in recordings if recording is not None)
+        )
+        raise ValueError(
+            f"{what} of campaign {campaign!r} is in several recordings ({names}); name one of them"
+        )
     (recording,) = recordings
     assert recording is not None
     others = sorted(hit for hit, own in hits.items() if own == recording and hit not in meant)
@@ -125,7 +150,9 @@ def list_recordings(session: Session, campaign: str) -> list[dict[str, Any]]:
             "recording": path,
             "status": status,
             "sha256": sha256,
-            "runs": [f"{run} ({_span(numbers)})" for run, numbers in runs.get(recording, {}).items()],
+            "runs": [
+                f"{run} ({_span(numbers)})" for run, numbers in runs.get(recording, {}).items()
+            ],
         }
         for recording, path, status, sha256 in session.execute(query)
     ]
@@ -144,7 +171,9 @@ def _hits(session: Session, campaign: int) -> dict[tuple[int, int], int | None]:
     """(run, repetition) -> key of its recording; a shot and its impact are of one recording."""
     hits: dict[tuple[int, int], int | None] = {}
     for table in (Impact, Shot):
-        query = select(table.run, table.repetition, table.recording_id).where(table.campaign_id == campaign)
+        query = select(table.run, table.repetition, table.recording_id).where(
+            table.campaign_id == campaign
+        )
         for run, repetition, recording in session.execute(query):
             hits[run, repetition] = recording
     return hits

@@ -14,7 +14,15 @@ from sqlalchemy.orm import Session
 
 from ..campaigns import Campaign, Configuration, Plan, PlannedRun
 from ..diagnoses import Diagnosis, TwinVersion
-from ..impacts import ChannelFigures, DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse, Shot, SnapshotPulse
+from ..impacts import (
+    ChannelFigures,
+    DatasetSnapshot,
+    ExtractionSettingsRow,
+    Impact,
+    Pulse,
+    Shot,
+    SnapshotPulse,
+)
 from ..provenance import CAMPAIGN, Tombstone
 from ..recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 from ..run_states import done_runs
@@ -56,13 +64,21 @@ def _content(session: Session, part: Part) -> Iterator[tuple[str, list[tuple[Any
     for kind, table, keys in tables:
         hashes = figures_hashes(session, table, keys)
         hits = select(table.id, table.run, table.repetition, Configuration.fingerprint)
-        hits = hits.join(Configuration, table.configuration_id == Configuration.id).where(table.id.in_(keys))
+        hits = hits.join(Configuration, table.configuration_id == Configuration.id).where(
+            table.id.in_(keys)
+        )
         yield kind, [(*row, hashes[key]) for key, *row in session.execute(hits)]
     hashes = figures_hashes(session, Pulse, part.pulses)
     pulses = select(Pulse.id, Impact.run, Impact.repetition, ExtractionSettingsRow.fingerprint)
     pulses = pulses.join(Impact, Pulse.impact_id == Impact.id)
     pulses = pulses.join(ExtractionSettingsRow, Pulse.settings_id == ExtractionSettingsRow.id)
-    yield "pulse", [(*row, hashes[key]) for key, *row in session.execute(pulses.where(Pulse.id.in_(part.pulses)))]
+    yield (
+        "pulse",
+        [
+            (*row, hashes[key])
+            for key, *row in session.execute(pulses.where(Pulse.id.in_(part.pulses)))
+        ],
+    )
 
 
 def _rows_of(session: Session, query: Any) -> list[tuple[Any, ...]]:
@@ -71,7 +87,11 @@ def _rows_of(session: Session, query: Any) -> list[tuple[Any, ...]]:
 
 def datasets_on(session: Session, part: Part) -> list[dict[str, Any]]:
     """Frozen datasets with pulses of this part: name, hash, how many, how many pulses they have at all, and digests."""
-    every = select(func.count()).where(SnapshotPulse.snapshot_id == DatasetSnapshot.id).correlate(DatasetSnapshot)
+    every = (
+        select(func.count())
+        .where(SnapshotPulse.snapshot_id == DatasetSnapshot.id)
+        .correlate(DatasetSnapshot)
+    )
     query = (
         select(
             DatasetSnapshot.id,
@@ -87,14 +107,19 @@ def datasets_on(session: Session, part: Part) -> list[dict[str, Any]]:
     )
     keys = ("name", "hash", "pulses", "before")
     return [
-        {**dict(zip(keys, row, strict=True)), "members": sorted(pulse_digests(session, part, key).values())}
+        {
+            **dict(zip(keys, row, strict=True)),
+            "members": sorted(pulse_digests(session, part, key).values()),
+        }
         for key, *row in session.execute(query).all()
     ]
 
 
 def diagnoses_on(session: Session, part: Part) -> list[dict[str, Any]]:
     """Diagnoses of this part's campaign. Those of a campaign that goes are given with their report, which is kept."""
-    rows = session.scalars(select(Diagnosis).where(Diagnosis.campaign_id == part.campaign_id).order_by(Diagnosis.id))
+    rows = session.scalars(
+        select(Diagnosis).where(Diagnosis.campaign_id == part.campaign_id).order_by(Diagnosis.id)
+    )
     return [
         {
             "id": row.id,
@@ -108,7 +133,11 @@ def diagnoses_on(session: Session, part: Part) -> list[dict[str, Any]]:
 
 def adopted_on(session: Session, part: Part) -> list[dict[str, Any]]:
     """Versions of the twin's configuration that were adopted from diagnoses of this part's campaign."""
-    query = select(TwinVersion).where(TwinVersion.campaign_id == part.campaign_id).order_by(TwinVersion.version)
+    query = (
+        select(TwinVersion)
+        .where(TwinVersion.campaign_id == part.campaign_id)
+        .order_by(TwinVersion.version)
+    )
     return [
         {
             "version": row.version,
@@ -137,11 +166,15 @@ def remove(
     is no longer there.
     """
     # Nobody adds to the campaign meanwhile: PostgreSQL lets their rows wait, and SQLite has one writer at a time.
-    there = session.scalar(select(Campaign.id).where(Campaign.id == part.campaign_id).with_for_update())
+    there = session.scalar(
+        select(Campaign.id).where(Campaign.id == part.campaign_id).with_for_update()
+    )
     if part.recording_id is not None and there is not None:
         there = session.scalar(select(Recording.id).where(Recording.id == part.recording_id))
     if there is None:
-        raise LookupError(f"{part.kind} {part.recording or part.campaign!r} was deleted by somebody else meanwhile")
+        raise LookupError(
+            f"{part.kind} {part.recording or part.campaign!r} was deleted by somebody else meanwhile"
+        )
     stone = Tombstone(
         kind=part.kind,
         campaign=part.campaign,
@@ -155,7 +188,9 @@ def remove(
             "diagnoses": diagnoses_on(session, part),
             "adopted": adopted_on(session, part),
         },
-        file_sha256=session.scalar(select(Recording.sha256).where(Recording.id == part.recording_id)),
+        file_sha256=session.scalar(
+            select(Recording.sha256).where(Recording.id == part.recording_id)
+        ),
         archive_path=None if archive is None else archive[0],
         archive_sha256=None if archive is None else archive[1],
     )
@@ -171,7 +206,9 @@ def _delete(session: Session, part: Part) -> dict[str, int]:
     """Rows that went, by table."""
     counts = {}
     for table, rows in _rows(part):
-        result = session.execute(delete(table).where(rows), execution_options={"synchronize_session": False})
+        result = session.execute(
+            delete(table).where(rows), execution_options={"synchronize_session": False}
+        )
         counts[table.__tablename__] = int(result.rowcount)  # type: ignore[attr-defined]
     return {name: count for name, count in counts.items() if count}
 
@@ -179,7 +216,8 @@ def _delete(session: Session, part: Part) -> dict[str, int]:
 def row_counts(session: Session, part: Part) -> dict[str, int]:
     """Rows that would go, by table."""
     counts = {
-        table.__tablename__: session.scalar(select(func.count()).select_from(table).where(rows)) or 0
+        table.__tablename__: session.scalar(select(func.count()).select_from(table).where(rows))
+        or 0
         for table, rows in _rows(part)
     }
     return {name: number for name, number in counts.items() if number}
@@ -211,9 +249,14 @@ def _rows(part: Part) -> list[tuple[Any, Any]]:
 def _planned(session: Session, part: Part) -> list[int]:
     """Keys of the planned runs that the part's hits are linked to."""
     keys: set[int] = set()
-    hits: tuple[tuple[type[Impact] | type[Shot], Keys], ...] = ((Impact, part.impacts), (Shot, part.shots))
+    hits: tuple[tuple[type[Impact] | type[Shot], Keys], ...] = (
+        (Impact, part.impacts),
+        (Shot, part.shots),
+    )
     for table, own in hits:
-        links = select(table.planned_run_id).where(table.id.in_(own), table.planned_run_id.is_not(None))
+        links = select(table.planned_run_id).where(
+            table.id.in_(own), table.planned_run_id.is_not(None)
+        )
         keys.update(key for key in session.scalars(links.distinct()) if key is not None)
     return sorted(keys)
 

@@ -24,7 +24,11 @@ def pulse_digests(session: Session, part: Part, snapshot: int | None = None) -> 
     It is of the campaign's facts, the file, the hit with its factors and figures, the extraction and the pulse's
     figures: all that a dataset takes from a pulse.
     """
-    shot = and_(Shot.campaign_id == Impact.campaign_id, Shot.run == Impact.run, Shot.repetition == Impact.repetition)
+    shot = and_(
+        Shot.campaign_id == Impact.campaign_id,
+        Shot.run == Impact.run,
+        Shot.repetition == Impact.repetition,
+    )
     query = (
         select(
             Pulse.id,
@@ -66,8 +70,15 @@ def restore_references(session: Session, part: Part, written_by: int) -> dict[st
 
     How many came back, by the dataset's name; `written_by` is the key of who writes.
     """
-    stones = session.scalars(select(Tombstone).where(Tombstone.campaign == part.campaign).order_by(Tombstone.id)).all()
-    wanted = {entry["hash"] for stone in stones for entry in stone.stood_on["datasets"] if _still_lost(entry)}
+    stones = session.scalars(
+        select(Tombstone).where(Tombstone.campaign == part.campaign).order_by(Tombstone.id)
+    ).all()
+    wanted = {
+        entry["hash"]
+        for stone in stones
+        for entry in stone.stood_on["datasets"]
+        if _still_lost(entry)
+    }
     if not wanted:
         return {}
     keys = {digest: key for key, digest in pulse_digests(session, part).items()}
@@ -76,7 +87,8 @@ def restore_references(session: Session, part: Part, written_by: int) -> dict[st
         stone.stood_on = {
             **stone.stood_on,
             "datasets": [
-                _given_back(session, entry, keys, written_by, returned) for entry in stone.stood_on["datasets"]
+                _given_back(session, entry, keys, written_by, returned)
+                for entry in stone.stood_on["datasets"]
             ],
         }
     session.flush()
@@ -88,20 +100,31 @@ def _still_lost(entry: dict[str, Any]) -> int:
 
 
 def _given_back(
-    session: Session, entry: dict[str, Any], keys: dict[str, int], written_by: int, returned: dict[str, int]
+    session: Session,
+    entry: dict[str, Any],
+    keys: dict[str, int],
+    written_by: int,
+    returned: dict[str, int],
 ) -> dict[str, Any]:
     """A tombstone's entry of a dataset, with the pulses counted that it has again."""
     members = [digest for digest in entry.get("members", ()) if digest in keys]
-    row = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.content_hash == entry["hash"])).one_or_none()
+    row = session.scalars(
+        select(DatasetSnapshot).where(DatasetSnapshot.content_hash == entry["hash"])
+    ).one_or_none()
     if row is None or not members or not _still_lost(entry):
         return entry
-    own = set(session.scalars(select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == row.id)))
+    own = set(
+        session.scalars(select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == row.id))
+    )
     lost = [keys[digest] for digest in members if keys[digest] not in own]
     for key in lost:
         session.add(SnapshotPulse(snapshot_id=row.id, pulse_id=key, written_by_id=written_by))
     if lost:
         returned[row.name] = returned.get(row.name, 0) + len(lost)
-    return {**entry, "returned": min(int(entry["pulses"]), int(entry.get("returned", 0)) + len(lost))}
+    return {
+        **entry,
+        "returned": min(int(entry["pulses"]), int(entry.get("returned", 0)) + len(lost)),
+    }
 
 
 def mark_restored(session: Session, content_hash: str) -> None:
@@ -110,12 +133,15 @@ def mark_restored(session: Session, content_hash: str) -> None:
         entries = stone.stood_on["datasets"]
         if any(entry["hash"] == content_hash and _still_lost(entry) for entry in entries):
             whole = [
-                {**entry, "returned": entry["pulses"]} if entry["hash"] == content_hash else entry for entry in entries
+                {**entry, "returned": entry["pulses"]} if entry["hash"] == content_hash else entry
+                for entry in entries
             ]
             stone.stood_on = {**stone.stood_on, "datasets": whole}
 
 
-def open_tombstones(session: Session, campaign: str, path: str | None = None) -> Sequence[Tombstone]:
+def open_tombstones(
+    session: Session, campaign: str, path: str | None = None
+) -> Sequence[Tombstone]:
     """Tombstones of recordings of a campaign that are neither stored again nor replaced, the oldest first."""
     query = select(Tombstone).where(
         Tombstone.kind == RECORDING,
@@ -146,13 +172,25 @@ def settle_imported(session: Session, written_by: int) -> list[str]:
     query = (
         select(Tombstone, Recording, Campaign.id)
         .join(Campaign, Campaign.name == Tombstone.campaign)
-        .join(Recording, and_(Recording.campaign_id == Campaign.id, Recording.path == Tombstone.recording))
-        .where(Tombstone.kind == RECORDING, Tombstone.restored_at.is_(None), Tombstone.replaced_by.is_(None))
+        .join(
+            Recording,
+            and_(Recording.campaign_id == Campaign.id, Recording.path == Tombstone.recording),
+        )
+        .where(
+            Tombstone.kind == RECORDING,
+            Tombstone.restored_at.is_(None),
+            Tombstone.replaced_by.is_(None),
+        )
         .where(Recording.status == STORED)
         .order_by(Tombstone.id)
     )
     returned = []
     for stone, recording, campaign in session.execute(query).all():
-        settle(session, Part(campaign, stone.campaign, recording.id, recording.path), recording.sha256, written_by)
+        settle(
+            session,
+            Part(campaign, stone.campaign, recording.id, recording.path),
+            recording.sha256,
+            written_by,
+        )
         returned.append(f"{stone.campaign}, {recording.path}")
     return list(dict.fromkeys(returned))

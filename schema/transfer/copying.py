@@ -10,7 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import BigInteger, Column, ColumnElement, Connection, Engine, Table, delete, func, inspect, select
+from sqlalchemy import (
+    BigInteger,
+    Column,
+    ColumnElement,
+    Connection,
+    Engine,
+    Table,
+    delete,
+    func,
+    inspect,
+    select,
+)
 from sqlalchemy.exc import DBAPIError
 
 from ..access.permissions import refusal
@@ -36,7 +47,9 @@ def check_engine_limits(connection: Connection, table: Table, engine: str) -> No
     ).one()
     for (column, _, what), count in zip(suspects, counts, strict=True):
         if count:
-            raise StoreError(f"{table.name}.{column.name} holds {what} in {count} rows, which {engine} cannot keep")
+            raise StoreError(
+                f"{table.name}.{column.name} holds {what} in {count} rows, which {engine} cannot keep"
+            )
 
 
 def _sqlite_cannot(table: Table) -> Iterator[tuple[Column[Any], ColumnElement[bool], str]]:
@@ -70,7 +83,9 @@ def initialise_store(engine: Engine) -> Iterator[Connection]:
     try:
         writing = engine.execution_options(pyroshock_writes=True)
         with writing.connect() as connection:
-            _refuse_full(connection, engine)  # before its journal is touched, and again once nobody else can fill it
+            _refuse_full(
+                connection, engine
+            )  # before its journal is touched, and again once nobody else can fill it
             connection.rollback()
             _journal_beside(connection)
             with connection.begin():
@@ -79,7 +94,9 @@ def initialise_store(engine: Engine) -> Iterator[Connection]:
                 make_within(connection)
                 _empty(connection)
                 yield connection
-    except BaseException as error:  # an interruption, too, leaves no half copy behind; it is raised again below
+    except (
+        BaseException
+    ) as error:  # an interruption, too, leaves no half copy behind; it is raised again below
         engine.dispose()
         if file is not None and not was_there:
             file.unlink(missing_ok=True)
@@ -92,7 +109,11 @@ def _journal_beside(connection: Connection) -> None:
     """In place of a write-ahead log, which would hold the whole content a second time before it is in the file."""
     if connection.dialect.name == "sqlite":
         driver: Any = connection.connection
-        for pragma in ("journal_mode = DELETE", "synchronous = FULL", f"cache_size = -{_CACHE_KIB}"):
+        for pragma in (
+            "journal_mode = DELETE",
+            "synchronous = FULL",
+            f"cache_size = -{_CACHE_KIB}",
+        ):
             driver.execute(f"PRAGMA {pragma}")
 
 
@@ -105,8 +126,14 @@ def _lock_makers_out(connection: Connection) -> None:
 def _refuse_full(connection: Connection, engine: Engine) -> None:
     there = inspect(connection).get_table_names()
     if there:
-        what = "a store" if "alembic_version" in there else f"tables ({', '.join(sorted(there)[:3])}, …)"
-        raise StoreError(f"{describe(engine)} holds {what} already; give a new file, or an empty database")
+        what = (
+            "a store"
+            if "alembic_version" in there
+            else f"tables ({', '.join(sorted(there)[:3])}, …)"
+        )
+        raise StoreError(
+            f"{describe(engine)} holds {what} already; give a new file, or an empty database"
+        )
 
 
 def _empty(connection: Connection) -> None:
@@ -121,12 +148,20 @@ def _file_of(engine: Engine) -> Path | None:
 
 
 def transfer(
-    origin: Connection, copy: Connection, table: Table, bar: ProgressBar, where: ColumnElement[bool] | None = None
+    origin: Connection,
+    copy: Connection,
+    table: Table,
+    bar: ProgressBar,
+    where: ColumnElement[bool] | None = None,
 ) -> TableDigest:
     """Copy the rows of a table (those `where` holds) as they are; what was read, as a digest."""
     digest = TableDigest()
     try:
-        load(copy, table, bar.watch(digest.watch(iter_batches(origin, table, where)), f"copying {table.name}"))
+        load(
+            copy,
+            table,
+            bar.watch(digest.watch(iter_batches(origin, table, where)), f"copying {table.name}"),
+        )
     except StoreError as error:
         raise StoreError(f"{error}; look at the source with: pyroshock db check") from error
     return digest
@@ -151,7 +186,9 @@ class CopiedTable:
     sha256: str
 
 
-def copy_store(source: Store, target: Engine, progress: Progress | None = None) -> list[CopiedTable]:
+def copy_store(
+    source: Store, target: Engine, progress: Progress | None = None
+) -> list[CopiedTable]:
     """Copy a store into the empty place at `target`.
 
     The source is read in one state; the target is a store once all of it is there, read back and found equal. Raises

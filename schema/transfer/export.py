@@ -42,7 +42,9 @@ from .copying import initialise_store, verify
 from .merge_rules import WRITERS
 
 
-def export_campaign(store: Store, campaign: str, out: Path, progress: Progress | None = None) -> dict[str, int]:
+def export_campaign(
+    store: Store, campaign: str, out: Path, progress: Progress | None = None
+) -> dict[str, int]:
     """Write the campaign to the new file `out`, which appears when it is whole; rows by table.
 
     Raises `LookupError` for an unknown campaign, `StoreError` where `out` is there already or the campaign is damaged:
@@ -75,13 +77,20 @@ def address_of(file: Path) -> str:
 def _refuse_damaged(origin: Connection, campaign: str, key: int) -> None:
     finding = next(iter_findings(origin, checks(of_a_campaign=True), key), None)
     if finding is not None:
-        raise StoreError(f"campaign {campaign} is not whole: {finding}; pyroshock db check names all of it")
+        raise StoreError(
+            f"campaign {campaign} is not whole: {finding}; pyroshock db check names all of it"
+        )
 
 
-def _carried(origin: Connection, copy: Connection, campaign: int, progress: Progress | None) -> dict[str, int]:
+def _carried(
+    origin: Connection, copy: Connection, campaign: int, progress: Progress | None
+) -> dict[str, int]:
     chosen = members(campaign)
     tables = [table for table in metadata.sorted_tables if table.name in chosen]
-    counts = [origin.scalar(select(func.count()).select_from(t).where(chosen[t.name])) or 0 for t in tables]
+    counts = [
+        origin.scalar(select(func.count()).select_from(t).where(chosen[t.name])) or 0
+        for t in tables
+    ]
     bar = ProgressBar(progress, 2 * sum(counts))
     copy.execute(text("PRAGMA defer_foreign_keys = ON"))  # who wrote the rows is known after them
     writers: set[int] = set()
@@ -98,7 +107,9 @@ def _carried(origin: Connection, copy: Connection, campaign: int, progress: Prog
     return {table.name: digest.rows for table, digest in written.items()} | {WRITERS: len(writers)}
 
 
-def _noting(batches: Iterator[Sequence[Values]], at: int, seen: set[int]) -> Iterator[Sequence[Values]]:
+def _noting(
+    batches: Iterator[Sequence[Values]], at: int, seen: set[int]
+) -> Iterator[Sequence[Values]]:
     for batch in batches:
         seen.update(row[at] for row in batch)
         yield batch
@@ -106,7 +117,13 @@ def _noting(batches: Iterator[Sequence[Values]], at: int, seen: set[int]) -> Ite
 
 #: What reading the rows takes for granted, in this order.
 _FORM: tuple[Check, ...] = (check_database, check_values, check_names, check_references)
-_CONTENT: tuple[Check, ...] = (check_rows, check_fingerprints, check_belonging, check_pulses, check_series)
+_CONTENT: tuple[Check, ...] = (
+    check_rows,
+    check_fingerprints,
+    check_belonging,
+    check_pulses,
+    check_series,
+)
 #: Findings that a refusal names.
 _MOST_FINDINGS = 10
 #: Bytes of one value: far above the largest frame or report, far below what would fill a memory.
@@ -128,7 +145,9 @@ def opened_file(file: Path, progress: Progress | None = None) -> Iterator[Connec
             connection.execute(text("BEGIN"))
             _refuse_other_schema(connection, file)
             for chosen in (*((check,) for check in _FORM), _CONTENT):
-                _refuse_damaged_file(file, list(iter_findings(connection, chosen, progress=progress)))
+                _refuse_damaged_file(
+                    file, list(iter_findings(connection, chosen, progress=progress))
+                )
             yield connection
     except DBAPIError as error:
         raise ForeignFileError(
@@ -151,19 +170,30 @@ def _refuse_damaged_file(file: Path, findings: Sequence[IntegrityFinding]) -> No
 
 
 def _connected(file: Path) -> sqlite3.Connection:
-    connection = sqlite3.connect(f"file:{quote(str(file.absolute()))}?mode=ro", uri=True, isolation_level=None)
+    connection = sqlite3.connect(
+        f"file:{quote(str(file.absolute()))}?mode=ro", uri=True, isolation_level=None
+    )
     connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
-    for pragma in ("trusted_schema = OFF", "cell_size_check = ON", "query_only = ON", "mmap_size = 0"):
+    for pragma in (
+        "trusted_schema = OFF",
+        "cell_size_check = ON",
+        "query_only = ON",
+        "mmap_size = 0",
+    ):
         connection.execute(f"PRAGMA {pragma}")
     return connection
 
 
 def _refuse_other_schema(connection: Connection, file: Path) -> None:
     """Tables and indices of this software's revision, and nothing that runs when they are read."""
-    parts = connection.execute(text("SELECT type, name, coalesce(sql, '') FROM sqlite_master")).all()
+    parts = connection.execute(
+        text("SELECT type, name, coalesce(sql, '') FROM sqlite_master")
+    ).all()
     for kind, name, sql in parts:
         if kind not in ("table", "index") or sql.upper().lstrip().startswith("CREATE VIRTUAL"):
-            raise ForeignFileError(f"{file} is refused: it holds the {kind} {name!r:.80}, which no export has")
+            raise ForeignFileError(
+                f"{file} is refused: it holds the {kind} {name!r:.80}, which no export has"
+            )
     tables = {name for kind, name, _ in parts if kind == "table"}
     _refuse_other_revision(connection, file, tables)
     own_tables = set(metadata.tables)
@@ -172,9 +202,15 @@ def _refuse_other_schema(connection: Connection, file: Path) -> None:
             f"{file} is refused: table {name!r:.80} is {'missing' if name in own_tables else 'unknown'}"
         )
     for table in metadata.sorted_tables:
-        columns = connection.execute(text("SELECT name, hidden FROM pragma_table_xinfo(:table)"), {"table": table.name})
-        if {(name, hidden) for name, hidden in columns} != {(column.name, 0) for column in table.columns}:
-            raise ForeignFileError(f"{file} is refused: table {table.name} has other columns than an export's")
+        columns = connection.execute(
+            text("SELECT name, hidden FROM pragma_table_xinfo(:table)"), {"table": table.name}
+        )
+        if {(name, hidden) for name, hidden in columns} != {
+            (column.name, 0) for column in table.columns
+        }:
+            raise ForeignFileError(
+                f"{file} is refused: table {table.name} has other columns than an export's"
+            )
 
 
 def _refuse_other_revision(connection: Connection, file: Path, tables: set[str]) -> None:
@@ -184,7 +220,9 @@ def _refuse_other_revision(connection: Connection, file: Path, tables: set[str])
     if revision == migrate.HEAD:
         return
     if revision in migrate.known_revisions():
-        without = "" if revision >= migrate.FIRST_WITH_ROW_HASHES else ", and its rows carry no hashes"
+        without = (
+            "" if revision >= migrate.FIRST_WITH_ROW_HASHES else ", and its rows carry no hashes"
+        )
         raise StoreVersionError(
             f"{file} is at revision {revision}, older than this software{without}: pyroshock db upgrade --db "
             f"{address_of(file)} checks what had a hash and gives each row its own"
@@ -207,7 +245,9 @@ class Archive:
     content_hash: str
 
 
-def write_archive(store: Store, campaign: str, out: Path, progress: Progress | None = None) -> Archive:
+def write_archive(
+    store: Store, campaign: str, out: Path, progress: Progress | None = None
+) -> Archive:
     """Write the campaign to `out` and read the file back with every check of a file from elsewhere.
 
     A file that an earlier call has written whole is read back and taken as it is. Raises as `export_campaign`, and

@@ -69,10 +69,22 @@ RULES = (
     MergeRule("configurations", ("fingerprint",)),
     MergeRule("configuration_levels", owner="configuration_id"),
     MergeRule("extraction_settings", ("fingerprint",)),
-    MergeRule("campaigns", ("name",), same=columns("kind", "fingerprint"), advice="import it into a store of its own"),
+    MergeRule(
+        "campaigns",
+        ("name",),
+        same=columns("kind", "fingerprint"),
+        advice="import it into a store of its own",
+    ),
     MergeRule("plans", ("name",), same=columns("kind", "factors", "method", "seed")),
-    MergeRule("planned_runs", ("plan_id", "run"), same=columns(*_PLANNED), advice="import it into a store of its own"),
-    MergeRule("recordings", ("campaign_id", "path"), same=columns("status", "sha256"), advice=_OTHER_RUN),
+    MergeRule(
+        "planned_runs",
+        ("plan_id", "run"),
+        same=columns(*_PLANNED),
+        advice="import it into a store of its own",
+    ),
+    MergeRule(
+        "recordings", ("campaign_id", "path"), same=columns("status", "sha256"), advice=_OTHER_RUN
+    ),
     MergeRule("channels", owner="recording_id"),
     MergeRule("series_chunks", owner="channel_id"),
     MergeRule("impacts", ("campaign_id", "run", "repetition"), same=_impact, advice=_OTHER_RUN),
@@ -87,7 +99,14 @@ RULES = (
 #: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job is a machine's, a
 #: tombstone tells of what that store no longer has, and a model is in a registry of its own.
 STAY_BEHIND = frozenset(
-    {"dataset_snapshots", "snapshot_pulses", "twin_configurations", "jobs", "tombstones", "registered_versions"}
+    {
+        "dataset_snapshots",
+        "snapshot_pulses",
+        "twin_configurations",
+        "jobs",
+        "tombstones",
+        "registered_versions",
+    }
 )
 #: Follows from the rows that were taken: who wrote them.
 WRITERS = "provenance"

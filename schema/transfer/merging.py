@@ -63,7 +63,11 @@ def _linked(model: type[Impact] | type[Shot]) -> Callable[[Connection, Row, Row,
 
     def settle(target: Connection, row: Row, here: Row, _: Writer) -> Settled:
         if here["planned_run_id"] is None and row["planned_run_id"] is not None:
-            target.execute(update(model).where(model.id == here["id"]).values(planned_run_id=row["planned_run_id"]))
+            target.execute(
+                update(model)
+                .where(model.id == here["id"])
+                .values(planned_run_id=row["planned_run_id"])
+            )
         return Settled.OPEN
 
     return settle
@@ -83,7 +87,11 @@ def leave_in_use(target: Connection, rows: list[dict[str, Any]]) -> None:
     current_impacts = {row["impact_id"] for row in rows if row["current"]}
     used: set[int] = set()
     if current_impacts:  # at most a batch of them
-        used = set(target.scalars(select(Pulse.impact_id).where(Pulse.impact_id.in_(current_impacts), Pulse.current)))
+        used = set(
+            target.scalars(
+                select(Pulse.impact_id).where(Pulse.impact_id.in_(current_impacts), Pulse.current)
+            )
+        )
     for row in rows:
         row["current"] = row["current"] and row["impact_id"] not in used
 
@@ -220,7 +228,9 @@ def _refuse_another(rule: MergeRule, row: Row, here: Row) -> None:
                 if name.endswith("_id")
                 else f"{name} is {ours[name]!r:.60} here, {value!r:.60} in the file"
             )
-            raise MergeRefusedError(f"{_row_title(rule, row)} is another one in this store: {what}; {rule.advice}")
+            raise MergeRefusedError(
+                f"{_row_title(rule, row)} is another one in this store: {what}; {rule.advice}"
+            )
 
 
 def _row_title(rule: MergeRule, row: Row) -> str:
@@ -249,9 +259,13 @@ def import_file(store: Store, file: Path, progress: Progress | None = None) -> I
     with opened_file(file, progress) as origin:
         campaigns = tuple(origin.scalars(select(Campaign.name).order_by(Campaign.name)))
         try:
-            added, discarded = store.write(lambda session: _merged(store, session, origin), idempotent=True)
+            added, discarded = store.write(
+                lambda session: _merged(store, session, origin), idempotent=True
+            )
         except IntegrityError as error:
-            raise ForeignFileError(f"{file} is refused by a rule of the store: {first_line(error)}") from error
+            raise ForeignFileError(
+                f"{file} is refused by a rule of the store: {first_line(error)}"
+            ) from error
         return ImportReport(campaigns, added, tuple(_left_behind(origin)), tuple(discarded))
 
 
@@ -274,7 +288,9 @@ def merge(store: Store, session: Session, origin: Connection) -> dict[str, int]:
 
 def _refuse_aliases(origin: Connection, target: Connection) -> None:
     """A material that has another's name here: which of the two a table means would depend on who reads it."""
-    query = select(MaterialAlias.alias, Material.name).join(Material, MaterialAlias.material_id == Material.id)
+    query = select(MaterialAlias.alias, Material.name).join(
+        Material, MaterialAlias.material_id == Material.id
+    )
     aliases = {alias.lower(): name for alias, name in target.execute(query)}
     for name in origin.scalars(select(Material.name)):
         other = aliases.get(name.lower())
@@ -286,6 +302,7 @@ def _refuse_aliases(origin: Connection, target: Connection) -> None:
 
 def _left_behind(origin: Connection) -> list[str]:
     counts = {
-        name: origin.scalar(select(func.count()).select_from(metadata.tables[name])) for name in sorted(STAY_BEHIND)
+        name: origin.scalar(select(func.count()).select_from(metadata.tables[name]))
+        for name in sorted(STAY_BEHIND)
     }
     return [f"{count} rows of {name}" for name, count in counts.items() if count]

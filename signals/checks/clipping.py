@@ -41,7 +41,9 @@ def check_clipping(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
     return findings
 
 
-def by_contact(channel: Channel, contacts: tuple[Contact, ...], flat: Plateaus, check: str, what: str) -> list[Finding]:
+def by_contact(
+    channel: Channel, contacts: tuple[Contact, ...], flat: Plateaus, check: str, what: str
+) -> list[Finding]:
     """The plateaus as findings, one per contact they touch and one for those outside of all.
 
     `reject` within a contact, and where no contacts are known: peak, impulse and the levels that bound the contact are

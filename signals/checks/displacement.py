@@ -38,5 +38,11 @@ def check_displacement(channel: Channel, contacts: tuple[Contact, ...]) -> list[
         f"give {reach_m * 1e3:.3g} mm: the baseline wanders; high-pass the record, or use only lines far above it"
     )
     return [
-        Finding("displacement", motion.severity(2.0 * farthest_m / motion.lasts_s**2), message, channel.name, evidence)
+        Finding(
+            "displacement",
+            motion.severity(2.0 * farthest_m / motion.lasts_s**2),
+            message,
+            channel.name,
+            evidence,
+        )
     ]

@@ -45,14 +45,18 @@ def check_dropouts(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
     if np.all(channel.recorded == channel.recorded[0]):
         return [*findings, _dead(channel)]
     held = _stands(channel)
-    return findings + _findings(channel, contacts, held, "held", "that stand still in a live signal")
+    return findings + _findings(
+        channel, contacts, held, "held", "that stand still in a live signal"
+    )
 
 
 def _not_finite(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
     x = channel.recorded
     if x.dtype.kind != "f" or all_finite(x):
         return []
-    return _findings(channel, contacts, runs_of(np.flatnonzero(~np.isfinite(x))), "nan", "not a finite number")
+    return _findings(
+        channel, contacts, runs_of(np.flatnonzero(~np.isfinite(x))), "nan", "not a finite number"
+    )
 
 
 def _missing(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
@@ -64,7 +68,9 @@ def _missing(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
         )
     findings = []
     # A gap has no samples of its own: for "which contact" it is the one sample that follows it.
-    for contact, contact_gaps in SampleRuns(gaps[:, 0], np.zeros(len(gaps), np.int64)).by_contact(contacts):
+    for contact, contact_gaps in SampleRuns(gaps[:, 0], np.zeros(len(gaps), np.int64)).by_contact(
+        contacts
+    ):
         lost = SampleRuns(contact_gaps.first, gaps[np.isin(gaps[:, 0], contact_gaps.first), 1])
         findings.append(_finding(channel, contact, lost, "gap", "missing from the time axis"))
     return findings
@@ -109,7 +115,11 @@ def _in_live_signal(x: NDArray[np.float64], runs: SampleRuns, resting: bool) -> 
     # At an extreme it is a rail, which the clipping check knows.
     runs = runs.where((np.minimum(before, after) >= least) & (level > low) & (level < high))
     longest = np.sort(np.argsort(-runs.samples)[:MAX_STANDS])
-    live = [i for i in longest if _live_around(x, int(runs.first[i]), int(runs.last[i]), LIVE_STEPS * step)]
+    live = [
+        i
+        for i in longest
+        if _live_around(x, int(runs.first[i]), int(runs.last[i]), LIVE_STEPS * step)
+    ]
     return SampleRuns(runs.first[live], runs.samples[live])
 
 
@@ -120,11 +130,18 @@ def _live_around(x: NDArray[np.float64], first: int, last: int, least: float) ->
     return all(side.size > 0 and float(np.median(side)) >= least for side in (before, after))
 
 
-def _findings(channel: Channel, contacts: tuple[Contact, ...], runs: SampleRuns, kind: str, what: str) -> list[Finding]:
-    return [_finding(channel, contact, contact_runs, kind, what) for contact, contact_runs in runs.by_contact(contacts)]
+def _findings(
+    channel: Channel, contacts: tuple[Contact, ...], runs: SampleRuns, kind: str, what: str
+) -> list[Finding]:
+    return [
+        _finding(channel, contact, contact_runs, kind, what)
+        for contact, contact_runs in runs.by_contact(contacts)
+    ]
 
 
-def _finding(channel: Channel, contact: int | None, runs: SampleRuns, kind: str, what: str) -> Finding:
+def _finding(
+    channel: Channel, contact: int | None, runs: SampleRuns, kind: str, what: str
+) -> Finding:
     evidence = {"kind": kind, **runs.evidence(channel)}
     message = f"{evidence['samples']} samples {what}, the first at {evidence['first_time_s']:.6g} s"
     severity: Severity = "warning" if contact is None else "reject"
@@ -133,7 +150,12 @@ def _finding(channel: Channel, contact: int | None, runs: SampleRuns, kind: str,
 
 def _dead(channel: Channel) -> Finding:
     value = float(channel.si[0])
-    evidence = {"kind": "dead", "level": value, "unit": channel.si_unit, "samples": int(channel.recorded.size)}
+    evidence = {
+        "kind": "dead",
+        "level": value,
+        "unit": channel.si_unit,
+        "samples": int(channel.recorded.size),
+    }
     message = f"the channel never moves from {value:.6g} {channel.si_unit}"
     severity: Severity = "note" if channel.quantity in SLOW and value != 0.0 else "reject"
     return Finding("dropouts", severity, message, channel.name, evidence)

@@ -27,7 +27,9 @@ def check_few_samples(channel: Channel, contacts: tuple[Contact, ...]) -> list[F
     x = finite_samples(channel)
     rest = baseline(x)
     counts = [_samples_in(x - rest, contact) for contact in contacts]
-    return [_finding(channel, count, index) for index, count in enumerate(counts) if count < FEW_SAMPLES]
+    return [
+        _finding(channel, count, index) for index, count in enumerate(counts) if count < FEW_SAMPLES
+    ]
 
 
 def _samples_in(force: NDArray[np.float64], contact: Contact) -> int:

@@ -59,20 +59,28 @@ def find_plateaus(
         return None
     at = np.flatnonzero(x >= level - band if polarity > 0 else x <= level + band)
     head, runs = run_heads(at), runs_of(at)
-    spread = np.maximum(np.maximum.reduceat(x[at], head) - np.minimum.reduceat(x[at], head), scale.step)
-    spread = np.where(_by_chance(runs.samples, spread, scale.noise), np.maximum(spread, scale.noise), spread)
+    spread = np.maximum(
+        np.maximum.reduceat(x[at], head) - np.minimum.reduceat(x[at], head), scale.step
+    )
+    spread = np.where(
+        _by_chance(runs.samples, spread, scale.noise), np.maximum(spread, scale.noise), spread
+    )
     whole = (runs.samples >= min_samples) & (runs.first > 0) & (runs.last < x.size - 1)
     cut = runs.where(whole & _is_cut(x, level, runs, spread))
     return Plateaus(level, cut) if cut.first.size else None
 
 
-def _by_chance(samples: NDArray[np.int64], spread: NDArray[np.float64], noise: float) -> NDArray[np.bool_]:
+def _by_chance(
+    samples: NDArray[np.int64], spread: NDArray[np.float64], noise: float
+) -> NDArray[np.bool_]:
     """Per run (k,): could noise on a crest have brought its samples so close together? It spreads them over 3 sigma."""
     closeness = np.minimum(spread / (3.0 * noise), 1.0) if noise > 0.0 else np.ones(samples.size)
     return np.asarray(closeness ** (samples - 1) > MAX_CHANCE)
 
 
-def _is_cut(x: NDArray[np.float64], level: float, runs: SampleRuns, spread: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_cut(
+    x: NDArray[np.float64], level: float, runs: SampleRuns, spread: NDArray[np.float64]
+) -> NDArray[np.bool_]:
     """Per run (k,): is its spread too small for a parabola through what surrounds it?"""
     beside = np.maximum(MIN_BESIDE, -(-runs.samples // 4))
     before = np.abs(x[np.maximum(runs.first - beside, 0)] - level)
@@ -87,11 +95,15 @@ MAX_STEP_SHARE = 2e-3
 MIN_LOPSIDED = 0.2
 
 
-def find_short_top(x: NDArray[np.float64], scale: Scale, polarity: int, band: float) -> Plateaus | None:
+def find_short_top(
+    x: NDArray[np.float64], scale: Scale, polarity: int, band: float
+) -> Plateaus | None:
     """The two samples at the maximum of `x` (n,) (`polarity` 1) or minimum (-1) that are a cut; None otherwise."""
     highest, lowest = float(x.max()), float(x.min())
     level = highest if polarity > 0 else lowest
-    if polarity * (level - scale.rest) < MIN_DEVIATION_SHARE * max(highest - scale.rest, scale.rest - lowest):
+    if polarity * (level - scale.rest) < MIN_DEVIATION_SHARE * max(
+        highest - scale.rest, scale.rest - lowest
+    ):
         return None
     at = np.flatnonzero(x >= level - band if polarity > 0 else x <= level + band)
     if at.size != 2 or at[1] != at[0] + 1 or at[0] == 0 or at[1] == x.size - 1:
@@ -99,7 +111,9 @@ def find_short_top(x: NDArray[np.float64], scale: Scale, polarity: int, band: fl
     before, after = (polarity * (level - float(x[i])) for i in (at[0] - 1, at[1] + 1))
     fall = max(before, after)
     spread = max(abs(float(x[at[1]] - x[at[0]])), scale.step)
-    if spread > MAX_STEP_SHARE * fall or abs(before - after) < max(MIN_LOPSIDED * fall, 3.0 * scale.noise):
+    if spread > MAX_STEP_SHARE * fall or abs(before - after) < max(
+        MIN_LOPSIDED * fall, 3.0 * scale.noise
+    ):
         return None
     return Plateaus(float(x[at[0]]), SampleRuns(at[:1], np.array([2], np.int64)))
 

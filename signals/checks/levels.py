@@ -117,10 +117,14 @@ def quantisation_step(x: NDArray[np.float64]) -> float:
 def shock_span(channel: Channel, contacts: tuple[Contact, ...]) -> ShockSpan | None:
     """`event_span` of a channel: all but a force ring after a contact."""
     ringing = channel.quantity != "force"
-    return channel.once(("span", contacts), lambda: event_span(finite_samples(channel), contacts, ringing))
+    return channel.once(
+        ("span", contacts), lambda: event_span(finite_samples(channel), contacts, ringing)
+    )
 
 
-def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: bool) -> ShockSpan | None:
+def event_span(
+    x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: bool
+) -> ShockSpan | None:
     """Where the shock is: from the contacts, stretched over what rings above 5 % of the peak, and above the noise, if
     `ringing`.
 
@@ -149,7 +153,11 @@ def _loudness(x: NDArray[np.float64], peak: float) -> float:
     """What no longer counts as rest. The noise is that of differences of neighbours at the begin of `x` (n,), in which
     the smooth rise of a pulse leaves nothing."""
     steps = np.diff(x[:NOISE_SAMPLES] / peak)
-    sigma = MAD_TO_SIGMA * float(np.median(np.abs(steps - np.median(steps)))) / math.sqrt(2.0) if steps.size else 0.0
+    sigma = (
+        MAD_TO_SIGMA * float(np.median(np.abs(steps - np.median(steps)))) / math.sqrt(2.0)
+        if steps.size
+        else 0.0
+    )
     return min(max(EVENT_SHARE, NOISE_SIGMAS * sigma), MAX_EVENT_SHARE) * peak
 
 
@@ -240,7 +248,9 @@ def climbs(x: NDArray[np.float64]) -> bool:
     at = np.arange(BLOCKS) - (BLOCKS - 1) / 2
     slope = float(at @ means) / float(at @ at)
     residuals = means - means.mean() - slope * at
-    return abs(slope) > MIN_SLOPE_ERRORS * float(np.sqrt(residuals @ residuals / (BLOCKS - 2) / (at @ at)))
+    return abs(slope) > MIN_SLOPE_ERRORS * float(
+        np.sqrt(residuals @ residuals / (BLOCKS - 2) / (at @ at))
+    )
 
 
 def rest_after(x: NDArray[np.float64], span: ShockSpan) -> NDArray[np.float64]:

@@ -66,7 +66,9 @@ def _motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> IntegratedMot
     length = -(-(x.size - span.first) // BLOCKS)
     count = (x.size - span.first) // length
     blocks = x[span.first : span.first + count * length].reshape(count, length)
-    sums = np.einsum("ij->i", blocks) - length * level  # four times as fast as sum() over short rows
+    sums = (
+        np.einsum("ij->i", blocks) - length * level
+    )  # four times as fast as sum() over short rows
     velocity_m_s = np.cumsum(sums) * channel.period_s
     in_shock = velocity_m_s[: (span.last - span.first) // length + 1]
     return IntegratedMotion(

@@ -37,7 +37,11 @@ def check_no_shock(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
     noise and level at rest. The begin is not judged where a force tells when the contact was.
     """
     x = finite_samples(channel)
-    if channel.quantity != "acceleration" or x.size < PIECES * MIN_PIECE_SAMPLES or np.ptp(x) == 0.0:
+    if (
+        channel.quantity != "acceleration"
+        or x.size < PIECES * MIN_PIECE_SAMPLES
+        or np.ptp(x) == 0.0
+    ):
         return []
     rest, sigma = baseline(x), robust_sigma(x)
     peak = max(float(x.max()) - rest, rest - float(x.min()))
@@ -79,7 +83,16 @@ def _begin(channel: Channel, x: Floats) -> list[Finding]:
         return []
     rises = away[0] < ONSET_SHARES[0] * peak and away[1] < ONSET_SHARES[1] * peak
     severity: Severity = "warning" if rises else "reject"
-    what = "at the onset of the shock, without any rest" if rises else "inside of the shock, whose peak may be lost"
-    evidence = {"peak_m_s2": peak, "begin_share": share, "limit_share": LOUD_SHARE, "first_sample_m_s2": float(x[0])}
+    what = (
+        "at the onset of the shock, without any rest"
+        if rises
+        else "inside of the shock, whose peak may be lost"
+    )
+    evidence = {
+        "peak_m_s2": peak,
+        "begin_share": share,
+        "limit_share": LOUD_SHARE,
+        "first_sample_m_s2": float(x[0]),
+    }
     message = f"the record begins {what}: its first samples reach {share:.0%} of the peak (limit {LOUD_SHARE:.0%})"
     return [Finding("no-shock", severity, message, channel.name, evidence)]

@@ -28,14 +28,25 @@ def check_noise_floor(channel: Channel, spectrum: Spectrum) -> list[Finding]:
         return []
     lines = spectrum.frequency_hz
     judged = lines >= channel.sampling_rate_hz / quiet.size
-    low = judged & (spectrum.maximax < 10 ** (LIMIT_DB / 20) * _noise_spectrum(quiet, channel, spectrum))
+    low = judged & (
+        spectrum.maximax < 10 ** (LIMIT_DB / 20) * _noise_spectrum(quiet, channel, spectrum)
+    )
     if not np.any(low):
         return []
     largest = lines[int(spectrum.maximax.argmax())]
-    from_hz = np.min(lines[judged & (lines > np.max(lines[low & (lines <= largest)], initial=0.0))], initial=np.inf)
-    to_hz = np.max(lines[lines < np.min(lines[low & (lines > largest)], initial=np.inf)], initial=0.0)
+    from_hz = np.min(
+        lines[judged & (lines > np.max(lines[low & (lines <= largest)], initial=0.0))],
+        initial=np.inf,
+    )
+    to_hz = np.max(
+        lines[lines < np.min(lines[low & (lines > largest)], initial=np.inf)], initial=0.0
+    )
     below_peak_db = 20 * np.log10(span.peak / quiet.std())
-    advice = f"use lines from {from_hz:.4g} to {to_hz:.4g} Hz only" if from_hz <= to_hz else "use no line"
+    advice = (
+        f"use lines from {from_hz:.4g} to {to_hz:.4g} Hz only"
+        if from_hz <= to_hz
+        else "use no line"
+    )
     message = (
         f"the noise before the shock, {below_peak_db:.0f} dB below its peak, is less than {LIMIT_DB:g} dB below the "
         f"spectrum at {np.count_nonzero(low)} of {np.count_nonzero(judged)} lines: {advice}, or measure with less noise"
@@ -49,7 +60,9 @@ def check_noise_floor(channel: Channel, spectrum: Spectrum) -> list[Finding]:
     return [Finding("noise-floor", "warning", message, channel.name, evidence)]
 
 
-def _noise_spectrum(quiet: NDArray[np.float64], channel: Channel, spectrum: Spectrum) -> NDArray[np.float64]:
+def _noise_spectrum(
+    quiet: NDArray[np.float64], channel: Channel, spectrum: Spectrum
+) -> NDArray[np.float64]:
     from ..srs.spectrum import shock_response_spectrum
 
     noise = quiet - quiet.mean()

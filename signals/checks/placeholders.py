@@ -22,7 +22,9 @@ def check_placeholders(channel: Channel, contacts: tuple[Contact, ...]) -> list[
     lone = channel.placeholders.lone
     if not lone.size:
         return []
-    return [_finding(channel, contact, runs) for contact, runs in runs_of(lone).by_contact(contacts)]
+    return [
+        _finding(channel, contact, runs) for contact, runs in runs_of(lone).by_contact(contacts)
+    ]
 
 
 def _finding(channel: Channel, contact: int | None, runs: SampleRuns) -> Finding:

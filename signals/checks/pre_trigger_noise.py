@@ -68,7 +68,9 @@ def _judge(channel: Channel, quiet: NDArray[np.float64], span: ShockSpan) -> lis
         "mains_variance_share": hum_share,
     }
     hum = f", mostly mains hum at {hum_hz:g} Hz" if hum_hz is not None else ""
-    message = f"noise of {sigma:.3g} {channel.si_unit} before the shock, {share:.2%} of its peak{hum}"
+    message = (
+        f"noise of {sigma:.3g} {channel.si_unit} before the shock, {share:.2%} of its peak{hum}"
+    )
     severity: Severity = "warning" if share >= WARNING_SHARE else "note"
     return [Finding("pre-trigger-noise", severity, message, channel.name, evidence)]
 
@@ -84,6 +86,8 @@ def _hum(quiet: NDArray[np.float64], rate_hz: float) -> tuple[float | None, floa
     phase = 2j * np.pi * block / rate_hz * np.arange(count)
     swing = means - means.mean()
     # Amplitude of each by correlation; A^2 / 2 is its variance.
-    share = {hz: 2.0 * abs(np.exp(-hz * phase) @ swing) ** 2 / count**2 / variance for hz in MAINS_HZ}
+    share = {
+        hz: 2.0 * abs(np.exp(-hz * phase) @ swing) ** 2 / count**2 / variance for hz in MAINS_HZ
+    }
     strongest = max(share, key=lambda hz: share[hz])
     return (strongest if share[strongest] >= HUM_SHARE else None), float(share[strongest])

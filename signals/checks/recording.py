@@ -14,7 +14,14 @@ SEVERITIES = ("note", "warning", "reject")
 #: What one check tells of a channel -> what others would tell of the same event.
 TELLS_ALREADY: dict[str, tuple[str, ...]] = {
     "no-shock": ("pre-trigger-noise", "zero-shift", "velocity", "displacement", "truncation"),
-    "no-contact": ("pre-trigger-noise", "zero-shift", "rest-level", "velocity", "displacement", "truncation"),
+    "no-contact": (
+        "pre-trigger-noise",
+        "zero-shift",
+        "rest-level",
+        "velocity",
+        "displacement",
+        "truncation",
+    ),
     "rest-level": ("zero-shift", "velocity", "displacement"),
     "zero-shift": ("velocity", "displacement"),
     "velocity": ("displacement",),
@@ -28,17 +35,25 @@ QUIET_SHARE = 0.1
 OF_QUIET_AXES = ("no-shock", "pre-trigger-noise", "rest-level", "zero-shift")
 
 
-def check_recording_channels(channels: Sequence[Channel], findings: Iterable[Finding]) -> list[Finding]:
+def check_recording_channels(
+    channels: Sequence[Channel], findings: Iterable[Finding]
+) -> list[Finding]:
     """`findings` of all `channels`, each event once, those of a quiet cross-axis as notes."""
     kept = merge_findings(list(findings))
-    louder = {channel.name: _louder(channel, channels) for channel in channels if channel.quantity == "acceleration"}
+    louder = {
+        channel.name: _louder(channel, channels)
+        for channel in channels
+        if channel.quantity == "acceleration"
+    }
     return [_softened(finding, louder.get(finding.channel)) for finding in kept]
 
 
 def merge_findings(findings: Sequence[Finding]) -> list[Finding]:
     """Without those that tell again what another finding of the channel told, at least as gravely. A channel that never
     moves has one."""
-    dead = {f.channel for f in findings if f.check == "dropouts" and f.evidence.get("kind") == "dead"}
+    dead = {
+        f.channel for f in findings if f.check == "dropouts" and f.evidence.get("kind") == "dead"
+    }
     return [
         finding
         for finding in findings
@@ -49,9 +64,13 @@ def merge_findings(findings: Sequence[Finding]) -> list[Finding]:
 
 def _tells(teller: Finding, finding: Finding) -> bool:
     """Whether `teller` told what `finding` tells."""
-    if teller.channel != finding.channel or SEVERITIES.index(teller.severity) < SEVERITIES.index(finding.severity):
+    if teller.channel != finding.channel or SEVERITIES.index(teller.severity) < SEVERITIES.index(
+        finding.severity
+    ):
         return False
-    same_contact = teller.contact == finding.contact and finding.check in TELLS_OF_CONTACT.get(teller.check, ())
+    same_contact = teller.contact == finding.contact and finding.check in TELLS_OF_CONTACT.get(
+        teller.check, ()
+    )
     return same_contact or finding.check in TELLS_ALREADY.get(teller.check, ())
 
 
@@ -59,7 +78,12 @@ def _softened(finding: Finding, louder: str | None) -> Finding:
     if louder is None or finding.severity == "note" or finding.check not in OF_QUIET_AXES:
         return finding
     message = f"{finding.message}; a quiet cross-axis of {louder}, which saw the shock"
-    return replace(finding, severity="note", message=message, evidence={**finding.evidence, "louder_axis": louder})
+    return replace(
+        finding,
+        severity="note",
+        message=message,
+        evidence={**finding.evidence, "louder_axis": louder},
+    )
 
 
 def _louder(channel: Channel, channels: Sequence[Channel]) -> str | None:
@@ -75,7 +99,9 @@ def _same_sensor(channel: Channel, other: Channel) -> bool:
     or z alone."""
     if channel.quantity != "acceleration" or channel.quantity != other.quantity:
         return False
-    if (channel.sensor.position or "").strip().lower() != (other.sensor.position or "").strip().lower():
+    if (channel.sensor.position or "").strip().lower() != (
+        other.sensor.position or ""
+    ).strip().lower():
         return False
     if channel.sensor.axis and other.sensor.axis:
         return channel.sensor.axis.strip().lower() != other.sensor.axis.strip().lower()

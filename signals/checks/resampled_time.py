@@ -19,7 +19,9 @@ def check_resampled_time(channel: Channel, _: tuple[Contact, ...]) -> list[Findi
     if facts is None:
         return []
     share = float(facts["error_share_of_peak"])
-    severity: Severity = "note" if share <= NOTE_SHARE else "warning" if share <= WARNING_SHARE else "reject"
+    severity: Severity = (
+        "note" if share <= NOTE_SHARE else "warning" if share <= WARNING_SHARE else "reject"
+    )
     message = (
         f"time was uneven (steps from {facts['shortest_step_s']:.4g} to {facts['longest_step_s']:.4g} s) and is "
         f"resampled at {channel.sampling_rate_hz:.6g} Hz; a sample errs by at most {100 * share:.2g} % of the peak"

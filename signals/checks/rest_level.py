@@ -50,7 +50,9 @@ def check_rest_level(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
     if share < NOTE_SHARE or abs(level) < MIN_ERRORS * error:
         return []
     gravity = abs(level) <= GRAVITY_M_S2
-    severity: Severity = "reject" if share >= REJECT_SHARE else "warning" if share >= WARNING_SHARE else "note"
+    severity: Severity = (
+        "reject" if share >= REJECT_SHARE else "warning" if share >= WARNING_SHARE else "note"
+    )
     if gravity:
         severity = "note"
     evidence = {
@@ -61,6 +63,10 @@ def check_rest_level(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
         "limit_share": NOTE_SHARE,
         "could_be_gravity": gravity,
     }
-    cause = "which gravity explains" if gravity else f"limit {NOTE_SHARE:.1%}; take it off, or look at the amplifier"
+    cause = (
+        "which gravity explains"
+        if gravity
+        else f"limit {NOTE_SHARE:.1%}; take it off, or look at the amplifier"
+    )
     message = f"rests at {level:.4g} m/s2 {where} the shock, {share:.1%} of its peak ({cause})"
     return [Finding("rest-level", severity, message, channel.name, evidence)]

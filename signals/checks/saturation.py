@@ -41,7 +41,11 @@ def check_saturation(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
 
 
 def _beyond_range(
-    channel: Channel, contacts: tuple[Contact, ...], x: NDArray[np.float64], full_scale: float, step: float
+    channel: Channel,
+    contacts: tuple[Contact, ...],
+    x: NDArray[np.float64],
+    full_scale: float,
+    step: float,
 ) -> list[Finding]:
     findings: list[Finding] = []
     # The top code of a converter is one step below its full scale; a step as large as the range itself is no step.
@@ -51,7 +55,11 @@ def _beyond_range(
             continue
         flat = Plateaus(extreme, runs_of(np.flatnonzero(polarity * x >= limit)))
         findings += by_contact(
-            channel, contacts, flat, "saturation", f"full scale ({full_scale:.6g} {channel.si_unit}) reached: run"
+            channel,
+            contacts,
+            flat,
+            "saturation",
+            f"full scale ({full_scale:.6g} {channel.si_unit}) reached: run",
         )
     return findings
 
@@ -67,5 +75,7 @@ def _pressed_flat(
             continue  # as sharp as the converter's own steps: that is the clipping check's finding
         flat = find_plateaus(x, scale, polarity, band, MIN_SAMPLES)
         if flat is not None:
-            findings += by_contact(channel, contacts, flat, "saturation", "top pressed flat over a run")
+            findings += by_contact(
+                channel, contacts, flat, "saturation", "top pressed flat over a run"
+            )
     return findings

@@ -27,9 +27,16 @@ def check_truncation(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
         return []
     swing = float(np.ptp(x[-max(2, int(END_SHARE * x.size)) :])) / 2.0
     before = rest_before(x, span)
-    if swing < LIMIT * span.peak or (before.size and float(np.ptp(before)) / 2.0 > NOISE_SHARE * swing):
+    if swing < LIMIT * span.peak or (
+        before.size and float(np.ptp(before)) / 2.0 > NOISE_SHARE * swing
+    ):
         return []
-    evidence = {"swing_m_s2": swing, "peak_m_s2": span.peak, "peak_share": swing / span.peak, "limit_share": LIMIT}
+    evidence = {
+        "swing_m_s2": swing,
+        "peak_m_s2": span.peak,
+        "peak_share": swing / span.peak,
+        "limit_share": LIMIT,
+    }
     message = (
         f"still swings by {swing / span.peak:.0%} of its peak at its end: a spectrum's slow lines and moments miss the "
         "rest; record longer"

@@ -37,4 +37,8 @@ def check_velocity(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
         f"integrates to {final_m_s:.3g} m/s at the end, after {shock_m_s:.3g} m/s in the shock: an offset, unless "
         "something pushed on; do not trust lines of a spectrum at which the pseudo-velocity is of that size"
     )
-    return [Finding("velocity", motion.severity(final_m_s / motion.lasts_s), message, channel.name, evidence)]
+    return [
+        Finding(
+            "velocity", motion.severity(final_m_s / motion.lasts_s), message, channel.name, evidence
+        )
+    ]

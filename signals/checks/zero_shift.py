@@ -50,7 +50,9 @@ class _Levels:
 def check_zero_shift(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
     """At most one finding. Acceleration (but of what moves on purpose) and force channels."""
     moving = on_impactor(channel.sensor.position)
-    if channel.quantity not in ("acceleration", "force") or (channel.quantity == "acceleration" and moving):
+    if channel.quantity not in ("acceleration", "force") or (
+        channel.quantity == "acceleration" and moving
+    ):
         return []
     x = finite_samples(channel)
     span = shock_span(channel, contacts)
@@ -76,12 +78,16 @@ def _force_finding(channel: Channel, levels: _Levels, span: ShockSpan) -> list[F
     share = abs(levels.shift) / span.peak
     if share < MIN_FORCE_SHARE:
         return []
-    severity: Severity = "warning" if share >= WARNING_FORCE_SHARE and not levels.truncated else "note"
+    severity: Severity = (
+        "warning" if share >= WARNING_FORCE_SHARE and not levels.truncated else "note"
+    )
     message = f"the force rests {levels.shift:.4g} N off after the hit, {share:.2%} of its peak ({MIN_FORCE_SHARE:.1%})"
     return [Finding("zero-shift", severity, message, channel.name, _evidence(levels, span, "n"))]
 
 
-def _acceleration_finding(channel: Channel, x: NDArray[np.float64], levels: _Levels, span: ShockSpan) -> list[Finding]:
+def _acceleration_finding(
+    channel: Channel, x: NDArray[np.float64], levels: _Levels, span: ShockSpan
+) -> list[Finding]:
     residual_m_s = levels.shift * (x.size - span.first) * float(channel.period_s)
     # Without the offset, or the ramp itself would be the peak of the velocity and hide what it is compared with.
     moved = np.cumsum(x[span.first : span.last + 1] - levels.after) * float(channel.period_s)

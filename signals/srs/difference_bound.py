@@ -66,7 +66,12 @@ def _add_differences(series, decay, totals):  # type: ignore[no-untyped-def]
     Rows of `totals`: sums of d2 that decay, and the largest of each; of d4 likewise; the largest sample, d2 and d4.
     """
     two, four, six, decays = spread(2.0), spread(4.0), spread(6.0), load(decay, 0)
-    sum_d2, most_sum_d2, sum_d4, most_sum_d4 = load(totals, 0), load(totals, 1), load(totals, 2), load(totals, 3)
+    sum_d2, most_sum_d2, sum_d4, most_sum_d4 = (
+        load(totals, 0),
+        load(totals, 1),
+        load(totals, 2),
+        load(totals, 3),
+    )
     most, most_d2, most_d4 = load(totals, 4), load(totals, 5), load(totals, 6)
     count = series.size - 4
     for block in range(count // WIDTH):
@@ -74,7 +79,11 @@ def _add_differences(series, decay, totals):  # type: ignore[no-untyped-def]
         middle, beside = load(window[2:], 0), load(window[1:], 0) + load(window[3:], 0)
         d2 = magnitude(beside - two * middle)
         d4 = magnitude(load(window, 0) + load(window[4:], 0) - (four * beside - six * middle))
-        most, most_d2, most_d4 = larger(magnitude(middle), most), larger(d2, most_d2), larger(d4, most_d4)
+        most, most_d2, most_d4 = (
+            larger(magnitude(middle), most),
+            larger(d2, most_d2),
+            larger(d4, most_d4),
+        )
         added = spread(total(d2))
         most_sum_d2, sum_d2 = larger(added + sum_d2, most_sum_d2), added + decays * sum_d2
         added = spread(total(d4))
@@ -84,7 +93,11 @@ def _add_differences(series, decay, totals):  # type: ignore[no-untyped-def]
         beside = series[i - 1] + series[i + 1]
         d2 = spread(abs(beside - 2 * series[i]))
         d4 = spread(abs(series[i - 2] + series[i + 2] - 4 * beside + 6 * series[i]))
-        most, most_d2, most_d4 = larger(spread(abs(series[i])), most), larger(d2, most_d2), larger(d4, most_d4)
+        most, most_d2, most_d4 = (
+            larger(spread(abs(series[i])), most),
+            larger(d2, most_d2),
+            larger(d4, most_d4),
+        )
         sum_d2, sum_d4 = sum_d2 + d2, sum_d4 + d4
     most_sum_d2, most_sum_d4 = larger(sum_d2, most_sum_d2), larger(sum_d4, most_sum_d4)
     for row, value in enumerate((sum_d2, most_sum_d2, sum_d4, most_sum_d4, most, most_d2, most_d4)):

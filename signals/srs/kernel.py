@@ -73,7 +73,9 @@ def _pairwise(build: Any) -> Any:
 
 
 def _keep(comparison: str) -> Any:
-    return lambda builder, x, y: builder.select(builder.fcmp_ordered(comparison, x, y, flags=()), x, y)
+    return lambda builder, x, y: builder.select(
+        builder.fcmp_ordered(comparison, x, y, flags=()), x, y
+    )
 
 
 _ADD = _pairwise(lambda builder, x, y: builder.fadd(x, y, flags=("contract",)))
@@ -88,7 +90,9 @@ def spread(typing_context: Any, value: Any) -> Any:
     """A number in every lane."""
 
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        inserted = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), args[0], ir.Constant(ir.IntType(32), 0))
+        inserted = builder.insert_element(
+            ir.Constant(_VECTOR, ir.Undefined), args[0], ir.Constant(ir.IntType(32), 0)
+        )
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
         return builder.shuffle_vector(inserted, ir.Constant(_VECTOR, ir.Undefined), zeros)
 
@@ -113,7 +117,9 @@ def total(typing_context: Any, x: Any) -> Any:
         find: Any = cgutils.get_or_insert_function
         kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType(), _VECTOR])
         function = find(builder.module, kind, f"llvm.vector.reduce.fadd.v{WIDTH}f64")
-        return builder.call(function, [ir.Constant(ir.DoubleType(), 0.0), *args], fastmath=("reassoc",))
+        return builder.call(
+            function, [ir.Constant(ir.DoubleType(), 0.0), *args], fastmath=("reassoc",)
+        )
 
     return types.float64(LANES), build
 
@@ -179,16 +185,30 @@ def run(records: Floats, oscillators: Steps, threads: int | None = None) -> Floa
     extremes = np.empty((k, len(table), _FOUND, WIDTH))
     tasks, twice_zeta = k * len(table), 2 * oscillators.damping_ratio
     most = min(checked_threads(threads), 1 + tasks * WIDTH * records.shape[1] // _WORTH_A_THREAD)
-    spread_over_threads(lambda start, stop: _run_tasks(records, table, twice_zeta, start, stop, extremes), tasks, most)
+    spread_over_threads(
+        lambda start, stop: _run_tasks(records, table, twice_zeta, start, stop, extremes),
+        tasks,
+        most,
+    )
     return extremes.transpose(2, 0, 1, 3).reshape(_FOUND, k, -1)[..., :f]
 
 
 def _blocks(steps: Steps) -> Floats:
     """Coefficients (blocks, 5, WIDTH); the last oscillator fills up the last block."""
-    rows = np.stack([steps.g, steps.s, steps.h, -steps.g - 2 * steps.damping_ratio * steps.s, steps.g / steps.theta])
+    rows = np.stack(
+        [
+            steps.g,
+            steps.s,
+            steps.h,
+            -steps.g - 2 * steps.damping_ratio * steps.s,
+            steps.g / steps.theta,
+        ]
+    )
     f = steps.theta.size
     filled = np.minimum(np.arange(-(-f // WIDTH) * WIDTH), f - 1)
-    return np.ascontiguousarray(rows[:, filled].reshape(_COEFFICIENTS, -1, WIDTH).transpose(1, 0, 2))
+    return np.ascontiguousarray(
+        rows[:, filled].reshape(_COEFFICIENTS, -1, WIDTH).transpose(1, 0, 2)
+    )
 
 
 @njit(nogil=True)
@@ -211,7 +231,11 @@ def _run_block(record, table, twice_zeta, extremes):  # type: ignore[no-untyped-
         error, rise = spread(before) - p, spread(now - before)
         p, v = g * error + (s * v + (h * rise + p)), s * error + (m * v + (k * rise + v))
         x = p + damping * v
-        highest, lowest, furthest = larger(x, highest), smaller(x, lowest), larger(magnitude(p), furthest)
+        highest, lowest, furthest = (
+            larger(x, highest),
+            smaller(x, lowest),
+            larger(magnitude(p), furthest),
+        )
         before = now
     error, rise = spread(before) - p, spread(-before)
     p, v = g * error + (s * v + (h * rise + p)), s * error + (m * v + (k * rise + v))
@@ -233,6 +257,9 @@ def run_series(record, g, s, h, k, twice_zeta, series):  # type: ignore[no-untyp
     p = v = before = 0.0
     for i, now in enumerate(record):
         error, rise = before - p, now - before
-        p, v = p + (g * error + (s * v + h * rise)), v + (s * error - (g + twice_zeta * s) * v + k * rise)
+        p, v = (
+            p + (g * error + (s * v + h * rise)),
+            v + (s * error - (g + twice_zeta * s) * v + k * rise),
+        )
         series[0, i], series[1, i] = p, v
         before = now

@@ -31,7 +31,9 @@ class Moments:
     duration_5_95_s: float
 
 
-def temporal_moments(acceleration: Floats, sampling_rate_hz: float, start_s: float = 0.0) -> Moments:
+def temporal_moments(
+    acceleration: Floats, sampling_rate_hz: float, start_s: float = 0.0
+) -> Moments:
     """Moments of a record (n,), n >= 2, by the trapezoid rule; `centroid_s` counts from the time zero of `start_s`.
 
     E = m0(0), centroid = m1(0) / E, D = sqrt(m2 / E), root energy amplitude Ae = sqrt(E / D). The effective durations

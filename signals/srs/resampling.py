@@ -35,7 +35,9 @@ def extended(records: Floats) -> Floats:
     mirrored = np.minimum(steps, samples - 1)
     whole = np.zeros((*records.shape[:-1], length))
     whole[..., :samples] = records
-    whole[..., samples : samples + continued] = (2 * records[..., -1:] - records[..., samples - 1 - mirrored]) * taper
+    whole[..., samples : samples + continued] = (
+        2 * records[..., -1:] - records[..., samples - 1 - mirrored]
+    ) * taper
     whole[..., length - steps] = (2 * records[..., :1] - records[..., mirrored]) * taper
     return whole
 

@@ -94,7 +94,9 @@ class RecordContent:
         samples = whole.shape[-1]
         spectrum = rfft(whole)
         amplitude = _amplitude(spectrum, samples)
-        upper_hz = sampling_rate_hz / 2 * 2.0 ** (np.arange(-_PER_OCTAVE * _OCTAVES, 1) / _PER_OCTAVE)
+        upper_hz = (
+            sampling_rate_hz / 2 * 2.0 ** (np.arange(-_PER_OCTAVE * _OCTAVES, 1) / _PER_OCTAVE)
+        )
         edges = upper_hz * (1 + 1e-12) * samples / sampling_rate_hz
         stops = np.searchsorted(np.arange(amplitude.shape[-1]), edges, side="right")
         starts = np.concatenate(([0], stops[:-1]))
@@ -112,7 +114,8 @@ class RecordContent:
             np.add.reduceat(amplitude, starts[filled], axis=-1),
             half_octave[filled],
             tuple(
-                slice(starts[half_octave == band][0], stops[half_octave == band][-1]) for band in range(_HALF_OCTAVES)
+                slice(starts[half_octave == band][0], stops[half_octave == band][-1])
+                for band in range(_HALF_OCTAVES)
             ),
             peaks,
             np.maximum(records.max(axis=-1), -records.min(axis=-1)),
@@ -138,7 +141,9 @@ class RecordContent:
                 self.peaks[rows, band] = np.maximum(series.max(axis=-1), -series.min(axis=-1))
                 part[:, inside] = 0
 
-    def fine(self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats, limit: Floats) -> NDArray[np.bool_]:
+    def fine(
+        self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats, limit: Floats
+    ) -> NDArray[np.bool_]:
         """Records (k,) of which `hidden` is at most `limit` (k, f), m/s2, at each line of their spectra `maximax`."""
         weights = self._weights(lines_hz, zeta, factor)
         fine = np.all(self._hidden(weights, lines_hz, zeta, factor, maximax) <= limit, axis=-1)
@@ -157,7 +162,9 @@ class RecordContent:
         """What straight lines lose of content (f, b), and peaks between samples."""
         rate = self.sampling_rate_hz * factor
         turn = np.pi * self.upper_hz / rate
-        gain = _largest_gain(np.concatenate(([0.0], self.upper_hz[:-1])), self.upper_hz, lines_hz, zeta)
+        gain = _largest_gain(
+            np.concatenate(([0.0], self.upper_hz[:-1])), self.upper_hz, lines_hz, zeta
+        )
         straight = gain * (1 - np.sinc(turn / np.pi) ** 2)
         for image in _IMAGES:
             image_hz = np.abs(self.upper_hz + image * rate)
@@ -165,14 +172,21 @@ class RecordContent:
         return straight, gain * np.minimum(turn**2 / 2, 2.0)
 
     def _hidden(
-        self, weights: tuple[Floats, Floats], lines_hz: Floats, zeta: float, factor: int, maximax: Floats
+        self,
+        weights: tuple[Floats, Floats],
+        lines_hz: Floats,
+        zeta: float,
+        factor: int,
+        maximax: Floats,
     ) -> Floats:
         straight, beside = (self._sum(weight) for weight in weights)
         omega = 2 * np.pi * lines_hz
         slope = self._sum(2 * np.pi * self.upper_hz[None, :])
         largest = _BETWEEN_SAMPLES * self.largest_m_s2[:, None]
         curvature = omega**2 * (largest + maximax) + 2 * zeta * omega * slope
-        return straight + np.minimum(curvature / (8 * (self.sampling_rate_hz * factor) ** 2), beside)
+        return straight + np.minimum(
+            curvature / (8 * (self.sampling_rate_hz * factor) ** 2), beside
+        )
 
     def unseen(self, lines_hz: Floats, zeta: float) -> Floats:
         """What content above half the sampling rate may have changed (k, f), m/s2: its response is missing, and what it
@@ -203,15 +217,20 @@ class RecordContent:
         what is hidden as well, and the smaller bound holds."""
         unseen = self.unseen(lines_hz, zeta)
         hidden = np.minimum(self.hidden(lines_hz, zeta, factor, maximax), by_differences)
-        total, hidden, unseen = (_share(part, maximax) for part in (hidden + unseen, hidden, unseen))
+        total, hidden, unseen = (
+            _share(part, maximax) for part in (hidden + unseen, hidden, unseen)
+        )
         high, largest = self._high_differences(), self.largest_m_s2
         high_share = np.abs(high).max(axis=-1) / np.where(largest > 0, largest, 1.0)
-        return SamplingBound(total, hidden, unseen, np.where(_crest(high) < _STEADY_CREST, 0.0, high_share))
+        return SamplingBound(
+            total, hidden, unseen, np.where(_crest(high) < _STEADY_CREST, 0.0, high_share)
+        )
 
     def _high_differences(self) -> Floats:
         """Of gain 1 at half the sampling rate."""
         return np.asarray(
-            np.diff(self.records, min(_HIGH_DIFFERENCE, self.records.shape[-1] - 1)) / 2**_HIGH_DIFFERENCE
+            np.diff(self.records, min(_HIGH_DIFFERENCE, self.records.shape[-1] - 1))
+            / 2**_HIGH_DIFFERENCE
         )
 
     def _sum(self, weights: Floats) -> Floats:
@@ -254,7 +273,9 @@ def _above(amplitude: Floats) -> Floats:
     padded = np.zeros((len(amplitude), (_FOLDED_BANDS + 2) * per))
     padded[:, :bins] = amplitude[:, ::-1]
     blocks = padded.reshape(len(amplitude), -1, per).max(axis=-1)
-    mirrored = np.minimum.accumulate(np.maximum(np.maximum(blocks[:, :-2], blocks[:, 1:-1]), blocks[:, 2:]), axis=-1)
+    mirrored = np.minimum.accumulate(
+        np.maximum(np.maximum(blocks[:, :-2], blocks[:, 1:-1]), blocks[:, 2:]), axis=-1
+    )
     return np.asarray(np.minimum(level, mirrored[:, np.minimum(bands, _FOLDED_BANDS - 4)]))
 
 
@@ -266,15 +287,22 @@ def _integrated_gain(zeta: float) -> tuple[Floats, Floats, Floats]:
     ratio = np.unique(np.concatenate((ratio, near)))
     gain = _gain(ratio, np.ones(1), zeta)[0]
     steps = np.diff(ratio)
-    integrals = [np.concatenate(([0.0], np.cumsum(steps * (y[1:] + y[:-1]) / 2))) for y in (gain, gain**2)]
+    integrals = [
+        np.concatenate(([0.0], np.cumsum(steps * (y[1:] + y[:-1]) / 2))) for y in (gain, gain**2)
+    ]
     return ratio, integrals[0], integrals[1]
 
 
-def _mean_gain(low_hz: Floats, high_hz: Floats, lines_hz: Floats, zeta: float) -> tuple[Floats, Floats]:
+def _mean_gain(
+    low_hz: Floats, high_hz: Floats, lines_hz: Floats, zeta: float
+) -> tuple[Floats, Floats]:
     """Means of the gain and of its square over bands (f, b)."""
     ratio, gain, square = _integrated_gain(zeta)
     low, high = low_hz / lines_hz[:, None], high_hz / lines_hz[:, None]
-    means = [(np.interp(high, ratio, y) - np.interp(low, ratio, y)) / (high - low) for y in (gain, square)]
+    means = [
+        (np.interp(high, ratio, y) - np.interp(low, ratio, y)) / (high - low)
+        for y in (gain, square)
+    ]
     return means[0], means[1]
 
 

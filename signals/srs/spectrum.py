@@ -51,7 +51,9 @@ def grid_of_record(samples: int, sampling_rate_hz: float, per_octave: int = PER_
     """From one cycle in the record up to `SAMPLES_PER_CYCLE`. Raises `ValueError` for a record too short for a line."""
     low, high = sampling_rate_hz / samples, sampling_rate_hz / SAMPLES_PER_CYCLE
     if low > high:
-        raise ValueError(f"{samples} samples: expected {SAMPLES_PER_CYCLE:g} or more, or frequency_hz of your own")
+        raise ValueError(
+            f"{samples} samples: expected {SAMPLES_PER_CYCLE:g} or more, or frequency_hz of your own"
+        )
     return octave_grid(low, high, per_octave)
 
 
@@ -66,14 +68,20 @@ def checked_records(acceleration: Floats) -> Floats:
     # One kind of array: the compiled loop knows no other.
     records = np.require(acceleration, np.float64, ["C", "A", "W"])
     if records.ndim == 0 or records.size == 0:
-        raise ValueError(f"acceleration has shape {records.shape}: expected (n,) or (..., n) with samples in it")
+        raise ValueError(
+            f"acceleration has shape {records.shape}: expected (n,) or (..., n) with samples in it"
+        )
     highest, lowest = records.max(axis=-1), records.min(axis=-1)  # NaN where a sample is NaN
     if not (np.isfinite(highest) & np.isfinite(lowest)).all():
         bad = np.argwhere(~np.isfinite(records))
-        raise ValueError(f"acceleration has {len(bad)} samples that are no numbers, the first at {bad[0, -1]}")
+        raise ValueError(
+            f"acceleration has {len(bad)} samples that are no numbers, the first at {bad[0, -1]}"
+        )
     stuck = (highest == lowest) & (highest != 0)
     if records.shape[-1] > 1 and np.any(stuck):
-        raise ValueError(f"acceleration is constant at {highest[stuck].flat[0]:g} m/s2: is the channel connected?")
+        raise ValueError(
+            f"acceleration is constant at {highest[stuck].flat[0]:g} m/s2: is the channel connected?"
+        )
     return records
 
 
@@ -197,12 +205,16 @@ def shock_response_spectrum(
     """
     records, rate = checked_records(acceleration), checked_rate(sampling_rate_hz)
     zeta = checked_damping(q, damping_ratio)
-    lines = checked_lines(grid_of_record(records.shape[-1], rate) if frequency_hz is None else frequency_hz, rate)
+    lines = checked_lines(
+        grid_of_record(records.shape[-1], rate) if frequency_hz is None else frequency_hz, rate
+    )
     flat = records.reshape(-1, records.shape[-1])
     responses = _largest(flat, 2 * np.pi * lines / rate, zeta, threads)
     factors = np.ones(len(flat), dtype=np.int64)
     if resample_within is not None:
-        _resample(flat, rate, lines, zeta, _checked_share(resample_within), threads, responses, factors)
+        _resample(
+            flat, rate, lines, zeta, _checked_share(resample_within), threads, responses, factors
+        )
     maximax = _maximax(responses)
 
     def sampling() -> SamplingBound:
@@ -216,7 +228,10 @@ def shock_response_spectrum(
             for name in ("total", "hidden", "unseen")
         )
         return SamplingBound(
-            total, hidden, unseen, np.concatenate([bound.high_share for bound in bounds]).reshape(shape)
+            total,
+            hidden,
+            unseen,
+            np.concatenate([bound.high_share for bound in bounds]).reshape(shape),
         )
 
     peaks = _Peaks(*responses.reshape(6, *records.shape[:-1], lines.size))
@@ -229,19 +244,25 @@ def _sampling_bound(
     """Of one record (1, n) and its spectrum (1, f)."""
     from .difference_bound import hidden_by_differences
 
-    by_differences = hidden_by_differences(upsampled(record, factor), rate * factor, lines, zeta, maximax)
+    by_differences = hidden_by_differences(
+        upsampled(record, factor), rate * factor, lines, zeta, maximax
+    )
     return RecordContent.of(record, rate).bound(lines, zeta, factor, maximax, by_differences)
 
 
 def _checked_share(resample_within: float) -> float:
     if not 0 < resample_within < 1:
-        raise ValueError(f"resample_within = {resample_within!r}: expected a share above 0 and below 1, or None")
+        raise ValueError(
+            f"resample_within = {resample_within!r}: expected a share above 0 and below 1, or None"
+        )
     return resample_within
 
 
 def _maximax(responses: Floats) -> Floats:
     """(k, f) of the fields of `_Peaks`."""
-    return np.asarray(np.maximum(np.maximum(responses[0], responses[1]), np.maximum(responses[3], responses[4])))
+    return np.asarray(
+        np.maximum(np.maximum(responses[0], responses[1]), np.maximum(responses[3], responses[4]))
+    )
 
 
 def _resample(
@@ -261,7 +282,9 @@ def _resample(
     maximax = _maximax(responses)
     # Infinite where the differences settle the line: it is fine at any factor, whatever the content's bound says.
     limit = np.where(
-        hidden_by_differences(records, rate, lines, zeta, maximax) > share * maximax, share * maximax, np.inf
+        hidden_by_differences(records, rate, lines, zeta, maximax) > share * maximax,
+        share * maximax,
+        np.inf,
     )
     doubtful = np.flatnonzero(np.isfinite(limit).any(axis=-1))
     for first in range(0, doubtful.size, at_once):
@@ -275,7 +298,9 @@ def _resample(
             settled = fine if factor < MOST_RESAMPLED else np.ones_like(fine)
             if factor > 1 and settled.any():
                 theta = 2 * np.pi * lines / (rate * factor)
-                responses[:, rows[settled]] = _largest(upsampled(records[rows[settled]], factor), theta, zeta, threads)
+                responses[:, rows[settled]] = _largest(
+                    upsampled(records[rows[settled]], factor), theta, zeta, threads
+                )
                 factors[rows[settled]] = factor
             rows, content = rows[~settled], content.take(np.flatnonzero(~settled))
             factor *= 2
@@ -293,9 +318,16 @@ class _Peaks:
     p_after: Floats
 
     def spectrum(
-        self, lines: Floats, zeta: float, resampled: NDArray[np.int64], sampling: Callable[[], SamplingBound]
+        self,
+        lines: Floats,
+        zeta: float,
+        resampled: NDArray[np.int64],
+        sampling: Callable[[], SamplingBound],
     ) -> Spectrum:
-        primary, residual = np.maximum(self.up, self.down), np.maximum(self.up_after, self.down_after)
+        primary, residual = (
+            np.maximum(self.up, self.down),
+            np.maximum(self.up_after, self.down_after),
+        )
         return Spectrum(
             frequency_hz=lines,
             damping_ratio=zeta,
@@ -318,7 +350,16 @@ def _largest(records: Floats, theta: Floats, zeta: float, threads: int | None) -
     x = p + 2 * zeta * v
     up, down = coefficients.extremes(x, v - 2 * zeta * x, zeta)
     p_up, p_down = coefficients.extremes(p, v, zeta)
-    return np.stack([highest, -lowest, furthest, np.maximum(up, 0), np.maximum(-down, 0), np.maximum(p_up, -p_down)])
+    return np.stack(
+        [
+            highest,
+            -lowest,
+            furthest,
+            np.maximum(up, 0),
+            np.maximum(-down, 0),
+            np.maximum(p_up, -p_down),
+        ]
+    )
 
 
 @dataclass(frozen=True, eq=False)

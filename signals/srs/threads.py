@@ -26,7 +26,9 @@ def processors() -> int:
 def checked_threads(threads: int | None) -> int:
     """None is one to a processor. Raises `ValueError` below 1."""
     if threads is not None and threads < 1:
-        raise ValueError(f"threads = {threads!r}: expected 1 or more, or None for one to a processor")
+        raise ValueError(
+            f"threads = {threads!r}: expected 1 or more, or None for one to a processor"
+        )
     return processors() if threads is None else threads
 
 

@@ -111,7 +111,9 @@ def test_recordings_that_say_less(sqlite_url, tmp_path, recipe, names):
         before, heading, after = text.partition(f'[channels."{name}"]')
         after = re.sub(r'quantity = "[^"]*"', f'quantity = "{quantity}"', after, count=1)
         (folder / "campaign.toml").write_text(before + heading + after, encoding="utf-8")
-    assert (recipe == "wav") == ("[recordings]" not in (folder / "campaign.toml").read_text(encoding="utf-8"))
+    assert (recipe == "wav") == (
+        "[recordings]" not in (folder / "campaign.toml").read_text(encoding="utf-8")
+    )
     ingested(sqlite_url, folder)
     assert {(name, rate) for name, _, _, rate in stored_channels(sqlite_url)} == {
         (name, written.rate_hz) for name in names
@@ -129,7 +131,10 @@ def gun_plan(url):
 def test_each_kind_from_recordings(sqlite_url, tmp_path, kind):
     folder = tmp_path / kind
     for number in (1, 2):
-        write_recording(folder / "recordings" / f"{number}.npz", {"force": record(number), "acc": record(number)})
+        write_recording(
+            folder / "recordings" / f"{number}.npz",
+            {"force": record(number), "acc": record(number)},
+        )
     assert "--dry-run" in started(folder, "--kind", kind, "--recordings", "recordings").stderr
     rows = rows_of(folder)
     rows_read = [(row["run"], row["repetition"], row["recording"]) for row in rows]
@@ -139,9 +144,14 @@ def test_each_kind_from_recordings(sqlite_url, tmp_path, kind):
     replace_where(folder, 'quantity = "g"', 'quantity = "acceleration"')
     if kind == "gun":
         assert ingest(sqlite_url, folder).exit_code == 2
-        write_rows(folder, [{**row, "bullet_mass_kg": "0.14", "tank_pressure_bar": "2"} for row in rows])
+        write_rows(
+            folder, [{**row, "bullet_mass_kg": "0.14", "tank_pressure_bar": "2"} for row in rows]
+        )
     ingested(sqlite_url, folder)
-    assert stored_channels(sqlite_url) == {("force", "force", "N", FS_HZ), ("acc", "acceleration", "g", FS_HZ)}
+    assert stored_channels(sqlite_url) == {
+        ("force", "force", "N", FS_HZ),
+        ("acc", "acceleration", "g", FS_HZ),
+    }
     (campaign,) = json.loads(pyroshock("campaigns", "--db", sqlite_url, "--json").stdout)
     assert (campaign["name"], campaign["kind"]) == (kind, "gun" if kind == "gun" else "hammer")
 
@@ -165,7 +175,9 @@ def test_rows_of_a_plan(sqlite_url, tmp_path):
     assert [(row["run"], row["repetition"]) for row in rows] == [
         (str(run["run"]), repetition) for run in planned for repetition in ("1", "2")
     ]
-    assert [float(row["bullet_mass_kg"]) for row in rows[::2]] == [run["bullet_mass_kg"] for run in planned]
+    assert [float(row["bullet_mass_kg"]) for row in rows[::2]] == [
+        run["bullet_mass_kg"] for run in planned
+    ]
     assert {row["recording"] for row in rows} == {FILL_IN}
     fill_in(folder, force="N")
     assert f"'{FILL_IN}'" in ingest(sqlite_url, folder).stderr
@@ -189,11 +201,19 @@ def test_plan_of_another_kind_or_number_of_recordings_is_refused(sqlite_url, tmp
     folder = tmp_path / "shots"
     write_recording(folder / "1.npz", {"force": record()})
     for arguments, message in (
-        (("--kind", "gun", "--recordings", "."), "1 recordings for a plan of 3 runs and 6 repetitions"),
+        (
+            ("--kind", "gun", "--recordings", "."),
+            "1 recordings for a plan of 3 runs and 6 repetitions",
+        ),
         (("--kind", "drop"), "'shots' is one of a gun"),
     ):
-        result = pyroshock("campaigns", "init", folder, *arguments, "--plan", "shots", "--db", sqlite_url)
-        assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1) and message in result.stderr
+        result = pyroshock(
+            "campaigns", "init", folder, *arguments, "--plan", "shots", "--db", sqlite_url
+        )
+        assert (result.exit_code, len(result.stderr.splitlines())) == (
+            2,
+            1,
+        ) and message in result.stderr
         assert not (folder / "campaign.toml").exists()
 
 
@@ -210,7 +230,9 @@ def test_nothing_is_overwritten(tmp_path, name):
 @pytest.mark.parametrize("pattern", ["../other", "/etc", "C:\\data"])
 def test_recordings_outside_of_the_folder_are_refused(tmp_path, pattern):
     (tmp_path / "c").mkdir()
-    result = pyroshock("campaigns", "init", tmp_path / "c", "--kind", "hammer", "--recordings", pattern)
+    result = pyroshock(
+        "campaigns", "init", tmp_path / "c", "--kind", "hammer", "--recordings", pattern
+    )
     assert result.exit_code == 2 and not (tmp_path / "c" / "campaign.toml").exists()
 
 
@@ -223,6 +245,9 @@ def test_channels_are_told_as_the_recordings_have_them(tmp_path):
     write_recording(folder / "3.npz", {"pressure_tank": record()})
     started(folder, "--kind", "drop")
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
-    assert "# in 2 of 3 recordings, at 1000 Hz, 2000 Hz" in text and "# the recordings say g, m/s2" in text
+    assert (
+        "# in 2 of 3 recordings, at 1000 Hz, 2000 Hz" in text
+        and "# the recordings say g, m/s2" in text
+    )
     assert "zork, which is no unit that is known" in text
     assert f'quantity = "pressure"  # please check\nunit = "{FILL_IN}"' in text

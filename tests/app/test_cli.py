@@ -15,7 +15,13 @@ from pyroshock import __version__
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.app.common.filters import parse_where
 from pyroshock.schema.listings import Condition
-from support.records.campaigns import blows, force_record, hammer_campaign, recording_name, write_recording
+from support.records.campaigns import (
+    blows,
+    force_record,
+    hammer_campaign,
+    recording_name,
+    write_recording,
+)
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -55,16 +61,33 @@ def test_every_command_has_help_and_ingest_prints_the_contract(tmp_path):
 
 def test_json_goes_to_a_file_and_listings_have_the_contracts_keys(filled, tmp_path):
     assert run("campaigns", "--db", filled, "--json", tmp_path / "c.json").stdout == ""
-    assert {c["name"] for c in json.loads((tmp_path / "c.json").read_text())} == {"hammer", "first-shots"}
+    assert {c["name"] for c in json.loads((tmp_path / "c.json").read_text())} == {
+        "hammer",
+        "first-shots",
+    }
     campaign = json_of("campaigns", "--db", filled)[0]
     assert list(campaign) == ["name", "kind", "date", "impacts", "shots", "planned", "done"]
     row = json_of("impacts", "--db", filled)[0]
-    expected = {"id", "campaign", "run", "repetition", "impact_velocity_m_s", "contact_time_s", "peak_force_n"}
+    expected = {
+        "id",
+        "campaign",
+        "run",
+        "repetition",
+        "impact_velocity_m_s",
+        "contact_time_s",
+        "peak_force_n",
+    }
     assert expected | {"impulse_n_s", "compression_time_s", "quality", "tip_material"} <= set(row)
     rows = json_of("shots", "--db", filled, "--campaign", "first-shots")
     expected = {"id", "campaign", "run", "repetition", "tank_pressure_pa", "bullet_mass_kg"}
-    assert set(rows[0]) == expected | {"measured_velocity_m_s", "measured_velocity_u_m_s", "predicted_velocity_m_s"}
-    assert [row["tank_pressure_pa"] for row in rows] == pytest.approx([23190, 26510, 61580, 40420, 57840])
+    assert set(rows[0]) == expected | {
+        "measured_velocity_m_s",
+        "measured_velocity_u_m_s",
+        "predicted_velocity_m_s",
+    }
+    assert [row["tank_pressure_pa"] for row in rows] == pytest.approx(
+        [23190, 26510, 61580, 40420, 57840]
+    )
 
 
 @pytest.mark.parametrize(("words", "said"), [
@@ -78,7 +101,11 @@ def test_unknown_command_is_told_which_there_are(words, said):
 
 @pytest.mark.parametrize(
     ("where", "runs"),
-    [("tank_pressure_bar=0.6158", [3]), ("tank_pressure_pa>50000", [3, 5]), ("measured_velocity_m_s<=11", [1])],
+    [
+        ("tank_pressure_bar=0.6158", [3]),
+        ("tank_pressure_pa>50000", [3, 5]),
+        ("measured_velocity_m_s<=11", [1]),
+    ],
 )
 def test_where_filters_in_the_labs_units_and_in_si(filled, where, runs):
     rows = json_of("shots", "--db", filled, "--campaign", "first-shots", "--where", where)
@@ -105,7 +132,9 @@ def test_condition_is_parsed(text, condition):
 @pytest.mark.parametrize(("text", "meant"), [
     ("peak_force>1", "1kN"), ("tank_pressure<=1.5", "1.5bar"), ("tip radius=45", "45mm"),
 ])  # fmt: skip
-def test_condition_without_a_unit_in_field_or_value_is_refused_with_the_one_that_was_meant(text, meant):
+def test_condition_without_a_unit_in_field_or_value_is_refused_with_the_one_that_was_meant(
+    text, meant
+):
     with pytest.raises(ValueError, match=f"expected a number with a unit: did you mean {meant}"):
         parse_where((text,))
 
@@ -123,7 +152,9 @@ def test_condition_that_is_none_is_refused(filled, text):
 
 
 def test_condition_that_nothing_matches_is_answered_with_what_the_store_has(filled):
-    printed = run("impacts", "--db", filled, "--where", "tip_material=cheese", "--where", "run=1").stdout
+    printed = run(
+        "impacts", "--db", filled, "--where", "tip_material=cheese", "--where", "run=1"
+    ).stdout
     levels = {row["tip_material"] for row in json_of("impacts", "--db", filled)}
     assert printed.startswith("no impacts match; the store has tip material ")
     assert set(printed.strip().split("tip material ")[1].split(", ")) >= levels
@@ -153,7 +184,15 @@ def test_export_holds_what_the_store_holds(filled, tmp_path, what, suffix):
     import pandas as pd
 
     out = tmp_path / f"x.{suffix}"
-    run("export", what, "--db", filled, "--out", out, *(["--campaign", "hammer"] if what != "shots" else []))
+    run(
+        "export",
+        what,
+        "--db",
+        filled,
+        "--out",
+        out,
+        *(["--campaign", "hammer"] if what != "shots" else []),
+    )
     table = pd.read_csv(out) if suffix == "csv" else pd.read_parquet(out)
     if what == "series":
         assert set(table.columns) == {"campaign", "recording", "channel", "time_s", "value", "unit"}
@@ -164,7 +203,9 @@ def test_export_holds_what_the_store_holds(filled, tmp_path, what, suffix):
     assert table["id"].tolist() == [row["id"] for row in rows]
     key = "measured_velocity_m_s" if what == "shots" else "peak_force_n"
     assert table[key].tolist() == [row[key] for row in rows]
-    assert what != "pulses" or [c for c in table.columns if c.startswith("force_")][-1] == "force_20_n"
+    assert (
+        what != "pulses" or [c for c in table.columns if c.startswith("force_")][-1] == "force_20_n"
+    )
     assert not list(tmp_path.glob("*.part"))
 
 
@@ -173,7 +214,18 @@ def test_exported_series_is_the_recording(filled, tmp_path):
     from pyroshock.ingest.readers import open_recording
 
     recording, out = recording_name(1), tmp_path / "s.parquet"
-    run("export", "series", "--db", filled, "--campaign", "hammer", "--recording", recording, "--out", out)
+    run(
+        "export",
+        "series",
+        "--db",
+        filled,
+        "--campaign",
+        "hammer",
+        "--recording",
+        recording,
+        "--out",
+        out,
+    )
     table = pd.read_parquet(out)
     with open_recording(hammer_campaign(tmp_path / "again") / recording) as source:
         expected = source.read("force").astype(float)
@@ -182,7 +234,9 @@ def test_exported_series_is_the_recording(filled, tmp_path):
 
 def test_show_tells_versions_and_draws_what_it_can(filled, tmp_path):
     page = json_of("show", 1, "--db", filled)
-    assert page["pulses"][0]["in_use"] == "yes" and page["pulses"][0]["written_by"].startswith(f"{__version__}: ")
+    assert page["pulses"][0]["in_use"] == "yes" and page["pulses"][0]["written_by"].startswith(
+        f"{__version__}: "
+    )
     assert page["channels"][0]["channel"] == "force"
     run("show", 1, "--db", filled, "--plot", tmp_path / "x.png")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
@@ -193,24 +247,50 @@ def test_a_finding_says_of_which_channel_it_is(sqlite_url, tmp_path):
     """Of two accelerometers one never moves: its name stands with the finding, wherever findings are told."""
     folder = hammer_campaign(tmp_path / "h", 1)
     toml = folder / "campaign.toml"
-    more = "".join(f'[channels.{name}]\nquantity = "acceleration"\nunit = "m/s2"\n' for name in ("a1", "a2"))
+    more = "".join(
+        f'[channels.{name}]\nquantity = "acceleration"\nunit = "m/s2"\n' for name in ("a1", "a2")
+    )
     toml.write_text(toml.read_text() + more)
     force = force_record(blows(1, 2), np.random.default_rng(1))
-    write_recording(folder / recording_name(1), {"force": force, "a1": force / 10, "a2": np.full(force.size, 2.5)})
+    write_recording(
+        folder / recording_name(1),
+        {"force": force, "a1": force / 10, "a2": np.full(force.size, 2.5)},
+    )
     told = run("ingest", folder, "--db", sqlite_url, "--jobs", "1", "--json")
     assert "reject: dropouts (1) of a2" in told.stderr
-    assert [f["channel"] for f in json.loads(told.stdout)["findings"] if f["check"] == "dropouts"] == ["a2"]
+    assert [
+        f["channel"] for f in json.loads(told.stdout)["findings"] if f["check"] == "dropouts"
+    ] == ["a2"]
     page = json_of("show", 1, "--db", sqlite_url)
     assert [f["channel"] for f in page["findings"] if f["check"] == "dropouts"] == ["a2"]
-    line = next(x for x in run("show", 1, "--db", sqlite_url).stdout.splitlines() if "never moves" in x)
+    line = next(
+        x for x in run("show", 1, "--db", sqlite_url).stdout.splitlines() if "never moves" in x
+    )
     assert line.split()[:3] == ["reject", "dropouts", "a2"]
 
 
 def test_material_is_added_once_and_extract_keeps_the_old_version(tmp_path):
     url = f"sqlite:///{tmp_path}/x.db"
     run("init", "--db", url)
-    words = ["materials", "add", "titanium", "--youngs-modulus", "114GPa", "--poisson-ratio", "0.34"]
-    words += ["--density", "4430kg/m3", "--yield-strength", "880MPa", "--source", "data sheet", "--db", url]
+    words = [
+        "materials",
+        "add",
+        "titanium",
+        "--youngs-modulus",
+        "114GPa",
+        "--poisson-ratio",
+        "0.34",
+    ]
+    words += [
+        "--density",
+        "4430kg/m3",
+        "--yield-strength",
+        "880MPa",
+        "--source",
+        "data sheet",
+        "--db",
+        url,
+    ]
     bare = [word.removesuffix("GPa") for word in words]
     assert "'114'; expected a number with a unit: did you mean 114GPa?" in run(*bare, code=2).stderr
     run(*words)
@@ -221,12 +301,26 @@ def test_material_is_added_once_and_extract_keeps_the_old_version(tmp_path):
     count = json_of("ingest", campaign, "--db", url)["impacts"]
     before = json_of("impacts", "--db", url)
     changed = json_of("extract", "hammer", "--segmentation", "mask", "--db", url)
-    assert changed == {"campaign": "hammer", "added": count, "reused": 0, "measured": 0, "skipped": []}
+    assert changed == {
+        "campaign": "hammer",
+        "added": count,
+        "reused": 0,
+        "measured": 0,
+        "skipped": [],
+    }
     after = json_of("impacts", "--db", url)
-    assert all(a["contact_time_s"] < b["contact_time_s"] for a, b in zip(after, before, strict=True))
+    assert all(
+        a["contact_time_s"] < b["contact_time_s"] for a, b in zip(after, before, strict=True)
+    )
     page = json_of("show", before[0]["id"], "--db", url)
-    assert [(p["segmentation"], p["in_use"]) for p in page["pulses"]] == [("walk", "no"), ("mask", "yes")]
-    assert json_of("extract", "hammer", "--db", url)["reused"] == count and json_of("impacts", "--db", url) == before
+    assert [(p["segmentation"], p["in_use"]) for p in page["pulses"]] == [
+        ("walk", "no"),
+        ("mask", "yes"),
+    ]
+    assert (
+        json_of("extract", "hammer", "--db", url)["reused"] == count
+        and json_of("impacts", "--db", url) == before
+    )
 
 
 def test_closed_pipe_is_no_error(filled):
@@ -264,7 +358,16 @@ def test_json_has_the_line_and_its_uncertainty_and_text_a_table_for_campaign_tom
     assert data["sensitivity_u_v_per_unit"] ** 2 == pytest.approx(covariance[0, 0])
     assert data["common_u"] == pytest.approx(0.005)
     assert data["points"][2]["residual"] == pytest.approx((1.4862 - offset) / slope - 2.0)
-    words = ["calibrate", str(points), "--date", "2026-03-02", "--common-u", "5mbar", "--reading-u", "1mV"]
+    words = [
+        "calibrate",
+        str(points),
+        "--date",
+        "2026-03-02",
+        "--common-u",
+        "5mbar",
+        "--reading-u",
+        "1mV",
+    ]
     result = CliRunner().invoke(main, words)
     assert result.exit_code == 0, result.stderr
     table = tomllib.loads(result.stdout[result.stdout.index("[channels") :])

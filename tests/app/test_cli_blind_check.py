@@ -49,7 +49,9 @@ def test_options_reach_the_check(asked: list[dict[str, Any]], tmp_path: Path) ->
     (one,) = asked
     assert one["tiers"] == ("weak", "strong")
     assert (one["executor"].jobs, one["folder"], one["baselines"]) == (3, tmp_path, False)
-    pyroshock("blind-check", "--cases", "2", "--tier", "foreign", "--kind", "gun", "--time-limit", "60")
+    pyroshock(
+        "blind-check", "--cases", "2", "--tier", "foreign", "--kind", "gun", "--time-limit", "60"
+    )
     assert asked[1]["tiers"] == ("foreign one", "foreign two", "foreign full scale")
     assert (asked[1]["kinds"], asked[1]["patience_s"]) == (("gun",), 60.0)
 
@@ -58,12 +60,18 @@ def test_shrinkage_may_be_left_out(asked: list[dict[str, Any]]) -> None:
     """With the oracle that it is held against, which takes as long."""
     for more in ([], ["--no-shrinkage"]):
         pyroshock("blind-check", "--cases", "2", "--seed", "1", *more)
-    assert [(one["options"].shrink, one["oracle"]) for one in asked] == [(True, True), (False, False)]
+    assert [(one["options"].shrink, one["oracle"]) for one in asked] == [
+        (True, True),
+        (False, False),
+    ]
 
 
 def test_what_cannot_be_checked_is_one_line(asked: list[dict[str, Any]], tmp_path: Path) -> None:
     for words, message in (
-        (("--cases", "2", "--seed", "1", "--tier", "easy"), "--tier is 'easy'; expected one of weak, middle, strong"),
+        (
+            ("--cases", "2", "--seed", "1", "--tier", "easy"),
+            "--tier is 'easy'; expected one of weak, middle, strong",
+        ),
         ((), "--cases is missing"),
         (("--pool", tmp_path), "finish this check with blind-check --folder first"),
     ):
@@ -75,7 +83,9 @@ def test_what_cannot_be_checked_is_one_line(asked: list[dict[str, Any]], tmp_pat
 def test_seed_is_the_splits_own_unless_given(asked: list[dict[str, Any]]) -> None:
     for split in ("development", "sealed"):
         pyroshock("blind-check", "--cases", "2", "--split", split)
-    assert [(one["seed"], one["split"]) for one in asked] == [(SEEDS[s], s) for s in ("development", "sealed")]
+    assert [(one["seed"], one["split"]) for one in asked] == [
+        (SEEDS[s], s) for s in ("development", "sealed")
+    ]
 
 
 def test_finished_checks_make_one_table(asked: list[dict[str, Any]], tmp_path: Path) -> None:
@@ -89,4 +99,7 @@ def test_finished_checks_make_one_table(asked: list[dict[str, Any]], tmp_path: P
     assert text.startswith("2 checks: seeds 3, 4\n") and "| strong | 4 " in text
     found = json.loads(pyroshock("blind-check", *folders, "--json").stdout)
     assert [each["seed"] for each in found["pooled"]] == [3, 4]
-    assert (found["tiers"][0]["tier"], found["tiers"][0]["first"]["value"]) == ("strong", 1.0) and not asked
+    assert (found["tiers"][0]["tier"], found["tiers"][0]["first"]["value"]) == (
+        "strong",
+        1.0,
+    ) and not asked

@@ -46,13 +46,26 @@ def told(result: Result) -> dict:  # JSON
 
 
 def test_json_of_the_shipped_bench_is_the_contract(quick):
-    found = told(quick("--tank-pressure", "5bar", "--bullet-mass", "0.5kg", "--tip", "steel", "--json"))
-    contract = {"velocity_m_s", "contact_time_s", "peak_force_n", "force", "srs", "models", "outside_domain"}
+    found = told(
+        quick("--tank-pressure", "5bar", "--bullet-mass", "0.5kg", "--tip", "steel", "--json")
+    )
+    contract = {
+        "velocity_m_s",
+        "contact_time_s",
+        "peak_force_n",
+        "force",
+        "srs",
+        "models",
+        "outside_domain",
+    }
     assert contract <= found.keys()
     for name in ("velocity_m_s", "contact_time_s", "peak_force_n"):
         assert found[name].keys() == {"mean", "ci90"}
         assert found[name]["ci90"][0] <= found[name]["mean"] <= found[name]["ci90"][1]
-    assert found["force"].keys() == {"time_s", "mean", "lower", "upper"} and found["srs"]["frequency_hz"][0] == 200.0
+    assert (
+        found["force"].keys() == {"time_s", "mean", "lower", "upper"}
+        and found["srs"]["frequency_hz"][0] == 200.0
+    )
     assert found["srs"]["acceleration_2"].keys() == {"mean", "lower", "upper"}
     assert found["models"]["contact"] == "prior of 4 effects"
     for one in found["outside_domain"]:
@@ -65,8 +78,15 @@ def test_json_of_the_shipped_bench_is_the_contract(quick):
 
 def test_given_velocity_needs_no_gun_and_words_and_plot_are_for_people(quick, tmp_path):
     prediction = told(quick("--velocity", "8m/s", "--json"))
-    assert prediction["velocity_m_s"] == {"mean": pytest.approx(8.0), "ci90": pytest.approx([8.0, 8.0])}
-    assert quick("--json").stdout == quick("--json", "--seed", "0").stdout != quick("--json", "--seed", "1").stdout
+    assert prediction["velocity_m_s"] == {
+        "mean": pytest.approx(8.0),
+        "ci90": pytest.approx([8.0, 8.0]),
+    }
+    assert (
+        quick("--json").stdout
+        == quick("--json", "--seed", "0").stdout
+        != quick("--json", "--seed", "1").stdout
+    )
     result = quick("--velocity", "8m/s", "--plot", "shot.png")
     assert result.exit_code == 0, result.stderr
     assert "impact velocity" in result.stdout and "acceleration_1 (g)" in result.stdout
@@ -77,16 +97,27 @@ def test_effects_change_the_answer_and_what_lies_outside_is_told(quick):
     nominal = told(quick("--tank-pressure", "5bar", "--json"))
     found = told(quick("--tank-pressure", "5bar", "--effect", "gun.back_pressure", "--effect",
                        "sensor.velocity_gain:gain=2", "--json"))  # fmt: skip
-    assert found["velocity_m_s"]["mean"] != pytest.approx(2 * nominal["velocity_m_s"]["mean"], rel=1e-3)
-    assert "gun.back_pressure" in found["models"]["gun"] and "sensor.velocity_gain" in found["models"]["sensors"]
+    assert found["velocity_m_s"]["mean"] != pytest.approx(
+        2 * nominal["velocity_m_s"]["mean"], rel=1e-3
+    )
+    assert (
+        "gun.back_pressure" in found["models"]["gun"]
+        and "sensor.velocity_gain" in found["models"]["sensors"]
+    )
     result = quick("--tank-pressure", "20bar", "--tip", "steel", "--contact", "hertz")
     assert result.exit_code == 0
-    (line,) = [stderr_line for stderr_line in result.stderr.splitlines() if "outside of the domain" in stderr_line]
+    (line,) = [
+        stderr_line
+        for stderr_line in result.stderr.splitlines()
+        if "outside of the domain" in stderr_line
+    ]
     where = r"lies outside of the domain of the contact \(hertz\)"
     assert re.fullmatch(rf"Impact velocity \d{{2}}\.\d{{2}} m/s {where}: up to .*yield\.", line)
 
 
-@pytest.mark.parametrize(("law", "label"), [((), "prior of 4 effects"), (("--contact", "hertz"), "hertz")])
+@pytest.mark.parametrize(
+    ("law", "label"), [((), "prior of 4 effects"), (("--contact", "hertz"), "hertz")]
+)
 def test_effect_of_the_contact_acts_on_the_prior_and_on_hertz(quick, law, label):
     effect = "contact.effective_mass:mass_factor=2"
     found = told(quick("--velocity", "8m/s", "--effect", effect, "--json", *law))
@@ -101,7 +132,9 @@ def test_coupled_contact_meets_the_plate(quick, law):
     assert coupled["models"]["contact"] == alone["models"]["contact"] + " + modes of the plate"
     assert coupled["peak_force_n"]["mean"] != alone["peak_force_n"]["mean"]
     assert 0 < coupled["impulse_n_s"]["mean"] <= 2 * 0.5 * 8
-    assert (told(quick(*words[:4], "--coupled", "--json")) == coupled) is (law == "prior")  # without a law
+    assert (told(quick(*words[:4], "--coupled", "--json")) == coupled) is (
+        law == "prior"
+    )  # without a law
 
 
 def test_bench_points_and_modal_table_of_files_are_taken(quick, tmp_path):
@@ -112,10 +145,23 @@ def test_bench_points_and_modal_table_of_files_are_taken(quick, tmp_path):
     )
     found = told(quick("--velocity", "8m/s", "--bench", "bench.toml", "--json"))
     assert {"left", "right"} < found["srs"].keys() and "bench.toml" in found["models"]["plate"]
-    result = quick("--velocity", "8m/s", "--sensor-at", "0.2,0.2", "--sensor-at", "0.7,0.4", "--impact-at", "0.4,0.3")
+    result = quick(
+        "--velocity",
+        "8m/s",
+        "--sensor-at",
+        "0.2,0.2",
+        "--sensor-at",
+        "0.7,0.4",
+        "--impact-at",
+        "0.4,0.3",
+    )
     assert "#1 (0.4, 0.3), acceleration_1 (0.2, 0.2)" in result.stderr
     (tmp_path / "plate_modes.csv").write_text(MODES, encoding="utf-8")
-    found = told(quick("--velocity", "8m/s", "--modes", "plate_modes.csv", "--impact-position", "#2", "--json"))
+    found = told(
+        quick(
+            "--velocity", "8m/s", "--modes", "plate_modes.csv", "--impact-position", "#2", "--json"
+        )
+    )
     assert found["models"]["plate"] == "modal table plate_modes.csv" and "a" in found["srs"]
 
 
@@ -124,7 +170,9 @@ def test_campaign_gives_its_gun_and_the_scatter_of_its_shots(quick, tmp_path):
     with opened(url, create=True) as store:
         ingest_examples(store)
     result = quick("--tank-pressure", "3bar", "--campaign", "first-shots", "--db", url)
-    assert "The velocity rests on 5 measured shots, 0.232 to 0.616 bar and 0.143 kg" in result.stderr
+    assert (
+        "The velocity rests on 5 measured shots, 0.232 to 0.616 bar and 0.143 kg" in result.stderr
+    )
     found = told(quick("--tank-pressure", "3bar", "--tip", "Aluminium", "--db", url, "--json"))
     assert "campaign first-shots" in found["models"]["gun"]
 
@@ -134,18 +182,28 @@ def test_scatter_is_that_of_the_five_shots_and_effects_are_parsed():
         encoding="utf-8"
     ) as file:
         errors = np.array([float(row["error_percent"]) for row in csv.DictReader(file)]) / 100
-    assert np.sqrt(np.mean(np.log(1 - errors) ** 2)) == pytest.approx(twins.THESIS_VELOCITY_SPREAD, abs=6e-4)
+    assert np.sqrt(np.mean(np.log(1 - errors) ** 2)) == pytest.approx(
+        twins.THESIS_VELOCITY_SPREAD, abs=6e-4
+    )
     parsed = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1", "--effect")
     assert parsed.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
     result = CliRunner().invoke(predict, ["--frequencies", "1:2:3:4"])
-    assert result.exit_code == 2 and "expected Hz as 100,200,500 or low:high:per_octave" in result.stderr
+    assert (
+        result.exit_code == 2
+        and "expected Hz as 100,200,500 or low:high:per_octave" in result.stderr
+    )
 
 
 def test_model_in_use_answers(quick, monkeypatch):
     table = pulse_table(np.random.default_rng(0), repetitions=2)
-    dataset, when = DatasetName("spring", "5" * 64, "hammer", "gun"), datetime(2026, 1, 1, tzinfo=UTC)
+    dataset, when = (
+        DatasetName("spring", "5" * 64, "hammer", "gun"),
+        datetime(2026, 1, 1, tzinfo=UTC),
+    )
     ids = ("key", "run", "0" * 64)
-    version = Version("hertz", 4, dataset, "repetitions", 0, {}, Cost(1.0, 1.0), *ids, when, "hammer")
+    version = Version(
+        "hertz", 4, dataset, "repetitions", 0, {}, Cost(1.0, 1.0), *ids, when, "hammer"
+    )
     model = Analytic("hertz").fit(table, np.random.default_rng(0))
 
     class Registry:
@@ -157,7 +215,9 @@ def test_model_in_use_answers(quick, monkeypatch):
 
     monkeypatch.setattr(twins, "_registry", lambda _: Registry())
     for asked in ((), ("--contact", "registered"), ("--contact", "hertz@4")):
-        found = told(quick("--velocity", "9m/s", "--tip", "delrin", "--tip-radius", "30mm", *asked, "--json"))
+        found = told(
+            quick("--velocity", "9m/s", "--tip", "delrin", "--tip-radius", "30mm", *asked, "--json")
+        )
         assert found["models"]["contact"] == "models:/hertz@champion"
     assert found["outside_domain"][0]["predictor"] == "impact_velocity"
 
@@ -166,7 +226,9 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
     """The finite element model itself, with its modes below 600 Hz; the second call finds it on disk."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(twins, "MAX_MODE_HZ", 600.0)
-    first, again = (told(CliRunner().invoke(predict, ["--velocity", "8m/s", "--json", *_FEW])) for _ in range(2))
+    first, again = (
+        told(CliRunner().invoke(predict, ["--velocity", "8m/s", "--json", *_FEW])) for _ in range(2)
+    )
     assert first == again and list(Path(tmp_path).rglob("*.npz"))
 
 
@@ -198,8 +260,14 @@ def test_what_a_user_can_mend_is_one_line(quick, words, message):
 
 def test_sensors_of_the_shipped_bench_feel_different_things(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = told(CliRunner().invoke(predict, ["--velocity", "8m/s", "--json", "--frequencies", "100:200:3", *_FEW[:2]]))
-    assert found["srs"]["acceleration_1"]["mean"] != pytest.approx(found["srs"]["acceleration_2"]["mean"], rel=0.01)
+    found = told(
+        CliRunner().invoke(
+            predict, ["--velocity", "8m/s", "--json", "--frequencies", "100:200:3", *_FEW[:2]]
+        )
+    )
+    assert found["srs"]["acceleration_1"]["mean"] != pytest.approx(
+        found["srs"]["acceleration_2"]["mean"], rel=0.01
+    )
 
 
 def test_valve_profile_is_the_gun_s_and_may_stand_in_a_file(quick, tmp_path):
@@ -265,7 +333,9 @@ def test_every_row_is_what_predict_says_of_it_alone_and_a_plan_has_its_plates(la
         alone = json.loads(CliRunner().invoke(predict, [*words.split(), "--json"]).stdout)
         for name in ("velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s"):
             assert row[f"predicted_{name}"] == alone[name]["mean"]
-            assert [row[f"predicted_{name}_low"], row[f"predicted_{name}_high"]] == alone[name]["ci90"]
+            assert [row[f"predicted_{name}_low"], row[f"predicted_{name}_high"]] == alone[name][
+                "ci90"
+            ]
         sensor = row["srs"][0]["sensor"]
         means = [line["mean_m_s2"] for line in row["srs"] if line["sensor"] == sensor]
         assert means == alone["srs"][sensor]["mean"]
@@ -273,13 +343,24 @@ def test_every_row_is_what_predict_says_of_it_alone_and_a_plan_has_its_plates(la
     made = CliRunner().invoke(main, ["plan", "lhs", "spring", "--runs", "4", "--seed", "1"])
     assert made.exit_code == 0, made.output
     rows = json.loads(run_table("--plan", "spring", "--draws", "2", "--json"))
-    assert [row["run"] for row in rows] == [1, 2, 3, 4] and all(row["predicted_velocity_m_s"] > 0 for row in rows)
+    assert [row["run"] for row in rows] == [1, 2, 3, 4] and all(
+        row["predicted_velocity_m_s"] > 0 for row in rows
+    )
 
 
 def test_two_processes_write_the_same_files_as_one_and_what_is_assumed_is_told(lab):
     for jobs in ("1", "2"):
         run_table(
-            "--shots", "shots.csv", "--jobs", jobs, "--out", f"{jobs}.csv", "--spectra", f"{jobs}s.csv", "--draws", "8"
+            "--shots",
+            "shots.csv",
+            "--jobs",
+            jobs,
+            "--out",
+            f"{jobs}.csv",
+            "--spectra",
+            f"{jobs}s.csv",
+            "--draws",
+            "8",
         )
     assert (lab / "1.csv").read_bytes() == (lab / "2.csv").read_bytes()
     assert (lab / "1s.csv").read_bytes() == (lab / "2s.csv").read_bytes()
@@ -291,7 +372,9 @@ def test_two_processes_write_the_same_files_as_one_and_what_is_assumed_is_told(l
     assert (table["predicted_peak_force_n_low"] < table["predicted_peak_force_n_high"]).all()
     (lab / "short.csv").write_text("run,tank_pressure_bar\n1,2\n")
     assumptions = assumed(rows_of_file(lab / "short.csv"), 0.5)
-    assert "no column bullet_mass_kg: 0.5" in assumptions and not any("tank_pressure" in line for line in assumptions)
+    assert "no column bullet_mass_kg: 0.5" in assumptions and not any(
+        "tank_pressure" in line for line in assumptions
+    )
 
 
 @pytest.mark.parametrize(("table", "message"), [

@@ -72,11 +72,23 @@ def spec(path: Path, factor: float = 1.0) -> Path:
 
 def test_json_is_the_spectrum_in_si_of_the_record_and_the_oscillators_it_names(tmp_path):
     spectrum_json = as_json(table(tmp_path / "a.csv"), "--frequencies", "100", "--damping", "0.02")
-    facts = {"sampling_rate_hz": RATE, "samples": 10_000, "start_s": 0.0, "duration_s": 0.5, "q": 25.0}
-    assert {key: spectrum_json[key] for key in facts} == facts and spectrum_json["damping_ratio"] == 0.02
+    facts = {
+        "sampling_rate_hz": RATE,
+        "samples": 10_000,
+        "start_s": 0.0,
+        "duration_s": 0.5,
+        "q": 25.0,
+    }
+    assert {key: spectrum_json[key] for key in facts} == facts and spectrum_json[
+        "damping_ratio"
+    ] == 0.02
     spectrum_json = as_json(table(tmp_path / "a.csv"), "--frequencies", "100,500,1000")
     exact = shock_response_spectrum(G * pulse(), RATE, LINES)
-    assert set(spectrum_json) >= KEYS and spectrum_json["unit"] == "m/s2" and spectrum_json["checks"] == []
+    assert (
+        set(spectrum_json) >= KEYS
+        and spectrum_json["unit"] == "m/s2"
+        and spectrum_json["checks"] == []
+    )
     np.testing.assert_array_equal(spectrum_json["frequency_hz"], LINES)
     for name in ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s"):
         np.testing.assert_allclose(spectrum_json[name], getattr(exact, name), rtol=1e-9)
@@ -88,7 +100,9 @@ def test_checks_have_evidence(tmp_path):
     checks = as_json(path, "--frequencies", "100", "--range", "50g")["checks"]
     assert all(set(check) == {"check", "severity", "message", "evidence"} for check in checks)
     (saturation,) = (check for check in checks if check["check"] == "saturation")
-    assert saturation["severity"] == "reject" and saturation["evidence"]["level"] == pytest.approx(50 * G)
+    assert saturation["severity"] == "reject" and saturation["evidence"]["level"] == pytest.approx(
+        50 * G
+    )
 
 
 def test_the_whole_rule_of_a_standard_decides(tmp_path):
@@ -103,7 +117,10 @@ def test_the_whole_rule_of_a_standard_decides(tmp_path):
     ]
     result = call(*low, "--tolerance", "nasa-std-7003")
     assert result.exit_code == 1 and "missed" in result.stdout
-    assert f"at the level or above: 0 of {lines} lines, {-(-lines // 2)} required, not met" in result.stdout
+    assert (
+        f"at the level or above: 0 of {lines} lines, {-(-lines // 2)} required, not met"
+        in result.stdout
+    )
     assert call(*low, "--tolerance", "6dB").exit_code == 0
 
 
@@ -113,7 +130,9 @@ def test_a_file_without_a_clock_takes_the_given_rate(tmp_path, rate):
     np.save(tmp_path / "bare.npy", pulse())
     exact = shock_response_spectrum(G * pulse(), RATE, LINES)
     for name in ("bare.txt", "bare.npy"):
-        told = as_json(tmp_path / name, "--unit", "g", "--rate", rate, "--frequencies", "100,500,1000")
+        told = as_json(
+            tmp_path / name, "--unit", "g", "--rate", rate, "--frequencies", "100,500,1000"
+        )
         assert told["sampling_rate_hz"] == RATE
         np.testing.assert_allclose(told["maximax"], exact.maximax, rtol=1e-9)
 
@@ -163,7 +182,15 @@ def test_what_contradicts_the_file_or_itself_is_refused(tmp_path, header, words,
 @pytest.mark.parametrize(("factor", "code"), [(1.0, 0), (1.9, 0), (0.51, 0), (2.1, 1), (0.49, 1)])
 def test_exit_code_tells_whether_the_target_is_met(tmp_path, factor, code):
     target = spec(tmp_path / "t.csv", factor)
-    words = (table(tmp_path / "a.csv"), "--target", target, "--tolerance", "6dB", "--frequencies", "100,500,1000")
+    words = (
+        table(tmp_path / "a.csv"),
+        "--target",
+        target,
+        "--tolerance",
+        "6dB",
+        "--frequencies",
+        "100,500,1000",
+    )
     assert call(*words).exit_code == code
     told = as_json(*words)["target"]
     assert told["within"] == (code == 0)
@@ -190,7 +217,11 @@ def test_table_shows_lines_moments_and_findings_and_leaves_the_store_alone(tmp_p
     assert not (tmp_path / "lab.db").exists()
     rows = result.stdout.splitlines()
     assert result.exit_code == 0 and any(row.startswith("rms duration (ms)") for row in rows)
-    assert [row.split()[0] for row in rows if row.split()[:1] in (["100"], ["500"], ["8000"])] == ["100", "500", "8000"]
+    assert [row.split()[0] for row in rows if row.split()[:1] in (["100"], ["500"], ["8000"])] == [
+        "100",
+        "500",
+        "8000",
+    ]
     assert "saturation" in {row.split()[0] for row in rows if row}
 
 
@@ -198,7 +229,9 @@ def test_plots_are_drawn_and_unreadable_files_are_refused_in_one_line(tmp_path):
     file = table(tmp_path / "a.csv")
     call(file, "--plot", tmp_path / "a.png")
     call(file, "--plot", tmp_path / "b.svg", "--target", spec(tmp_path / "t.csv", 3.0))
-    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG") and "<svg" in (tmp_path / "b.svg").read_text()
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG") and "<svg" in (
+        tmp_path / "b.svg"
+    ).read_text()
     assert "cannot draw" in refusal(file, "--plot", tmp_path / "a.xyz")
     holes = pulse()
     holes[5:8] = np.nan
@@ -225,7 +258,9 @@ def test_other_formats_give_the_same_spectrum(tmp_path):
 
 def test_lines_are_listed_or_spread():
     np.testing.assert_array_equal(parse_lines("500,100", "--frequencies"), [100, 500])
-    np.testing.assert_allclose(parse_lines("100:800:2", "--frequencies"), 100 * 2 ** (np.arange(7) / 2))
+    np.testing.assert_allclose(
+        parse_lines("100:800:2", "--frequencies"), 100 * 2 ** (np.arange(7) / 2)
+    )
     assert parse_lines("100:800", "--frequencies").size == 19
 
 
@@ -239,14 +274,21 @@ def test_other_lines_are_refused(text):
 
 def test_page_has_every_check_a_specification_and_an_example_that_come_out(tmp_path, monkeypatch):
     rows = re.findall(r"^\| `([a-z-]+)` \|", PAGE[PAGE.index("## Checks") :], re.MULTILINE)
-    names = [getattr(check, "__name__", "").removeprefix("check_").replace("_", "-") for check in SPECTRUM_CHECKS]
+    names = [
+        getattr(check, "__name__", "").removeprefix("check_").replace("_", "-")
+        for check in SPECTRUM_CHECKS
+    ]
     assert rows == names
-    (tmp_path / "spec.csv").write_text(re.findall(r"```\n(frequency_hz,.*?)```", PAGE, re.DOTALL)[0])
+    (tmp_path / "spec.csv").write_text(
+        re.findall(r"```\n(frequency_hz,.*?)```", PAGE, re.DOTALL)[0]
+    )
     read = read_target(tmp_path / "spec.csv")
     np.testing.assert_allclose(
         read.at(np.array([100.0, 1000, 10000])).level_m_s2 / G, [50, 1562.57, 1562.57], rtol=1e-5
     )
-    command, shown = re.findall(r"```\w*\n(.*?)```", PAGE[PAGE.index("## A worked example") :], re.DOTALL)
+    command, shown = re.findall(
+        r"```\w*\n(.*?)```", PAGE[PAGE.index("## A worked example") :], re.DOTALL
+    )
     monkeypatch.chdir(ROOT)
     printed = call(*shlex.split(command)[2:]).stdout.split()
     assert [_number(word) for word in printed] == [_value(word) for word in shown.split()]
@@ -254,7 +296,9 @@ def test_page_has_every_check_a_specification_and_an_example_that_come_out(tmp_p
 
 def _value(word: str) -> object:
     """A number to three digits, what else there is as it is."""
-    return pytest.approx(float(word), rel=1e-3) if re.fullmatch(r"-?[\d.]+(e-?\d+)?", word) else word
+    return (
+        pytest.approx(float(word), rel=1e-3) if re.fullmatch(r"-?[\d.]+(e-?\d+)?", word) else word
+    )
 
 
 def _number(word: str) -> object:

@@ -40,7 +40,9 @@ def test_uneven_time_is_refused_or_resampled_with_its_error(tmp_path):
     assert refused.exit_code == 2 and "its time has two rates, 40000 Hz" in refused.stderr
     assert "--uneven-time resample" in refused.stderr
     right = json.loads(call(even, "--frequencies", LINES, "--json").stdout)
-    resampled = json.loads(call(uneven, "--frequencies", LINES, "--uneven-time", "resample", "--json").stdout)
+    resampled = json.loads(
+        call(uneven, "--frequencies", LINES, "--uneven-time", "resample", "--json").stdout
+    )
     assert resampled["maximax"] == pytest.approx(right["maximax"], rel=0.02)
     assert any(check["check"] == "resampled-time" for check in resampled["checks"])
 
@@ -48,14 +50,18 @@ def test_uneven_time_is_refused_or_resampled_with_its_error(tmp_path):
 def test_gap_of_the_time_column_is_a_finding(tmp_path):
     time_s = np.delete(np.arange(4000) / 48_000, slice(970, 990))
     checks = json.loads(call(table(tmp_path / "gap.csv", time_s), "--json").stdout)["checks"]
-    assert any(check["check"] == "dropouts" and "20 samples" in check["message"] for check in checks)
+    assert any(
+        check["check"] == "dropouts" and "20 samples" in check["message"] for check in checks
+    )
 
 
 def test_field_that_changes_numbers_is_refused_unless_it_is_called_harmless(tmp_path):
     path = tmp_path / "hit.tdms"
     properties = {"wf_increment": 1 / 48_000, "unit_string": "g", "Gain": 2.0}
     with TdmsWriter(path) as writer:
-        writer.write_segment([ChannelObject("bench", "acc", shock(np.arange(4000) / 48_000), properties)])
+        writer.write_segment(
+            [ChannelObject("bench", "acc", shock(np.arange(4000) / 48_000), properties)]
+        )
     refused = call(path)
     assert refused.exit_code == 2 and "the field 'Gain' = 2.0" in refused.stderr
     assert call(path, "--harmless-field", "gain", "--frequencies", LINES).exit_code == 0

@@ -22,12 +22,20 @@ from pyroshock.twin.effects import catalogue
 from support.missing import needs_program
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-NAMED = {"campaigns": "first-shots", "plans": "spring", "dataset_snapshots": "both", "materials": "steel"}
+NAMED = {
+    "campaigns": "first-shots",
+    "plans": "spring",
+    "dataset_snapshots": "both",
+    "materials": "steel",
+}
 
 
 def completed(*words: str) -> list[str]:
     return [
-        item.value for item in ShellComplete(main, {}, "pyroshock", "_X").get_completions(list(words[:-1]), words[-1])
+        item.value
+        for item in ShellComplete(main, {}, "pyroshock", "_X").get_completions(
+            list(words[:-1]), words[-1]
+        )
     ]
 
 
@@ -43,11 +51,20 @@ def store(tmp_path_factory) -> str:
         connection.execute("insert into diagnoses values (7)")
         connection.commit()
     with closing(sqlite3.connect(folder / "lab-models.db")) as connection:
-        connection.execute("create table model_versions (name text, version int, current_stage text)")
-        connection.execute("create table registered_model_aliases (alias text, name text, version int)")
+        connection.execute(
+            "create table model_versions (name text, version int, current_stage text)"
+        )
+        connection.execute(
+            "create table registered_model_aliases (alias text, name text, version int)"
+        )
         connection.executemany(
             "insert into model_versions values (?, ?, ?)",
-            [("tree", 1, None), ("tree", 2, "None"), ("linear", 1, "None"), ("linear", 2, "Deleted_Internal")],
+            [
+                ("tree", 1, None),
+                ("tree", 2, "None"),
+                ("linear", 1, "None"),
+                ("linear", 2, "Deleted_Internal"),
+            ],
         )
         connection.execute("insert into registered_model_aliases values ('champion', 'tree', 2)")
         connection.commit()
@@ -60,8 +77,12 @@ def test_the_tables_have_these_columns():
 
     assert all("name" in metadata.tables[table].columns for table in NAMED)
     versions, aliases = models.SqlModelVersion.__table__, models.SqlRegisteredModelAlias.__table__
-    assert versions.name == "model_versions" and {"name", "version", "current_stage"} <= set(versions.columns.keys())
-    assert aliases.name == "registered_model_aliases" and {"name", "alias"} <= set(aliases.columns.keys())
+    assert versions.name == "model_versions" and {"name", "version", "current_stage"} <= set(
+        versions.columns.keys()
+    )
+    assert aliases.name == "registered_model_aliases" and {"name", "alias"} <= set(
+        aliases.columns.keys()
+    )
 
 
 @pytest.fixture(autouse=True)
@@ -99,12 +120,19 @@ def test_names_of_the_store_are_offered(store, words, expected, monkeypatch):
     assert completed(*words) == expected
 
 
-def test_the_option_goes_before_the_environment_and_commands_and_effects_are_offered(store, monkeypatch):
+def test_the_option_goes_before_the_environment_and_commands_and_effects_are_offered(
+    store, monkeypatch
+):
     monkeypatch.setenv("PYROSHOCK_DB", "sqlite:///other.db")
-    assert completed("validate", "--db", store, "") == ["first-shots"] and completed("validate", "") == []
+    assert (
+        completed("validate", "--db", store, "") == ["first-shots"]
+        and completed("validate", "") == []
+    )
     assert completed("dataset", "--db", store, "build", "x", "--from", "") == ["first-shots"]
     assert sorted(completed("diagnose", "x", "--with", "")) == sorted(catalogue())
-    assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == ["gun.leak,sensor.zero_shift"]
+    assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == [
+        "gun.leak,sensor.zero_shift"
+    ]
     assert completed("") == list(COMMANDS) and completed("pl") == ["plan", "plans"]
     assert "--sort" in completed("impacts", "--s")
 
@@ -170,7 +198,12 @@ echo "$_PYROSHOCK_COMPLETE" >> {home}/answered
     file, line = documented_line(request.param, home)
     file.parent.mkdir(parents=True)
     file.write_text(f"{line}\n", encoding="utf-8")
-    environment = {"HOME": home, "PYROSHOCK_DB": store, "TERM": "dumb", "PATH": f"{script.parent}:{os.environ['PATH']}"}
+    environment = {
+        "HOME": home,
+        "PYROSHOCK_DB": store,
+        "TERM": "dumb",
+        "PATH": f"{script.parent}:{os.environ['PATH']}",
+    }
     for name, value in environment.items():
         monkeypatch.setenv(name, str(value))
     for name in ("ZDOTDIR", "XDG_CONFIG_HOME"):
@@ -181,7 +214,9 @@ echo "$_PYROSHOCK_COMPLETE" >> {home}/answered
 def read_until_silent(output: IO[bytes], silent_s: float) -> str:
     """What the shell writes, until it has written nothing for so long."""
     text = b""
-    while select.select([output], [], [], silent_s)[0] and (part := os.read(output.fileno(), 65536)):
+    while select.select([output], [], [], silent_s)[0] and (
+        part := os.read(output.fileno(), 65536)
+    ):
         text += part
     return text.decode(errors="replace")
 
@@ -200,7 +235,9 @@ def test_the_tab_key_completes_in_each_shell_as_documented(shell_home: Path):
     """The shell runs in a terminal; what is typed ends with the tab key and, after the answer, with the return key."""
     shell = shell_home.name
     in_terminal = [sys.executable, "-c", "import pty, sys; pty.spawn(sys.argv[1:])", shell, "-i"]
-    with subprocess.Popen(in_terminal, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0) as process:
+    with subprocess.Popen(
+        in_terminal, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
+    ) as process:
         assert process.stdin is not None and process.stdout is not None
         try:
             assert "not found" not in read_until_silent(process.stdout, 3.0)
@@ -225,5 +262,7 @@ def test_completion_imports_neither_sqlalchemy_nor_mlflow(store):
         "print(sorted({'sqlalchemy', 'mlflow', 'pandas', 'numpy', 'torch'} & set(sys.modules)))"
     )
     environment = {**os.environ, "PYROSHOCK_DB": store}
-    ran = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
+    ran = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60
+    )
     assert ran.stdout.strip() == "[]", ran.stderr

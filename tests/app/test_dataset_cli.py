@@ -19,7 +19,10 @@ from support.stores.stores import opened
 @pytest.fixture(scope="module")
 def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("campaigns")
-    spring, autumn = full_campaign(root / "a"), full_campaign(root / "b", "autumn", recordings=1, seed=2)
+    spring, autumn = (
+        full_campaign(root / "a"),
+        full_campaign(root / "b", "autumn", recordings=1, seed=2),
+    )
     return filled_store(root, spring, autumn)
 
 
@@ -53,11 +56,16 @@ def test_build_tells_the_contract(url):
         assert read_snapshot(store, "d").hash == told["hash"]
 
 
-@pytest.mark.parametrize("words", [["--from", "spring", "autumn"], ["--from", "spring", "--from", "autumn"]])
+@pytest.mark.parametrize(
+    "words", [["--from", "spring", "autumn"], ["--from", "spring", "--from", "autumn"]]
+)
 def test_several_campaigns_are_split_as_asked(url, words):
     built = as_json(url, "build", "d", *words, "--split", "campaign=autumn")
     assert (built["pulses"], built["train"], built["test"]) == (5 * HITS, 4 * HITS, HITS)
-    assert "frozen already under the name d; nothing was added" in done(url, "build", "e", *words).stderr
+    assert (
+        "frozen already under the name d; nothing was added"
+        in done(url, "build", "e", *words).stderr
+    )
 
 
 @pytest.mark.parametrize("words", [["list"], []])
@@ -78,7 +86,10 @@ def test_show_tells_splits_ranges_and_correlations(url, tmp_path):
     assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
     text = done(url, "show", told["hash"][:10]).stdout
     assert "material=steel" in text and "nothing was left out" in text
-    ranges = {line.partition("  ")[0]: line.split()[-5:] for line in text.partition("predictor ")[2].splitlines()}
+    ranges = {
+        line.partition("  ")[0]: line.split()[-5:]
+        for line in text.partition("predictor ")[2].splitlines()
+    }
     (radius,) = [row for row in told["ranges"] if row["predictor"] == "tip_radius"]
     assert radius["unit"] == "m" and ranges["tip radius"][0] == "mm"
     assert float(ranges["tip radius"][-1]) == pytest.approx(1e3 * radius["max"])
@@ -92,7 +103,11 @@ def test_trace_from_an_exported_key(url, tmp_path):
     done(url, "export", "d", "--out", tmp_path / "d.csv")
     row = pd.read_csv(tmp_path / "d.csv").iloc[7]
     told = as_json(url, "trace", "d", row["key"])
-    assert (told["campaign"], told["run"], told["repetition"]) == (row["campaign"], row["run"], row["repetition"])
+    assert (told["campaign"], told["run"], told["repetition"]) == (
+        row["campaign"],
+        row["run"],
+        row["repetition"],
+    )
     assert told["recording"] == "recordings/test-02.mat"
     assert told["recording_sha256"] in done(url, "trace", "d", row["key"][:8]).stdout
     assert told["recording_sha256"] in [file["sha256"] for file in as_json(url, "trace", "d")]
@@ -108,7 +123,9 @@ def test_export_is_exact(url, tmp_path, suffix):
     with opened(url) as store:
         table = read_snapshot(store, "d").table
     assert [float(row["force_07_n"]) for row in rows] == table.force_n[:, 6].tolist()
-    assert [float(row["impact_velocity_m_s"]) for row in rows] == table.column("impact_velocity").tolist()
+    assert [float(row["impact_velocity_m_s"]) for row in rows] == table.column(
+        "impact_velocity"
+    ).tolist()
     assert [rows[0]["insulator"], rows[HITS]["insulator"]] == ["none", "polymeric"]
     assert [path.name for path in tmp_path.glob("d.*")] == [out.name]
 
@@ -131,7 +148,13 @@ def test_error_is_one_line(url, words, said):
 
 def test_unknown_split_freezes_nothing_and_unknown_suffixes_are_refused(url, tmp_path):
     result = run(url, "build", "d", "--from", "spring", "--split", "halves")
-    assert result.exit_code == 2 and "expected one of repetitions" in result.stderr and as_json(url, "list") == []
+    assert (
+        result.exit_code == 2
+        and "expected one of repetitions" in result.stderr
+        and as_json(url, "list") == []
+    )
     done(url, "build", "d", "--from", "spring")
-    assert "ends in .csv or .parquet" in run(url, "export", "d", "--out", tmp_path / "d.xlsx").stderr
+    assert (
+        "ends in .csv or .parquet" in run(url, "export", "d", "--out", tmp_path / "d.xlsx").stderr
+    )
     assert "cannot draw 'd.txt'" in run(url, "show", "d", "--plot", tmp_path / "d.txt").stderr

@@ -17,7 +17,11 @@ from pyroshock.app.demo import chapters, cli, virtual_campaign
 def small_campaign():
     """The rehearsal with a few shots: the virtual bench takes a second for each."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(virtual_campaign, "REHEARSAL", replace(virtual_campaign.REHEARSAL, runs=4, repetitions=2))
+        patch.setattr(
+            virtual_campaign,
+            "REHEARSAL",
+            replace(virtual_campaign.REHEARSAL, runs=4, repetitions=2),
+        )
         yield
 
 
@@ -42,7 +46,9 @@ def test_shots_and_hit_are_the_published_ones(demo):
     """To the last printed digit; for test 4 eq. 5.2 gives 0.1854, of which the thesis prints 0.18."""
     for row in demo[1]["shots"]:
         assert row["predicted_m_s"] == pytest.approx(row["thesis_m_s"], abs=0.01), row
-        assert row["u_m_s"] == pytest.approx(row["thesis_u_m_s"], abs=0.006 if row["test"] == 4 else 0.005), row
+        assert row["u_m_s"] == pytest.approx(
+            row["thesis_u_m_s"], abs=0.006 if row["test"] == 4 else 0.005
+        ), row
         assert row["error %"] == pytest.approx(row["thesis error %"], abs=0.1), row
     assert demo[1]["mean_error_percent"] == pytest.approx(4.07, abs=0.01)
     # Equation 2.16 written out anew with 0.885 m and a friction of 0.2, and not through the twin.
@@ -62,12 +68,23 @@ def test_shots_and_hit_are_the_published_ones(demo):
 def test_pictures_store_and_last_line_are_what_it_says(told):
     out, said = told
     for number in (1, 2):
-        assert f"Chapter {number} of 5. {cli.TITLES[number]}" in said and str(out / cli.PICTURES[number]) in said
+        assert (
+            f"Chapter {number} of 5. {cli.TITLES[number]}" in said
+            and str(out / cli.PICTURES[number]) in said
+        )
         assert (out / cli.PICTURES[number]).read_bytes().startswith(b"\x89PNG")
     assert (out / "demo.db").is_file() and "mean absolute error 4.06 %" in said
-    assert "the travel of 0.90 m and the friction of 1.464 were identified from the printed predictions" in said
+    assert (
+        "the travel of 0.90 m and the friction of 1.464 were identified from the printed predictions"
+        in said
+    )
     assert "with the stated travel of 0.885 m and a friction of 0.2: 4.29 %" in said
-    assert told[1].rstrip().splitlines()[-1].endswith("ingest my-campaign/ --db sqlite:///pyroshock.db")
+    assert (
+        told[1]
+        .rstrip()
+        .splitlines()[-1]
+        .endswith("ingest my-campaign/ --db sqlite:///pyroshock.db")
+    )
 
 
 def test_rehearsal_works_its_plan_off_the_same_twice(demo):
@@ -77,7 +94,9 @@ def test_rehearsal_works_its_plan_off_the_same_twice(demo):
         rehearsal["planned"] == rehearsal["done"] + rehearsal["repeat"]
         and rehearsal["shots"] == 2 * rehearsal["planned"]
     )
-    assert 0.4 < rehearsal["median_ratio"] < 1.2  # the virtual bench is another gun than the nominal one
+    assert (
+        0.4 < rehearsal["median_ratio"] < 1.2
+    )  # the virtual bench is another gun than the nominal one
     assert "rehearsal" in (out / "rehearsal-sheet.html").read_text(encoding="utf-8")
     out, first = demo
     again = CliRunner().invoke(main, ["demo", "--out", str(out), "--chapters", "2", "--json"])
@@ -88,7 +107,9 @@ def test_missing_extra_skips_model_and_validation(told, monkeypatch):
     """One sentence names the extra, and the demo ends well."""
 
     def lacking(*_):
-        raise MissingExtraError("mlflow is not installed; models need it: pip install 'pyroshock[models]'")
+        raise MissingExtraError(
+            "mlflow is not installed; models need it: pip install 'pyroshock[models]'"
+        )
 
     monkeypatch.setattr(chapters, "train_model", lacking)
     # Chapters are told in the order of the dict, which items that are taken out and put back would change.
@@ -106,11 +127,18 @@ def test_whole_story_twice(tmp_path, monkeypatch):
     result = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
     assert result.exit_code == 0, result.stderr
     for number, picture in cli.PICTURES.items():
-        assert f"Chapter {number} of 5" in result.stdout and (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+        assert f"Chapter {number} of 5" in result.stdout and (
+            tmp_path / picture
+        ).read_bytes().startswith(b"\x89PNG")
     data = json.loads(CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--json"]).stdout)
     assert (
-        data["rehearsal"]["done"] + data["rehearsal"]["repeat"] == data["rehearsal"]["planned"] == 36
+        data["rehearsal"]["done"] + data["rehearsal"]["repeat"]
+        == data["rehearsal"]["planned"]
+        == 36
         and data["contact_model"]["promoted"]
     )
-    assert data["validation"]["calibrated"] and data["diagnosis"]["effects"][0]["effect"] == chapters.EFFECT
+    assert (
+        data["validation"]["calibrated"]
+        and data["diagnosis"]["effects"][0]["effect"] == chapters.EFFECT
+    )
     assert data["diagnosis"]["held_out_fraction"] > 0.5

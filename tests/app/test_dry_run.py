@@ -30,10 +30,17 @@ def folder(tmp_path: Path) -> Path:
     return folder
 
 
-def test_recordings_are_told_with_impacts_and_reasons_and_nothing_is_stored(store: Store, folder: Path) -> None:
+def test_recordings_are_told_with_impacts_and_reasons_and_nothing_is_stored(
+    store: Store, folder: Path
+) -> None:
     before = count_rows(store)
     checked = dry_run(store, folder, OPTIONS)
-    assert (checked.campaign, checked.kind, checked.runs, checked.faults) == ("spring", "hammer", 2, [])
+    assert (checked.campaign, checked.kind, checked.runs, checked.faults) == (
+        "spring",
+        "hammer",
+        2,
+        [],
+    )
     assert checked.added == {"recordings": 2, "impacts": 4, "shots": 0}
     assert checked.sentence == "spring: 2 recordings, 4 impacts would be stored."
     rows = {row["recording"]: row for row in checked.recordings}
@@ -58,13 +65,22 @@ def test_every_fault_of_both_files_is_told(store: Store, tmp_path: Path) -> None
     checked = dry_run(store, folder, OPTIONS)
     grouped = faults_by_file(checked.faults)
     assert set(grouped) == {"campaign.toml", "runs.csv"} and len(grouped["runs.csv"]) >= 2
-    assert checked.sentence == f"The folder has {len(checked.faults)} faults; nothing of it can be stored."
+    assert (
+        checked.sentence
+        == f"The folder has {len(checked.faults)} faults; nothing of it can be stored."
+    )
     assert checked.recordings == [] and count_rows(store)["campaigns"] == 0
 
 
 def test_findings_are_counted_by_check_the_worst_first() -> None:
     def finding(check: str, severity: str, recording: str | None) -> dict:
-        return {"check": check, "severity": severity, "recording": recording, "channel": None, "message": f"{check}!"}
+        return {
+            "check": check,
+            "severity": severity,
+            "recording": recording,
+            "channel": None,
+            "message": f"{check}!",
+        }
 
     rows = findings_by_check(
         [

@@ -54,7 +54,10 @@ def test_prediction_between_measured_velocities_lies_between_them(bench: GunBenc
     for pressure, measured in ((0.5, 22.9), (0.9, 30.4)):
         middle, width = spread_at(gun, pressure)
         assert abs(math.log(measured) - middle) < 1.645 * width
-        assert width < spread_at(GunStage(bench, THESIS_VELOCITY_SPREAD, unknown_effects=True), pressure)[1]
+        assert (
+            width
+            < spread_at(GunStage(bench, THESIS_VELOCITY_SPREAD, unknown_effects=True), pressure)[1]
+        )
 
 
 @pytest.mark.parametrize("count", [1, 2, 7])
@@ -75,7 +78,10 @@ def stored(folder: Path, toml_bench: str, shots: tuple[tuple[float, float], ...]
     folder.mkdir()
     text = f'[campaign]\nname = "seven"\nkind = "gun"\ndate = "2024-01-01"\n{toml_bench}'
     (folder / "campaign.toml").write_text(text, encoding="utf-8")
-    rows = [f"{run},1,{pressure},{MASS_KG},PLA,{velocity}\n" for run, (pressure, velocity) in enumerate(shots, 1)]
+    rows = [
+        f"{run},1,{pressure},{MASS_KG},PLA,{velocity}\n"
+        for run, (pressure, velocity) in enumerate(shots, 1)
+    ]
     head = "run,repetition,tank_pressure_bar,bullet_mass_kg,tip_material,measured_velocity_m_s\n"
     (folder / "runs.csv").write_text(head + "".join(rows), encoding="utf-8")
     store = open_store(f"sqlite:///{folder.parent / 'lab.db'}", Writer("test", "0"), create=True)
@@ -86,16 +92,22 @@ def stored(folder: Path, toml_bench: str, shots: tuple[tuple[float, float], ...]
 def test_shots_of_a_bench_that_is_stated_wrong_are_believed(tmp_path: Path) -> None:
     """All seven have more energy than the stated tank can give: the note says so, and the velocity follows them."""
     with stored(tmp_path / "seven", "", SHOTS).reading() as session:
-        stage = GunStage(replace(SMALL, tank_volume_m3=2e-4), THESIS_VELOCITY_SPREAD, unknown_effects=True)
+        stage = GunStage(
+            replace(SMALL, tank_volume_m3=2e-4), THESIS_VELOCITY_SPREAD, unknown_effects=True
+        )
         gun, note = taught_gun(session, "seven", stage, ())
         assert gun.shots is not None and len(gun.shots) == 7
-        assert "7 of 7 shots have more energy than the gas of the stated bench can give: check" in note
+        assert (
+            "7 of 7 shots have more energy than the gas of the stated bench can give: check" in note
+        )
         assert 22.9 < velocity_m_s(gun, 0.7)[0] < 30.4
 
 
 def test_single_mistake_among_shots_is_left_out(tmp_path: Path) -> None:
     with stored(tmp_path / "seven", "", (*SHOTS[:6], (0.9, 900.0))).reading() as session:
-        gun, note = taught_gun(session, "seven", GunStage(BENCH, THESIS_VELOCITY_SPREAD, unknown_effects=True), ())
+        gun, note = taught_gun(
+            session, "seven", GunStage(BENCH, THESIS_VELOCITY_SPREAD, unknown_effects=True), ()
+        )
         assert gun.shots is not None and len(gun.shots) == 6
         assert "1 of 7 shots have more energy" in note and note.endswith("left out")
 

@@ -72,7 +72,9 @@ def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def working_folder(demo_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def working_folder(
+    demo_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Path]:
     """A copy of the stores, the current folder; recordings are only read."""
     from pyroshock.app.twins import building
     from support.records.twin_parts import unsolved
@@ -114,7 +116,12 @@ def _correct_tip_radius(campaign: Path, corrected: Path) -> None:
 def test_every_command_has_an_example_and_a_help_of_whole_sentences():
     without = [path for path, command in COMMANDS if not example_lines(command.help or "")]
     assert without == []
-    listed = [text for _, command in COMMANDS for text in [command.get_short_help_str(1000)] if "..." in text]
+    listed = [
+        text
+        for _, command in COMMANDS
+        for text in [command.get_short_help_str(1000)]
+        if "..." in text
+    ]
     assert listed == [] and set(NOT_RUN) <= {path for path, _ in COMMANDS}
 
 
@@ -126,7 +133,11 @@ def test_help_has_whole_sentences_within_80_columns(path: str):
     examples = {line.strip() for line in (command.help or "").splitlines()}
     assert [line for line in lines if len(line) > 80 and line.strip() not in examples] == []
     assert [line for line in lines if line.endswith("...") and not line.startswith("Usage:")] == []
-    words = [option.help or "" for option in command.params if isinstance(option, click.Option) and not option.hidden]
+    words = [
+        option.help or ""
+        for option in command.params
+        if isinstance(option, click.Option) and not option.hidden
+    ]
     texts = [re.sub(r"\s*\[default: [^]]*\]$", "", text) for text in words]
     assert [text for text in texts if not re.fullmatch(r"[A-Z].*\.", text)] == []
     paragraphs = [block.text for block in blocks_of(command.help or "") if block.kind == "text"]
@@ -135,7 +146,9 @@ def test_help_has_whole_sentences_within_80_columns(path: str):
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_example_of_serve_answers_until_it_is_terminated(working_folder: Path, monkeypatch: pytest.MonkeyPatch):
+def test_example_of_serve_answers_until_it_is_terminated(
+    working_folder: Path, monkeypatch: pytest.MonkeyPatch
+):
     monkeypatch.setenv("BROWSER", "true")  # the program that opens the page: one that does nothing
     (line,) = example_lines(dict(COMMANDS)["pyroshock serve"].help or "")
     words = [*CLI, *shlex.split(line)[1:], "--port", "0"]

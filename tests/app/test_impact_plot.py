@@ -11,7 +11,13 @@ from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.stored import list_channels
 from pyroshock.schema.impacts import Impact, Pulse
 from sqlalchemy import delete, select
-from support.records.campaigns import blows, force_record, hammer_campaign, recording_name, write_recording
+from support.records.campaigns import (
+    blows,
+    force_record,
+    hammer_campaign,
+    recording_name,
+    write_recording,
+)
 from support.stores.stores import opened
 
 CELLS = """
@@ -28,7 +34,9 @@ def store(tmp_path_factory):
     single, array = hammer_campaign(folder / "single", 1), hammer_campaign(folder / "array", 1)
     toml = array / "campaign.toml"
     text = (
-        toml.read_text().replace("[channels.force]", "[channels.cell_1]").replace('name = "hammer"', 'name = "array"')
+        toml.read_text()
+        .replace("[channels.force]", "[channels.cell_1]")
+        .replace('name = "hammer"', 'name = "array"')
     )
     toml.write_text(text + "".join(CELLS.format(name=f"cell_{number}") for number in (2, 3, 4)))
     force = force_record(blows(1, 2), np.random.default_rng(1))
@@ -45,7 +53,9 @@ def store(tmp_path_factory):
 def impact_of(session, cells: int) -> tuple[Impact, list]:
     """The first impact whose recording has so many channels of force."""
     for impact in session.scalars(select(Impact).order_by(Impact.id)):
-        rows = [row for row in list_channels(session, impact.recording_id) if row.quantity == "force"]
+        rows = [
+            row for row in list_channels(session, impact.recording_id) if row.quantity == "force"
+        ]
         if len(rows) == cells:
             return impact, rows
     raise AssertionError(f"no impact of {cells} cells")
@@ -54,7 +64,9 @@ def impact_of(session, cells: int) -> tuple[Impact, list]:
 def test_array_of_load_cells_has_its_sum_on_record_and_contact(store):
     with store.reading() as session:
         impact, rows = impact_of(session, 4)
-        pulse = session.scalars(select(Pulse).where(Pulse.impact_id == impact.id, Pulse.current)).one()
+        pulse = session.scalars(
+            select(Pulse).where(Pulse.impact_id == impact.id, Pulse.current)
+        ).one()
         whole, contact = Figure().subplots(1, 2)
         draw_record(whole, session, rows)
         draw_pulse(contact, session, impact.recording_id, pulse)
@@ -63,7 +75,9 @@ def test_array_of_load_cells_has_its_sum_on_record_and_contact(store):
             peaks = [max(lines[f"cell_{number}"].get_ydata()) for number in (1, 2, 3, 4)]
             assert max(lines["sum of 4 cells"].get_ydata()) == pytest.approx(sum(peaks), rel=0.01)
             assert axes.get_ylabel() == "force (kN)"
-        peak = max({line.get_label(): line for line in contact.get_lines()}["sum of 4 cells"].get_ydata())
+        peak = max(
+            {line.get_label(): line for line in contact.get_lines()}["sum of 4 cells"].get_ydata()
+        )
         assert peak == pytest.approx(pulse.peak_force_n / 1e3, rel=0.02)
 
 
@@ -71,7 +85,9 @@ def test_single_cell_has_no_sum_and_no_peak_of_a_long_record_is_lost(store, monk
     monkeypatch.setattr(impact_plot, "_BUCKETS", 50)
     with store.reading() as session:
         impact, (row,) = impact_of(session, 1)
-        pulse = session.scalars(select(Pulse).where(Pulse.impact_id == impact.id, Pulse.current)).one()
+        pulse = session.scalars(
+            select(Pulse).where(Pulse.impact_id == impact.id, Pulse.current)
+        ).one()
         axes = Figure().subplots()
         draw_record(axes, session, [row])
         (line,) = axes.get_lines()
@@ -92,4 +108,7 @@ def test_record_without_contact_is_drawn_and_an_impact_without_record_is_refused
         with pytest.raises(LookupError, match=f"impact {key} has no recorded series to draw"):
             plot_impact(session, key, tmp_path / "none.png")
         session.rollback()
-    assert all((tmp_path / name).read_bytes().startswith(b"\x89PNG") for name in ("with.png", "without.png"))
+    assert all(
+        (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+        for name in ("with.png", "without.png")
+    )

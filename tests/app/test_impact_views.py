@@ -8,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pyroshock.app.impacts.curves import pulse_view
-from pyroshock.app.impacts.signals import FEWEST_POINTS, bucket_length, channel_window, envelope, list_signals
+from pyroshock.app.impacts.signals import (
+    FEWEST_POINTS,
+    bucket_length,
+    channel_window,
+    envelope,
+    list_signals,
+)
 from pyroshock.ingest import stored
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextraction import preview_impacts, reextract_recording
@@ -40,10 +46,20 @@ def store(tmp_path_factory, recorded):
     with open_store(url, Writer("test", "0"), create=True) as store:
         sensors = {
             Sensor("force", "force", "kN"): recorded,
-            Sensor("shock", "acceleration", "g", sensitivity=-0.01, offset_v=0.5, position="plate", axis="z"): recorded,
+            Sensor(
+                "shock",
+                "acceleration",
+                "g",
+                sensitivity=-0.01,
+                offset_v=0.5,
+                position="plate",
+                axis="z",
+            ): recorded,
         }
         store.keys = dict(  # type: ignore[attr-defined]  # for the tests
-            zip(("recording", "channels"), add_recording(store, sensors, RATE, START_S), strict=True)
+            zip(
+                ("recording", "channels"), add_recording(store, sensors, RATE, START_S), strict=True
+            )
         )
         yield store
 
@@ -61,23 +77,33 @@ def test_full_view_keeps_the_peaks_and_a_short_window_every_sample(store, record
         and impact_view.values.max() == 1e3 * float(recorded.max())
     )
     assert impact_view.values.min() == 1e3 * float(recorded.min())
-    assert impact_view.time_s[impact_view.values.argmax()] == pytest.approx(START_S + 123_456 / RATE)
+    assert impact_view.time_s[impact_view.values.argmax()] == pytest.approx(
+        START_S + 123_456 / RATE
+    )
     assert (impact_view.time_s[0], impact_view.samples_in_record) == (START_S, SAMPLES)
     assert impact_view.time_s[-1] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
     first, last = 123_400, 123_499
     impact_view = window(store, "force", START_S + first / RATE, START_S + last / RATE, 100)
     assert not impact_view.decimated
-    assert window(store, "force", START_S + 1 / RATE, START_S + 101 / RATE, 100).decimated  # one sample more
+    assert window(
+        store, "force", START_S + 1 / RATE, START_S + 101 / RATE, 100
+    ).decimated  # one sample more
     assert (impact_view.first, impact_view.stop) == (first, last + 1)
-    np.testing.assert_array_equal(impact_view.values, 1e3 * recorded[first : last + 1].astype(np.float64))
-    np.testing.assert_allclose(impact_view.time_s, START_S + np.arange(first, last + 1) / RATE, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(
+        impact_view.values, 1e3 * recorded[first : last + 1].astype(np.float64)
+    )
+    np.testing.assert_allclose(
+        impact_view.time_s, START_S + np.arange(first, last + 1) / RATE, rtol=0, atol=1e-12
+    )
 
 
 def test_laboratory_unit_undoes_the_conversion_and_channels_have_keys(store, recorded):
     si = window(store, "shock", START_S, START_S + 50 / RATE)
     lab = window(store, "shock", START_S, START_S + 50 / RATE, laboratory_unit=True)
     assert (si.unit, lab.unit, lab.quantity) == ("m/s2", "g", "acceleration")
-    np.testing.assert_allclose(lab.values, (recorded[:51].astype(np.float64) - 0.5) / -0.01, rtol=1e-12)
+    np.testing.assert_allclose(
+        lab.values, (recorded[:51].astype(np.float64) - 0.5) / -0.01, rtol=1e-12
+    )
     np.testing.assert_allclose(si.values, lab.values * G, rtol=1e-9)
     lab = window(store, "force", START_S, START_S + 50 / RATE, laboratory_unit=True)
     np.testing.assert_array_equal(lab.values, recorded[:51])
@@ -86,13 +112,24 @@ def test_laboratory_unit_undoes_the_conversion_and_channels_have_keys(store, rec
     assert (force["key"], force["channel"], force["unit"], force["si_unit"]) == (
         store.keys["channels"]["force"], "force", "kN", "N",
     )  # fmt: skip
-    assert (shock["position"], shock["axis"], shock["samples"], shock["start_s"]) == ("plate", "z", SAMPLES, START_S)
+    assert (shock["position"], shock["axis"], shock["samples"], shock["start_s"]) == (
+        "plate",
+        "z",
+        SAMPLES,
+        START_S,
+    )
     assert shock["stop_s"] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
 
 
 @pytest.mark.parametrize(
     ("start_s", "stop_s", "samples"),
-    [(-9.0, -8.0, 0), (50.0, 60.0, 0), (-9.0, START_S, 1), (None, START_S + 9 / RATE, 10), (2.0, None, 75_000)],
+    [
+        (-9.0, -8.0, 0),
+        (50.0, 60.0, 0),
+        (-9.0, START_S, 1),
+        (None, START_S + 9 / RATE, 10),
+        (2.0, None, 75_000),
+    ],
 )
 def test_window_is_cut_to_the_record(store, start_s, stop_s, samples):
     impact_view = window(store, "force", start_s, stop_s, 100_000)
@@ -134,7 +171,11 @@ POINTS = st.integers(FEWEST_POINTS, 80)
 @settings(max_examples=200)
 def test_every_bucket_keeps_its_extremes_and_few_points_hold_both_ends(values, points):
     kept, length = envelope(values, points), bucket_length(values.size, points)
-    assert 0 < kept.size <= points and (np.diff(kept) > 0).all() and (kept[0], kept[-1]) == (0, values.size - 1)
+    assert (
+        0 < kept.size <= points
+        and (np.diff(kept) > 0).all()
+        and (kept[0], kept[-1]) == (0, values.size - 1)
+    )
     for start in range(0, values.size, length):
         in_window = kept[(kept >= start) & (kept < start + length)]
         bucket = values[start : start + length]
@@ -162,7 +203,11 @@ def test_extremes_stand_in_order_of_time_around_gaps_and_too_few_points_are_refu
     values = np.zeros(1000)
     values[100:300], values[400], values[401] = np.nan, 3.0, -2.0
     kept = envelope(values, 50)
-    assert {400, 401} <= set(kept.tolist()) and np.isnan(values[kept]).any() and envelope(np.zeros(0), 10).size == 0
+    assert (
+        {400, 401} <= set(kept.tolist())
+        and np.isnan(values[kept]).any()
+        and envelope(np.zeros(0), 10).size == 0
+    )
     for points in (-1, 0, 3):
         with pytest.raises(ValueError, match=f"points is {points}; expected 4 or more"):
             envelope(np.zeros(3), points)
@@ -197,7 +242,11 @@ def view(pulse_store, impact=1, preview=None):
 def test_record_is_upright_and_curves_of_the_stored_pulse_lie_on_it(pulse_store):
     impact_view, (blow, _) = view(pulse_store), blows(1, 2)
     (version,) = impact_view.versions
-    assert (impact_view.sign, impact_view.channels, impact_view.recording) == (-1, ("force",), "recordings/test-01.npz")
+    assert (impact_view.sign, impact_view.channels, impact_view.recording) == (
+        -1,
+        ("force",),
+        "recordings/test-01.npz",
+    )
     assert impact_view.force_n.max() == pytest.approx(blow.peak_n - REST_N, rel=0.01)
     assert impact_view.time_s[0] < version.start_s < version.stop_s < impact_view.time_s[-1]
     assert version.start_s == pytest.approx(blow.start_s, abs=0.05e-3)
@@ -214,7 +263,9 @@ def test_record_is_upright_and_curves_of_the_stored_pulse_lie_on_it(pulse_store)
     assert version.rest_n == pytest.approx(-REST_N, abs=0.1)
     with pulse_store.reading() as session:
         row = session.get_one(Pulse, version.key)
-        np.testing.assert_allclose(version.force_n - version.rest_n, as_floats(row.fine_force_n, "pulse"), atol=1e-9)
+        np.testing.assert_allclose(
+            version.force_n - version.rest_n, as_floats(row.fine_force_n, "pulse"), atol=1e-9
+        )
         np.testing.assert_allclose(version.points_n - version.rest_n, row.force_points_n, atol=1e-9)
         assert version.figures["impulse_n_s"] == row.impulse_n_s
         assert (version.in_use, version.settings["threshold"]) == (True, 0.005)
@@ -232,7 +283,10 @@ def test_contact_ends_where_the_record_passes_the_threshold(pulse_store):
         at = np.round((impact_view.time_s - version.start_s) * FS_HZ).astype(int)
         last = round((version.stop_s - version.start_s) * FS_HZ)
         force = dict(zip(at.tolist(), impact_view.force_n, strict=True))
-        assert force[0] <= version.threshold_n < force[1] and force[last] <= version.threshold_n < force[last - 1]
+        assert (
+            force[0] <= version.threshold_n < force[1]
+            and force[last] <= version.threshold_n < force[last - 1]
+        )
     loose, tight = impact_view.versions
     share = (tight.threshold_n - tight.rest_n) / tight.figures["peak_force_n"]
     assert share == pytest.approx(0.2, rel=1e-6) and (loose.in_use, tight.in_use) == (False, True)
@@ -251,7 +305,9 @@ def test_preview_is_drawn_as_it_would_be_stored_and_an_impact_without_record_is_
         np.testing.assert_array_equal(getattr(preview, name), getattr(stored, name))
     with pulse_store.writing() as session:
         other = session.get_one(Impact, 1)
-        session.add(Impact(campaign_id=1, run=9, repetition=1, configuration_id=other.configuration_id))
+        session.add(
+            Impact(campaign_id=1, run=9, repetition=1, configuration_id=other.configuration_id)
+        )
     with pytest.raises(LookupError, match="impact 3 has no pulse"):
         view(pulse_store, 3)
     with pytest.raises(LookupError, match="no impact 99"):

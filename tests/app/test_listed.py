@@ -52,7 +52,8 @@ def test_numbers_sort_by_size_and_what_is_empty_is_last(words, expected):
 
 
 @pytest.mark.parametrize(
-    "words", [("--sort", "-forec_n"), ("--columns", "name,forec_n"), ("--sort", "forec_n", "--json")]
+    "words",
+    [("--sort", "-forec_n"), ("--columns", "name,forec_n"), ("--sort", "forec_n", "--json")],
 )
 def test_an_unknown_column_lists_the_columns(words):
     result = CliRunner().invoke(listing, list(words))
@@ -62,7 +63,10 @@ def test_an_unknown_column_lists_the_columns(words):
 
 @pytest.mark.parametrize(
     ("words", "expected"),
-    [(("--csv", "--json"), "exclude each other"), (("--descending",), "--descending goes with --sort")],
+    [
+        (("--csv", "--json"), "exclude each other"),
+        (("--descending",), "--descending goes with --sort"),
+    ],
 )
 def test_options_that_do_not_go_together_are_refused(words, expected):
     result = CliRunner().invoke(listing, list(words))
@@ -73,10 +77,21 @@ def test_rows_keep_their_order_or_are_sorted_and_columns_are_chosen():
     rows = [{"a": "9"}, {"a": 10}, {"a": "x"}, {"a": 9}]
     assert Listing(sort="a")._sorted(rows) == [{"a": 9}, {"a": 10}, {"a": "9"}, {"a": "x"}]
     assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
-    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force (kN)  name", "0.01        B"]
-    assert shown("--columns", "force_n,", "--columns", "name") == shown("--columns", "force_n, name")
-    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
-    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
+    assert shown("--columns", "force_n, name").splitlines()[:2] == [
+        "force (kN)  name",
+        "0.01        B",
+    ]
+    assert shown("--columns", "force_n,", "--columns", "name") == shown(
+        "--columns", "force_n, name"
+    )
+    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {
+        "name": "b"
+    }
+    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == [
+        "name,force_n",
+        "b,10.0",
+        "a,",
+    ]
     header, first, *_ = csv.reader(shown("--csv").splitlines())
     assert header == ["name", "force_n", "of", "extra"] and first == ["b", "10.0", "x, y", ""]
 
@@ -126,14 +141,34 @@ def test_impacts_are_sorted_and_exported_with_chosen_columns(store, tmp_path):
     result = CliRunner().invoke(main, ["impacts", "--sort", "speed", "--db", store])
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert result.stderr.startswith("pyroshock: no column 'speed'; columns: id, campaign, run")
-    words = ["export", "impacts", "--db", store, "--out", str(tmp_path / "x.csv"), "--columns", "id,speed"]
+    words = [
+        "export",
+        "impacts",
+        "--db",
+        store,
+        "--out",
+        str(tmp_path / "x.csv"),
+        "--columns",
+        "id,speed",
+    ]
     result = CliRunner().invoke(main, words)
     assert result.exit_code == 2 and "no column 'speed'; columns: id, campaign" in result.stderr
     assert list(tmp_path.iterdir()) == []
-    run("export", "impacts", "--db", store, "--out", tmp_path / "x.json", "--columns", "peak_force_n,id")
+    run(
+        "export",
+        "impacts",
+        "--db",
+        store,
+        "--out",
+        tmp_path / "x.json",
+        "--columns",
+        "peak_force_n,id",
+    )
     rows = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
     assert list(rows[0]) == ["peak_force_n", "id"]
-    assert rows == json.loads(run("impacts", "--columns", "peak_force_n,id", "--json", "--db", store))
+    assert rows == json.loads(
+        run("impacts", "--columns", "peak_force_n,id", "--json", "--db", store)
+    )
 
 
 @pytest.mark.parametrize("what", ["impacts", "pulses"])
@@ -143,5 +178,7 @@ def test_export_has_no_factor_of_other_campaigns(store, tmp_path, what):
         return list(pd.read_csv(tmp_path / "x.csv").columns)
 
     assert "room" in columns() and "room" in columns("--campaign", "two")
-    assert "room" not in columns("--campaign", "one") and "room" not in columns("--where", "campaign=one")
+    assert "room" not in columns("--campaign", "one") and "room" not in columns(
+        "--where", "campaign=one"
+    )
     assert "peak_acceleration_m_s2" not in columns("--campaign", "one")

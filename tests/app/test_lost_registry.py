@@ -42,21 +42,41 @@ def _lose(url: str) -> None:
     from contextlib import closing
 
     with closing(sqlite3.connect(database)) as connection, connection:
-        for table in ("model_version_tags", "model_versions", "registered_model_aliases", "registered_models"):
+        for table in (
+            "model_version_tags",
+            "model_versions",
+            "registered_model_aliases",
+            "registered_models",
+        ):
             connection.execute(f"DELETE FROM {table}")
 
 
 def test_a_lost_registry_is_told_and_its_files_are_registered_again(url: str) -> None:
     registry = registry_of(url)
     before = {(version.label, version.split): version for version in registry.versions()}
-    predictions = {key: registry.held_out(version).prediction.force_n for key, version in before.items()}
+    predictions = {
+        key: registry.held_out(version).prediction.force_n for key, version in before.items()
+    }
     assert "lost" not in run_pyroshock("models", "--db", url).stderr
     _lose(url)
-    lines = [line for line in run_pyroshock("models", "--db", url).stderr.splitlines() if "lost" in line]
-    assert len(lines) == 1 and "linear@1, linear@2" in lines[0] and "pyroshock models recover" in lines[0]
+    lines = [
+        line for line in run_pyroshock("models", "--db", url).stderr.splitlines() if "lost" in line
+    ]
+    assert (
+        len(lines) == 1
+        and "linear@1, linear@2" in lines[0]
+        and "pyroshock models recover" in lines[0]
+    )
     checked = pyroshock("db", "check", "--db", url, "--json")
-    lost_findings = [finding for finding in json.loads(checked.stdout)["findings"] if finding["check"] == "models"]
-    assert checked.exit_code == 1 and sorted(finding["model"] for finding in lost_findings) == ["linear@1", "linear@2"]
+    lost_findings = [
+        finding
+        for finding in json.loads(checked.stdout)["findings"]
+        if finding["check"] == "models"
+    ]
+    assert checked.exit_code == 1 and sorted(finding["model"] for finding in lost_findings) == [
+        "linear@1",
+        "linear@2",
+    ]
 
     recovery_message = run_pyroshock("models", "recover", "--db", url).stderr
     assert (
@@ -82,7 +102,9 @@ def test_altered_or_missing_files_are_not_registered_again(url: str) -> None:
     shutil.rmtree(held_out[1].parent)
     recovery_message = run_pyroshock("models", "recover", "--db", url).stderr
     assert "not registered again" in recovery_message
-    assert len(registry.versions()) <= 2 and all(registry.damage(version) is None for version in registry.versions())
+    assert len(registry.versions()) <= 2 and all(
+        registry.damage(version) is None for version in registry.versions()
+    )
 
 
 def test_a_deleted_version_is_not_lost(url: str) -> None:

@@ -12,14 +12,26 @@ import numpy as np
 import pytest
 from pyroshock.app.tune.session import _levels, _without_double_counting
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign, bench_of_file, shipped_bench
+from pyroshock.app.twins.benches import (
+    PlateDrawing,
+    bench_of_campaign,
+    bench_of_file,
+    shipped_bench,
+)
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots, struck_plate
 from pyroshock.app.twins.twin_cache import CacheKeyReader
 from pyroshock.dataset.rows import stored_materials
 from pyroshock.ingest.stored import list_channels, read_channel
 from pyroshock.schema.campaigns import Campaign
-from pyroshock.schema.impacts import INTEGRATED, TARGET_MOTION_ADDED, Impact, Pulse, Shot, velocity_kind
+from pyroshock.schema.impacts import (
+    INTEGRATED,
+    TARGET_MOTION_ADDED,
+    Impact,
+    Pulse,
+    Shot,
+    velocity_kind,
+)
 from pyroshock.schema.recordings import QualityFinding
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.contact.prior import PriorContact
@@ -35,11 +47,32 @@ from support.stores.stores import ingested, opened, run_pyroshock
 
 LINES = np.array([200.0, 500.0, 1250.0])
 SENSORS = ("acceleration_1", "acceleration_2")
-_LAYERS = {"anvil_material": "none", "insulator": "none", "tip_material": "aluminum", "tip_radius_mm": "30"}
-HAMMER_ROWS = [{"run": "1", "impact_position": "#2", "hammer_speed": "high", **_LAYERS, "boundary_conditions": "fixed"}]
+_LAYERS = {
+    "anvil_material": "none",
+    "insulator": "none",
+    "tip_material": "aluminum",
+    "tip_radius_mm": "30",
+}
+HAMMER_ROWS = [
+    {
+        "run": "1",
+        "impact_position": "#2",
+        "hammer_speed": "high",
+        **_LAYERS,
+        "boundary_conditions": "fixed",
+    }
+]
 GUN_ROWS = [
-    {"run": str(run), "plate_material": plate, **_LAYERS, "bullet_mass_kg": "0.5", "tank_pressure_bar": bar}
-    for run, (plate, bar) in enumerate([("aluminum", "0.4"), ("aluminum", "0.6"), ("steel", "0.4")], 1)
+    {
+        "run": str(run),
+        "plate_material": plate,
+        **_LAYERS,
+        "bullet_mass_kg": "0.5",
+        "tank_pressure_bar": bar,
+    }
+    for run, (plate, bar) in enumerate(
+        [("aluminum", "0.4"), ("aluminum", "0.6"), ("steel", "0.4")], 1
+    )
 ]
 
 
@@ -51,7 +84,15 @@ def campaigns(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ringing, "MAX_FREQUENCY_HZ", 800.0)
         for kind, rows, hits in (("hammer", HAMMER_ROWS, 3), ("gun", GUN_ROWS, 2)):
-            simulate(rows, kind, folder / kind, seed=5, effects=Effects.default(), repetitions=hits, jobs=1)
+            simulate(
+                rows,
+                kind,
+                folder / kind,
+                seed=5,
+                effects=Effects.default(),
+                repetitions=hits,
+                jobs=1,
+            )
             ingested(url, folder / kind)
     return SimpleNamespace(url=url, folder=folder)
 
@@ -67,7 +108,9 @@ def session(campaigns):
 def read(session, campaign, sensors=SENSORS, **more):
     known, bench = stored_materials(session), bench_of_campaign(session, campaign)
     given = {"plate": struck_plate(bench), "material": lambda name: known[name.lower()]} | more
-    return read_measured_shots(session, campaign, frequency_hz=LINES, q=10.0, sensors=sensors, **given)
+    return read_measured_shots(
+        session, campaign, frequency_hz=LINES, q=10.0, sensors=sensors, **given
+    )
 
 
 def sealed(campaigns, kind):
@@ -86,15 +129,24 @@ def test_hits_of_one_recording_are_read_apart_with_the_velocity_before_contact(c
             first = round(start * row.sampling_rate_hz)
             own = record.si[first - 40 : first + round(0.1 * row.sampling_rate_hz)]
             own = own - np.median(own[:35])
-            assert shots.peak_acceleration_m_s2[hit, column] == pytest.approx(np.abs(own).max(), rel=0.01)
+            assert shots.peak_acceleration_m_s2[hit, column] == pytest.approx(
+                np.abs(own).max(), rel=0.01
+            )
             spectrum = shock_response_spectrum(own, row.sampling_rate_hz, LINES).maximax
             assert shots.spectra_m_s2[hit, column] == pytest.approx(spectrum, rel=0.02)
     shots, _ = read(session, "hammer")
     truth = np.array([hit["velocity_m_s"] for hit in sealed(campaigns, "hammer")])
-    query = select(Impact.impact_velocity_m_s).where(Impact.velocity_source == "integrated").order_by(Impact.id)
+    query = (
+        select(Impact.impact_velocity_m_s)
+        .where(Impact.velocity_source == "integrated")
+        .order_by(Impact.id)
+    )
     integrated = np.array(session.scalars(query).all())
     assert np.abs(np.log(shots.impact_velocity_m_s / truth)).max() < 0.12
-    assert np.abs(np.log(shots.impact_velocity_m_s / truth)).max() < np.abs(np.log(integrated / truth)).min()
+    assert (
+        np.abs(np.log(shots.impact_velocity_m_s / truth)).max()
+        < np.abs(np.log(integrated / truth)).min()
+    )
     assert np.all(shots.impact_velocity_u_m_s > 0.02 * shots.impact_velocity_m_s)
     (setting,) = {replace(s, impact_velocity_m_s=1.0) for s in shots.settings}
     assert setting.impactor_mass_kg == pytest.approx(0.32)
@@ -102,13 +154,21 @@ def test_hits_of_one_recording_are_read_apart_with_the_velocity_before_contact(c
     assert setting.factors == {"hammer_speed": "high"} and len(set(shots.configuration)) == 1
 
 
-def test_guns_shots_have_pressure_velocity_and_force_and_what_is_unknown_is_told(campaigns, session):
+def test_guns_shots_have_pressure_velocity_and_force_and_what_is_unknown_is_told(
+    campaigns, session
+):
     shots, _ = read(session, "gun")
     truth = sealed(campaigns, "gun")
     assert [s.plate.name for s in shots.settings] == ["aluminum"] * 4 + ["steel"] * 2
-    assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.4e5, 0.6e5, 0.6e5, 0.4e5, 0.4e5])
-    assert shots.impact_velocity_m_s == pytest.approx([hit["muzzle_velocity_m_s"] for hit in truth], rel=0.05)
-    assert shots.peak_force_n == pytest.approx([hit["peak_plate_force_n"] for hit in truth], rel=0.05)
+    assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx(
+        [0.4e5, 0.4e5, 0.6e5, 0.6e5, 0.4e5, 0.4e5]
+    )
+    assert shots.impact_velocity_m_s == pytest.approx(
+        [hit["muzzle_velocity_m_s"] for hit in truth], rel=0.05
+    )
+    assert shots.peak_force_n == pytest.approx(
+        [hit["peak_plate_force_n"] for hit in truth], rel=0.05
+    )
     assert shots.settings[-1].plate_mass_kg == pytest.approx(0.345 * 0.01 * 7800, rel=0.01)
     shots, _ = read(session, "gun", most=3)
     assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.6e5, 0.4e5])
@@ -117,22 +177,37 @@ def test_guns_shots_have_pressure_velocity_and_force_and_what_is_unknown_is_told
     assert left_out[0] == "run 1, repetition 1: no channel acceleration_9"
     nothing, plate = {"aluminum": THESIS["aluminum"]}, CampaignPlate("aluminum", 0.01, 0.345)
     shots, left_out = read(session, "gun", plate=plate, material=lambda name: nothing[name])
-    assert len(shots) == 4 and left_out == ("run 3, repetition 1: 'steel'", "run 3, repetition 2: 'steel'")
+    assert len(shots) == 4 and left_out == (
+        "run 3, repetition 1: 'steel'",
+        "run 3, repetition 2: 'steel'",
+    )
     with pytest.raises(LookupError, match="no campaign 'autumn'"):
         read(session, "autumn")
 
 
 def test_what_a_check_rejects_is_left_out(session):
     impact = session.scalars(select(Impact).order_by(Impact.id)).first()
-    channel = next(row for row in list_channels(session, impact.recording_id) if row.name == SENSORS[1])
-    given = {"recording_id": impact.recording_id, "severity": "reject", "message": "", "evidence": {}}
+    channel = next(
+        row for row in list_channels(session, impact.recording_id) if row.name == SENSORS[1]
+    )
+    given = {
+        "recording_id": impact.recording_id,
+        "severity": "reject",
+        "message": "",
+        "evidence": {},
+    }
     session.add(QualityFinding(channel_id=None, impact_id=impact.id, check="saturation", **given))
     session.add(QualityFinding(channel_id=channel.id, impact_id=None, check="zero-shift", **given))
     shot = session.scalars(select(Shot).order_by(Shot.id)).first()
     given["recording_id"] = shot.recording_id
-    session.add(QualityFinding(channel_id=None, impact_id=shot.impact_id, check="saturation", **given))
+    session.add(
+        QualityFinding(channel_id=None, impact_id=shot.impact_id, check="saturation", **given)
+    )
     shots, left_out = read(session, "hammer")
-    assert len(shots) == 2 and "run 1, repetition 1: the check saturation (reject) rejects it" in left_out
+    assert (
+        len(shots) == 2
+        and "run 1, repetition 1: the check saturation (reject) rejects it" in left_out
+    )
     assert "run 1, repetition 2: the check zero-shift rejects acceleration_2" in left_out
     assert np.isnan(shots.spectra_m_s2).all(axis=-1).tolist() == [[False, True], [False, True]]
     shots, left_out = read(session, "gun")
@@ -155,8 +230,13 @@ def test_hits_without_mass_have_their_measured_force_or_are_left_out(session):
     velocities = np.array([setting.impact_velocity_m_s for setting in shots.settings])
     law = LawContact("hertz").pulses(ImpactBatch(shots.settings, velocities))
     assert law.contact_time_s == pytest.approx(shots.contact_time_s, rel=1e-3)
-    assert law.impulse_n_s == pytest.approx(shots.impulse_n_s, rel=1e-3) and PriorContact().updated(shots).shots == 0
-    plates_there = SimpleNamespace(twin=SimpleNamespace(plate=SimpleNamespace(plates={"aluminum": None})))
+    assert (
+        law.impulse_n_s == pytest.approx(shots.impulse_n_s, rel=1e-3)
+        and PriorContact().updated(shots).shots == 0
+    )
+    plates_there = SimpleNamespace(
+        twin=SimpleNamespace(plate=SimpleNamespace(plates={"aluminum": None}))
+    )
     levels, others = _levels(shots, plates_there)  # the tuner knows no force
     assert (len(levels), others) == (0, ["no mass or no velocity of the impactor"] * 3)
     session.scalars(select(Campaign).where(Campaign.name == "hammer")).one().hammer_id = None
@@ -164,7 +244,9 @@ def test_hits_without_mass_have_their_measured_force_or_are_left_out(session):
         session.query(Pulse).filter(Pulse.impact_id == impact.id).update({"current": False})
     session.flush()
     shots, left_out = read(session, "hammer")
-    assert (len(shots), len(left_out)) == (0, 3) and left_out[0] == "run 1, repetition 1: no mass of the impactor"
+    assert (len(shots), len(left_out)) == (0, 3) and left_out[
+        0
+    ] == "run 1, repetition 1: no mass of the impactor"
 
 
 # --- a twin of them ---
@@ -200,7 +282,9 @@ def test_campaigns_shots_teach_every_stage_but_for_configurations_left_out(built
     assert of_hammer.twin.contact.shots == 3
     with pytest.raises(ValueError, match="this twin has no gun: give the impact velocity"):
         of_hammer.twin.predict(
-            of_hammer.setting(impactor_mass_kg=0.3, tip=of_hammer.plate, tip_radius_m=0.03, tank_pressure_pa=1e5)
+            of_hammer.setting(
+                impactor_mass_kg=0.3, tip=of_hammer.plate, tip_radius_m=0.03, tank_pressure_pa=1e5
+            )
         )
 
 
@@ -231,7 +315,9 @@ def test_twins_say_what_they_rest_on_and_what_lies_beyond_the_shots(built):
     model = built()
     mount = {"impactor_mass_kg": 0.5, "tip": model.material("aluminum"), "tip_radius_m": 0.03}
     inside = model.twin.predict(model.setting(tank_pressure_pa=0.5e5, **mount), draws=8)
-    beyond = model.twin.predict(model.setting(tank_pressure_pa=4e5, **(mount | {"impactor_mass_kg": 1.0})), draws=8)
+    beyond = model.twin.predict(
+        model.setting(tank_pressure_pa=4e5, **(mount | {"impactor_mass_kg": 1.0})), draws=8
+    )
     assert inside.extrapolation == ()
     asked = {item.quantity: (item.asked, item.low, item.high) for item in beyond.extrapolation}
     assert asked["tank_pressure_pa"] == (4e5, pytest.approx(0.4e5), pytest.approx(0.6e5))
@@ -260,7 +346,9 @@ def test_tune_learns_from_a_campaign_once(built, session):
     measured, others = _levels(shots, model)
     assert (len(measured), others) == (6, [])
     assert measured.level_db == pytest.approx(20 * np.log10(shots.spectra_m_s2[:, 0]))
-    alone = replace(model, twin=replace(model.twin, calibration=None, plate=built(learn=False).twin.plate))
+    alone = replace(
+        model, twin=replace(model.twin, calibration=None, plate=built(learn=False).twin.plate)
+    )
     measured, others = _levels(shots, alone)
     assert (len(measured), others) == (4, ["no modes of its plate of steel"] * 2)
 
@@ -305,16 +393,29 @@ ROWS = [
 @pytest.fixture(scope="module")
 def bare_plate_campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("virtual") / "hammer"
-    simulate(ROWS, "hammer", folder, seed=3, effects=Effects.default(), repetitions=3, jobs=1, name="hammer")
+    simulate(
+        ROWS,
+        "hammer",
+        folder,
+        seed=3,
+        effects=Effects.default(),
+        repetitions=3,
+        jobs=1,
+        name="hammer",
+    )
     return folder
 
 
-def velocities(bare_plate_campaign: Path, url: str, *words: str) -> tuple[set[str | None], np.ndarray, np.ndarray]:
+def velocities(
+    bare_plate_campaign: Path, url: str, *words: str
+) -> tuple[set[str | None], np.ndarray, np.ndarray]:
     """Kinds, velocities and standard uncertainties by run and repetition."""
     run_pyroshock("ingest", bare_plate_campaign, "--db", url, *words)
     with opened(url) as store, store.reading() as session:
         impacts = session.scalars(select(Impact).order_by(Impact.run, Impact.repetition)).all()
-        figures = np.array([(impact.impact_velocity_m_s, impact.impact_velocity_u_m_s) for impact in impacts])
+        figures = np.array(
+            [(impact.impact_velocity_m_s, impact.impact_velocity_u_m_s) for impact in impacts]
+        )
         return {velocity_kind(impact.velocity_source) for impact in impacts}, *figures.T
 
 
@@ -325,6 +426,8 @@ def test_velocity_is_nearer_to_the_true_one(bare_plate_campaign: Path, tmp_path:
     kinds, integrated, _ = velocities(bare_plate_campaign, f"sqlite:///{tmp_path / 'thesis.db'}")
     assert kinds == {INTEGRATED} and np.all(integrated < 0.6 * truth)
     plate = ("--velocity-target-motion", "plate")
-    kinds, corrected, uncertainty = velocities(bare_plate_campaign, f"sqlite:///{tmp_path / 'plate.db'}", *plate)
+    kinds, corrected, uncertainty = velocities(
+        bare_plate_campaign, f"sqlite:///{tmp_path / 'plate.db'}", *plate
+    )
     assert kinds == {TARGET_MOTION_ADDED} and np.all(np.abs(corrected / truth - 1) < 0.2)
     assert np.all(np.abs(corrected - truth) < 2 * uncertainty)

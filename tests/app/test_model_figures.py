@@ -6,7 +6,13 @@ import json
 
 import numpy as np
 import pytest
-from pyroshock.app.train.figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
+from pyroshock.app.train.figures import (
+    LEVELS,
+    held_out_figures,
+    listed_versions,
+    side_by_side,
+    version_row,
+)
 from pyroshock.app.train.tables import json_row
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.fitting.session import train
@@ -15,7 +21,12 @@ from pyroshock.training.registry.evaluate import Evaluation
 from pyroshock.training.registry.listing import row_of
 from pyroshock.training.registry.promotion import promote
 from support.records.pulse_tables import held_out, pulse_table
-from support.stores.registries import context_in, fresh_registry, without_figures, without_judging_the_first
+from support.stores.registries import (
+    context_in,
+    fresh_registry,
+    without_figures,
+    without_judging_the_first,
+)
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +40,14 @@ def trained(tmp_path_factory):
         training_context = context_in(registry)
         train(registry, training_context, ["tree", "linear", "hann"], ["repetitions"])
         train(registry, training_context, ["linear"], ["configurations"])
-        promote(registry, "tree", 1, lambda _: training_context.table, forced=True, reason="to begin with")
+        promote(
+            registry,
+            "tree",
+            1,
+            lambda _: training_context.table,
+            forced=True,
+            reason="to begin with",
+        )
         yield registry, training_context.table
 
 
@@ -46,9 +64,9 @@ def version_of(trained, label: str, split: str = "repetitions"):
 def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
     registry, _ = trained
     by_split = {(row["label"], row["split"]): row for row in listed_versions(registry)}
-    assert by_split.keys() == {(f"{name}@1", "repetitions") for name in ("tree", "linear", "hann")} | {
-        ("linear@1", "configurations")
-    }
+    assert by_split.keys() == {
+        (f"{name}@1", "repetitions") for name in ("tree", "linear", "hann")
+    } | {("linear@1", "configurations")}
     for version in registry.versions():
         json_figures, row = (
             json_row(version, registry.floors(version.dataset.hash, version.seed)),
@@ -57,7 +75,10 @@ def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
         for name in METRICS:
             assert row["metrics"][name]["mean"] == json_figures["metrics"][name]
             assert row["metrics"][name]["ci90"] == json_figures["ci90"][name]
-            assert row["metrics"][name]["floor"]["treatment"] == json_figures["floor"]["treatment"][name]
+            assert (
+                row["metrics"][name]["floor"]["treatment"]
+                == json_figures["floor"]["treatment"][name]
+            )
             assert row["metrics"][name]["thesis"] == (json_figures["thesis"] or {}).get(name)
         assert row["dataset_hash"] == version.dataset.hash
     rows = {label: row for (label, split), row in by_split.items() if split == "repetitions"}
@@ -66,15 +87,21 @@ def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
     assert rows["tree@1"]["champion_of"] == "hammer"
     json.dumps(list(rows.values()), allow_nan=False)
     registry, _ = trained
-    assert {row["label"] for row in listed_versions(registry, split="configurations")} == {"linear@1"}
+    assert {row["label"] for row in listed_versions(registry, split="configurations")} == {
+        "linear@1"
+    }
     assert len(listed_versions(registry, dataset="spring", every=True)) == 4
     with pytest.raises(LookupError, match="no model of a dataset 'winter'"):
         listed_versions(registry, dataset="winter")
 
 
 def test_versions_side_by_side_differ_as_their_means_do_and_one_alone_is_refused(trained, read):
-    compared = side_by_side(trained[0], [version_of(trained, label) for label in ("linear@1", "tree@1")], read)
-    assert [model["label"] for model in compared["models"]] == ["tree@1", "linear@1"] and compared["pulses"] == 60
+    compared = side_by_side(
+        trained[0], [version_of(trained, label) for label in ("linear@1", "tree@1")], read
+    )
+    assert [model["label"] for model in compared["models"]] == ["tree@1", "linear@1"] and compared[
+        "pulses"
+    ] == 60
     assert [row["metric"] for row in compared["differences"]] == list(METRICS)
     means = {model["label"]: model["metrics"] for model in compared["models"]}
     for row in compared["differences"]:
@@ -101,20 +128,31 @@ def test_points_are_the_held_out_pulses_with_intervals_where_the_model_has_them(
     assert set(points["key"]) == set(registry.held_out(version).keys.tolist())
     assert points["peak_force_n"]["measured"] == table.peak_force_n[rows].tolist()
     assert points["contact_time_s"]["measured"] == table.contact_time_s[rows].tolist()
-    error = np.abs(np.divide(points["contact_time_s"]["predicted"], points["contact_time_s"]["measured"]) - 1)
+    error = np.abs(
+        np.divide(points["contact_time_s"]["predicted"], points["contact_time_s"]["measured"]) - 1
+    )
     assert error.mean() == pytest.approx(row_of(version)["metrics"]["contact_time_error"])
-    error = np.abs(np.divide(points["peak_force_n"]["predicted"], points["peak_force_n"]["measured"]) - 1)
+    error = np.abs(
+        np.divide(points["peak_force_n"]["predicted"], points["peak_force_n"]["measured"]) - 1
+    )
     assert error.mean() == pytest.approx(row_of(version)["metrics"]["peak_force_error"])
     with_spread = set()
     for version in trained[0].versions():
-        model_figures, stored_coverage = held_out_figures(trained[0], version, read), row_of(version)["coverage90"]
+        model_figures, stored_coverage = (
+            held_out_figures(trained[0], version, read),
+            row_of(version)["coverage90"],
+        )
         with_spread.add(stored_coverage is not None)
         peak, coverage = model_figures["points"]["peak_force_n"], model_figures["coverage"]
         assert (peak["low"] is None) == (coverage["force"] is None) == (stored_coverage is None)
         if stored_coverage is not None:
             columns = (peak["low"], peak["predicted"], peak["high"])
-            assert coverage["force"][LEVELS.index(0.90)] == pytest.approx(stored_coverage["force_covered"], abs=1e-3)
-            assert coverage["time"][LEVELS.index(0.90)] == pytest.approx(stored_coverage["time_covered"], abs=1e-3)
+            assert coverage["force"][LEVELS.index(0.90)] == pytest.approx(
+                stored_coverage["force_covered"], abs=1e-3
+            )
+            assert coverage["time"][LEVELS.index(0.90)] == pytest.approx(
+                stored_coverage["time_covered"], abs=1e-3
+            )
             assert all(low < value < high for low, value, high in zip(*columns, strict=True))
         json.dumps(model_figures, allow_nan=False)
     assert with_spread == {True, False}
@@ -142,7 +180,9 @@ def test_coverage_of_known_scatter_is_the_level(monkeypatch):
     assert found["coverage"]["time"] == pytest.approx(LEVELS, abs=0.03)
     points = found["points"]
     assert (found["pulses"], len(points["key"])) == (n, 100)
-    assert np.subtract(points["peak_force_n"]["high"], points["peak_force_n"]["low"]) == pytest.approx(32.9)
+    assert np.subtract(
+        points["peak_force_n"]["high"], points["peak_force_n"]["low"]
+    ) == pytest.approx(32.9)
 
 
 def test_version_whose_files_are_damaged_is_marked(trained):
@@ -155,4 +195,6 @@ def test_version_whose_files_are_damaged_is_marked(trained):
         wrong = {row["label"]: row["damaged"] for row in listed_versions(registry)}
     finally:
         file.write_bytes(kept)
-    assert [label for label, what in wrong.items() if what] == ["hann@1"] and "model.json" in wrong["hann@1"]
+    assert [label for label, what in wrong.items() if what] == ["hann@1"] and "model.json" in wrong[
+        "hann@1"
+    ]

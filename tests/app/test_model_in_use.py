@@ -18,7 +18,12 @@ from pyroshock.app.predict.cli import predict
 from pyroshock.app.predict.shots import PredictionOptions
 from pyroshock.app.tune.cli import tune
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins.learning import bench_kind_of, model_in_use, training_campaigns, velocity_kind_of
+from pyroshock.app.twins.learning import (
+    bench_kind_of,
+    model_in_use,
+    training_campaigns,
+    velocity_kind_of,
+)
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
@@ -34,7 +39,9 @@ FEW = ("--frequencies", "200:800:3", "--draws", "8")
 STRIKE = ("--campaign", "hammer", "--velocity", "1.5m/s", "--tip", "delrin", "--tip-radius", "30mm")
 
 
-def version(name: str, dataset: DatasetName, champion_of: str | None = None, promoted_at: str = "") -> Version:
+def version(
+    name: str, dataset: DatasetName, champion_of: str | None = None, promoted_at: str = ""
+) -> Version:
     ids = ("key", "run", "0" * 64)
     promoted = {"champion_of": champion_of, "promoted_at": promoted_at}
     return Version(name, 1, dataset, "repetitions", 0, {}, Cost(1.0, 1.0), *ids, WHEN, **promoted)
@@ -50,18 +57,29 @@ def registry(*versions: Version) -> Any:
     model = Analytic("hertz").fit(table, np.random.default_rng(0))
     return SimpleNamespace(
         versions=lambda: list(versions),
-        load=lambda chosen: RegisteredModel(chosen, model, PREDICTORS, Domain.of(table), {"pulses": len(table)}),
+        load=lambda chosen: RegisteredModel(
+            chosen, model, PREDICTORS, Domain.of(table), {"pulses": len(table)}
+        ),
     )
 
 
 def test_kind_of_the_bench_and_the_last_promotion_decide() -> None:
-    hammer, gun = version("tree", dataset("hammer"), "hammer", "2026-01-02"), version("gp", dataset("gun"), "gun")
+    hammer, gun = (
+        version("tree", dataset("hammer"), "hammer", "2026-01-02"),
+        version("gp", dataset("gun"), "gun"),
+    )
     for kind, expected in (("hammer", hammer), ("gun", gun), ("drop", None)):
-        assert model_in_use(None, registry(hammer, gun, version("svr", dataset("hammer"))), kind) is expected
+        assert (
+            model_in_use(None, registry(hammer, gun, version("svr", dataset("hammer"))), kind)
+            is expected
+        )
     shipped = version("tree", dataset("hammer"), "hammer", "2026-01-02")
     own = version("svr", dataset("our-hammer", "hammer"), "our-hammer", "2026-01-03")
     assert model_in_use(None, registry(shipped, own), "hammer") is own
-    assert model_in_use(None, registry(replace(shipped, promoted_at="2026-01-04"), own), "hammer").name == "tree"
+    assert (
+        model_in_use(None, registry(replace(shipped, promoted_at="2026-01-04"), own), "hammer").name
+        == "tree"
+    )
     assert bench_kind_of(None, version("gp", dataset("theirs"), "theirs")) is None
 
 
@@ -93,17 +111,27 @@ def test_store_tells_what_an_older_model_does_not(lab: str) -> None:
         built = build_snapshot(store, "spring", ["hammer"]).snapshot
         old = version("tree", dataset("theirs", digest=built.hash))
         with store.reading() as session:
-            assert bench_kind_of(session, old) == "hammer" and training_campaigns(session, old) == ("hammer",)
+            assert bench_kind_of(session, old) == "hammer" and training_campaigns(session, old) == (
+                "hammer",
+            )
             assert velocity_kind_of(session, old) == built.definition["velocity"]["kind"]
             gone = version("tree", dataset("theirs"))
-            assert (velocity_kind_of(session, gone), training_campaigns(session, gone)) == (BEFORE_CONTACT, ())
+            assert (velocity_kind_of(session, gone), training_campaigns(session, gone)) == (
+                BEFORE_CONTACT,
+                (),
+            )
             stated = version("tree", dataset("hammer", "hammer", TARGET_MOTION_ADDED))
             assert velocity_kind_of(session, stated) == TARGET_MOTION_ADDED
 
 
-def test_hammers_campaign_needs_a_velocity_and_is_struck_with_its_hammer(asked, lab, tmp_path, monkeypatch):
+def test_hammers_campaign_needs_a_velocity_and_is_struck_with_its_hammer(
+    asked, lab, tmp_path, monkeypatch
+):
     refused = asked("--campaign", "hammer")
-    assert refused.exit_code != 0 and "give the impact velocity, such as --velocity 1.5m/s" in refused.stderr
+    assert (
+        refused.exit_code != 0
+        and "give the impact velocity, such as --velocity 1.5m/s" in refused.stderr
+    )
     refused = asked(*STRIKE, "--effect", "gun.back_pressure")
     assert "has no gun" in refused.stderr
     spec = tmp_path / "spec.csv"
@@ -114,12 +142,19 @@ def test_hammers_campaign_needs_a_velocity_and_is_struck_with_its_hammer(asked, 
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     result = asked(*STRIKE, "--contact", "registered", "--json")
     found = told(result)
-    assert found["models"]["gun"] == "none" and found["models"]["contact"] == "models:/tree@champion"
+    assert (
+        found["models"]["gun"] == "none" and found["models"]["contact"] == "models:/tree@champion"
+    )
     assert found["velocity_m_s"]["mean"] == 1.5
     assert "tree@1 takes velocities integrated to the peak of the force" in result.stderr
     heavy = told(asked(*STRIKE, "--bullet-mass", "0.64kg", "--json"))
-    assert found["impulse_n_s"]["mean"] < 0.6 * heavy["impulse_n_s"]["mean"]  # the hammer has 0.32 kg
-    assert "no model is in use for the gun" in asked("--campaign", "gun", "--contact", "registered").stderr
+    assert (
+        found["impulse_n_s"]["mean"] < 0.6 * heavy["impulse_n_s"]["mean"]
+    )  # the hammer has 0.32 kg
+    assert (
+        "no model is in use for the gun"
+        in asked("--campaign", "gun", "--contact", "registered").stderr
+    )
 
 
 def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, monkeypatch, tmp_path):
@@ -129,9 +164,18 @@ def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, mon
     by_law = (*STRIKE, "--contact", "hertz")
     told(asked(*by_law, "--boundary-conditions", "free", "--json"))
     for words, message in (
-        ((*by_law, "--boundary-conditions", "fixed"), "boundary_conditions = fixed: no stage of this twin uses it"),
-        ((*STRIKE, "--factor", "humidity=0.4"), "the predictors of models:/tree@champion are tip_radius, "),
-        ((*STRIKE, "--factor", "plate_mass_kg=9"), "plate_mass_kg = 9.0: no stage of this twin uses it"),
+        (
+            (*by_law, "--boundary-conditions", "fixed"),
+            "boundary_conditions = fixed: no stage of this twin uses it",
+        ),
+        (
+            (*STRIKE, "--factor", "humidity=0.4"),
+            "the predictors of models:/tree@champion are tip_radius, ",
+        ),
+        (
+            (*STRIKE, "--factor", "plate_mass_kg=9"),
+            "plate_mass_kg = 9.0: no stage of this twin uses it",
+        ),
         ((*STRIKE, "--factor", "tip_radius=9"), "tip_radius has an option of its own"),
         ((*STRIKE, "--factor", "humidity"), "expected NAME=VALUE"),
     ):
@@ -140,13 +184,20 @@ def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, mon
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     table = tmp_path / "shots.csv"
     head = "run,impact_velocity_m_s,tip_material,tip_radius_mm,boundary_conditions,hammer_speed,recording,comment"
-    table.write_text(f"{head}\n1,1.5,delrin,30,fixed,high,a.lvm,good\n2,1.5,delrin,30,free,high,a.lvm,good\n")
+    table.write_text(
+        f"{head}\n1,1.5,delrin,30,fixed,high,a.lvm,good\n2,1.5,delrin,30,free,high,a.lvm,good\n"
+    )
     of_table = ("--campaign", "hammer", "--shots", str(table))
     assert len(told(asked(*of_table, "--json"))) == 2
-    assert "run 1: boundary_conditions = fixed: no stage" in asked(*of_table, "--contact", "hertz").stderr
+    assert (
+        "run 1: boundary_conditions = fixed: no stage"
+        in asked(*of_table, "--contact", "hertz").stderr
+    )
     for column, message in (("boundry_conditions", "it resembles the column boundary_conditions"),
                             ("travel_m", "travel_m = 1: no stage of this twin uses it")):  # fmt: skip
-        table.write_text(f"run,impact_velocity_m_s,tip_material,tip_radius_mm,{column}\n1,1.5,delrin,30,1\n")
+        table.write_text(
+            f"run,impact_velocity_m_s,tip_material,tip_radius_mm,{column}\n1,1.5,delrin,30,1\n"
+        )
         assert message in asked(*of_table).stderr
 
 

@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.train.charts import difference_figure, differences_to, history_figure, training_figures
-from pyroshock.app.train.wording import MODEL_SENTENCES, bounded, error_sentence, lead_sentence, share, unseen
+from pyroshock.app.train.charts import (
+    difference_figure,
+    differences_to,
+    history_figure,
+    training_figures,
+)
+from pyroshock.app.train.wording import (
+    MODEL_SENTENCES,
+    bounded,
+    error_sentence,
+    lead_sentence,
+    share,
+    unseen,
+)
 from pyroshock.training.models.catalogue import MODEL_SPECS
 
 
 def row_of(mean: float | None = 0.042, floor: float | None = None, **more: object) -> dict:
-    metric = {"mean": mean, "ci90": None if mean is None else [-0.01, 0.08], "floor": {"configuration": floor}}
+    metric = {
+        "mean": mean,
+        "ci90": None if mean is None else [-0.01, 0.08],
+        "floor": {"configuration": floor},
+    }
     return {
         "label": "gp@1",
         "version": 1,
@@ -21,7 +37,13 @@ def row_of(mean: float | None = 0.042, floor: float | None = None, **more: objec
 
 
 def pair(difference: float, p_value: float | None = 0.01, ci90: list[float] | None = None) -> dict:
-    named = {"a": "gp@1", "b": "tree@1", "metric": "force_nrmse", "difference": difference, "p_value": p_value}
+    named = {
+        "a": "gp@1",
+        "b": "tree@1",
+        "metric": "force_nrmse",
+        "difference": difference,
+        "p_value": p_value,
+    }
     return {**named, "ci90": ci90}
 
 
@@ -37,12 +59,15 @@ def test_an_error_is_told_with_an_interval_that_is_never_negative():
 
 
 def test_repeatability_of_the_bench_stands_beside_the_error():
-    assert error_sentence(row_of(floor=0.041)).endswith("repeated impacts of the bench differ by 4.1 % in force.")
+    assert error_sentence(row_of(floor=0.041)).endswith(
+        "repeated impacts of the bench differ by 4.1 % in force."
+    )
     assert "no force error" in error_sentence(row_of(None))
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(None, "–"), (0.04153, "4.2 %"), (2.144, "214 %"), (0, "0 %"), (-0.0039, "−0.39 %")]
+    ("value", "text"),
+    [(None, "–"), (0.04153, "4.2 %"), (2.144, "214 %"), (0, "0 %"), (-0.0039, "−0.39 %")],
 )
 def test_shares_are_per_cent(value, text):
     assert share(value) == text
@@ -59,13 +84,17 @@ def test_the_better_version_is_named_with_its_lead_relative_to_the_other():
     assert words == (
         "gp@1 is better than tree@1 by 12 % (5 to 19 %) in the force error on configurations that they have not seen."
     )
-    assert lead_sentence(pair(0.006, 0.3), {"gp@1": 0.05, "tree@1": 0.044}).endswith("may be chance (p = 0.3).")
+    assert lead_sentence(pair(0.006, 0.3), {"gp@1": 0.05, "tree@1": 0.044}).endswith(
+        "may be chance (p = 0.3)."
+    )
     assert "have the same force error" in lead_sentence(pair(0.0), means)
 
 
 def test_differences_have_the_sign_of_the_other_version_minus_the_reference():
     (row,) = differences_to("gp@1", [pair(-0.006, ci90=[-0.0095, -0.0025])], "force_nrmse")
-    assert row["label"] == "tree@1" and row["difference"] == 0.006 and row["ci90"] == [0.0025, 0.0095]
+    assert (
+        row["label"] == "tree@1" and row["difference"] == 0.006 and row["ci90"] == [0.0025, 0.0095]
+    )
     (same,) = differences_to("tree@1", [pair(-0.006, 0.3)], "force_nrmse")
     assert (same["label"], same["difference"], same["beyond_chance"]) == ("gp@1", -0.006, False)
     figure = difference_figure([row], "gp@1", "force_nrmse")
@@ -79,7 +108,16 @@ def test_a_history_needs_two_versions_and_two_steps():
     assert history_figure(rows[:1]) is None
     (trace,) = history_figure(rows)["data"]
     assert trace["x"] == ["gp@1", "gp@2"] and trace["y"] == pytest.approx([4.2, 3.0])
-    assert min(mean - low for mean, low in zip(trace["y"], trace["error_y"]["arrayminus"], strict=True)) >= 0
-    histories = {"force.loss": [(0, 2.0), (1, 1.0)], "time.loss": [(0, 1.0)], "time.search_error": [(0, 1.0), (1, 2.0)]}
+    assert (
+        min(
+            mean - low for mean, low in zip(trace["y"], trace["error_y"]["arrayminus"], strict=True)
+        )
+        >= 0
+    )
+    histories = {
+        "force.loss": [(0, 2.0), (1, 1.0)],
+        "time.loss": [(0, 1.0)],
+        "time.search_error": [(0, 1.0), (1, 2.0)],
+    }
     (sentence,) = training_figures(histories)
     assert sentence == "Learning curve of the contact force: loss after each step of the training"

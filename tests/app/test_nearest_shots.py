@@ -17,10 +17,17 @@ from pyroshock.app.predict.nearest_shots import (
     velocity_basis,
 )
 
-WANTED = {"tank_pressure_pa": 5e5, "bullet_mass_kg": 0.5, "tip_radius_m": 0.045, "tip_material": "steel"}
+WANTED = {
+    "tank_pressure_pa": 5e5,
+    "bullet_mass_kg": 0.5,
+    "tip_radius_m": 0.045,
+    "tip_material": "steel",
+}
 
 
-def shot(run: int = 1, velocity_m_s: float | None = 8.0, impact: int | None = 3, **setting: Any) -> MeasuredShot:
+def shot(
+    run: int = 1, velocity_m_s: float | None = 8.0, impact: int | None = 3, **setting: Any
+) -> MeasuredShot:
     return MeasuredShot(impact, run, 1, WANTED | setting, velocity_m_s, 5e-4, 2e4, [0.0, 1.0, 0.0])
 
 
@@ -43,7 +50,10 @@ def test_shot_without_any_measured_value_is_left_out():
     ("setting", "words"),
     [
         ({}, "the same settings"),
-        ({"tank_pressure_pa": 1.65e5, "bullet_mass_kg": 0.4}, "3.35 bar less pressure, 0.1 kg lighter"),
+        (
+            {"tank_pressure_pa": 1.65e5, "bullet_mass_kg": 0.4},
+            "3.35 bar less pressure, 0.1 kg lighter",
+        ),
         ({"tip_radius_m": 0.06, "tip_material": "PLA"}, "15 mm more tip radius, tip material PLA"),
     ],
 )
@@ -58,13 +68,19 @@ def test_velocity_that_is_asked_for_is_compared_with_the_measured_one():
 
 def test_row_links_the_impact_where_there_is_one():
     with_impact, without = nearest_rows(WANTED, [shot(), shot(impact=None)])
-    assert with_impact["address"] == "/impacts/3" and with_impact["peak_force"] == "20" and without["address"] is None
+    assert (
+        with_impact["address"] == "/impacts/3"
+        and with_impact["peak_force"] == "20"
+        and without["address"] is None
+    )
 
 
 def gun(*pressures_pa: float) -> Any:
     members = {"tank_pressure_pa": np.array(pressures_pa), "__len__": lambda _: len(pressures_pa)}
     shots: Any = type("Shots", (), members)
-    return SimpleNamespace(twin=SimpleNamespace(gun=SimpleNamespace(shots=shots() if pressures_pa else None)))
+    return SimpleNamespace(
+        twin=SimpleNamespace(gun=SimpleNamespace(shots=shots() if pressures_pa else None))
+    )
 
 
 def test_basis_of_the_velocity_says_where_it_extrapolates():

@@ -58,7 +58,9 @@ def test_options_before_a_command_count_for_it(lab, monkeypatch):
     monkeypatch.setenv("PYROSHOCK_DB", "sqlite:///missing.db")
     shown = run_pyroshock("campaigns", "--db", lab, "show", "spring").stdout
     assert shown.startswith("name ") and "spring" in shown
-    assert rows("impacts", "--campaign", "spring", "--db", lab, "list") == rows("impacts", "--db", lab)
+    assert rows("impacts", "--campaign", "spring", "--db", lab, "list") == rows(
+        "impacts", "--db", lab
+    )
 
 
 def test_a_campaign_and_a_recording_are_shown_with_what_they_hold(lab):
@@ -75,7 +77,9 @@ def test_a_plan_is_deleted_unless_something_was_recorded_for_it(lab):
     assert "nothing was deleted" in run_pyroshock("plans", "delete", "autumn", "--dry-run").stderr
     assert [row["name"] for row in rows("plans")] == ["autumn"]
     assert "with its 4 runs" in run_pyroshock("plans", "delete", "autumn", "--yes").stderr
-    assert rows("plans") == [] and "no plan 'autumn'" in refusal("plans", "delete", "autumn", "--yes")
+    assert rows("plans") == [] and "no plan 'autumn'" in refusal(
+        "plans", "delete", "autumn", "--yes"
+    )
 
 
 def test_a_plan_with_recorded_runs_is_kept(lab, tmp_path):
@@ -86,7 +90,9 @@ def test_a_plan_with_recorded_runs_is_kept(lab, tmp_path):
         from sqlalchemy import select
 
         def link(session):
-            session.scalars(select(Impact)).first().planned_run_id = session.scalars(select(PlannedRun.id)).first()
+            session.scalars(select(Impact)).first().planned_run_id = session.scalars(
+                select(PlannedRun.id)
+            ).first()
 
         store.write(link)
     assert "recorded in campaign spring" in refusal("plans", "delete", "autumn", "--yes")
@@ -122,12 +128,19 @@ def test_a_diagnosis_is_listed_shown_and_deleted_unless_it_was_adopted(lab):
     assert run_pyroshock("diagnoses", "show", str(number)).stdout.startswith("spring: ")
     assert rows("diagnoses", "show", str(number))["campaign"] == "spring"
     run_pyroshock("diagnoses", "delete", str(number), "--yes")
-    assert rows("diagnoses") == [] and "no diagnosis" in refusal("diagnoses", "delete", str(number), "--yes")
+    assert rows("diagnoses") == [] and "no diagnosis" in refusal(
+        "diagnoses", "delete", str(number), "--yes"
+    )
 
 
 def test_a_job_is_deleted_when_it_has_ended(lab):
     with opened(lab) as store:
-        ask(store, PLAN, "Plan", PLAN.read({"name": "x", "kind": "gun", "method": "lhs", "runs": 4, "repetitions": 1}))
+        ask(
+            store,
+            PLAN,
+            "Plan",
+            PLAN.read({"name": "x", "kind": "gun", "method": "lhs", "runs": 4, "repetitions": 1}),
+        )
     assert rows("jobs", "show", "1")["state"] == "waiting"
     assert "it is waiting; stop it first" in refusal("jobs", "delete", "1", "--yes")
     run_pyroshock("jobs", "stop", "1")
@@ -138,7 +151,13 @@ def test_a_job_is_deleted_when_it_has_ended(lab):
 def test_an_impact_is_deleted_with_its_recording_and_a_reason(lab):
     impact = rows("impacts")[0]["id"]
     assert "Missing option '--reason'" in refusal("impacts", "delete", str(impact))
-    words: tuple[str, ...] = ("impacts", "delete", str(impact), "--reason", "the plate had come loose")
+    words: tuple[str, ...] = (
+        "impacts",
+        "delete",
+        str(impact),
+        "--reason",
+        "the plate had come loose",
+    )
     assert "holds other impacts too" in refusal(*words)
     words += ("--all-of-recording",)
     assert "would delete" in run_pyroshock(*words, "--dry-run").stderr

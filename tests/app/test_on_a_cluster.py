@@ -54,14 +54,29 @@ def test_answers_of_a_blind_check(folder, cluster):
     """All but the seconds that the answers took."""
     said = []
     for name, where in (("here", ("--jobs", "1")), ("there", cluster)):
-        words = ("--cases", "2", "--seed", "5", "--tier", "strong", "--no-baselines", "--no-shrinkage")
+        words = (
+            "--cases",
+            "2",
+            "--seed",
+            "5",
+            "--tier",
+            "strong",
+            "--no-baselines",
+            "--no-shrinkage",
+        )
         run_pyroshock("blind-check", *words, "--folder", name, *where)
-        rows = [json.loads(line) for line in (folder / name / "answers.jsonl").read_text().splitlines()]
+        rows = [
+            json.loads(line) for line in (folder / name / "answers.jsonl").read_text().splitlines()
+        ]
         said.append(sorted(json.dumps(without_times(row), sort_keys=True) for row in rows))
     assert len(said[0]) == 2 and said[0] == said[1]
 
 
 def without_times(value):
     if isinstance(value, dict):
-        return {key: without_times(each) for key, each in value.items() if key not in ("seconds", "cpu_s")}
+        return {
+            key: without_times(each)
+            for key, each in value.items()
+            if key not in ("seconds", "cpu_s")
+        }
     return [without_times(each) for each in value] if isinstance(value, list) else value

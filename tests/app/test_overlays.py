@@ -43,9 +43,15 @@ def pulse_store(tmp_path_factory):
             session.add(ExtractionSettingsRow(id=1, fingerprint="1", code_version=1, settings={}))
             for key, (radius, peak, contact) in enumerate(MADE, 1):
                 levels = [RunLevel("tip_material", "steel")]
-                levels += [] if radius is None else [RunLevel("tip_radius", repr(radius), radius, "m")]
+                levels += (
+                    [] if radius is None else [RunLevel("tip_radius", repr(radius), radius, "m")]
+                )
                 configuration = configuration_id(session, levels)
-                session.add(Impact(id=key, campaign_id=1, run=key, repetition=1, configuration_id=configuration))
+                session.add(
+                    Impact(
+                        id=key, campaign_id=1, run=key, repetition=1, configuration_id=configuration
+                    )
+                )
                 session.flush()
                 curve = encode(peak * half_sine(np.linspace(0, 1, 401)))
                 session.add(pulse_row(key, contact_time_s=contact, fine_period_s=contact / 400, peak_force_n=peak,
@@ -60,9 +66,18 @@ def pulses_over(pulse_store, factor="tip_radius", where=(), campaign="c", **name
 
 def test_pulses_are_grouped_by_level_with_mean_and_deviation(pulse_store):
     overlay = pulses_over(pulse_store)
-    assert [(group.level, group.count) for group in overlay.groups] == [(0.015, 2), (0.03, 3), (None, 1)]
+    assert [(group.level, group.count) for group in overlay.groups] == [
+        (0.015, 2),
+        (0.03, 3),
+        (None, 1),
+    ]
     assert [group.impacts for group in overlay.groups] == [(4, 5), (1, 2, 3), (6,)]
-    assert (overlay.factor, overlay.drawn, overlay.matching, overlay.thinned) == ("tip_radius_m", 6, 6, False)
+    assert (overlay.factor, overlay.drawn, overlay.matching, overlay.thinned) == (
+        "tip_radius_m",
+        6,
+        6,
+        False,
+    )
     overlay = pulses_over(pulse_store, points=101)
     group, shape = overlay.groups[1], half_sine(overlay.axis / 1e-3)
     np.testing.assert_allclose(group.mean_n, 200 * shape, atol=0.05)
@@ -75,7 +90,9 @@ def test_axis_is_time_or_the_share_of_the_contact(pulse_store):
     assert (overlay.normalised, overlay.axis[0], overlay.axis[-1]) == (False, 0.0, 2e-3)
     long, short = overlay.groups[0].force_n
     np.testing.assert_allclose(long, 500 * half_sine(overlay.axis / 2e-3), atol=0.1)
-    assert (short[overlay.axis > 0.5e-3] == 0).all() and short.max() == pytest.approx(500.0, rel=1e-3)
+    assert (short[overlay.axis > 0.5e-3] == 0).all() and short.max() == pytest.approx(
+        500.0, rel=1e-3
+    )
     overlay = pulses_over(pulse_store, points=51, normalised=True)
     assert (overlay.normalised, overlay.axis[-1]) == (True, 1.0)
     long, short = overlay.groups[0].force_n
@@ -119,8 +136,12 @@ def spectrum_store(tmp_path_factory):
         first_recording, _ = add_recording(
             spectrum_store, {PLATE: 3.0 + ringing(0.02, 100.0), FORCE: ringing(0.02, 1.0)}, RATE
         )
-        two, _ = add_recording(spectrum_store, {PLATE: ringing(0.02, 200.0), HEAD: np.zeros(SAMPLES)}, RATE)
-        both, _ = add_recording(spectrum_store, {PLATE: ringing(0.02, 100.0) + ringing(0.06, 400.0)}, RATE)
+        two, _ = add_recording(
+            spectrum_store, {PLATE: ringing(0.02, 200.0), HEAD: np.zeros(SAMPLES)}, RATE
+        )
+        both, _ = add_recording(
+            spectrum_store, {PLATE: ringing(0.02, 100.0) + ringing(0.06, 400.0)}, RATE
+        )
         none, _ = add_recording(spectrum_store, {FORCE: ringing(0.02, 1.0)}, RATE)
         with spectrum_store.writing() as session:
             session.add(Configuration(id=1, fingerprint="1"))
@@ -147,8 +168,12 @@ def test_spectrum_is_the_records_own_and_of_the_oscillators_asked_for(spectrum_s
     assert (alone.impact, alone.channel) == (1, "plate")
     np.testing.assert_array_equal(overlay.frequency_hz, default_lines())
     for name in ("maximax", "positive", "negative", "pseudo_velocity_m_s"):
-        np.testing.assert_allclose(getattr(alone.spectrum, name), getattr(expected, name), rtol=1e-9)
-    sharp, blunt = (spectra_over(spectrum_store, 1, q=q).spectra[0].spectrum.maximax.max() for q in (50.0, 5.0))
+        np.testing.assert_allclose(
+            getattr(alone.spectrum, name), getattr(expected, name), rtol=1e-9
+        )
+    sharp, blunt = (
+        spectra_over(spectrum_store, 1, q=q).spectra[0].spectrum.maximax.max() for q in (50.0, 5.0)
+    )
     assert sharp > 1.5 * blunt
     spectra = spectra_over(spectrum_store, 1, frequency_hz=np.array([100.0, 1000.0, 30_000.0]))
     np.testing.assert_array_equal(spectra.frequency_hz, [100.0, 1000.0])
@@ -159,7 +184,9 @@ def test_spectra_are_held_against_their_mean_in_decibels_or_a_specification(spec
     quiet, loud = (spectrum_of_channel.spectrum.maximax for spectrum_of_channel in overlay.spectra)
     np.testing.assert_allclose(loud, 2 * quiet, rtol=1e-9)
     np.testing.assert_allclose(overlay.reference.level_m_s2, np.sqrt(2) * quiet, rtol=1e-9)
-    np.testing.assert_allclose(overlay.comparison.error_db, [[-3.0103] * quiet.size, [3.0103] * quiet.size], atol=1e-4)
+    np.testing.assert_allclose(
+        overlay.comparison.error_db, [[-3.0103] * quiet.size, [3.0103] * quiet.size], atol=1e-4
+    )
     assert [band.db for band in overlay.bands] == [3.0, 6.0]
     for band in overlay.bands:
         level = overlay.reference.level_m_s2
@@ -169,7 +196,10 @@ def test_spectra_are_held_against_their_mean_in_decibels_or_a_specification(spec
     specification = ramps(500.0, 10.0, (2000.0, 0.0))
     overlay = spectra_over(spectrum_store, 1, specification=specification)
     assert overlay.reference is specification
-    assert overlay.comparison.frequency_hz.min() >= 500 and overlay.comparison.frequency_hz.max() <= 2000
+    assert (
+        overlay.comparison.frequency_hz.min() >= 500
+        and overlay.comparison.frequency_hz.max() <= 2000
+    )
     assert [band.db for band in overlay.bands] == [3.0, 6.0, None]
     np.testing.assert_allclose(overlay.bands[2].upper_m_s2, 10 * 10**0.3, rtol=1e-9)
     assert not overlay.comparison.within.any()
@@ -180,12 +210,17 @@ def test_hits_of_one_recording_do_not_hear_each_other_and_silent_channels_are_to
     first, second = overlay.spectra
     assert first.stop_s < second.start_s + 1e-9 < 0.06 <= second.start_s + 10.1e-3
     at = int(np.argmin(np.abs(overlay.frequency_hz - 1000)))
-    expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, overlay.frequency_hz, q=10.0).maximax[at]
+    expected = shock_response_spectrum(
+        ringing(0.02, 100.0), RATE, overlay.frequency_hz, q=10.0
+    ).maximax[at]
     assert first.spectrum.maximax[at] == pytest.approx(expected, rel=0.01)
     assert second.spectrum.maximax[at] == pytest.approx(4 * expected, rel=0.01)
     overlay = spectra_over(spectrum_store, 2, 5)
     assert [spectrum_of_channel.channel for spectrum_of_channel in overlay.spectra] == ["plate"]
-    assert overlay.left_out == ("impact 5: no acceleration was recorded", "impact 2: head is silent")
+    assert overlay.left_out == (
+        "impact 5: no acceleration was recorded",
+        "impact 2: head is silent",
+    )
 
 
 @pytest.mark.parametrize(("impacts", "named", "kind", "said"), [
@@ -235,7 +270,9 @@ def test_what_is_wrong_is_named_with_line_and_value(content, said):
 
 def test_too_many_points_are_refused_and_a_name_is_no_path():
     rows = "".join(f"{100 + i},1\n" for i in range(MOST_POINTS + 1))
-    with pytest.raises(ValueError, match=f"{MOST_POINTS + 1} points; expected at most {MOST_POINTS}"):
+    with pytest.raises(
+        ValueError, match=f"{MOST_POINTS + 1} points; expected at most {MOST_POINTS}"
+    ):
         target_from_upload("frequency_hz,level_g\n" + rows, "spec.csv", "6dB")
     texts = {
         "../../etc/spec.csv": "spec.csv",

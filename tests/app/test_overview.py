@@ -50,7 +50,9 @@ def add_plan(store, name="plan", factors=FACTORS, kind="gun", rows=PLANNED):
         names = material_names(session)
         for run, (pressure, mass, velocity, state) in rows.items():
             cells = {"bullet_mass_kg": mass, "velocity_level": velocity}
-            levels = [level_of(c, t, names) for c, t in {**cells, "tank_pressure_bar": pressure}.items()]
+            levels = [
+                level_of(c, t, names) for c, t in {**cells, "tank_pressure_bar": pressure}.items()
+            ]
             session.add(
                 PlannedRun(
                     plan_id=plan.id, run=run, position=run, repetitions=2, treatment=cells,
@@ -89,9 +91,16 @@ def test_page_has_bench_shots_and_runs_and_levels_by_state(gun):
     }  # fmt: skip
     rows = {(row["factor"], row["level"]): row for row in overview(gun, "gun")["levels"]}
     states = ("planned", "done", "discarded", "shots")
-    told = {level: tuple(rows["velocity_level", level][state] for state in states) for level in ("low", "high")}
+    told = {
+        level: tuple(rows["velocity_level", level][state] for state in states)
+        for level in ("low", "high")
+    }
     assert told == {"low": (1, 1, 0, 0), "high": (1, 0, 1, 0)}
-    masses = {level: tuple(row[s] for s in states) for (f, level), row in rows.items() if f == "bullet_mass_kg"}
+    masses = {
+        level: tuple(row[s] for s in states)
+        for (f, level), row in rows.items()
+        if f == "bullet_mass_kg"
+    }
     assert masses == {0.1428: (1, 1, 1, 4), 0.2: (1, 0, 0, 0)}
     assert [row["level"] for row in rows.values() if row["factor"] == "tank_pressure_pa"] == [
         pytest.approx(p) for p in (25e3, 30e3, 31e3, 35e3, 50e3)
@@ -106,7 +115,9 @@ def test_page_has_bench_shots_and_runs_and_levels_by_state(gun):
 def test_achieved_settings_stand_beside_the_planned_ones(gun, tmp_path):
     page = overview(gun, "gun")
     rows = {(row["run"], row["quantity"]): row for row in page["achieved"]}
-    assert set(rows) == {(run, q) for run in (1, 2) for q in ("tank_pressure_pa", "bullet_mass_kg", "velocity_m_s")}
+    assert set(rows) == {
+        (run, q) for run in (1, 2) for q in ("tank_pressure_pa", "bullet_mass_kg", "velocity_m_s")
+    }
     first = rows[1, "velocity_m_s"]
     assert (first["planned"], first["mean"], first["least"], first["largest"], first["recorded"]) == (
         10.0, 11.5, 11.0, 12.0, 2,
@@ -116,18 +127,33 @@ def test_achieved_settings_stand_beside_the_planned_ones(gun, tmp_path):
     worst = {row["quantity"]: row for row in page["achieved_summary"]}
     assert worst["tank_pressure_pa"]["worst_run"] == 2
     assert worst["velocity_m_s"]["mean_deviation"] == pytest.approx((0.15 + 0.2) / 2)
-    assert (worst["velocity_m_s"]["runs"], worst["bullet_mass_kg"]["mean_magnitude"]) == (2, pytest.approx(0.0))
+    assert (worst["velocity_m_s"]["runs"], worst["bullet_mass_kg"]["mean_magnitude"]) == (
+        2,
+        pytest.approx(0.0),
+    )
     ingest_folder(gun, gun_campaign(tmp_path / "other", 1, "other"), jobs=1)
     page = overview(gun, "other")
-    assert (page["counts"]["shots"], page["plans"], page["achieved"], page["achieved_summary"]) == (1, [], [], [])
+    assert (page["counts"]["shots"], page["plans"], page["achieved"], page["achieved_summary"]) == (
+        1,
+        [],
+        [],
+        [],
+    )
     assert overview(gun, "gun")["counts"]["shots"] == 4
     from pyroshock.schema.impacts import Shot
 
     with gun.writing() as session:
         for shot in session.scalars(select(Shot).where(Shot.run == 1)):
             shot.recorded_pressure_pa = 24e3 + 1e3 * shot.repetition
-    (row,) = [row for row in overview(gun, "gun")["achieved"] if row["quantity"] == "recorded_pressure_pa"]
-    assert (row["run"], row["planned"], row["mean"], row["recorded"]) == (1, pytest.approx(25e3), 25.5e3, 2)
+    (row,) = [
+        row for row in overview(gun, "gun")["achieved"] if row["quantity"] == "recorded_pressure_pa"
+    ]
+    assert (row["run"], row["planned"], row["mean"], row["recorded"]) == (
+        1,
+        pytest.approx(25e3),
+        25.5e3,
+        2,
+    )
 
 
 def test_plan_without_its_factors_has_no_planned_velocity(store, tmp_path):
@@ -151,7 +177,9 @@ def test_hammer_s_page_has_its_impacts_and_what_was_set_aside(store, tmp_path):
     assert page["campaign"]["bench"] == {"hammer": {"mass_kg": 0.32}}
     with store.reading() as session:
         assert page["first_impacts"] == list(iter_impacts(session, "hammer"))
-    tips = {row["level"]: row["impacts"] for row in page["levels"] if row["factor"] == "tip_material"}
+    tips = {
+        row["level"]: row["impacts"] for row in page["levels"] if row["factor"] == "tip_material"
+    }
     assert tips == {"aluminum": 2, "PLA": 2}
 
 
@@ -167,16 +195,43 @@ def test_findings_are_counted_by_check_the_worst_first(store, tmp_path):
         session.query(QualityFinding).delete()
         session.add_all(
             QualityFinding(
-                recording_id=r, channel_id=r, impact_id=i, check=check, severity=severity, message="", evidence={}
+                recording_id=r,
+                channel_id=r,
+                impact_id=i,
+                check=check,
+                severity=severity,
+                message="",
+                evidence={},
             )
             for r, i, check, severity in said
         )
     with store.reading() as session:
         found = count_findings(session, 1)
     assert found == [
-        {"check": "clipping", "severity": "reject", "findings": 3, "recordings": 2, "impacts": 2, "channels": "force"},
-        {"check": "drift", "severity": "warning", "findings": 2, "recordings": 2, "impacts": 0, "channels": "force"},
-        {"check": "clipping", "severity": "note", "findings": 1, "recordings": 1, "impacts": 0, "channels": "force"},
+        {
+            "check": "clipping",
+            "severity": "reject",
+            "findings": 3,
+            "recordings": 2,
+            "impacts": 2,
+            "channels": "force",
+        },
+        {
+            "check": "drift",
+            "severity": "warning",
+            "findings": 2,
+            "recordings": 2,
+            "impacts": 0,
+            "channels": "force",
+        },
+        {
+            "check": "clipping",
+            "severity": "note",
+            "findings": 1,
+            "recordings": 1,
+            "impacts": 0,
+            "channels": "force",
+        },
     ]
 
 

@@ -57,16 +57,26 @@ def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
         assert range_slider["low"] <= range_slider["default"] <= range_slider["high"], name
         assert range_slider["domain"] is None
     choices = controls["choices"]
-    assert choices["tip_material"]["default"] == "steel" and choices["anvil_material"]["options"][0]["name"] == "none"
+    assert (
+        choices["tip_material"]["default"] == "steel"
+        and choices["anvil_material"]["options"][0]["name"] == "none"
+    )
     assert [option["name"] for option in choices["impact_position"]["options"]] == ["#1", "#2"]
     assert all(option["known"] for choice in choices.values() for option in choice["options"])
     names = [option["name"] for option in choices["tip_material"]["options"]]
     assert sorted(names) == sorted({material.name for material in bench.materials.values()})
     own = {name: choice["default"] for name, choice in choices.items()}
-    own |= {name: slider["default"] for name, slider in numbers.items() if name != "impact_velocity_m_s"}
-    assert predicted_json(bench, ShotRequest(**own), draws=8) == predicted_json(bench, ShotRequest(), draws=8)
+    own |= {
+        name: slider["default"] for name, slider in numbers.items() if name != "impact_velocity_m_s"
+    }
+    assert predicted_json(bench, ShotRequest(**own), draws=8) == predicted_json(
+        bench, ShotRequest(), draws=8
+    )
     json.dumps(controls, allow_nan=False)
-    text = shipped_factors("gun") + "\n[bench]\nmax_regulated_pressure_pa = 0.6e6\nmax_bullet_mass_kg = 0.8\n"
+    text = (
+        shipped_factors("gun")
+        + "\n[bench]\nmax_regulated_pressure_pa = 0.6e6\nmax_bullet_mass_kg = 0.8\n"
+    )
     numbers = sliders(bench, space_from_text(text))["numbers"]
     assert (numbers["tank_pressure_pa"]["high"], numbers["bullet_mass_kg"]["high"]) == (6e5, 0.8)
     with pytest.raises(ValueError, match="expected exactly one of them"):
@@ -84,16 +94,26 @@ def test_sliders_show_what_a_model_has_learned():
     model = RegisteredModel(version, Analytic("hertz").fit(table, np.random.default_rng(0)), PREDICTORS,
                             Domain.of(table), {})  # fmt: skip
     materials = by_name(THESIS.values(), {})
-    built = BuiltTwin(Twin(RegisteredContact(model)), shipped_bench(), materials["aluminum"], materials)
+    built = BuiltTwin(
+        Twin(RegisteredContact(model)), shipped_bench(), materials["aluminum"], materials
+    )
     controls = sliders(built)
     assert controls["numbers"]["tip_radius_m"]["domain"] == [0.015, 0.03]
     velocity = table.column("impact_velocity")
     assert controls["numbers"]["impact_velocity_m_s"]["domain"] == [velocity.min(), velocity.max()]
-    seen_tips = {option["name"]: option["known"] for option in controls["choices"]["tip_material"]["options"]}
+    seen_tips = {
+        option["name"]: option["known"] for option in controls["choices"]["tip_material"]["options"]
+    }
     assert seen_tips["aluminum"] and seen_tips["delrin"] and not seen_tips["steel"]
-    anvils = {option["name"]: option["known"] for option in controls["choices"]["anvil_material"]["options"]}
+    anvils = {
+        option["name"]: option["known"]
+        for option in controls["choices"]["anvil_material"]["options"]
+    }
     assert anvils["none"] and anvils["steel"] and not anvils["delrin"]
-    assert sliders(replace(built, twin=Twin(LawContact("hertz"))))["numbers"]["tip_radius_m"]["domain"] is None
+    assert (
+        sliders(replace(built, twin=Twin(LawContact("hertz"))))["numbers"]["tip_radius_m"]["domain"]
+        is None
+    )
 
 
 # --- warnings beside a prediction: in the units of the lab, each quantity once, in the same words everywhere --------
@@ -104,7 +124,10 @@ def prediction(*extrapolation, outside=(), **own):
     twin = Twin(HalfSine(), gun=GunStage(BENCH, 0.05))
     shot = twin.predict(setting(**own), draws=4, rng=np.random.default_rng(0))
     return replace(
-        shot, extrapolation=extrapolation, outside=tuple(outside), rests_on=RestsOn(3, "half-sine", "Three.")
+        shot,
+        extrapolation=extrapolation,
+        outside=tuple(outside),
+        rests_on=RestsOn(3, "half-sine", "Three."),
     )
 
 
@@ -129,7 +152,10 @@ def test_range_is_told_in_units_of_the_lab(item, text):
 
 def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp_path):
     shot = prediction(
-        outside=[OutOfDomain("impact_velocity_m_s", 22.1284, "up to 5.2"), OutOfDomain("insulator", "foam", "none")]
+        outside=[
+            OutOfDomain("impact_velocity_m_s", 22.1284, "up to 5.2"),
+            OutOfDomain("insulator", "foam", "none"),
+        ]
     )
     assert warnings(shot) == (
         "Impact velocity 22.13 m/s lies outside of the domain of the contact (half-sine): up to 5.2.",
@@ -137,28 +163,44 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
     )
     levels = OutOfDomain("tip_radius", 0.045, "0.03 to 0.06", BETWEEN_LEVELS, (0.03, 0.06))
     tip = OutOfDomain("tip_material", "delrin", "PLA, steel", "was never recorded")
-    pair = OutOfDomain("impactor_mass", 0.4, "0.4 to 0.8", "was never recorded together with anvil none", (0.4, 0.8))
+    pair = OutOfDomain(
+        "impactor_mass",
+        0.4,
+        "0.4 to 0.8",
+        "was never recorded together with anvil none",
+        (0.4, 0.8),
+    )
     assert domain_warnings(prediction(outside=[levels, tip, pair])) == (
         "Tip radius 45 mm lies between the measured 30 and 60 mm; half-sine was not trained there.",
         "Tip material delrin was never recorded; half-sine was trained on PLA, steel.",
         "Impactor mass 0.4 kg was never recorded together with anvil none; half-sine was trained on 0.4 to 0.8 kg.",
     )
     with shown_in("si"):
-        assert "0.045 m lies between the measured 0.03 and 0.06 m" in domain_warnings(prediction(outside=[levels]))[0]
+        assert (
+            "0.045 m lies between the measured 0.03 and 0.06 m"
+            in domain_warnings(prediction(outside=[levels]))[0]
+        )
     beyond = Extrapolation("impact_velocity_m_s", 22.0, 1.0, 9.0)
     shot = prediction(beyond, outside=[OutOfDomain("impact_velocity", 22.0, "1 to 9")])
     assert warnings(shot) == (extrapolation_text(beyond),) and domain_warnings(shot) == ()
     heavy = Extrapolation("impactor_mass", 1.0, 0.3, 0.5)
-    shot = prediction(PRESSURE, heavy, Extrapolation("plate_density", 1.0, 2.0, 3.0), tank_pressure_pa=10e5)
+    shot = prediction(
+        PRESSURE, heavy, Extrapolation("plate_density", 1.0, 2.0, 3.0), tank_pressure_pa=10e5
+    )
     assert field_warnings(shot) == {
         "tank_pressure_pa": extrapolation_text(PRESSURE),
         "bullet_mass_kg": extrapolation_text(heavy),
     }
-    gun, contact = (Extrapolation(name, 1.2, 0.2, 0.8) for name in ("bullet_mass_kg", "impactor_mass"))
+    gun, contact = (
+        Extrapolation(name, 1.2, 0.2, 0.8) for name in ("bullet_mass_kg", "impactor_mass")
+    )
     other = Extrapolation("impactor_mass", 1.2, 0.3, 0.5)
     shot = prediction(gun, contact, other, tank_pressure_pa=3e5)
     assert warnings(shot) == (extrapolation_text(gun), extrapolation_text(other))
-    assert field_warnings(shot)["bullet_mass_kg"] == f"{extrapolation_text(gun)} {extrapolation_text(other)}"
+    assert (
+        field_warnings(shot)["bullet_mass_kg"]
+        == f"{extrapolation_text(gun)} {extrapolation_text(other)}"
+    )
     plot_prediction(prediction(PRESSURE, tank_pressure_pa=10e5), tmp_path / "shot.svg")
     plain = prediction(tank_pressure_pa=3e5)
     plot_prediction(replace(plain, rests_on=RestsOn(0, "half-sine", "")), tmp_path / "plain.svg")

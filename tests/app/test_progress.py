@@ -52,7 +52,9 @@ def test_a_terminal_shows_what_is_done_before_the_store_is_opened(words, tmp_pat
     assert seconds < 3.0  # 0.3 s on a quiet machine; the tests share theirs
 
 
-def test_a_log_has_lines_at_the_beginning_and_the_end_and_between_them_how_much_is_left(monkeypatch, capfd):
+def test_a_log_has_lines_at_the_beginning_and_the_end_and_between_them_how_much_is_left(
+    monkeypatch, capfd
+):
     monkeypatch.setattr(progress, "SILENT_S", 0.05)
     monkeypatch.setattr(progress, "BETWEEN_LINES_S", 0.1)
     with progress_bar("Firing", "shots") as step:
@@ -97,7 +99,11 @@ def test_a_bar_shows_the_remaining_time_from_the_first_step(monkeypatch, capfd):
         step(2, 4, "run 2")
     line, *bar = capfd.readouterr().err.splitlines()
     assert line == "Firing …"
-    assert "working [00:00]" in "".join(bar) and "2 of 4 shots" in "".join(bar) and "left], run 2" in "".join(bar)
+    assert (
+        "working [00:00]" in "".join(bar)
+        and "2 of 4 shots" in "".join(bar)
+        and "left], run 2" in "".join(bar)
+    )
 
 
 def test_a_bar_of_the_library_that_is_not_shown_takes_its_steps(capfd):

@@ -56,7 +56,11 @@ def test_an_answer_is_a_table_or_the_same_rows_in_csv_and_json(store, tmp_path):
         return row
 
     frame = row("select frame from series_chunks limit 1")["frame"]
-    assert frame.startswith("<") and frame.endswith(" bytes>") and row("select 1 as a, 2 as a") == {"a": 1, "a_2": 2}
+    assert (
+        frame.startswith("<")
+        and frame.endswith(" bytes>")
+        and row("select 1 as a, 2 as a") == {"a": 1, "a_2": 2}
+    )
     sql = "select count(*) as n from shots where tank_pressure_pa > :low and run <= :last"
     assert row(sql, "-p", "low", "1.5e4", "-p", "last", "3")["n"] == 3
     assert query(store, "select id from shots", "--limit", "2", "--csv").stdout.count("\n") == 3
@@ -71,7 +75,12 @@ def test_a_file_holds_the_answer_also_one_without_rows(store, tmp_path, ending):
     query(store, sql, "--out", out)
     expected = [row["tank_pressure_pa"] for row in json.loads(query(store, sql, "--json").stdout)]
     assert list(READERS[ending](out)["tank_pressure_pa"]) == pytest.approx(expected)
-    query(store, "select id, name from campaigns where name = 'none'", "--out", tmp_path / f"none.{ending}")
+    query(
+        store,
+        "select id, name from campaigns where name = 'none'",
+        "--out",
+        tmp_path / f"none.{ending}",
+    )
     assert len(READERS[ending](tmp_path / f"none.{ending}")) == 0
 
 
@@ -137,21 +146,39 @@ def test_what_cannot_be_asked_is_one_line(store, words, expected, tmp_path, monk
 
 
 def test_tables_and_columns_are_listed_with_the_units_of_their_names(store):
-    tables = {row["table"]: row["a row is"] for row in json.loads(query(store, "--tables", "--json").stdout)}
+    tables = {
+        row["table"]: row["a row is"]
+        for row in json.loads(query(store, "--tables", "--json").stdout)
+    }
     assert tables["shots"] == "One firing"
-    columns = {row["column"]: row["unit"] for row in json.loads(query(store, "--schema", "shots", "--json").stdout)}
+    columns = {
+        row["column"]: row["unit"]
+        for row in json.loads(query(store, "--schema", "shots", "--json").stdout)
+    }
     assert columns["tank_pressure_pa"] == "Pa" and columns["run"] is None
-    assert {row["column"]: row for row in list_columns("pulses")}["impact_id"]["refers to"] == "impacts.id"
-    units = {"peak_acceleration_m_s2": "m/s²", "impulse_n_s": "N s", "velocity_m_s": "m/s", "contact_time_s": "s"}
+    assert {row["column"]: row for row in list_columns("pulses")}["impact_id"][
+        "refers to"
+    ] == "impacts.id"
+    units = {
+        "peak_acceleration_m_s2": "m/s²",
+        "impulse_n_s": "N s",
+        "velocity_m_s": "m/s",
+        "contact_time_s": "s",
+    }
     units |= {"density_kg_m3": "kg/m³", "status": None, "samples": None}
     assert {column: unit_of(column) for column in units} == units
 
 
 def test_colons_in_text_are_no_parameters_and_a_read_only_file_is_asked_too(tmp_path):
-    statement = Statement("select ':a', b::text, \":c\" -- :d\n, :e /* :f */ where :e > :g", {"e": "1", "g": "007"})
+    statement = Statement(
+        "select ':a', b::text, \":c\" -- :d\n, :e /* :f */ where :e > :g", {"e": "1", "g": "007"}
+    )
     assert statement.names() == ["e", "g"]
     bound = "select ':a', b::text, \":c\" -- :d\n, $1 /* :f */ where $1 > $2"
-    assert statement.for_postgresql() == (bound, ["1", "007"]) and statement.for_sqlite()[1] == {"e": 1, "g": "007"}
+    assert statement.for_postgresql() == (bound, ["1", "007"]) and statement.for_sqlite()[1] == {
+        "e": 1,
+        "g": "007",
+    }
     with pytest.raises(QueryError, match="DELETE is refused"):  # a comment begins no statement
         Statement("-- select\ndelete from shots", {}).check()
     # A file of another user, or on a disk that is mounted read-only, has no write-ahead log to be made.

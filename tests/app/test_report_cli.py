@@ -72,7 +72,9 @@ def test_words_mean_what_they_say(lab: Path, subject: str, meant: tuple[str, str
     assert heading(lab, subject) == meant
 
 
-def test_diagnosis_is_the_newest_and_its_file_is_replaced(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_diagnosis_is_the_newest_and_its_file_is_replaced(
+    lab: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = counts(f"sqlite:///{lab / 'lab.db'}")
     for subject, words in (
         ("diagnosis:spring", "Model and measurement agree"),
@@ -89,7 +91,9 @@ def test_diagnosis_is_the_newest_and_its_file_is_replaced(lab: Path, monkeypatch
     assert report(lab, "spring", "newer/page.html").exit_code == 0
     assert (lab / "new" / "page.html").read_bytes() == (lab / "newer" / "page.html").read_bytes()
     assert not list(lab.rglob("*.part"))
-    monkeypatch.setattr(any_module, "report_on", lambda *_: pytest.fail("worked before it looked at the ending"))
+    monkeypatch.setattr(
+        any_module, "report_on", lambda *_: pytest.fail("worked before it looked at the ending")
+    )
     result = report(lab, "spring", "page.docx")
     assert result.exit_code == 2 and "expected a name that ends in .html or .pdf" in result.stderr
 
@@ -131,7 +135,9 @@ def test_letters_of_the_store_are_printed_and_those_without_a_font_are_named(lab
     """Of a part that is read from the store, too: the operator's name."""
     for operator, shown in (("田中", "田中"), ("田中ไทย", "U+0E22 THAI CHARACTER YO YAK")):
         with opened(f"sqlite:///{lab / 'lab.db'}") as store, store.writing() as session:
-            session.scalars(select(Campaign).where(Campaign.name == "spring")).one().operator = operator
+            session.scalars(
+                select(Campaign).where(Campaign.name == "spring")
+            ).one().operator = operator
         result = report(lab, "spring", "spring.pdf")
         assert result.exit_code == 0, result.stderr
         assert shown in " ".join(words_of((lab / "spring.pdf").read_bytes()).split())

@@ -50,7 +50,9 @@ def test_axes_are_logarithmic_where_the_search_is_and_words_where_settings_are()
 
 
 def test_setting_that_not_every_trial_has_leaves_a_gap() -> None:
-    search = SettingsSearch("search", "error", (Trial({"a": 1, "b": 5.0}, 1.0), Trial({"a": 2}, 2.0)))
+    search = SettingsSearch(
+        "search", "error", (Trial({"a": 1, "b": 5.0}, 1.0), Trial({"a": 2}, 2.0))
+    )
     first, second, _ = parallel_axes(search)
     assert first.places == (0.0, 1.0) and second.places == (0.5, None)
 
@@ -58,7 +60,10 @@ def test_setting_that_not_every_trial_has_leaves_a_gap() -> None:
 def test_quarters_follow_the_score() -> None:
     quarters, scores = quarters_of(grid()), [trial.score for trial in grid().trials]
     assert sorted(quarters) == sorted([0, 1, 2, 3] * 6)
-    worst_of = [max(score for score, quarter in zip(scores, quarters, strict=True) if quarter == q) for q in range(4)]
+    worst_of = [
+        max(score for score, quarter in zip(scores, quarters, strict=True) if quarter == q)
+        for q in range(4)
+    ]
     assert worst_of == sorted(worst_of)
 
 
@@ -70,7 +75,11 @@ def test_importance_finds_the_setting_that_matters() -> None:
     assert sum(importance.shares.values()) == pytest.approx(1)
     assert 0.5 < importance.explained <= 1
     sentence = importance_sentence(grid(), importance)
-    assert "gamma of the kernel" in sentence and "random forest" in sentence and "24 trials" in sentence
+    assert (
+        "gamma of the kernel" in sentence
+        and "random forest" in sentence
+        and "24 trials" in sentence
+    )
 
 
 def test_importance_of_few_trials_or_of_noise_cannot_be_judged() -> None:
@@ -79,11 +88,17 @@ def test_importance_of_few_trials_or_of_noise_cannot_be_judged() -> None:
     assert "cannot be judged: there are 8 trials of 3 settings" in importance_sentence(few, None)
     rng = np.random.default_rng(4)
     noise = SettingsSearch(
-        "search", "error", tuple(Trial({"a": float(a), "b": float(b)}, float(s)) for a, b, s in 1 + rng.random((40, 3)))
+        "search",
+        "error",
+        tuple(
+            Trial({"a": float(a), "b": float(b)}, float(s)) for a, b, s in 1 + rng.random((40, 3))
+        ),
     )
     assert importance_of(noise) is None
     assert "does not predict" in importance_sentence(noise, None)
-    single = SettingsSearch("grid search", "error", tuple(Trial({"components": n}, 1.0 + n) for n in range(1, 20)))
+    single = SettingsSearch(
+        "grid search", "error", tuple(Trial({"components": n}, 1.0 + n) for n in range(1, 20))
+    )
     assert importance_of(single) is None
     assert "Only one setting was searched (components)" in importance_sentence(single, None)
 
@@ -93,7 +108,9 @@ def test_search_is_told_with_its_best_settings() -> None:
     assert "For the contact force, the grid search tried 24 combinations" in sentence
     assert "gamma of the kernel: 0.01; kernel: rbf" in sentence
     first = trial_rows(grid())[0]
-    assert first["score"] == min(trial.score for trial in grid().trials) and first["duration_s"] == 0.5
+    assert (
+        first["score"] == min(trial.score for trial in grid().trials) and first["duration_s"] == 0.5
+    )
     assert search_from(grid().as_json()) == grid()
 
 

@@ -39,7 +39,11 @@ def started(tmp_path: Path) -> Iterator[list[subprocess.Popen[str]]]:
 
 
 def serve(*words: str, cwd: Path) -> subprocess.Popen[str]:
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYROSHOCK", "MLFLOW"))}
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("PYROSHOCK", "MLFLOW"))
+    }
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.Popen([*CLI, "serve", *words], text=True, env=environment, cwd=cwd, **pipes)
 
@@ -57,7 +61,9 @@ def address_of(server: subprocess.Popen[str]) -> str:
 
 
 def got(address: str, headers: dict[str, str] | None = None) -> str:
-    with urllib.request.urlopen(urllib.request.Request(address, headers=headers or {}), timeout=PATIENCE_S) as answer:
+    with urllib.request.urlopen(
+        urllib.request.Request(address, headers=headers or {}), timeout=PATIENCE_S
+    ) as answer:
         return str(answer.read().decode())
 
 
@@ -70,10 +76,17 @@ def refused(*words: str) -> str:
     return result.stderr
 
 
-@pytest.mark.parametrize(("ending", "word"), [(signal.SIGINT, ""), (signal.SIGTERM, "a-token-of-enough-characters")])
-def test_it_answers_who_may_ask_and_ends_when_it_is_told(db: str, tmp_path: Path, started, ending, word) -> None:
+@pytest.mark.parametrize(
+    ("ending", "word"), [(signal.SIGINT, ""), (signal.SIGTERM, "a-token-of-enough-characters")]
+)
+def test_it_answers_who_may_ask_and_ends_when_it_is_told(
+    db: str, tmp_path: Path, started, ending, word
+) -> None:
     """Without a token it answers all of this machine, with one those who bring it."""
-    guarded, headers = ("--host", "0.0.0.0", "--token", word) if word else (), {"Authorization": f"Bearer {word}"}
+    guarded, headers = (
+        ("--host", "0.0.0.0", "--token", word) if word else (),
+        {"Authorization": f"Bearer {word}"},
+    )
     before, server = counts(db), serve("--db", db, "--port", "0", *guarded, cwd=tmp_path)
     started.append(server)
     address = address_of(server).replace("0.0.0.0", "127.0.0.1")
@@ -81,7 +94,9 @@ def test_it_answers_who_may_ask_and_ends_when_it_is_told(db: str, tmp_path: Path
     if word:
         with pytest.raises(urllib.error.HTTPError, match="401"):
             got(address)
-    assert [row["name"] for row in json.loads(got(address + "api/campaigns", headers if word else None))] == ["spring"]
+    assert [
+        row["name"] for row in json.loads(got(address + "api/campaigns", headers if word else None))
+    ] == ["spring"]
     assert "<h1>Laboratory</h1>" in got(address, headers if word else None)
     asked = time.monotonic()
     server.send_signal(ending)
@@ -95,7 +110,9 @@ def test_it_answers_who_may_ask_and_ends_when_it_is_told(db: str, tmp_path: Path
 def test_what_keeps_it_from_starting_is_named(db: str, tmp_path: Path) -> None:
     assert "--token" in refused("--db", db, "--host", "0.0.0.0", "--port", "0")
     assert "5 characters" in refused("--db", db, "--host", "0.0.0.0", "--token", "short")
-    assert "192.0.2.1" in refused("--db", db, "--host", "192.0.2.1", "--token", "x" * 16, "--port", "0")
+    assert "192.0.2.1" in refused(
+        "--db", db, "--host", "192.0.2.1", "--token", "x" * 16, "--port", "0"
+    )
     assert "nowhere" in refused("--db", f"sqlite:///{tmp_path}/nowhere/lab.db", "--port", "0")
     assert "no-data" in refused("--db", db, "--data", str(tmp_path / "no-data"))
     assert not (tmp_path / "nowhere").exists()

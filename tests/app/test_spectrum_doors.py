@@ -27,7 +27,11 @@ PEAK, OFFSET = 1000.0, 6.0
 
 def ringing(at_s: float, seconds: float = 0.2) -> np.ndarray:
     since = np.maximum(np.arange(round(seconds * RATE)) / RATE - at_s, 0)
-    return PEAK * np.exp(-150 * since) * (np.sin(2 * np.pi * 900 * since) + 0.4 * np.sin(2 * np.pi * 3100 * since))
+    return (
+        PEAK
+        * np.exp(-150 * since)
+        * (np.sin(2 * np.pi * 900 * since) + 0.4 * np.sin(2 * np.pi * 3100 * since))
+    )
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +53,11 @@ def doors(record, tmp_path_factory):
     series = ps.srs(pd.Series(record, index=times), frequencies=LINES)
     answer = api_srs(
         AccelerationSeries(
-            acceleration_m_s2=record.tolist(), sampling_rate_hz=RATE, frequency_hz=LINES.tolist(), rest="", hit=""
+            acceleration_m_s2=record.tolist(),
+            sampling_rate_hz=RATE,
+            frequency_hz=LINES.tolist(),
+            rest="",
+            hit="",
         )
     )
     figures = shock_figures(record, RATE)
@@ -59,7 +67,16 @@ def doors(record, tmp_path_factory):
         with store.writing() as session:
             session.add(Configuration(id=1, fingerprint="1"))
             session.flush()
-            session.add(Impact(id=1, run=1, repetition=1, campaign_id=1, configuration_id=1, recording_id=recording))
+            session.add(
+                Impact(
+                    id=1,
+                    run=1,
+                    repetition=1,
+                    campaign_id=1,
+                    configuration_id=1,
+                    recording_id=recording,
+                )
+            )
         with store.reading() as session:
             page = spectrum_overlay(session, [1], frequency_hz=LINES).spectra[0].spectrum.maximax
     return {
@@ -87,7 +104,9 @@ def test_an_offset_changes_no_line_and_is_told(record, doors):
     clean = ps.srs(record - OFFSET, RATE, frequencies=LINES, rest="none")
     np.testing.assert_allclose(maximax, clean, rtol=0.02)
     spectrum_with_rest = ps.srs(record, RATE, frequencies=LINES, rest="none")
-    assert spectrum_with_rest.attrs["rest"] == 0 and spectrum_with_rest.iloc[0] > 1.5 * clean.iloc[0]
+    assert (
+        spectrum_with_rest.attrs["rest"] == 0 and spectrum_with_rest.iloc[0] > 1.5 * clean.iloc[0]
+    )
     chosen = ps.srs(record, RATE, frequencies=LINES, rest="5ms:40ms")
     np.testing.assert_allclose(chosen, clean, rtol=0.02)
     for wrong in ("5ms", "40ms:5ms", "5:40"):
@@ -97,15 +116,22 @@ def test_an_offset_changes_no_line_and_is_told(record, doors):
 
 def test_a_record_of_several_hits_asks_which(tmp_path):
     both = ringing(0.1, 1.0) + 0.5 * ringing(0.6, 1.0) + OFFSET
-    with pytest.raises(ps.InvalidValueError, match=r"holds 2 hits, at 0\.1, 0\.6 s; choose one with hit 1 to 2"):
+    with pytest.raises(
+        ps.InvalidValueError, match=r"holds 2 hits, at 0\.1, 0\.6 s; choose one with hit 1 to 2"
+    ):
         ps.srs(both, RATE)
     first, second = (ps.srs(both, RATE, hit=number, frequencies=LINES[3:]) for number in (1, 2))
     np.testing.assert_allclose(second, 0.5 * first, rtol=0.02)
-    assert ps.srs(both, RATE, hit="whole", frequencies=LINES[3:]).max() == pytest.approx(first.max(), rel=0.02)
+    assert ps.srs(both, RATE, hit="whole", frequencies=LINES[3:]).max() == pytest.approx(
+        first.max(), rel=0.02
+    )
     file = tmp_path / "hits.csv"
     np.savetxt(file, both, header="fs = 50000\nacc [m/s2]")
     refused = CliRunner().invoke(main, ["srs", str(file)])
     assert refused.exit_code != 0 and "choose one with --hit 1 to 2" in refused.output
     taken = CliRunner().invoke(main, ["srs", str(file), "--hit", "2", "--json"])
     assert json.loads(taken.stdout)["part"] == "hit 2 of 2, at 0.6 s"
-    assert "expected 1 to 2, or whole" in CliRunner().invoke(main, ["srs", str(file), "--hit", "3"]).output
+    assert (
+        "expected 1 to 2, or whole"
+        in CliRunner().invoke(main, ["srs", str(file), "--hit", "3"]).output
+    )

@@ -67,7 +67,9 @@ def lab(request, tmp_path, monkeypatch):
         return _Snapshot(name, HASH if name == "spring" else "a" * 64, tables[name])
 
     monkeypatch.setattr("pyroshock.dataset.snapshot.read_snapshot", read)
-    monkeypatch.setattr("pyroshock.dataset.snapshot.list_snapshots", lambda _: [{"name": name} for name in tables])
+    monkeypatch.setattr(
+        "pyroshock.dataset.snapshot.list_snapshots", lambda _: [{"name": name} for name in tables]
+    )
 
     def run(*words: str | Path) -> Result:
         command, *rest = map(str, words)
@@ -93,7 +95,9 @@ def test_gun_models_have_no_figures_of_the_thesis(lab, monkeypatch):
 def test_table_shows_both_splits_the_floor_and_the_thesis(lab):
     table = done(lab("train", "spring", "--models", "tree,hann,linear")).stdout.splitlines()
     heads = table[0].split("  ")
-    assert {"NRMSE rep.", "NRMSE conf.", "NRMSE thesis", "cost conf."} <= {head.strip() for head in heads}
+    assert {"NRMSE rep.", "NRMSE conf.", "NRMSE thesis", "cost conf."} <= {
+        head.strip() for head in heads
+    }
     names = [line.split("  ")[0] for line in table[1:]]
     assert {"(floor by treatment)", "(floor by configuration)"} < set(names)
     assert names.index("tree") < names.index("hann")
@@ -110,7 +114,10 @@ def test_compare_tells_which_is_better_of_two_or_all(lab, tmp_path):
     assert [row["model"] for row in models] == ["kernel-ridge", "hann"]
     assert (pair["a"], pair["b"], pair["metric"]) == ("kernel-ridge@1", "hann@1", "force_nrmse")
     difference = models[0]["metrics"]["force_nrmse"] - models[1]["metrics"]["force_nrmse"]
-    assert pair["difference"] == pytest.approx(difference) and pair["ci90"][0] < difference < pair["ci90"][1] < 0
+    assert (
+        pair["difference"] == pytest.approx(difference)
+        and pair["ci90"][0] < difference < pair["ci90"][1] < 0
+    )
     assert pair["p_value"] < 0.05
     done(lab("train", "spring", "--models", "kernel-ridge,hann,hertz", "--split", "repetitions"))
     result = done(lab("compare", "--metric", "cost", "--out", tmp_path / "d.png"))
@@ -128,7 +135,9 @@ def reporting_laws(monkeypatch):
     def report(law):
         settings = {"force.kernel": law.law, "force.noise": 0.25}
         trials = tuple(Trial({"rank": rank}, 1.0 / rank, 0.5) for rank in (1, 2, 3))
-        searches = {"force": SettingsSearch("grid search", "error", trials)} if law.law == "hann" else {}
+        searches = (
+            {"force": SettingsSearch("grid search", "error", trials)} if law.law == "hann" else {}
+        )
         rank = {"force.rank": 3} if searches else {}
         return FitReport(settings | rank, {}, {"force.loss": [2.0, 1.0]}, searches)
 
@@ -152,16 +161,28 @@ def test_compare_and_models_show_settings_and_histories(lab, reporting_laws):
     assert row["settings"] == {"force.kernel": "hann", "force.noise": 0.25, "force.rank": 3}
     assert row["histories"] == {"force.loss": [[0, 2.0], [1, 1.0]]}
     shown = done(lab("models", "hann@1")).stdout
-    assert "hann@1, dataset spring, split repetitions, seed 0" in shown and "force.kernel  hann" in shown
-    assert "the grid search tried 3 combinations of settings. The best has the score 0.333 (error)" in shown
+    assert (
+        "hann@1, dataset spring, split repetitions, seed 0" in shown
+        and "force.kernel  hann" in shown
+    )
+    assert (
+        "the grid search tried 3 combinations of settings. The best has the score 0.333 (error)"
+        in shown
+    )
     assert "Only one setting was searched" in shown
     assert "no 'hann@7'" in lab("models", "hann@7").stderr
 
 
 def test_models_show_gives_every_trial_as_json_and_draws_them(lab, reporting_laws, tmp_path):
     done(lab("train", "spring", "--models", "hann,hertz", "--split", "repetitions"))
-    row = json.loads(done(lab("models", "show", "hann@1", "--json", "--plot", tmp_path / "search.png")).stdout)
-    assert row["searches"]["force"]["trials"][2] == {"settings": {"rank": 3}, "score": 1.0 / 3, "duration_s": 0.5}
+    row = json.loads(
+        done(lab("models", "show", "hann@1", "--json", "--plot", tmp_path / "search.png")).stdout
+    )
+    assert row["searches"]["force"]["trials"][2] == {
+        "settings": {"rank": 3},
+        "score": 1.0 / 3,
+        "duration_s": 0.5,
+    }
     assert (tmp_path / "search.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads(done(lab("models", "show", "hertz@1", "--json")).stdout)["searches"] == {}
     refused = lab("models", "show", "hertz@1", "--plot", tmp_path / "none.png")
@@ -182,8 +203,15 @@ def test_a_model_far_from_the_repeatability_is_refused_as_not_usable(lab, monkey
     done(lab("train", "spring", "--models", "linear", "--split", "repetitions"))
     refused = lab("promote", "linear", "1", "--json")
     decision = json.loads(refused.stdout)
-    assert (refused.exit_code, decision["promoted"], decision["verdict"]) == (1, False, "not usable")
-    assert "linear@1 is not usable: its force error on the split repetitions is 51%, 18 times" in refused.stderr
+    assert (refused.exit_code, decision["promoted"], decision["verdict"]) == (
+        1,
+        False,
+        "not usable",
+    )
+    assert (
+        "linear@1 is not usable: its force error on the split repetitions is 51%, 18 times"
+        in refused.stderr
+    )
 
 
 # With less scatter a line is not usable, and is refused before it is judged on anything.
@@ -199,16 +227,30 @@ def test_promotion_and_refusal_judged_on_either_dataset(lab, monkeypatch):
     assert stays in refused.stderr
     assert lab("promote", "linear").exit_code == lab("promote", "linear@1", "1").exit_code == 2
     rows = json.loads(done(lab("models", "--json")).stdout)
-    assert {row["model"]: row.get("champion_of") for row in rows} == {"hann": "hammer", "linear": None}
+    assert {row["model"]: row.get("champion_of") for row in rows} == {
+        "hann": "hammer",
+        "linear": None,
+    }
     assert "hann *" in done(lab("models")).stdout
-    assert "hann@1 leads linear@1 in force NRMSE" in done(lab("compare", "hann@champion", "linear")).stdout
+    assert (
+        "hann@1 leads linear@1 in force NRMSE"
+        in done(lab("compare", "hann@champion", "linear")).stdout
+    )
     assert "versions: 1 (repetitions)" in lab("compare", "linear@2", "hann").stderr
     history = json.loads(done(lab("models", "--promotions", "--json")).stdout)
-    assert [(each["candidate"], each["promoted"]) for each in history] == [("linear@1", False), ("hann@1", True)]
+    assert [(each["candidate"], each["promoted"]) for each in history] == [
+        ("linear@1", False),
+        ("hann@1", True),
+    ]
     refused = lab("promote", "linear", "1", "--on", "autumn")
-    assert refused.exit_code == 1 and "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
+    assert (
+        refused.exit_code == 1
+        and "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
+    )
     forced = lab("promote", "linear", "1", "--on", "autumn", "--force", "--reason", "a trial")
-    trial = "linear@1 is now in use for the hammer (hann@1 before): a trial; promoted by force although"
+    trial = (
+        "linear@1 is now in use for the hammer (hann@1 before): a trial; promoted by force although"
+    )
     assert trial in done(forced).stderr and "a trial" in done(lab("models", "--promotions")).stdout
 
 
@@ -217,7 +259,9 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     without_figures(monkeypatch)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     campaigns = [("spring", 4), ("autumn", 12)]  # configurations, of which twelve judge a model
-    database = filled_store(tmp_path, *(_scattered_campaign(tmp_path / name, name, runs) for name, runs in campaigns))
+    database = filled_store(
+        tmp_path, *(_scattered_campaign(tmp_path / name, name, runs) for name, runs in campaigns)
+    )
     fresh_registry(tmp_path, database.stem)
     end = ["--db", f"sqlite:///{database}"]
 
@@ -228,14 +272,19 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     done(run(train, "all-of-spring", "--models", "linear,hertz", "--split", "repetitions"))
     refused = run(promote, "linear", "1")
     assert refused.exit_code == 3, "four configurations judge no model"
-    assert "linear@1 is not promoted, no model is in use for the hammer: not enough to judge" in refused.stderr
+    assert (
+        "linear@1 is not promoted, no model is in use for the hammer: not enough to judge"
+        in refused.stderr
+    )
     (row,) = json.loads(done(run(models, "--promotions", "--json")).stdout)
     assert row["judged_against"] == "nothing"
     first = done(run(promote, "linear", "1", "--force", "--reason", "the first one")).stderr
     assert "(none before): the first one; promoted by force although " in first
     judged = run(promote, "hertz", "1", "--on", "autumn", "--force", "--reason", "a law for all")
     assert "judged on 60 pulses, unseen configurations of autumn" in done(judged).stderr
-    row = next(row for row in json.loads(done(run(models, "--json")).stdout) if row["model"] == "hertz")
+    row = next(
+        row for row in json.loads(done(run(models, "--json")).stdout) if row["model"] == "hertz"
+    )
     assert (row["champion_of"], row["dataset"]) == ("hammer", "all-of-spring")
     lost = run(promote, "linear", "1", "--on", "winter")
     assert (lost.exit_code, "'winter' is no dataset" in lost.stderr) == (2, True)
@@ -243,10 +292,18 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
 
 def _scattered_campaign(folder: Path, name: str, runs: int) -> Path:
     """One configuration for each run, whose repeated hits differ by so much (25 %) that a law of contact is usable."""
-    full_campaign(folder, name, runs, rows=[row | {"tip_radius_mm": 15 + 5 * row["run"]} for row in rows_of(runs)])
+    full_campaign(
+        folder,
+        name,
+        runs,
+        rows=[row | {"tip_radius_mm": 15 + 5 * row["run"]} for row in rows_of(runs)],
+    )
     rng = np.random.default_rng(runs)
     for run in range(1, runs + 1):
-        hits = [replace(hit, peak_n=hit.peak_n * float(np.exp(rng.normal(0, 0.25)))) for hit in blows(run, HITS)]
+        hits = [
+            replace(hit, peak_n=hit.peak_n * float(np.exp(rng.normal(0, 0.25))))
+            for hit in blows(run, HITS)
+        ]
         write_recording(folder / recording_name(run), {"force": force_record(hits, rng)})
     return folder
 
@@ -268,15 +325,22 @@ def test_unusable_input_is_one_line(lab, words, said):
 def test_model_that_cannot_learn_is_told_and_the_others_listed(lab, monkeypatch):
     monkeypatch.setattr("pyroshock.training.models.analytic.Analytic.fit", _refuses)
     result = lab("train", "spring", "--models", "hann,linear", "--split", "repetitions", "--json")
-    assert result.exit_code == 2 and [row["model"] for row in json.loads(result.stdout)] == ["linear"]
-    assert result.stderr.splitlines()[-1] == "pyroshock: not trained: hann (repetitions): no hammer here"
+    assert result.exit_code == 2 and [row["model"] for row in json.loads(result.stdout)] == [
+        "linear"
+    ]
+    assert (
+        result.stderr.splitlines()[-1]
+        == "pyroshock: not trained: hann (repetitions): no hammer here"
+    )
 
 
 def _refuses(*_: object) -> None:
     raise ValueError("no hammer here")
 
 
-@pytest.mark.parametrize("words", [("train", "spring", "--models", "hann"), ("models",), ("promote", "hann", "1")])
+@pytest.mark.parametrize(
+    "words", [("train", "spring", "--models", "hann"), ("models",), ("promote", "hann", "1")]
+)
 def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
     """As on a laptop with `pip install pyroshock` alone."""
     really = builtins.__import__
@@ -289,15 +353,24 @@ def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
     monkeypatch.setattr(builtins, "__import__", without_mlflow)
     result = lab(*words)
     assert result.exit_code == 2
-    assert result.stderr.strip().endswith("mlflow is not installed; models need it: pip install 'pyroshock[models]'")
+    assert result.stderr.strip().endswith(
+        "mlflow is not installed; models need it: pip install 'pyroshock[models]'"
+    )
 
 
 def test_fresh_lab_has_no_models_and_train_json_has_the_rows_of_the_contract(lab):
     assert "no models yet; train some" in done(lab("models")).stdout
-    assert json.loads(done(lab("models", "--json")).stdout) == [] and shipped("hammer").predictors == PREDICTORS
+    assert (
+        json.loads(done(lab("models", "--json")).stdout) == []
+        and shipped("hammer").predictors == PREDICTORS
+    )
     result = done(lab("train", "spring", "--models", "hann,linear", "--json"))
     rows = json.loads(result.stdout)
-    expected = [(model, 1, split) for split in ("repetitions", "configurations") for model in ("hann", "linear")]
+    expected = [
+        (model, 1, split)
+        for split in ("repetitions", "configurations")
+        for model in ("hann", "linear")
+    ]
     assert [(row["model"], row["version"], row["split"]) for row in rows] == expected
     assert all(tuple(row["metrics"]) == METRICS and row["seconds"] >= 0 for row in rows)
     low, high = rows[1]["ci90"]["force_nrmse"]

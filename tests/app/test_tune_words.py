@@ -41,13 +41,22 @@ def test_answer_is_first_with_the_interval_of_its_probability() -> None:
 
 
 def test_draws_do_not_tell_certainty() -> None:
-    assert "a probability of less than 1 % (90 % interval 0 to 1 %" in answer_sentence(answer(0.0, False))
-    assert "a probability of more than 99 % (90 % interval 99 to 100 %" in answer_sentence(answer(1.0, True))
+    assert "a probability of less than 1 % (90 % interval 0 to 1 %" in answer_sentence(
+        answer(0.0, False)
+    )
+    assert "a probability of more than 99 % (90 % interval 99 to 100 %" in answer_sentence(
+        answer(1.0, True)
+    )
 
 
 def test_results_without_draws_or_settings_are_told_too() -> None:
-    assert answer_sentence(answer(0.6, True, draws=None)) == "The target is met with a probability of 60 %."
-    assert answer_sentence(answer(0.0, False, proposals=[])).startswith("The target is not met: this bench can fire no")
+    assert (
+        answer_sentence(answer(0.6, True, draws=None))
+        == "The target is met with a probability of 60 %."
+    )
+    assert answer_sentence(answer(0.0, False, proposals=[])).startswith(
+        "The target is not met: this bench can fire no"
+    )
     assert answer_sentence({"proposals": []}) == ""
 
 
@@ -78,19 +87,29 @@ def test_specification_lies_on_four_coordinate_paper() -> None:
 
 
 def test_side_without_limit_is_said_and_reaches_the_edge() -> None:
-    target = target_from_upload("frequency_hz,level_g,upper_db,lower_db\n100,30,inf,6\n1000,300,inf,6\n", "s")
+    target = target_from_upload(
+        "frequency_hz,level_g,upper_db,lower_db\n100,30,inf,6\n1000,300,inf,6\n", "s"
+    )
     assert "no limit/−6 dB" in target_sentence(target)
     top = 10 ** target_figure(target)["layout"]["yaxis"]["range"][1]
-    edge = next(trace for trace in target_figure(target)["data"] if trace.get("name") == "tolerance")
+    edge = next(
+        trace for trace in target_figure(target)["data"] if trace.get("name") == "tolerance"
+    )
     assert min(edge["y"]) > top
 
 
 def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:
-    arguments = TuneArguments(SPECIFICATION, "3dB", ("spring", "autumn"), campaign="first-shots", share=0.95)
+    arguments = TuneArguments(
+        SPECIFICATION, "3dB", ("spring", "autumn"), campaign="first-shots", share=0.95
+    )
     form = TUNE.form(arguments)
     assert form is not None and (form.address, form.form) == ("/tune", "tune")
     assert form.fields["text"] == SPECIFICATION and form.fields["measured"] == "spring,autumn"
-    assert (form.fields["campaign"], form.fields["tolerance"], form.fields["share"]) == ("first-shots", "3dB", "0.95")
+    assert (form.fields["campaign"], form.fields["tolerance"], form.fields["share"]) == (
+        "first-shots",
+        "3dB",
+        "0.95",
+    )
     form = TRAIN.form(TrainArguments("a b", ["linear", "gp"], "materials", 7, "full"))
     assert form is not None and (form.address, form.form) == ("/models/train", "train")
     assert form.fields == {

@@ -19,11 +19,16 @@ def rows(*kinds: str | None) -> list[dict[str, object]]:
         ((BEFORE_CONTACT, None), "impact velocity (m/s)"),
         ((INTEGRATED, INTEGRATED, None), "velocity change of the impactor by integration (m/s)"),
         ((TARGET_MOTION_ADDED,), "impact velocity by integration, with the target's motion (m/s)"),
-        ((INTEGRATED, BEFORE_CONTACT), "velocity: before contact or change by integration (see velocity kind) (m/s)"),
+        (
+            (INTEGRATED, BEFORE_CONTACT),
+            "velocity: before contact or change by integration (see velocity kind) (m/s)",
+        ),
         ((None,), "impact velocity (m/s)"),
     ],
 )
-def test_heading_says_how_the_velocity_was_obtained(kinds: tuple[str | None, ...], label: str) -> None:
+def test_heading_says_how_the_velocity_was_obtained(
+    kinds: tuple[str | None, ...], label: str
+) -> None:
     with velocities_of(rows(*kinds)):
         assert heading(KEY) == label
     assert heading(KEY) == "impact velocity (m/s)"

@@ -108,7 +108,12 @@ def _effect(store, _table):
 
 
 def _material(store, _table):
-    more = {"youngs_modulus_pa": 1.1e11, "poisson_ratio": 0.34, "density_kg_m3": 4430.0, "yield_strength_pa": 8.8e8}
+    more = {
+        "youngs_modulus_pa": 1.1e11,
+        "poisson_ratio": 0.34,
+        "density_kg_m3": 4430.0,
+        "yield_strength_pa": 8.8e8,
+    }
     with store.writing() as session:
         session.add(Material(name="titanium", source="sheet", **more))
 
@@ -119,10 +124,15 @@ def _table(_store, table):
 
 
 @pytest.mark.parametrize("change", [_effect, _material, _table])
-def test_new_effect_material_or_modal_table_makes_a_new_twin(store, quick, counted, tmp_path, change):
+def test_new_effect_material_or_modal_table_makes_a_new_twin(
+    store, quick, counted, tmp_path, change
+):
     table = tmp_path / "modes.csv"
     table.write_text("a")
-    shelf, request = shelf_of(store, quick, counted), TwinRequest(modes=table if change is _table else None)
+    shelf, request = (
+        shelf_of(store, quick, counted),
+        TwinRequest(modes=table if change is _table else None),
+    )
     shelf.get(request)
     change(store, table)
     shelf.get(request)
@@ -148,7 +158,11 @@ class InUse:
     def versions(self):
         self.asked += 1
         dataset = DatasetName("spring", "5" * 64, "gun")
-        return [SimpleNamespace(sha256=self.sha256, champion_of="gun", promoted_at="2026", dataset=dataset)]
+        return [
+            SimpleNamespace(
+                sha256=self.sha256, champion_of="gun", promoted_at="2026", dataset=dataset
+            )
+        ]
 
     def changed(self, text: str) -> None:
         self.file.write_text(text)
@@ -187,12 +201,19 @@ def test_law_does_not_depend_on_the_registry(store, quick, counted, in_use):
 
 
 def test_warm_twin_answers_as_a_fresh_one_in_every_thread(store, quick):
-    request, shot = TwinRequest(frequency_hz=FEW), ShotRequest(tank_pressure_pa=3e5, impact_position="#2")
+    request, shot = (
+        TwinRequest(frequency_hz=FEW),
+        ShotRequest(tank_pressure_pa=3e5, impact_position="#2"),
+    )
     warm = TwinCache(store, quick).get(request)
     for _ in range(2):
-        assert predicted_json(warm, shot, draws=8) == predicted_json(twin_of(store, quick, request), shot, draws=8)
+        assert predicted_json(warm, shot, draws=8) == predicted_json(
+            twin_of(store, quick, request), shot, draws=8
+        )
     twin = TwinCache(store, quick).get(TwinRequest(frequency_hz=FEW))
-    shots = [ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
+    shots = [
+        ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()
+    ]
     alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
     with ThreadPoolExecutor(len(shots)) as pool:
         assert list(pool.map(lambda shot: predicted_json(twin, shot), shots)) == alone
@@ -210,5 +231,7 @@ def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
 
 
 def test_shipped_bench_needs_no_store(quick):
-    prediction = predicted_json(TwinCache(None, quick).get(TwinRequest(frequency_hz=FEW)), ShotRequest())
+    prediction = predicted_json(
+        TwinCache(None, quick).get(TwinRequest(frequency_hz=FEW)), ShotRequest()
+    )
     assert "shipped" in prediction["models"]["gun"]

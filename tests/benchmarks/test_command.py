@@ -24,18 +24,24 @@ SPECTRUM = Figure(
     "Spectra", "pyyeti", "3 ms", "34 ms", Spread(0.091, 0.08, 0.1), 1 / 8, "the recursion: 1 ms", Spread(3, 2, 4),
     question="a spectrum", peer_name="pyyeti",
 )  # fmt: skip
-PLAN = Figure("Plans", "time, SMT", "3 s", "1 s", Spread(3.0, 2.5, 3.5), question="a plan", peer_name="SMT")
+PLAN = Figure(
+    "Plans", "time, SMT", "3 s", "1 s", Spread(3.0, 2.5, 3.5), question="a plan", peer_name="SMT"
+)
 FIGURES = [
     SPECTRUM,
     replace(SPECTRUM, name="scipy", value=Spread(0.111, 0.1, 0.125), limit=None, peer_name="scipy"),
     missing("Spectra", "endaq", "not installed", question="a spectrum", peer_name="endaq"),
     PLAN,
-    replace(PLAN, name="spread, SMT", value=Spread(0.5, 0.4, 0.6), question="spread", kind="quality"),
+    replace(
+        PLAN, name="spread, SMT", value=Spread(0.5, 0.4, 0.6), question="spread", kind="quality"
+    ),
 ]
 
 
 def _figure(value: float, *, limit: float | None = 1.0, binding: bool = True) -> Figure:
-    return Figure("theme", f"figure of {value:g}", "ours", "peer", Spread.of([value]), limit, binding=binding)
+    return Figure(
+        "theme", f"figure of {value:g}", "ours", "peer", Spread.of([value]), limit, binding=binding
+    )
 
 
 def _section(text: str, title: str) -> str:
@@ -51,7 +57,11 @@ def test_theme_is_a_function_that_takes_its_sizes(name):
     """Read, not imported: together they import nearly everything there is."""
     theme = THEMES[name]
     tree = ast.parse((ROOT / "benchmarks" / f"{theme.module}.py").read_text(encoding="utf-8"))
-    (function,) = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == theme.function]
+    (function,) = [
+        node
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef) and node.name == theme.function
+    ]
     names = [argument.arg for argument in function.args.args]
     assert {*theme.quick, *(theme.full or {})} <= set(names[1:])
 
@@ -62,18 +72,26 @@ def test_modules_import_each_other_without_cycles():
 
     imports = {}
     for path in (ROOT / "benchmarks").glob("*.py"):
-        names = re.findall(r"^\s*from \.(\w*) import (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
+        names = re.findall(
+            r"^\s*from \.(\w*) import (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE
+        )
         imports[path.stem] = {module or name for module, name in names}
     assert len(list(graphlib.TopologicalSorter(imports).static_order())) == len(imports) > 20
 
 
 def test_figures_come_back_from_a_fresh_process(tmp_path, monkeypatch):
     """As they went in, an infinite ratio and a missing peer among them."""
-    figures = [_figure(0.5), _figure(float("inf")), Figure("theme", "x", "—", "not installed", None)]
+    figures = [
+        _figure(0.5),
+        _figure(float("inf")),
+        Figure("theme", "x", "—", "not installed", None),
+    ]
     monkeypatch.setattr(command.Theme, "measure", lambda *_: iter(figures))
     answer = tmp_path / "figures.json"
     assert command.main(["--figures-of", "srs", "quick", str(tmp_path), str(answer)]) == 0
-    assert [command.figure_from(table) for table in json.loads(answer.read_text(encoding="utf-8"))] == figures
+    assert [
+        command.figure_from(table) for table in json.loads(answer.read_text(encoding="utf-8"))
+    ] == figures
 
 
 def test_unknown_theme_is_refused(capsys):
@@ -93,7 +111,9 @@ def test_exit_code_tells_of_lost_promises(monkeypatch, capsys, figures, code):
     monkeypatch.setattr(command, "measured", lambda *_: figures)
     monkeypatch.setattr(command, "write", lambda *_: pytest.fail("named themes write no page"))
     assert command.main(["srs"]) == code
-    lost, missed = (any(not f.holds and f.binding is binds for f in figures) for binds in (True, False))
+    lost, missed = (
+        any(not f.holds and f.binding is binds for f in figures) for binds in (True, False)
+    )
     printed = capsys.readouterr().out
     assert ("**lost**" in printed, "**missed**" in printed) == (lost, missed)
 
@@ -112,13 +132,18 @@ def test_each_question_has_one_row_with_the_strongest_peer():
     assert [figure.peer_name for figure in summary(FIGURES)] == ["scipy", "SMT", "SMT"]
     assert summary([FIGURES[2]]) == [FIGURES[2]]
     short = _section(page(FIGURES, QUICK_COMMAND, 9), "In short")
-    assert "| a spectrum | 3 ms | scipy: 34 ms | 0.111 (0.1 to 0.125) | the recursion: 1 ms | 3 (2 to 4) |" in short
+    assert (
+        "| a spectrum | 3 ms | scipy: 34 ms | 0.111 (0.1 to 0.125) | the recursion: 1 ms | 3 (2 to 4) |"
+        in short
+    )
     assert short.count("| a spectrum |") == 1
 
 
 def test_where_we_are_behind_is_listed():
     behind = _section(page(FIGURES, QUICK_COMMAND, 9), "Where we are behind")
-    assert "| Plans | time, SMT | 3 (2.5 to 3.5) **slower** | — |" in behind and "pyyeti" not in behind
+    assert (
+        "| Plans | time, SMT | 3 (2.5 to 3.5) **slower** | — |" in behind and "pyyeti" not in behind
+    )
     broken = page([replace(SPECTRUM, limit=0.05)], QUICK_COMMAND, 9)
     assert "at most 0.05: **lost**" in _section(broken, "Where we are behind")
     assert "We are behind nowhere in this run." in page([SPECTRUM], QUICK_COMMAND, 9)
@@ -131,7 +156,9 @@ def test_every_figure_stands_under_its_theme():
 
 @pytest.mark.parametrize("figures", [FIGURES, []], ids=["some", "none"])
 def test_picture_has_the_times_by_question(tmp_path, figures):
-    assert [figure.peer_name for figure in drawn_figures(figures)] == (["scipy", "pyyeti", "SMT"] if figures else [])
+    assert [figure.peer_name for figure in drawn_figures(figures)] == (
+        ["scipy", "pyyeti", "SMT"] if figures else []
+    )
     draw_ratios(figures, tmp_path / "new" / "ratios.png")
     assert (tmp_path / "new" / "ratios.png").read_bytes().startswith(b"\x89PNG")
 

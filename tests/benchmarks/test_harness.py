@@ -36,7 +36,12 @@ ANSWERS = (
 
 def test_ratio_is_turn_by_turn():
     assert ratio([1.0, 4.0, 9.0], [2.0, 2.0, 3.0]) == Spread(2.0, 0.5, 3.0)
-    assert [ratio([a], [b]).median for a, b in ((0, 0), (0, 3), (3, 2), (1, 0))] == [1.0, 0.0, 1.5, float("inf")]
+    assert [ratio([a], [b]).median for a, b in ((0, 0), (0, 3), (3, 2), (1, 0))] == [
+        1.0,
+        0.0,
+        1.5,
+        float("inf"),
+    ]
 
 
 def test_functions_take_turns_after_a_round_that_does_not_count():
@@ -53,7 +58,9 @@ def test_a_function_may_report_its_own_seconds():
 
 
 def test_values_are_shown_in_their_unit_beside_the_peer_and_the_bound():
-    figure = compared("t", "n", [0.002, 0.003], [0.001, 0.003], bound="copying", bound_values=[0.001, 0.001])
+    figure = compared(
+        "t", "n", [0.002, 0.003], [0.001, 0.003], bound="copying", bound_values=[0.001, 0.001]
+    )
     assert (figure.ours, figure.peer) == ("2.5 ms (2 to 3)", "2 ms (1 to 3)")
     assert figure.value == Spread(1.5, 1.0, 2.0) and figure.over_bound == Spread(2.5, 2.0, 3.0)
     assert figure.bound == "copying: 1 ms (1 to 1)"
@@ -78,8 +85,15 @@ def test_promises_and_aims_have_words():
 
 def test_slower_is_said_in_bold():
     assert SLOWER.ratio == "1.5 (1.25 to 1.75) **slower**"
-    assert replace(SLOWER, value=Spread(1.1, 0.9, 1.2)).ratio == "1.1 (0.9 to 1.2) **slower**, within the spread"
-    assert [replace(SLOWER, kind=kind).behind for kind in ("quality", "growth", "bound")] == ["worse", "", ""]
+    assert (
+        replace(SLOWER, value=Spread(1.1, 0.9, 1.2)).ratio
+        == "1.1 (0.9 to 1.2) **slower**, within the spread"
+    )
+    assert [replace(SLOWER, kind=kind).behind for kind in ("quality", "growth", "bound")] == [
+        "worse",
+        "",
+        "",
+    ]
     assert FASTER.behind == ""
 
 
@@ -92,16 +106,28 @@ def test_missing_peer_has_a_row_and_breaks_no_promise():
 def test_a_peer_stands_beside_ours_or_its_absence_does():
     seconds = {"ours": [0.002], "endaq": [0.004], "bound": [0.001]}
     row = beside("spectra", "lines", seconds, "endaq", bound="copying", limit=1.0)
-    assert (row.peer_name, row.value, row.over_bound) == ("endaq", Spread(0.5, 0.5, 0.5), Spread(2.0, 2.0, 2.0))
-    absent = beside("spectra", "lines", seconds, "pyyeti", "out of memory", limit=1.0, question="a spectrum")
-    assert (absent.ours, absent.peer, absent.question) == ("2 ms", "out of memory", "a spectrum") and absent.holds
+    assert (row.peer_name, row.value, row.over_bound) == (
+        "endaq",
+        Spread(0.5, 0.5, 0.5),
+        Spread(2.0, 2.0, 2.0),
+    )
+    absent = beside(
+        "spectra", "lines", seconds, "pyyeti", "out of memory", limit=1.0, question="a spectrum"
+    )
+    assert (absent.ours, absent.peer, absent.question) == (
+        "2 ms",
+        "out of memory",
+        "a spectrum",
+    ) and absent.holds
 
 
 def test_a_table_has_a_rule_below_its_head():
     assert table(("a", "b"), [table_row("1", "2")]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="shares of memory are read where Linux shows them")
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="shares of memory are read where Linux shows them"
+)
 def test_a_watched_program_tells_its_memory_with_its_children():
     child = "import sys, time; x = bytearray(5 * 10**7); x[::1000] = b'1' * 50_000; time.sleep(3)"
     script = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {child!r}])"
@@ -117,7 +143,10 @@ def test_a_program_answers_each_request():
 
 @pytest.mark.parametrize(
     ("script", "reason"),
-    [("import nothing_of_that_name", "not installed"), ("import time; time.sleep(60)", "killed after")],
+    [
+        ("import nothing_of_that_name", "not installed"),
+        ("import time; time.sleep(60)", "killed after"),
+    ],
 )
 def test_a_program_that_does_not_answer_says_why(script, reason):
     with Program("-c", script) as program, pytest.raises(ProgramError, match=reason):

@@ -56,13 +56,20 @@ def test_stored_series_and_pulses_come_back(kind, content, tmp_path):
 
 def test_content_for_others_is_the_same(content, tmp_path):
     folder = content.write(tmp_path / "written")
-    np.testing.assert_array_equal(np.load(folder / "2.npz")["force"], content.recordings[1].series["force"])
+    np.testing.assert_array_equal(
+        np.load(folder / "2.npz")["force"], content.recordings[1].series["force"]
+    )
 
 
 def test_every_question_has_a_figure_of_every_peer(tmp_path):
     figures = list(series.measure_querying(tmp_path, recordings=2, stores=1, reads=1))
     for _, question in series.QUESTIONS.values():
-        assert {f.peer_name for f in figures if f.question == question} == {"h5py", "sqlite3", "pandas", "QCoDeS"}
+        assert {f.peer_name for f in figures if f.question == question} == {
+            "h5py",
+            "sqlite3",
+            "pandas",
+            "QCoDeS",
+        }
     assert all(f.over_bound.median > 0 for f in figures if f.value and f.kind == "time")
 
 
@@ -82,7 +89,11 @@ HITS = [Hit(1.0, 1e-3, False, False), Hit(2.0, 1e-3, True, False)]
         (HITS, [(1.0, 1e-3, False), (2.5, 1e-3, True)], (2, 1, 0.0)),  # one missed, one made up
         (HITS, [(1.0, 1e-3, False), (2.0, 1e-3, True), (2.004, 1e-3, False)], (1, 0, 0.0)),
         (HITS, [], (2, 1, float("inf"))),
-        ([Hit(1.0, 1e-3, False, True)], [(1.0, 2e-3, True)], (0, 0, float("inf"))),  # chatter is not judged
+        (
+            [Hit(1.0, 1e-3, False, True)],
+            [(1.0, 2e-3, True)],
+            (0, 0, float("inf")),
+        ),  # chatter is not judged
     ],
 )
 def test_pulses_are_scored_against_the_truth(hits, detected, score):
@@ -96,7 +107,10 @@ def test_pulses_agree_on_a_clean_record():
     rate, force = 50_000.0, np.random.default_rng(0).normal(0, 0.01, 150_000)
     for at, height in ((50_000, 1e3), (100_000, 1e3), (101_000, 333.0)):
         force[at : at + 100] += height * np.sin(np.pi * np.arange(100) / 100)
-    peers = [pulses.with_second_hits(force, method(force, rate), rate) for method in pulses.PEERS.values()]
+    peers = [
+        pulses.with_second_hits(force, method(force, rate), rate)
+        for method in pulses.PEERS.values()
+    ]
     for detected in (pulses.ours(force, rate), *peers):
         assert [round(pulse.start_s, 3) for pulse in detected] == [1.0, 2.0]
         assert [pulse.contact_time_s for pulse in detected] == pytest.approx([2e-3, 2e-3], rel=0.02)
@@ -109,7 +123,11 @@ def dense() -> tuple[float, np.ndarray, np.ndarray]:
     a, new = x / at.lengthscales, coregional.new_pulses(ASKED) / at.lengthscales
     full = np.kron(kernel_matrix("rbf", a, a), at.b) + np.kron(np.eye(N), np.diag(at.noise))
     values = y.ravel()
-    loss = 0.5 * (values @ np.linalg.solve(full, values) + np.linalg.slogdet(full)[1] + values.size * np.log(2 * np.pi))
+    loss = 0.5 * (
+        values @ np.linalg.solve(full, values)
+        + np.linalg.slogdet(full)[1]
+        + values.size * np.log(2 * np.pi)
+    )
     across = np.kron(kernel_matrix("rbf", new, a), at.b)
     variance = np.kron(np.ones(ASKED), np.diag(at.b) + at.noise)
     variance -= np.einsum("ij,ji->i", across, np.linalg.solve(full, across.T))
@@ -147,7 +165,10 @@ def test_code_of_our_own_gives_the_numbers_of_libraries():
     ours, theirs = (method() for method in by_hand.kernels(30).values())
     assert ours.shape == (1, 13) and np.abs(ours).max() > 1e-3
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
-    losses = [method() for method in by_hand.contact_time(by_hand.SETTINGS["rbf, one lengthscale"], 40).values()]
+    losses = [
+        method()
+        for method in by_hand.contact_time(by_hand.SETTINGS["rbf, one lengthscale"], 40).values()
+    ]
     assert losses[0] == pytest.approx(losses[1], abs=1e-5)
     assert "7 factors of resolution 3: 8 runs, pyDOE3 16" in by_hand.fewest_runs()
 
@@ -162,7 +183,9 @@ def test_every_simple_method_has_its_time_and_its_answer():
     figures = list(diagnosing.measure_diagnosing(None, campaigns=1, learn_from=0))
     for kind in ("time", "quality"):
         assert {f.peer_name for f in figures if f.kind == kind} == set(BASELINES)
-    assert all("of 1 first" in f.ours and "of 1 first" in f.peer for f in figures if f.kind == "quality")
+    assert all(
+        "of 1 first" in f.ours and "of 1 first" in f.peer for f in figures if f.kind == "quality"
+    )
 
 
 def test_drawn_cases_repeat_and_recorded_rates_are_read(tmp_path):
@@ -175,7 +198,10 @@ def test_drawn_cases_repeat_and_recorded_rates_are_read(tmp_path):
 
 def power_law(power: float) -> growth.Curve:
     sizes = (10, 100, 1000)
-    points = [growth.Point("pulses", "training a law", size, (2.0 * size**power, 3.0 * size**power)) for size in sizes]
+    points = [
+        growth.Point("pulses", "training a law", size, (2.0 * size**power, 3.0 * size**power))
+        for size in sizes
+    ]
     return growth.Curve(points, "a limit")
 
 
@@ -196,7 +222,11 @@ def test_curves_of_small_sizes_have_their_points_and_picture(tmp_path):
     assert [curve.points[0].curve for curve in store] == [*growth.QUESTIONS, growth.ROOM]
     assert store[-1].points[0].values[0] > 1_000 * 100
     training, predictions = growth.training_curves(1e9, (60, 120), ("tree",))
-    assert [point.size for point in training.points] == [point.size for point in predictions.points] == [60, 120]
+    assert (
+        [point.size for point in training.points]
+        == [point.size for point in predictions.points]
+        == [60, 120]
+    )
     points = [vars(point) for curve in (*store, training, predictions) for point in curve.points]
     draw_growth(json.loads(json.dumps(points)), tmp_path / "growth.png")
     assert (tmp_path / "growth.png").stat().st_size > 5_000

@@ -22,7 +22,11 @@ def folder() -> Iterator[Path]:
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_promises_hold(theme: str, folder: Path) -> None:
-    lost = [figure.row() for figure in measured(theme, True, folder) if figure.binding and not figure.holds]
+    lost = [
+        figure.row()
+        for figure in measured(theme, True, folder)
+        if figure.binding and not figure.holds
+    ]
     assert not lost, "\n".join(lost)
 
 

@@ -34,7 +34,9 @@ def test_calculation_of_a_half_sine_is_its_closed_form():
 def beyond(records: list[Record]) -> dict[str, dict[str, float]]:
     """Figures that deviate by more than their limit, by record."""
     far = {
-        record.name: {name: value for name, value in deviations(record).items() if value > LIMITS[name]}
+        record.name: {
+            name: value for name, value in deviations(record).items() if value > LIMITS[name]
+        }
         for record in records
     }
     return {name: figures for name, figures in far.items() if figures}
@@ -55,7 +57,10 @@ def further() -> Path:
 
 def test_figures_of_further_records_are_the_calculated_ones(further: Path):
     wrong = tuple(f"Test_{number}" for number in WRONG_TESTS)
-    assert beyond([record for record in further_records(further) if not record.name.startswith(wrong)]) == {}
+    assert (
+        beyond([record for record in further_records(further) if not record.name.startswith(wrong)])
+        == {}
+    )
 
 
 def test_records_that_their_authors_call_wrong_are_rejected_and_no_others(further: Path):
@@ -75,7 +80,9 @@ def test_labelled_set_is_large_and_varied(verdicts):
     assert sum(verdicts.values()) >= 300 and sum(map(len, KINDS.values())) == 28
 
 
-@pytest.mark.parametrize(("verdict", "precision", "recall"), [("reject", 0.98, 0.95), ("warning", 0.8, 0.8)])
+@pytest.mark.parametrize(
+    ("verdict", "precision", "recall"), [("reject", 0.98, 0.95), ("warning", 0.8, 0.8)]
+)
 def test_verdicts_are_right_and_complete(verdicts, verdict, precision, recall):
     right = verdicts[verdict, verdict]
     given = sum(count for (_, verdict_given), count in verdicts.items() if verdict_given == verdict)

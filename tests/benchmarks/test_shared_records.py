@@ -14,11 +14,16 @@ def test_another_package_called_tests_hides_nothing(tmp_path: Path) -> None:
     (tmp_path / "tests").mkdir()
     (tmp_path / "tests" / "__init__.py").touch()
     others = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, others)])}
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, others)]),
+    }
     script = "import tests, benchmarks.genetic, benchmarks.prediction, benchmarks.shared_records as shared\n"
     script += "print(tests.__file__, shared.pulse_table.__code__.co_filename)"
     command = [sys.executable, "-W", "ignore", "-c", script]
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     other, ours = done.stdout.split()
     assert Path(other).parent == tmp_path / "tests"
@@ -27,4 +32,6 @@ def test_another_package_called_tests_hides_nothing(tmp_path: Path) -> None:
 
 def test_no_benchmark_imports_a_package_called_tests() -> None:
     sources = {path.name: path.read_text() for path in (ROOT / "benchmarks").glob("*.py")}
-    assert not [name for name, text in sources.items() if "from tests." in text or "import tests" in text]
+    assert not [
+        name for name, text in sources.items() if "from tests." in text or "import tests" in text
+    ]

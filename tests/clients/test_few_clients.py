@@ -59,7 +59,8 @@ def at_once(tables_url: str) -> Callable[[Callable[[Store, int], Came]], list[Ca
 def test_folders_in_different_orders_at_once(database_url: str, tmp_path: Path) -> None:
     folders = [hammer_campaign(tmp_path / "hammer", 2), gun_campaign(tmp_path / "gun", 10)]
     commands = [
-        [("ingest", folder, "--jobs", "1", "--db", database_url) for folder in folders[::way]] for way in (1, -1)
+        [("ingest", folder, "--jobs", "1", "--db", database_url) for folder in folders[::way]]
+        for way in (1, -1)
     ]
     assert complaints(together(tmp_path / "said", commands * 2)) == []
     url = f"sqlite:///{tmp_path / 'sequential.db'}"
@@ -74,7 +75,9 @@ def test_same_new_configurations_in_any_order(at_once, tables_url) -> None:
 
     def add(store: Store, number: int) -> list[int]:
         mixed = np.random.default_rng(number).permutation(20)
-        keys = store.write(lambda session: configuration_ids(session, [combinations[i][::-1] for i in mixed]))
+        keys = store.write(
+            lambda session: configuration_ids(session, [combinations[i][::-1] for i in mixed])
+        )
         return [key for _, key in sorted(zip(mixed, keys, strict=True))]
 
     found = at_once(add)
@@ -87,7 +90,10 @@ def test_one_campaign_cut_by_all(at_once, tables_url, tmp_path) -> None:
     ingested(tables_url, hammer_campaign(tmp_path / "c", 2, name="c"))
     reports = at_once(lambda store, _: reextract(store, "c", ExtractionSettings(threshold=0.02)))
     assert sum(report.added for report in reports) == 4
-    assert sum(report.reused for report in reports) == 4 * (CLIENTS - 1) and counts(tables_url)["pulses"] == 8
+    assert (
+        sum(report.reused for report in reports) == 4 * (CLIENTS - 1)
+        and counts(tables_url)["pulses"] == 8
+    )
 
 
 def planned(store: Store, runs: int = 12, name: str = "spring") -> None:
@@ -115,9 +121,9 @@ def test_plan_is_changed_by_all(at_once, tables_url) -> None:
         tick_run(store, "spring", number + 1, status="discarded", note="no good")
         return extend_plan(store, "spring", rows, repetitions=1)
 
-    assert sorted([number for client_numbers in at_once(change) for number in client_numbers]) == list(
-        range(13, 13 + 3 * CLIENTS)
-    )
+    assert sorted(
+        [number for client_numbers in at_once(change) for number in client_numbers]
+    ) == list(range(13, 13 + 3 * CLIENTS))
     with opened(tables_url) as store, store.reading() as session:
         states = [run.status for run in read_plan(session, "spring").runs]
     assert states.count("discarded") == CLIENTS
@@ -131,7 +137,9 @@ def test_campaign_linked_by_all(at_once, tables_url, tmp_path) -> None:
         session.flush()
         shots = session.execute(select(Shot.run, Shot.configuration_id)).all()
         common = {"plan_id": plan.id, "repetitions": 1, "treatment": {}, "settings": {}}
-        session.add_all(PlannedRun(run=run, position=run, configuration_id=key, **common) for run, key in shots)
+        session.add_all(
+            PlannedRun(run=run, position=run, configuration_id=key, **common) for run, key in shots
+        )
     links = at_once(lambda store, _: link_campaign(store, "gun", "gun"))
     assert sum(link.linked for link in links) == 10 and sum(link.done for link in links) == 10
 

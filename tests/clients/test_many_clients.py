@@ -43,14 +43,24 @@ class Lab:
     @property
     def environment(self) -> dict[str, str]:
         files = str(self.folder / "models")
-        return {"PYROSHOCK_DB": self.store, "MLFLOW_TRACKING_URI": self.models, "PYROSHOCK_MODELS": files}
+        return {
+            "PYROSHOCK_DB": self.store,
+            "MLFLOW_TRACKING_URI": self.models,
+            "PYROSHOCK_MODELS": files,
+        }
 
     def folders(self) -> list[Path]:
         return [self.folder / name for name in ("new-1", "new-2", "new-gun")]
 
     def run(self, said: Path, *clients: list[Command]) -> list[str]:
         """Complaints of clients that run these commands at once."""
-        found = together(said, clients, modules=(*COMMANDS, *MODELS), environment=self.environment, timeout_s=800.0)
+        found = together(
+            said,
+            clients,
+            modules=(*COMMANDS, *MODELS),
+            environment=self.environment,
+            timeout_s=800.0,
+        )
         return complaints(found)
 
 
@@ -70,8 +80,12 @@ def lab(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     else:
         server = make_url(request.getfixturevalue("postgres_url"))
         made = Lab(_database(server, "lab"), _database(server, "mlflow"), folder)
-    ingests: list[Command] = [("ingest", folder / name, "--jobs", "1") for name in ("spring", "autumn", "gun", "cut")]
-    datasets: list[Command] = [("dataset", "build", name, "--from", name) for name in ("spring", "autumn")]
+    ingests: list[Command] = [
+        ("ingest", folder / name, "--jobs", "1") for name in ("spring", "autumn", "gun", "cut")
+    ]
+    datasets: list[Command] = [
+        ("dataset", "build", name, "--from", name) for name in ("spring", "autumn")
+    ]
     train: Command = ("train", "spring", "--models", "reed", "--split", "repetitions")
     assert made.run(folder / "said", [*ingests, *datasets, train]) == []
     yield made
@@ -96,10 +110,14 @@ def fresh(lab: Lab, tmp_path: Path) -> Iterator[Lab]:
     if lab.store.startswith("sqlite"):
         for name in ("lab.db", "mlflow.db"):
             shutil.copy(lab.folder / name, tmp_path / name)
-        yield Lab(f"sqlite:///{tmp_path / 'lab.db'}", f"sqlite:///{tmp_path / 'mlflow.db'}", lab.folder)
+        yield Lab(
+            f"sqlite:///{tmp_path / 'lab.db'}", f"sqlite:///{tmp_path / 'mlflow.db'}", lab.folder
+        )
         return
     server = make_url(lab.store).set(database="postgres")
-    databases = [_database(server, "round", str(make_url(url).database)) for url in (lab.store, lab.models)]
+    databases = [
+        _database(server, "round", str(make_url(url).database)) for url in (lab.store, lab.models)
+    ]
     yield Lab(databases[0], databases[1], lab.folder)
     for url in databases:
         _drop(url)
@@ -123,7 +141,10 @@ def _work(lab: Lab, out: Path, rng: np.random.Generator) -> list[list[Command]]:
         [_trains("spring", "hann", "hertz"), ("models",)],
         [predict, ("promote", "reed", "1", "--force", "--reason", "to try it")],
         [("diagnose", "gun", *modes), ("export", "impacts", "--out", out / "impacts.csv")],
-        [("extract", "cut", "--threshold", "0.02"), ("dataset", "build", "all", "--from", "spring")],
+        [
+            ("extract", "cut", "--threshold", "0.02"),
+            ("dataset", "build", "all", "--from", "spring"),
+        ],
     ]
     more: list[list[Command]] = [
         *(ingests() for _ in range(4)),
@@ -135,7 +156,10 @@ def _work(lab: Lab, out: Path, rng: np.random.Generator) -> list[list[Command]]:
         [predict, predict],
         [("diagnose", "gun", *modes)],
         [("diagnose", "gun", *modes, "--adopt", "none")],
-        [("extract", "cut", "--threshold", "0.02"), ("promote", "reed", "1", "--force", "--reason", "to try it")],
+        [
+            ("extract", "cut", "--threshold", "0.02"),
+            ("promote", "reed", "1", "--force", "--reason", "to try it"),
+        ],
         [("dataset", "build", "all", "--from", "spring"), ("impacts", "--json")],
         [("campaigns",), ("shots", "--json"), ("materials",)],
     ]
@@ -155,13 +179,26 @@ def _assert_nothing_lost(lab: Lab, work: list[list[Command]], folder: Path) -> N
     alone = Lab(f"sqlite:///{folder / 'alone.db'}", lab.models, lab.folder)
     campaigns = [lab.folder / name for name in ("spring", "autumn", "gun", "cut")] + lab.folders()
     one_by_one: list[Command] = [("ingest", each, "--jobs", "1") for each in campaigns]
-    assert alone.run(folder / "alone", [*one_by_one, ("extract", "cut", "--threshold", "0.02")]) == []
+    assert (
+        alone.run(folder / "alone", [*one_by_one, ("extract", "cut", "--threshold", "0.02")]) == []
+    )
     expected = {table: rows for table, rows in content(alone.store).items() if table not in _DATED}
-    assert {table: rows for table, rows in content(lab.store).items() if table not in _DATED} == expected
+    assert {
+        table: rows for table, rows in content(lab.store).items() if table not in _DATED
+    } == expected
     assert counts(lab.store)["diagnoses"] == sum(command[0] == "diagnose" for command in words)
-    assert counts(lab.store)["twin_configurations"] == sum("--adopt" in command for command in words)
+    assert counts(lab.store)["twin_configurations"] == sum(
+        "--adopt" in command for command in words
+    )
     assert counts(lab.store)["dataset_snapshots"] == 2
-    asked = {(m, command[1]) for command in words if command[0] == "train" for m in str(command[3]).split(",")}
+    asked = {
+        (m, command[1])
+        for command in words
+        if command[0] == "train"
+        for m in str(command[3]).split(",")
+    }
     registered = Registry(storage_for(lab.store, lab.environment)).versions()
-    assert Counter((v.name, v.dataset.name) for v in registered) == Counter(asked | {("reed", "spring")})
+    assert Counter((v.name, v.dataset.name) for v in registered) == Counter(
+        asked | {("reed", "spring")}
+    )
     assert [version.label for version in registered if version.champion_of] == ["reed@1"]

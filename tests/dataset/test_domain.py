@@ -40,14 +40,19 @@ def test_no_training_row_is_outside(text, seed):
 def test_speed_beyond_the_recorded_is_told(velocity):
     (found,) = DOMAIN.outside(inputs_at(ONE, impact_velocity=velocity))
     assert [one.predictor for one in found] == ["impact_velocity"]
-    assert found[0].range == (TABLE.column("impact_velocity").min(), TABLE.column("impact_velocity").max())
+    assert found[0].range == (
+        TABLE.column("impact_velocity").min(),
+        TABLE.column("impact_velocity").max(),
+    )
     assert found[0].value == velocity
 
 
 def test_material_that_was_never_hit_and_a_mixture_of_tips_are_told():
     # Titanium lies between aluminium and steel in every property: two materials say nothing of a third.
     names = ("plate_youngs_modulus", "plate_poisson_ratio", "plate_density", "plate_yield_strength")
-    found = told(DOMAIN, inputs_at(ONE, **dict(zip(names, (114e9, 0.32, 4430.0, 350e6), strict=True))))
+    found = told(
+        DOMAIN, inputs_at(ONE, **dict(zip(names, (114e9, 0.32, 4430.0, 350e6), strict=True)))
+    )
     assert found == list(names)
     # Each property of a tip that lies between the three recorded ones, though no such tip was recorded.
     mixed = dict(zip(TIP, (3.5e9, 0.34, 1240.0, 60e6), strict=True))
@@ -63,14 +68,19 @@ def test_material_that_was_never_hit_and_a_mixture_of_tips_are_told():
 def test_levels_that_never_met_are_told():
     (found,) = DOMAIN.outside(inputs_at(ONE, insulator=1))  # an insulator without an anvil
     (one,) = found
-    assert {one.predictor, one.reason.split("together with ")[1].split()[0]} == {"anvil_material", "insulator"}
+    assert {one.predictor, one.reason.split("together with ")[1].split()[0]} == {
+        "anvil_material",
+        "insulator",
+    }
     assert one.value in ("none", "polymeric")
     rows = (TABLE.tip_material == "delrin") & (TABLE.target_material == "steel")
     outside = Domain.of(TABLE.take(~rows)).outside(TABLE.take(rows))
     assert all("never recorded together" in predictors[0].reason for predictors in outside)
     domain = Domain.of(TABLE.take(TABLE.column("boundary_conditions") == 0))
     (found,) = domain.outside(inputs_at(ONE, boundary_conditions=1))
-    assert [(one.predictor, one.value, one.range) for one in found] == [("boundary_conditions", "fixed", ("free",))]
+    assert [(one.predictor, one.value, one.range) for one in found] == [
+        ("boundary_conditions", "fixed", ("free",))
+    ]
 
 
 @pytest.mark.parametrize("value", [0.5, 7, np.nan])
@@ -108,7 +118,9 @@ def test_leverage_is_mahalanobis_distance_in_any_units():
     scale = np.array([1e9, 1e-3])
     found = Domain.of(numbers(x, "a", "b")).outside(numbers(asked, "a", "b"))
     scaled = Domain.of(numbers(x * scale, "a", "b")).outside(numbers(asked * scale, "a", "b"))
-    assert [[one.predictor for one in row] for row in found] == [[one.predictor for one in row] for row in scaled]
+    assert [[one.predictor for one in row] for row in found] == [
+        [one.predictor for one in row] for row in scaled
+    ]
 
 
 def test_domain_reads_back_from_json():
@@ -134,7 +146,9 @@ def test_nothing_has_no_domain(x):
         Domain.of(numbers(x, "a"))
 
 
-@pytest.mark.parametrize("damage", [{"format": 9}, {"limits": 3}, {"met": [[1]]}, {"subspace": {}}, {"bench": [1]}])
+@pytest.mark.parametrize(
+    "damage", [{"format": 9}, {"limits": 3}, {"met": [[1]]}, {"subspace": {}}, {"bench": [1]}]
+)
 def test_damaged_domain_is_refused(damage):
     with pytest.raises(ValueError, match="train the model anew"):
         Domain.from_json({**DOMAIN.to_json(), **damage})

@@ -9,7 +9,9 @@ from pyroshock.dataset.selection import MissingFacts, missing_in_campaigns, miss
 from support.records.campaigns import hammer_campaign, hammer_rows, write_runs
 from support.stores.stores import ingested, opened, pyroshock
 
-PROPERTIES = tuple(f"plate_{name}" for name in ("youngs_modulus", "poisson_ratio", "density", "yield_strength"))
+PROPERTIES = tuple(
+    f"plate_{name}" for name in ("youngs_modulus", "poisson_ratio", "density", "yield_strength")
+)
 WHOLE = {
     "plate_material": "steel",
     "anvil_material": "none",
@@ -46,7 +48,9 @@ def test_each_missing_fact_is_counted_with_its_place(sqlite_url, tmp_path):
 
 def test_one_message_at_the_ingest(sqlite_url, tmp_path):
     result = pyroshock("ingest", campaign(tmp_path), "--db", sqlite_url, "--jobs", "1", "--json")
-    (finding,) = [each for each in json.loads(result.stdout)["findings"] if each["check"] == "missing-facts"]
+    (finding,) = [
+        each for each in json.loads(result.stdout)["findings"] if each["check"] == "missing-facts"
+    ]
     assert finding["severity"] == "note"
     assert "4 no boundary_conditions" in finding["message"]
     assert "and ingest the folder again" in finding["message"]
@@ -74,7 +78,10 @@ def test_dataset_of_some_impacts_says_what_the_others_lack(sqlite_url, tmp_path)
     assert result.exit_code == 0
     assert "1 impact has no boundary_conditions: training leaves such impacts out" in result.stderr
     assert missing_words([]) == ""
-    facts = [MissingFacts(2, ("a", "b"), ("x in runs.csv",)), MissingFacts(1, ("c",), ("x in runs.csv", "y"))]
+    facts = [
+        MissingFacts(2, ("a", "b"), ("x in runs.csv",)),
+        MissingFacts(1, ("c",), ("x in runs.csv", "y")),
+    ]
     assert missing_words(facts) == (
         "2 impacts have no a, b; 1 no c: training leaves such impacts out; add x in runs.csv; y; "
         "and ingest the folder again"

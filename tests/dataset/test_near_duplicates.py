@@ -17,7 +17,9 @@ def copied(table: PulseTable, factor: float) -> PulseTable:
     values = {name: getattr(table, name) * factor for name in figures}
     names = np.array([f"copy-{name}" for name in table.configuration])
     keys = np.array([f"copy-{key}" for key in table.key])
-    return replace(table, **values, configuration=names, treatment=names, key=keys, run=table.run + 1000)
+    return replace(
+        table, **values, configuration=names, treatment=names, key=keys, run=table.run + 1000
+    )
 
 
 @pytest.mark.parametrize("text", ["repetitions", "configurations", "treatments"])
@@ -34,7 +36,9 @@ def test_copies_are_on_one_side(text: str) -> None:
 def test_measured_repetitions_are_no_copies() -> None:
     table = pulse_table(np.random.default_rng(4), repetitions=4, noise=1e-4)
     np.testing.assert_array_equal(first_copies(table), np.arange(len(table)))
-    np.testing.assert_array_equal(first_copies(concatenate([table, copied(table, 1.001)])), np.arange(2 * len(table)))
+    np.testing.assert_array_equal(
+        first_copies(concatenate([table, copied(table, 1.001)])), np.arange(2 * len(table))
+    )
 
 
 def test_many_pulses_take_little_time() -> None:

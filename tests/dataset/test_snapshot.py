@@ -11,7 +11,13 @@ import pytest
 from pyroshock.dataset.build_table import IMPACT_DIGITS
 from pyroshock.dataset.catalog import list_snapshots
 from pyroshock.dataset.predictors import parse, shipped
-from pyroshock.dataset.snapshot import SnapshotError, build_snapshot, raw_files, read_snapshot, trace
+from pyroshock.dataset.snapshot import (
+    SnapshotError,
+    build_snapshot,
+    raw_files,
+    read_snapshot,
+    trace,
+)
 from pyroshock.schema.benches import Material
 from pyroshock.schema.impacts import DatasetSnapshot, ExtractionSettingsRow, Impact, Pulse
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel
@@ -20,7 +26,14 @@ from sqlalchemy import delete, select, update
 from sqlalchemy.exc import IntegrityError
 from support.records.campaigns import blows, gun_campaign, with_cell
 from support.records.pulse_tables import MATERIALS
-from support.stores.hammer_stores import HITS, copied, filled_store, full_campaign, rows_of, velocity
+from support.stores.hammer_stores import (
+    HITS,
+    copied,
+    filled_store,
+    full_campaign,
+    rows_of,
+    velocity,
+)
 from support.stores.stores import ingested, opened, pyroshock
 
 
@@ -91,7 +104,9 @@ def test_snapshot_reads_back_equal(store, folders):
     snapshot = built(store, "spring", "autumn", name="both").snapshot
     with store.reading() as session:
         files = raw_files(session, snapshot)
-    assert [(row["campaign"], row["pulses"]) for row in files] == [("autumn", HITS)] * 2 + [("spring", HITS)] * 4
+    assert [(row["campaign"], row["pulses"]) for row in files] == [("autumn", HITS)] * 2 + [
+        ("spring", HITS)
+    ] * 4
     for row in files:
         content = (folders[row["campaign"]] / row["recording"]).read_bytes()
         assert row["sha256"] == hashlib.sha256(content).hexdigest()
@@ -102,14 +117,20 @@ def test_hash_is_the_same_in_another_store(folders, url, database_url):
     for name in ("autumn", "shots", "spring"):
         ingested(database_url, folders[name])
     with opened(url) as here, opened(database_url) as there:
-        a, b = built(here, "spring", "autumn").snapshot, built(there, "autumn", "spring", name="other").snapshot
+        a, b = (
+            built(here, "spring", "autumn").snapshot,
+            built(there, "autumn", "spring", name="other").snapshot,
+        )
         assert a.table.pulse_id.tolist() != b.table.pulse_id.tolist()
         assert a.hash == b.hash
         assert read_snapshot(there, "other").table.key.tolist() == a.table.key.tolist()
 
 
 def test_hash_tells_content_apart_and_own_predictors_are_kept(store):
-    hashes = {built(store, *names, name="-".join(names)).snapshot.hash for names in (["spring"], ["autumn"])}
+    hashes = {
+        built(store, *names, name="-".join(names)).snapshot.hash
+        for names in (["spring"], ["autumn"])
+    }
     hashes.add(built(store, "autumn", "spring", name="both").snapshot.hash)
     assert len(hashes) == 3
     chosen = own('name = "position"\nfrom = "factor.impact_position"\nlevels = ["#1", "#2"]')
@@ -128,7 +149,9 @@ def test_same_content_adds_nothing_and_keeps_its_first_name(store):
     again = built(store, name="other", quality="none")
     assert (again.snapshot.name, again.added) == ("d", False)
     assert again.snapshot.definition["quality"] == "reject"
-    with pytest.raises(SnapshotError, match=r"dataset 'd' is frozen with other content.*under another name"):
+    with pytest.raises(
+        SnapshotError, match=r"dataset 'd' is frozen with other content.*under another name"
+    ):
         built(store, "autumn")
 
 
@@ -152,12 +175,16 @@ def test_two_at_once_make_one_snapshot(url):
 def test_reextraction_leaves_a_snapshot_as_it_is(url, store):
     old = built(store).snapshot
     assert pyroshock("extract", "spring", "--threshold", "0.1", "--db", url).exit_code == 0
-    assert read_snapshot(store, "d").table.contact_time_s.tolist() == old.table.contact_time_s.tolist()
+    assert (
+        read_snapshot(store, "d").table.contact_time_s.tolist() == old.table.contact_time_s.tolist()
+    )
     with pytest.raises(SnapshotError, match="frozen with other content"):
         built(store)
     new = built(store, name="e").snapshot
     assert np.all(new.table.contact_time_s < old.table.contact_time_s)
-    assert [key[:IMPACT_DIGITS] for key in new.table.key] == [key[:IMPACT_DIGITS] for key in old.table.key]
+    assert [key[:IMPACT_DIGITS] for key in new.table.key] == [
+        key[:IMPACT_DIGITS] for key in old.table.key
+    ]
     assert not {*new.table.key} & {*old.table.key}
     (fingerprint,) = old.definition["extractions"]
     assert built(store, name="f", extraction=fingerprint[:12]).snapshot.name == "d"
@@ -166,12 +193,16 @@ def test_reextraction_leaves_a_snapshot_as_it_is(url, store):
 def test_corrected_material_leaves_a_snapshot_as_it_is(store):
     old = built(store).snapshot
     with store.writing() as session:
-        session.execute(update(Material).where(Material.name == "steel").values(youngs_modulus_pa=210e9))
+        session.execute(
+            update(Material).where(Material.name == "steel").values(youngs_modulus_pa=210e9)
+        )
     assert read_snapshot(store, "d").table.x.tolist() == old.table.x.tolist()
     assert built(store, name="e").snapshot.hash != old.hash
 
 
-@pytest.mark.parametrize("change", [{"impact_velocity_m_s": 0.77}, {"impact_velocity_m_s": 0.0}, {"repetition": 99}])
+@pytest.mark.parametrize(
+    "change", [{"impact_velocity_m_s": 0.77}, {"impact_velocity_m_s": 0.0}, {"repetition": 99}]
+)
 def test_changed_row_is_noticed(store, change):
     built(store)
     with store.writing() as session:
@@ -198,7 +229,9 @@ def test_what_makes_no_snapshot_is_refused_by_name(store):
         read_snapshot(store, "x")
     with pytest.raises(ValueError, match="no usable pulse in shots: "):
         built(store, "shots")
-    with pytest.raises(ValueError, match=r"for campaigns of kind 'hammer', not shots: gun; .*--predictors gun"):
+    with pytest.raises(
+        ValueError, match=r"for campaigns of kind 'hammer', not shots: gun; .*--predictors gun"
+    ):
         built(store, "shots", predictors=shipped("hammer"))
     with pytest.raises(ValueError, match="campaigns of two kinds"):
         built(store, "shots", "spring")
@@ -206,16 +239,30 @@ def test_what_makes_no_snapshot_is_refused_by_name(store):
         built(store, "winter")
     with store.reading() as session:
         fingerprint = session.scalar(select(ExtractionSettingsRow.fingerprint))
-    with pytest.raises(LookupError, match=f"no extractions 'beef' in the store; there: {fingerprint[:12]}"):
+    with pytest.raises(
+        LookupError, match=f"no extractions 'beef' in the store; there: {fingerprint[:12]}"
+    ):
         built(store, extraction="beef")
-    with pytest.raises(LookupError, match="predictor t: no factor 'temperature' in the store; known: anvil_material"):
+    with pytest.raises(
+        LookupError,
+        match="predictor t: no factor 'temperature' in the store; known: anvil_material",
+    ):
         built(store, predictors=own('name = "t"\nunit = "K"\nfrom = "factor.temperature"'))
 
 
-def finding(store, severity: str, *, impact: bool = False, quantity: str | None = "force", check: str = "clipping"):
+def finding(
+    store,
+    severity: str,
+    *,
+    impact: bool = False,
+    quantity: str | None = "force",
+    check: str = "clipping",
+):
     """A finding on the first impact of run 2, or on its recording's channel, or on the recording."""
     with store.writing() as session:
-        hit = session.scalars(select(Impact).where(Impact.run == 2).order_by(Impact.repetition)).first()
+        hit = session.scalars(
+            select(Impact).where(Impact.run == 2).order_by(Impact.repetition)
+        ).first()
         channel = session.scalars(
             select(RecordedChannel).where(RecordedChannel.recording_id == hit.recording_id)
         ).first()
@@ -241,7 +288,13 @@ def finding(store, severity: str, *, impact: bool = False, quantity: str | None 
         ("reject", True, "force", "reject", 1),
         ("reject", False, "force", "reject", HITS),
         ("reject", False, None, "reject", HITS),
-        ("reject", False, "acceleration", "reject", 0),  # the velocity was reported, not integrated from it
+        (
+            "reject",
+            False,
+            "acceleration",
+            "reject",
+            0,
+        ),  # the velocity was reported, not integrated from it
         ("reject", True, "force", "none", 0),
         ("warning", True, "force", "reject", 0),
         ("warning", True, "force", "warning", 1),
@@ -267,7 +320,9 @@ def test_worst_verdict_is_the_one_told(store):
     finding(store, "warning", impact=True, check="aaa")
     finding(store, "reject", impact=True)
     assert left_out(built(store, quality="warning")) == {"quality: clipping (reject)": 1}
-    with pytest.raises(ValueError, match="quality rule is 'strict'; expected one of reject, warning, none"):
+    with pytest.raises(
+        ValueError, match="quality rule is 'strict'; expected one of reject, warning, none"
+    ):
         built(store, quality="strict")
 
 
@@ -289,7 +344,9 @@ def test_missing_values_are_told_by_name(tmp_path):
 
 def test_other_number_of_points_is_left_out(url, store):
     assert pyroshock("extract", "spring", "--points", "30", "--db", url).exit_code == 0
-    with pytest.raises(ValueError, match=r"no usable pulse in spring: 20 with a force of 30 points; expected 20"):
+    with pytest.raises(
+        ValueError, match=r"no usable pulse in spring: 20 with a force of 30 points; expected 20"
+    ):
         built(store)
 
 
@@ -315,7 +372,9 @@ def test_trace_leads_to_the_raw_file(store, folders):
     assert found.recording_sha256 == hashlib.sha256(content).hexdigest()
     assert (found.campaign, found.run, found.repetition) == ("spring", 3, 4)
     blow = blows(3, HITS)[3]
-    assert (found.start_s, found.end_s) == pytest.approx((blow.start_s, blow.start_s + blow.width_s), abs=1e-4)
+    assert (found.start_s, found.end_s) == pytest.approx(
+        (blow.start_s, blow.start_s + blow.width_s), abs=1e-4
+    )
     assert found.extraction_settings["points"] == 20
 
 
@@ -324,11 +383,18 @@ def test_listing(store):
     with store.reading() as session:
         (row,) = list_snapshots(session)
     assert (row["name"], row["hash"], row["pulses"]) == ("d", made.hash, 6 * HITS)
-    assert (row["campaigns"], row["predictors"], row["quality"]) == (["autumn", "spring"], "hammer", "reject")
+    assert (row["campaigns"], row["predictors"], row["quality"]) == (
+        ["autumn", "spring"],
+        "hammer",
+        "reject",
+    )
 
 
 @pytest.mark.parametrize("key", ["", "f", "zzzz"])
 def test_unknown_key_is_refused(store, key):
     snapshot = built(store).snapshot
-    with store.reading() as session, pytest.raises(LookupError, match="no pulses of dataset 'd' have the key"):
+    with (
+        store.reading() as session,
+        pytest.raises(LookupError, match="no pulses of dataset 'd' have the key"),
+    ):
         trace(session, snapshot, key)

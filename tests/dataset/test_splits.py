@@ -11,7 +11,14 @@ from support.records.pulse_tables import pulse_table
 
 TABLE = pulse_table(np.random.default_rng(5), positions=3)
 TWO = concatenate([TABLE, pulse_table(np.random.default_rng(6), campaign="autumn")])
-TEXTS = ("repetitions", "configurations", "treatments", "material=steel", "material=delrin", "campaign=autumn")
+TEXTS = (
+    "repetitions",
+    "configurations",
+    "treatments",
+    "material=steel",
+    "material=delrin",
+    "campaign=autumn",
+)
 
 
 @pytest.mark.parametrize("text", TEXTS)
@@ -36,14 +43,23 @@ def test_thesis_split_is_1440_to_360():
     assert counts.tolist() == [2] * 180
     other = replace(TABLE, key=np.array([f"other-{key}" for key in TABLE.key]))
     assert np.array_equal(split_of(TABLE, "repetitions").test, split_of(other, "repetitions").test)
-    apart = replace(TABLE, configuration=np.char.add("x", TABLE.configuration), campaign=np.full(len(TABLE), "x"))
-    alone, joined = split_of(TABLE, "repetitions"), split_of(concatenate([TABLE, apart]), "repetitions")
+    apart = replace(
+        TABLE,
+        configuration=np.char.add("x", TABLE.configuration),
+        campaign=np.full(len(TABLE), "x"),
+    )
+    alone, joined = (
+        split_of(TABLE, "repetitions"),
+        split_of(concatenate([TABLE, apart]), "repetitions"),
+    )
     assert joined.test[joined.test < len(TABLE)].tolist() == alone.test.tolist()
     # Why there is a split by treatment: other positions of the same treatment stand in training.
     split = split_of(TABLE, "configurations")
     assert {*TABLE.treatment[split.test]} <= {*TABLE.treatment[split.train]}
     # 2 of 10 in each of 180 configurations and 20 seeds: 720 per repetition, deviation 24 by the binomial law.
-    drawn = sum(np.bincount(TABLE.repetition[split_of(TABLE, "repetitions", s).test]) for s in range(20))
+    drawn = sum(
+        np.bincount(TABLE.repetition[split_of(TABLE, "repetitions", s).test]) for s in range(20)
+    )
     assert np.all(np.abs(drawn[1:] - 720) < 4.5 * 24)
 
 
@@ -77,17 +93,23 @@ def test_a_fifth_of_the_repetitions_at_least_one(repetitions, held_out):
 
 def test_split_without_two_sides_is_refused():
     table = pulse_table(np.random.default_rng(0), repetitions=1)
-    with pytest.raises(ValueError, match="split 'repetitions' of 60 pulses: no pulse would be held out"):
+    with pytest.raises(
+        ValueError, match="split 'repetitions' of 60 pulses: no pulse would be held out"
+    ):
         split_of(table, "repetitions")
     with pytest.raises(ValueError, match="every pulse would be held out"):
         split_of(TABLE, "campaign=synthetic")
-    with pytest.raises(LookupError, match=r"no material 'wood'.*there: aluminum, delrin, polyurethane, steel"):
+    with pytest.raises(
+        LookupError, match=r"no material 'wood'.*there: aluminum, delrin, polyurethane, steel"
+    ):
         split_of(TABLE, "material=wood")
 
 
 @pytest.mark.parametrize("text", ["", "halves", "material", "material=", "repetitions=2", "=steel"])
 def test_unknown_split_is_refused_with_those_known(text):
-    with pytest.raises(ValueError, match=r"expected one of repetitions, .*, material=NAME, campaign=NAME"):
+    with pytest.raises(
+        ValueError, match=r"expected one of repetitions, .*, material=NAME, campaign=NAME"
+    ):
         split_of(TABLE, text)
 
 

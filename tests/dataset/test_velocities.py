@@ -43,7 +43,9 @@ def store(filled: Path, tmp_path: Path) -> Iterator[Store]:
 
 def set_source(store: Store, source: str, *runs: int) -> None:
     store.write(
-        lambda session: session.execute(update(Impact).where(Impact.run.in_(runs)).values(velocity_source=source))
+        lambda session: session.execute(
+            update(Impact).where(Impact.run.in_(runs)).values(velocity_source=source)
+        )
     )
 
 
@@ -77,16 +79,22 @@ def test_older_dataset_has_the_kind_of_most_of_its_impacts(store: Store) -> None
     set_source(store, "integrated", 1, 2, 3)
     with store.reading() as session:
         definition = {
-            key: value for key, value in get_snapshot_row(session, "old").definition.items() if key != "velocity"
+            key: value
+            for key, value in get_snapshot_row(session, "old").definition.items()
+            if key != "velocity"
         }
         assert kind_of_snapshot(session, hash_, definition) == INTEGRATED
 
 
 def test_two_kinds_and_unknown_choices_are_refused(store: Store) -> None:
     set_source(store, "integrated", 1)
-    with pytest.raises(ValueError, match=r"15 before contact, 5 integrated to the peak.*--velocity before-contact"):
+    with pytest.raises(
+        ValueError, match=r"15 before contact, 5 integrated to the peak.*--velocity before-contact"
+    ):
         build_snapshot(store, "mixed", ["spring"])
-    with pytest.raises(ValueError, match="velocity is 'true'; expected one of before-contact, integrated"):
+    with pytest.raises(
+        ValueError, match="velocity is 'true'; expected one of before-contact, integrated"
+    ):
         build_snapshot(store, "x", ["spring"], velocity="true")
 
 
@@ -102,7 +110,9 @@ def test_integrated_velocities_are_converted_and_read_back(store: Store) -> None
     np.testing.assert_array_equal(after[~rows], before[~rows])
     plate = THESIS["aluminum"]
     figures = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, 0.01)
-    motion = TargetMotion.of(plate_impedance(*(np.full(10, value) for value in figures)), raw.run[rows] == 2)
+    motion = TargetMotion.of(
+        plate_impedance(*(np.full(10, value) for value in figures)), raw.run[rows] == 2
+    )
     expected, _ = velocity_before_contact(before[rows], PulseMoments.of(raw.force_n[rows]), motion)
     np.testing.assert_allclose(after[rows], expected, rtol=1e-5)
     assert np.all(after[rows] > before[rows])

@@ -19,7 +19,18 @@ SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]
 SCRIPTS = sorted(DEPLOY.glob("*.sh"))
 #: Of the Compose specification, what a service of ours may say; a misspelled key is refused by no parser.
 KEYS = {
-    *("build", "cap_drop", "command", "depends_on", "deploy", "environment", "healthcheck", "image", "init", "ports"),
+    *(
+        "build",
+        "cap_drop",
+        "command",
+        "depends_on",
+        "deploy",
+        "environment",
+        "healthcheck",
+        "image",
+        "init",
+        "ports",
+    ),
     *("restart", "secrets", "security_opt", "shm_size", "stop_grace_period", "volumes"),
 }
 
@@ -46,7 +57,9 @@ def test_secrets_are_files_that_the_script_makes_and_no_other_file_holds_any(tmp
     (tmp_path / "make-secrets.sh").write_text((DEPLOY / "make-secrets.sh").read_text())
     made = [dict(_secrets(tmp_path)) for _ in range(2)]
     assert made[0] == made[1]
-    assert {f"./secrets/{name}" for name in made[0]} == {each["file"] for each in COMPOSE["secrets"].values()}
+    assert {f"./secrets/{name}" for name in made[0]} == {
+        each["file"] for each in COMPOSE["secrets"].values()
+    }
     words = [text for name, text in made[0].items() if name != "pgpass"]
     assert all(re.fullmatch("[0-9a-f]{64}", word) for word in words) and len(set(words)) == 4
     assert (tmp_path / "secrets" / "pgpass").stat().st_mode & 0o777 == 0o600
@@ -54,7 +67,9 @@ def test_secrets_are_files_that_the_script_makes_and_no_other_file_holds_any(tmp
     for file in (*DEPLOY.glob("*.*"), DEPLOY / "Dockerfile"):
         text = file.read_text()
         assert not re.search(r"://[^\s/@]+:[^\s/@]+@", text), file
-        for name, value in re.findall(r"^\s*([A-Z_]*(?:PASSWORD|TOKEN)[A-Z_]*)\s*[:=]\s*(\S+)", text, re.M):
+        for name, value in re.findall(
+            r"^\s*([A-Z_]*(?:PASSWORD|TOKEN)[A-Z_]*)\s*[:=]\s*(\S+)", text, re.M
+        ):
             assert value.startswith(("$(cat", "/run/secrets/", "${")), (file, name)
     assert "/deploy/secrets/" in (ROOT / ".gitignore").read_text().splitlines()
     assert "deploy/secrets" in (DEPLOY / "Dockerfile.dockerignore").read_text().splitlines()

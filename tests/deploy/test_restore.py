@@ -39,12 +39,21 @@ class Server:
 
     def store(self, login: str) -> str:
         """The address of the store for a login."""
-        return make_url(self.url).set(database="pyroshock", username=login).render_as_string(hide_password=False)
+        return (
+            make_url(self.url)
+            .set(database="pyroshock", username=login)
+            .render_as_string(hide_password=False)
+        )
 
     def run(self, script: str, folder: Path) -> str:
         """A script of the page, or of deploy/, in `folder`; what it says. Fails the test where a line of it fails."""
         done = subprocess.run(
-            ["/bin/sh", "-euc", script], cwd=folder, env=self.environment, capture_output=True, text=True, check=False
+            ["/bin/sh", "-euc", script],
+            cwd=folder,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         assert done.returncode == 0, done.stderr
         return done.stdout
@@ -53,9 +62,15 @@ class Server:
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server of its own, for roles and names of databases are those of the page."""
-    whole = [each for each in installations() if all((each / "bin" / name).is_file() for name in PROGRAMS)]
+    whole = [
+        each
+        for each in installations()
+        if all((each / "bin" / name).is_file() for name in PROGRAMS)
+    ]
     if not whole:
-        skip_for_want_of("PostgreSQL", f"no installation that has {', '.join(PROGRAMS)} with the server")
+        skip_for_want_of(
+            "PostgreSQL", f"no installation that has {', '.join(PROGRAMS)} with the server"
+        )
     try:
         with running_server(whole[:1]) as url:
             yield _prepared(url, whole[0] / "bin", tmp_path_factory.mktemp("deployed"))
@@ -69,7 +84,9 @@ def _prepared(url: str, programs: Path, folder: Path) -> Server:
     for name in ("owner_password", "lab_password"):
         (folder / "secrets" / name).write_text(f"{name} of a 'test'")
     command = folder / "bin" / "pyroshock"
-    command.write_text(f'#!/bin/sh\nexec {sys.executable} -c "from pyroshock.app.cli.main import main; main()" "$@"\n')
+    command.write_text(
+        f'#!/bin/sh\nexec {sys.executable} -c "from pyroshock.app.cli.main import main; main()" "$@"\n'
+    )
     command.chmod(0o755)
     found = Server(url, folder, {})
     environment = {
@@ -103,9 +120,16 @@ def login(server: Server) -> Iterator[Callable[[str], str]]:
 def block(heading: str, last: str) -> str:
     """The commands of the page's section that end with the line `last`."""
     section = (
-        (ROOT / "docs" / "how-to" / "deploy-a-server.md").read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
+        (ROOT / "docs" / "how-to" / "deploy-a-server.md")
+        .read_text()
+        .split(f"\n## {heading}\n")[1]
+        .split("\n## ")[0]
     )
-    found = [text for text in re.findall(r"```sh\n(.*?)```", section, re.DOTALL) if text.rstrip().endswith(last)]
+    found = [
+        text
+        for text in re.findall(r"```sh\n(.*?)```", section, re.DOTALL)
+        if text.rstrip().endswith(last)
+    ]
     assert len(found) == 1, (heading, last)
     return found[0]
 
@@ -113,9 +137,7 @@ def block(heading: str, last: str) -> str:
 DUMP = ("Backup", "--file=pyroshock.dump")
 RESTORE = ("Restore", "pyroshock db check")
 #: Who may log into the databases, and who owns them.
-RIGHTS = (
-    """psql -d postgres -Atc "SELECT datname, datdba, datacl FROM pg_database WHERE datname ~ '^pyro' ORDER BY 1" """
-)
+RIGHTS = """psql -d postgres -Atc "SELECT datname, datdba, datacl FROM pg_database WHERE datname ~ '^pyro' ORDER BY 1" """
 
 
 def test_night_backup_comes_back(server, login, tmp_path):
@@ -128,11 +150,19 @@ def test_night_backup_comes_back(server, login, tmp_path):
     _old_backup(server.folder / "backups" / "2026-01-01T020000Z")
     server.run(f"{DEPLOY / 'backup.sh'} --once", tmp_path)
     (backup,) = (server.folder / "backups").iterdir()
-    assert sorted(file.name for file in backup.iterdir()) == ["models.tar", "pyroshock.dump", "pyroshock_models.dump"]
+    assert sorted(file.name for file in backup.iterdir()) == [
+        "models.tar",
+        "pyroshock.dump",
+        "pyroshock_models.dump",
+    ]
     shutil.rmtree(model.parent)
     server.run("dropdb pyroshock; dropdb pyroshock_models", backup)
     server.run(block(*RESTORE), backup)
-    assert content(lab) == before and server.run(RIGHTS, tmp_path) == rights and model.read_text() == "{}"
+    assert (
+        content(lab) == before
+        and server.run(RIGHTS, tmp_path) == rights
+        and model.read_text() == "{}"
+    )
     _assert_in_use(lab, campaign, tmp_path)
 
 
@@ -181,7 +211,8 @@ def test_copy_of_a_file_in_use_comes_back(tmp_path, monkeypatch):
     """`pyroshock db backup` of docs/reference/store.md, while somebody writes, and `restore`, when the file is gone."""
     page = (ROOT / "docs" / "reference" / "store.md").read_text()
     back_up, restore = (
-        shlex.split(line, comments=True) for line in re.findall(r"^pyroshock (db (?:backup|restore) .+)$", page, re.M)
+        shlex.split(line, comments=True)
+        for line in re.findall(r"^pyroshock (db (?:backup|restore) .+)$", page, re.M)
     )
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)

@@ -14,12 +14,17 @@ from support.records.plate_records import played
 
 def test_what_is_missing_for_a_stage_is_said() -> None:
     record = replace(hammer_record(), plate=None)
-    ringing = tuple(replace(run, accelerations=played().runs[0].accelerations) for run in record.runs)
+    ringing = tuple(
+        replace(run, accelerations=played().runs[0].accelerations) for run in record.runs
+    )
     stages, notes = stages_of(replace(record, runs=ringing), Options())
     assert [stage.name for stage in stages] == ["contact"]
     assert notes[-1].startswith("plate: not diagnosed, since the campaign gives neither")
     _, notes = stages_of(hammer_record(), Options())
-    assert notes == ("gun: no [bench.gun] in the campaign", "plate: no run has an acceleration record that can be used")
+    assert notes == (
+        "gun: no [bench.gun] in the campaign",
+        "plate: no run has an acceleration record that can be used",
+    )
     # A gun's campaign with forces, whose table of runs says nothing of tips, still has its velocities.
     force = hammer_record().runs[0].force
     record = shots()
@@ -28,28 +33,39 @@ def test_what_is_missing_for_a_stage_is_said() -> None:
     assert [stage.name for stage in stages] == ["gun"]
     assert any(note.startswith("contact: not diagnosed: configuration") for note in notes)
     with pytest.raises(
-        ValueError, match=r"uncertain gun\.efficiency cannot act on this campaign: gun: no \[bench\.gun\]"
+        ValueError,
+        match=r"uncertain gun\.efficiency cannot act on this campaign: gun: no \[bench\.gun\]",
     ):
         stages_of(hammer_record(), Options(uncertain={"gun.efficiency": 0.01}))
     record = hammer_record()
     runs = tuple(replace(run, force=None) for run in record.runs)
     with pytest.raises(
-        ValueError, match=r"nothing to compare: gun: .*; contact: no run has a force record .*; plate: "
+        ValueError,
+        match=r"nothing to compare: gun: .*; contact: no run has a force record .*; plate: ",
     ):
         stages_of(replace(record, runs=runs), Options())
 
 
 def test_one_configuration_is_refused_and_two_are_enough() -> None:
     record = shots()
-    alone = tuple(run if run.configuration == 3 else replace(run, velocity_m_s=None) for run in record.runs)
-    with pytest.raises(ValueError, match=r"all 4 runs that can be compared are of one configuration \(60000, 0.25\)"):
+    alone = tuple(
+        run if run.configuration == 3 else replace(run, velocity_m_s=None) for run in record.runs
+    )
+    with pytest.raises(
+        ValueError,
+        match=r"all 4 runs that can be compared are of one configuration \(60000, 0.25\)",
+    ):
         stages_of(replace(record, runs=alone), Options())
-    two = tuple(run if run.configuration < 2 else replace(run, velocity_m_s=None) for run in record.runs)
+    two = tuple(
+        run if run.configuration < 2 else replace(run, velocity_m_s=None) for run in record.runs
+    )
     (stage,), _ = stages_of(replace(record, runs=two), Options())
     assert stage.name == "gun"
 
 
-@pytest.mark.parametrize("name", ["plate.magic", "gnu.friction_coefficient", "friction_coefficient"])
+@pytest.mark.parametrize(
+    "name", ["plate.magic", "gnu.friction_coefficient", "friction_coefficient"]
+)
 def test_uncertainty_of_no_stage_is_refused(name: str) -> None:
     with pytest.raises(ValueError, match=name):
         Options(uncertain={name: 0.1})

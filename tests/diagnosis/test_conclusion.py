@@ -35,7 +35,10 @@ def alternating() -> CampaignRecord:
     """Velocities that are off to either side from one configuration to the next, as no effect makes them."""
     record = gun_record(seed=3, pressures_pa=PRESSURES_PA)
     factors = [1.09, 0.92, 0.93, 1.08, 1.1, 0.91, 0.92, 1.07]
-    runs = tuple(replace(run, velocity_m_s=run.velocity_m_s * factors[run.configuration]) for run in record.runs)
+    runs = tuple(
+        replace(run, velocity_m_s=run.velocity_m_s * factors[run.configuration])
+        for run in record.runs
+    )
     return replace(record, runs=runs)
 
 
@@ -59,7 +62,9 @@ def test_entries_and_rows_keep_what_a_report_promises(verdict_of):
     names = {cause.effects for cause in verdict_of().causes}
     assert {(NONE,), (UNKNOWN,)} <= names
     verdict = verdict_of()
-    assert sum(row.share for row in verdict.effects) + verdict.unexplained.share == pytest.approx(1.0)
+    assert sum(row.share for row in verdict.effects) + verdict.unexplained.share == pytest.approx(
+        1.0
+    )
     for row in [*verdict.effects, verdict.unexplained]:
         # Shapley values may be negative, and then others exceed one: only their sum is bounded.
         assert row.ci90[0] <= row.share <= row.ci90[1] and row.ci90[0] < row.ci90[1]
@@ -103,7 +108,9 @@ def test_gap_within_tolerance_is_none_and_one_that_none_predicts_unknown():
 def test_only_the_effects_of_the_catalogue_given_are_in_the_report():
     verdict = report(GAIN, without=("sensor.velocity_gain",))
     assert {row.effect for row in verdict.effects} == set(IDS) - {"sensor.velocity_gain"}
-    named = {name for cause in verdict.causes for effects in cause.effects for name in effects.split("+")}
+    named = {
+        name for cause in verdict.causes for effects in cause.effects for name in effects.split("+")
+    }
     assert "sensor.velocity_gain" not in named | set(verdict.fits)
     verdict = report(GAIN, only=("sensor.velocity_gain",))
     assert [row.effect for row in verdict.effects] == ["sensor.velocity_gain"]
@@ -128,12 +135,16 @@ def test_named_sets_can_be_adopted():
 def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
     """Shots that are nearly alike and scatter: a leak or a gain may stand for the volume. The next experiment is of the
     likeliest two."""
-    record = gun_record([DEAD_VOLUME], seed=1, pressures_pa=(0.8e5, 1.0e5), masses_kg=(0.5, 0.55), scatter=0.015)
+    record = gun_record(
+        [DEAD_VOLUME], seed=1, pressures_pa=(0.8e5, 1.0e5), masses_kg=(0.5, 0.55), scatter=0.015
+    )
     names = ("gun.blow_by", "gun.dead_volume", "sensor.velocity_gain")
     verdict = diagnose(record, options=Options(catalogue=names, rate_pulses=False))
     assert {"gun.blow_by", "gun.dead_volume"} <= set(verdict.first.effects)
     assert set(names) == {name for entry in verdict.first.effects for name in entry.split("+")}
-    assert len(verdict.first.effects) == 4  # sets of unlike size stand together, and no more are listed
+    assert (
+        len(verdict.first.effects) == 4
+    )  # sets of unlike size stand together, and no more are listed
     assert sum(verdict.first.split) == pytest.approx(1.0)
     assert list(verdict.first.split) == sorted(verdict.first.split, reverse=True)
     assert verdict.first.split[-1] > 0.05
@@ -167,11 +178,17 @@ def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     assert (first.effects, unknown.effects, none.probability) == (("a+b",), (UNKNOWN,), 0.0)
     assert first.probability / unknown.probability == pytest.approx(0.4 * 0.9 / 0.1)
     # Where the map says so, it is; and a background of 0.3 is none of it.
-    none, unknown, first = conclusion._listed([Cause(("a",), 0.7), Cause((NONE,), 0.3)], 0.9, background=0.75)
+    none, unknown, first = conclusion._listed(
+        [Cause(("a",), 0.7), Cause((NONE,), 0.3)], 0.9, background=0.75
+    )
     assert (none.effects, unknown.effects) == ((NONE,), (UNKNOWN,))
-    assert [none.probability, unknown.probability, first.probability] == pytest.approx([0.7725, 0.1575, 0.07])
+    assert [none.probability, unknown.probability, first.probability] == pytest.approx(
+        [0.7725, 0.1575, 0.07]
+    )
     unknown, none, first = conclusion._listed([Cause(("a",), 0.7), Cause((NONE,), 0.3)], 0.8)
-    assert [entry.probability for entry in (unknown, none, first)] == pytest.approx([0.56, 0.3, 0.14])
+    assert [entry.probability for entry in (unknown, none, first)] == pytest.approx(
+        [0.56, 0.3, 0.14]
+    )
     # (sqrt 9 - sqrt 4) / (sqrt 16 - sqrt 1); configurations that are alike leave no standard error.
     held = _held(before=16.0, floor=1.0)
     value, error = effect_sets._gain(held, np.full(5, 9.0), np.full(5, 4.0))
@@ -203,17 +220,35 @@ CONTRACT = {
         "noise_floor": float,
         "tolerance": float,
         "beyond_noise": bool,
-        "families": [{"family": str, "before": float, "noise_floor": float, "tolerance": float, "beyond_noise": bool}],
+        "families": [
+            {
+                "family": str,
+                "before": float,
+                "noise_floor": float,
+                "tolerance": float,
+                "beyond_noise": bool,
+            }
+        ],
     },
     "where": {
-        "stage": [{"name": str, "share": float, "ci90": [float], "own": float, "own_ci90": [float]}],
+        "stage": [
+            {"name": str, "share": float, "ci90": [float], "own": float, "own_ci90": [float]}
+        ],
         "factors": [{"rule": str, "excess": float, "p_value": float}],
         "time": [{"channel": str, "from_s": float, "to_s": float}],
         "frequency": [{"channel": str, "from_hz": float, "to_hz": float}],
     },
     "causes": [{"effects": [str], "probability": float}],
     "shrinkage": [{"effects": [str], "held_out_by": str, "before": float, "after": float}],
-    "sets": [{"effects": [str], "inclusion": float, "share": float, "ci90": [float], "held_out_gain": float}],
+    "sets": [
+        {
+            "effects": [str],
+            "inclusion": float,
+            "share": float,
+            "ci90": [float],
+            "held_out_gain": float,
+        }
+    ],
     "effects": [
         {
             "effect": str,
@@ -235,7 +270,9 @@ CONTRACT = {
 def follows(value: object, form: object) -> bool:
     """Whether plain data has at least the keys of a form, of their kinds."""
     if isinstance(form, dict):
-        return isinstance(value, dict) and all(key in value and follows(value[key], form[key]) for key in form)
+        return isinstance(value, dict) and all(
+            key in value and follows(value[key], form[key]) for key in form
+        )
     if isinstance(form, list):
         return isinstance(value, list) and all(follows(element, form[0]) for element in value)
     assert isinstance(form, type)
@@ -246,9 +283,23 @@ def test_report_has_the_keys_of_the_contract() -> None:
     assert follows(json.loads(json.dumps(verdicts.gun().as_json())), CONTRACT)
     assert follows(json.loads(json.dumps(verdicts.unknown().as_json())), CONTRACT)
     parameter = verdicts.verdict().as_json()["causes"][0]["parameters"][0]
-    assert parameter == {"name": "compliance_m_n", "value": 3.4e-8, "unit": "m/N", "ci90": [3.1e-8, 3.8e-8]}
+    assert parameter == {
+        "name": "compliance_m_n",
+        "value": 3.4e-8,
+        "unit": "m/N",
+        "ci90": [3.1e-8, 3.8e-8],
+    }
     causes = verdicts.verdict().as_json()["causes"]
-    assert causes[1:] == [{"effects": ["unknown"], "probability": 0.06}, {"effects": ["none"], "probability": 0.01}]
+    assert causes[1:] == [
+        {"effects": ["unknown"], "probability": 0.06},
+        {"effects": ["none"], "probability": 0.01},
+    ]
     assert verdicts.verdict().as_json()["shrinkage"][1]["fraction"] is None
-    assert verdicts.none().as_json()["where"] == {"stage": [], "factors": [], "time": [], "frequency": [], "drift": []}
+    assert verdicts.none().as_json()["where"] == {
+        "stage": [],
+        "factors": [],
+        "time": [],
+        "frequency": [],
+        "drift": [],
+    }
     assert not {"pictures", "fits"} & verdicts.verdict().as_json().keys()

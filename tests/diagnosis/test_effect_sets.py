@@ -21,7 +21,9 @@ from pyroshock.diagnosis.verdict import OTHERS, Pictures, Verdict
 from pyroshock.twin.effects import Effect, catalogue, effect
 from support.records.gun_campaigns import gun_record
 
-VALVE = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=4.5)
+VALVE = effect(
+    "gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=4.5
+)
 TWINS = ("gun.barrel_loss", "gun.valve_flow")
 
 
@@ -31,15 +33,21 @@ def alike() -> Verdict:
     pressures, masses = (0.5e5, 1.0e5, 2.0e5, 4.0e5), (0.1, 0.2, 0.5)
     record = gun_record([VALVE], seed=5, scatter=0.001, pressures_pa=pressures, masses_kg=masses)
     names = (*TWINS, "gun.dead_volume", "sensor.velocity_gain")
-    options = Options(tolerances={"gun": 0.002}, catalogue=names, rate_pulses=False, plan=False, where=False)
+    options = Options(
+        tolerances={"gun": 0.002}, catalogue=names, rate_pulses=False, plan=False, where=False
+    )
     return diagnose(record, options=options, draw=drawn)
 
 
-def drawn(gap: GapTable, stages: Sequence[Stage], choices: Sequence[tuple[Sequence[Effect], float]]) -> Pictures:
+def drawn(
+    gap: GapTable, stages: Sequence[Stage], choices: Sequence[tuple[Sequence[Effect], float]]
+) -> Pictures:
     """What would be drawn, by the ids alone."""
     del gap, stages
     assert sum(weight for _, weight in choices) == pytest.approx(1.0)
-    return Pictures(drawn_effects=tuple(tuple(effect.id for effect in effects) for effects, _ in choices))
+    return Pictures(
+        drawn_effects=tuple(tuple(effect.id for effect in effects) for effects, _ in choices)
+    )
 
 
 def test_laws_that_do_the_same_are_one_set_with_a_narrow_share() -> None:
@@ -53,7 +61,9 @@ def test_laws_that_do_the_same_are_one_set_with_a_narrow_share() -> None:
     assert all(width < 0.7 * (rows[name].ci90[1] - rows[name].ci90[0]) for name in TWINS)
     # Each takes the error away in the place of the other, and the set does so.
     assert min(rows[name].held_out_gain for name in TWINS) > 0.7
-    assert own.held_out_gain == pytest.approx(np.mean([rows[name].held_out_gain for name in TWINS]), abs=0.1)
+    assert own.held_out_gain == pytest.approx(
+        np.mean([rows[name].held_out_gain for name in TWINS]), abs=0.1
+    )
     assert {rows[name].credible_set for name in TWINS} == {1 + verdict.sets.index(own)}
     assert all(rows[name].named for name in TWINS)
     # A channel that would tell is not known.
@@ -66,7 +76,9 @@ def test_laws_that_do_the_same_are_one_set_with_a_narrow_share() -> None:
 def test_path_adds_sets_and_ends_at_the_shrinkage() -> None:
     verdict = alike()
     first = verdict.path[0]
-    assert set(first.effects) == set(verdict.sets[0].effects) and first.added == " or ".join(verdict.sets[0].effects)
+    assert set(first.effects) == set(verdict.sets[0].effects) and first.added == " or ".join(
+        verdict.sets[0].effects
+    )
     assert first.fraction > 0.8
     entry = next(entry for entry in verdict.shrinkage if entry.held_out_by == "configuration")
     assert verdict.path[-1].fraction == entry.fraction
@@ -89,19 +101,27 @@ def test_effects_that_can_be_adopted_are_those_that_are_drawn() -> None:
     """Not the likeliest of all sets of effects, which has others beside them."""
     verdict = alike()
     assert verdict.averaged is not None
-    adoptable = tuple(tuple(effect.id for effect in own.effects) for own in verdict.averaged.choices)
+    adoptable = tuple(
+        tuple(effect.id for effect in own.effects) for own in verdict.averaged.choices
+    )
     assert verdict.pictures.drawn_effects == adoptable
 
 
 def test_effect_that_hides_a_part_of_the_error_is_named_by_what_it_adds_held_out() -> None:
     """A bore that brakes and a light gate that reads too much: without the gate's error there would be more to explain,
     so that its share is negative; but no velocity is predicted well without it."""
-    brake = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=20.0)
+    brake = effect(
+        "gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=20.0
+    )
     pressures, masses = (0.5e5, 1.0e5, 2.0e5, 4.0e5), (0.1, 0.2, 0.5)
     gate = effect("sensor.velocity_gain", gain=1.03)
-    record = gun_record([brake, gate], seed=5, scatter=0.001, pressures_pa=pressures, masses_kg=masses)
+    record = gun_record(
+        [brake, gate], seed=5, scatter=0.001, pressures_pa=pressures, masses_kg=masses
+    )
     names = ("gun.barrel_loss", "gun.dead_volume", "sensor.velocity_gain")
-    options = Options(tolerances={"gun": 0.002}, catalogue=names, rate_pulses=False, plan=False, where=False)
+    options = Options(
+        tolerances={"gun": 0.002}, catalogue=names, rate_pulses=False, plan=False, where=False
+    )
     verdict = diagnose(record, options=options)
     assert verdict.first.effects == ("gun.barrel_loss+sensor.velocity_gain",)
     loss, gain = verdict.sets
@@ -117,9 +137,14 @@ def test_set_of_one_has_the_share_of_its_effect_and_all_together_the_rest() -> N
     stage = GunObservables(record)
     kinds = [catalogue()[name] for name in (*TWINS, "sensor.velocity_gain")]
     posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], kinds)
-    shares = gap_shares(posterior.library, posterior.weights, posterior.floor, np.random.default_rng(0))
+    shares = gap_shares(
+        posterior.library, posterior.weights, posterior.floor, np.random.default_rng(0)
+    )
     for name in posterior.effects:
-        assert shares.of_set([name]) == (pytest.approx(shares.share[name]), pytest.approx(shares.interval[name]))
+        assert shares.of_set([name]) == (
+            pytest.approx(shares.share[name]),
+            pytest.approx(shares.interval[name]),
+        )
     assert shares.of_set(posterior.effects)[0] == pytest.approx(1 - shares.unexplained)
 
 
@@ -129,7 +154,9 @@ class RecordedGun(GunObservables):
     size = 3.0
     possible_channels = ("muzzle_pressure", "tank_pressure")
 
-    def possible_observables(self, channel: str, sets: Sequence[Sequence[Effect]]) -> PossibleObservables:
+    def possible_observables(
+        self, channel: str, sets: Sequence[Sequence[Effect]]
+    ) -> PossibleObservables:
         shape = (len(sets), len(self.record.configurations), 2)
         predicted = np.zeros(shape)
         for row, effects in zip(predicted, sets, strict=True):
@@ -139,11 +166,15 @@ class RecordedGun(GunObservables):
 
 
 @pytest.mark.parametrize(("size", "settles"), [(3.0, True), (0.1, False)])
-def test_channel_that_tells_the_effects_apart_is_named_with_its_distance(size: float, settles: bool) -> None:
+def test_channel_that_tells_the_effects_apart_is_named_with_its_distance(
+    size: float, settles: bool
+) -> None:
     record = gun_record([VALVE], seed=5)
     stage = RecordedGun(record)
     stage.size = size
-    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in TWINS])
+    posterior = HypothesisPosterior.of(
+        GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in TWINS]
+    )
     settled_by = _settled_by(posterior, TWINS, [stage])
     if settles:
         assert settled_by is not None and settled_by.channel == "tank_pressure"
@@ -160,7 +191,9 @@ def test_channel_that_tells_the_effects_apart_is_named_with_its_distance(size: f
 def test_least_distance_is_that_of_the_pair_that_is_nearest() -> None:
     predicted = np.array([[[0.0, 0.0]], [[3.0, 4.0]], [[3.0, np.nan]]])
     assert least_distance(PossibleObservables(predicted[:2], np.eye(2))) == pytest.approx(5.0)
-    assert least_distance(PossibleObservables(predicted, np.eye(2))) == pytest.approx(0.0)  # alike where both answer
+    assert least_distance(PossibleObservables(predicted, np.eye(2))) == pytest.approx(
+        0.0
+    )  # alike where both answer
     noise = np.array([[1.0, 0.9], [0.9, 1.0]])
     difference = predicted[1, 0]
     wanted = np.sqrt(difference @ np.linalg.solve(noise, difference))

@@ -29,14 +29,20 @@ def fact(name: str, value: float, u: float) -> KnownFact:
 
 
 def ranges_of(*facts: KnownFact) -> LawRanges:
-    return LawRanges(known_facts={(parameter.effect, parameter.parameter): parameter for parameter in facts})
+    return LawRanges(
+        known_facts={(parameter.effect, parameter.parameter): parameter for parameter in facts}
+    )
 
 
 @cache
-def posterior_of(planted: Effect | None, *facts: KnownFact, ids: Sequence[str] = IDS) -> HypothesisPosterior:
+def posterior_of(
+    planted: Effect | None, *facts: KnownFact, ids: Sequence[str] = IDS
+) -> HypothesisPosterior:
     record = replace(gun_record([planted] if planted else [], seed=3), known_facts=facts)
     stage = GunObservables(record)
-    return HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in ids])
+    return HypothesisPosterior.of(
+        GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in ids]
+    )
 
 
 @pytest.mark.parametrize("name", list(effect_parameters()))
@@ -44,16 +50,22 @@ def test_measured_parameter_has_its_own_prior_in_every_law_that_has_it(name: str
     own = effect_parameters()[name]
     value = (own.low + own.high) / 2
     measured = fact(name, value, (own.high - own.low) / 100)
-    laws = laws_of(catalogue()[measured.effect], ranges_of(measured), {"bullet": ((0, 1), ("a", "b"))})
+    laws = laws_of(
+        catalogue()[measured.effect], ranges_of(measured), {"bullet": ((0, 1), ("a", "b"))}
+    )
     having = [law for law in laws if name.rpartition(".")[2] in law.values(np.zeros(law.size))]
     assert having
     for law in having:
-        (coordinate,) = (item for item in law.coordinates if item.parameter.name == measured.parameter)
+        (coordinate,) = (
+            item for item in law.coordinates if item.parameter.name == measured.parameter
+        )
         places = coordinate.value(np.array([-1.0, 0.0, 1.0]))
         np.testing.assert_allclose(places, value + measured.u * np.array([-1.0, 0.0, 1.0]))
     assert not any("(gross)" in law.name for law in having if len(law.coordinates) == 1)
     effects = [law.effect(np.zeros(law.size)) for law in laws]
-    assert all(getattr(each, measured.parameter) == pytest.approx(value) for each in effects), "of all its laws"
+    assert all(getattr(each, measured.parameter) == pytest.approx(value) for each in effects), (
+        "of all its laws"
+    )
 
 
 def test_certificate_takes_the_gross_error_away_and_does_not_say_that_the_sensor_errs():
@@ -67,16 +79,29 @@ def test_certificate_takes_the_gross_error_away_and_does_not_say_that_the_sensor
     both = ranges_of(fact(GAIN, 1.05, 0.002), fact("sensor.velocity_gain.growth", 1.0, 0.1))
     assert {law.name for law in laws_of(kind, both, {})} == {"gain (known)", "gain+growth (known)"}
     # a law of another regime leaves out what was measured
-    (law,) = laws_of(catalogue()["gun.valve_flow"], ranges_of(fact("gun.valve_flow.opening_time_s", 0.1, 0.01)), {})
+    (law,) = laws_of(
+        catalogue()["gun.valve_flow"],
+        ranges_of(fact("gun.valve_flow.opening_time_s", 0.1, 0.01)),
+        {},
+    )
     assert "steady" not in law.name
     # how an effect acts is not whether
     shape = fact("contact.tip_geometry.reference_indentation_m", 3e-4, 1e-5)
-    assert not any(law.surely_acts for law in laws_of(catalogue()["contact.tip_geometry"], ranges_of(shape), {}))
-    for name, value in (("sensor.pressure_offset.fading_1_pa", 2.5e-6), ("sensor.velocity_gain.growth", 1.0)):
+    assert not any(
+        law.surely_acts
+        for law in laws_of(catalogue()["contact.tip_geometry"], ranges_of(shape), {})
+    )
+    for name, value in (
+        ("sensor.pressure_offset.fading_1_pa", 2.5e-6),
+        ("sensor.velocity_gain.growth", 1.0),
+    ):
         shape = fact(name, value, 0.01 * value)
         laws = laws_of(catalogue()[shape.effect], ranges_of(shape), {})
         assert not any(law.surely_acts for law in laws)
-        assert {law.name.partition(" (")[0].count("+") for law in laws} == {0, 1}  # with the shape and without it
+        assert {law.name.partition(" (")[0].count("+") for law in laws} == {
+            0,
+            1,
+        }  # with the shape and without it
 
 
 @pytest.mark.parametrize(
@@ -119,10 +144,14 @@ def test_fact_that_the_record_contradicts_is_held_and_both_are_named(
     (contradiction,) = contradictions(posterior)
     assert contradiction.uncertainties > CONTRADICTION_U
     low, high = contradiction.fitted.ci90
-    assert abs(contradiction.fitted.value - true) < max(0.6 * abs(measured.value - true), 1.2 * (high - low) / 2)
+    assert abs(contradiction.fitted.value - true) < max(
+        0.6 * abs(measured.value - true), 1.2 * (high - low) / 2
+    )
     sentence = list(known_fact_sentences(posterior))[-1]
     value = f"{contradiction.fitted.value:.4g}"
-    assert sentence.startswith(f"{measured.name}: campaign.toml states {measured.words}, and the record is explained")
+    assert sentence.startswith(
+        f"{measured.name}: campaign.toml states {measured.words}, and the record is explained"
+    )
     assert value in sentence
 
 

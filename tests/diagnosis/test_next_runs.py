@@ -26,7 +26,9 @@ TWO = tuple(Cause((name,), 0.45) for name in IDS)
 @cache
 def posterior_of(record: CampaignRecord) -> tuple[HypothesisPosterior, GunObservables]:
     stage = GunObservables(record)
-    return HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS]), stage
+    return HypothesisPosterior.of(
+        GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS]
+    ), stage
 
 
 @cache
@@ -34,7 +36,10 @@ def alternating() -> CampaignRecord:
     """No effect makes velocities like these; configuration 4, of 2.4 bar and 0.25 kg, is off most."""
     record = gun_record(seed=3)
     factors = [1.08, 0.93, 0.92, 1.07, 0.6, 1.08]
-    runs = tuple(replace(run, velocity_m_s=run.velocity_m_s * factors[run.configuration]) for run in record.runs)
+    runs = tuple(
+        replace(run, velocity_m_s=run.velocity_m_s * factors[run.configuration])
+        for run in record.runs
+    )
     return replace(record, runs=runs)
 
 
@@ -60,9 +65,13 @@ def test_unknown_alone_has_a_next_experiment():
 
 
 def test_unknown_is_repeated_only_before_causes():
-    first, *others = planned(planted(), (Cause((UNKNOWN,), 0.6), *(replace(cause, probability=0.2) for cause in TWO)))
+    first, *others = planned(
+        planted(), (Cause((UNKNOWN,), 0.6), *(replace(cause, probability=0.2) for cause in TWO))
+    )
     assert "another order of runs" in first.why
-    assert [run.why.split(" only")[0] for run in others] == ["separates gun.dead_volume from gun.blow_by"]
+    assert [run.why.split(" only")[0] for run in others] == [
+        "separates gun.dead_volume from gun.blow_by"
+    ]
     causes = (Cause((IDS[0],), 0.9), Cause((UNKNOWN,), 0.1))
     assert planned(planted(), causes) == ()
     assert planned(planted(), (Cause((NONE,), 0.99), Cause((UNKNOWN,), 0.01))) == ()
@@ -85,7 +94,8 @@ def test_causes_and_members_of_a_group_are_told_apart_in_the_units_of_columns():
 def test_distance_is_in_standard_deviations_of_n_shots(shots: int):
     """Of one observable: the difference over the root of both spreads and the scatter over n."""
     first, second = (
-        planning._Forecast(np.array([[mean]]), np.array([[[variance]]])) for mean, variance in ((1.0, 0.2), (3.5, 0.3))
+        planning._Forecast(np.array([[mean]]), np.array([[[variance]]]))
+        for mean, variance in ((1.0, 0.2), (3.5, 0.3))
     )
     distance = planning._distances(first, second, np.array([[0.8]]), shots)
     assert distance[0] == pytest.approx(2.5 / np.sqrt(0.2 + 0.3 + 0.8 / shots))
@@ -102,19 +112,25 @@ def test_setting_with_the_fewest_shots_is_chosen():
     assert run.settings == {"tank_pressure_bar": 2.0}
     assert run.runs_needed == np.floor(4.0 * APART**2 / 9) + 1  # 3 / sqrt(4 / n) > APART
     forecasts = {
-        name: planning._Forecast(np.array([[mean]]), np.zeros((1, 1, 1))) for name, mean in (("a", 0), ("b", 1))
+        name: planning._Forecast(np.array([[mean]]), np.zeros((1, 1, 1)))
+        for name, mean in (("a", 0), ("b", 1))
     }
     run = planning._best(("a", "b"), forecasts, [{"tank_pressure": 1e5}], np.array([[4.0]]))
     assert run.runs_needed == MOST_RUNS
     assert f"only to {1 / np.sqrt(4 / MOST_RUNS):.1f} of the {APART:g}" in run.why
     forecasts = {name: planning._Forecast(np.ones((1, 1)), np.zeros((1, 1, 1))) for name in "ab"}
-    assert planning._best(("a", "b"), forecasts, [{"tank_pressure": 1e5}], np.array([[4.0]])) is None
+    assert (
+        planning._best(("a", "b"), forecasts, [{"tank_pressure": 1e5}], np.array([[4.0]])) is None
+    )
 
 
 def test_a_proposed_shot_has_the_travel_of_the_nearest_projectile() -> None:
     travels = {0.25: 0.885, 0.5: 0.6, 1.0: 0.45}
     record = shots()
-    record = replace(record, runs=tuple(replace(run, travel_m=travels[run.bullet_mass_kg]) for run in record.runs))
+    record = replace(
+        record,
+        runs=tuple(replace(run, travel_m=travels[run.bullet_mass_kg]) for run in record.runs),
+    )
     (stage,) = candidate_stages([GunObservables(record)])
     assert len(stage.record.configurations) > len(record.configurations)
     for run in stage.record.runs:

@@ -21,7 +21,9 @@ def observables() -> list[Observable]:
     return [Observable("ln velocity", "gun", "velocity", "1", 0.01, 0.01), *lines]
 
 
-def deviations(rng: np.random.Generator, shared: float, configurations: int = 8) -> tuple[np.ndarray, np.ndarray]:
+def deviations(
+    rng: np.random.Generator, shared: float, configurations: int = 8
+) -> tuple[np.ndarray, np.ndarray]:
     """Three runs each; every channel is louder as a whole by `shared` dB, its lines by 0.3 dB of their own."""
     of = np.repeat(np.arange(configurations), 3)
     loud = shared * rng.standard_normal((len(of), 2))
@@ -58,7 +60,9 @@ def test_a_louder_shot_counts_once() -> None:
     for seed in range(40):
         noise = Noise.of(*deviations(np.random.default_rng(seed), 0.8), observables())
         ratio.append(weight @ noise.covariance @ weight / (0.8**2 + 0.3**2 / LINES))
-    assert np.mean(ratio) == pytest.approx(0.87, abs=0.15)  # the data sheet and the weight of "none" take a part
+    assert np.mean(ratio) == pytest.approx(
+        0.87, abs=0.15
+    )  # the data sheet and the weight of "none" take a part
 
 
 @settings(max_examples=60)
@@ -77,12 +81,17 @@ def test_covariance_is_one(seed: int, shared: float, configurations: int, lost: 
 
 
 def plain(*floors: float, frequency_hz: float | None = None) -> list[Observable]:
-    return [Observable(f"{i}", "plate", "force", "dB", 1.0, floor, frequency_hz) for i, floor in enumerate(floors)]
+    return [
+        Observable(f"{i}", "plate", "force", "dB", 1.0, floor, frequency_hz)
+        for i, floor in enumerate(floors)
+    ]
 
 
 def test_variance_is_drawn_to_the_data_sheet() -> None:
     # (nu s^2 + 3 f^2) / (nu + 3), of runs that are there.
-    deviations = np.array([[1.0, 2.0], [-1.0, np.nan], [0.5, -2.0], [-0.5, np.nan], [np.nan, np.nan]])
+    deviations = np.array(
+        [[1.0, 2.0], [-1.0, np.nan], [0.5, -2.0], [-0.5, np.nan], [np.nan, np.nan]]
+    )
     noise = Noise.of(deviations, np.array([0, 0, 1, 1, 2]), plain(0.5, 0.1))
     assert noise.freedom.tolist() == [2.0, 0.0]
     assert np.diag(noise.covariance) == pytest.approx([(2.5 + 3 * 0.25) / 5, (8 + 3 * 0.01) / 3])
@@ -106,7 +115,9 @@ def test_correlations_of_single_observables_are_drawn_to_none() -> None:
     assert noise.freedom.tolist() == [4.0, 4.0]
     assert correlation(noise)[0, 1] == pytest.approx(0.6 * 2 / 3 * 4 / 3)
     # nu = 1: a third of r = 1, and a third of the other two thirds.
-    noise = Noise.of(np.array([[1.0, 2.0], [-1.0, -2.0]]), np.zeros(2, dtype=np.intp), plain(0.1, 0.1))
+    noise = Noise.of(
+        np.array([[1.0, 2.0], [-1.0, -2.0]]), np.zeros(2, dtype=np.intp), plain(0.1, 0.1)
+    )
     assert not noise.assumed
     assert correlation(noise)[0, 1] == pytest.approx(5 / 9)
 
@@ -114,13 +125,17 @@ def test_correlations_of_single_observables_are_drawn_to_none() -> None:
 def test_correlations_of_lines_are_drawn_to_their_mean() -> None:
     # nu = 4, three lines, one channel: 4/7 of their own, 3/7 of the mean, of which 1/5 is drawn to none.
     noise = Noise.of(
-        mirrored([2, 2, 2], [1, -1, 1], [0, 0, 0], [0, 0, 0]), PAIRS, plain(*[0.1] * 3, frequency_hz=400.0)
+        mirrored([2, 2, 2], [1, -1, 1], [0, 0, 0], [0, 0, 0]),
+        PAIRS,
+        plain(*[0.1] * 3, frequency_hz=400.0),
     )
     mean = (0.6 + 1.0 + 0.6) / 3
     expected = [4 / 7 * own + 3 / 7 * 0.8 * mean for own in (0.6, 1.0, 0.6)]
     matrix = correlation(noise)
     assert [matrix[0, 1], matrix[0, 2], matrix[1, 2]] == pytest.approx(expected)
-    noise = Noise.of(mirrored([2, -2], [1, 1], [0, 0], [0, 0]), PAIRS, plain(0.1, 0.1, frequency_hz=400.0))
+    noise = Noise.of(
+        mirrored([2, -2], [1, 1], [0, 0], [0, 0]), PAIRS, plain(0.1, 0.1, frequency_hz=400.0)
+    )
     assert correlation(noise)[0, 1] == pytest.approx(-0.6 * 2 / 3)
 
 
@@ -144,8 +159,14 @@ def test_means_that_no_covariance_has_are_drawn_to_one_that_is() -> None:
 
 def test_channels_share_what_their_lines_do_on_the_mean() -> None:
     """nu = 4, four lines of two channels: half of their own, half of the mean of which 1/3 is drawn to none."""
-    lines = [Observable(f"{c} {f}", "plate", c, "dB", 1.0, 0.1, f) for c in ("a", "b") for f in (100.0, 200.0)]
-    noise = Noise.of(mirrored([2, 2, 2, 2], [1, 1, -1, -1], [0, 1, 0, 0], [0, 0, 0, 0]), PAIRS, lines)
+    lines = [
+        Observable(f"{c} {f}", "plate", c, "dB", 1.0, 0.1, f)
+        for c in ("a", "b")
+        for f in (100.0, 200.0)
+    ]
+    noise = Noise.of(
+        mirrored([2, 2, 2, 2], [1, 1, -1, -1], [0, 1, 0, 0], [0, 0, 0, 0]), PAIRS, lines
+    )
     a, between = 5 / np.sqrt(30), (3 / 5 + 3 / np.sqrt(30)) / 2  # of the norms: 5, 6 and twice 5
     matrix = correlation(noise)
     assert matrix[0, 1] == pytest.approx(a / 2 + a * 2 / 3 / 2)
@@ -154,10 +175,14 @@ def test_channels_share_what_their_lines_do_on_the_mean() -> None:
     assert matrix[2, 3] == pytest.approx(1 / 2 + 2 / 3 / 2)
 
 
-def campaign_of(rng: np.random.Generator, scatter: np.ndarray, runs: int = 3) -> tuple[np.ndarray, np.ndarray]:
+def campaign_of(
+    rng: np.random.Generator, scatter: np.ndarray, runs: int = 3
+) -> tuple[np.ndarray, np.ndarray]:
     """Deviations (R, 1) from the means of configurations with these standard deviations, and their configurations."""
     drawn = scatter[:, None] * rng.standard_normal((len(scatter), runs))
-    return (drawn - drawn.mean(axis=1, keepdims=True)).reshape(-1, 1), np.repeat(np.arange(len(scatter)), runs)
+    return (drawn - drawn.mean(axis=1, keepdims=True)).reshape(-1, 1), np.repeat(
+        np.arange(len(scatter)), runs
+    )
 
 
 def test_configurations_are_pooled_where_they_scatter_alike() -> None:
@@ -165,9 +190,13 @@ def test_configurations_are_pooled_where_they_scatter_alike() -> None:
     rng, scatter = np.random.default_rng(4), np.full(12, 0.02)
     scatter[5] = 0.65
     noises = [Noise.of(*campaign_of(rng, scatter), plain(0.02)) for _ in range(40)]
-    assert np.sqrt(np.mean([noise.covariance[0, 0] for noise in noises])) == pytest.approx(0.02, rel=0.15)
+    assert np.sqrt(np.mean([noise.covariance[0, 0] for noise in noises])) == pytest.approx(
+        0.02, rel=0.15
+    )
     own = np.array([noise.relative[5, 0] for noise in noises])
-    assert np.median(own) == pytest.approx(0.65 / 0.02, rel=0.5)  # two degrees of freedom, drawn to the others
+    assert np.median(own) == pytest.approx(
+        0.65 / 0.02, rel=0.5
+    )  # two degrees of freedom, drawn to the others
     assert all(noise.relative[np.arange(12) != 5].max() == 1.0 for noise in noises)
     # A false alarm in one campaign of a thousand.
     rng = np.random.default_rng(5)

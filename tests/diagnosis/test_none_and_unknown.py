@@ -41,11 +41,17 @@ class DampedPlate(ToyPlate):
 
     def simulated(self, effects=(), upstream=None) -> np.ndarray:
         loss_db = sum(item.loss_db for item in effects if isinstance(item, ToyDamping))
-        return np.pad(super().simulated(effects, upstream), ((0, 0), (0, 1)), constant_values=_PER_DB * loss_db)
+        return np.pad(
+            super().simulated(effects, upstream),
+            ((0, 0), (0, 1)),
+            constant_values=_PER_DB * loss_db,
+        )
 
 
 @cache
-def concluded(loss_db: float = 0.0, rough: float = 0.0, seed: int = 2) -> tuple[HypothesisPosterior, Conclusion]:
+def concluded(
+    loss_db: float = 0.0, rough: float = 0.0, seed: int = 2
+) -> tuple[HypothesisPosterior, Conclusion]:
     """`rough`: what each configuration's lines are off by, each by itself, in tolerances (rms); no effect makes it."""
     effects = (ToyDamping(loss_db),) if loss_db else ()
     scatter = Scatter(run=(0.01, 0.03, 0.2), background=(0.0, 0.0, 0.5 * rough))

@@ -21,14 +21,19 @@ from pyroshock.diagnosis.record import CampaignRecord
 
 VELOCITY = Observable("ln_velocity", "gun", "velocity", "1", 0.01, 0.008)
 EXIT, RESIDUAL = (
-    Observable(name, "gun", "tank_pressure", "1", 0.01, 0.002) for name in ("exit_pressure", "residual_pressure")
+    Observable(name, "gun", "tank_pressure", "1", 0.01, 0.002)
+    for name in ("exit_pressure", "residual_pressure")
 )
 LINES = tuple(
-    Observable(f"acceleration_1 spectrum at {f} Hz", "plate", "acceleration_1", "dB", 0.5, 0.15, float(f))
+    Observable(
+        f"acceleration_1 spectrum at {f} Hz", "plate", "acceleration_1", "dB", 0.5, 0.15, float(f)
+    )
     for f in (100, 200)
 )
 MODES = mode_observables(np.array([300.0, 800.0]), (0.001, 0.1))
-AMPLITUDE = Observable("acceleration_1 ln amplitude of the mode at 300 Hz", "plate", "acceleration_1", "1", 0.06, 0.015)
+AMPLITUDE = Observable(
+    "acceleration_1 ln amplitude of the mode at 300 Hz", "plate", "acceleration_1", "1", 0.06, 0.015
+)
 REST, DELAY = (
     Observable(f"acceleration_1 {name}", "plate", "acceleration_1", "1", 0.1, 0.004, detail=True)
     for name in ("rest from 0 to 1 ms", "delay")
@@ -36,7 +41,9 @@ REST, DELAY = (
 PLATE = (*MODES, *LINES, AMPLITUDE, REST, DELAY)
 
 
-def table(observables: Sequence[Observable], tolerances: Sequence[float], sigma: float = 1e-3) -> GapTable:
+def table(
+    observables: Sequence[Observable], tolerances: Sequence[float], sigma: float = 1e-3
+) -> GapTable:
     """Two configurations, off by so many tolerances to either side; the scatter of a mean is `sigma` tolerances."""
     tolerance = np.array([item.tolerance for item in observables])
     mean = np.array([[1.0], [-1.0]]) * np.array(tolerances) * tolerance
@@ -53,7 +60,11 @@ def table(observables: Sequence[Observable], tolerances: Sequence[float], sigma:
 
 
 def test_every_observable_has_the_family_that_the_report_names() -> None:
-    assert [family_of(item) for item in (VELOCITY, EXIT, RESIDUAL)] == ["velocity", "pressure trace", "pressure trace"]
+    assert [family_of(item) for item in (VELOCITY, EXIT, RESIDUAL)] == [
+        "velocity",
+        "pressure trace",
+        "pressure trace",
+    ]
     pulse = {item.name: family_of(item) for item in OBSERVABLES}
     assert {name for name, family in pulse.items() if family == "peak, impulse, width"} == {
         "ln_peak", "ln_impulse", "ln_width_half",
@@ -66,7 +77,9 @@ def test_every_observable_has_the_family_that_the_report_names() -> None:
 
 
 def test_family_without_a_name_of_its_own_is_its_channels() -> None:
-    strange = Observable("momentum over impulse", "contact_check", "velocity_after", "1", 0.02, 0.01)
+    strange = Observable(
+        "momentum over impulse", "contact_check", "velocity_after", "1", 0.02, 0.01
+    )
     assert family_of(strange) == "velocity after"
 
 
@@ -78,7 +91,9 @@ def test_families_have_their_rms_in_their_own_unit() -> None:
     assert sizes["frequencies"].before == pytest.approx(0.002 * np.sqrt((9 + 16) / 2))
     assert sizes["spectrum"].before == pytest.approx(0.5 * np.sqrt((0.36 + 0.64) / 2))
     assert [item.tolerance for item in sizes.values()] == pytest.approx([0.01, 0.002, 0.1, 0.5])
-    assert [item.noise_floor for item in sizes.values()] == pytest.approx([0.001, 0.0002, 0.01, 0.05])
+    assert [item.noise_floor for item in sizes.values()] == pytest.approx(
+        [0.001, 0.0002, 0.01, 0.05]
+    )
     assert [item.beyond_noise for item in sizes.values()] == [False, True, True, False]
 
 
@@ -104,14 +119,20 @@ def test_what_uncertain_nominal_numbers_may_do_is_no_more_than_a_background() ->
     """Five tolerances, of which a declared uncertainty makes four: three are left."""
     gap = table([VELOCITY], [5.0])
     stated = replace(gap, nuisances=np.full((1, 2, 1), 4.0 * VELOCITY.tolerance))
-    assert background_probability(stated) == pytest.approx(background_probability(table([VELOCITY], [3.0])), rel=1e-3)
+    assert background_probability(stated) == pytest.approx(
+        background_probability(table([VELOCITY], [3.0])), rel=1e-3
+    )
     wide = replace(gap, nuisances=np.full((1, 2, 1), 5.0 * VELOCITY.tolerance))
     assert background_probability(wide) == 1.0
     assert family_gaps(wide) == family_gaps(gap)  # the report's sizes stay what they are
 
 
-@pytest.mark.parametrize(("size", "low", "high"), [(0.9, 1.0, 1.0), (1.5, 0.6, 0.8), (2.0, 0.3, 0.4), (3.0, 0.0, 0.02)])
-def test_background_is_within_tolerance_and_a_little_beyond(size: float, low: float, high: float) -> None:
+@pytest.mark.parametrize(
+    ("size", "low", "high"), [(0.9, 1.0, 1.0), (1.5, 0.6, 0.8), (2.0, 0.3, 0.4), (3.0, 0.0, 0.02)]
+)
+def test_background_is_within_tolerance_and_a_little_beyond(
+    size: float, low: float, high: float
+) -> None:
     assert low <= background_probability(table([VELOCITY], [size])) <= high
     # the largest family decides
     assert background_probability(table([VELOCITY, *LINES], [size, 0.1, 0.1])) == pytest.approx(

@@ -15,7 +15,9 @@ from benchmarks.diagnosis_maps import likeliest
 ODDS = st.floats(-200, 200)
 FRACTIONS = st.floats(-0.5, 1.0)
 LEFT = st.floats(0.0, 100.0)
-PAIRS_OF_ODDS, PAIRS_OF_FRACTIONS = (st.tuples(values, values).map(sorted) for values in (ODDS, FRACTIONS))
+PAIRS_OF_ODDS, PAIRS_OF_FRACTIONS = (
+    st.tuples(values, values).map(sorted) for values in (ODDS, FRACTIONS)
+)
 #: The map that a diagnosis has unless it is given another.
 LEARNED = Options().unknown_map
 MAPS = pytest.mark.parametrize("probability", [UnknownMap(), LEARNED], ids=["plain", "in use"])
@@ -34,7 +36,10 @@ def test_evidence_and_what_is_left_make_it_no_less_likely_and_predictions_no_lik
 
 @MAPS
 @given(
-    odds=ODDS, fraction=FRACTIONS, sizes=st.tuples(st.floats(0, 1), st.floats(0, 1)).map(sorted), beside=PAIRS_OF_ODDS
+    odds=ODDS,
+    fraction=FRACTIONS,
+    sizes=st.tuples(st.floats(0, 1), st.floats(0, 1)).map(sorted),
+    beside=PAIRS_OF_ODDS,
 )
 def test_wrong_laws_and_what_is_unexplained_beside_the_likeliest_effects_make_it_no_less_likely(
     probability, odds, fraction, sizes, beside
@@ -46,11 +51,15 @@ def test_wrong_laws_and_what_is_unexplained_beside_the_likeliest_effects_make_it
 
 @MAPS
 def test_odds_and_fraction_matter(probability):
-    assert probability(UnknownFigures(-20.0, 0.5, 2.0)) < probability(UnknownFigures(20.0, 0.5, 2.0))
+    assert probability(UnknownFigures(-20.0, 0.5, 2.0)) < probability(
+        UnknownFigures(20.0, 0.5, 2.0)
+    )
     assert probability(UnknownFigures(0.0, 0.9, 2.0)) < probability(UnknownFigures(0.0, 0.1, 2.0))
 
 
-@pytest.mark.parametrize(("fraction", "left"), [(None, None), (None, 1.0), (float("nan"), 1.0), (0.5, float("nan"))])
+@pytest.mark.parametrize(
+    ("fraction", "left"), [(None, None), (None, 1.0), (float("nan"), 1.0), (0.5, float("nan"))]
+)
 def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
     """Whatever the figures weigh."""
     figures = UnknownFigures(4.0, fraction, left)
@@ -61,23 +70,40 @@ def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
 def test_logit_is_the_stated_sum():
     weights = UnknownMap(0.2, 0.4, 6.0, 0.5, 0.7, 0.3)
     p = weights(UnknownFigures(3.0, 0.6, 2.0))
-    assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.6) + 0.5 * np.log(2.0))
+    assert np.log(p / (1 - p)) == pytest.approx(
+        0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.6) + 0.5 * np.log(2.0)
+    )
     p = weights(UnknownFigures(3.0, 0.6, 2.0, 0.25, discrepancy=0.4, beside=5.0))
     assert np.log(p / (1 - p)) == pytest.approx(
-        0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.6) + 0.5 * np.log(2.0) + 0.7 * 0.4 + 0.3 * np.arcsinh(2.5)
+        0.2
+        + 0.4 * np.arcsinh(1.5)
+        + 0.75 * 6.0 * (0.5 - 0.6)
+        + 0.5 * np.log(2.0)
+        + 0.7 * 0.4
+        + 0.3 * np.arcsinh(2.5)
     )
     # A gap that is ten times as large is no further from an explanation than one that is half as large again.
-    assert UnknownMap()(UnknownFigures(0.0, -10.0, 1.0)) == UnknownMap()(UnknownFigures(0.0, -0.5, 1.0))
+    assert UnknownMap()(UnknownFigures(0.0, -10.0, 1.0)) == UnknownMap()(
+        UnknownFigures(0.0, -0.5, 1.0)
+    )
 
 
 @MAPS
 @given(odds=ODDS, fraction=FRACTIONS, left=LEFT, none=st.floats(0.0, 0.5))
-def test_campaign_that_is_explained_where_it_was_not_fitted_is_not_unknown(probability, odds, fraction, left, none):
+def test_campaign_that_is_explained_where_it_was_not_fitted_is_not_unknown(
+    probability, odds, fraction, left, none
+):
     """At most twice what is left: of a campaign explained to .95, .10."""
     assert probability(UnknownFigures(odds, fraction, left)) <= 2 * (1 - fraction) + 1e-12
-    assert probability(UnknownFigures(200.0, 0.95, 100.0, discrepancy=1.0, beside=100.0)) <= 0.1 + 1e-12
+    assert (
+        probability(UnknownFigures(200.0, 0.95, 100.0, discrepancy=1.0, beside=100.0))
+        <= 0.1 + 1e-12
+    )
     # Where no effect may act, the fraction says as much less.
-    assert probability(UnknownFigures(odds, fraction, left, none)) <= none + 2 * (1 - none) * (1 - fraction) + 1e-12
+    assert (
+        probability(UnknownFigures(odds, fraction, left, none))
+        <= none + 2 * (1 - none) * (1 - fraction) + 1e-12
+    )
 
 
 @MAPS

@@ -36,7 +36,13 @@ def blocks_of(page: Path) -> list[Block]:
     """In their order. Raises `ValueError` for a fence that is not closed, and a mark that no block follows."""
     found: list[Block] = []
     for block in _fenced(page):
-        if block.language == PRINTED and found and found[-1].runs and found[-1].printed is None and not block.given:
+        if (
+            block.language == PRINTED
+            and found
+            and found[-1].runs
+            and found[-1].printed is None
+            and not block.given
+        ):
             found[-1] = replace(found[-1], printed=block.text)
         else:
             found.append(block)
@@ -51,7 +57,10 @@ def _fenced(page: Path) -> Iterator[Block]:
         fence = _FENCE.match(line)
         if opened is not None:
             if fence and fence["ticks"] == opened["ticks"] and not fence["language"]:
-                yield _marked(Block(page, number - len(inside), opened["language"], _text(opened, inside)), marks)
+                yield _marked(
+                    Block(page, number - len(inside), opened["language"], _text(opened, inside)),
+                    marks,
+                )
                 opened, marks = None, []
             else:
                 inside.append(line)
@@ -72,7 +81,9 @@ def _text(fence: re.Match[str], lines: list[str]) -> str:
 def _marked(block: Block, marks: list[tuple[str, str]]) -> Block:
     for kind, text in marks:
         if kind == "given":
-            block = replace(block, given=(*block.given, *(each.strip() for each in text.split(";"))))
+            block = replace(
+                block, given=(*block.given, *(each.strip() for each in text.split(";")))
+            )
         elif kind == "not run":
             block = replace(block, not_run=text)
         else:
@@ -122,6 +133,12 @@ def inline_statements(page: Path) -> list[Statement]:
         if line.lstrip().startswith("```"):
             fenced = not fenced
         elif not fenced:
-            texts = (text for text in _INLINE.findall(line) if not re.search(r"…|\.\.\.|\||COMMAND", text))
-            statements += [Statement.of(shlex.split(text), f"{page.name}:{number}") for text in texts]
+            texts = (
+                text
+                for text in _INLINE.findall(line)
+                if not re.search(r"…|\.\.\.|\||COMMAND", text)
+            )
+            statements += [
+                Statement.of(shlex.split(text), f"{page.name}:{number}") for text in texts
+            ]
     return statements

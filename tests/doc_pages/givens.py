@@ -57,7 +57,9 @@ def fired(place: Place, cli: str, runs: str) -> None:
         planned = read_plan(session, cli).runs[: int(runs)]
     folder(place, "gun", cli)
     once = {"repetition": 1, "measured_velocity_m_s": 20.0}
-    write_runs(place.folder / cli, [{"run": run.run, **run.row, **run.settings, **once} for run in planned])
+    write_runs(
+        place.folder / cli, [{"run": run.run, **run.row, **run.settings, **once} for run in planned]
+    )
 
 
 def afresh(place: Place) -> None:
@@ -206,7 +208,28 @@ FOLDERS: dict[str, Given] = {
 GIVENS: dict[str, Given] = {
     each.__name__.replace("_", "-"): each
     for each in (
-        *(afresh, folder, ingested, virtual, fired, registry, dataset, trainable, in_use, plan_table),
-        *(recording, file, modal_table, databases, cluster, window, folders, one_repetition, few_models),
+        *(
+            afresh,
+            folder,
+            ingested,
+            virtual,
+            fired,
+            registry,
+            dataset,
+            trainable,
+            in_use,
+            plan_table,
+        ),
+        *(
+            recording,
+            file,
+            modal_table,
+            databases,
+            cluster,
+            window,
+            folders,
+            one_repetition,
+            few_models,
+        ),
     )
 }

@@ -17,7 +17,23 @@ ROOT = Path(__file__).resolve().parents[2]
 #: Programs that are not ours; a name that is neither is a slip of the pen.
 OTHERS = frozenset(
     {
-        *("cat", "cd", "cp", "echo", "export", "git", "ls", "mkdir", "mv", "printf", "rm", "sed", "sh", "sudo", "tar"),
+        *(
+            "cat",
+            "cd",
+            "cp",
+            "echo",
+            "export",
+            "git",
+            "ls",
+            "mkdir",
+            "mv",
+            "printf",
+            "rm",
+            "sed",
+            "sh",
+            "sudo",
+            "tar",
+        ),
         *("createdb", "pg_dump", "pg_restore", "psql", "sqlite3"),
         *("dask", "docker", "mlflow", "pre-commit"),
     }
@@ -38,7 +54,12 @@ def check(statement: Statement) -> None:
     elif program in ("python", "python3"):
         _check_python(statement)
     elif program == "pip":
-        asked = {name for word in words for group in re.findall(r"\[(.*)\]", word) for name in group.split(",")}
+        asked = {
+            name
+            for word in words
+            for group in re.findall(r"\[(.*)\]", word)
+            for name in group.split(",")
+        }
         assert asked <= extras(), f"{statement}: pyproject.toml has no {asked - extras()}"
     else:
         assert program in OTHERS, f"{statement}: no program that a page of ours runs"
@@ -49,7 +70,9 @@ def parsed(words: list[str]) -> click.Context:
     command: click.Command = main
     context = main.make_context("pyroshock", list(words))
     while isinstance(command, click.Group) and context._protected_args:
-        name, subcommand, rest = command.resolve_command(context, [*context._protected_args, *context.args])
+        name, subcommand, rest = command.resolve_command(
+            context, [*context._protected_args, *context.args]
+        )
         assert subcommand is not None, f"pyroshock {' '.join(words)}: there is no such command"
         command, context = subcommand, subcommand.make_context(name, rest, parent=context)
     return context
@@ -76,7 +99,10 @@ def targets() -> frozenset[str]:
 def variables() -> frozenset[str]:
     """Those that the Makefile sets or asks for."""
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    return frozenset(re.findall(r"^([A-Z]+) [?:]?=", makefile, re.MULTILINE) + re.findall(r"\$\(([A-Z]+)\)", makefile))
+    return frozenset(
+        re.findall(r"^([A-Z]+) [?:]?=", makefile, re.MULTILINE)
+        + re.findall(r"\$\(([A-Z]+)\)", makefile)
+    )
 
 
 @cache

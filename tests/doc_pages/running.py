@@ -102,7 +102,9 @@ def run_block(block: Block, place: Place) -> None:
     said = _python(block, place) if block.language == PYTHON else _commands(block, place)
     if block.printed is not None:
         lost = missing(block.printed, said)
-        assert lost is None, f"{block.page.name}, block at line {block.line}: does not print\n{lost}\nbut\n{said}"
+        assert lost is None, (
+            f"{block.page.name}, block at line {block.line}: does not print\n{lost}\nbut\n{said}"
+        )
 
 
 def _commands(block: Block, place: Place) -> str:
@@ -123,7 +125,9 @@ def _run(statement: Statement, place: Place) -> tuple[int, str]:
     match statement.program:
         case "pyroshock":
             return place.invoked(words)
-        case "make" if words == ["demo"]:  # the recipe's one line; other targets are tests and measurements
+        case "make" if words == [
+            "demo"
+        ]:  # the recipe's one line; other targets are tests and measurements
             return place.invoked(["demo"])
         case "export":
             for name, _, value in (word.partition("=") for word in words):
@@ -132,7 +136,9 @@ def _run(statement: Statement, place: Place) -> tuple[int, str]:
             return 0, _module(words[1], words[2:], place)
         case program if program in _FILE_PROGRAMS:
             step = ["/bin/sh", "-c", statement.line]
-            done = subprocess.run(step, cwd=place.folder, capture_output=True, text=True, check=False)
+            done = subprocess.run(
+                step, cwd=place.folder, capture_output=True, text=True, check=False
+            )
             return done.returncode, done.stdout + done.stderr
     return 0, ""
 
@@ -148,7 +154,9 @@ def _module(name: str, arguments: list[str], place: Place) -> str:
 
 def _python(block: Block, place: Place) -> str:
     told = io.StringIO()
-    lines = "\n" * (block.line - 1) + place.here(block.text)  # a traceback names the page's own line
+    lines = "\n" * (block.line - 1) + place.here(
+        block.text
+    )  # a traceback names the page's own line
     with contextlib.redirect_stdout(told):
         exec(compile(lines, str(block.page), "exec"), place.python)  # noqa: S102  # the page's own code
     return told.getvalue()

@@ -24,7 +24,9 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 #: What a recipe leaves to whoever follows it.
 _PLACEHOLDER = re.compile(r"NAME|STAGE|NNNN|ADDRESS|FEATURE")
 QUOTED = re.findall(r"`([^`\n]+)`", re.sub(r"```.*?```", "", PAGE, flags=re.DOTALL))
-FILES = sorted({word for word in QUOTED if re.fullmatch(r"[\w./-]+\.(py|md|toml|txt)", word) and "/" in word})
+FILES = sorted(
+    {word for word in QUOTED if re.fullmatch(r"[\w./-]+\.(py|md|toml|txt)", word) and "/" in word}
+)
 
 
 def source(path: str) -> str:
@@ -40,7 +42,9 @@ def test_files_are_there(path: str) -> None:
 
 def test_make_targets_are_there_and_enough_files_are_named() -> None:
     assert len(FILES) > 45
-    named = set(re.findall(r"`make ([a-z-]+)", PAGE)) | set(re.findall(r"^make ([a-z-]+)", PAGE, re.MULTILINE))
+    named = set(re.findall(r"`make ([a-z-]+)", PAGE)) | set(
+        re.findall(r"^make ([a-z-]+)", PAGE, re.MULTILINE)
+    )
     targets = set(re.findall(r"^([a-z-]+):", source("Makefile"), re.MULTILINE))
     assert {"setup", "check", "coverage"} <= named <= targets
 
@@ -59,8 +63,12 @@ def test_names_stand_in_their_files(path: str, name: str) -> None:
 # --- lists that a recipe has one write into ---
 def test_every_reader_has_a_recipe_and_is_fuzzed() -> None:
     written = {suffix for suffix, _ in RECIPES.values()}
-    fuzzed = {target.name.split()[0].replace("mat5", "mat").replace("mat73", "mat") for target in FUZZED}
-    absent = set() if find_spec("idelib") else {"ide"}  # whose files the library that reads them writes
+    fuzzed = {
+        target.name.split()[0].replace("mat5", "mat").replace("mat73", "mat") for target in FUZZED
+    }
+    absent = (
+        set() if find_spec("idelib") else {"ide"}
+    )  # whose files the library that reads them writes
     for reader in READERS:
         if reader.format in absent:
             continue
@@ -69,11 +77,16 @@ def test_every_reader_has_a_recipe_and_is_fuzzed() -> None:
 
 
 def test_every_estimator_is_held_to_the_promises_of_all_and_every_design_has_a_command() -> None:
-    suites = [path.read_text(encoding="utf-8") for path in (ROOT / "tests/training/estimators").glob("test_*.py")]
+    suites = [
+        path.read_text(encoding="utf-8")
+        for path in (ROOT / "tests/training/estimators").glob("test_*.py")
+    ]
     listed = [text for text in suites if "estimator_checks" in text]
     for kind, (module, name) in KINDS.items():
         if module.startswith("estimators."):
-            assert any(f"{name}(" in text for text in listed), f"{kind}: {name} is in no list of members"
+            assert any(f"{name}(" in text for text in listed), (
+                f"{kind}: {name} is in no list of members"
+            )
     from click import Context
     from pyroshock.app.plan.cli import plan
 
@@ -83,7 +96,9 @@ def test_every_estimator_is_held_to_the_promises_of_all_and_every_design_has_a_c
 
 # --- docs/explanation/architecture.md: its drawing, its arrows and its four ways ---
 ARCHITECTURE = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
-WAYS = [tuple(part.split("\n", 1)) for part in ARCHITECTURE.split("\n## ") if part.startswith("From ")]
+WAYS = [
+    tuple(part.split("\n", 1)) for part in ARCHITECTURE.split("\n## ") if part.startswith("From ")
+]
 _STEP = re.compile(r"`([\w/]+\.py)`\s+\(`(\w+)`\)")
 
 
@@ -113,17 +128,25 @@ def reachable(start: str) -> set[str]:
 
 
 def test_drawing_and_arrows_are_those_of_the_imports() -> None:
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
-        "contracts"
-    ]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
+        "importlinter"
+    ]["contracts"]
     layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
     drawing = re.search(r"```text\n(   app.*?)```", ARCHITECTURE, re.DOTALL)
-    assert drawing is not None and re.findall(r"^   (\w+(?: \| \w+)*)(?:  |$)", drawing[1], re.MULTILINE) == layers
-    drawn = {room: set(targets.split()) for room, targets in re.findall(r"^(\w+) -> (.+)$", ARCHITECTURE, re.MULTILINE)}
+    assert (
+        drawing is not None
+        and re.findall(r"^   (\w+(?: \| \w+)*)(?:  |$)", drawing[1], re.MULTILINE) == layers
+    )
+    drawn = {
+        room: set(targets.split())
+        for room, targets in re.findall(r"^(\w+) -> (.+)$", ARCHITECTURE, re.MULTILINE)
+    }
     real: dict[str, set[str]] = defaultdict(set)
     for path, targets in imports().items():
         room = path.split("/")[0]
-        real[room] |= {target.split("/")[0] for target in targets if "/" in target and "/" in path} - {room}
+        real[room] |= {
+            target.split("/")[0] for target in targets if "/" in target and "/" in path
+        } - {room}
     assert drawn == {room: targets for room, targets in real.items() if targets} and len(WAYS) == 4
 
 
@@ -136,5 +159,7 @@ def test_way_goes_down_through_files_that_have_what_it_names(title: str, text: s
     assert set(paths) <= reachable(paths[0])
     for path, name in steps:
         assert re.search(
-            rf"^(?:async )?(?:def|class) {name}\b", (ROOT / path).read_text(encoding="utf-8"), re.MULTILINE
+            rf"^(?:async )?(?:def|class) {name}\b",
+            (ROOT / path).read_text(encoding="utf-8"),
+            re.MULTILINE,
         ), path

@@ -39,7 +39,9 @@ def test_every_command_and_every_table_has_a_row():
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_examples_of_the_commands_run(tmp_path, request):
-    examples = re.findall(r"\| `pyroshock ([^`]+)` \|$", page("reference/command-overview.md"), re.MULTILINE)
+    examples = re.findall(
+        r"\| `pyroshock ([^`]+)` \|$", page("reference/command-overview.md"), re.MULTILINE
+    )
     assert len(examples) == len(COMMANDS)
     with place_in(tmp_path, request) as place:
         full_campaign(tmp_path / "small", "small")
@@ -75,9 +77,13 @@ def test_questions_are_answered(large_store, question):
     assert session.scalar(select(func.count()).select_from(Impact)) == size.impacts
 
 
-def test_tables_and_effects_are_those_of_the_exchange_folder(thesis_tables: Path, shared: Path, effect_ids: list[str]):
+def test_tables_and_effects_are_those_of_the_exchange_folder(
+    thesis_tables: Path, shared: Path, effect_ids: list[str]
+):
     ours = {path.name: path.read_text(encoding="utf-8") for path in thesis_tables.glob("*.csv")}
-    assert ours == {path.name: path.read_text(encoding="utf-8") for path in (shared / "reference").glob("*.csv")}
+    assert ours == {
+        path.name: path.read_text(encoding="utf-8") for path in (shared / "reference").glob("*.csv")
+    }
     text = (shared / "effects.md").read_text(encoding="utf-8")
     assert effect_ids == re.findall(r"^\| `([a-z_.]+)` \|", text, re.MULTILINE)
 
@@ -112,7 +118,9 @@ def resolve(name: str) -> object:
                 raise  # the module is there; what it imports is not
             continue
         for part in parts[length:]:
-            target = getattr(target, part) if hasattr(target, part) else _annotated(target, part, name)
+            target = (
+                getattr(target, part) if hasattr(target, part) else _annotated(target, part, name)
+            )
         return target
     raise AttributeError(name)
 
@@ -129,11 +137,15 @@ def test_name_of_a_term_leads_to_code(row: list[str]) -> None:
     names = re.findall(r"`([\w.]+)`", row[-1])
     assert names
     for name in names:
-        assert name.split(".")[0] == "pyroshock" and not any(part.startswith("_") for part in name.split("."))
+        assert name.split(".")[0] == "pyroshock" and not any(
+            part.startswith("_") for part in name.split(".")
+        )
         resolve(name)
 
 
-@pytest.mark.parametrize("name", ["pyroshock.no_such_module", "pyroshock.twin.chain.Twin.no_such_method"])
+@pytest.mark.parametrize(
+    "name", ["pyroshock.no_such_module", "pyroshock.twin.chain.Twin.no_such_method"]
+)
 def test_wrong_name_is_noticed(name: str) -> None:
     with pytest.raises(AttributeError):
         resolve(name)
@@ -149,7 +161,9 @@ def test_every_term_stands_once_with_all_columns() -> None:
 # --- every equation of the thesis has its page and its code ---
 #: How many numbered equations each chapter has.
 CHAPTERS = {1: 28, 2: 18, 3: 1, 4: 9, 5: 7}
-EQUATIONS = [f"{chapter}.{number}" for chapter, last in CHAPTERS.items() for number in range(1, last + 1)]
+EQUATIONS = [
+    f"{chapter}.{number}" for chapter, last in CHAPTERS.items() for number in range(1, last + 1)
+]
 ROOMS = ("dataset", "diagnosis", "doe", "ingest", "training", "twin")
 _CITED = re.compile(r"[Tt]hesis,? eq\. [\d., to-]+")
 
@@ -157,11 +171,17 @@ _CITED = re.compile(r"[Tt]hesis,? eq\. [\d., to-]+")
 def equation_rows() -> list[tuple[set[str], list[str], list[str]]]:
     """Of the table in deviations.md: equations, pages, files."""
     text = (
-        (DOCS / "explanation" / "deviations.md").read_text(encoding="utf-8").split("## Where each equation stands")[1]
+        (DOCS / "explanation" / "deviations.md")
+        .read_text(encoding="utf-8")
+        .split("## Where each equation stands")[1]
     )
     cells = [line.strip("|").split("|") for line in text.splitlines() if re.match(r"\| \d", line)]
     return [
-        (numbers(first), re.findall(r"\]\(([\w./-]+)(?:#[\w.-]*)?\)", pages), re.findall(r"`([\w/.]+)`", files))
+        (
+            numbers(first),
+            re.findall(r"\]\(([\w./-]+)(?:#[\w.-]*)?\)", pages),
+            re.findall(r"`([\w/.]+)`", files),
+        )
         for first, pages, files in cells
     ]
 
@@ -182,7 +202,9 @@ def test_every_equation_and_every_question_has_a_row() -> None:
     assert [name for name in (q.name for q in QUESTIONS) if f"| {name} |" not in measured] == []
 
 
-@pytest.mark.parametrize(("equations", "pages", "files"), equation_rows(), ids=lambda value: " ".join(sorted(value)))
+@pytest.mark.parametrize(
+    ("equations", "pages", "files"), equation_rows(), ids=lambda value: " ".join(sorted(value))
+)
 def test_row_leads_to_pages_that_have_it_and_code_that_names_some(equations, pages, files) -> None:
     shown = set().union(*(mentioned(DOCS / "explanation" / page) for page in pages))
     assert sorted(equations - shown) == [] and all((ROOT / file).is_file() for file in files)

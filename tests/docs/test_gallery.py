@@ -91,14 +91,22 @@ def page() -> str:
 
 # --- the page -------------------------------------------------------------------------------------------------------
 def test_every_drawable_figure_has_a_script_and_a_picture() -> None:
-    assert [number for entry in FIGURES.values() for number in entry.thesis.split(", ")] == list(DRAWABLE)
+    assert [number for entry in FIGURES.values() for number in entry.thesis.split(", ")] == list(
+        DRAWABLE
+    )
     folder = ROOT / "examples" / "gallery"
-    drawing = {path.stem for path in folder.glob("*.py") if "\ndef draw(" in path.read_text(encoding="utf-8")}
+    drawing = {
+        path.stem
+        for path in folder.glob("*.py")
+        if "\ndef draw(" in path.read_text(encoding="utf-8")
+    }
     assert drawing == set(FIGURES) and {path.stem for path in PICTURES.iterdir()} == set(FIGURES)
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_page_has_the_picture_whose_axes_tell_what_and_in_which_unit(name: str, drawn: Drawn) -> None:
+def test_page_has_the_picture_whose_axes_tell_what_and_in_which_unit(
+    name: str, drawn: Drawn
+) -> None:
     assert f"](../images/gallery/{name}.png)" in page()
     assert f"[`{name}.py`](../../examples/gallery/{name}.py)" in page()
     assert (PICTURES / f"{name}.png").stat().st_size < 80_000
@@ -120,13 +128,19 @@ def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize("words", [["mona_lisa"], ["force_models", "--models", "oracle"]])
-def test_command_refuses_what_it_does_not_know(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_refuses_what_it_does_not_know(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(words) == 2 and words[-1] in capsys.readouterr().err
 
 
 # --- physics --------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(("name", "peak_at"), [("Hunter", 0.5), ("Reed", 0.5), ("asymmetric von Hann", 0.6)])
-def test_profiles_end_at_zero_and_peak_where_they_must(drawn: Drawn, name: str, peak_at: float) -> None:
+@pytest.mark.parametrize(
+    ("name", "peak_at"), [("Hunter", 0.5), ("Reed", 0.5), ("asymmetric von Hann", 0.6)]
+)
+def test_profiles_end_at_zero_and_peak_where_they_must(
+    drawn: Drawn, name: str, peak_at: float
+) -> None:
     """The von Hann pulse compresses for 1 / (1 + e) of its contact."""
     (line,) = (line for line in drawn("force_profiles").axes[0].lines if line.get_label() == name)
     phase, force = np.asarray(line.get_data())
@@ -134,21 +148,36 @@ def test_profiles_end_at_zero_and_peak_where_they_must(drawn: Drawn, name: str, 
     assert (force.max(), phase[np.argmax(force)]) == pytest.approx((1.0, peak_at), abs=2e-3)
 
 
-def test_plates_are_as_thick_as_the_thesis_says_and_the_spectrum_passes_through_its_peaks(drawn: Drawn) -> None:
-    marks = [line for axes in drawn("safety_plates").axes for line in axes.lines if line.get_marker() == "x"]
+def test_plates_are_as_thick_as_the_thesis_says_and_the_spectrum_passes_through_its_peaks(
+    drawn: Drawn,
+) -> None:
+    marks = [
+        line
+        for axes in drawn("safety_plates").axes
+        for line in axes.lines
+        if line.get_marker() == "x"
+    ]
     thickness, limit = np.array([np.ravel(line.get_data()) for line in marks]).T
     assert limit == pytest.approx([150, 150]) and thickness == pytest.approx([10, 5], abs=0.5)
     base, lines = spectrum_construction.recorded(), np.array(spectrum_construction.OSCILLATORS_HZ)
     (axes,) = (axes for axes in drawn("spectrum_construction").axes if axes.get_xscale() == "log")
     dots = [float(np.ravel(line.get_ydata())[0]) for line in axes.lines if line.get_marker() == "o"]
-    (frequency, level) = next(np.asarray(line.get_data()) for line in axes.lines if line.get_marker() == "None")
-    assert dots == pytest.approx([level[np.argmin(np.abs(frequency - line))] for line in lines], rel=1e-9)
+    (frequency, level) = next(
+        np.asarray(line.get_data()) for line in axes.lines if line.get_marker() == "None"
+    )
+    assert dots == pytest.approx(
+        [level[np.argmin(np.abs(frequency - line))] for line in lines], rel=1e-9
+    )
     finer = resample(base.si, 16 * base.si.size)
-    spectrum = shock_response_spectrum(finer, 16 * base.sampling_rate_hz, lines, resample_within=None)
+    spectrum = shock_response_spectrum(
+        finer, 16 * base.sampling_rate_hz, lines, resample_within=None
+    )
     assert dots == pytest.approx(spectrum.primary, rel=0.01)
 
 
-def test_measured_shots_err_as_table_5_1_says_and_a_virtual_one_is_read_as_fired(drawn: Drawn) -> None:
+def test_measured_shots_err_as_table_5_1_says_and_a_virtual_one_is_read_as_fired(
+    drawn: Drawn,
+) -> None:
     errors = measured_velocities.errors_percent(shipped_shots.shots())
     assert errors == pytest.approx([-2.1, 4.4, -2.4, -3.9, 7.6], abs=0.1)
     assert np.mean(np.abs(errors)) == pytest.approx(4.07, abs=0.02)
@@ -159,21 +188,31 @@ def test_measured_shots_err_as_table_5_1_says_and_a_virtual_one_is_read_as_fired
         0.5 * 11.872 < read_m_s < 11.872
     )  # the virtual gun is slower than the thesis's there: docs/explanation/virtual-bench.md
     volts = np.asarray(laser.lines[0].get_ydata())
-    assert np.median(volts) - np.median(volts[volts < -2]) == pytest.approx(4.8, rel=0.01)  # 48 mm at 0.1 V/mm
+    assert np.median(volts) - np.median(volts[volts < -2]) == pytest.approx(
+        4.8, rel=0.01
+    )  # 48 mm at 0.1 V/mm
 
 
 # --- the virtual campaign -------------------------------------------------------------------------------------------
 def test_tests_are_grouped_by_tip_and_cost_adds_up_to_eq_5_4() -> None:
     rows = virtual_campaign.tests_in_order()
     tips = [row["tip_material"] for row in rows]
-    assert len(rows) == 180 and tips == 10 * (6 * ["aluminum"] + 6 * ["delrin"] + 6 * ["polyurethane"])
-    assert {tips[i - 1] for i in (1, 40, 109)} == {"aluminum"}  # where the thesis's extractions differ most
+    assert len(rows) == 180 and tips == 10 * (
+        6 * ["aluminum"] + 6 * ["delrin"] + 6 * ["polyurethane"]
+    )
+    assert {tips[i - 1] for i in (1, 40, 109)} == {
+        "aluminum"
+    }  # where the thesis's extractions differ most
     late, force = 0.03, 1.07 * cost_function.PULSE
     elements = cost_function.element_cost(late * cost_function.PHASE, force - cost_function.PULSE)
     pulse, one = cost_function.PULSE[None, :] / cost_function.PULSE.max(), np.ones(1)
-    assert pulse_cost(pulse, one, 1.07 * pulse, (1 + late) * one)[0] == pytest.approx(elements.sum(), rel=1e-3)
+    assert pulse_cost(pulse, one, 1.07 * pulse, (1 + late) * one)[0] == pytest.approx(
+        elements.sum(), rel=1e-3
+    )
     i = len(cost_function.PHASE) // 3
-    costs = cost_function.cost_map(cost_function.PHASE[[i]], np.array([cost_function.PULSE[i], 3.0]))
+    costs = cost_function.cost_map(
+        cost_function.PHASE[[i]], np.array([cost_function.PULSE[i], 3.0])
+    )
     assert costs[:, 0] == pytest.approx([0, 1])
     whole = cost_function.cost_map(np.linspace(-1, 2, 31), np.linspace(-1, 2, 31))
     assert whole.min() >= 0 and whole.max() <= 1
@@ -182,7 +221,9 @@ def test_tests_are_grouped_by_tip_and_cost_adds_up_to_eq_5_4() -> None:
     assert above == pytest.approx(1 - np.exp(-0.5), abs=0.01)
 
 
-def test_force_comes_back_from_the_plate_without_ringing(campaign: virtual_campaign.HammerCampaign) -> None:
+def test_force_comes_back_from_the_plate_without_ringing(
+    campaign: virtual_campaign.HammerCampaign,
+) -> None:
     _, measured, computed = force_from_plate.forces(campaign, campaign.tests[6])
     assert np.sqrt(np.mean((computed - measured)[:256] ** 2)) < 0.05 * measured.max()
     # After the contact the hammer flies freely: what is left there is the hammer's own.
@@ -192,11 +233,15 @@ def test_force_comes_back_from_the_plate_without_ringing(campaign: virtual_campa
         assert np.std(each_clean[after]) < 0.5 * np.std(each_raw[after])
 
 
-def test_both_methods_find_every_hit_at_its_sealed_truth(campaign: virtual_campaign.HammerCampaign) -> None:
+def test_both_methods_find_every_hit_at_its_sealed_truth(
+    campaign: virtual_campaign.HammerCampaign,
+) -> None:
     _, walk = extraction_methods.extracted(campaign, campaign.tests[0], "walk")
     _, mask = extraction_methods.extracted(campaign, campaign.tests[0], "mask")
     assert len(walk) == len(mask) == campaign.hits
-    lengths = [[pulse.contact.last - pulse.contact.first for pulse in pulses] for pulses in (walk, mask)]
+    lengths = [
+        [pulse.contact.last - pulse.contact.first for pulse in pulses] for pulses in (walk, mask)
+    ]
     assert np.array_equal(np.array(lengths[0]) - lengths[1], np.ones(campaign.hits))
     hit = extraction_against_truth.worst(campaign)
     period_s = hit.force.period_s
@@ -207,14 +252,21 @@ def test_both_methods_find_every_hit_at_its_sealed_truth(campaign: virtual_campa
 
 def test_resampling_errors_fall_with_samples_and_extractions_differ_most_for_aluminium(campaign):
     errors = np.ravel(resampling_error.by_hit(campaign, "spline_nrmse"))
-    assert spearmanr(np.ravel(resampling_error.by_hit(campaign, "samples_in_contact")), errors).statistic < -0.8
+    assert (
+        spearmanr(
+            np.ravel(resampling_error.by_hit(campaign, "samples_in_contact")), errors
+        ).statistic
+        < -0.8
+    )
     assert errors.max() < 0.005  # the thesis: consistently below 0.5 %
     # By one sample of the contact.
     by_tip = contact_differences.difference_percent(campaign).reshape(3, 6)
     assert by_tip[0].min() > by_tip[1].max() > by_tip[1].min() > by_tip[2].max()
 
 
-def test_exit_velocities_are_those_of_the_equation_of_motion_and_pulses_go_through_their_samples(drawn: Drawn) -> None:
+def test_exit_velocities_are_those_of_the_equation_of_motion_and_pulses_go_through_their_samples(
+    drawn: Drawn,
+) -> None:
     for axes in drawn("resampled_pulses").axes:
         samples, spline = (np.asarray(line.get_data()) for line in axes.lines)
         off = np.interp(samples[0], *spline) - samples[1]
@@ -228,23 +280,37 @@ def test_exit_velocities_are_those_of_the_equation_of_motion_and_pulses_go_throu
 
 
 # --- models ---------------------------------------------------------------------------------------------------------
-def test_held_out_hits_models_and_pulses_are_those_of_the_evaluation(judged: Evaluation, drawn: Drawn, campaign):
+def test_held_out_hits_models_and_pulses_are_those_of_the_evaluation(
+    judged: Evaluation, drawn: Drawn, campaign
+):
     axes = pulse_from_models.draw(judged, "tree").axes
     row, prediction = pulse_from_models.median_pulse(judged, "tree"), judged.predictions["tree"]
     time_ms, force = np.asarray(axes[2].lines[1].get_data())
     assert time_ms[[0, -1]] == pytest.approx([0, prediction.contact_time_s[row] * 1e3])
     at_points = np.linspace(0, time_ms[-1], 20)
-    assert np.interp(at_points, time_ms, force) == pytest.approx(prediction.force_n[row], abs=1e-3 * force.max())
+    assert np.interp(at_points, time_ms, force) == pytest.approx(
+        prediction.force_n[row], abs=1e-3 * force.max()
+    )
     names = [text.get_text() for text in drawn("force_models").axes[0].get_yticklabels()]
     assert names == sorted(CHEAP, key=lambda name: float(judged.errors[name].force_nrmse.mean()))
-    assert np.array_equal(np.unique(judged.pulses.run, return_counts=True)[1], np.ones(len(campaign.tests)))
+    assert np.array_equal(
+        np.unique(judged.pulses.run, return_counts=True)[1], np.ones(len(campaign.tests))
+    )
     assert set(cost_by_test.five(judged)) == {"hann", "hunter", "reed"}
 
 
-@pytest.mark.parametrize(("name", "metric"), [("cost_by_test", "cost"), ("impulse_error_by_test", "impulse_error")])
-def test_points_are_means_over_a_tests_hits(drawn: Drawn, judged: Evaluation, name: str, metric: str) -> None:
-    axes = next(axes for axes in drawn(name).axes if axes.get_title(loc="left").startswith("hunter"))
-    points = sorted(float(y) for line in axes.lines if line.get_marker() == "o" for y in line.get_ydata())
+@pytest.mark.parametrize(
+    ("name", "metric"), [("cost_by_test", "cost"), ("impulse_error_by_test", "impulse_error")]
+)
+def test_points_are_means_over_a_tests_hits(
+    drawn: Drawn, judged: Evaluation, name: str, metric: str
+) -> None:
+    axes = next(
+        axes for axes in drawn(name).axes if axes.get_title(loc="left").startswith("hunter")
+    )
+    points = sorted(
+        float(y) for line in axes.lines if line.get_marker() == "o" for y in line.get_ydata()
+    )
     assert points == pytest.approx(sorted(getattr(judged.errors["hunter"], metric)))
 
 
@@ -262,6 +328,11 @@ def test_whole_gallery_is_drawn(tmp_path: Path) -> None:
 def test_trained_models_beat_the_pulses_of_physics(tmp_path: Path) -> None:
     """Table 5.2's order of the two kinds."""
     campaign = virtual_campaign.recorded(tmp_path, 3)
-    found = trained.judged(campaign.table(), ("nn-medium", "coregional-gp", "hann", "hunter", "reed"))
+    found = trained.judged(
+        campaign.table(), ("nn-medium", "coregional-gp", "hann", "hunter", "reed")
+    )
     cost = {name: float(errors.cost.mean()) for name, errors in found.errors.items()}
-    assert max(cost["nn-medium"], cost["coregional-gp"]) < min(cost["hann"], cost["hunter"], cost["reed"]) / 2
+    assert (
+        max(cost["nn-medium"], cost["coregional-gp"])
+        < min(cost["hann"], cost["hunter"], cost["reed"]) / 2
+    )

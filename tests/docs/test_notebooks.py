@@ -24,12 +24,20 @@ def _marks(file: Path) -> list[pytest.MarkDecorator]:
 
 def run(file: Path) -> subprocess.CompletedProcess[str]:
     """In a process of its own: a kernel's client opens event loops and sockets that pytest would take for leaks."""
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYROSHOCK_", "MLFLOW_"))}
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("PYROSHOCK_", "MLFLOW_"))
+    }
     command = [sys.executable, "-m", "tools.notebooks", str(file)]
-    return subprocess.run(command, cwd=notebooks.ROOT, env=environment, capture_output=True, text=True, timeout=600)
+    return subprocess.run(
+        command, cwd=notebooks.ROOT, env=environment, capture_output=True, text=True, timeout=600
+    )
 
 
-@pytest.mark.parametrize("file", [pytest.param(file, id=file.stem, marks=_marks(file)) for file in NOTEBOOKS])
+@pytest.mark.parametrize(
+    "file", [pytest.param(file, id=file.stem, marks=_marks(file)) for file in NOTEBOOKS]
+)
 def test_notebook_runs_and_draws(file):
     ran = run(file)
     assert ran.returncode == 0, ran.stderr[-3000:]
@@ -40,9 +48,13 @@ def test_notebook_runs_and_draws(file):
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
 def test_notebook_is_short_has_its_page_and_uses_the_public_names_alone(file):
     assert len(notebooks.read_notebook(file).cells) <= notebooks.MOST_CELLS
-    assert notebooks.MARK.findall(file.with_suffix(".md").read_text(encoding="utf-8")) == [file.name]
+    assert notebooks.MARK.findall(file.with_suffix(".md").read_text(encoding="utf-8")) == [
+        file.name
+    ]
     imports = [
-        line for line in file.read_text(encoding="utf-8").splitlines() if "import" in line and "pyroshock" in line
+        line
+        for line in file.read_text(encoding="utf-8").splitlines()
+        if "import" in line and "pyroshock" in line
     ]
     assert imports == ["import pyroshock as ps"]
 
@@ -64,7 +76,9 @@ def test_results_are_shown_below_their_cell_and_there_are_notebooks():
         new_output("display_data", {"image/png": "QUJD\n", "text/plain": "<Figure>"}),
         new_output("execute_result", {"text/plain": "42"}),
     ]
-    notebook = new_notebook(cells=[new_markdown_cell("# Title"), new_code_cell("work()", outputs=outputs)])
+    notebook = new_notebook(
+        cells=[new_markdown_cell("# Title"), new_code_cell("work()", outputs=outputs)]
+    )
     assert notebooks.as_markdown(notebook).split("\n\n") == [
         "# Title",
         "```python\nwork()\n```",
@@ -72,4 +86,6 @@ def test_results_are_shown_below_their_cell_and_there_are_notebooks():
         '<img alt="drawn by the cell above" src="data:image/png;base64,QUJD">',
         "```text\n42\n```",
     ]
-    assert notebooks.pictures_of(notebook) == ["QUJD\n"] and {file.stem for file in NOTEBOOKS} > SLOW
+    assert (
+        notebooks.pictures_of(notebook) == ["QUJD\n"] and {file.stem for file in NOTEBOOKS} > SLOW
+    )

@@ -64,7 +64,9 @@ LEFT_OUT = [block for blocks in BLOCKS.values() for block in blocks if block.not
 
 
 @pytest.mark.parametrize("page", RUN)
-def test_page_runs_as_it_is_printed(page: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_page_runs_as_it_is_printed(
+    page: Path, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     with place_in(tmp_path, request) as place:
         for block in BLOCKS[page]:
             for words in block.given:
@@ -82,14 +84,20 @@ def test_commands_exist_with_their_options(block: Block, monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_commands_in_the_prose_exist_and_others_stand_in_blocks(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_in_the_prose_exist_and_others_stand_in_blocks(
+    page: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(click.Path, "convert", lambda self, value, *_: value)
     for statement in inline_statements(page):
         with contextlib.suppress(click.BadParameter):  # `pyroshock diagnose` alone; N for a number
             check(statement)
     # A block that tells no language is shown as it stands, and would be passed over here.
     others = [block for block in BLOCKS[page] if not block.runs]
-    hidden = [block.line for block in others if re.search(r"^(\.venv/bin/)?(pyroshock|make|python) ", block.text, re.M)]
+    hidden = [
+        block.line
+        for block in others
+        if re.search(r"^(\.venv/bin/)?(pyroshock|make|python) ", block.text, re.M)
+    ]
     assert hidden == []
 
 
@@ -98,7 +106,9 @@ def test_what_is_not_run_has_its_reason_and_marks_name_what_can_be_prepared() ->
     print(told)
     assert all(block.language in (COMMANDS, PYTHON) for block in LEFT_OUT), told
     assert len(LEFT_OUT) <= NOT_RUN, told
-    given = {words.split()[0] for blocks in BLOCKS.values() for block in blocks for words in block.given}
+    given = {
+        words.split()[0] for blocks in BLOCKS.values() for block in blocks for words in block.given
+    }
     assert given == set(GIVENS)
 
 
@@ -128,12 +138,16 @@ def run(folder: Path, request: pytest.FixtureRequest, text: str) -> None:
     ("```sh\npyroshock init\n```\n\nsays\n\n```text\nstore ready: nowhere\n```\n", "does not print"),
     ("```python\nassert 1 == 2, 'sums'\n```\n", "sums"),
 ])  # fmt: skip
-def test_wrong_pages_fail(text: str, complaint: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_wrong_pages_fail(
+    text: str, complaint: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     with pytest.raises((AssertionError, click.ClickException), match=f"(?i){complaint}"):
         run(tmp_path, request, text)
 
 
-def test_right_page_passes_with_lines_in_their_order(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_right_page_passes_with_lines_in_their_order(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     run(
         tmp_path,
         request,
@@ -142,7 +156,9 @@ def test_right_page_passes_with_lines_in_their_order(tmp_path: Path, request: py
     assert missing("a\n…\nc\n", "a\nb\nc\n") is None and missing("c\na\n", "a\nb\nc\n") == "a"
 
 
-@pytest.mark.parametrize("text", ["```sh\npyroshock init\n", "<!-- given: file a b -->\n\nnothing\n"])
+@pytest.mark.parametrize(
+    "text", ["```sh\npyroshock init\n", "<!-- given: file a b -->\n\nnothing\n"]
+)
 def test_page_that_does_not_end_is_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"page.md"):
         blocks_of(page_of(tmp_path, text))

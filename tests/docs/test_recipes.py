@@ -58,7 +58,10 @@ class BoltTension(PlateEffect):
         return replace(plate, frequency_hz=(1 - self.loss / 2) * plate.frequency_hz)
 '''
     },
-    lines={"tests/twin/test_effects.py": (('    "plate.boundary",', '    "plate.bolt_tension",\n'),), **CHANGELOG},
+    lines={
+        "tests/twin/test_effects.py": (('    "plate.boundary",', '    "plate.bolt_tension",\n'),),
+        **CHANGELOG,
+    },
     command="import test_effects; test_effects.renew()",
     written=("docs/explanation/effects.md",),
     tests=("tests/twin/test_effects.py",),
@@ -103,7 +106,11 @@ def test_only_a_force_without_contact_is_told(quantity: str, told: int) -> None:
         ),
         **CHANGELOG,
     },
-    tests=("tests/signals/checks/test_quiet_force.py", "tests/docs/test_reference.py", "tests/docs/test_docs.py"),
+    tests=(
+        "tests/signals/checks/test_quiet_force.py",
+        "tests/docs/test_reference.py",
+        "tests/docs/test_docs.py",
+    ),
 )
 
 READER = Recipe(
@@ -222,7 +229,11 @@ def test_all_levels_are_drawn() -> None:
         ),
         **CHANGELOG,
     },
-    tests=("tests/doe/test_simple_random.py", "tests/doe/test_methods.py", "tests/docs/test_contributing.py"),
+    tests=(
+        "tests/doe/test_simple_random.py",
+        "tests/doe/test_methods.py",
+        "tests/docs/test_contributing.py",
+    ),
 )
 
 RECIPES = {"effect": EFFECT, "check": CHECK, "reader": READER, "design": DESIGN}
@@ -233,7 +244,15 @@ def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the repository, whose tests import the copy."""
     copy = tmp_path_factory.mktemp("scratch") / "pyroshock"
     left_out = shutil.ignore_patterns(
-        ".git", ".venv", ".cache", "__pycache__", "images", "_build", "*.egg-info", "results", "*.nb?"
+        ".git",
+        ".venv",
+        ".cache",
+        "__pycache__",
+        "images",
+        "_build",
+        "*.egg-info",
+        "results",
+        "*.nb?",
     )
     shutil.copytree(ROOT, copy, ignore=left_out, symlinks=True)
     return copy
@@ -258,11 +277,25 @@ def test_recipe_touches_few_files_and_its_family_passes(name: str, scratch: Path
         (scratch / path).write_text(text, encoding="utf-8")
     if recipe.command:
         run(scratch, "-c", recipe.command)
-    run(scratch, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow and not bench", *recipe.tests)
+    run(
+        scratch,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-m",
+        "not slow and not bench",
+        *recipe.tests,
+    )
 
 
 def run(scratch: Path, *words: str) -> None:
-    path = os.pathsep.join(str(folder) for folder in (scratch.parent, scratch / "tests", scratch / "tests" / "twin"))
+    path = os.pathsep.join(
+        str(folder) for folder in (scratch.parent, scratch / "tests", scratch / "tests" / "twin")
+    )
     environment = {**os.environ, "PYTHONPATH": path}
-    done = subprocess.run([sys.executable, *words], cwd=scratch, env=environment, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, *words], cwd=scratch, env=environment, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]

@@ -33,7 +33,9 @@ def page(subject: str) -> str:
 
 def section(subject: str, title: str) -> str:
     """The part of a page under a heading of any level."""
-    found = re.search(rf"^#+ {re.escape(title)}$(.*?)(?=^#+ |\Z)", page(subject), re.MULTILINE | re.DOTALL)
+    found = re.search(
+        rf"^#+ {re.escape(title)}$(.*?)(?=^#+ |\Z)", page(subject), re.MULTILINE | re.DOTALL
+    )
     assert found, title
     return found[1]
 
@@ -55,12 +57,20 @@ def test_defaults_comments_and_limits_are_told() -> None:
     words = section("commands", "pyroshock plan lhs")
     assert re.search(r"^\| `--repetitions [^|]*\| `10` \|", words, re.MULTILINE)
     assert re.search(r"^\| `--runs [^|]*\| required \|", words, re.MULTILINE)
-    assert re.search(r"^\| `--seed [^|]*\| drawn and reported \|", words, re.MULTILINE) and "`PYROSHOCK_DB`" in words
-    assert "| `start_s` | DOUBLE / DOUBLE PRECISION | no |  | first instant of contact, on the" in page("tables")
+    assert (
+        re.search(r"^\| `--seed [^|]*\| drawn and reported \|", words, re.MULTILINE)
+        and "`PYROSHOCK_DB`" in words
+    )
+    assert (
+        "| `start_s` | DOUBLE / DOUBLE PRECISION | no |  | first instant of contact, on the"
+        in page("tables")
+    )
     assert "`status = 'stored' OR reason IS NOT NULL`" in section("tables", "recordings")
     assert "| `written_by_id` | INTEGER | no | → `provenance.id` |" in section("tables", "shots")
     words = section("checks", "double-hit")
-    assert re.search(r"^\| `MIN_SHARE` \| `0\.05` \| A second peak counts from this share", words, re.MULTILINE)
+    assert re.search(
+        r"^\| `MIN_SHARE` \| `0\.05` \| A second peak counts from this share", words, re.MULTILINE
+    )
 
 
 @pytest.mark.parametrize("name", sorted(metadata.tables))
@@ -68,7 +78,9 @@ def test_a_table_has_its_columns_and_rules(name: str) -> None:
     words = section("tables", name)
     assert escaped(first_line(tables.models()[name].__doc__)) in words
     stored = metadata.tables[name]
-    assert re.findall(r"^\| `(\w+)` \|", words, re.MULTILINE) == [column.name for column in stored.columns]
+    assert re.findall(r"^\| `(\w+)` \|", words, re.MULTILINE) == [
+        column.name for column in stored.columns
+    ]
     assert words.count(" no |") >= sum(not column.nullable for column in stored.columns)
 
 
@@ -77,7 +89,9 @@ def test_an_effect_has_law_source_and_parameters(kind) -> None:
     words = section("effects", kind.id)
     assert code(kind.law) in words and escaped(kind.source) in words and kind.__doc__
     assert escaped(first_line(kind.__doc__)) in words
-    assert re.findall(r"^\| `(\w+)` \|", words, re.MULTILINE) == [item.name for item in kind.parameters()]
+    assert re.findall(r"^\| `(\w+)` \|", words, re.MULTILINE) == [
+        item.name for item in kind.parameters()
+    ]
 
 
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.format)
@@ -91,15 +105,23 @@ def test_a_reader_has_suffixes_and_library(reader) -> None:
 
 def test_libraries_and_imported_names_are_in_the_reference_and_unknown_subjects_refused() -> None:
     found = {reader.format: readers.libraries(reader) for reader in READERS}
-    assert found["mat"] == ["scipy", "h5py"] and found["npz"] == ["numpy"] and found["tdms"] == ["nptdms"]
+    assert (
+        found["mat"] == ["scipy", "h5py"]
+        and found["npz"] == ["numpy"]
+        and found["tdms"] == ["nptdms"]
+    )
     assert "pyroshock.ingest.load.ingest_folder" in api.documented()
     assert "pyroshock.signals.srs.spectrum.shock_response_spectrum" in api.documented()
     assert "pyroshock.diagnosis.diagnose.diagnose" in api.documented()
-    with pytest.raises(LookupError, match="no subject 'weather' of the reference; there are: commands, tables"):
+    with pytest.raises(
+        LookupError, match="no subject 'weather' of the reference; there are: commands, tables"
+    ):
         filled("# A page\n\n<!-- generated: weather -->\n")
 
 
-@pytest.mark.parametrize("check", [*CHECKS, *SPECTRUM_CHECKS], ids=lambda check: check.__module__.split(".", 1)[1])
+@pytest.mark.parametrize(
+    "check", [*CHECKS, *SPECTRUM_CHECKS], ids=lambda check: check.__module__.split(".", 1)[1]
+)
 def test_a_check_has_its_words(check) -> None:
     assert escaped(first_line(check.__doc__)) in section("checks", checks.name_of(check))
 
@@ -111,7 +133,15 @@ def test_methods_of_design_have_their_options_and_are_those_of_the_folder() -> N
         for option in method.options:
             assert f"| `{option.name}` |" in words
     found = {function.__name__ for function in designs.functions()}
-    assert {"augment", "balance_levels", "read_table", "factorial", "subset", "plackett_burman", "optimal"} < found
+    assert {
+        "augment",
+        "balance_levels",
+        "read_table",
+        "factorial",
+        "subset",
+        "plackett_burman",
+        "optimal",
+    } < found
     for function in designs.functions():
         words = section("designs", f"{function.__module__.rpartition('.')[2]}.{function.__name__}")
         assert escaped(first_line(function.__doc__)) in words
@@ -124,13 +154,12 @@ def test_models_kinds_and_observables_are_all_told() -> None:
         assert escaped(first_line(models.class_of(kind).__doc__)) in section("models", kind)
     assert "[coregional](#coregional)" in page("models")
     for observable in OBSERVABLES:
-        row = (
-            f"| `{observable.name}` | force | {family_of(observable)} | {observable.unit} | {observable.tolerance:g} |"
-        )
+        row = f"| `{observable.name}` | force | {family_of(observable)} | {observable.unit} | {observable.tolerance:g} |"
         assert row in page("observables")
     assert "| `ln_velocity` | velocity |" in page("observables")
-    assert "| `acceleration_1 spectrum at 1000 Hz` | acceleration\\_1 | spectrum | dB | 0.5 | 0.15 |" in page(
-        "observables"
+    assert (
+        "| `acceleration_1 spectrum at 1000 Hz` | acceleration\\_1 | spectrum | dB | 0.5 | 0.15 |"
+        in page("observables")
     )
 
 
@@ -139,7 +168,11 @@ def test_names_of_a_room_have_docstrings_and_stand_in_it(room: str) -> None:
     for module in api.modules(room):
         assert module.__doc__, module.__name__
         words = section(f"api {room}", module.__name__)
-        named = re.findall(rf"^\.\. auto(?:class|function):: {re.escape(module.__name__)}\.(\w+)$", words, re.MULTILINE)
+        named = re.findall(
+            rf"^\.\. auto(?:class|function):: {re.escape(module.__name__)}\.(\w+)$",
+            words,
+            re.MULTILINE,
+        )
         own = api.members(module)
         assert named == [thing.__name__ for thing in own]
         assert [thing.__qualname__ for thing in own if not thing.__doc__] == []
@@ -170,7 +203,9 @@ def test_blocks_and_signs_of_markdown_show_as_they_are() -> None:
         Block("code", 'name = "hammer"'),
     ]
     assert escaped("a*b `c*d` e_f <g>") == r"a\*b `c*d` e\_f \<g\>"
-    assert paragraph("1. not a list") == r"1\. not a list" and paragraph("- neither") == r"\- neither"
+    assert (
+        paragraph("1. not a list") == r"1\. not a list" and paragraph("- neither") == r"\- neither"
+    )
     assert table(["a"], [["x|y `p|q`"]]).splitlines()[-1] == r"| x\|y `p\|q` |"
     assert prose("Text:\n\n    code |x|\n\nMore.") == "Text:\n\n```\ncode |x|\n```\n\nMore."
 
@@ -187,5 +222,9 @@ class Told:
 
 
 def test_comments_of_fields_and_constants_are_found() -> None:
-    assert field_comments(Told) == {"beside": "in words", "above": "Above, in two lines.", "both": "m, of the plate"}
+    assert field_comments(Told) == {
+        "beside": "in words",
+        "above": "Above, in two lines.",
+        "both": "m, of the plate",
+    }
     assert ("SHIPPED", ("hammer", "gun"), "") in list(constants(predictors))

@@ -29,7 +29,9 @@ def all_pages() -> set[str]:
 
 def test_every_page_is_reached_and_every_subject_and_decision_has_one() -> None:
     assert reachable(DOCS) == all_pages()
-    pages = [subject for page in (DOCS / "reference").glob("*.md") for subject in asked(page.read_text())]
+    pages = [
+        subject for page in (DOCS / "reference").glob("*.md") for subject in asked(page.read_text())
+    ]
     assert sorted(pages) == sorted(SUBJECTS)
     listed = (DOCS / "decisions" / "README.md").read_text(encoding="utf-8")
     for path in (DOCS / "decisions").glob("0*.md"):
@@ -38,17 +40,24 @@ def test_every_page_is_reached_and_every_subject_and_decision_has_one() -> None:
 
 
 def test_links_become_the_tree_and_docstrings_say_what_they_say(monkeypatch, tmp_path) -> None:
-    page = f"# A\n\n[b](b.md)\n\n## Two\n\n- [c](d/c.md), [c](d/c.md#e), [out](../out.md)\n\n{MARK}\n"
+    page = (
+        f"# A\n\n[b](b.md)\n\n## Two\n\n- [c](d/c.md), [c](d/c.md#e), [out](../out.md)\n\n{MARK}\n"
+    )
     assert list(sections(page)) == [("", ["b.md"]), ("Two", ["d/c.md"])]
     assert "```{toctree}\n:hidden:\n:caption: Two\n\nd/c\n```" in with_contents(page)
-    assert {"deploy", "deploy/backup.sh"} <= set(linked()) and "docs/reference/store.md" not in linked()
+    assert {"deploy", "deploy/backup.sh"} <= set(
+        linked()
+    ) and "docs/reference/store.md" not in linked()
     monkeypatch.setattr("tools.site.pages.ROOT", tmp_path)
     (tmp_path / "FILE.md").write_text(
         "# Title\n\n[a](docs/a.md#b) [c](LICENSE) [d](#e) [f](https://g.h) [i](docs/j/)\n"
     )
     assert of_root("FILE.md") == "\n[a](a.md#b) [c](../LICENSE) [d](#e) [f](https://g.h) [i](j/)\n"
     assert paragraph("`a`s of x_ and *y* |z|") == r"``a``\ s of x\_ and \*y\* \|z\|"
-    assert paragraph("A. Smith says:: ") == r"\A. Smith says:: " and paragraph("See below::") == r"See below:\:"
+    assert (
+        paragraph("A. Smith says:: ") == r"\A. Smith says:: "
+        and paragraph("See below::") == r"See below:\:"
+    )
     assert rst("One.\n\n- two\n\n    three") == ["One.", "", "- two", "", "::", "", "   three", ""]
     from pyroshock.signals.checks import run_checks
 
@@ -80,12 +89,18 @@ def test_site_has_every_page_and_links_within_itself_alone(site: Path) -> None:
     }
     assert "shock_response_spectrum" in (site / "searchindex.js").read_text(encoding="utf-8")
     assert "pyroshock.ingest.load" in (site / "genindex.html").read_text(encoding="utf-8")
-    parts = re.compile(r"""<(?:script|link|img|iframe)[^>]*(?:src|href)=["']((?:https?:)?//[^"']+)""")
+    parts = re.compile(
+        r"""<(?:script|link|img|iframe)[^>]*(?:src|href)=["']((?:https?:)?//[^"']+)"""
+    )
     assert {
-        found for page in site.rglob("*.html") for found in parts.findall(page.read_text(encoding="utf-8"))
+        found
+        for page in site.rglob("*.html")
+        for found in parts.findall(page.read_text(encoding="utf-8"))
     } == set()
     imported = re.compile(r"@import|url\(\s*[\"']?(?:https?:)?//")
-    assert [path for path in site.rglob("*.css") if imported.search(path.read_text(encoding="utf-8"))] == []
+    assert [
+        path for path in site.rglob("*.css") if imported.search(path.read_text(encoding="utf-8"))
+    ] == []
     missing = set()
     for page in site.rglob("*.html"):
         for target in re.findall(r'href="([^"#?]+)', page.read_text(encoding="utf-8")):
@@ -95,7 +110,9 @@ def test_site_has_every_page_and_links_within_itself_alone(site: Path) -> None:
 
 
 # --- every link of the Markdown leads to a file, and to a heading where it names one ---
-@pytest.mark.parametrize("page", links.pages(), ids=lambda page: page.relative_to(links.ROOT).as_posix())
+@pytest.mark.parametrize(
+    "page", links.pages(), ids=lambda page: page.relative_to(links.ROOT).as_posix()
+)
 def test_links_of_a_page_lead_somewhere(page: Path) -> None:
     assert list(links.wrong(page)) == []
 

@@ -43,12 +43,19 @@ def test_first_shots_are_table_5_1_with_its_factor_and_uncertainties(first: GunO
 
 def test_corner_takes_thirty_to_forty_seven_percent_for_the_thesis_range() -> None:
     assert corner_leakage(1 - np.array([0.30, 0.47])) == pytest.approx([0.4, 0.6], abs=0.005)
-    assert corner_leakage(np.array([0.0, 0.5, 1.0])) == pytest.approx([1.0, 1 - 0.5 ** (10 / 7), 0.0], rel=1e-12)
+    assert corner_leakage(np.array([0.0, 0.5, 1.0])) == pytest.approx(
+        [1.0, 1 - 0.5 ** (10 / 7), 0.0], rel=1e-12
+    )
 
 
-def test_leak_is_a_part_of_the_gap_and_all_of_it_with_the_atmosphere_at_low_pressure(first: GunObservables) -> None:
+def test_leak_is_a_part_of_the_gap_and_all_of_it_with_the_atmosphere_at_low_pressure(
+    first: GunObservables,
+) -> None:
     leak = clearance_leak(first, 0.6)
-    assert leak.share == pytest.approx([0.05, 0.05, 0.03, 0.04, 0.03], abs=0.006) and leak.psi.max() < 0.25
+    assert (
+        leak.share == pytest.approx([0.05, 0.05, 0.03, 0.04, 0.03], abs=0.006)
+        and leak.psi.max() < 0.25
+    )
     assert clearance_leak(first, 1.0).share.max() < 0.1
     both = clearance_leak(first, 0.6, [effect("gun.back_pressure")])
     assert both.share == pytest.approx([1.13, 0.95, 0.30, 0.44, 0.27], abs=0.01)
@@ -59,9 +66,14 @@ def test_no_constant_force_makes_a_constant_factor(first: GunObservables, identi
     assert fit(first, gap(first, 0.05), [identity], anywhere=True).chi2 > 100
 
 
-def test_no_constant_drag_makes_a_constant_factor_and_what_does_is_on_no_bench(first: GunObservables) -> None:
+def test_no_constant_drag_makes_a_constant_factor_and_what_does_is_on_no_bench(
+    first: GunObservables,
+) -> None:
     of = gap(first, 0.05)
-    drags = [[effect("gun.sliding_friction", added_coefficient=0.0, seal_force_n=f)] for f in np.linspace(0, 40, 81)]
+    drags = [
+        [effect("gun.sliding_friction", added_coefficient=0.0, seal_force_n=f)]
+        for f in np.linspace(0, 40, 81)
+    ]
     misfit = (of.y - first.changes(drags)[:, :, 0]) / of.s
     assert np.nanmin((misfit**2).sum(axis=1)) == pytest.approx(269, abs=1)
     found = fit(first, gap(first, 0.05), ["gun.sliding_friction"], anywhere=True)
@@ -70,10 +82,13 @@ def test_no_constant_drag_makes_a_constant_factor_and_what_does_is_on_no_bench(f
     assert found.chi2 == pytest.approx(4.1, abs=0.1) and not found.likely
 
 
-def test_planted_effect_comes_back_and_a_folder_holds_the_record(first: GunObservables, tmp_path: Path) -> None:
+def test_planted_effect_comes_back_and_a_folder_holds_the_record(
+    first: GunObservables, tmp_path: Path
+) -> None:
     planted = effect("gun.sliding_friction", added_coefficient=0.0, seal_force_n=8.0)
     runs = tuple(
-        replace(run, velocity_m_s=v) for run, v in zip(first.record.runs, first.output([planted]), strict=True)
+        replace(run, velocity_m_s=v)
+        for run, v in zip(first.record.runs, first.output([planted]), strict=True)
     )
     stage = GunObservables(replace(first.record, runs=runs))
     found = fit(stage, gap(stage), ["gun.sliding_friction"])
@@ -84,17 +99,27 @@ def test_planted_effect_comes_back_and_a_folder_holds_the_record(first: GunObser
         assert tomllib.load(handle)["bench"]["gun"] == vars(record.gun)
     with (folder / "runs.csv").open(newline="") as handle:
         rows = list(csv.DictReader(handle))
-    assert [float(row["measured_velocity_m_s"]) for row in rows] == [run.velocity_m_s for run in record.runs]
-    assert [float(row["tank_pressure_bar"]) for row in rows] == pytest.approx([0.2319, 0.2651, 0.6158, 0.4042, 0.5784])
+    assert [float(row["measured_velocity_m_s"]) for row in rows] == [
+        run.velocity_m_s for run in record.runs
+    ]
+    assert [float(row["tank_pressure_bar"]) for row in rows] == pytest.approx(
+        [0.2319, 0.2651, 0.6158, 0.4042, 0.5784]
+    )
 
 
-def test_distances_are_in_standard_errors_and_predictions_are_the_fits(first: GunObservables) -> None:
+def test_distances_are_in_standard_errors_and_predictions_are_the_fits(
+    first: GunObservables,
+) -> None:
     of = gap(first, 0.05)
-    fits = [fit(first, of, [identity]) for identity in ("gun.heat_exchange", "sensor.velocity_gain")]
+    fits = [
+        fit(first, of, [identity]) for identity in ("gun.heat_exchange", "sensor.velocity_gain")
+    ]
     expected = np.linalg.norm(fits[0].change - fits[1].change) / 0.05
     assert distances(fits, of.s) == pytest.approx(np.array([[0, expected], [expected, 0]]))
     found = fit(first, gap(first), ["sensor.pressure_offset"])
-    settings = [(run.tank_pressure_pa or 0.0, run.bullet_mass_kg or 0.0) for run in first.record.runs]
+    settings = [
+        (run.tank_pressure_pa or 0.0, run.bullet_mass_kg or 0.0) for run in first.record.runs
+    ]
     assert predicted(first, [found], settings)[0] == pytest.approx(
         np.exp(first.simulated()[:, 0] + found.change), rel=1e-9
     )
@@ -102,7 +127,9 @@ def test_distances_are_in_standard_errors_and_predictions_are_the_fits(first: Gu
     assert needed[0, 1] == pytest.approx([16, 1]) and np.all(np.isinf(needed[0, 0]))
 
 
-def test_atmosphere_and_dead_volume_predict_an_unseen_pressure_better_than_a_factor(small: GunObservables) -> None:
+def test_atmosphere_and_dead_volume_predict_an_unseen_pressure_better_than_a_factor(
+    small: GunObservables,
+) -> None:
     assert len(small.record.runs) == 74 and list(gap(small).shots) == [14, 15, 15, 15, 15]
     assert constant_factor(gap(small)).rms(gap(small)) == pytest.approx(0.162, abs=0.002)
     of = gap(small)
@@ -110,7 +137,9 @@ def test_atmosphere_and_dead_volume_predict_an_unseen_pressure_better_than_a_fac
     assert told.rms(of) == pytest.approx(0.037, abs=0.003)
 
 
-def test_named_pair_lets_the_dart_leave_and_a_free_atmosphere_makes_volume_and_factor_one(small: GunObservables):
+def test_named_pair_lets_the_dart_leave_and_a_free_atmosphere_makes_volume_and_factor_one(
+    small: GunObservables,
+):
     """It predicts velocities, and is not the cause: the volume is many times the 9 to 18 ml that were measured."""
     found = fit(small, gap(small), ("gun.back_pressure", "gun.dead_volume"))
     assert not stuck_stays(found) and found.effects[1].as_json()["volume_m3"] > 6 * 18e-6
@@ -119,12 +148,14 @@ def test_named_pair_lets_the_dart_leave_and_a_free_atmosphere_makes_volume_and_f
         fit(small, of, ("gun.back_pressure", other), anywhere=True)
         for other in ("gun.dead_volume", "sensor.velocity_gain")
     ]
-    assert [effect_fit.chi2 for effect_fit in fits] == pytest.approx([37.2, 37.2], abs=0.2) and distances(fits, of.s)[
-        0, 1
-    ] < 0.2
+    assert [effect_fit.chi2 for effect_fit in fits] == pytest.approx(
+        [37.2, 37.2], abs=0.2
+    ) and distances(fits, of.s)[0, 1] < 0.2
 
 
-def test_diagnosis_predicts_an_unseen_pressure_with_atmosphere_and_dead_volume(small: GunObservables) -> None:
+def test_diagnosis_predicts_an_unseen_pressure_with_atmosphere_and_dead_volume(
+    small: GunObservables,
+) -> None:
     """74 shots with one dart: the pair that the table has as the best on a pressure that it was not fitted to."""
     said = diagnose(small.record, options=Options(where=False, plan=False, rate_pulses=False))
     assert set(said.first.effects[0].split("+")) == {"gun.back_pressure", "gun.dead_volume"}

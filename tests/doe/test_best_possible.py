@@ -24,7 +24,9 @@ def _space(*sizes: int) -> Space:
     )
 
 
-@pytest.mark.parametrize(("sizes", "runs"), [((2, 3), 4), ((2, 2, 2), 4), ((2, 2, 3), 3), ((3, 2), 1), ((2, 2), 6)])
+@pytest.mark.parametrize(
+    ("sizes", "runs"), [((2, 3), 4), ((2, 2, 2), 4), ((2, 2, 3), 3), ((3, 2), 1), ((2, 2), 6)]
+)
 def test_no_design_is_beyond_the_bound_and_some_reach_it(sizes: tuple[int, ...], runs: int) -> None:
     space = _space(*sizes)
     treatments = space.all_treatments()
@@ -45,7 +47,10 @@ def test_random_runs_are_worse_than_the_bound_and_the_same_each_time() -> None:
     gun = gun_space()
     drawn, bounds = random_reference(gun, 105), best_possible(gun, 105)
     assert drawn == random_reference(gun, 105) and set(drawn) == set(FIGURES)
-    assert drawn["worst_pair"] > 3 * bounds["worst_pair"] and drawn["d_efficiency"] < bounds["d_efficiency"]
+    assert (
+        drawn["worst_pair"] > 3 * bounds["worst_pair"]
+        and drawn["d_efficiency"] < bounds["d_efficiency"]
+    )
     with pytest.raises(ValueError, match="runs is 0; expected 1 or more"):
         best_possible(gun, 0)
     assert np.isfinite(list(bounds.values())).all()

@@ -7,7 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.doe.guards import PlannedShot, UnsafeRunError, check_run, planned_shots, refuse_unsafe
+from pyroshock.doe.guards import (
+    PlannedShot,
+    UnsafeRunError,
+    check_run,
+    planned_shots,
+    refuse_unsafe,
+)
 from pyroshock.doe.limits.bench import MAX_CHAIN_LOAD_N, TABLE_2_1, BenchLimits, Swing, read_limits
 from pyroshock.doe.limits.contact_force import Elastic
 from pyroshock.doe.toml_space import parse
@@ -29,7 +35,12 @@ def test_swing_and_load_are_those_of_the_pendulum_s_motion(momentum: float) -> N
 
     top.terminal = True  # type: ignore[attr-defined]
     run = solve_ivp(
-        lambda _, s: [s[1], -9.80665 / 0.8 * math.sin(s[0])], (0, 10), start, events=top, rtol=1e-10, atol=1e-12
+        lambda _, s: [s[1], -9.80665 / 0.8 * math.sin(s[0])],
+        (0, 10),
+        start,
+        events=top,
+        rtol=1e-10,
+        atol=1e-12,
     )
     angle = run.y[0]
     assert swing.reach_m == pytest.approx(0.8 * math.sin(angle[-1]), rel=1e-6)
@@ -71,10 +82,15 @@ def test_guard_holds_the_suspension_against_the_bench(
 
 
 def test_a_height_needs_the_pendulum_s_length() -> None:
-    with pytest.raises(ValueError, match="run 4: chain_height_mm is 56, which changes how the plate swings; state"):
+    with pytest.raises(
+        ValueError, match="run 4: chain_height_mm is 56, which changes how the plate swings; state"
+    ):
         check_run(replace(SHOT, chain_height_m=0.056), BenchLimits())
     assert check_run(SHOT, BenchLimits()) == []
-    with pytest.raises(ValueError, match="run 4: chain_height_mm is 952; expected less than pendulum_length_m, 900 mm"):
+    with pytest.raises(
+        ValueError,
+        match="run 4: chain_height_mm is 952; expected less than pendulum_length_m, 900 mm",
+    ):
         check_run(replace(SHOT, chain_height_m=0.952), BENCH)
 
 
@@ -96,10 +112,13 @@ def test_a_plan_s_row_is_judged_at_its_height() -> None:
     assert shot.chain_height_m == pytest.approx(-0.112)
     limits = read_limits({"pendulum_length_m": 0.9, "max_swing_m": 0.1})
     refuse_unsafe([planned(chain_height_mm="448")], limits)
-    with pytest.raises(UnsafeRunError, match=r"run 7: swing of the plate .* m, allowed 0\.1 \(max_swing_m\)"):
+    with pytest.raises(
+        UnsafeRunError, match=r"run 7: swing of the plate .* m, allowed 0\.1 \(max_swing_m\)"
+    ):
         refuse_unsafe([shot], limits)
     with pytest.raises(
-        ValueError, match=r"run 7: chain_height_mm is '50'; expected a multiple of 56, such as -56 or 0"
+        ValueError,
+        match=r"run 7: chain_height_mm is '50'; expected a multiple of 56, such as -56 or 0",
     ):
         planned(chain_height_mm="50")
 
@@ -120,10 +139,16 @@ change = 3
 def test_chain_height_is_in_whole_links() -> None:
     (factor,) = parse(FACTORS.format(112)).factors
     assert factor.numbers == (-56.0, 0.0, 112.0)
-    with pytest.raises(ValueError, match="chain_height_mm has level '100'; expected a multiple of 56"):
+    with pytest.raises(
+        ValueError, match="chain_height_mm has level '100'; expected a multiple of 56"
+    ):
         parse(FACTORS.format(100))
     level = level_of("chain_height_mm", "-112", lambda _: None)
-    assert (level.factor, level.number, level.si_unit) == ("chain_height", pytest.approx(-0.112), "m")
+    assert (level.factor, level.number, level.si_unit) == (
+        "chain_height",
+        pytest.approx(-0.112),
+        "m",
+    )
     for text in ("60", "a link"):
         with pytest.raises(LevelError, match="a multiple of 56"):
             level_of("chain_height_mm", text, lambda _: None)

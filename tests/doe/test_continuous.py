@@ -51,16 +51,25 @@ def test_values_run_from_low_to_high_in_steps() -> None:
     assert PRESSURE.levels[:3] == ("0.8", "0.85", "0.9")
     assert (PRESSURE.limits, PRESSURE.step) == ((0.8, 6.0), pytest.approx(0.05))
     assert PRESSURE.level_text == "0.8 to 6 bar in steps of 0.05"
-    (treatment,) = SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1,35", "bullet_mass_kg": "1"}])
+    (treatment,) = SPACE.treatments(
+        [{"tip_material": "PLA", "tank_pressure_bar": "1,35", "bullet_mass_kg": "1"}]
+    )
     assert SPACE.rows(treatment[None])[0]["tank_pressure_bar"] == "1.35"
-    with pytest.raises(ValueError, match="tank_pressure_bar is '1\\.36'; expected 0\\.8 to 6 bar in steps"):
-        SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1.36", "bullet_mass_kg": "1"}])
+    with pytest.raises(
+        ValueError, match="tank_pressure_bar is '1\\.36'; expected 0\\.8 to 6 bar in steps"
+    ):
+        SPACE.treatments(
+            [{"tip_material": "PLA", "tank_pressure_bar": "1.36", "bullet_mass_kg": "1"}]
+        )
     with pytest.raises(ValueError, match="tank_pressure_bar is '1,350'; expected"):  # 1350, too
-        SPACE.treatments([{"tip_material": "PLA", "tank_pressure_bar": "1,350", "bullet_mass_kg": "1"}])
+        SPACE.treatments(
+            [{"tip_material": "PLA", "tank_pressure_bar": "1,350", "bullet_mass_kg": "1"}]
+        )
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "step"), [(0.8, 6, "0.1"), (20, 80, "1"), (0, 1, "0.02"), (0.2, 1, "0.01"), (-56, 112, "2")]
+    ("low", "high", "step"),
+    [(0.8, 6, "0.1"), (20, 80, "1"), (0, 1, "0.02"), (0.2, 1, "0.01"), (-56, 112, "2")],
 )
 def test_step_of_its_own_has_few_digits(low: float, high: float, step: str) -> None:
     levels = continuous_levels(low, high, None)
@@ -102,7 +111,10 @@ def test_hypercube_has_a_pressure_in_each_part_of_the_range() -> None:
     assert judged.distinct == 35
     before = balance_levels(SPACE, 30, np.random.default_rng(1)).treatments
     made = augment(
-        SPACE, before, 15, lambda space, n, fixed: balance_levels(space, n, np.random.default_rng(2), fixed=fixed)
+        SPACE,
+        before,
+        15,
+        lambda space, n, fixed: balance_levels(space, n, np.random.default_rng(2), fixed=fixed),
     )
     judged = quality(SPACE, np.vstack([before, made.treatments]))
     assert list(judged.level_counts["tank_pressure"].values()) == [9] * STRATA
@@ -122,12 +134,16 @@ def test_hypercube_has_a_pressure_in_each_part_of_the_range() -> None:
 def test_factorial_takes_values_at_equal_distances() -> None:
     made = factorial(SPACE, 5)
     assert len(made.treatments) == 3 * 5 * 3
-    assert np.unique(pressures(made.treatments)).tolist() == pytest.approx([0.8, 2.1, 3.4, 4.7, 6.0])
+    assert np.unique(pressures(made.treatments)).tolist() == pytest.approx(
+        [0.8, 2.1, 3.4, 4.7, 6.0]
+    )
     with pytest.raises(ValueError, match="levels is 1"):
         factorial(SPACE, 1)
     assert pair_matrix(SPACE, factorial(SPACE).treatments).shape == (3 + STRATA + 3,) * 2
     # At the two ends it is that of two levels; spread evenly over them, the variance is (k + 1) / (3 (k - 1)).
-    assert d_efficiency(np.array([[0], [100]]), [101], [0]) == pytest.approx(d_efficiency_limit([101], [0]))
+    assert d_efficiency(np.array([[0], [100]]), [101], [0]) == pytest.approx(
+        d_efficiency_limit([101], [0])
+    )
     even = np.arange(101)[:, None]
     assert d_efficiency(even, [101], [0]) == pytest.approx((102 / 300) ** 0.5)
 
@@ -143,14 +159,20 @@ def test_order_takes_time_by_parts_and_changes_once_a_value() -> None:
 
 
 def test_range_takes_the_place_of_levels_and_keeps_the_work_to_change() -> None:
-    text = shipped_factors("gun").replace("levels = [0.2, 0.5, 1]", "levels = [0.2, 0.5, 1]\nchange = 1")
-    space = space_from_text(with_ranges(text, {"bullet_mass_kg": (0.2, 1, 0.1), "tip_radius": (30, 60)}))
+    text = shipped_factors("gun").replace(
+        "levels = [0.2, 0.5, 1]", "levels = [0.2, 0.5, 1]\nchange = 1"
+    )
+    space = space_from_text(
+        with_ranges(text, {"bullet_mass_kg": (0.2, 1, 0.1), "tip_radius": (30, 60)})
+    )
     by_name = {factor.name: factor for factor in space.factors}
     assert by_name["bullet_mass"].levels[:3] == ("0.2", "0.3", "0.4")
     assert by_name["bullet_mass"].change == 1
     assert by_name["tip_radius"].continuous
     assert [axis.name for axis in space.axes] == [axis.name for axis in gun_space().axes]
-    space = space_from_text(with_ranges(shipped_factors("gun"), {"tank_pressure_bar": (0.8, 6, 0.05)}))
+    space = space_from_text(
+        with_ranges(shipped_factors("gun"), {"tank_pressure_bar": (0.8, 6, 0.05)})
+    )
     assert "velocity_level" not in [factor.name for factor in space.factors]
     assert space.factors[-1] == PRESSURE
 

@@ -24,7 +24,11 @@ from pyroshock.doe.limits.contact_force import Elastic, hertz_contact
 
 BENCH = BenchLimits()
 GENTLE = PlannedShot("1", 1e5, 0.5, 10.0, "steel", peak_force_n=5e4)
-MATERIALS = {"steel": Elastic(200e9, 0.30), "aluminum": Elastic(69.9e9, 0.33), "PLA": Elastic(3.5e9, 0.36)}
+MATERIALS = {
+    "steel": Elastic(200e9, 0.30),
+    "aluminum": Elastic(69.9e9, 0.33),
+    "PLA": Elastic(3.5e9, 0.36),
+}
 LEVELS = {"low": 5.0, "medium": 10.0, "high": 20.0}
 MASSES = (0.2, 0.5, 1.0)
 ROW = {
@@ -71,7 +75,10 @@ def test_gentle_and_design_shots_pass() -> None:
         ),
         ({"impact_velocity_m_s": 81.0}, ["max_impact_velocity_m_s"]),
         ({"bullet_mass_kg": 1.1}, ["max_bullet_mass_kg"]),
-        ({"bullet_mass_kg": 1.0, "impact_velocity_m_s": 80.05}, ["max_impact_velocity_m_s", "max_momentum_kg_m_s"]),
+        (
+            {"bullet_mass_kg": 1.0, "impact_velocity_m_s": 80.05},
+            ["max_impact_velocity_m_s", "max_momentum_kg_m_s"],
+        ),
         ({"peak_force_n": 2.241e6}, ["max_contact_force_n"]),
     ],
 )
@@ -110,15 +117,25 @@ def test_contact_time_and_peak_give_one_another() -> None:
 
 
 @settings(max_examples=100)
-@given(st.floats(1e4, 1e7), st.floats(0.05, 2.0), st.floats(1.0, 200.0), st.floats(1e3, 1e7), st.floats(1.0, 3.0))
-def test_a_harder_shot_is_never_safer(pressure: float, mass: float, velocity: float, force: float, by: float) -> None:
+@given(
+    st.floats(1e4, 1e7),
+    st.floats(0.05, 2.0),
+    st.floats(1.0, 200.0),
+    st.floats(1e3, 1e7),
+    st.floats(1.0, 3.0),
+)
+def test_a_harder_shot_is_never_safer(
+    pressure: float, mass: float, velocity: float, force: float, by: float
+) -> None:
     shot = PlannedShot("1", pressure, mass, velocity, "steel", peak_force_n=force)
     harder = PlannedShot("1", by * pressure, mass, by * velocity, "steel", peak_force_n=by * force)
     assert set(_names(shot)) <= set(_names(harder))
 
 
 def test_refusal_is_one_line_and_carries_every_run() -> None:
-    with pytest.raises(UnsafeRunError, match=r"1 of 2 .*run 12: tank pressure 900,000 Pa, allowed 800,000"):
+    with pytest.raises(
+        UnsafeRunError, match=r"1 of 2 .*run 12: tank pressure 900,000 Pa, allowed 800,000"
+    ):
         refuse_unsafe([GENTLE, replace(GENTLE, run="12", tank_pressure_pa=9e5)], BENCH)
     runs = [replace(GENTLE, run=str(number), tank_pressure_pa=9e5) for number in range(1, 21)]
     with pytest.raises(UnsafeRunError, match="and 15 more") as caught:
@@ -172,18 +189,30 @@ def test_unusable_levels_are_refused(
 def test_row_becomes_a_shot_on_its_anvil() -> None:
     (shot,) = planned_shots([ROW], LEVELS, PRESSURES, MATERIALS)
     contact = hertz_contact(
-        MATERIALS["PLA"], MATERIALS["aluminum"], tip_radius_m=0.045, bullet_mass_kg=0.5, impact_velocity_m_s=10.0
+        MATERIALS["PLA"],
+        MATERIALS["aluminum"],
+        tip_radius_m=0.045,
+        bullet_mass_kg=0.5,
+        impact_velocity_m_s=10.0,
     )
-    assert shot == PlannedShot("7", PRESSURES["medium", 0.5], 0.5, 10.0, "steel", "aluminum", *reversed(contact))
+    assert shot == PlannedShot(
+        "7", PRESSURES["medium", 0.5], 0.5, 10.0, "steel", "aluminum", *reversed(contact)
+    )
     bare, steel = planned_shots(
-        [ROW | {"anvil_material": "none"}, ROW | {"anvil_material": "steel"}], LEVELS, PRESSURES, MATERIALS
+        [ROW | {"anvil_material": "none"}, ROW | {"anvil_material": "steel"}],
+        LEVELS,
+        PRESSURES,
+        MATERIALS,
     )
     assert bare.peak_force_n == steel.peak_force_n
     rows = [{key: value for key, value in ROW.items() if key != "run"}] * 2
     assert [shot.run for shot in planned_shots(rows, LEVELS, PRESSURES, MATERIALS)] == ["1", "2"]
     with pytest.raises(ValueError, match="run 7: column 'tip_radius_mm'"):
         planned_shots(
-            [{key: value for key, value in ROW.items() if key != "tip_radius_mm"}], LEVELS, PRESSURES, MATERIALS
+            [{key: value for key, value in ROW.items() if key != "tip_radius_mm"}],
+            LEVELS,
+            PRESSURES,
+            MATERIALS,
         )
 
 
@@ -214,7 +243,9 @@ def test_table_a1_at_the_benchs_top_speed_is_refused(thesis_tables: Path) -> Non
     levels = {"low": 20.0, "medium": 40.0, "high": 80.0}
     with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
         rows = list(csv.DictReader(handle))
-    shots = planned_shots(rows, levels, pressures_for_levels(levels, MASSES, _energy_model), MATERIALS)
+    shots = planned_shots(
+        rows, levels, pressures_for_levels(levels, MASSES, _energy_model), MATERIALS
+    )
     with pytest.raises(UnsafeRunError) as caught:
         refuse_unsafe(shots, BENCH)
     limits = {item.limit for _, items in caught.value.exceeded for item in items}

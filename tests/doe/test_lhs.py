@@ -21,7 +21,12 @@ from pyroshock.doe.designs.exchange import (
     strides_of,
     swaps_of,
 )
-from pyroshock.doe.designs.lhs import balance_levels, draw_hypercube, level_counts, repair_level_shares
+from pyroshock.doe.designs.lhs import (
+    balance_levels,
+    draw_hypercube,
+    level_counts,
+    repair_level_shares,
+)
 from pyroshock.doe.factors import DesignFactor, Requirement
 from pyroshock.doe.merit import quality
 from pyroshock.doe.merit.space_filling import axis_centres, cell_counts, worst_deviation
@@ -49,7 +54,10 @@ def _space(*sizes: int) -> Space:
 
 
 ODD = space_of(
-    "odd", "gun", [_word("a", 3), _word("b", 2), _word("c", 4), _word("d", 1)], [Requirement("b", "b1", "a", ("a1",))]
+    "odd",
+    "gun",
+    [_word("a", 3), _word("b", 2), _word("c", 4), _word("d", 1)],
+    [Requirement("b", "b1", "a", ("a1",))],
 )
 
 
@@ -86,7 +94,9 @@ def test_gun_plan_is_all_that_was_asked_for() -> None:
     plan = balance_levels(GUN, 105, _rng(2), steps=FEW).treatments
     recorded = plan[np.sort(np.argsort(plan[:, 0], kind="stable")[15:])]
     assert quality(GUN, recorded).worst_level >= 7
-    more = augment(GUN, recorded, 15, lambda space, n, fixed: balance_levels(space, n, _rng(3), fixed=fixed))
+    more = augment(
+        GUN, recorded, 15, lambda space, n, fixed: balance_levels(space, n, _rng(3), fixed=fixed)
+    )
     _all_asked_for(np.vstack([recorded, more.treatments]))
 
 
@@ -104,7 +114,9 @@ def test_gun_plan_is_good_from_ten_seeds(seed: int) -> None:
 
 
 def test_same_seed_gives_the_same_plan() -> None:
-    first, again, other = (balance_levels(GUN, 40, _rng(seed), steps=500).treatments.tolist() for seed in (5, 5, 6))
+    first, again, other = (
+        balance_levels(GUN, 40, _rng(seed), steps=500).treatments.tolist() for seed in (5, 5, 6)
+    )
     assert first == again != other
 
 
@@ -136,10 +148,14 @@ def test_single_axis_is_shared_out(n: int) -> None:
 def test_arrays_with_a_known_balance_are_found() -> None:
     # L9 of four factors of three levels: every pair of levels once.
     space = _space(3, 3, 3, 3)
-    assert quality(space, balance_levels(space, 9, _rng(0)).treatments).worst_pair == pytest.approx(0.0)
+    assert quality(space, balance_levels(space, 9, _rng(0)).treatments).worst_pair == pytest.approx(
+        0.0
+    )
     # The half fraction of 2^4, in which all triples stand once.
     space = _space(2, 2, 2, 2)
-    assert quality(space, balance_levels(space, 8, _rng(1)).treatments).worst_triple == pytest.approx(0.0)
+    assert quality(
+        space, balance_levels(space, 8, _rng(1)).treatments
+    ).worst_triple == pytest.approx(0.0)
 
 
 def test_fixed_runs_are_not_taken_again() -> None:
@@ -167,7 +183,11 @@ def test_large_spaces_are_balanced_too() -> None:
 
 @pytest.mark.parametrize(
     ("n", "steps", "message"),
-    [(0, None, "n is 0; expected at least 1"), (-3, None, "n is -3"), (5, 0, "steps is 0; expected at least 1")],
+    [
+        (0, None, "n is 0; expected at least 1"),
+        (-3, None, "n is -3"),
+        (5, 0, "steps is 0; expected at least 1"),
+    ],
 )
 def test_nothing_to_do_is_refused(n: int, steps: int | None, message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
@@ -176,7 +196,13 @@ def test_nothing_to_do_is_refused(n: int, steps: int | None, message: str) -> No
 
 # The criterion and the swaps.
 
-ORDERS_ONLY = {"quadruple": 0.0, "neighbour": 0.0, "repeat": 0.0, "centred": 0.0, "wrap_around": 0.0}
+ORDERS_ONLY = {
+    "quadruple": 0.0,
+    "neighbour": 0.0,
+    "repeat": 0.0,
+    "centred": 0.0,
+    "wrap_around": 0.0,
+}
 
 
 def _kernel(runs: int, **weights: float) -> Kernel:
@@ -199,7 +225,10 @@ def test_criterion_is_the_sum_of_squared_counts(order: int, weights: tuple[float
 
 def test_criterion_of_a_factorial_and_of_runs_that_are_replaced() -> None:
     rows = GUN.all_treatments()
-    found = sum(int((cell_counts(rows, SIZES, axes) ** 2).sum()) for axes in itertools.combinations(range(6), 3))
+    found = sum(
+        int((cell_counts(rows, SIZES, axes) ** 2).sum())
+        for axes in itertools.combinations(range(6), 3)
+    )
     assert least_squares(810, SIZES, 3) == found
     rows = _rng(3).permutation(GUN.all_treatments())[:30]
     kernel, ids = _kernel(30), rows @ strides_of(SIZES)
@@ -214,18 +243,25 @@ def test_criterion_of_a_factorial_and_of_runs_that_are_replaced() -> None:
     landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)
     first, second = _rng(5).permutation(GUN.size).reshape(-1, 10)[:2]
     totals = [_total(kernel, np.delete(every, runs, axis=0)) for runs in (first, second)]
-    assert landscape.height(first) - landscape.height(second) == pytest.approx(totals[0] - totals[1], rel=1e-6)
+    assert landscape.height(first) - landscape.height(second) == pytest.approx(
+        totals[0] - totals[1], rel=1e-6
+    )
 
 
 @pytest.mark.parametrize(
-    ("weight", "method", "constant"), [("centred", "CD", (13 / 12) ** 6), ("wrap_around", "WD", -((4 / 3) ** 6))]
+    ("weight", "method", "constant"),
+    [("centred", "CD", (13 / 12) ** 6), ("wrap_around", "WD", -((4 / 3) ** 6))],
 )
 def test_criterion_holds_the_discrepancies(weight: str, method: str, constant: float) -> None:
     rows = _rng(1).permutation(GUN.all_treatments())[:50]
     none = {**ORDERS_ONLY, "pair": 0.0, "triple": 0.0, weight: 1.0}
-    points = np.stack([places[rows[:, axis]] for axis, places in enumerate(axis_centres(GUN))], axis=1)
+    points = np.stack(
+        [places[rows[:, axis]] for axis, places in enumerate(axis_centres(GUN))], axis=1
+    )
     expected = qmc.discrepancy(points, method=method)
-    assert _total(_kernel(50, **none), rows) / 50**2 + constant == pytest.approx(expected, rel=1e-10)
+    assert _total(_kernel(50, **none), rows) / 50**2 + constant == pytest.approx(
+        expected, rel=1e-10
+    )
 
 
 def _surface(rows: Levels, kernel: Kernel) -> DirectCriterion:
@@ -249,7 +285,9 @@ def test_swaps_change_the_criterion_as_they_say() -> None:
             continue
         after = rows.copy()
         after[[3, partner], axis] = after[[partner, 3], axis]
-        assert swaps.change[partner, axis] == pytest.approx(_total(kernel, after) - before, rel=1e-9, abs=1e-6)
+        assert swaps.change[partner, axis] == pytest.approx(
+            _total(kernel, after) - before, rel=1e-9, abs=1e-6
+        )
         assert swaps.become[:, partner, axis].tolist() == (after[[3, partner]] @ strides).tolist()
 
 
@@ -290,7 +328,11 @@ def test_levels_get_their_shares() -> None:
     rows = draw_hypercube(counts, 7, _rng(0))
     assert [np.bincount(rows[:, axis]).tolist() for axis in range(2)] == [[2, 0, 5], [3, 4]]
     levels = np.array([[0], [1], [2], [3], [4]])
-    repaired = repair_level_shares(np.array([0, 0, 1]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 2, 0])])
+    repaired = repair_level_shares(
+        np.array([0, 0, 1]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 2, 0])]
+    )
     assert sorted(repaired.tolist()) == [0, 2, 3]
-    again = repair_level_shares(np.array([0, 0]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 1, 0])])
+    again = repair_level_shares(
+        np.array([0, 0]), np.array([0, 2, 3]), levels, [np.array([1, 0, 0, 1, 0])]
+    )
     assert sorted(again.tolist()) == [0, 3]

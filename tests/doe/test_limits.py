@@ -66,7 +66,11 @@ def test_hole_opening_stress_bounds_the_resistance_and_has_a_closed_form() -> No
     # An independent bound on the coefficient: Al6061-T6 by eq. 2.3 from above, annealed aluminium (55 MPa) from below.
     resistance = STANDARD_GRAVITY_M_S2 * STATIC_RESISTANCE_KGF_M2
     modulus = bulk_modulus(69.9e9, 0.33)
-    assert hole_opening_stress(55e6, modulus, 0.33) < resistance < hole_opening_stress(276e6, modulus, 0.33)
+    assert (
+        hole_opening_stress(55e6, modulus, 0.33)
+        < resistance
+        < hole_opening_stress(276e6, modulus, 0.33)
+    )
     poisson = 0.5 - 1e-9
     stress = hole_opening_stress(300e6, bulk_modulus(200e9, poisson), poisson)
     assert stress == pytest.approx(150e6 * (1 + math.log(2 * 200e9 / (3 * 300e6))), rel=1e-6)
@@ -93,7 +97,9 @@ def test_nishiwaki_is_the_integral_of_its_law_of_motion() -> None:
         mass, diameter, thick, density_kg_m3=density, static_resistance_pa=resistance
     ) == pytest.approx(velocity, rel=1e-8)
     light = nishiwaki_limit(1.0, 0.048, 0.005, density_kg_m3=1e-6, static_resistance_pa=1e9)
-    assert light == pytest.approx(forrestal_limit(1.0, 0.048, 0.005, opening_stress_pa=1e9), rel=1e-9)
+    assert light == pytest.approx(
+        forrestal_limit(1.0, 0.048, 0.005, opening_stress_pa=1e9), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("poisson", [0.1, 0.3, 0.45])
@@ -103,7 +109,9 @@ def test_hole_opening_stress_by_following_the_expansion(poisson: float) -> None:
     modulus, strength = 200e9, 20e6
 
     def slope(r: float, v: np.ndarray) -> np.ndarray:
-        pressure_rate = -2 * strength * (1 - v / r)  # of the sum of the in-plane stresses, following the particle
+        pressure_rate = (
+            -2 * strength * (1 - v / r)
+        )  # of the sum of the in-plane stresses, following the particle
         return 1.5 * (1 - 2 * poisson) / modulus * pressure_rate - v / r
 
     def at_hole(r: float, v: np.ndarray) -> float:
@@ -113,7 +121,9 @@ def test_hole_opening_stress_by_following_the_expansion(poisson: float) -> None:
     edge = (1 + poisson) * strength / modulus  # elastic outside: u = (1 + nu) Y c^2 / (2 E r)
     run = solve_ivp(slope, (1.0, 1e-4), [edge], events=at_hole, rtol=1e-10, atol=1e-14)
     expected = strength / 2 + strength * math.log(1 / run.t[-1])
-    assert hole_opening_stress(strength, bulk_modulus(modulus, poisson), poisson) == pytest.approx(expected, rel=1e-3)
+    assert hole_opening_stress(strength, bulk_modulus(modulus, poisson), poisson) == pytest.approx(
+        expected, rel=1e-3
+    )
 
 
 def test_raised_sine_carries_the_impulse() -> None:
@@ -134,18 +144,26 @@ def test_hertz_is_the_integral_of_its_law_of_motion() -> None:
         return float(state[0])
 
     apart.terminal, apart.direction = True, -1.0  # type: ignore[attr-defined]
-    run = solve_ivp(motion, (0, 1), [0.0, 20.0], events=apart, rtol=1e-10, atol=1e-13, max_step=2e-6)
-    time_s, peak_n = hertz_contact(STEEL, ALUMINUM, tip_radius_m=0.045, bullet_mass_kg=0.5, impact_velocity_m_s=20.0)
+    run = solve_ivp(
+        motion, (0, 1), [0.0, 20.0], events=apart, rtol=1e-10, atol=1e-13, max_step=2e-6
+    )
+    time_s, peak_n = hertz_contact(
+        STEEL, ALUMINUM, tip_radius_m=0.045, bullet_mass_kg=0.5, impact_velocity_m_s=20.0
+    )
     assert time_s == pytest.approx(run.t[-1], rel=1e-6)
     assert peak_n == pytest.approx(stiffness * run.y[0].max() ** 1.5, rel=1e-3)
 
 
 @settings(max_examples=30)
 @given(radii, velocities, st.floats(500.0, 2e4))
-def test_hertz_is_equations_1_23_and_1_25_for_a_sphere(radius: float, velocity: float, density: float) -> None:
+def test_hertz_is_equations_1_23_and_1_25_for_a_sphere(
+    radius: float, velocity: float, density: float
+) -> None:
     mass = 4 / 3 * math.pi * radius**3 * density
     compliance = (STEEL.compliance + ALUMINUM.compliance) / math.pi
-    contact = hertz_contact(STEEL, ALUMINUM, tip_radius_m=radius, bullet_mass_kg=mass, impact_velocity_m_s=velocity)
+    contact = hertz_contact(
+        STEEL, ALUMINUM, tip_radius_m=radius, bullet_mass_kg=mass, impact_velocity_m_s=velocity
+    )
     time_s = 4.53 * (4 / 3 * density * math.pi * compliance) ** 0.4 * radius * velocity**-0.2
     peak_n = 1.917 * density**0.6 * compliance**-0.4 * radius**2 * velocity**1.2
     assert contact.contact_time_s == pytest.approx(time_s, rel=1e-3)
@@ -171,7 +189,9 @@ def test_plate_obeys_newton_and_has_the_impedance_of_a_thin_plate() -> None:
     assert struck == pytest.approx(math.pi * 3e5 / 1e-4 / STEEL_PLATE.impedance_kg_s)
 
 
-def _integrated_wave(plate: ResonantPlate, force: float, contact_time: float, distance: float) -> float:
+def _integrated_wave(
+    plate: ResonantPlate, force: float, contact_time: float, distance: float
+) -> float:
     """Largest acceleration of the endless plate: the slope of the sin^2 pulse folded with the kernel of the wave."""
     spread = math.sqrt(plate.rigidity_n_m / plate.mass_per_area_kg_m2)
     scale = distance**2 / (4 * spread * contact_time)
@@ -215,7 +235,11 @@ def test_m20_is_iso_and_eight_of_them_hold_the_load_cells() -> None:
 def test_torque_is_the_inclined_plane(friction: float) -> None:
     # The exact relation on the thread's helix; VDI 2230 linearises it and rounds to two digits.
     helix = math.atan(M20.pitch_m / (math.pi * M20.pitch_diameter_m))
-    threads = M20.pitch_diameter_m / 2 * math.tan(helix + math.atan(friction / math.cos(math.radians(30))))
+    threads = (
+        M20.pitch_diameter_m
+        / 2
+        * math.tan(helix + math.atan(friction / math.cos(math.radians(30))))
+    )
     exact = 140e3 * (threads + friction * M20_BEARING_M / 2)
     torque = tightening_torque(140e3, M20, bearing_diameter_m=M20_BEARING_M, friction=friction)
     assert torque == pytest.approx(exact, rel=0.03)
@@ -223,7 +247,9 @@ def test_torque_is_the_inclined_plane(friction: float) -> None:
 
 def test_suspension_is_that_of_table_2_1(thesis_tables: Path) -> None:
     factors = {part.name: part.safety_factor for part in TABLE_2_1}
-    assert factors == pytest.approx({"chain": 10.3, "shackle": 4.10, "connecting links": 3.98, "rope": 2.3}, abs=0.01)
+    assert factors == pytest.approx(
+        {"chain": 10.3, "shackle": 4.10, "connecting links": 3.98, "rope": 2.3}, abs=0.01
+    )
     assert all(part.holds for part in TABLE_2_1)
     with (thesis_tables / "table_2_1_suspension.csv").open(newline="") as handle:
         rows = {row["component"]: row for row in csv.DictReader(handle)}
@@ -236,7 +262,9 @@ def test_suspension_is_that_of_table_2_1(thesis_tables: Path) -> None:
 def test_limits_are_read_by_name() -> None:
     assert read_limits({}) == BenchLimits()
     limits = BenchLimits()
-    assert limits.ballistic_limit(1.0) / limits.safety_plate_margin >= limits.max_impact_velocity_m_s
+    assert (
+        limits.ballistic_limit(1.0) / limits.safety_plate_margin >= limits.max_impact_velocity_m_s
+    )
     plate = {
         "youngs_modulus_pa": 110e9,
         "poisson_ratio": 0.34,
@@ -245,7 +273,11 @@ def test_limits_are_read_by_name() -> None:
         "area_m2": 1,
     }
     limits = read_limits(
-        {"max_tank_pressure_pa": 1_000_000, "safety_plate_material": "steel", "plates": {"titanium": plate}}
+        {
+            "max_tank_pressure_pa": 1_000_000,
+            "safety_plate_material": "steel",
+            "plates": {"titanium": plate},
+        }
     )
     assert limits.max_tank_pressure_pa == 1e6
     assert limits.ballistic_limit(1.0) == BALLISTIC_LAWS["steel"](1.0, 0.048, 0.010)

@@ -36,7 +36,9 @@ from pyroshock.doe.space import gun_space, hammer_space
 GUN, HAMMER = gun_space(), hammer_space()
 SIZES = [axis.size for axis in GUN.axes]
 
-designs = hnp.arrays(np.int64, st.tuples(st.integers(1, 12), st.just(3)), elements=st.integers(0, 1))
+designs = hnp.arrays(
+    np.int64, st.tuples(st.integers(1, 12), st.just(3)), elements=st.integers(0, 1)
+)
 
 
 def _every(*sizes: int) -> NDArray[np.int64]:
@@ -47,7 +49,12 @@ def test_full_factorial_is_perfect_and_table_a1_has_its_quoted_figures(thesis_ta
     plan_quality = quality(GUN, GUN.all_treatments())
     assert (plan_quality.runs, plan_quality.distinct) == (810, 810)
     assert (
-        max(plan_quality.worst_level, plan_quality.worst_pair, plan_quality.worst_triple, plan_quality.rms_triple)
+        max(
+            plan_quality.worst_level,
+            plan_quality.worst_pair,
+            plan_quality.worst_triple,
+            plan_quality.rms_triple,
+        )
         < 1e-9
     )
     assert plan_quality.largest_correlation == pytest.approx(0.0, abs=1e-12)
@@ -55,7 +62,11 @@ def test_full_factorial_is_perfect_and_table_a1_has_its_quoted_figures(thesis_ta
     assert (plan_quality.uneven_triples, plan_quality.fewest_differences) == (0, 1)
     counts = quality(HAMMER, HAMMER.all_treatments()).level_counts
     assert counts["anvil_material+insulator"]["steel/polymeric"] == 180 // 5
-    assert counts["tip_material+tip_radius"] == {"aluminum/30": 60, "delrin/30": 60, "polyurethane/15": 60}
+    assert counts["tip_material+tip_radius"] == {
+        "aluminum/30": 60,
+        "delrin/30": 60,
+        "polyurethane/15": 60,
+    }
     with (thesis_tables / "table_a1_lhs_105_runs.csv").open(newline="") as handle:
         plan_quality = quality(GUN, GUN.treatments(list(csv.DictReader(handle))))
     assert (plan_quality.runs, plan_quality.distinct, plan_quality.worst_pair) == (105, 98, 11.5)
@@ -70,7 +81,9 @@ def test_deviations_are_from_the_share() -> None:
     assert cell_counts(runs, [2, 2, 2], (0, 1)).tolist() == [[2, 0], [0, 1]]
     assert worst_deviation(runs, [2, 2, 2], 1) == 0.5
     assert worst_deviation(runs, [2, 2, 2], 2) == 2 - 3 / 4
-    assert rms_deviation(runs, [2, 2, 2], 3) == pytest.approx(math.sqrt((3 * (5 / 8) ** 2 + 5 * (3 / 8) ** 2) / 8))
+    assert rms_deviation(runs, [2, 2, 2], 3) == pytest.approx(
+        math.sqrt((3 * (5 / 8) ** 2 + 5 * (3 / 8) ** 2) / 8)
+    )
     assert beyond_one(runs, [2, 2, 2], 2) == 1
     assert worst_deviation(_every(2, 2), [2, 2], 3) == rms_deviation(_every(2, 2), [2, 2], 3) == 0.0
 
@@ -79,8 +92,12 @@ def test_deviations_are_from_the_share() -> None:
 def test_renaming_levels_changes_no_balance(runs: NDArray[np.int64]) -> None:
     renamed = np.where([True, False, True], 1 - runs, runs)
     for order in (1, 2, 3):
-        assert rms_deviation(renamed, [2, 2, 2], order) == pytest.approx(rms_deviation(runs, [2, 2, 2], order))
-    assert largest_correlation(renamed, [2, 2, 2]) == pytest.approx(largest_correlation(runs, [2, 2, 2]), abs=1e-9)
+        assert rms_deviation(renamed, [2, 2, 2], order) == pytest.approx(
+            rms_deviation(runs, [2, 2, 2], order)
+        )
+    assert largest_correlation(renamed, [2, 2, 2]) == pytest.approx(
+        largest_correlation(runs, [2, 2, 2]), abs=1e-9
+    )
 
 
 def test_correlation_of_two_levels_is_pearson() -> None:
@@ -91,19 +108,27 @@ def test_correlation_of_two_levels_is_pearson() -> None:
     # Also where the order of the levels hides it from Pearson.
     runs = np.array([[0, 1], [1, 0], [2, 2]] * 4)
     assert largest_correlation(runs, [3, 3]) == pytest.approx(1.0)
-    assert largest_correlation(np.array([[0, 0], [0, 1], [0, 1]]), [2, 2]) == pytest.approx(0.0, abs=1e-12)
+    assert largest_correlation(np.array([[0, 0], [0, 1], [0, 1]]), [2, 2]) == pytest.approx(
+        0.0, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("sizes", [(2, 2), (3, 2), (5, 3, 2), (4, 1, 3)])
 def test_d_efficiency_limit_is_that_of_a_factorial(sizes: tuple[int, ...]) -> None:
-    assert d_efficiency(_every(*sizes), sizes) == pytest.approx(d_efficiency_limit(sizes), rel=1e-12)
+    assert d_efficiency(_every(*sizes), sizes) == pytest.approx(
+        d_efficiency_limit(sizes), rel=1e-12
+    )
 
 
 def test_d_efficiency_and_discrepancies_have_closed_forms() -> None:
     assert d_efficiency_limit([2, 2, 2]) == pytest.approx(1.0)
     assert d_efficiency(np.array([[0, 0], [0, 1], [0, 2]]), [2, 3]) == 0.0
     assert d_efficiency(_every(2, 3)[:2], [2, 3]) == 0.0
-    assert main_effects(np.array([[0], [1], [2]]), [3]).tolist() == [[1, 1, 0], [1, 0, 1], [1, -1, -1]]
+    assert main_effects(np.array([[0], [1], [2]]), [3]).tolist() == [
+        [1, 1, 0],
+        [1, 0, 1],
+        [1, -1, -1],
+    ]
     # Hickernell's sums at x = 1/2 in d axes: (13/12)^d - 2 + 1, and -(4/3)^d + (3/2)^d.
     point = np.full((1, 3), 0.5)
     assert discrepancy(point, "CD") == pytest.approx((13 / 12) ** 3 - 1)
@@ -154,7 +179,9 @@ def test_design_as_even_as_whole_runs_can_be_is_drawn_white() -> None:
     rows = balance_levels(GUN, 105, np.random.default_rng(1)).treatments
     pairs = pair_matrix(GUN, rows)
     assert np.nanmax(np.abs(pairs)) == 0.0
-    assert [label for label in level_labels(GUN) if "radius" in label] == [f"tip radius {r} mm" for r in (30, 45, 60)]
+    assert [label for label in level_labels(GUN) if "radius" in label] == [
+        f"tip radius {r} mm" for r in (30, 45, 60)
+    ]
     drawn = np.random.default_rng(0).integers(0, SIZES, (105, len(SIZES)))
     assert np.nanmax(np.abs(pair_matrix(GUN, drawn))) > 0.5
 

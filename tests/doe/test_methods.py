@@ -119,11 +119,15 @@ def test_what_is_missing_is_told(method: str) -> None:
 
 
 @EACH
-def test_defaults_of_options_are_those_of_the_function_and_others_refused(method: str, table: Path) -> None:
+def test_defaults_of_options_are_those_of_the_function_and_others_refused(
+    method: str, table: Path
+) -> None:
     # So that the name of the method says all of a design without further options.
     made, given = get_method(method), request_of(method, CONTINUOUS, table)
     usual = {option.name: option.default for option in made.options if option.default is not None}
-    all_stated = DesignRequest(given.runs, given.table, np.random.default_rng(1), {**usual, **given.options})
+    all_stated = DesignRequest(
+        given.runs, given.table, np.random.default_rng(1), {**usual, **given.options}
+    )
     first, second = made.make(CONTINUOUS, given), made.make(CONTINUOUS, all_stated)
     assert first.method == second.method
     np.testing.assert_array_equal(first.treatments, second.treatments)
@@ -138,7 +142,9 @@ def test_defaults_of_options_are_those_of_the_function_and_others_refused(method
 def test_name_of_the_design_holds_its_method_and_options(table: Path) -> None:
     request = DesignRequest(RUNS, None, np.random.default_rng(1), {"criterion": "maximin"})
     assert get_method("lhs").make(CONTINUOUS, request).method == "lhs criterion=maximin"
-    with pytest.raises(ValueError, match="method is 'magic'; expected one of " + ", ".join(METHODS)):
+    with pytest.raises(
+        ValueError, match="method is 'magic'; expected one of " + ", ".join(METHODS)
+    ):
         get_method("magic")
 
 
@@ -175,4 +181,6 @@ def test_one_module_knows_the_package() -> None:
 def _imported(path: Path) -> set[str]:
     nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
     plain = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
-    return plain | {node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module}
+    return plain | {
+        node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module
+    }

@@ -45,7 +45,9 @@ def test_two_level_factorial_has_the_power_that_design_software_prints() -> None
     space = _space(2, 2, 2)
     rows = space.all_treatments()
     assert [round(100 * term.power, 1) for term in main_effect_power(space, rows)] == [57.2] * 3
-    assert [round(100 * term.power, 1) for term in main_effect_power(space, np.tile(rows, (2, 1)))] == [95.6] * 3
+    assert [
+        round(100 * term.power, 1) for term in main_effect_power(space, np.tile(rows, (2, 1)))
+    ] == [95.6] * 3
     assert {round(term.variance_inflation, 9) for term in main_effect_power(space, rows)} == {1.0}
 
 
@@ -79,31 +81,43 @@ def test_power_is_the_share_of_simulated_campaigns_that_see_the_effect(seed: int
             whole, part = (_residual_squares(matrix, responses) for matrix in (model, without))
             seen.append(np.mean((part - whole) / columns / (whole / residual) > edge))
         power = _powers(GUN, rows, effect)[name].power
-        assert power == pytest.approx(min(seen), abs=4 * np.sqrt(power * (1 - power) / draws) + 0.01)
+        assert power == pytest.approx(
+            min(seen), abs=4 * np.sqrt(power * (1 - power) / draws) + 0.01
+        )
 
 
-def _residual_squares(matrix: NDArray[np.float64], responses: NDArray[np.float64]) -> NDArray[np.float64]:
+def _residual_squares(
+    matrix: NDArray[np.float64], responses: NDArray[np.float64]
+) -> NDArray[np.float64]:
     basis, _ = np.linalg.qr(matrix)
     return np.asarray(((responses - basis @ (basis.T @ responses)) ** 2).sum(axis=0))
 
 
 @given(st.integers(20, 60), st.integers(0, 50))
 @settings(max_examples=15, deadline=None)
-def test_smallest_effect_is_seen_four_times_of_five_and_more_runs_see_less(runs: int, seed: int) -> None:
+def test_smallest_effect_is_seen_four_times_of_five_and_more_runs_see_less(
+    runs: int, seed: int
+) -> None:
     rows = np.random.default_rng(seed).integers(0, [2, 3, 2], (runs, 3))
     space = _space(2, 3, 2)
     for term in main_effect_power(space, rows):
-        again = {other.term: other for other in main_effect_power(space, rows, term.smallest_effect)}[term.term]
+        again = {
+            other.term: other for other in main_effect_power(space, rows, term.smallest_effect)
+        }[term.term]
         assert again.power == pytest.approx(0.8, abs=1e-4)
         assert again.runs_needed is not None and abs(again.runs_needed - runs) <= 1
-        twice = {other.term: other for other in main_effect_power(space, np.tile(rows, (2, 1)))}[term.term]
+        twice = {other.term: other for other in main_effect_power(space, np.tile(rows, (2, 1)))}[
+            term.term
+        ]
         assert twice.smallest_effect < term.smallest_effect
 
 
 def test_inflation_is_that_of_a_regression_on_the_others() -> None:
     rng = np.random.default_rng(3)
     space = _space(2, 2, 2, 2)
-    rows = (rng.random((30, 4)) + np.array([0, 0, 0.3, 0]) * rng.random((30, 1)) > 0.5).astype(np.int64)
+    rows = (rng.random((30, 4)) + np.array([0, 0, 0.3, 0]) * rng.random((30, 1)) > 0.5).astype(
+        np.int64
+    )
     rows[:24, 3] = rows[:24, 0]  # two that go together
     terms = main_terms(space, rows)
     columns = np.hstack([term.columns for term in terms])
@@ -122,7 +136,8 @@ def test_inflation_and_correlation_do_not_depend_on_names_of_levels() -> None:
     renamed[:, 0] = np.array([2, 0, 3, 1])[rows[:, 0]]
     renamed[:, 1] = np.array([1, 2, 0])[rows[:, 1]]
     first, second = (
-        [*main_terms(space, part), *interaction_terms(main_terms(space, part))] for part in (rows, renamed)
+        [*main_terms(space, part), *interaction_terms(main_terms(space, part))]
+        for part in (rows, renamed)
     )
     np.testing.assert_allclose(variance_inflation(first), variance_inflation(second), rtol=1e-9)
     np.testing.assert_allclose(term_correlations(first), term_correlations(second), atol=1e-9)
@@ -139,7 +154,10 @@ def test_correlations_of_a_two_level_design_are_its_aliases() -> None:
         for a, b in itertools.combinations(range(len(terms)), 2)
         if correlations[a, b] > 1e-9
     }
-    named = {frozenset(_unbracketed(name) for name in (alias.effect, alias.other)) for alias in aliases(GUN, rows)}
+    named = {
+        frozenset(_unbracketed(name) for name in (alias.effect, alias.other))
+        for alias in aliases(GUN, rows)
+    }
     assert strong == named and strong
 
 
@@ -149,9 +167,15 @@ def _unbracketed(name: str) -> str:
 
 def test_what_the_others_hide_is_infinitely_inflated_and_has_no_power() -> None:
     space = _space(2, 2, 3)
-    rows = np.array([[0, 0, 0], [1, 1, 0], [0, 0, 1], [1, 1, 1], [0, 0, 2], [1, 1, 2], [0, 0, 0], [1, 1, 1]])
+    rows = np.array(
+        [[0, 0, 0], [1, 1, 0], [0, 0, 1], [1, 1, 1], [0, 0, 2], [1, 1, 2], [0, 0, 0], [1, 1, 1]]
+    )
     powers = _powers(space, rows)
-    assert [np.isinf(powers[name].variance_inflation) for name in ("f0", "f1", "f2")] == [True, True, False]
+    assert [np.isinf(powers[name].variance_inflation) for name in ("f0", "f1", "f2")] == [
+        True,
+        True,
+        False,
+    ]
     assert {term.power for term in powers.values()} == {0.0}
     assert main_effect_power(space, rows[:1]) == []
     with pytest.raises(ValueError, match="effect is 0; expected"):

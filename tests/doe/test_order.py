@@ -54,7 +54,12 @@ def test_blocks_of_hard_factors_are_visited_once() -> None:
     assert changes["easy"] > 20
     # Eight combinations of two factors: beyond what is tried out.
     hard = [_word("a", 4, 2), _word("b", 2, 1)]
-    space = space_of("s", "gun", [*hard, _word("c", 3, 0)], [Requirement("b", "b1", "a", ("a0", "a1", "a2", "a3"))])
+    space = space_of(
+        "s",
+        "gun",
+        [*hard, _word("c", 3, 0)],
+        [Requirement("b", "b1", "a", ("a0", "a1", "a2", "a3"))],
+    )
     changes = changeovers(space, _ordered(space, space.all_treatments(), 2))
     assert (changes["a"], changes["b"]) == (3, 4)
     easy = tuple(replace(factor, change=0) for factor in GUN.factors)
@@ -92,7 +97,9 @@ def test_easy_factors_change_as_often_as_by_chance() -> None:
     rows = _some(GUN, 105, 0)
     confounding = [time_confounding(GUN, _ordered(GUN, rows, seed)) for seed in range(60)]
     for axis in (axis for axis in GUN.axes if axis.change == 0):
-        assert np.mean([of_order[axis.name] for of_order in confounding]) < 1.3 * (axis.size - 1) / 104
+        assert (
+            np.mean([of_order[axis.name] for of_order in confounding]) < 1.3 * (axis.size - 1) / 104
+        )
 
 
 def test_plate_in_two_halves_takes_three_quarters_of_time() -> None:
@@ -107,7 +114,9 @@ def test_plate_in_two_halves_takes_three_quarters_of_time() -> None:
     assert time_confounding(GUN, ordered)["anvil_material+insulator"] < 1e-6
     assert set(time_confounding(GUN, GUN.all_treatments()[:1]).values()) == {0.0}
     rng, rows = np.random.default_rng(1), _some(GUN, 105, 0)
-    mean = np.mean([time_confounding(GUN, rng.permutation(rows))["velocity_level"] for _ in range(800)])
+    mean = np.mean(
+        [time_confounding(GUN, rng.permutation(rows))["velocity_level"] for _ in range(800)]
+    )
     assert mean == pytest.approx(2 / 104, rel=0.15)
 
 
@@ -116,7 +125,12 @@ def test_blocks_take_a_steady_drift_out_of_the_plate_for_one_change_each(blocks:
     rows = balance_levels(GUN, 105, np.random.default_rng(0)).treatments
     ordered = rows[run_order(GUN, rows, np.random.default_rng(1), blocks=blocks)]
     assert changeovers(GUN, ordered)["plate_material"] == blocks
-    assert time_confounding(GUN, rows[run_order(GUN, rows, np.random.default_rng(1))])["plate_material"] > 0.7
+    assert (
+        time_confounding(GUN, rows[run_order(GUN, rows, np.random.default_rng(1))])[
+            "plate_material"
+        ]
+        > 0.7
+    )
     assert time_confounding(GUN, ordered)["plate_material"] < 0.02
     assert sorted(map(tuple, ordered.tolist())) == sorted(map(tuple, rows.tolist()))
 

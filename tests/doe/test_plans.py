@@ -63,10 +63,14 @@ def test_plan_comes_back_as_it_was_made(store):
     assert (plan.method, plan.seed, plan.space) == ("lhs", 1, made.space)
     assert [run.run for run in plan.runs] == list(range(1, 13))
     assert plan.runs[3].settings == {"tank_pressure_bar": 1.3}
-    assert {(run.status, run.repetitions, run.accepted) for run in plan.runs} == {("planned", 3, ())}
+    assert {(run.status, run.repetitions, run.accepted) for run in plan.runs} == {
+        ("planned", 3, ())
+    }
     with store.reading() as session:
         row = session.scalars(select(PlannedRun).where(PlannedRun.run == 2)).one()
-        levels = {level.factor.name: level.number or level.label for level in row.configuration.levels}
+        levels = {
+            level.factor.name: level.number or level.label for level in row.configuration.levels
+        }
     assert levels["tank_pressure"] == pytest.approx(1.1e5)
     assert levels["tip_radius"] == pytest.approx(1e-3 * float(row.treatment["tip_radius_mm"]))
     assert levels["velocity_level"] == row.treatment["velocity_level"]
@@ -91,7 +95,9 @@ def test_discarded_run_is_out_with_its_reason_and_further_runs_go_to_the_end(sto
     planned(store)
     discard_run(store, "spring", 4, "tip broke")
     plan = read(store)
-    assert [(run.run, run.reason) for run in plan.runs if run.status == "discarded"] == [(4, "tip broke")]
+    assert [(run.run, run.reason) for run in plan.runs if run.status == "discarded"] == [
+        (4, "tip broke")
+    ]
     assert len(plan.treatments("planned", "done")) == 11
     assert extend_plan(store, "spring", design(2, seed=5).rows, repetitions=1) == [13, 14]
     plan = read(store)
@@ -124,7 +130,13 @@ def test_run_is_done_when_its_repetitions_are_recorded_and_accepted(store):
     assert (run_of(store, 4).status, run_of(store, 4).state) == ("done", "done")
     with store.reading() as session:
         (row,) = list_plans(session)
-    assert (row["runs"], row["planned"], row["done"], row["discarded"], row["repeat"]) == (12, 11, 1, 0, 0)
+    assert (row["runs"], row["planned"], row["done"], row["discarded"], row["repeat"]) == (
+        12,
+        11,
+        1,
+        0,
+        0,
+    )
 
 
 def test_rejected_repetition_asks_for_a_repeat_until_it_is_recorded_again(store):
@@ -132,7 +144,12 @@ def test_rejected_repetition_asks_for_a_repeat_until_it_is_recorded_again(store)
     record_run(store, "spring", 4, (1, 2, 3))
     find_fault(store, "spring", 4, 2)
     stored = run_of(store, 4)
-    assert (stored.status, stored.accepted, stored.rejected, stored.repeats) == ("planned", (1, 3), (2,), 1)
+    assert (stored.status, stored.accepted, stored.rejected, stored.repeats) == (
+        "planned",
+        (1, 3),
+        (2,),
+        1,
+    )
     assert stored.state == "repeat 1 of 3: repetition 2 is rejected" and boxes(stored) == "☑↻☑"
     find_fault(store, "spring", 4, 3)
     assert run_of(store, 4).state == "repeat 2 of 3: repetitions 2, 3 are rejected"
@@ -180,14 +197,20 @@ def test_decision_is_kept_with_its_note_until_it_changes(store):
 def test_nobody_makes_a_run_done_that_is_not_recorded(store):
     planned(store)
     for note in (None, "I saw it"):
-        with pytest.raises(ValueError, match=r"run 4 of plan 'spring' is not done: 0 of 3 repetitions .* Ingest"):
+        with pytest.raises(
+            ValueError, match=r"run 4 of plan 'spring' is not done: 0 of 3 repetitions .* Ingest"
+        ):
             tick_run(store, "spring", 4, status="done", note=note)
     record_run(store, "spring", 4, (1, 2))
-    with pytest.raises(NoteMissingError, match=r"run 4 of plan 'spring' has 2 of 3 repetitions; .* write a note"):
+    with pytest.raises(
+        NoteMissingError, match=r"run 4 of plan 'spring' has 2 of 3 repetitions; .* write a note"
+    ):
         tick_run(store, "spring", 4, status="done")
     find_fault(store, "spring", 4, 1)
     find_fault(store, "spring", 4, 2)
-    with pytest.raises(ValueError, match=r"0 of 3 repetitions are recorded and accepted \(2 rejected\)"):
+    with pytest.raises(
+        ValueError, match=r"0 of 3 repetitions are recorded and accepted \(2 rejected\)"
+    ):
         tick_run(store, "spring", 4, status="done", note="good enough")
     assert decided(store, 4) == ("planned", None)
 
@@ -205,11 +228,18 @@ def test_decision_for_fewer_repetitions_falls_with_the_last_of_them(store):
 def test_completely_recorded_run_is_opened_by_discarding_a_recording_alone(store):
     planned(store)
     record_run(store, "spring", 4, (1, 2, 3))
-    with pytest.raises(ValueError, match=r"run 4 of plan 'spring' is done: 3 of 3 .* discard its recording"):
+    with pytest.raises(
+        ValueError, match=r"run 4 of plan 'spring' is done: 3 of 3 .* discard its recording"
+    ):
         tick_run(store, "spring", 4, status="planned", note="the plate had slipped")
-    assert tick_run(store, "spring", 4, status="done", note="with the new tip").reason == "with the new tip"
+    assert (
+        tick_run(store, "spring", 4, status="done", note="with the new tip").reason
+        == "with the new tip"
+    )
     find_fault(store, "spring", 4, 2)
-    assert run_of(store, 4).state == "repeat 1 of 3: repetition 2 is rejected"  # the note decided nothing
+    assert (
+        run_of(store, 4).state == "repeat 1 of 3: repetition 2 is rejected"
+    )  # the note decided nothing
     tick_run(store, "spring", 4, status="discarded", note="the plate had slipped")
     record_run(store, "spring", 4, (4,))
     assert run_of(store, 4).status == "discarded"
@@ -221,7 +251,13 @@ def test_completely_recorded_run_is_opened_by_discarding_a_recording_alone(store
     [
         ("autumn", 1, "done", UnknownPlanError, r"no plan 'autumn' in the store; there: spring"),
         ("spring", 99, "done", ValueError, "plan 'spring' has no run 99"),
-        ("spring", 1, "fired", ValueError, "status of run 1 is 'fired'; expected one of planned, done, discarded"),
+        (
+            "spring",
+            1,
+            "fired",
+            ValueError,
+            "status of run 1 is 'fired'; expected one of planned, done, discarded",
+        ),
         ("spring", 1, "discarded", NoteMissingError, "say why run 1 is discarded"),
     ],
 )
@@ -245,7 +281,9 @@ BASE = {
 
 def run(number: int, status: str = "planned", **changes: str) -> StoredRun:
     reason = "<b>broke</b>" if status == "discarded" else None
-    return StoredRun(number, number, 10, status, reason, {**BASE, **changes}, {"tank_pressure_bar": 1.23456})
+    return StoredRun(
+        number, number, 10, status, reason, {**BASE, **changes}, {"tank_pressure_bar": 1.23456}
+    )
 
 
 @pytest.fixture
@@ -263,7 +301,11 @@ def test_changeovers_are_told_before_the_run(plan, tmp_path):
     changes = [row.changes for row in sheet_of(plan).rows]
     assert changes[1] == ()  # a tip is changed in no time
     assert changes[3] == ("plate material: steel", "anvil material: steel")
-    assert [change.split(":")[0] for change in changes[0]] == ["plate material", "anvil material", "insulator"]
+    assert [change.split(":")[0] for change in changes[0]] == [
+        "plate material",
+        "anvil material",
+        "insulator",
+    ]
     write_sheet(plan, tmp_path / "sheet.csv")
     with (tmp_path / "sheet.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.DictReader(file))
@@ -292,7 +334,9 @@ def test_xlsx_holds_numbers_and_texts(plan, tmp_path):
     row = dict(zip(header, page[2], strict=True))
     assert row["tip_radius_mm"].value == 30
     assert (row["tip_material"].value, row["tip_material"].data_type) == ("=1+1", "s")
-    noted = replace(plan, runs=(replace(run(1, status="discarded"), reason="bolt\x07 \x00broke, ±2 µm"),))
+    noted = replace(
+        plan, runs=(replace(run(1, status="discarded"), reason="bolt\x07 \x00broke, ±2 µm"),)
+    )
     write_sheet(noted, tmp_path / "sheet.xlsx")
     cells = [cell.value for cell in load_workbook(tmp_path / "sheet.xlsx").active[2]]
     assert any(isinstance(cell, str) and "bolt broke, ±2 µm" in cell for cell in cells)

@@ -14,7 +14,9 @@ from pyroshock.doe.factors import DesignFactor, continuous_levels
 from pyroshock.doe.space import Space, gun_space, space_of
 
 
-def continuous(name: str, low: float = -1.0, high: float = 1.0, step: float = 0.001) -> DesignFactor:
+def continuous(
+    name: str, low: float = -1.0, high: float = 1.0, step: float = 0.001
+) -> DesignFactor:
     levels = continuous_levels(low, high, step)
     return DesignFactor(name, name, levels, tuple(map(float, levels)), True, 0, "1", None, True)
 
@@ -28,7 +30,9 @@ def surface_space(count: int, *more: DesignFactor) -> Space:
 
 
 def coded(space: Space, treatments: np.ndarray) -> np.ndarray:
-    return np.array([[float(row[column]) for column in space.columns] for row in space.rows(treatments)])
+    return np.array(
+        [[float(row[column]) for column in space.columns] for row in space.rows(treatments)]
+    )
 
 
 def test_stars_are_at_the_distance_of_orthogonal_blocks() -> None:
@@ -38,8 +42,12 @@ def test_stars_are_at_the_distance_of_orthogonal_blocks() -> None:
     assert len(found) == 8 + 6 + 8
     stars = found[np.sum(found != 0, axis=1) == 1]
     assert sorted(np.abs(stars).sum(axis=1)) == pytest.approx([1.826 / 2] * 6, abs=1e-3)
-    assert {tuple(row) for row in found[np.all(found != 0, axis=1)]} == set(itertools.product((-0.5, 0.5), repeat=3))
-    space = space_of("s", "gun", [f for f in gun_space().factors if f.name in ("tip_radius", "bullet_mass")])
+    assert {tuple(row) for row in found[np.all(found != 0, axis=1)]} == set(
+        itertools.product((-0.5, 0.5), repeat=3)
+    )
+    space = space_of(
+        "s", "gun", [f for f in gun_space().factors if f.name in ("tip_radius", "bullet_mass")]
+    )
     rows = space.rows(central_composite(space, centre=1).treatments)
     assert len(rows) == 4 + 4 + 2
     assert {row["bullet_mass_kg"] for row in rows} == {"0.2", "0.5", "1"}
@@ -77,7 +85,11 @@ def test_box_behnken_has_one_centre_and_two_ends_in_each_run() -> None:
     space = surface_space(3)
     found = coded(space, box_behnken(space).treatments)
     edges = [(a, b) for a in (-1, 1) for b in (-1, 1)]
-    expected = {(a, b, 0) for a, b in edges} | {(a, 0, b) for a, b in edges} | {(0, a, b) for a, b in edges}
+    expected = (
+        {(a, b, 0) for a, b in edges}
+        | {(a, 0, b) for a, b in edges}
+        | {(0, a, b) for a, b in edges}
+    )
     assert {tuple(map(int, row)) for row in found} == expected | {(0, 0, 0)}
     assert len(found) == 12 + 3
     with pytest.raises(ValueError, match="expected three or more"):
@@ -103,7 +115,9 @@ def test_box_behnken_has_one_centre_and_two_ends_in_each_run() -> None:
         (surface_space(1, THREE), {"face": "cci"}, "v has 3 levels, and a"),
     ],
 )
-def test_surface_that_the_factors_do_not_allow_names_the_factor(space: Space, options: dict, message: str) -> None:
+def test_surface_that_the_factors_do_not_allow_names_the_factor(
+    space: Space, options: dict, message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         central_composite(space, **options)
 
@@ -116,13 +130,18 @@ def information(points: np.ndarray, degree: int) -> float:
     return max(float(np.linalg.det(terms.T @ terms / len(terms))), 0.0) ** (1 / terms.shape[1])
 
 
-@pytest.mark.parametrize("exchange", ["sequential", "simple_exchange", "fedorov", "modified_fedorov", "detmax"])
+@pytest.mark.parametrize(
+    "exchange", ["sequential", "simple_exchange", "fedorov", "modified_fedorov", "detmax"]
+)
 @pytest.mark.parametrize("runs", [6, 7, 8])
 def test_d_optimal_runs_are_the_best_of_all_choices(exchange: str, runs: int) -> None:
     """Of the nine treatments of a 3 x 3 factorial, for a quadratic surface: every choice is tried."""
     space = surface_space(2)
     everything = coded(space, factorial(space).treatments)
-    best = max(information(everything[list(chosen)], 2) for chosen in itertools.combinations(range(9), runs))
+    best = max(
+        information(everything[list(chosen)], 2)
+        for chosen in itertools.combinations(range(9), runs)
+    )
     made = optimal(space, runs, np.random.default_rng(1), degree=2, exchange=exchange)
     assert information(coded(space, made.treatments), 2) == pytest.approx(best, rel=1e-9)
     assert information(everything, 2) == pytest.approx(0.46224, rel=1e-4)
@@ -142,7 +161,10 @@ def test_half_fraction_is_as_efficient_as_the_factorial() -> None:
     rows = space.rows(made.treatments)
     assert {row["tip_material"] for row in rows} == {"PLA", "aluminum", "steel"}
     assert numbers == ["tip_radius", "bullet_mass", "velocity_level"]
-    assert {row["tip_radius_mm"] for row in rows} == {"30", "60"}  # a line is known best from its ends
+    assert {row["tip_radius_mm"] for row in rows} == {
+        "30",
+        "60",
+    }  # a line is known best from its ends
 
 
 @pytest.mark.parametrize(("criterion", "row"), [("A", 0), ("I", 1)])
@@ -165,7 +187,10 @@ def test_criteria_serve_what_they_are_named_for(criterion: str, row: int) -> Non
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"degree": 2}, "plate_material has words for levels; expected numbers for a model of degree 2"),
+        (
+            {"degree": 2},
+            "plate_material has words for levels; expected numbers for a model of degree 2",
+        ),
         ({"degree": 0}, "degree is 0"),
         ({"degree": 99}, "degree is 99"),
         ({"levels": 10**9}, "levels is 1000000000"),

@@ -77,7 +77,9 @@ def test_table_a_1(thesis_tables: Path) -> None:
     with path.open(newline="") as handle:
         printed = list(csv.DictReader(handle))
     design = read_table(path, GUN)
-    assert [{"run": str(run), **row} for run, row in zip(design.runs, design.rows, strict=True)] == printed
+    assert [
+        {"run": str(run), **row} for run, row in zip(design.runs, design.rows, strict=True)
+    ] == printed
 
 
 @settings(max_examples=40)
@@ -97,7 +99,11 @@ def test_written_table_is_read_back(
         ),
     ]
     file = tmp_path_factory.mktemp("table") / "plan.csv"
-    file.write_bytes(ending.join(delimiter.join(cells) for cells in lines).encode("utf-8-sig" if marked else "utf-8"))
+    file.write_bytes(
+        ending.join(delimiter.join(cells) for cells in lines).encode(
+            "utf-8-sig" if marked else "utf-8"
+        )
+    )
     design = read_table(file, HAMMER)
     assert np.array_equal(design.treatments, treatments)
     assert design.runs == tuple(runs.tolist())
@@ -107,7 +113,9 @@ def test_tables_as_laboratories_write_them(tmp_path: Path) -> None:
     design = read_table(_table(tmp_path, HEADER, FIRST, FIRST.replace("1", "2", 1)), GUN)
     assert design.runs == (1, 2) and np.array_equal(design.treatments[0], design.treatments[1])
     lines = [HEADER, "", FIRST.replace(",1,high", ",0_2,high"), ",,,,,,,"]
-    design = read_table(_table(tmp_path, *(line.replace(",", ";").replace("_2", ",2") for line in lines)), GUN)
+    design = read_table(
+        _table(tmp_path, *(line.replace(",", ";").replace("_2", ",2") for line in lines)), GUN
+    )
     assert design.rows[0]["bullet_mass_kg"] == "0.2"
 
 
@@ -116,16 +124,25 @@ def test_tables_as_laboratories_write_them(tmp_path: Path) -> None:
     [
         ([""], "empty; expected a header"),
         ([HEADER], "no runs below the header"),
-        ([HEADER + ",colour", FIRST + ",red"], "unknown column 'colour'; expected run, plate_material"),
+        (
+            [HEADER + ",colour", FIRST + ",red"],
+            "unknown column 'colour'; expected run, plate_material",
+        ),
         ([HEADER.replace("run,", ""), FIRST[2:]], "column 'run' is missing"),
         ([HEADER.replace(",insulator", ""), FIRST], "column 'insulator' is missing"),
-        ([HEADER.replace("insulator", "anvil_material"), FIRST], "column 'anvil_material' stands 2 times"),
+        (
+            [HEADER.replace("insulator", "anvil_material"), FIRST],
+            "column 'anvil_material' stands 2 times",
+        ),
         ([HEADER, FIRST, "2,steel"], "row 3: 2 cells; expected 8"),
         ([HEADER, FIRST, FIRST], "row 3: run 1 stands in row 2 too"),
         ([HEADER, FIRST.replace("1", "0", 1)], "row 2: run is '0'; expected a whole number from 1"),
         ([HEADER, FIRST.replace("1", "1.5", 1)], "run is '1.5'"),
         ([HEADER, FIRST.replace("1", "9" * 30, 1)], "expected a whole number"),
-        ([HEADER, FIRST.replace("PLA", "gold")], "run 1: tip_material is 'gold'; expected one of PLA"),
+        (
+            [HEADER, FIRST.replace("PLA", "gold")],
+            "run 1: tip_material is 'gold'; expected one of PLA",
+        ),
         ([HEADER, FIRST.replace("none,none", "none,polymeric")], "run 1: insulator = polymeric"),
         ([HEADER, FIRST.replace("PLA", '"PLA')], "unexpected end of data"),
     ],
@@ -192,7 +209,9 @@ def test_balance_is_restored() -> None:
 @settings(max_examples=30)
 @given(st.integers(0, 200), st.integers(1, 60), st.integers(0, 2**32))
 def test_additions_are_new_while_new_ones_remain(recorded: int, n: int, seed: int) -> None:
-    before = np.random.default_rng(seed).permutation(np.vstack([HAMMER.all_treatments()] * 2))[:recorded]
+    before = np.random.default_rng(seed).permutation(np.vstack([HAMMER.all_treatments()] * 2))[
+        :recorded
+    ]
     after = np.vstack([before, augment(HAMMER, before, n, Drawn(seed)).treatments])
     distinct = len(np.unique(before, axis=0)) if recorded else 0
     assert len(np.unique(after, axis=0)) == min(180, distinct + n)

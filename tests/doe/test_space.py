@@ -32,7 +32,10 @@ def spaces(draw: st.DrawFn) -> Space:
     sizes = draw(st.lists(st.integers(1, 4), min_size=1, max_size=5))
     factors = [_factor(f"f{index}", size, draw(st.booleans())) for index, size in enumerate(sizes)]
     pairs = list(itertools.permutations(factors, 2))
-    rules = [_requirement(draw, *draw(st.sampled_from(pairs))) for _ in range(draw(st.integers(0, 3)) if pairs else 0)]
+    rules = [
+        _requirement(draw, *draw(st.sampled_from(pairs)))
+        for _ in range(draw(st.integers(0, 3)) if pairs else 0)
+    ]
     try:
         return space_of("drawn", "gun", factors, rules)
     except ValueError as error:
@@ -49,11 +52,15 @@ def _factor(name: str, size: int, numeric: bool) -> DesignFactor:
 
 def _requirement(draw: st.DrawFn, factor: DesignFactor, needs: DesignFactor) -> Requirement:
     allowed = draw(st.lists(st.sampled_from(needs.levels), min_size=1, unique=True))
-    return Requirement(factor.name, draw(st.sampled_from(factor.levels)), needs.name, tuple(allowed))
+    return Requirement(
+        factor.name, draw(st.sampled_from(factor.levels)), needs.name, tuple(allowed)
+    )
 
 
 def _some(space: Space, seed: int, n: int = 20) -> NDArray[np.int64]:
-    return np.random.default_rng(seed).integers([axis.size for axis in space.axes], size=(n, len(space.axes)))
+    return np.random.default_rng(seed).integers(
+        [axis.size for axis in space.axes], size=(n, len(space.axes))
+    )
 
 
 def test_axes_of_the_two_benches() -> None:
@@ -61,7 +68,11 @@ def test_axes_of_the_two_benches() -> None:
     assert [axis.size for axis in GUN.axes] == [2, 5, 3, 3, 3, 3]
     assert HAMMER.size == 180
     assert [axis.size for axis in HAMMER.axes] == [3, 2, 3, 5, 2]
-    assert [axis.name for axis in GUN.axes if axis.ordered] == ["tip_radius", "bullet_mass", "velocity_level"]
+    assert [axis.name for axis in GUN.axes if axis.ordered] == [
+        "tip_radius",
+        "bullet_mass",
+        "velocity_level",
+    ]
     assert [axis.name for axis in HAMMER.axes if axis.ordered] == ["hammer_speed"]
     assert [axis.change for axis in GUN.axes] == [3, 2, 0, 0, 0, 0]
     assert HAMMER.axes[2].labels == ("aluminum/30", "delrin/30", "polyurethane/15")
@@ -69,33 +80,59 @@ def test_axes_of_the_two_benches() -> None:
 
 def test_rules_make_axes_of_several_factors() -> None:
     tie = Tie(("f0", "f1"), (("0.1", "a"), ("0.2", "b")))
-    space = space_of("own", "gun", [_factor("f0", 2, numeric=True), _factor("f1", 2, numeric=False)], [tie])
+    space = space_of(
+        "own", "gun", [_factor("f0", 2, numeric=True), _factor("f1", 2, numeric=False)], [tie]
+    )
     assert not space.axes[0].ordered and space.factors[0].has_order
     factors = [_factor(name, 2, numeric=False) for name in ("f0", "f1", "f2")]
     space = space_of("own", "gun", factors, [Requirement("f2", "b", "f0", ("b",))])
     assert [axis.name for axis in space.axes] == ["f0+f2", "f1"]
-    assert list(space.rows(np.array([[2, 0]]))[0].items()) == [("f0", "b"), ("f1", "a"), ("f2", "b")]
+    assert list(space.rows(np.array([[2, 0]]))[0].items()) == [
+        ("f0", "b"),
+        ("f1", "a"),
+        ("f2", "b"),
+    ]
 
 
 #: Names of the factors in the thesis's tables, and ours.
 TABLE_3_2 = {
-    **{"bullet_mass_kg": "bullet_mass", "bullet_tip": "tip_material", "bullet_tip_radius_mm": "tip_radius"},
-    **{"plate_material": "plate_material", "anvil_plate_material": "anvil_material", "insulator_layer": "insulator"},
+    **{
+        "bullet_mass_kg": "bullet_mass",
+        "bullet_tip": "tip_material",
+        "bullet_tip_radius_mm": "tip_radius",
+    },
+    **{
+        "plate_material": "plate_material",
+        "anvil_plate_material": "anvil_material",
+        "insulator_layer": "insulator",
+    },
     "bullet_velocity": "velocity_level",
 }
 TABLE_4_1 = {
-    **{"impact_position": "impact_position", "hammer_speed": "hammer_speed", "hammer_head_material": "tip_material"},
-    **{"hammer_head_radius_mm": "tip_radius", "anvil_plate_material": "anvil_material", "anvil_insulator": "insulator"},
+    **{
+        "impact_position": "impact_position",
+        "hammer_speed": "hammer_speed",
+        "hammer_head_material": "tip_material",
+    },
+    **{
+        "hammer_head_radius_mm": "tip_radius",
+        "anvil_plate_material": "anvil_material",
+        "anvil_insulator": "insulator",
+    },
     "plate_boundary_conditions": "boundary_conditions",
 }
 
 
 def test_levels_are_those_of_tables_3_2_and_4_1(thesis_tables: Path) -> None:
-    gun, hammer = ({factor.name: factor.levels for factor in space.factors} for space in (GUN, HAMMER))
+    gun, hammer = (
+        {factor.name: factor.levels for factor in space.factors} for space in (GUN, HAMMER)
+    )
     for printed, name in TABLE_3_2.items():
         assert list(gun[name]) == _column(thesis_tables / "table_3_2_gun_factors.csv", printed)
     for printed, name in TABLE_4_1.items():
-        assert set(hammer[name]) == set(_column(thesis_tables / "table_4_1_hammer_factors.csv", printed))
+        assert set(hammer[name]) == set(
+            _column(thesis_tables / "table_4_1_hammer_factors.csv", printed)
+        )
 
 
 @pytest.mark.parametrize("space", [GUN, HAMMER], ids=["gun", "hammer"])
@@ -134,7 +171,9 @@ def test_numbers_may_be_written_otherwise(seed: int, form: str) -> None:
     treatments = _some(GUN, seed)
     rows = GUN.rows(treatments)
     for row in rows:
-        row.update({key: form.format(float(row[key])) for key in ("tip_radius_mm", "bullet_mass_kg")})
+        row.update(
+            {key: form.format(float(row[key])) for key in ("tip_radius_mm", "bullet_mass_kg")}
+        )
     assert np.array_equal(GUN.treatments(rows), treatments)
 
 
@@ -158,13 +197,17 @@ def _gun_rows(**cells: str) -> list[dict[str, str]]:
 
 def test_row_that_is_no_treatment_is_named() -> None:
     rule = "insulator = polymeric needs anvil_material = aluminum or steel"
-    with pytest.raises(ValueError, match=f"^run 2: .*anvil_material = none is not feasible: {rule}$"):
+    with pytest.raises(
+        ValueError, match=f"^run 2: .*anvil_material = none is not feasible: {rule}$"
+    ):
         GUN.treatments(_gun_rows(insulator="polymeric"))
     rows = HAMMER.rows(np.zeros((1, 5), dtype=np.int64))
     rows[0]["tip_radius_mm"] = "15"
     with pytest.raises(ValueError, match="go together as aluminum/30, delrin/30, polyurethane/15"):
         HAMMER.treatments(rows)
-    with pytest.raises(ValueError, match=r"^run 17: tip_material is 'gold'; expected one of PLA, aluminum, steel$"):
+    with pytest.raises(
+        ValueError, match=r"^run 17: tip_material is 'gold'; expected one of PLA, aluminum, steel$"
+    ):
         GUN.treatments(_gun_rows(run="17", tip_material="gold"))
     rows = _gun_rows()
     del rows[1]["insulator"]
@@ -178,7 +221,10 @@ def test_row_that_is_no_treatment_is_named() -> None:
         ([[0, 0, 0, 0, 0]], r"\(1, 5\) of int64; expected \(n, 6\)"),
         ([0, 0, 0, 0, 0, 0], "expected"),
         ([[0.0] * 6], "float64"),
-        ([[0] * 6, [0, 5, 0, 0, 0, 0]], r"treatment 1: anvil_material\+insulator is 5; expected 0 to 4"),
+        (
+            [[0] * 6, [0, 5, 0, 0, 0, 0]],
+            r"treatment 1: anvil_material\+insulator is 5; expected 0 to 4",
+        ),
         ([[-1, 0, 0, 0, 0, 0]], "plate_material is -1"),
     ],
 )
@@ -196,7 +242,9 @@ def test_space_made_by_hand() -> None:
     with pytest.raises(ValueError, match="expected every factor once"):
         Space("own", "gun", GUN.factors, GUN.axes[:-1])
     levels = tuple(map(str, range(30)))
-    space = space_of("big", "gun", [DesignFactor(name, name, levels, None, False, 0) for name in "abcdefghij"])
+    space = space_of(
+        "big", "gun", [DesignFactor(name, name, levels, None, False, 0) for name in "abcdefghij"]
+    )
     assert space.size == math.prod([30] * 10)
     with pytest.raises(ValueError, match="expected at most 1000000 to list"):
         space.all_treatments()
@@ -205,6 +253,8 @@ def test_space_made_by_hand() -> None:
 
 
 @pytest.mark.parametrize("combinations", [(), ((0,), (0,)), ((0, 0),), ((2,),), ((-1,),)])
-def test_axis_of_impossible_combinations_is_refused(combinations: tuple[tuple[int, ...], ...]) -> None:
+def test_axis_of_impossible_combinations_is_refused(
+    combinations: tuple[tuple[int, ...], ...],
+) -> None:
     with pytest.raises(ValueError, match="axis 'f0': combination"):
         Axis("f0", (_factor("f0", 2, numeric=False),), combinations)

@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.doe.designs import pydoe
-from pyroshock.doe.designs.two_level import fractional_factorial, plackett_burman, smallest_generators
+from pyroshock.doe.designs.two_level import (
+    fractional_factorial,
+    plackett_burman,
+    smallest_generators,
+)
 from pyroshock.doe.factors import DesignFactor
 from pyroshock.doe.merit.quality import Alias, alias_lines, aliases, quality
 from pyroshock.doe.space import Space, gun_space, space_of
@@ -25,7 +29,11 @@ TABLE_7_4 = {
 
 
 def two_level_space(names: str) -> Space:
-    return space_of("s", "hammer", [DesignFactor(n.lower(), n.lower(), ("low", "high"), None, True, 0) for n in names])
+    return space_of(
+        "s",
+        "hammer",
+        [DesignFactor(n.lower(), n.lower(), ("low", "high"), None, True, 0) for n in names],
+    )
 
 
 def test_number_of_runs_follows_the_authors() -> None:
@@ -57,7 +65,9 @@ def test_aliases_of_seven_factors_in_eight_runs_are_those_of_the_table() -> None
     assert "a = -b*c" in alias_lines(alias_rows)
     screening = two_level_space("abcdefghijk")
     lines = alias_lines(aliases(screening, plackett_burman(screening).treatments))
-    assert lines[-1].endswith("aliased in part, by up to 0.33")  # of 1/3: Lin and Draper, Technometrics 34 (1992)
+    assert lines[-1].endswith(
+        "aliased in part, by up to 0.33"
+    )  # of 1/3: Lin and Draper, Technometrics 34 (1992)
     assert smallest_generators(4, 3) == "a b c abc"
     assert smallest_generators(5, 4) == "a b c d abcd"
     space = gun_space()
@@ -66,10 +76,15 @@ def test_aliases_of_seven_factors_in_eight_runs_are_those_of_the_table() -> None
     rows = space.rows(fractional_factorial(space, categorical="first-last").treatments)
     assert {row["tip_material"] for row in rows} == {"PLA", "steel"}
     assert {row["tip_radius_mm"] for row in rows} == {"30", "60"}
-    assert {(row["anvil_material"], row["insulator"]) for row in rows} == {("none", "none"), ("steel", "polymeric")}
+    assert {(row["anvil_material"], row["insulator"]) for row in rows} == {
+        ("none", "none"),
+        ("steel", "polymeric"),
+    }
 
 
-@pytest.mark.parametrize("generators", ["a b ab", "a b c abc", "a b c d abc abd", "a b c d e abcde", "a b c ab ac"])
+@pytest.mark.parametrize(
+    "generators", ["a b ab", "a b c abc", "a b c d abc abd", "a b c d e abcde", "a b c ab ac"]
+)
 def test_groups_of_aliases_are_those_of_pydoe(generators: str) -> None:
     """Up to interactions of two factors."""
     from pyDOE3 import fracfact_aliasing
@@ -88,11 +103,23 @@ def test_groups_of_aliases_are_those_of_pydoe(generators: str) -> None:
 @pytest.mark.parametrize(
     ("factors", "resolution", "runs"),
     [
-        *((3, 3, 4), (5, 3, 8), (7, 3, 8), (11, 3, 16), (15, 3, 16), (4, 4, 8), (6, 4, 16), (8, 4, 16), (9, 4, 32)),
+        *(
+            (3, 3, 4),
+            (5, 3, 8),
+            (7, 3, 8),
+            (11, 3, 16),
+            (15, 3, 16),
+            (4, 4, 8),
+            (6, 4, 16),
+            (8, 4, 16),
+            (9, 4, 32),
+        ),
         *((5, 5, 16), (6, 5, 32), (8, 5, 64), (10, 5, 128), (7, 7, 64), (3, 5, 8), (1, 3, 2)),
     ],
 )
-def test_fewest_runs_of_a_resolution_are_those_of_the_table(factors: int, resolution: int, runs: int) -> None:
+def test_fewest_runs_of_a_resolution_are_those_of_the_table(
+    factors: int, resolution: int, runs: int
+) -> None:
     """Box, Hunter and Hunter, Table 6.22; a full factorial where no fraction has the resolution."""
     coded = pydoe.two_level(smallest_generators(factors, resolution))
     assert coded.shape == (runs, factors)
@@ -104,7 +131,9 @@ def _resolution(coded: np.ndarray) -> float:
     factors = coded.shape[1]
     products = {mask: np.prod(coded[:, [i for i in range(factors) if mask >> i & 1]], axis=1) for mask in
                 range(1, 2**factors)} if factors <= 11 else {}  # fmt: skip
-    lengths = [mask.bit_count() for mask, product in products.items() if abs(product.sum()) == len(coded)]
+    lengths = [
+        mask.bit_count() for mask, product in products.items() if abs(product.sum()) == len(coded)
+    ]
     return min(lengths, default=99)
 
 

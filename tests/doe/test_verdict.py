@@ -33,7 +33,8 @@ def test_thesis_plan_is_usable_for_its_plate_goes_with_time_and_blocks_cure_it()
     usual = _judged(GUN, rows)
     assert usual.word == "usable" and "1 caution;" in usual.sentence
     assert re.search(
-        r"drift of the bench cannot be told from the effect of plate material \(7\d %", _texts(usual, "caution")
+        r"drift of the bench cannot be told from the effect of plate material \(7\d %",
+        _texts(usual, "caution"),
     )
     for layout in ({"blocks": 2}, {"kind": "random"}):
         cured = _judged(GUN, rows, **layout)
@@ -53,17 +54,25 @@ def test_repeats_are_asked_for_until_there_are_some() -> None:
 def test_missing_level_is_named_and_poor() -> None:
     rows = GUN.all_treatments()
     verdict = _judged(GUN, rows[rows[:, 0] == 0])
-    assert verdict.word == "poor" and "plate material has no run at steel" in _texts(verdict, "fault")
+    assert verdict.word == "poor" and "plate material has no run at steel" in _texts(
+        verdict, "fault"
+    )
 
 
 def test_cure_of_low_power_is_as_many_runs_as_it_says() -> None:
     rows = balance_levels(GUN, 24, np.random.default_rng(0)).treatments
     verdict = _judged(GUN, rows)
-    (reason,) = [reason for reason in verdict.reasons if "standard deviations of a run is seen" in reason.text]
+    (reason,) = [
+        reason
+        for reason in verdict.reasons
+        if "standard deviations of a run is seen" in reason.text
+    ]
     assert "anvil material and insulator" in reason.text
     (needed,) = re.findall(r"about (\d+) runs", reason.cure)
     more = balance_levels(GUN, int(needed) + 4, np.random.default_rng(0)).treatments
-    assert not any("is seen with a chance below" in reason.text for reason in _judged(GUN, more).reasons)
+    assert not any(
+        "is seen with a chance below" in reason.text for reason in _judged(GUN, more).reasons
+    )
     few = _judged(GUN, rows[:10])
     assert few.word == "poor" and "10 runs are too few" in _texts(few, "fault")
     assert "No factor is varied in 1 run" in _texts(_judged(GUN, rows[:1]), "fault")
@@ -71,14 +80,20 @@ def test_cure_of_low_power_is_as_many_runs_as_it_says() -> None:
 
 def test_confounding_above_half_is_named_with_its_cure() -> None:
     three = _judged(GUN, plackett_burman(GUN, categorical="first-last").treatments)
-    (reason,) = [reason for reason in three.reasons if "confounded with interactions" in reason.text]
+    (reason,) = [
+        reason for reason in three.reasons if "confounded with interactions" in reason.text
+    ]
     assert "(1.00)" in reason.text and "--resolution 4" in reason.cure
-    four = _judged(GUN, fractional_factorial(GUN, resolution=4, categorical="first-last").treatments)
+    four = _judged(
+        GUN, fractional_factorial(GUN, resolution=4, categorical="first-last").treatments
+    )
     assert not any("confounded with interactions" in reason.text for reason in four.reasons)
     assert "interactions of two factors are confounded with each other" in _texts(four, "note")
     assert "No more than two levels" in _texts(four, "note")
     rows = GUN.all_treatments()
-    together = rows[(rows[:, 2] == rows[:, 3]) | (np.arange(len(rows)) % 19 == 0)]  # tip material and radius
+    together = rows[
+        (rows[:, 2] == rows[:, 3]) | (np.arange(len(rows)) % 19 == 0)
+    ]  # tip material and radius
     verdict = _judged(GUN, together)
     assert "tip material and tip radius" in " ".join(
         reason.text for reason in verdict.reasons if "Main effects that" in reason.text
@@ -97,7 +112,9 @@ def test_centre_points_lie_in_the_middle_and_words_take_turns() -> None:
     assert with_centre_points(design, 0, np.random.default_rng(2)) is design
     words = space_of("w", "gun", [DesignFactor("a", "a", ("x", "y"), None, False, 0)])
     with pytest.raises(ValueError, match="no ordered factor"):
-        with_centre_points(Design(words, words.all_treatments(), "factorial", None), 2, np.random.default_rng(0))
+        with_centre_points(
+            Design(words, words.all_treatments(), "factorial", None), 2, np.random.default_rng(0)
+        )
     with pytest.raises(ValueError, match="centre points are -1"):
         with_centre_points(design, -1, np.random.default_rng(0))
     with pytest.raises(ValueError, match="replicates is 0"):

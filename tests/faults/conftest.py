@@ -45,4 +45,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """As docs/measurements/faults.md shows it."""
     if TALLIES:
         terminalreporter.section("killed at random moments")
-        terminalreporter.write_line("\n".join([HEADER, *(tally.row() for tally in TALLIES.values())]))
+        terminalreporter.write_line(
+            "\n".join([HEADER, *(tally.row() for tally in TALLIES.values())])
+        )

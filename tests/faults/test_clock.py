@@ -83,7 +83,10 @@ def test_model_registered_last_is_the_newest(registry, back):
     train(registry, context, ["hertz"], SPLITS, retrain=True)
     versions = registry.versions()
     assert [version.label for version in versions] == ["hertz@2", "hann@1", "hertz@1"]
-    assert versions[0].registered_at < versions[2].registered_at and in_order(reversed(versions)) == versions
+    assert (
+        versions[0].registered_at < versions[2].registered_at
+        and in_order(reversed(versions)) == versions
+    )
     assert chosen(versions, "hertz").label == "hertz@2"
     assert [version.label for version in newest(versions)] == ["hertz@2", "hann@1"]
     assert [v.label for v in train(registry, context, ["hertz"], SPLITS).versions] == ["hertz@2"]
@@ -113,7 +116,9 @@ def test_model_promoted_last_is_in_use(registry, back):
     for name in ("hann", "hertz", "linear"):
         promote(registry, name, 1, lambda _: context.table, forced=True, reason=f"now {name}")
         back()
-    with registry.connection.client() as client:  # as a kill would leave it, before the alias was taken from the other
+    with (
+        registry.connection.client() as client
+    ):  # as a kill would leave it, before the alias was taken from the other
         client.set_registered_model_alias("hann", "champion-hammer", "1")
     assert registry.champion("hammer").label == "linear@1"
     decisions = registry.decisions()
@@ -131,4 +136,6 @@ def test_diagnosis_made_last_is_the_newest(back, sqlite_url):
             back()
         with store.reading() as session:
             rows = list_diagnoses(session)
-            assert [row["id"] for row in rows] == keys[::-1] and rows[0]["diagnosed_at"] < rows[1]["diagnosed_at"]
+            assert [row["id"] for row in rows] == keys[::-1] and rows[0]["diagnosed_at"] < rows[1][
+                "diagnosed_at"
+            ]

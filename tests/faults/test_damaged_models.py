@@ -38,7 +38,14 @@ def trained(tmp_path_factory) -> Path:
         registry = fresh_registry(folder / "made")
         training_context = context_in(registry)
         train(registry, training_context, MODELS, SPLITS)
-        promote(registry, "hann", 1, lambda _: training_context.table, forced=True, reason="to begin with")
+        promote(
+            registry,
+            "hann",
+            1,
+            lambda _: training_context.table,
+            forced=True,
+            reason="to begin with",
+        )
     return (folder / "made").rename(folder / "moved")
 
 
@@ -55,7 +62,9 @@ def gone(folder):
 
 def changed(folder):
     file = folder / "model.json"
-    file.write_text(file.read_text(encoding="utf-8").replace('"format"', '"Format"'), encoding="utf-8")
+    file.write_text(
+        file.read_text(encoding="utf-8").replace('"format"', '"Format"'), encoding="utf-8"
+    )
 
 
 def cut_short(folder):
@@ -85,21 +94,36 @@ def damage_held_out(registry: Registry, label: str) -> None:
 def test_damaged_model_is_named_with_its_file_and_what_next(registry, damage, said):
     damage_files(registry, "linear@1", damage)
     assert damages(registry, registry.versions()).keys() == {labelled(registry, "linear@1").run_id}
-    with pytest.raises(ValueError, match=f"{said}.*pyroshock train spring --models linear --split repetitions"):
+    with pytest.raises(
+        ValueError, match=f"{said}.*pyroshock train spring --models linear --split repetitions"
+    ):
         registry.load(labelled(registry, "linear@1"))
-    assert registry.load(labelled(registry, "hann@1")) and registry.load(labelled(registry, "hertz@1"))
+    assert registry.load(labelled(registry, "hann@1")) and registry.load(
+        labelled(registry, "hertz@1")
+    )
 
 
 def test_damaged_predictions_are_named_and_a_damaged_model_is_not_promoted(registry):
     damage_held_out(registry, "hertz@1")
     assert damages(registry, registry.versions()).keys() == {labelled(registry, "hertz@1").run_id}
-    with pytest.raises(ValueError, match=r"hertz@1: .*held_out\.npz .*pyroshock train spring --models hertz"):
+    with pytest.raises(
+        ValueError, match=r"hertz@1: .*held_out\.npz .*pyroshock train spring --models hertz"
+    ):
         registry.held_out(labelled(registry, "hertz@1"))
     # Its held-out predictions, by which it is judged, are whole: nothing else would notice.
     damage_files(registry, "linear@1", gone)
     training_context = context_in(registry)
-    with pytest.raises(ValueError, match=r"linear@1 cannot be promoted.*no model/data/model/model\.json"):
-        promote(registry, "linear", 1, lambda _: training_context.table, forced=True, reason="all the same")
+    with pytest.raises(
+        ValueError, match=r"linear@1 cannot be promoted.*no model/data/model/model\.json"
+    ):
+        promote(
+            registry,
+            "linear",
+            1,
+            lambda _: training_context.table,
+            forced=True,
+            reason="all the same",
+        )
     assert registry.champion("hammer").label == "hann@1"
 
 
@@ -108,30 +132,47 @@ def test_training_again_replaces_the_damaged_one_alone(registry):
     damage_files(registry, "linear@1", gone)
     damage_held_out(registry, "hertz@1")
     told: list[str] = []
-    session = train(registry, context_in(registry), MODELS, SPLITS, progress=Progress(tell=told.append))
+    session = train(
+        registry, context_in(registry), MODELS, SPLITS, progress=Progress(tell=told.append)
+    )
     assert [version.label for version in session.versions] == ["hann@1", "hertz@2", "linear@2"]
     assert damages(registry, session.versions) == {}
-    assert [text.split(":")[0] for text in told[:2]] == ["hertz@1 is left out", "linear@1 is left out"]
+    assert [text.split(":")[0] for text in told[:2]] == [
+        "hertz@1 is left out",
+        "linear@1 is left out",
+    ]
 
 
 @pytest.mark.slow
 def test_damaged_model_of_another_split_stops_no_training(registry):
     damage_held_out(registry, "hann@1")
     session = train(registry, context_in(registry), ["hertz"], ["configurations"])
-    assert [(version.label, version.split) for version in session.versions] == [("hertz@1", "configurations")]
+    assert [(version.label, version.split) for version in session.versions] == [
+        ("hertz@1", "configurations")
+    ]
 
 
 @pytest.mark.slow
 def test_damaged_champion_is_replaced_by_force_alone(registry):
     damage_held_out(registry, "hann@1")
     training_context = context_in(registry)
-    train(registry, training_context, ["kernel-ridge"], SPLITS)  # a usable one: others are refused before a judgement
+    train(
+        registry, training_context, ["kernel-ridge"], SPLITS
+    )  # a usable one: others are refused before a judgement
     with pytest.raises(ValueError, match="hann@1"):
         promote(registry, "kernel-ridge", 1, lambda _: training_context.table)
     decision = promote(
-        registry, "kernel-ridge", 1, lambda _: training_context.table, forced=True, reason="its files are gone"
+        registry,
+        "kernel-ridge",
+        1,
+        lambda _: training_context.table,
+        forced=True,
+        reason="its files are gone",
     )
-    assert decision.promoted and "could not be judged on unseen configurations (hann@1" in decision.reason
+    assert (
+        decision.promoted
+        and "could not be judged on unseen configurations (hann@1" in decision.reason
+    )
     assert registry.champion("hammer").label == "kernel-ridge@1"
 
 
@@ -140,10 +181,18 @@ def test_commands_name_the_damaged_and_serve_the_others(registry, tmp_path, monk
     opened_store(url, registry, monkeypatch)
     damage_files(registry, "linear@1", changed)
     rows = json.loads(pyroshock("models", "--db", url, "--json").stdout)
-    assert {row["model"]: "damaged" in row for row in rows} == {"hann": False, "hertz": False, "linear": True}
+    assert {row["model"]: "damaged" in row for row in rows} == {
+        "hann": False,
+        "hertz": False,
+        "linear": True,
+    }
     assert "linear@1 is damaged: linear@1: " in pyroshock("models", "--db", url).stderr
     compared = pyroshock("compare", "--db", url)
-    assert compared.exit_code == 0 and "hertz@1" in compared.stdout and "linear@1" not in compared.stdout
+    assert (
+        compared.exit_code == 0
+        and "hertz@1" in compared.stdout
+        and "linear@1" not in compared.stdout
+    )
     assert "linear@1 is left out" in compared.stderr
     refused = pyroshock("promote", "linear", "1", "--db", url)
     assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
@@ -156,7 +205,9 @@ def opened_store(url, registry, monkeypatch):
         pass
     training_context = context_in(registry)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    monkeypatch.setattr("pyroshock.dataset.snapshot.read_snapshot", lambda _store, _name: training_context)
+    monkeypatch.setattr(
+        "pyroshock.dataset.snapshot.read_snapshot", lambda _store, _name: training_context
+    )
 
 
 @pytest.mark.slow
@@ -168,7 +219,21 @@ def test_prediction_by_a_damaged_champion_is_refused(registry, tmp_path, monkeyp
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     opened_store(url, registry, monkeypatch)
     damage_files(registry, "hann@2", gone)
-    refused = pyroshock("predict", "--tank-pressure", "5bar", "--bullet-mass", "0.5kg", "--tip", "steel", "--db", url)
+    refused = pyroshock(
+        "predict",
+        "--tank-pressure",
+        "5bar",
+        "--bullet-mass",
+        "0.5kg",
+        "--tip",
+        "steel",
+        "--db",
+        url,
+    )
     assert (refused.exit_code, refused.stdout) == (2, "")
-    for part in ("hann@2: ", "no model/data/model/model.json", "pyroshock train shots --models hann"):
+    for part in (
+        "hann@2: ",
+        "no model/data/model/model.json",
+        "pyroshock train shots --models hann",
+    ):
         assert part in refused.stderr

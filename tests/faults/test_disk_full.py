@@ -18,7 +18,15 @@ from support.stores.databases import _execute
 from support.stores.many_databases import OnServer, on_server
 from support.stores.postgres_server import _account
 from support.stores.registries import context_in, fresh_registry, without_figures
-from support.stores.stores import assert_whole, content, ingest, ingested, opened, pyroshock, run_pyroshock
+from support.stores.stores import (
+    assert_whole,
+    content,
+    ingest,
+    ingested,
+    opened,
+    pyroshock,
+    run_pyroshock,
+)
 
 HITS = 2
 
@@ -39,7 +47,10 @@ def campaign(tmp_path_factory) -> Path:
 def full_store(tmp_path_factory, campaign) -> str:
     url = f"sqlite:///{tmp_path_factory.mktemp('store') / 'lab.db'}"
     ingested(url, campaign)
-    assert pyroshock("plan", "lhs", "autumn", "--kind", "hammer", "--runs", "6", "--db", url).exit_code == 0
+    assert (
+        pyroshock("plan", "lhs", "autumn", "--kind", "hammer", "--runs", "6", "--db", url).exit_code
+        == 0
+    )
     return url
 
 
@@ -67,7 +78,11 @@ def test_what_was_stored_is_read_on_a_full_disk(disk, campaign):
     assert pyroshock("impacts", "--db", url).exit_code == 0
 
 
-OUTPUTS = {"series.csv": "export series --out", "impacts.json": "impacts --json", "impact.png": "show 1 --plot"}
+OUTPUTS = {
+    "series.csv": "export series --out",
+    "impacts.json": "impacts --json",
+    "impact.png": "show 1 --plot",
+}
 OUTPUTS |= dict.fromkeys(("pulses.csv", "pulses.parquet"), "export pulses --out")
 OUTPUTS |= dict.fromkeys(("report.html", "report.pdf"), "report hammer --out")
 OUTPUTS |= dict.fromkeys(("sheet.html", "sheet.csv", "sheet.xlsx"), "plan sheet autumn --out")
@@ -75,7 +90,8 @@ QUICK = ("series.csv", "impacts.json", "sheet.html")
 
 
 @pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in OUTPUTS]
+    "name",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in OUTPUTS],
 )
 def test_output_is_whole_or_as_it_was(disk, full_store, name):
     out = disk.folder / name
@@ -122,7 +138,9 @@ def test_training_on_a_full_disk_is_completed_with_room(disk, monkeypatch):
 
 
 @pytest.mark.slow
-def test_server_without_room_is_told_and_completed_with_room(postgres_url, tmp_path, campaign, full_store):
+def test_server_without_room_is_told_and_completed_with_room(
+    postgres_url, tmp_path, campaign, full_store
+):
     with small_disk(tmp_path / "small", "12m") as disk, on_server(postgres_url) as databases:
         url = on_disk(databases, disk)
         disk.fill(leave_kb=500)

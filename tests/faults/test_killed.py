@@ -12,7 +12,12 @@ import numpy as np
 import pytest
 from pyroshock.schema import migrate
 from support.processes.striking import Forge, Place, strike
-from support.processes.struck_places import ingest_places, migrate_places, promote_places, train_places
+from support.processes.struck_places import (
+    ingest_places,
+    migrate_places,
+    promote_places,
+    train_places,
+)
 from support.processes.undone_places import COMMANDS, UndonePlace, undone_places
 from support.stores.many_databases import Databases, Files
 
@@ -23,15 +28,28 @@ KILLS = int(os.environ.get("PYROSHOCK_FAULTS_KILLS", "200"))
 SHARES = {"ingest": 0.4, "train": 0.2, "promote": 0.2, "db upgrade": 0.2}
 
 Making = Callable[[Databases, Path], Callable[[str], Place]]
-MAKINGS: dict[str, Making] = {"ingest": ingest_places, "train": train_places, "promote": promote_places}
+MAKINGS: dict[str, Making] = {
+    "ingest": ingest_places,
+    "train": train_places,
+    "promote": promote_places,
+}
 
 
-def killed_upgrade(forge: Forge, databases: Databases, folder: Path, revision: str, kills: int) -> None:
-    killed(forge, "db upgrade", databases, folder, kills, partial(migrate_places, revision=revision))
+def killed_upgrade(
+    forge: Forge, databases: Databases, folder: Path, revision: str, kills: int
+) -> None:
+    killed(
+        forge, "db upgrade", databases, folder, kills, partial(migrate_places, revision=revision)
+    )
 
 
 def killed(
-    forge: Forge, operation: str, databases: Databases, folder: Path, kills: int, making: Making | None = None
+    forge: Forge,
+    operation: str,
+    databases: Databases,
+    folder: Path,
+    kills: int,
+    making: Making | None = None,
 ) -> None:
     """Kill and look; the tally is told whatever comes of it."""
     make = (making or MAKINGS[operation])(databases, folder)
@@ -54,7 +72,9 @@ def test_nothing_is_lost_in_many_kills(forge, operation, databases, tmp_path):
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_nothing_is_lost_in_many_upgrades(forge, revision, databases, tmp_path):
-    killed_upgrade(forge, databases, tmp_path, revision, math.ceil(KILLS * SHARES["db upgrade"] / 2 / len(OLD)))
+    killed_upgrade(
+        forge, databases, tmp_path, revision, math.ceil(KILLS * SHARES["db upgrade"] / 2 / len(OLD))
+    )
 
 
 def test_killed_upgrade_is_before_or_after(forge_without_models, tmp_path):
@@ -66,7 +86,9 @@ def test_killed_upgrade_is_before_or_after(forge_without_models, tmp_path):
 QUICK = {"campaigns delete", "runs discard", "runs replace"}
 
 
-def killed_undoing(forge: Forge, operation: str, databases: Databases, folder: Path, kills: int) -> None:
+def killed_undoing(
+    forge: Forge, operation: str, databases: Databases, folder: Path, kills: int
+) -> None:
     make = undone_places(operation, databases, folder)
     rng = np.random.default_rng([SEED, *operation.encode(), *databases.engine.encode()])
     tally = strike(forge, operation, databases.engine, make, kills, rng, UndonePlace.is_done)
@@ -81,7 +103,8 @@ def test_nothing_is_between_before_and_after_in_many_kills(forge, operation, dat
 
 
 @pytest.mark.parametrize(
-    "operation", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS]
+    "operation",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS],
 )
 def test_killed_undoing_is_before_or_after(forge_without_models, operation, tmp_path):
     killed_undoing(forge_without_models, operation, Files(tmp_path), tmp_path / "places", 2)

@@ -46,7 +46,9 @@ def stopped_at(url: str, number: int) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("revision", OLD)
-def test_upgrade_stopped_before_any_statement_changes_nothing(databases: Databases, tmp_path, revision):
+def test_upgrade_stopped_before_any_statement_changes_nothing(
+    databases: Databases, tmp_path, revision
+):
     """Between any two of its statements: SQLite's copies of tables are within the transaction as all else is."""
     url = old_store(databases, tmp_path, revision)
     before, number = dump(url), 1
@@ -80,11 +82,15 @@ def future(tmp_path, monkeypatch):
 
     def add(end: str) -> None:
         (tmp_path / "future").mkdir()
-        (tmp_path / "future" / "9000_future.py").write_text(FUTURE.format(head=migrate.HEAD, end=end), encoding="utf-8")
+        (tmp_path / "future" / "9000_future.py").write_text(
+            FUTURE.format(head=migrate.HEAD, end=end), encoding="utf-8"
+        )
 
         def extended(*given, **extra):
             settings = config(*given, **extra)
-            settings.set_main_option("version_locations", os.pathsep.join([str(here), str(tmp_path / "future")]))
+            settings.set_main_option(
+                "version_locations", os.pathsep.join([str(here), str(tmp_path / "future")])
+            )
             return settings
 
         monkeypatch.setattr(migrate, "config", extended)
@@ -108,7 +114,10 @@ def test_migration_that_makes_a_table_anew_keeps_its_rows(tmp_path, future):
 
 @pytest.mark.parametrize(
     ("end", "said"),
-    [("raise RuntimeError('stopped')", "stopped"), ("op.execute(delete(table('campaigns')))", "a reference to no row")],
+    [
+        ("raise RuntimeError('stopped')", "stopped"),
+        ("op.execute(delete(table('campaigns')))", "a reference to no row"),
+    ],
 )
 def test_migration_that_ends_badly_is_undone(tmp_path, future, end, said):
     url = old_store(Files(tmp_path), tmp_path, OLD[-1])
@@ -170,7 +179,9 @@ def newer(tmp_path_factory) -> str:
 @pytest.mark.parametrize("command", COMMAND_LINES)
 def test_newer_store_is_refused_by_every_command(newer, command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "target.csv").write_text("frequency_hz,level_g\n100,10\n1000,100\n10000,100\n", encoding="utf-8")
+    (tmp_path / "target.csv").write_text(
+        "frequency_hz,level_g\n100,10\n1000,100\n10000,100\n", encoding="utf-8"
+    )
     before = Path(newer.removeprefix("sqlite:///")).read_bytes()
     refused(pyroshock(*command.split(), "--db", newer))
     assert Path(newer.removeprefix("sqlite:///")).read_bytes() == before

@@ -75,7 +75,9 @@ def crash_at_insert(server: _Server, store, table: str, number: int):
     ("pulses", 2),
     pytest.param("impacts", 3, marks=pytest.mark.slow),
 ])  # fmt: skip
-def test_ingest_goes_on_over_a_crash_in_mid_transaction(server, url, campaign, expected, table, number):
+def test_ingest_goes_on_over_a_crash_in_mid_transaction(
+    server, url, campaign, expected, table, number
+):
     with opened(url, create=True) as store:
         seen = crash_at_insert(server, store, table, number)
         ingest_folder(store, campaign, ExtractionSettings(), jobs=1)

@@ -26,14 +26,21 @@ def test_channels_start_on_one_clock():
     assert onset_s == pytest.approx(0.010, abs=3e-5)
 
 
-@pytest.mark.parametrize("name", ["hit.tdms", "campaign/recordings/offset.tdms", "campaign/recordings/starttime.tdms"])
+@pytest.mark.parametrize(
+    "name", ["hit.tdms", "campaign/recordings/offset.tdms", "campaign/recordings/starttime.tdms"]
+)
 def test_starts_are_those_of_nptdms(name):
     channels = TdmsFile.read(STARTS / name)["bench"].channels()
-    first = {channel.name: channel.time_track(absolute_time=True, accuracy="ns")[0] for channel in channels}
+    first = {
+        channel.name: channel.time_track(absolute_time=True, accuracy="ns")[0]
+        for channel in channels
+    }
     with open_recording(STARTS / name) as recording:
         starts = {channel.name: channel.start_s for channel in recording.channels}
     origin = min(first.values())
-    assert starts == {name: (time - origin) / np.timedelta64(1, "s") for name, time in first.items()}
+    assert starts == {
+        name: (time - origin) / np.timedelta64(1, "s") for name, time in first.items()
+    }
 
 
 def test_increment_in_ms():
@@ -51,5 +58,7 @@ def test_time_stamps_are_a_clock_and_no_obstacle(name):
 
 
 def test_series_over_frequency_is_no_recording():
-    with pytest.raises(RecordingError, match="wf_xname = 'Frequency' and wf_xunit_string = 'Hz', which is no time"):
+    with pytest.raises(
+        RecordingError, match="wf_xname = 'Frequency' and wf_xunit_string = 'Hz', which is no time"
+    ):
         open_recording(INPUTS / "04-tdms-spectrum" / "fft.tdms")

@@ -12,7 +12,11 @@ from pyroshock.signals.srs.spectrum import shock_response_spectrum
 
 RATE = 51200.0
 SAMPLES = 2046
-VALUES = 4738.0663649354265 * np.sin(np.pi * np.arange(SAMPLES) / SAMPLES) * np.cos(np.arange(SAMPLES) / 7)
+VALUES = (
+    4738.0663649354265
+    * np.sin(np.pi * np.arange(SAMPLES) / SAMPLES)
+    * np.cos(np.arange(SAMPLES) / 7)
+)
 NUMBER = "{:20.12e}".format
 
 
@@ -80,9 +84,9 @@ def test_uneven_spacing_in_ms_gives_the_rate_and_the_spectrum(tmp_path):
     rate, _, values = facts(tmp_path / "hit.uff", text)
     reference = shock_response_spectrum(VALUES, RATE, np.array([100.0, 1000.0]))
     assert rate == RATE
-    assert shock_response_spectrum(values, rate, np.array([100.0, 1000.0])).maximax == pytest.approx(
-        reference.maximax, rel=1e-9
-    )
+    assert shock_response_spectrum(
+        values, rate, np.array([100.0, 1000.0])
+    ).maximax == pytest.approx(reference.maximax, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +110,9 @@ def test_other_abscissas_are_no_recording(tmp_path, abscissa, named, function):
 
 
 def test_ratio_is_no_recording(tmp_path):
-    with pytest.raises(RecordingError, match="orddenom_axis_units_lab = 'N'; record 10: the samples are a ratio"):
+    with pytest.raises(
+        RecordingError, match="orddenom_axis_units_lab = 'N'; record 10: the samples are a ratio"
+    ):
         facts(tmp_path / "hit.uff", text_of(denominator=(13, "Force", "N")))
 
 
@@ -114,7 +120,11 @@ def test_ratio_is_no_recording(tmp_path):
 def test_last_line_may_be_padded(tmp_path, samples):
     """2046 samples at four a line: the last line holds two, then blanks to column 80."""
     values = np.resize(VALUES, samples)
-    for text in (text_of(values), text_of(values, pad=False), text_of(values).replace("\n", "\r\n")):
+    for text in (
+        text_of(values),
+        text_of(values, pad=False),
+        text_of(values).replace("\n", "\r\n"),
+    ):
         assert np.allclose(facts(tmp_path / "hit.uff", text)[2], values, rtol=0, atol=1e-8)
 
 
@@ -126,8 +136,14 @@ def test_tags_and_numbers_may_stand_at_the_left(tmp_path, line):
 
 
 def test_several_sets_and_others_between_them(tmp_path):
-    node = "-1\n15\n         1         0         0        11  0.0000e+00  0.0000e+00 -1.0000e+00\n-1\n"
-    text = text_of().replace("NONE", "first", 1) + node + text_of(tag="  -1").replace("NONE", "other", 1)
+    node = (
+        "-1\n15\n         1         0         0        11  0.0000e+00  0.0000e+00 -1.0000e+00\n-1\n"
+    )
+    text = (
+        text_of().replace("NONE", "first", 1)
+        + node
+        + text_of(tag="  -1").replace("NONE", "other", 1)
+    )
     path = tmp_path / "hit.uff"
     path.write_text(text, encoding="ascii")
     with open_recording(path) as recording:
@@ -143,7 +159,13 @@ def test_binary_set_with_a_line_end_before_its_tag(tmp_path, between):
     lines = text_of().split("\n")
     raw = values.astype("<f8").tobytes()
     first = f"    58b     1     2          11{len(raw):12d}     0     0           0           0"
-    data = "\n".join([lines[0], f"{first:80s}", *lines[2:13]]).encode() + b"\n" + raw + between + b"    -1\n"
+    data = (
+        "\n".join([lines[0], f"{first:80s}", *lines[2:13]]).encode()
+        + b"\n"
+        + raw
+        + between
+        + b"    -1\n"
+    )
     rate, _, read = facts(tmp_path / "hit.uff", data)
     assert rate == RATE and np.array_equal(read, values)
 

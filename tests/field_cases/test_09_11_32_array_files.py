@@ -28,8 +28,14 @@ def opened(name: str):
         ),
         ("09-mat73-objects/table.mat", "'shot' is a MATLAB table; save it with struct"),
         ("09-mat73-objects/duration-time.mat", "'t' is a MATLAB duration; save it"),
-        ("10-mat73-logical-sparse/logical.mat", "'acceleration_1' is a logical array; save it with double"),
-        ("11-hdf5-packed/gain.h5", r"'acceleration_1' has the field 'gain' = 0\.25, .*apply it.*--harmless-field"),
+        (
+            "10-mat73-logical-sparse/logical.mat",
+            "'acceleration_1' is a logical array; save it with double",
+        ),
+        (
+            "11-hdf5-packed/gain.h5",
+            r"'acceleration_1' has the field 'gain' = 0\.25, .*apply it.*--harmless-field",
+        ),
     ],
 )
 def test_what_holds_no_samples_is_refused_by_name_and_class(file, message):
@@ -54,13 +60,19 @@ def test_a_sparse_vector_has_its_zeros():
 
 def test_packed_whole_numbers_are_unpacked():
     with opened("11-hdf5-packed/hit.h5") as recording:
-        assert (recording.info("acceleration_1").unit, recording.read("acceleration_1").max()) == ("m/s2", 4738.0)
+        assert (recording.info("acceleration_1").unit, recording.read("acceleration_1").max()) == (
+            "m/s2",
+            4738.0,
+        )
 
 
 def test_fill_values_are_no_numbers():
     import h5py
 
-    with opened("11-hdf5-packed/fill.h5") as recording, h5py.File(INPUTS / "11-hdf5-packed/fill.h5") as file:
+    with (
+        opened("11-hdf5-packed/fill.h5") as recording,
+        h5py.File(INPUTS / "11-hdf5-packed/fill.h5") as file,
+    ):
         values, packed = recording.read("acceleration_1"), file["acceleration_1"]
         attributes = {key: float(v) for key, v in packed.attrs.items() if not isinstance(v, str)}
         stored = packed[()].astype(np.float64)
@@ -71,7 +83,10 @@ def test_fill_values_are_no_numbers():
 
 
 def test_a_campaign_of_a_matlab_timeseries_is_refused_by_its_class(tmp_path):
-    with ps.open(tmp_path / "lab.db") as store, pytest.raises(ps.PyroshockError, match="is a MATLAB timeseries"):
+    with (
+        ps.open(tmp_path / "lab.db") as store,
+        pytest.raises(ps.PyroshockError, match="is a MATLAB timeseries"),
+    ):
         store.ingest(INPUTS / "09-mat73-objects" / "campaign", jobs=1, progress=False)
 
 
@@ -90,11 +105,19 @@ def test_a_campaign_of_packed_files_has_the_right_peaks_and_sets_uneven_time_asi
     [
         ("time_in_ms.mat", "acceleration_1", 50_000.0, 0.0, None),
         ("picoscope.mat", "A", 50_000.0, -1e-3, None),
-        ("testlab.mat", "values", 50_000.0, 0.0, None),  # its label can be the unit of the display alone
+        (
+            "testlab.mat",
+            "values",
+            50_000.0,
+            0.0,
+            None,
+        ),  # its label can be the unit of the display alone
         ("dewesoft.mat", "Data1_AI_1", 50_000.0, 0.0, None),
     ],
 )
-def test_structures_of_instruments_have_their_rate_start_and_unit(file, channel, rate_hz, start_s, unit):
+def test_structures_of_instruments_have_their_rate_start_and_unit(
+    file, channel, rate_hz, start_s, unit
+):
     with opened(f"32-testlab-mat/{file}") as recording:
         info, samples = recording.info(channel), recording.read(channel)
     assert info.sampling_rate_hz == pytest.approx(rate_hz, rel=1e-9)
@@ -103,5 +126,7 @@ def test_structures_of_instruments_have_their_rate_start_and_unit(file, channel,
 
 
 def test_a_step_of_no_stated_unit_is_no_rate():
-    with pytest.raises(RecordingError, match=r"no sampling rate; expected fs in hertz.*sampling_rate_hz under"):
+    with pytest.raises(
+        RecordingError, match=r"no sampling rate; expected fs in hertz.*sampling_rate_hz under"
+    ):
         opened("32-testlab-mat/dt.mat")

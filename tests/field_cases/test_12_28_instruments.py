@@ -33,7 +33,11 @@ def _check(path, names, unit="V", options=AS_IN_FILE, first=0):
 def test_names_units_rate_start_and_numbers_are_right(written, name):
     text = texts.TEXTS[name]
     one_channel = name in ("siglent-old", "lecroy")
-    _check(written(text), texts.NAMES.get(name, ("CH1", "CH2"))[: 1 if one_channel else 2], texts.UNITS.get(name, "V"))
+    _check(
+        written(text),
+        texts.NAMES.get(name, ("CH1", "CH2"))[: 1 if one_channel else 2],
+        texts.UNITS.get(name, "V"),
+    )
 
 
 @pytest.mark.parametrize("name", texts.TEXTS)
@@ -55,16 +59,20 @@ def test_a_part_of_the_screen_starts_with_its_first_sample(written):
 def test_a_header_in_a_file_beside_the_numbers_is_read(written, tmp_path):
     path = written(texts.RTO_NUMBERS, "hit.Wfm.csv")
     with pytest.raises(
-        RecordingError, match=r"^hit\.Wfm\.csv: line 1 \('0,0'\) holds numbers .* into hit\.csv beside it"
+        RecordingError,
+        match=r"^hit\.Wfm\.csv: line 1 \('0,0'\) holds numbers .* into hit\.csv beside it",
     ):
         open_recording(path)
     header = written(texts.RTO_HEADER, "hit.csv")
     _check(path, ("CH1", "CH2"))
-    with pytest.raises(RecordingError, match=r"^hit\.csv: is the header of hit\.Wfm\.csv; read that file instead"):
+    with pytest.raises(
+        RecordingError, match=r"^hit\.csv: is the header of hit\.Wfm\.csv; read that file instead"
+    ):
         open_recording(header)
     written(texts.RTO_HEADER.replace("Acquisitions:1", "Acquisitions:4"), "hit.csv")
     with pytest.raises(
-        RecordingError, match="has NumberOfAcquisitions = '4'; its segments would be read as one record"
+        RecordingError,
+        match="has NumberOfAcquisitions = '4'; its segments would be read as one record",
     ):
         open_recording(path)
 
@@ -83,14 +91,26 @@ def test_a_header_in_a_file_beside_the_numbers_is_read(written, tmp_path):
             ("1.000000E+05,1.000000E+05", "1.000000E+05,5.000000E+04"),
             "'SampleRate' is .*one for all channels",
         ),
-        ("yokogawa", ('"SampleRate",1.000000E+05,1.0', '"SampleRate",2.000000E+05,2.0'), "states two sampling rates"),
+        (
+            "yokogawa",
+            ('"SampleRate",1.000000E+05,1.0', '"SampleRate",2.000000E+05,2.0'),
+            "states two sampling rates",
+        ),
         (
             "yokogawa",
             ("-5.000000E-03,-5.000000E-03", "-5.000000E-03,-4.000000E-03"),
             "HOffset is .*; expected one number",
         ),
-        ("yokogawa", ('"BlockSize",240,240', '"BlockSize",300,300'), "states a BlockSize of 300 and holds 240 lines"),
-        ("siglent", ("Analog:240", "Analog:250"), "states a Record Length of 250 and holds 240 lines; it is cut"),
+        (
+            "yokogawa",
+            ('"BlockSize",240,240', '"BlockSize",300,300'),
+            "states a BlockSize of 300 and holds 240 lines",
+        ),
+        (
+            "siglent",
+            ("Analog:240", "Analog:250"),
+            "states a Record Length of 250 and holds 240 lines; it is cut",
+        ),
         ("siglent", ("1.000000E-05", "2.000000E-05"), "states two sampling rates"),
         ("dewesoft", ("Sample rate: 100000", "Sample rate: 1000"), "states two sampling rates"),
         ("rigol", ("\n24,", "\n25,"), "sequence number goes from 23 to 25; expected steps of one"),
@@ -110,12 +130,16 @@ def test_what_contradicts_or_is_cut_is_named(written, name, replaced, reason):
 
 def test_a_known_harmless_field_is_passed_over(written):
     text = texts.SIGLENT.replace("Analog:240", "Analog:250")
-    _check(written(text), ("CH1", "CH2"), options=ReadingOptions(harmless_fields=("Record Length",)))
+    _check(
+        written(text), ("CH1", "CH2"), options=ReadingOptions(harmless_fields=("Record Length",))
+    )
 
 
 def test_time_in_another_unit_from_row_to_row_is_refused(written):
     """Case 15: us until -1 ms, then ns."""
-    rows = [f"{-5000 + 10 * i:.3f},{i}" for i in range(400)] + [f"{1e3 * (-1000 + 10 * i):.3f},{i}" for i in range(200)]
+    rows = [f"{-5000 + 10 * i:.3f},{i}" for i in range(400)] + [
+        f"{1e3 * (-1000 + 10 * i):.3f},{i}" for i in range(200)
+    ]
     with pytest.raises(RecordingError, match="time does not increase at sample"):
         open_recording(written("time (us),acceleration_1 (g)\n" + "\n".join(rows) + "\n"))
 
@@ -123,11 +147,16 @@ def test_time_in_another_unit_from_row_to_row_is_refused(written):
 def test_a_count_of_samples_is_never_taken_for_seconds(written):
     """Case 12: with `columns` that call the sequence number time the rate became 1 Hz without a word."""
     path = written("".join(f"{i},{value}\n" for i, value in enumerate(texts.signals()[0])))
-    with pytest.raises(RecordingError, match=r'columns calls \'time\' what counts 0, 1 .*name that column ""'):
+    with pytest.raises(
+        RecordingError, match=r'columns calls \'time\' what counts 0, 1 .*name that column ""'
+    ):
         open_recording(path, ReadingOptions(columns=("time", "force")))
     with pytest.raises(
-        RecordingError, match=r"2 columns of numbers from line 1 .*sampling_rate_hz.*\"\" where it counts"
+        RecordingError,
+        match=r"2 columns of numbers from line 1 .*sampling_rate_hz.*\"\" where it counts",
     ):
         open_recording(path)
-    with open_recording(path, ReadingOptions(columns=("", "force"), sampling_rate_hz=1e5)) as recording:
+    with open_recording(
+        path, ReadingOptions(columns=("", "force"), sampling_rate_hz=1e5)
+    ) as recording:
         assert recording.info("force").sampling_rate_hz == 1e5

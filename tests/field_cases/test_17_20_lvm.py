@@ -98,15 +98,21 @@ def test_channel_without_a_start_is_refused_and_can_be_read_as_starting_with_the
 
 def test_start_that_cannot_be_read_is_refused_only_where_starts_differ(facts):
     assert facts(text_of(dates=("2. März", "2. März")))["force"][1] == 0.0
-    with pytest.raises(RecordingError, match=r"start at different times, and '2\. März' '12:00:00.000' is not read"):
+    with pytest.raises(
+        RecordingError, match=r"start at different times, and '2\. März' '12:00:00.000' is not read"
+    ):
         facts(text_of(dates=("2. März", "3. März")))
 
 
-@pytest.mark.parametrize(("jump_s", "missing"), [(0.5, 24000), (0.02004, 2), (0.02, 0), (1.25, 61500)])
+@pytest.mark.parametrize(
+    ("jump_s", "missing"), [(0.5, 24000), (0.02004, 2), (0.02, 0), (1.25, 61500)]
+)
 def test_gap_between_writes_is_the_x_columns(facts, jump_s, missing):
     times = np.r_[np.arange(1000) / RATE, np.round(jump_s * RATE + np.arange(1000)) / RATE]
     for digits in (6, 9):
-        rate, start, gaps, samples = facts(text_of([f"{t:.{digits}f}" for t in times], writes=2))["acceleration_1"]
+        rate, start, gaps, samples = facts(text_of([f"{t:.{digits}f}" for t in times], writes=2))[
+            "acceleration_1"
+        ]
         at = int(np.argmax(samples[1000:]))
         assert (rate, start, samples.size) == (RATE, 0.0, 2000)
         assert gaps == ([[1000, missing]] if missing else None)
@@ -115,18 +121,26 @@ def test_gap_between_writes_is_the_x_columns(facts, jump_s, missing):
 
 
 def test_x_columns_that_contradict_the_step_are_refused(facts):
-    with pytest.raises(RecordingError, match="a Delta_X of 50000 Hz, and its X column gives 40000 Hz"):
+    with pytest.raises(
+        RecordingError, match="a Delta_X of 50000 Hz, and its X column gives 40000 Hz"
+    ):
         facts(text_of([f"{i / 40000:.6f}" for i in range(1000)]))
     with pytest.raises(RecordingError, match="its time has two rates, 50000 Hz"):
         facts(text_of([f"{i * 2e-5 + max(0, i - 400) * 1e-5:.6f}" for i in range(1000)]))
 
 
 def test_x_column_of_few_digits_leaves_the_stated_rate(facts):
-    assert facts(text_of([f"{i / RATE:.4f}" for i in range(1000)]))["force"][:3] == (RATE, 0.0, None)
+    assert facts(text_of([f"{i / RATE:.4f}" for i in range(1000)]))["force"][:3] == (
+        RATE,
+        0.0,
+        None,
+    )
 
 
 def test_writes_without_x_column_are_refused_unless_they_follow_each_other(facts):
-    with pytest.raises(RecordingError, match=r"3 writes of 1000 samples under one heading and no X column.*Samples"):
+    with pytest.raises(
+        RecordingError, match=r"3 writes of 1000 samples under one heading and no X column.*Samples"
+    ):
         facts(text_of(writes=3))
     assert facts(text_of(writes=3), harmless_fields=("Samples",))["force"][3].size == 3000
     assert facts(text_of())["force"][3].size == 1000
@@ -149,14 +163,20 @@ def test_variants_are_read(facts, text):
     assert np.allclose(channels["force"][3], FORCE, rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize(("unit", "step"), [("ms", "0.020000"), ("us", "20.0"), ("s", "0.000020"), ("", "0.000020")])
+@pytest.mark.parametrize(
+    ("unit", "step"), [("ms", "0.020000"), ("us", "20.0"), ("s", "0.000020"), ("", "0.000020")]
+)
 def test_step_in_its_unit(facts, unit, step):
     assert facts(text_of(unit=unit, step=step))["force"][0] == RATE
 
 
 def test_x_column_in_ms(facts):
     column = [f"{t:.3f}" for t in np.r_[np.arange(1000), 2000 + np.arange(1000)] * 0.02]
-    assert facts(text_of(column, writes=2, unit="ms", step="0.020000"))["force"][:3] == (RATE, 0.0, [[1000, 1000]])
+    assert facts(text_of(column, writes=2, unit="ms", step="0.020000"))["force"][:3] == (
+        RATE,
+        0.0,
+        [[1000, 1000]],
+    )
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,9 @@ FREQUENCIES = ",".join(repr(float(line)) for line in LINES)
 
 
 def spectrum(*options: str):
-    result = CliRunner().invoke(main, ["srs", str(CASE / "hit.csv"), "--frequencies", FREQUENCIES, *options, "--json"])
+    result = CliRunner().invoke(
+        main, ["srs", str(CASE / "hit.csv"), "--frequencies", FREQUENCIES, *options, "--json"]
+    )
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -37,10 +39,14 @@ def test_the_default_is_right_to_one_percent_and_accuses_nothing():
     np.testing.assert_allclose(answer["maximax"], RIGHT_M_S2, rtol=0.01)
     assert "sampling" not in {finding["check"] for finding in answer["checks"]}
     table = pd.read_csv(CASE / "hit.csv")
-    series = pd.Series(table["acceleration_1 [m/s2]"].to_numpy(), index=table["time [s]"].to_numpy())
+    series = pd.Series(
+        table["acceleration_1 [m/s2]"].to_numpy(), index=table["time [s]"].to_numpy()
+    )
     np.testing.assert_allclose(ps.srs(series, frequencies=LINES), answer["maximax"], rtol=1e-6)
 
 
 def test_a_record_that_is_taken_as_it_is_gives_a_finding():
-    (finding,) = (finding for finding in spectrum("--no-resample")["checks"] if finding["check"] == "sampling")
+    (finding,) = (
+        finding for finding in spectrum("--no-resample")["checks"] if finding["check"] == "sampling"
+    )
     assert "--no-resample" in finding["message"] and finding["evidence"]["hidden_share"] > 0.12

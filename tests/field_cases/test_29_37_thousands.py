@@ -23,13 +23,22 @@ def _cell(value, decimals, signs):
 
 
 def _record(signs, decimals=0, delimiter=";", time=""):
-    head = f"{time or '# fs = 51200'}\n" if not time else f"time [{time}]{delimiter}force [N]{delimiter}force_2 [N]\n"
+    head = (
+        f"{time or '# fs = 51200'}\n"
+        if not time
+        else f"time [{time}]{delimiter}force [N]{delimiter}force_2 [N]\n"
+    )
     head += "" if time else f"force [N]{delimiter}force_2 [N]\n"
     rows = []
     for i, value in enumerate(FORCE):
-        cells = [_cell(value, decimals, signs), _cell(value / 2 if decimals else value // 2, decimals, signs)]
+        cells = [
+            _cell(value, decimals, signs),
+            _cell(value / 2 if decimals else value // 2, decimals, signs),
+        ]
         if time:
-            cells.insert(0, _cell(1e5 * i / 1e4, 0, signs) if time == "us" else _cell(i / 1e5, 5, signs))
+            cells.insert(
+                0, _cell(1e5 * i / 1e4, 0, signs) if time == "us" else _cell(i / 1e5, 5, signs)
+            )
         rows.append(delimiter.join(f'"{cell}"' if delimiter == "," else cell for cell in cells))
     return head + "\n".join(rows) + "\n"
 
@@ -42,7 +51,8 @@ RECORDS = {
     "quoted decimals": _record(US, 2, ",", "s"),
     "German": _record(GERMAN, 2, ";", "s"),
     "German whole numbers": _record(GERMAN, 0, ";", "s"),
-    "one column": "# fs = 51200\nforce [N]\n" + "".join(_cell(value, 0, US) + "\n" for value in FORCE),
+    "one column": "# fs = 51200\nforce [N]\n"
+    + "".join(_cell(value, 0, US) + "\n" for value in FORCE),
 }
 
 
@@ -52,7 +62,9 @@ def test_a_record_is_read_right(tmp_path, name):
     path.write_text(RECORDS[name])
     with open_recording(path) as recording:
         np.testing.assert_array_equal(recording.read("force"), FORCE)
-        assert recording.info("force").sampling_rate_hz == (1e5 if "time" in RECORDS[name] else 51200.0)
+        assert recording.info("force").sampling_rate_hz == (
+            1e5 if "time" in RECORDS[name] else 51200.0
+        )
 
 
 def test_german_thousands_alone_are_refused_with_both_readings(tmp_path):
@@ -60,7 +72,8 @@ def test_german_thousands_alone_are_refused_with_both_readings(tmp_path):
     path = tmp_path / "hit.txt"
     path.write_text(_record(GERMAN))
     with pytest.raises(
-        RecordingError, match=r"'1\.\d{3}' can be .* or .*: its point is a decimal sign or .*; give decimal"
+        RecordingError,
+        match=r"'1\.\d{3}' can be .* or .*: its point is a decimal sign or .*; give decimal",
     ):
         open_recording(path)
 
@@ -79,10 +92,23 @@ def test_other_spellings_are_read(tmp_path, spelling):
 
 
 def test_a_cell_with_two_readings_is_refused_with_both(tmp_path):
-    table = (CAMPAIGN / "runs.csv").read_text().replace(",", ";").replace('"1;', '"1,').replace('"2;', '"2,')
-    with pytest.raises(IngestError, match=r"runs\.csv: row 2: '1,200' can be 1200 or 1\.2: .*; write 1200 or 1\.2$"):
+    table = (
+        (CAMPAIGN / "runs.csv")
+        .read_text()
+        .replace(",", ";")
+        .replace('"1;', '"1,')
+        .replace('"2;', '"2,')
+    )
+    with pytest.raises(
+        IngestError, match=r"runs\.csv: row 2: '1,200' can be 1200 or 1\.2: .*; write 1200 or 1\.2$"
+    ):
         _runs(tmp_path, table)
-    german = table.replace("0.6", "0,6").replace("0.500", "0,5").replace("17.", "17,").replace("16.", "16,")
+    german = (
+        table.replace("0.6", "0,6")
+        .replace("0.500", "0,5")
+        .replace("17.", "17,")
+        .replace("16.", "16,")
+    )
     assert _runs(tmp_path, german)[0].number("travel_mm") == 1.2
 
 

@@ -40,31 +40,52 @@ def acceleration(time_s):
 
 
 def write(path, kind, digits=9):
-    rows = [f"{t:.{digits}f},{a:.6f}\n" for t, a in zip(times(kind), acceleration(times(kind)), strict=True)]
+    rows = [
+        f"{t:.{digits}f},{a:.6f}\n"
+        for t, a in zip(times(kind), acceleration(times(kind)), strict=True)
+    ]
     path.write_text("time_s,acceleration_1 [m/s2]\n" + "".join(rows), encoding="utf-8")
     return path
 
 
 @pytest.mark.parametrize(
     ("kind", "message"),
-    [("two rates", "two rates, 40000 Hz"), ("jitter", "its time has jitter"), ("drift", "its time drifts")],
+    [
+        ("two rates", "two rates, 40000 Hz"),
+        ("jitter", "its time has jitter"),
+        ("drift", "its time drifts"),
+    ],
 )
 def test_record_is_refused_by_its_kind_or_resampled(tmp_path, kind, message):
     """The right spectrum is that of the same formula at 800 kHz; 23 samples of a cycle hide 1 % of a peak."""
     path = write(tmp_path / "hit.csv", kind)
     refused = CliRunner().invoke(srs, [str(path)])
     assert refused.exit_code == 2 and message in refused.stderr
-    words = [str(path), "--frequencies", "500,1000,2000,2500", "--uneven-time", "resample", "--json"]
+    words = [
+        str(path),
+        "--frequencies",
+        "500,1000,2000,2500",
+        "--uneven-time",
+        "resample",
+        "--json",
+    ]
     result = json.loads(CliRunner().invoke(srs, words).stdout)
     fine = acceleration(np.arange(0.0, times(kind)[-1], 1 / 800_000))
     right = shock_response_spectrum(fine, 800_000.0, LINES).maximax
-    assert result["maximax"] == pytest.approx(right / (9.80665 if result["unit"] == "g" else 1.0), rel=0.02)
-    assert next(c["severity"] for c in result["checks"] if c["check"] == "resampled-time") in ("note", "warning")
+    assert result["maximax"] == pytest.approx(
+        right / (9.80665 if result["unit"] == "g" else 1.0), rel=0.02
+    )
+    assert next(c["severity"] for c in result["checks"] if c["check"] == "resampled-time") in (
+        "note",
+        "warning",
+    )
 
 
 def force(time_s):
     phase = (time_s - 0.02) / 0.6e-3
-    return np.where((phase > 0) & (phase < 1), 1000 * np.sin(np.pi * np.clip(phase, 0, 1)) ** 2, 0.0)
+    return np.where(
+        (phase > 0) & (phase < 1), 1000 * np.sin(np.pi * np.clip(phase, 0, 1)) ** 2, 0.0
+    )
 
 
 @pytest.mark.parametrize("uneven_time", [None, "resample"])

@@ -33,7 +33,9 @@ def test_the_campaign_is_rejected_and_its_figures_are_those_of_the_hits(tmp_path
     with ps.open(tmp_path / "lab.db") as store:
         outcome = store.ingest(PLACEHOLDERS / "campaign", jobs=1, progress=False)
         impacts = store.impacts()
-    findings = {(f["recording"], f["channel"], f["check"], f["severity"]) for f in outcome.report.findings}
+    findings = {
+        (f["recording"], f["channel"], f["check"], f["severity"]) for f in outcome.report.findings
+    }
     assert findings == {
         ("recordings/acc-one-9.9e37.csv", "acceleration_1", "placeholder", "reject"),
         ("recordings/force-one-9.9e37.csv", "force", "placeholder", "reject"),
@@ -55,7 +57,9 @@ def test_samples_beyond_an_oscilloscope_s_range_are_clipped_at_the_largest_readi
 
 def test_the_library_s_spectrum_refuses_them(tmp_path: Path) -> None:
     record = np.loadtxt(PLACEHOLDERS / "one-minus9999.csv", delimiter=",", skiprows=1)[:, 1]
-    with pytest.raises(ps.InvalidValueError, match=r"3 samples, the first number 600 = -9999.*replace it"):
+    with pytest.raises(
+        ps.InvalidValueError, match=r"3 samples, the first number 600 = -9999.*replace it"
+    ):
         ps.srs(record, 50_000.0, frequencies=[500.0])
     with pytest.raises(ps.InvalidValueError, match="of column 'a'"):
         ps.srs(pd.DataFrame({"a": record}), 50_000.0, frequencies=[500.0])

@@ -28,7 +28,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ["sqlite://", "sqlite:///", "sqlite:///:memory:", ":memory:", "sqlite:///file::memory:?cache=shared",
      "sqlite+pysqlite:///", "sqlite:///file:lab.db?mode=memory&uri=true", "sqlite:", "", " "],
 )  # fmt: skip
-def test_a_store_in_memory_is_refused_where_something_is_to_be_kept(address: str, folder: Path) -> None:
+def test_a_store_in_memory_is_refused_where_something_is_to_be_kept(
+    address: str, folder: Path
+) -> None:
     campaign = hammer_campaign(folder / "spring", recordings=1, hits=1, name="spring")
     for words in (["ingest", str(campaign)], ["init"], ["impacts"]):
         answer = CliRunner().invoke(main, [*words, "--db", address])
@@ -49,7 +51,9 @@ def test_options_behind_a_name_are_refused_with_the_address_without_them() -> No
         parse_store_address("sqlite:///lab.db?mode=ro")
 
 
-@pytest.mark.parametrize("name", ["a b#c%20e?x/lab.db", "lab?.db", "100%.db", "what?year=2026.db", "é ü.db", "a@b.db"])
+@pytest.mark.parametrize(
+    "name", ["a b#c%20e?x/lab.db", "lab?.db", "100%.db", "what?year=2026.db", "é ü.db", "a@b.db"]
+)
 def test_a_path_is_taken_sign_for_sign_by_command_and_library(name: str, folder: Path) -> None:
     place = folder / name
     place.parent.mkdir(exist_ok=True)
@@ -74,19 +78,25 @@ def test_the_option_and_the_variable_take_the_path_of_a_file_as_the_library_does
     assert listed.exit_code == 0 and '"spring"' in listed.output
     monkeypatch.setenv("PYROSHOCK_DB", "./lab.db")
     assert CliRunner().invoke(main, ["campaigns", "--json"]).output == listed.output
-    assert CliRunner().invoke(main, ["db", "copy", "lab.db", str(folder / "copy.db")]).exit_code == 0
+    assert (
+        CliRunner().invoke(main, ["db", "copy", "lab.db", str(folder / "copy.db")]).exit_code == 0
+    )
     with sqlite3.connect(folder / "copy.db") as copy:
         assert copy.execute("SELECT name FROM campaigns").fetchall() == [("spring",)]
     copy.close()
 
 
-@pytest.mark.parametrize("address", ["mysql:lab", "postgresql:lab", "host=x dbname=lab", "user:word@host/lab"])
+@pytest.mark.parametrize(
+    "address", ["mysql:lab", "postgresql:lab", "host=x dbname=lab", "user:word@host/lab"]
+)
 def test_what_is_no_path_is_no_path(address: str) -> None:
     with pytest.raises(AddressError, match="unreadable address"):
         parse_store_address(address)
 
 
-@pytest.mark.parametrize("path", ["C:\\lab\\shots.db", "C:/lab/shots.db", "/lab/shots.db", "../shots.db", "shots"])
+@pytest.mark.parametrize(
+    "path", ["C:\\lab\\shots.db", "C:/lab/shots.db", "/lab/shots.db", "../shots.db", "shots"]
+)
 def test_paths_of_every_system_are_paths(path: str) -> None:
     assert parse_store_address(path).database == path
     assert parse_store_address(f"sqlite:///{path}").database == path
@@ -109,4 +119,6 @@ def test_three_first_ingests_at_once_leave_two_campaigns_once_each(folder: Path)
     with ThreadPoolExecutor(3) as pool:
         assert list(pool.map(ingest, ("spring", "summer", "spring"))) == [0, 0, 0]
     with ps.open("lab.db") as store:
-        assert sorted(store.campaigns()["name"]) == ["spring", "summer"] and len(store.impacts()) == 2
+        assert (
+            sorted(store.campaigns()["name"]) == ["spring", "summer"] and len(store.impacts()) == 2
+        )

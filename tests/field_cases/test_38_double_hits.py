@@ -58,7 +58,9 @@ def write_campaign(folder: Path) -> Path:
     return folder
 
 
-def test_second_hits_taps_and_turned_signs_are_named_and_the_figures_are_of_the_hit(tmp_path: Path) -> None:
+def test_second_hits_taps_and_turned_signs_are_named_and_the_figures_are_of_the_hit(
+    tmp_path: Path,
+) -> None:
     with ps.open(tmp_path / "lab.db") as store:
         outcome = store.ingest(write_campaign(tmp_path / "hits"), jobs=1, progress=False)
         impacts = store.impacts()
@@ -66,7 +68,11 @@ def test_second_hits_taps_and_turned_signs_are_named_and_the_figures_are_of_the_
     for finding in outcome.report.findings:
         checks[Path(finding["recording"]).stem].add(finding["check"])
     assert checks["single"] == set()
-    missing = [name for name, (_, check) in RECORDS.items() if check is not None and check not in checks[name]]
+    missing = [
+        name
+        for name, (_, check) in RECORDS.items()
+        if check is not None and check not in checks[name]
+    ]
     assert missing == []
     apart = [run for run, name in enumerate(RECORDS, 1) if name != "touching"]
     alone = impacts[impacts["run"].isin(apart)]

@@ -32,5 +32,7 @@ def test_band_of_a_constant_time_is_no_narrower_than_a_sample(name: str) -> None
     assert answer.contact_time_spread_s is not None and answer.log_spread is not None
     assert (2 * 1.645 * answer.contact_time_spread_s >= SAMPLE_S).all()
     assert (2 * 1.645 * answer.log_spread[:, 1] * answer.contact_time_s >= 0.999 * SAMPLE_S).all()
-    inside = np.abs(table.contact_time_s - answer.contact_time_s) <= 1.645 * answer.contact_time_spread_s
+    inside = (
+        np.abs(table.contact_time_s - answer.contact_time_s) <= 1.645 * answer.contact_time_spread_s
+    )
     assert inside.all()

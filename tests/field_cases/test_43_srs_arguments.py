@@ -16,7 +16,15 @@ RIGHT = ps.srs(RECORD, RATE_HZ, frequencies=LINES).to_numpy()
 
 @pytest.mark.parametrize(
     ("name", "scale"),
-    [("time_ms", 1e3), ("t [us]", 1e6), ("Zeit (ms)", 1e3), ("time_s", 1.0), ("time", 1.0), (None, 1.0), ("t_ns", 1e9)],
+    [
+        ("time_ms", 1e3),
+        ("t [us]", 1e6),
+        ("Zeit (ms)", 1e3),
+        ("time_s", 1.0),
+        ("time", 1.0),
+        (None, 1.0),
+        ("t_ns", 1e9),
+    ],
 )
 def test_the_name_of_an_index_carries_its_unit(name, scale):
     series = pd.Series(RECORD, index=pd.Index(TIMES_S * scale, name=name))
@@ -25,7 +33,9 @@ def test_the_name_of_an_index_carries_its_unit(name, scale):
 
 def test_an_index_that_is_no_time_is_refused():
     series = pd.Series(RECORD, index=pd.Index(TIMES_S * 10.0, name="distance_mm"))
-    with pytest.raises(ps.InvalidValueError, match="the index is called 'distance_mm', which is no time"):
+    with pytest.raises(
+        ps.InvalidValueError, match="the index is called 'distance_mm', which is no time"
+    ):
         ps.srs(series, frequencies=LINES)
     np.testing.assert_allclose(ps.srs(series, RATE_HZ, frequencies=LINES), RIGHT)
 
@@ -39,7 +49,9 @@ def test_masked_samples_are_refused():
 
 
 def test_records_as_rows_are_refused_with_the_cure():
-    with pytest.raises(ps.InvalidValueError, match=r"shape \(3, 4000\), more records than samples.*acceleration.T"):
+    with pytest.raises(
+        ps.InvalidValueError, match=r"shape \(3, 4000\), more records than samples.*acceleration.T"
+    ):
         ps.srs(np.tile(RECORD, (3, 1)), RATE_HZ, frequencies=LINES)
     assert ps.srs(np.tile(RECORD, (3, 1)).T, RATE_HZ, frequencies=LINES).shape == (3, 3)
 

@@ -19,7 +19,12 @@ from sqlalchemy import select
 
 RATE = 51_200.0
 #: Frequency (Hz) and damping ratio of a plate's modes, gain at two sensors (1/kg); the first is the plate as a whole.
-MODES = ((0.0, 0.0, 0.05, 0.05), (620.0, 0.03, 0.10, -0.07), (1740.0, 0.03, -0.08, 0.09), (4300.0, 0.02, 0.06, 0.07))
+MODES = (
+    (0.0, 0.0, 0.05, 0.05),
+    (620.0, 0.03, 0.10, -0.07),
+    (1740.0, 0.03, -0.08, 0.09),
+    (4300.0, 0.02, 0.06, 0.07),
+)
 LATE = [0.0, 16.0, 7.37, -0.5, 2048.0, -300.25]
 
 
@@ -38,7 +43,9 @@ def acceleration(time_s, event, sensor):
         from scipy.signal import cont2discrete, lfilter
 
         omega = 2 * np.pi * frequency
-        b, a, _ = cont2discrete(([1.0, 0.0, 0.0], [1.0, 2 * zeta * omega, omega**2]), 1 / (RATE * fine), "foh")
+        b, a, _ = cont2discrete(
+            ([1.0, 0.0, 0.0], [1.0, 2 * zeta * omega, omega**2]), 1 / (RATE * fine), "foh"
+        )
         total += gains[sensor] * lfilter(b.ravel(), a, force)
     return total[::fine][: time_s.size]
 
@@ -94,8 +101,12 @@ def store(sqlite_url):
         yield store
 
 
-@pytest.mark.parametrize(("late", "hammer_late"), [(0.0, 0.0), (16.0, 0.0), (7.37, 0.0), (-40.5, 0.0), (16.0, 9.25)])
-def test_derived_force_of_channels_that_start_at_different_times(store, tmp_path, late, hammer_late):
+@pytest.mark.parametrize(
+    ("late", "hammer_late"), [(0.0, 0.0), (16.0, 0.0), (7.37, 0.0), (-40.5, 0.0), (16.0, 9.25)]
+)
+def test_derived_force_of_channels_that_start_at_different_times(
+    store, tmp_path, late, hammer_late
+):
     """8 kN for 0.7 ms as sin^2: 2.8 N s, and a tenth of the peak is passed at asin(sqrt(0.1)) / pi of its length."""
     event = (0.02, 0.7e-3, 8000.0)
     samples = 16384
@@ -113,10 +124,14 @@ def test_derived_force_of_channels_that_start_at_different_times(store, tmp_path
     ingest_folder(store, tmp_path, jobs=1)
     with store.reading() as session:
         pulse = session.scalars(select(Pulse)).one()
-        finding = next(f for f in session.scalars(select(QualityFinding)) if f.check == "derived-force")
+        finding = next(
+            f for f in session.scalars(select(QualityFinding)) if f.check == "derived-force"
+        )
         assert pulse.peak_force_n == pytest.approx(8000, rel=0.02)
         assert pulse.impulse_n_s == pytest.approx(2.8, rel=0.02)
-        assert pulse.width_tenth_s == pytest.approx(0.7e-3 * (1 - 2 * np.arcsin(np.sqrt(0.1)) / np.pi), rel=0.04)
+        assert pulse.width_tenth_s == pytest.approx(
+            0.7e-3 * (1 - 2 * np.arcsin(np.sqrt(0.1)) / np.pi), rel=0.04
+        )
         assert pulse.start_s == pytest.approx(0.02, abs=0.1e-3)
         assert finding.severity == "note"
 
@@ -128,8 +143,22 @@ def tones(time_s, share=0.9):
     return np.sum(np.sin(2 * np.pi * frequency[:, None] * time_s + phase[:, None]), axis=0)
 
 
-def channel(name, start_s, quantity="acceleration", unit="m/s2", samples=4096, signal=tones, rate=RATE, **where):
-    return Channel(Sensor(name, quantity, unit, **where), signal(start_s + np.arange(samples) / rate), rate, start_s)
+def channel(
+    name,
+    start_s,
+    quantity="acceleration",
+    unit="m/s2",
+    samples=4096,
+    signal=tones,
+    rate=RATE,
+    **where,
+):
+    return Channel(
+        Sensor(name, quantity, unit, **where),
+        signal(start_s + np.arange(samples) / rate),
+        rate,
+        start_s,
+    )
 
 
 @pytest.mark.parametrize("late", LATE)
@@ -137,7 +166,9 @@ def test_one_grid_has_every_channel_at_its_own_moments(late):
     grid = on_one_grid([channel("a", 0.25), channel("b", 0.25 + late / RATE)])
     time_s = grid.start_s + np.arange(grid.values.shape[1]) / RATE
     inner = slice(33, -33)
-    assert np.array_equal(grid.values[0], channel("a", 0.25).si[grid.first : grid.first + time_s.size])
+    assert np.array_equal(
+        grid.values[0], channel("a", 0.25).si[grid.first : grid.first + time_s.size]
+    )
     error = np.abs(grid.values[1] - tones(time_s))[inner].max() / np.abs(tones(time_s)).max()
     assert error < (1e-9 if late == round(late) else 1e-4)
     assert time_s.size == 4096 - int(np.ceil(abs(late) - 0.5))
@@ -153,9 +184,13 @@ def test_delay_is_band_limited(delay):
 
 
 def test_channels_without_a_common_moment_or_rate_are_refused():
-    with pytest.raises(GridError, match=r"no moment in common: 'a' from 0 to 0\.08 s, 'b' from 1 to 1\.08 s"):
+    with pytest.raises(
+        GridError, match=r"no moment in common: 'a' from 0 to 0\.08 s, 'b' from 1 to 1\.08 s"
+    ):
         on_one_grid([channel("a", 0.0), channel("b", 1.0)])
-    with pytest.raises(GridError, match="'a' is recorded at 51200 Hz and 'b' at 25600 Hz; record them at one rate"):
+    with pytest.raises(
+        GridError, match="'a' is recorded at 51200 Hz and 'b' at 25600 Hz; record them at one rate"
+    ):
         on_one_grid([channel("a", 0.0), channel("b", 0.0, rate=RATE / 2)])
 
 
@@ -172,15 +207,22 @@ def test_cells_of_an_array_are_added_at_the_same_moment(late):
     ]
     total, clock = total_force(cells)
     time_s = clock.start_s + np.arange(total.size) / RATE
-    assert np.abs(total - half_sine(time_s)).max() < (1e-9 if late == round(late) else 5.0)  # the corner rings
+    assert np.abs(total - half_sine(time_s)).max() < (
+        1e-9 if late == round(late) else 5.0
+    )  # the corner rings
     (pulse,) = hits_of(cells, ExtractionSettings(), 1).pulses
     assert pulse.start_s == pytest.approx(0.04, abs=2 / RATE)
     assert pulse.peak_force_n == pytest.approx(1000, rel=2e-3)
 
 
 def test_cells_without_a_common_moment_are_refused():
-    cells = [channel(name, start, "force", "N") for name, start in (("cell_1", 0.0), ("cell_2", 5.0))]
-    with pytest.raises(RecordingError, match="force channels cannot be added: the channels have no moment in common"):
+    cells = [
+        channel(name, start, "force", "N") for name, start in (("cell_1", 0.0), ("cell_2", 5.0))
+    ]
+    with pytest.raises(
+        RecordingError,
+        match="force channels cannot be added: the channels have no moment in common",
+    ):
         total_force(cells)
 
 
@@ -209,7 +251,11 @@ def test_finding_in_a_contact_is_that_contacts():
     )  # fmt: skip
     channels = [channel("force", 0.0, "force", "N", samples=30000, signal=force), acceleration]
     findings = check_recording(channels, hits_of(channels, ExtractionSettings(), 3))
-    (gap,) = [f for f in findings if f.channel == "acc" and f.check == "dropouts" and f.evidence["kind"] == "gap"]
+    (gap,) = [
+        f
+        for f in findings
+        if f.channel == "acc" and f.check == "dropouts" and f.evidence["kind"] == "gap"
+    ]
     assert (gap.contact, gap.severity) == (1, "reject")
 
 
@@ -218,9 +264,14 @@ def test_impact_velocity_is_that_of_the_contact(tmp_path, late):
     """The impactor's deceleration is the force over its mass of 0.5 kg; it stands still at the peak."""
 
     def at(start_s, scale=1.0):
-        return scale * half_sine(start_s + np.arange(6000) / RATE) + np.random.default_rng(5).normal(size=6000) * 1e-3
+        return (
+            scale * half_sine(start_s + np.arange(6000) / RATE)
+            + np.random.default_rng(5).normal(size=6000) * 1e-3
+        )
 
-    write(tmp_path / "hit.h5", {"force": (at(0.0), 0.0), "head": (at(late / RATE, -2.0), late / RATE)})
+    write(
+        tmp_path / "hit.h5", {"force": (at(0.0), 0.0), "head": (at(late / RATE, -2.0), late / RATE)}
+    )
     sensors = {
         "force": Sensor("force", "force", "N"),
         "head": Sensor("head", "acceleration", "m/s2", position="impactor"),
@@ -232,7 +283,9 @@ def test_impact_velocity_is_that_of_the_contact(tmp_path, late):
 
 def test_impactor_recorded_after_the_contact_gives_no_velocity(tmp_path):
     time_s = np.arange(6000) / RATE
-    write(tmp_path / "hit.h5", {"force": (half_sine(time_s), 0.0), "head": (half_sine(time_s), 0.06)})
+    write(
+        tmp_path / "hit.h5", {"force": (half_sine(time_s), 0.0), "head": (half_sine(time_s), 0.06)}
+    )
     sensors = {
         "force": Sensor("force", "force", "N"),
         "head": Sensor("head", "acceleration", "m/s2", position="impactor"),

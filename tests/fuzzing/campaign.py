@@ -24,7 +24,15 @@ _MOST_DEATHS = 2000
 #: An ingest takes seconds: so many of those that end by the same signal are given to one.
 _VERIFIED = 8
 _TITLES = (
-    *("target", "inputs", ACCEPTED, REFUSED, SET_ASIDE, "ended their process", "of them tried by an ingest"),
+    *(
+        "target",
+        "inputs",
+        ACCEPTED,
+        REFUSED,
+        SET_ASIDE,
+        "ended their process",
+        "of them tried by an ingest",
+    ),
     *("findings", "slowest s", "peak MB", "lines reached"),
 )
 
@@ -46,7 +54,9 @@ def run(targets: Iterable[Target], inputs: int, folder: Path, seed: int, jobs: i
     chosen = list(targets)
     shares = shares_of(chosen, inputs)
     with ThreadPoolExecutor(jobs) as pool:
-        return list(pool.map(lambda t: _one(t, shares[t.name], folder / slug(t.name), seed), chosen))
+        return list(
+            pool.map(lambda t: _one(t, shares[t.name], folder / slug(t.name), seed), chosen)
+        )
 
 
 def shares_of(targets: list[Target], inputs: int) -> dict[str, int]:
@@ -77,7 +87,9 @@ def _one(target: Target, inputs: int, folder: Path, seed: int) -> Row:
 def _process(name: str, inputs: int, seed: int, folder: Path) -> int:
     """The exit code; negative for a signal."""
     (folder / "current").unlink(missing_ok=True)
-    process = multiprocessing.get_context("fork").Process(target=worker.work, args=(name, inputs, seed, folder))
+    process = multiprocessing.get_context("fork").Process(
+        target=worker.work, args=(name, inputs, seed, folder)
+    )
     process.start()
     process.join()
     with suppress(ProcessLookupError):  # what it started itself, and did not live to end
@@ -88,12 +100,16 @@ def _process(name: str, inputs: int, seed: int, folder: Path) -> int:
 def _note_death(target: Target, folder: Path, code: int) -> None:
     """Keep the input that ended the process, and whether the ingest of a folder with it goes on."""
     if not (folder / "current").exists():
-        raise RuntimeError(f"{target.name}: its process ends before the first input; see {folder / 'log.txt'}")
+        raise RuntimeError(
+            f"{target.name}: its process ends before the first input; see {folder / 'log.txt'}"
+        )
     data = (folder / "current").read_bytes()
     fate = _fate(target, folder, code, data)
     (folder / f"death-{len(_deaths(folder))}-{code}-{fate}").write_bytes(data)
     if fate == "lost":
-        what = {-signal.SIGPROF: "too much processor time", -signal.SIGALRM: "too long"}.get(code, f"exit code {code}")
+        what = {-signal.SIGPROF: "too much processor time", -signal.SIGALRM: "too long"}.get(
+            code, f"exit code {code}"
+        )
         keep(folder, data, f"the process ended: {what}", f"exit code {code}")
     counts = read_counts(folder)
     counts["inputs"] += 1
@@ -128,7 +144,10 @@ def markdown(rows: list[Row]) -> str:
         cells += [str(number) for number in (row.crashes, row.survived, len(row.findings))]
         cells += [f"{row.counts['slowest_s']:.2f}", f"{row.counts['peak_mb']:.0f}", row.coverage]
         lines.append("| " + " | ".join([row.target, *cells]) + " |")
-    inputs, found = sum(int(row.counts["inputs"]) for row in rows), sum(len(row.findings) for row in rows)
+    inputs, found = (
+        sum(int(row.counts["inputs"]) for row in rows),
+        sum(len(row.findings) for row in rows),
+    )
     return "\n".join([*lines, f"| all | {inputs:,} |  |  |  |  |  | {found} |  |  |  |"])
 
 
@@ -144,7 +163,9 @@ def is_set_aside(data: bytes, name: str) -> bool:
         folders.write(seeds.hammer_folders("npz")[0], folder)
         (folder / name).write_bytes(data)
         with (folder / "runs.csv").open("a") as runs:
-            runs.write(seeds.HAMMER_RUNS.format(name).splitlines()[1].replace("1,1,", "2,1,", 1) + "\n")
+            runs.write(
+                seeds.HAMMER_RUNS.format(name).splitlines()[1].replace("1,1,", "2,1,", 1) + "\n"
+            )
         process = start_cli("ingest", folder, "--db", f"sqlite:///{scratch}/lab.db", "--json")
         out, _ = process.communicate(timeout=_PATIENCE_S)
     if process.returncode != 0:

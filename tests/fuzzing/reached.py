@@ -22,9 +22,13 @@ def reached(targets: Iterable[Target], folder: Path) -> dict[str, str]:
 
 
 def _of(target: Target, folder: Path) -> str:
-    path = os.pathsep.join([str(Path(__file__).resolve().parents[1]), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join(
+        [str(Path(__file__).resolve().parents[1]), os.environ.get("PYTHONPATH", "")]
+    )
     command = [sys.executable, "-m", "fuzzing.reached", target.name, str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path}, check=False)
+    done = subprocess.run(
+        command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path}, check=False
+    )
     return f"{json.loads(done.stdout.splitlines()[-1]):.0%}" if done.returncode == 0 else "-"
 
 

@@ -14,7 +14,13 @@ from fuzzing.mutations import binary, containers, generated, tables
 from fuzzing.seeds import bare_lvm, mat_structures, oscilloscopes, recordings, wavs
 from fuzzing.target import ACCEPTED, Mutate, Target, Use, stacked
 from pyroshock.ingest import readers
-from pyroshock.ingest.readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError, open_recording
+from pyroshock.ingest.readers import (
+    AS_IN_FILE,
+    OpenRecording,
+    ReadingOptions,
+    RecordingError,
+    open_recording,
+)
 from pyroshock.schema.base import to_plain
 from support.records.recipes import RECIPES
 
@@ -25,8 +31,12 @@ FORMATS: dict[str, Mutate] = {
     ".npy": stacked({binary.damaged: 8, generated.any_file(generated.npy): 3}, most=2),
     ".wav": stacked({binary.damaged: 8, generated.any_file(generated.wav): 2}, most=2),
     ".ide": binary.damaged,
-    ".npz": stacked({containers.inside_zip: 6, generated.any_file(generated.npz): 2, binary.damaged: 2}, most=2),
-    ".mat": stacked({containers.inside_mat: 6, generated.any_file(generated.mat): 2, binary.damaged: 3}, most=2),
+    ".npz": stacked(
+        {containers.inside_zip: 6, generated.any_file(generated.npz): 2, binary.damaged: 2}, most=2
+    ),
+    ".mat": stacked(
+        {containers.inside_mat: 6, generated.any_file(generated.mat): 2, binary.damaged: 3}, most=2
+    ),
     ".h5": stacked({binary.damaged: 8, generated.any_file(generated.hdf5): 2}, most=2),
     ".parquet": stacked({binary.damaged: 6, generated.any_file(generated.parquet): 3}, most=2),
     ".tdms": stacked({binary.damaged: 8, generated.any_file(generated.tdms): 2}, most=2),
@@ -56,7 +66,11 @@ def read_whole(recording: OpenRecording) -> None:
         assert channel.samples > 0 and np.dtype(channel.dtype).kind in "iuf", channel
         assert math.isfinite(channel.sampling_rate_hz) and channel.sampling_rate_hz > 0, channel
         assert math.isfinite(channel.start_s), channel
-        for text in (channel.name, channel.unit or "", json.dumps(to_plain(channel.header), ensure_ascii=False)):
+        for text in (
+            channel.name,
+            channel.unit or "",
+            json.dumps(to_plain(channel.header), ensure_ascii=False),
+        ):
             text.encode("utf-8")
         whole = recording.read(channel.name)
         assert whole.shape == (channel.samples,) and whole.dtype == np.dtype(channel.dtype), channel

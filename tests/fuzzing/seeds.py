@@ -45,7 +45,10 @@ def oscilloscopes() -> tuple[bytes, ...]:
 @cache
 def bare_lvm() -> tuple[bytes, ...]:
     """Numbers alone, between tabs and between commas."""
-    table, texts = np.column_stack([*base_truth().channels.values()]), (io.StringIO(), io.StringIO())
+    table, texts = (
+        np.column_stack([*base_truth().channels.values()]),
+        (io.StringIO(), io.StringIO()),
+    )
     for text, delimiter in zip(texts, "\t,", strict=True):
         np.savetxt(text, table, "%.6f", delimiter)
     return tuple(text.getvalue().encode() for text in texts)
@@ -70,11 +73,20 @@ def mat_structures() -> tuple[bytes, ...]:
     from scipy.io import savemat
 
     channels = base_truth().channels
-    shot = {"fs": RATE_HZ, "operator": "Ana", **channels, "bench": {"y": np.column_stack([*channels.values()])}}
+    shot = {
+        "fs": RATE_HZ,
+        "operator": "Ana",
+        **channels,
+        "bench": {"y": np.column_stack([*channels.values()])},
+    }
     files = []
     for packed in (False, True):
         out = io.BytesIO()
-        savemat(out, {"shot": shot, "again": {"time": np.arange(96) / RATE_HZ, **channels}}, do_compression=packed)
+        savemat(
+            out,
+            {"shot": shot, "again": {"time": np.arange(96) / RATE_HZ, **channels}},
+            do_compression=packed,
+        )
         files.append(out.getvalue())
     return tuple(files)
 
@@ -232,7 +244,12 @@ def _hammer_folder(recipe: str) -> bytes:
     toml, modes = (PLATE, {"plate_modes.csv": MODES.encode()}) if len(recipe) % 2 else (HAMMER, {})
     runs = HAMMER_RUNS.format(name)
     return folders.pack(
-        {"campaign.toml": toml.encode(), "runs.csv": runs.encode(), **modes, name: _written(recipe, hit())}
+        {
+            "campaign.toml": toml.encode(),
+            "runs.csv": runs.encode(),
+            **modes,
+            name: _written(recipe, hit()),
+        }
     )
 
 
@@ -244,7 +261,9 @@ def gun_folder() -> bytes:
     content = io.BytesIO()
     np.savez(content, fs=RATE_HZ, **recorded)
     runs = GUN_RUNS.format("a.npz")
-    return folders.pack({"campaign.toml": GUN.encode(), "runs.csv": runs.encode(), "a.npz": content.getvalue()})
+    return folders.pack(
+        {"campaign.toml": GUN.encode(), "runs.csv": runs.encode(), "a.npz": content.getvalue()}
+    )
 
 
 @cache

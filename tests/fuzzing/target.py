@@ -78,7 +78,9 @@ def judge(target: Target, data: bytes, folder: Path) -> Outcome:
         raise
     except BaseException as error:  # noqa: BLE001 - also what no `except Exception` of ours would catch
         return Outcome(
-            FINDING, f"{type(error).__name__} at {_place(error)}", "".join(traceback.format_exception(error))
+            FINDING,
+            f"{type(error).__name__} at {_place(error)}",
+            "".join(traceback.format_exception(error)),
         )
 
 
@@ -106,7 +108,9 @@ def _causes(error: BaseException) -> Iterator[BaseException]:
 def _place(error: BaseException) -> str:
     """The innermost line of ours."""
     frames = traceback.extract_tb(error.__traceback__)
-    ours = [f for f in frames if "site-packages" not in f.filename and "/lib/python" not in f.filename]
+    ours = [
+        f for f in frames if "site-packages" not in f.filename and "/lib/python" not in f.filename
+    ]
     if not frames:
         return "a place unknown"
     frame = (ours or list(frames))[-1]

@@ -85,21 +85,21 @@ TABLES = (
            "ingest/folder.py ingest/errors.py signals/units.py", toml.damaged),
     _table("runs.csv", _runs_are_whole,
            (seeds.HAMMER_RUNS.format("a.npz"), seeds.GUN_RUNS.format("a.npz"), seeds.HAMMER_RUNS.format("")),
-           "ingest/runs.py ingest/tables.py delimited_text.py schema/known_factors.py"),
+           "ingest/runs.py ingest/tables.py files/delimited_text.py schema/known_factors.py"),
     _table("plate_modes.csv",
            lambda path: modes.read_modal_table(path.parent, path.name, ("acceleration_1",)).fingerprint,
-           (seeds.MODES,), "ingest/modes.py ingest/tables.py signals/modal_table.py delimited_text.py"),
+           (seeds.MODES,), "ingest/modes.py ingest/tables.py signals/modal_table.py files/delimited_text.py"),
     _table("modes.csv", lambda path: read_modal_table(path) is not None, (seeds.MODES,),
-           "twin/plate/table.py signals/modal_table.py delimited_text.py"),
+           "twin/plate/table.py signals/modal_table.py files/delimited_text.py"),
     _table("bench.toml", lambda path: bench_of_file(path, shipped_bench()) is not None, (seeds.BENCH,),
            "app/twins/benches.py", toml.damaged),
     _table("factors.toml", lambda path: read_space(path).size > 0, seeds.space_texts,
            "doe/toml_space.py doe/space.py doe/factors.py", toml.damaged),
-    _table("plan.csv", _plan_is_whole, (seeds.PLAN,), "doe/designs/imported.py delimited_text.py"),
+    _table("plan.csv", _plan_is_whole, (seeds.PLAN,), "doe/designs/imported.py files/delimited_text.py"),
     _table("predictors.toml", lambda path: predictors_named(str(path)).sources,
            lambda: seeds.shipped("dataset/data/gun.toml"), "dataset/predictors.py", toml.damaged),
     _table("target.csv", lambda path: target_from_upload(path.read_bytes(), path.name).lines().size, seeds.TARGETS,
-           "app/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py delimited_text.py"),
+           "app/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py files/delimited_text.py"),
 )  # fmt: skip
 
 
@@ -132,8 +132,12 @@ _RECORDINGS = """
 def _rows(path: Path) -> dict[str, int]:
     """Rows per table, by SQLite alone: thousands of stores are looked into."""
     with closing(sqlite3.connect(path)) as store:
-        names = [name for (name,) in store.execute("select name from sqlite_master where type = 'table'")]
-        return {name: store.execute(f'select count(*) from "{name}"').fetchone()[0] for name in names}
+        names = [
+            name for (name,) in store.execute("select name from sqlite_master where type = 'table'")
+        ]
+        return {
+            name: store.execute(f'select count(*) from "{name}"').fetchone()[0] for name in names
+        }
 
 
 @cache
@@ -153,7 +157,16 @@ def srs(data: bytes, folder: Path) -> str:
     path, target = folder / f"input{_suffix_of(data)}", folder / "target.csv"
     path.write_bytes(data[1:])
     target.write_text(seeds.TARGETS[0])
-    options = ["--channel", "acceleration_1", "--unit", "m/s2", "--frequencies", "100:1000:3", "--json", "--target"]
+    options = [
+        "--channel",
+        "acceleration_1",
+        "--unit",
+        "m/s2",
+        "--frequencies",
+        "100:1000:3",
+        "--json",
+        "--target",
+    ]
     result = _pyroshock("srs", str(path), *options, str(target))
     _refuse(result)
     json.loads(result.stdout)
@@ -165,7 +178,9 @@ def upload(data: bytes, folder: Path) -> str:
     target = folder / "inside" / "upload"
     target.mkdir(parents=True)
     unpacked([("campaign.zip", io.BytesIO(data))], target, 50_000_000)
-    assert [p.name for p in folder.iterdir()] == ["inside"] and [p.name for p in target.parent.iterdir()] == ["upload"]
+    assert [p.name for p in folder.iterdir()] == ["inside"] and [
+        p.name for p in target.parent.iterdir()
+    ] == ["upload"]
     return ACCEPTED
 
 
@@ -184,7 +199,9 @@ def _refuse(result: Result) -> None:
         assert result.stdout == "" and max(map(len, lines)) < _LONGEST_LINE, result.output
         faults = lines[1:]
         assert not faults or lines[0].endswith(" faults"), result.output
-        assert len(faults) <= _MOST_FAULTS and all(line.startswith("  ") for line in faults), result.output
+        assert len(faults) <= _MOST_FAULTS and all(line.startswith("  ") for line in faults), (
+            result.output
+        )
         raise Refused(lines[0])
     assert result.exit_code in (0, 1), result.output
 

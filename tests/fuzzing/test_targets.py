@@ -52,7 +52,9 @@ def test_every_seed_is_accepted(name: str, tmp_path: Path) -> None:
         (MemoryError(), FINDING),
     ],
 )
-def test_anything_but_a_refusal_that_names_the_file_is_found(error: BaseException, kind: str, tmp_path: Path) -> None:
+def test_anything_but_a_refusal_that_names_the_file_is_found(
+    error: BaseException, kind: str, tmp_path: Path
+) -> None:
     assert judge(_raising(error), b"", tmp_path / "x").kind == kind
 
 
@@ -66,11 +68,15 @@ def _raising(error: BaseException) -> Target:
     def use(data: bytes, folder: Path) -> str:
         raise error
 
-    return Target("a reader", use, list, lambda data, rng, others: data, (ValueError,), "input.csv", ())
+    return Target(
+        "a reader", use, list, lambda data, rng, others: data, (ValueError,), "input.csv", ()
+    )
 
 
 #: Five wrong bytes: libhdf5 reads an attribute for ever. Before, the ingest gave up after two minutes.
-WITHOUT_END = gzip.decompress((Path(__file__).parent / "samples" / "hdf5-without-end.h5.gz").read_bytes())
+WITHOUT_END = gzip.decompress(
+    (Path(__file__).parent / "samples" / "hdf5-without-end.h5.gz").read_bytes()
+)
 
 
 def test_recording_without_end_is_set_aside_in_seconds(tmp_path: Path) -> None:
@@ -79,7 +85,9 @@ def test_recording_without_end_is_set_aside_in_seconds(tmp_path: Path) -> None:
     files |= {"endless.h5": WITHOUT_END, "runs.csv": files["runs.csv"] + f"{row}\n".encode()}
     before = time.monotonic()
     assert ingest(folders.pack(files), tmp_path) == SET_ASIDE
-    assert time.monotonic() - before < 100  # 3 s of processor time, on a machine that may have other work; before 240
+    assert (
+        time.monotonic() - before < 100
+    )  # 3 s of processor time, on a machine that may have other work; before 240
 
 
 @pytest.mark.slow
@@ -89,13 +97,17 @@ def test_spectrum_of_a_recording_without_end_is_refused(tmp_path: Path) -> None:
     path.write_bytes(WITHOUT_END)
     result = CliRunner().invoke(main, ["srs", str(path)])
     assert result.exit_code == 2
-    assert "endless.h5: the library that reads it was crashed by it, or did not end" in result.stderr
+    assert (
+        "endless.h5: the library that reads it was crashed by it, or did not end" in result.stderr
+    )
 
 
 def test_error_about_pages_of_text_is_one_line(tmp_path: Path) -> None:
     path = tmp_path / "target.csv"
     path.write_text(f"frequency_hz,level_g\n100,{'9' * 9000}x\n200,1\n")
-    result = CliRunner().invoke(main, ["tune", "--target", str(path), "--db", f"sqlite:///{tmp_path}/none.db"])
+    result = CliRunner().invoke(
+        main, ["tune", "--target", str(path), "--db", f"sqlite:///{tmp_path}/none.db"]
+    )
     assert result.exit_code == 2
     assert len(result.stderr.splitlines()[-1]) < 1100
 

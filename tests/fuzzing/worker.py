@@ -72,7 +72,12 @@ class _Run:
         self.target, self.inputs, self.folder = target, inputs, folder
         self.seeds = list(target.seeds())
         memory = Path("/dev/shm")
-        self.scratch = Path(tempfile.mkdtemp(prefix="pyroshock-fuzz-", dir=memory if memory.is_dir() else None)) / "x"
+        self.scratch = (
+            Path(
+                tempfile.mkdtemp(prefix="pyroshock-fuzz-", dir=memory if memory.is_dir() else None)
+            )
+            / "x"
+        )
         self._warm_up()
         self.tally = Tally(folder)
         self.fresh = True  # whether the input is a new one, and none of the corpus
@@ -105,9 +110,17 @@ class _Run:
         for number, data in enumerate(self.seeds):
             (corpus / f"seed-{number}").write_bytes(data)
         self.fresh = False
-        given = ["-runs=1000000000", f"-seed={seed}", "-timeout=0", "-rss_limit_mb=0", f"-max_len={_LONGEST_INPUT}"]
+        given = [
+            "-runs=1000000000",
+            f"-seed={seed}",
+            "-timeout=0",
+            "-rss_limit_mb=0",
+            f"-max_len={_LONGEST_INPUT}",
+        ]
         given += [f"-handle_{name}=0" for name in ("segv", "bus", "abrt", "ill", "fpe")]
-        atheris.Setup([sys.argv[0], *given, str(corpus)], self._guided_one, custom_mutator=self._mutated)
+        atheris.Setup(
+            [sys.argv[0], *given, str(corpus)], self._guided_one, custom_mutator=self._mutated
+        )
         atheris.Fuzz()
 
     def _guided_one(self, data: bytes) -> None:
@@ -149,12 +162,22 @@ def _watch(cpu_s: float, wall_s: float) -> None:
 def _limit_memory() -> None:
     """What asks for more gets a MemoryError, or crashes."""
     status = Path("/proc/self/status").read_text()
-    now = 1024 * int(next(line for line in status.splitlines() if line.startswith("VmData")).split()[1])
+    now = 1024 * int(
+        next(line for line in status.splitlines() if line.startswith("VmData")).split()[1]
+    )
     resource.setrlimit(resource.RLIMIT_DATA, (now + MOST_BYTES, resource.RLIM_INFINITY))
 
 
 Counts = dict[str, float]
-_EMPTY: Counts = {"inputs": 0, ACCEPTED: 0, REFUSED: 0, SET_ASIDE: 0, FINDING: 0, "slowest_s": 0.0, "peak_mb": 0.0}
+_EMPTY: Counts = {
+    "inputs": 0,
+    ACCEPTED: 0,
+    REFUSED: 0,
+    SET_ASIDE: 0,
+    FINDING: 0,
+    "slowest_s": 0.0,
+    "peak_mb": 0.0,
+}
 
 
 class Tally:
@@ -193,7 +216,9 @@ def keep(folder: Path, data: bytes, where: str, detail: str) -> None:
     file = folder / name
     if not file.exists() or file.stat().st_size > len(data):
         file.write_bytes(data)
-        (folder / f"{name}.txt").write_text(f"{where}\n\n{detail}", encoding="utf-8", errors="backslashreplace")
+        (folder / f"{name}.txt").write_text(
+            f"{where}\n\n{detail}", encoding="utf-8", errors="backslashreplace"
+        )
 
 
 def read_counts(folder: Path) -> Counts:
@@ -207,15 +232,28 @@ def peak_mb() -> float:
 
 
 PACKAGES = (
-    *("pyroshock.ingest", "pyroshock.doe.toml_space", "pyroshock.doe.space", "pyroshock.doe.factors"),
-    *("pyroshock.doe.designs.imported", "pyroshock.dataset.predictors", "pyroshock.schema.known_factors"),
     *(
-        "pyroshock.delimited_text",
+        "pyroshock.ingest",
+        "pyroshock.doe.toml_space",
+        "pyroshock.doe.space",
+        "pyroshock.doe.factors",
+    ),
+    *(
+        "pyroshock.doe.designs.imported",
+        "pyroshock.dataset.predictors",
+        "pyroshock.schema.known_factors",
+    ),
+    *(
+        "pyroshock.files.delimited_text",
         "pyroshock.signals.modal_table",
         "pyroshock.twin.plate.table",
         "pyroshock.twin.srs.target_csv",
         "pyroshock.twin.srs.target",
     ),
-    *("pyroshock.app.impacts.spectra", "pyroshock.app.twins.benches", "pyroshock.app.ingest.uploads"),
+    *(
+        "pyroshock.app.impacts.spectra",
+        "pyroshock.app.twins.benches",
+        "pyroshock.app.ingest.uploads",
+    ),
     *("nptdms", "pyuff", "lvm_read", "zipfile", "tomllib"),
 )

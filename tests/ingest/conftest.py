@@ -32,7 +32,9 @@ def store_in_use(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("in-use")
     path = folder / "used.db"
     ingested(
-        f"sqlite:///{path}", hammer_campaign(folder / "h", 1, 1, "earlier"), gun_campaign(folder / "g", 1, "shots")
+        f"sqlite:///{path}",
+        hammer_campaign(folder / "h", 1, 1, "earlier"),
+        gun_campaign(folder / "g", 1, "shots"),
     )
     return path
 
@@ -115,7 +117,13 @@ def sample(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 @pytest.fixture(scope="session")
 def make_recording() -> Callable[..., Truth]:
     """`make_recording("tdms", path, parts=3)` writes one recipe and returns what its format holds of the truth."""
-    writers = {"mat73": write_mat73, "tdms": write_tdms, "lvm": write_lvm, "uff": write_uff, "ide": write_ide}
+    writers = {
+        "mat73": write_mat73,
+        "tdms": write_tdms,
+        "lvm": write_lvm,
+        "uff": write_uff,
+        "ide": write_ide,
+    }
 
     def make(recipe: str, path: Path, **options: Any) -> Truth:
         return writers[recipe](path, base_truth(), **options)

@@ -22,7 +22,12 @@ from support.records.campaigns import (
 from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock
 
 PLATE = '[bench.plate]\nmaterial = "steel"\nthickness_m = 0.01\noutline_m = [[0, 0], [0.2, 0], [0.2, 0.2]]\n'
-OTHERS = {"anvil_material": "none", "insulator": "none", "plate_material": "steel", "boundary_conditions": "free"}
+OTHERS = {
+    "anvil_material": "none",
+    "insulator": "none",
+    "plate_material": "steel",
+    "boundary_conditions": "free",
+}
 
 
 def with_columns(rows, **columns):
@@ -43,8 +48,18 @@ def same_as_anew(url, folder, tmp_path):
     other = f"sqlite:///{tmp_path / 'anew.db'}"
     ingested(other, folder)
     here, there = content(url), content(other)
-    spare = {"configurations", "configuration_levels", "factors", "factor_levels", "hammers", "plates", "guns"}
-    return {name: here[name] for name in here.keys() - spare} == {name: there[name] for name in there.keys() - spare}
+    spare = {
+        "configurations",
+        "configuration_levels",
+        "factors",
+        "factor_levels",
+        "hammers",
+        "plates",
+        "guns",
+    }
+    return {name: here[name] for name in here.keys() - spare} == {
+        name: there[name] for name in there.keys() - spare
+    }
 
 
 def test_missing_mass_and_plate_are_added(sqlite_url, tmp_path):
@@ -55,7 +70,10 @@ def test_missing_mass_and_plate_are_added(sqlite_url, tmp_path):
     (folder / "campaign.toml").write_text(whole, encoding="utf-8")
     append(folder, PLATE)
     notes = ingested(sqlite_url, folder).stderr
-    assert "bench.hammer.mass_kg = 0.32; bench.plate.material = 'steel'; bench.plate.thickness_m = 0.01" in notes
+    assert (
+        "bench.hammer.mass_kg = 0.32; bench.plate.material = 'steel'; bench.plate.thickness_m = 0.01"
+        in notes
+    )
     with opened(sqlite_url) as store, store.reading() as session:
         campaign = session.scalars(select(Campaign)).one()
         assert (campaign.hammer.mass_kg, campaign.plate.thickness_m) == (0.32, 0.01)
@@ -80,12 +98,19 @@ def test_factor_is_added_to_the_impacts_of_its_rows(stored_hammer, tmp_path):
     write_runs(folder, with_cell(hammer_rows(), "boundary_conditions", "free", row=3))
     notes = ingested(sqlite_url, folder).stderr
     assert "boundary_conditions of 1 impacts" in notes
-    assert [row.get("boundary_conditions") for row in impacts_of(sqlite_url)] == [None, None, None, "free"]
+    assert [row.get("boundary_conditions") for row in impacts_of(sqlite_url)] == [
+        None,
+        None,
+        None,
+        "free",
+    ]
     assert counts(sqlite_url)["impacts"] == before["impacts"]
     assert counts(sqlite_url)["pulses"] == before["pulses"]
     assert same_as_anew(sqlite_url, folder, tmp_path)
     with opened(sqlite_url) as store, store.reading() as session:
-        rows = session.execute(select(Impact.run, Impact.repetition, Impact.written_by_id).order_by(Impact.id)).all()
+        rows = session.execute(
+            select(Impact.run, Impact.repetition, Impact.written_by_id).order_by(Impact.id)
+        ).all()
         assert len({key for _, _, key in rows[:3]}) == 1
         assert rows[3][2] != rows[0][2]
         assert "boundary_conditions of 1 impacts" in session.get_one(Provenance, rows[3][2]).command
@@ -110,7 +135,9 @@ def test_factor_is_added_to_shots_and_their_impacts(database_url, tmp_path):
     assert "anvil_material of 3 shots" in ingested(database_url, folder).stderr
     assert [row["anvil_material"] for row in impacts_of(database_url)] == ["steel"] * 3
     with opened(database_url) as store, store.reading() as session:
-        of_impacts, of_shots = (session.scalars(select(table.configuration_id)).all() for table in (Impact, Shot))
+        of_impacts, of_shots = (
+            session.scalars(select(table.configuration_id)).all() for table in (Impact, Shot)
+        )
         assert sorted(of_impacts) == sorted(of_shots)
     assert "nothing new" in ingested(database_url, folder).stderr
     assert pyroshock("db", "check", "--db", database_url).exit_code == 0
@@ -120,7 +147,12 @@ def test_factor_is_added_to_shots_and_their_impacts(database_url, tmp_path):
 def test_other_or_absent_value_beside_an_addition_is_refused(stored_hammer, value):
     url, folder = stored_hammer
     before = counts(url)
-    write_runs(folder, with_cell(with_columns(hammer_rows(), boundary_conditions="free"), "tip_material", value, row=2))
+    write_runs(
+        folder,
+        with_cell(
+            with_columns(hammer_rows(), boundary_conditions="free"), "tip_material", value, row=2
+        ),
+    )
     result = ingest(url, folder)
     assert (result.exit_code, "tip_material is" in result.stderr) == (2, True)
     assert "boundary_conditions" not in result.stderr
@@ -128,7 +160,10 @@ def test_other_or_absent_value_beside_an_addition_is_refused(stored_hammer, valu
     replace_in(folder / "campaign.toml", "mass_kg = 0.32", "mass_kg = 0.4")
     append(folder, PLATE)
     result = ingest(url, folder)
-    assert (result.exit_code, "bench.hammer.mass_kg is 0.4, 0.32 in the store" in result.stderr) == (2, True)
+    assert (
+        result.exit_code,
+        "bench.hammer.mass_kg is 0.4, 0.32 in the store" in result.stderr,
+    ) == (2, True)
     assert "bench.plate" not in result.stderr
     assert counts(url) == before
 
@@ -140,7 +175,9 @@ def test_rehearsal_says_what_would_be_added(stored_hammer):
     write_runs(folder, with_columns(hammer_rows(), boundary_conditions="free"))
     result = pyroshock("ingest", folder, "--db", sqlite_url, "--jobs", "1", "--dry-run", "--json")
     assert "note: added-facts: bench.plate.material" in result.stderr
-    (finding,) = [each for each in json.loads(result.stdout)["findings"] if each["check"] == "added-facts"]
+    (finding,) = [
+        each for each in json.loads(result.stdout)["findings"] if each["check"] == "added-facts"
+    ]
     assert "boundary_conditions of 4 impacts" in finding["message"]
     assert content(sqlite_url) == before
 
@@ -157,9 +194,7 @@ def test_recordings_are_added_along_with_facts(sqlite_url, tmp_path):
     assert same_as_anew(sqlite_url, folder, tmp_path)
 
 
-LACKING = (
-    'name = "tips"\nkind = "hammer"\n[[predictors]]\nname = "tip_radius"\nunit = "m"\nfrom = "factor.tip_radius"\n'
-)
+LACKING = 'name = "tips"\nkind = "hammer"\n[[predictors]]\nname = "tip_radius"\nunit = "m"\nfrom = "factor.tip_radius"\n'
 
 
 def test_frozen_dataset_stays_as_it_was(database_url, tmp_path):
@@ -167,12 +202,24 @@ def test_frozen_dataset_stays_as_it_was(database_url, tmp_path):
     folder = hammer_campaign(tmp_path / "c")
     replace_in(folder / "campaign.toml", "[bench.hammer]\nmass_kg = 0.32\n", "")
     (tmp_path / "tips.toml").write_text(LACKING, encoding="utf-8")
-    build = ("dataset", "build", "--predictors", tmp_path / "tips.toml", "--db", database_url, "--from", "hammer")
+    build = (
+        "dataset",
+        "build",
+        "--predictors",
+        tmp_path / "tips.toml",
+        "--db",
+        database_url,
+        "--from",
+        "hammer",
+    )
     ingested(database_url, folder)
     assert pyroshock(*build, "--", "old").exit_code == 0
     with opened(database_url) as store:
         old = read_snapshot(store, "old")
-    for text, columns in ((PLATE, {"boundary_conditions": "free"}), ("[bench.hammer]\nmass_kg = 0.32\n", OTHERS)):
+    for text, columns in (
+        (PLATE, {"boundary_conditions": "free"}),
+        ("[bench.hammer]\nmass_kg = 0.32\n", OTHERS),
+    ):
         append(folder, text)
         write_runs(folder, with_columns(hammer_rows(), **columns))
         ingested(database_url, folder)

@@ -77,13 +77,17 @@ def test_table_is_read_in_spite_of_a_kind_that_is_none(sqlite_url, gun_folder):
     assert "column 'bullet_mass_kg': 'heavy'" in below[1]
 
 
-def test_faults_of_rows_are_counted_joined_and_told_whatever_their_length(sqlite_url, hammer_folder):
+def test_faults_of_rows_are_counted_joined_and_told_whatever_their_length(
+    sqlite_url, hammer_folder
+):
     write_runs(hammer_folder, [{**row, "tip_radius_mm": -1} for row in hammer_rows(2, MOST_LISTED)])
     first, *below = lines_of(sqlite_url, hammer_folder)
     assert first == f"pyroshock: runs.csv: {2 * MOST_LISTED} faults"
     assert len(below) == MOST_LISTED + 1
     assert below[-1] == f"  and {MOST_LISTED} more"
-    write_runs(hammer_folder, [{**row, "recording": f"{row['run']}.npz"} for row in hammer_rows(2, 5)])
+    write_runs(
+        hammer_folder, [{**row, "recording": f"{row['run']}.npz"} for row in hammer_rows(2, 5)]
+    )
     _, *below = lines_of(sqlite_url, hammer_folder)
     assert [line.split(";")[0] for line in below] == [
         "  runs.csv: row 2, column 'recording': '1.npz'",
@@ -103,7 +107,10 @@ def test_rows_that_no_bench_has_are_told_beside_other_faults(sqlite_url, gun_fol
     write_runs(gun_folder, with_cell(rows, "tip_material", "cheese", row=2))
     _, *below = lines_of(sqlite_url, gun_folder)
     assert "row 4, column 'tip_material'" in below[0]
-    assert ["row 2: tank_pressure_bar is 9" in below[1], "row 3: tank_pressure_bar is 10" in below[2]] == [True, True]
+    assert [
+        "row 2: tank_pressure_bar is 9" in below[1],
+        "row 3: tank_pressure_bar is 10" in below[2],
+    ] == [True, True]
 
 
 def test_missing_table_is_one_fault_and_each_key_of_a_plate_has_its_own(hammer_folder):
@@ -113,11 +120,16 @@ def test_missing_table_is_one_fault_and_each_key_of_a_plate_has_its_own(hammer_f
     places = [fault.split(" is ")[0] for fault in faults_of(hammer_folder)]
     assert places == [f"campaign.toml: bench.plate.{key}" for key in ("thickness_m", "outline_m")]
     toml.write_text("[bench.hammer]\nmass_kg = 1\n", encoding="utf-8")
-    assert faults_of(hammer_folder) == ("campaign.toml: no table [campaign]; expected name, kind and date there",)
+    assert faults_of(hammer_folder) == (
+        "campaign.toml: no table [campaign]; expected name, kind and date there",
+    )
 
 
 def test_columns_that_resemble_known_ones_are_all_named(hammer_folder):
-    write_runs(hammer_folder, [{**row, "Tip material": "steel", "recordings": "a"} for row in hammer_rows()])
+    write_runs(
+        hammer_folder,
+        [{**row, "Tip material": "steel", "recordings": "a"} for row in hammer_rows()],
+    )
     with pytest.raises(IngestError) as error:
         read_runs(hammer_folder, "hammer", lambda name: name)
     assert [fault.split(" resembles")[0] for fault in error.value.faults] == [

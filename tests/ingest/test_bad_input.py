@@ -10,7 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.records.campaigns import gun_rows, hammer_rows, recording_name, replace_in, with_cell, write_runs
+from support.records.campaigns import (
+    gun_rows,
+    hammer_rows,
+    recording_name,
+    replace_in,
+    with_cell,
+    write_runs,
+)
 from support.stores.stores import counts, ingest, ingested
 
 Refused = Callable[..., str]
@@ -35,7 +42,9 @@ def _in_place(name: str) -> Change:
 
 
 def _in_latin_1(name: str) -> Change:
-    return lambda folder: (folder / name).write_bytes((folder / name).read_bytes() + "# Prüfstand".encode("latin-1"))
+    return lambda folder: (folder / name).write_bytes(
+        (folder / name).read_bytes() + "# Prüfstand".encode("latin-1")
+    )
 
 
 def _row(column: str, value: object, row: int = 0) -> Change:
@@ -56,14 +65,26 @@ CHANGES: dict[str, tuple[Change, tuple[str, ...]]] = {
         _without(recording_name(2)),
         ("runs.csv", "row 4", "'recording'", recording_name(2)),
     ),
-    "unit": (_toml('unit = "N"', 'unit = "kg"'), ("campaign.toml", "channels.force", "'kg'", "force", "'N'")),
+    "unit": (
+        _toml('unit = "N"', 'unit = "kg"'),
+        ("campaign.toml", "channels.force", "'kg'", "force", "'N'"),
+    ),
     "material": (
         _row("tip_material", "unobtainium", row=2),
         ("runs.csv", "row 4", "'tip_material'", "'unobtainium'", "material"),
     ),
-    "plate": (_toml("[channels.force]", _PLATE), ("campaign.toml", "bench.plate.material", "'unobtainium'")),
-    "mass": (_toml("= 0.32", "= -0.32"), ("campaign.toml", "bench.hammer.mass_kg", "-0.32", "above zero")),
-    "duplicate run": (_row("repetition", 1, row=1), ("runs.csv", "row 3", "duplicate run 1, repetition 1", "row 2")),
+    "plate": (
+        _toml("[channels.force]", _PLATE),
+        ("campaign.toml", "bench.plate.material", "'unobtainium'"),
+    ),
+    "mass": (
+        _toml("= 0.32", "= -0.32"),
+        ("campaign.toml", "bench.hammer.mass_kg", "-0.32", "above zero"),
+    ),
+    "duplicate run": (
+        _row("repetition", 1, row=1),
+        ("runs.csv", "row 3", "duplicate run 1, repetition 1", "row 2"),
+    ),
 }
 
 
@@ -84,13 +105,16 @@ def test_folder_with_one_fault(hammer_folder: Path, refused: Refused, name: str)
         ("bullet_mass_kg", "-0.14", "above zero"),
     ],
 )
-def test_cell_of_a_gun_that_is_no_such_number(gun_folder: Path, refused: Refused, column, value, expected) -> None:
+def test_cell_of_a_gun_that_is_no_such_number(
+    gun_folder: Path, refused: Refused, column, value, expected
+) -> None:
     write_runs(gun_folder, with_cell(gun_rows(), column, value, row=1))
     refused(gun_folder, "runs.csv", "row 3", f"'{column}'", repr(value), expected)
 
 
 @pytest.mark.parametrize(
-    "path", ["../outside.npz", "recordings/../../outside.npz", "{outside}", "link.npz", "away/outside.npz"]
+    "path",
+    ["../outside.npz", "recordings/../../outside.npz", "{outside}", "link.npz", "away/outside.npz"],
 )
 def test_recording_that_leaves_the_folder(hammer_folder: Path, refused: Refused, path: str) -> None:
     outside = hammer_folder.parent / "outside.npz"
@@ -99,7 +123,9 @@ def test_recording_that_leaves_the_folder(hammer_folder: Path, refused: Refused,
     (hammer_folder / "away").symlink_to(outside.parent)
     path = path.format(outside=outside)
     write_runs(hammer_folder, with_cell(hammer_rows(), "recording", path))
-    refused(hammer_folder, "runs.csv", "row 2", "'recording'", repr(path), "inside the campaign folder")
+    refused(
+        hammer_folder, "runs.csv", "row 2", "'recording'", repr(path), "inside the campaign folder"
+    )
 
 
 def test_link_inside_the_folder_is_followed(hammer_folder: Path, sqlite_url: str) -> None:
@@ -109,12 +135,19 @@ def test_link_inside_the_folder_is_followed(hammer_folder: Path, sqlite_url: str
     assert counts(sqlite_url)["recordings"] == 2
 
 
-def test_recording_that_is_no_file_or_of_no_known_format(hammer_folder: Path, refused: Refused) -> None:
+def test_recording_that_is_no_file_or_of_no_known_format(
+    hammer_folder: Path, refused: Refused
+) -> None:
     (hammer_folder / "folder.npz").mkdir()
     (hammer_folder / "loop.npz").symlink_to("loop.npz")
     os.mkfifo(hammer_folder / "fifo.npz")
     (hammer_folder / "notes.docx").write_bytes(b"PK")
-    for name, words in (("folder.npz", ()), ("loop.npz", ()), ("fifo.npz", ()), ("notes.docx", (".mat", ".npz"))):
+    for name, words in (
+        ("folder.npz", ()),
+        ("loop.npz", ()),
+        ("fifo.npz", ()),
+        ("notes.docx", (".mat", ".npz")),
+    ):
         write_runs(hammer_folder, with_cell(hammer_rows(), "recording", name))
         refused(hammer_folder, "runs.csv", "row 2", "'recording'", name, *words)
 
@@ -126,7 +159,9 @@ def test_only_recording_is_truncated(hammer_folder: Path, refused: Refused, suff
     path = hammer_folder / f"recordings/only.{suffix}"
     if suffix == "tdms":
         with TdmsWriter(path) as writer:
-            writer.write_segment([ChannelObject("scope", "force", np.zeros(4096, "f4"), {"wf_increment": 1 / 51200})])
+            writer.write_segment(
+                [ChannelObject("scope", "force", np.zeros(4096, "f4"), {"wf_increment": 1 / 51200})]
+            )
     else:
         shutil.copy(hammer_folder / recording_name(2 if suffix == "mat" else 1), path)
     whole = path.read_bytes()
@@ -138,8 +173,13 @@ def test_only_recording_is_truncated(hammer_folder: Path, refused: Refused, suff
 def test_zip_bomb(hammer_folder: Path, refused: Refused) -> None:
     """64 KB that unpack to 100 MB of zeros."""
     file = hammer_folder / recording_name(1)
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_BZIP2) as archive, archive.open("force.npy", "w") as member:
-        np.lib.format.write_array_header_1_0(member, {"descr": "<f4", "fortran_order": False, "shape": (25_000_000,)})
+    with (
+        zipfile.ZipFile(file, "w", zipfile.ZIP_BZIP2) as archive,
+        archive.open("force.npy", "w") as member,
+    ):
+        np.lib.format.write_array_header_1_0(
+            member, {"descr": "<f4", "fortran_order": False, "shape": (25_000_000,)}
+        )
         for _ in range(100):
             member.write(bytes(1_000_000))
     assert file.stat().st_size < 100_000

@@ -16,8 +16,16 @@ Refused = Callable[..., str]
 
 #: The rule, what a row of a gun campaign says, and what the refusal tells of it.
 IMPOSSIBLE = [
-    ("insulator-without-anvil", {"insulator": "polymeric", "anvil_material": "none"}, ("'polymeric'", "'none'")),
-    ("insulator-without-anvil", {"insulator": "polymeric"}, ("'polymeric'", "anvil_material is not given")),
+    (
+        "insulator-without-anvil",
+        {"insulator": "polymeric", "anvil_material": "none"},
+        ("'polymeric'", "'none'"),
+    ),
+    (
+        "insulator-without-anvil",
+        {"insulator": "polymeric"},
+        ("'polymeric'", "anvil_material is not given"),
+    ),
     ("negative-size", {"block_height_mm": -56}, ("'block_height_mm'", "-56")),
     ("pressure-above-regulator", {"tank_pressure_bar": 8.5}, ("8.5", "at most 8 bar")),
 ]
@@ -49,13 +57,19 @@ def test_what_is_confirmed_is_stored_and_told(gun_folder, sqlite_url, rule, cell
 
 def test_rule_is_confirmed_in_the_campaign_file(gun_folder, sqlite_url):
     with_row(gun_folder, {"block_height_mm": -56})
-    replace_in(gun_folder / "campaign.toml", "[bench.gun]", '[bench]\nconfirmed = ["negative-size"]\n\n[bench.gun]')
+    replace_in(
+        gun_folder / "campaign.toml",
+        "[bench.gun]",
+        '[bench]\nconfirmed = ["negative-size"]\n\n[bench.gun]',
+    )
     assert "note: negative-size (1)" in ingested(sqlite_url, gun_folder).stderr
 
 
 @pytest.mark.parametrize("value", ['["negative-sizes"]', '"negative-size"', "[1]"])
 def test_unknown_confirmation_is_refused(gun_folder, refused: Refused, value):
-    replace_in(gun_folder / "campaign.toml", "[bench.gun]", f"[bench]\nconfirmed = {value}\n\n[bench.gun]")
+    replace_in(
+        gun_folder / "campaign.toml", "[bench.gun]", f"[bench]\nconfirmed = {value}\n\n[bench.gun]"
+    )
     refused(gun_folder, "negative-size")
 
 
@@ -72,9 +86,16 @@ def test_what_the_bench_has_is_stored(gun_folder, sqlite_url, cells):
 
 
 def test_gun_states_the_limit_of_its_own_regulator(gun_folder, sqlite_url):
-    assert read_campaign_file(gun_folder).max_regulated_pressure_pa == BenchLimits().max_regulated_pressure_pa
+    assert (
+        read_campaign_file(gun_folder).max_regulated_pressure_pa
+        == BenchLimits().max_regulated_pressure_pa
+    )
     with_row(gun_folder, {"tank_pressure_bar": 8.5})
-    replace_in(gun_folder / "campaign.toml", "efficiency = 0.5", "efficiency = 0.5\nmax_regulated_pressure_pa = 1e6")
+    replace_in(
+        gun_folder / "campaign.toml",
+        "efficiency = 0.5",
+        "efficiency = 0.5\nmax_regulated_pressure_pa = 1e6",
+    )
     ingested(sqlite_url, gun_folder)
     with_row(gun_folder, {"tank_pressure_bar": 10.5})
     assert "at most 10 bar" in ingest(sqlite_url, gun_folder).stderr
@@ -96,5 +117,7 @@ def test_row_without_recording_is_not_judged(hammer_folder, sqlite_url):
     assert "note: not-judged (1)" in told.stderr
     listed = json.loads(pyroshock("impacts", "--db", sqlite_url, "--json").stdout)
     assert {row["run"]: row["quality"] == "not judged" for row in listed} == {1: False, 2: True}
-    found = json.loads(pyroshock("impacts", "--db", sqlite_url, "--where", "quality=not judged", "--json").stdout)
+    found = json.loads(
+        pyroshock("impacts", "--db", sqlite_url, "--where", "quality=not judged", "--json").stdout
+    )
     assert {row["run"] for row in found} == {2}

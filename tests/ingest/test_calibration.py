@@ -55,7 +55,9 @@ def calibrated(gun_folder):
 def recorded(url: str) -> tuple[float, float]:
     with opened(url) as store, store.reading() as session:
         query = select(Shot.recorded_pressure_pa, Shot.recorded_pressure_u_pa)
-        pressure_pa, uncertainty_pa = session.execute(query.where(Shot.recorded_pressure_pa.is_not(None))).one()
+        pressure_pa, uncertainty_pa = session.execute(
+            query.where(Shot.recorded_pressure_pa.is_not(None))
+        ).one()
         return pressure_pa, uncertainty_pa
 
 
@@ -78,15 +80,25 @@ def test_calibration_is_kept_with_the_channel(sqlite_url, calibrated):
         channel = read_channel(session, row)
     calibration = channel.sensor.calibration
     assert calibration is not None
-    assert (calibration.date, calibration.points, calibration.common_u) == (dt.date(2026, 3, 2), 8, 0.005)
-    assert (row.sensitivity, row.offset_v) == pytest.approx(tuple(np.polyfit(BAR, VOLT, 1)), rel=1e-12)
+    assert (calibration.date, calibration.points, calibration.common_u) == (
+        dt.date(2026, 3, 2),
+        8,
+        0.005,
+    )
+    assert (row.sensitivity, row.offset_v) == pytest.approx(
+        tuple(np.polyfit(BAR, VOLT, 1)), rel=1e-12
+    )
     assert calibration.line == fit_line(BAR, VOLT)
     assert "pyroshock_calibration" not in channel.header
 
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    [("2026-03-02\ncommon", "2026-06-02\ncommon"), ("common_u = 0.005", "common_u = 0.02"), ("2.6105", "2.6305")],
+    [
+        ("2026-03-02\ncommon", "2026-06-02\ncommon"),
+        ("common_u = 0.005", "common_u = 0.02"),
+        ("2.6105", "2.6305"),
+    ],
 )
 def test_another_calibration_of_a_stored_campaign_is_told(sqlite_url, calibrated, old, new):
     ingested(sqlite_url, calibrated)
@@ -108,14 +120,42 @@ def test_points_may_stand_in_a_file(sqlite_url, calibrated):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (POINTS, "[[0, 0.36], [1, 0.92]]", "2 references and 2 readings; expected as many of both, 3 or more"),
+        (
+            POINTS,
+            "[[0, 0.36], [1, 0.92]]",
+            "2 references and 2 readings; expected as many of both, 3 or more",
+        ),
         (POINTS, "[[0, 0.36], [1]]", "expected [[reference, volt], ...]"),
-        (POINTS, "[[0, 1], [1, 2], [2, 0.9], [3, 1.8]]", "the readings do not follow the references"),
-        ("2026-03-02\ncommon", "20260332\ncommon", "calibration.date is 20260332; expected the day"),
-        ("common_u = 0.005", "common_u = -1", "common_u is -1; expected a standard uncertainty of 0 or more"),
-        ("common_u = 0.005", "common = 1", "unknown key 'channels.tank_pressure.calibration.common'"),
-        ('unit = "bar"', 'unit = "bar"\nsensitivity = 0.5', "gives sensitivity, which stands beside it"),
-        ("points = ", 'file = "none.csv"\npoints = ', "needs points = [[reference, volt], ...] or file, one of them"),
+        (
+            POINTS,
+            "[[0, 1], [1, 2], [2, 0.9], [3, 1.8]]",
+            "the readings do not follow the references",
+        ),
+        (
+            "2026-03-02\ncommon",
+            "20260332\ncommon",
+            "calibration.date is 20260332; expected the day",
+        ),
+        (
+            "common_u = 0.005",
+            "common_u = -1",
+            "common_u is -1; expected a standard uncertainty of 0 or more",
+        ),
+        (
+            "common_u = 0.005",
+            "common = 1",
+            "unknown key 'channels.tank_pressure.calibration.common'",
+        ),
+        (
+            'unit = "bar"',
+            'unit = "bar"\nsensitivity = 0.5',
+            "gives sensitivity, which stands beside it",
+        ),
+        (
+            "points = ",
+            'file = "none.csv"\npoints = ',
+            "needs points = [[reference, volt], ...] or file, one of them",
+        ),
     ],
 )
 def test_what_is_no_calibration_is_refused(calibrated, refused, old, new, words):
@@ -126,7 +166,9 @@ def test_what_is_no_calibration_is_refused(calibrated, refused, old, new, words)
 def test_table_of_points_names_what_it_cannot_read(tmp_path):
     path = tmp_path / "points.csv"
     path.write_text("reference,reading_v\n0,0.36\n1,x\n", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"points\.csv: row 3, column 'reading_v': 'x'; expected a number"):
+    with pytest.raises(
+        ValueError, match=r"points\.csv: row 3, column 'reading_v': 'x'; expected a number"
+    ):
         read_points(path)
     path.write_text("reference,volt\n0,0.36\n", encoding="utf-8")
     with pytest.raises(ValueError, match="no column 'reading_v'"):
@@ -136,7 +178,10 @@ def test_table_of_points_names_what_it_cannot_read(tmp_path):
 @pytest.mark.parametrize("seed", range(3))
 def test_the_virtual_bench_s_transducer_is_found_through_its_whole_chain(seed):
     """Three load-unload cycles of 0 to 4 bar (thesis, section 2.2.1) against its true gain and offset."""
-    effects, rng = Effects.default().with_strength("sensor.pressure_gain", 4.0), np.random.default_rng(seed)
+    effects, rng = (
+        Effects.default().with_strength("sensor.pressure_gain", 4.0),
+        np.random.default_rng(seed),
+    )
     time, volt = np.arange(8000) / 4e5, []
     for bar in BAR * 3:
         signal = analog(time, np.full(time.size, bar * 1e5), TANK, 1e5, effects)
@@ -145,5 +190,9 @@ def test_the_virtual_bench_s_transducer_is_found_through_its_whole_chain(seed):
     true_gain, true_offset_bar = gain(TANK, effects, 0.0), offset_si(TANK, effects, 0.0) / 1e5
     assert abs(true_gain - 1) > 0.01
     # The converter's step of 0.3 mV is no noise that averages out: a fifth of it is allowed beside 3 u.
-    assert line.sensitivity == pytest.approx(0.5621 * true_gain, abs=3 * line.sensitivity_u + 6e-5 / 4)
-    assert line.offset == pytest.approx(0.3624 + 0.5621 * true_offset_bar, abs=3 * line.offset_u + 6e-5)
+    assert line.sensitivity == pytest.approx(
+        0.5621 * true_gain, abs=3 * line.sensitivity_u + 6e-5 / 4
+    )
+    assert line.offset == pytest.approx(
+        0.3624 + 0.5621 * true_offset_bar, abs=3 * line.offset_u + 6e-5
+    )

@@ -25,7 +25,9 @@ def refused_again(url, folder):
     """The one line with which the folder is refused; the store is as before."""
     before = counts(url)
     result = ingest(url, folder)
-    assert (result.exit_code, result.stdout, len(result.stderr.splitlines())) == (2, "", 1), result.output
+    assert (result.exit_code, result.stdout, len(result.stderr.splitlines())) == (2, "", 1), (
+        result.output
+    )
     assert counts(url) == before
     return result.stderr
 
@@ -34,10 +36,22 @@ def refused_again(url, folder):
     ("old", "new", "words"),
     [
         ('unit = "N"', 'unit = "kN"', ("channels.force.unit is 'kN'", "'N' in the store")),
-        ('unit = "N"', 'unit = "N"\nsensitivity = 0.01', ("channels.force.sensitivity is 0.01", "not given in the")),
-        ("range = 10000.0", "range = 5000.0", ("channels.force.range is 5000.0", "10000.0 in the store")),
+        (
+            'unit = "N"',
+            'unit = "N"\nsensitivity = 0.01',
+            ("channels.force.sensitivity is 0.01", "not given in the"),
+        ),
+        (
+            "range = 10000.0",
+            "range = 5000.0",
+            ("channels.force.range is 5000.0", "10000.0 in the store"),
+        ),
         ("range = 10000.0\n", "", ("channels.force.range is not given", "10000.0 in the store")),
-        ('position = "tip"', 'position = "plate"', ("channels.force.position is 'plate'", "'tip' in the store")),
+        (
+            'position = "tip"',
+            'position = "plate"',
+            ("channels.force.position is 'plate'", "'tip' in the store"),
+        ),
         ('"tip"', '"tip"\naxis = "z"', ("channels.force.axis is 'z'", "not given in the store")),
         (
             'quantity = "force"\nunit = "N"',
@@ -45,7 +59,11 @@ def refused_again(url, folder):
             ("channels.force.quantity is 'acceleration'", "'force' in the store"),
         ),
         ("mass_kg = 0.32", "mass_kg = 0.4", ("bench.hammer.mass_kg is 0.4", "0.32 in the store")),
-        ("[bench.hammer]\nmass_kg = 0.32\n", "", ("bench.hammer.mass_kg is not given", "0.32 in the store")),
+        (
+            "[bench.hammer]\nmass_kg = 0.32\n",
+            "",
+            ("bench.hammer.mass_kg is not given", "0.32 in the store"),
+        ),
         ("2026-03-02", "2026-03-09", ("campaign.date is 2026-03-09", "2026-03-02 in the store")),
         # all changes are told at once
         (
@@ -82,9 +100,17 @@ def test_recordings_added_later_do_not_take_another_unit(sqlite_url, tmp_path):
 
 def test_the_same_meaning_in_other_words_is_no_change(sqlite_url, hammer_folder):
     """10 kN are 10,000 N; volts of 1 V/N are newtons, but these are other numbers of a file and stay refused above."""
-    replace_in(hammer_folder / "campaign.toml", 'unit = "N"', 'unit = "N"\nsensitivity = 0.01\noffset_v = 0.5')
+    replace_in(
+        hammer_folder / "campaign.toml",
+        'unit = "N"',
+        'unit = "N"\nsensitivity = 0.01\noffset_v = 0.5',
+    )
     ingested(sqlite_url, hammer_folder)
-    replace_in(hammer_folder / "campaign.toml", 'unit = "N"\nsensitivity = 0.01', 'unit = "kN"\nsensitivity = 10')
+    replace_in(
+        hammer_folder / "campaign.toml",
+        'unit = "N"\nsensitivity = 0.01',
+        'unit = "kN"\nsensitivity = 10',
+    )
     replace_in(hammer_folder / "campaign.toml", "range = 10000.0", "range = 10")
     replace_in(hammer_folder / "campaign.toml", '"tip"', '" Tip"')
     assert "nothing new" in ingested(sqlite_url, hammer_folder).stderr
@@ -137,7 +163,9 @@ def test_changed_row_is_told_with_both_values(stored_hammer, column, value, word
         assert word in message
 
 
-def test_same_folder_twice_adds_no_row_and_gives_the_same_totals(database_url, hammer_folder, tmp_path):
+def test_same_folder_twice_adds_no_row_and_gives_the_same_totals(
+    database_url, hammer_folder, tmp_path
+):
     gun, other_url = gun_campaign(tmp_path / "gun"), f"sqlite:///{tmp_path / 'other.db'}"
     first = ingested(database_url, hammer_folder, gun)
     before = counts(database_url)
@@ -145,7 +173,10 @@ def test_same_folder_twice_adds_no_row_and_gives_the_same_totals(database_url, h
     assert counts(database_url) == before
     assert "nothing new" in second.stderr
     assert "nothing new" not in first.stderr
-    reports = [json.loads(pyroshock("ingest", gun, "--db", url, "--json").stdout) for url in (database_url, other_url)]
+    reports = [
+        json.loads(pyroshock("ingest", gun, "--db", url, "--json").stdout)
+        for url in (database_url, other_url)
+    ]
     assert reports[0] == reports[1]
 
 
@@ -161,7 +192,10 @@ def test_campaign_grows_by_its_new_rows(sqlite_url, tmp_path):
 
 
 def test_order_of_rows_and_campaigns_does_not_matter(sqlite_url, tmp_path):
-    hammer_folder, two = hammer_campaign(tmp_path / "a", 2, name="a"), gun_campaign(tmp_path / "b", name="b")
+    hammer_folder, two = (
+        hammer_campaign(tmp_path / "a", 2, name="a"),
+        gun_campaign(tmp_path / "b", name="b"),
+    )
     ingested(sqlite_url, hammer_folder, two)
     other = f"sqlite:///{tmp_path / 'other.db'}"
     write_runs(hammer_folder, hammer_rows(2)[::-1])
@@ -198,4 +232,6 @@ def test_changed_recording_and_kind_of_campaign_are_refused(stored_hammer, tmp_p
     path.write_bytes(good)
     replace_in(folder / "campaign.toml", '"hammer"\ndate', '"gun"\ndate')
     write_runs(folder, gun_rows())
-    assert "'hammer' is in the store with another kind, date, bench or known fact" in refused_again(url, folder)
+    assert "'hammer' is in the store with another kind, date, bench or known fact" in refused_again(
+        url, folder
+    )

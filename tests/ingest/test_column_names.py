@@ -17,7 +17,13 @@ Refused = Callable[..., str]
 
 
 def renamed(folder: Path, old: str, new: str) -> Path:
-    write_runs(folder, [{new if key == old else key: value for key, value in row.items()} for row in hammer_rows()])
+    write_runs(
+        folder,
+        [
+            {new if key == old else key: value for key, value in row.items()}
+            for row in hammer_rows()
+        ],
+    )
     return folder
 
 
@@ -30,9 +36,12 @@ MISSPELT = {
 
 
 @pytest.mark.parametrize(
-    ("known", "written"), [(column, misspelt) for column, many in MISSPELT.items() for misspelt in many]
+    ("known", "written"),
+    [(column, misspelt) for column, many in MISSPELT.items() for misspelt in many],
 )
-def test_misspelt_column_is_refused_with_the_known_one(hammer_folder, refused: Refused, known, written):
+def test_misspelt_column_is_refused_with_the_known_one(
+    hammer_folder, refused: Refused, known, written
+):
     folder = renamed(hammer_folder, known, written)
     refused(folder, "runs.csv", repr(written), repr(known), "[factors]", "--free-factor")
 
@@ -51,8 +60,24 @@ def test_other_units_and_swapped_letters_resemble():
 @pytest.mark.parametrize(
     "name",
     [
-        *("pulse_setting", "order", "repetitions", "velocity_level", "operator", "temperature_c", "chain_height_mm"),
-        *("tip_mass_g", "travel_time", "tip", "plate_thickness_mm", "treatment", "remarks", "Feuchte_%"),
+        *(
+            "pulse_setting",
+            "order",
+            "repetitions",
+            "velocity_level",
+            "operator",
+            "temperature_c",
+            "chain_height_mm",
+        ),
+        *(
+            "tip_mass_g",
+            "travel_time",
+            "tip",
+            "plate_thickness_mm",
+            "treatment",
+            "remarks",
+            "Feuchte_%",
+        ),
         *KNOWN,
     ],
 )
@@ -71,7 +96,16 @@ def test_factor_is_declared_in_the_campaign_file(hammer_folder, sqlite_url):
 def test_factor_is_confirmed_on_the_command_line(hammer_folder, sqlite_url):
     renamed(hammer_folder, "tip_material", "tip_material_2")
     assert ingest(sqlite_url, hammer_folder).exit_code == 2
-    told = pyroshock("ingest", hammer_folder, "--db", sqlite_url, "--jobs", "1", "--free-factor", "tip_material_2")
+    told = pyroshock(
+        "ingest",
+        hammer_folder,
+        "--db",
+        sqlite_url,
+        "--jobs",
+        "1",
+        "--free-factor",
+        "tip_material_2",
+    )
     assert told.exit_code == 0, told.stderr
     assert "free factors: tip_material_2" in told.stderr
 
@@ -84,7 +118,9 @@ def test_factor_is_confirmed_on_the_command_line(hammer_folder, sqlite_url):
         ("humidity = 3", ("factors.humidity", "3", "text")),
     ],
 )
-def test_declaration_that_the_table_does_not_bear_out_is_refused(hammer_folder, refused: Refused, line, words):
+def test_declaration_that_the_table_does_not_bear_out_is_refused(
+    hammer_folder, refused: Refused, line, words
+):
     with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
         file.write(f"[factors]\n{line}\n")
     refused(hammer_folder, "campaign.toml", *words)
@@ -112,7 +148,12 @@ def test_columns_of_campaigns_do_not_resemble(examples: Path, thesis_tables: Pat
 
 def labels(url: str, factor: str) -> list[str]:
     with opened(url) as store, store.reading() as session:
-        query = select(FactorLevel.label).join(Factor).where(Factor.name == factor).order_by(FactorLevel.id)
+        query = (
+            select(FactorLevel.label)
+            .join(Factor)
+            .where(Factor.name == factor)
+            .order_by(FactorLevel.id)
+        )
         return list(session.scalars(query))
 
 
@@ -126,4 +167,9 @@ def test_a_profile_in_two_spellings_is_one_level(sqlite_url, gun_folder):
 @pytest.mark.parametrize("text", ["0:0 0.1", "0.1:0 0:1", "0:3"])
 def test_a_text_that_is_no_profile_is_refused(gun_folder, refused, text):
     write_runs(gun_folder, with_cell(gun_rows(), "valve_profile", text))
-    refused(gun_folder, "runs.csv: row 2, column 'valve_profile'", repr(text), "expected points TIME:POSITION")
+    refused(
+        gun_folder,
+        "runs.csv: row 2, column 'valve_profile'",
+        repr(text),
+        "expected points TIME:POSITION",
+    )

@@ -13,7 +13,15 @@ from pyroshock.schema.session import StoreError
 from sqlalchemy import select
 from support.processes.crowd import complaints, together
 from support.records.campaigns import gun_campaign, hammer_campaign
-from support.stores.stores import assert_whole, content, ingested, opened, pyroshock, start_cli, statements
+from support.stores.stores import (
+    assert_whole,
+    content,
+    ingested,
+    opened,
+    pyroshock,
+    start_cli,
+    statements,
+)
 
 
 @pytest.fixture
@@ -77,7 +85,9 @@ def asked(any_store, tmp_path):
             ingest_folder(any_store, folder, jobs=1)
         return len(statements_run)
 
-    count("first", 6, hits=1)  # its configurations are known to all later ones, and its recordings are none of theirs
+    count(
+        "first", 6, hits=1
+    )  # its configurations are known to all later ones, and its recordings are none of theirs
     return count
 
 
@@ -107,7 +117,10 @@ def test_keys_follow_the_order_of_hits(any_store, tmp_path):
 @pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.slow), "2"])
 def test_killed_ingest_is_consistent_and_completes(tmp_path, jobs):
     """Two kills, one in either half of the work; tests/faults/test_killed.py has a hundred, on either engine."""
-    folder, killed = hammer_campaign(tmp_path / "c", recordings=16, hits=HITS), tmp_path / "killed.db"
+    folder, killed = (
+        hammer_campaign(tmp_path / "c", recordings=16, hits=HITS),
+        tmp_path / "killed.db",
+    )
     undisturbed, url = f"sqlite:///{tmp_path / 'undisturbed.db'}", f"sqlite:///{killed}"
     began = time.perf_counter()
     process = start_cli("ingest", folder, "--db", undisturbed, "--jobs", jobs)

@@ -42,16 +42,22 @@ class Record:
     denominator: np.ndarray
 
 
-def made_record(*, noise: float = 0.0, damping: float = 0.02, rigid: float = 1.0, seed: int = 1) -> Record:
+def made_record(
+    *, noise: float = 0.0, damping: float = 0.02, rigid: float = 1.0, seed: int = 1
+) -> Record:
     rng = np.random.default_rng(seed)
     pole = 2 * np.pi * 8000.0
-    b, a, _ = cont2discrete(([rigid * pole**2], [1, 2 * damping * pole, pole**2]), 1 / RATE_HZ, method="bilinear")
+    b, a, _ = cont2discrete(
+        ([rigid * pole**2], [1, 2 * damping * pole, pole**2]), 1 / RATE_HZ, method="bilinear"
+    )
     force, starts = np.zeros(40_960), []
     for start in range(100, force.size - SEGMENT, 4096):
         samples = rng.uniform(8, 20)
         x = np.arange(40) - rng.random()
         inside = (x > 0) & (x < samples)
-        force[start : start + 40] = np.where(inside, np.sin(np.pi * x / samples), 0) * rng.uniform(0.5, 1.5)
+        force[start : start + 40] = np.where(inside, np.sin(np.pi * x / samples), 0) * rng.uniform(
+            0.5, 1.5
+        )
         starts.append(start - 20)
     output = lfilter(b.ravel(), a, force)
     output += noise * np.abs(output).max() * rng.standard_normal(output.size)
@@ -75,7 +81,9 @@ def test_h1_is_the_systems_response_and_its_coherence_one(clean: Record) -> None
     assert np.abs(tf.response / truth - 1)[tf.frequency_hz < 20_000].max() < 1e-6
     assert tf.coherence[tf.frequency_hz < 20_000].min() > 1 - 1e-6
     tf = response_of(clean, starts=clean.starts[:1])
-    assert tf.coherence[:-1] == pytest.approx(np.ones(SEGMENT // 2))  # the made system has no response at the last bin
+    assert tf.coherence[:-1] == pytest.approx(
+        np.ones(SEGMENT // 2)
+    )  # the made system has no response at the last bin
 
 
 def test_h1_under_noise_is_within_three_percent_where_there_is_energy() -> None:
@@ -154,8 +162,13 @@ def test_force_from_acceleration_is_the_force() -> None:
     record = made_record(rigid=-1 / 5.0)
     tf = response_of(record)
     normalised = rigid_body_normalised(tf, (20, 500))
-    found = force_from_acceleration(hit_windows(record.output, record.starts, SEGMENT), normalised, 5.0, RATE_HZ)
-    assert np.abs(found - hit_windows(record.force, record.starts, SEGMENT)).max() < 0.01 * record.force.max()
+    found = force_from_acceleration(
+        hit_windows(record.output, record.starts, SEGMENT), normalised, 5.0, RATE_HZ
+    )
+    assert (
+        np.abs(found - hit_windows(record.force, record.starts, SEGMENT)).max()
+        < 0.01 * record.force.max()
+    )
 
 
 def test_each_hit_is_cleaned_by_the_others() -> None:
@@ -164,14 +177,18 @@ def test_each_hit_is_cleaned_by_the_others() -> None:
     broken = record.output.copy()
     last = int(record.starts[-1])
     broken[last : last + SEGMENT] = 0.0
-    cleaned = clean_acceleration(broken, record.force, RATE_HZ, record.starts, segment=SEGMENT, band_hz=(20, 500))
+    cleaned = clean_acceleration(
+        broken, record.force, RATE_HZ, record.starts, segment=SEGMENT, band_hz=(20, 500)
+    )
     assert np.abs(cleaned[-1]).max() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_cleaned_hits_have_lost_the_resonance(clean: Record) -> None:
     """What the bounds are worth: the resonance is 28 % of the peak before it is removed."""
     assert np.abs(clean.output - clean.force).max() > 0.28 * clean.force.max()
-    cleaned = clean_acceleration(clean.output, clean.force, RATE_HZ, clean.starts, segment=SEGMENT, band_hz=(20, 500))
+    cleaned = clean_acceleration(
+        clean.output, clean.force, RATE_HZ, clean.starts, segment=SEGMENT, band_hz=(20, 500)
+    )
     truth = hit_windows(clean.force, clean.starts, SEGMENT)
     assert np.abs(cleaned - truth).max() < 0.015 * truth.max()
 
@@ -185,7 +202,9 @@ def test_cleaned_hits_have_lost_the_resonance(clean: Record) -> None:
         ({"end_weight": 0.0}, "end_weight"),
     ],
 )
-def test_impossible_estimate_is_refused(clean: Record, change: dict[str, object], message: str) -> None:
+def test_impossible_estimate_is_refused(
+    clean: Record, change: dict[str, object], message: str
+) -> None:
     with pytest.raises(TransferFunctionError, match=message):
         response_of(clean, **change)
 
@@ -239,7 +258,9 @@ def test_wave_time_of_the_thesis() -> None:
     assert propagation_delay(200e9, 7800.0, 0.0628) == pytest.approx(1.24e-5, rel=2e-3)
 
 
-@pytest.mark.parametrize(("delay", "plausible"), [(0.6, True), (2.6, True), (2.7, False), (-1.3, True), (-1.5, False)])
+@pytest.mark.parametrize(
+    ("delay", "plausible"), [(0.6, True), (2.6, True), (2.7, False), (-1.3, True), (-1.5, False)]
+)
 def test_two_samples_beyond_the_waves_travel_are_plausible(delay: float, plausible: bool) -> None:
     assert delay_is_plausible(delay, 1.24e-5, RATE_HZ) is plausible  # the wave takes 0.635 samples
 
@@ -252,11 +273,19 @@ def test_force_of_measured_hits_from_the_acceleration_of_others(real_data: Path)
     record = np.load(real_data / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
     likeness, peaks = [], []
     for position in ("F1", "F2", "F3"):
-        hits = np.concatenate([record[k] for k in record if k.startswith(position)]).astype(np.float64)
+        hits = np.concatenate([record[k] for k in record if k.startswith(position)]).astype(
+            np.float64
+        )
         for hit, (force, _, _, a1z) in enumerate(hits):
             others = np.delete(hits, hit, axis=0)
-            how = {"starts": np.arange(len(others)) * 5000 + 180, "segment": 4800, "end_weight": 0.01}
-            tf = estimate_transfer_function(others[:, 3].ravel(), others[:, 0].ravel(), 20_000.0, **how)
+            how = {
+                "starts": np.arange(len(others)) * 5000 + 180,
+                "segment": 4800,
+                "end_weight": 0.01,
+            }
+            tf = estimate_transfer_function(
+                others[:, 3].ravel(), others[:, 0].ravel(), 20_000.0, **how
+            )
             found = deconvolve(a1z[180:4980], tf, 20_000.0)[:80]
             likeness.append(np.corrcoef(found, force[180:260])[0, 1])
             peaks.append(found.max() / force.max() - 1)
@@ -281,4 +310,6 @@ def test_ten_seconds_of_record_take_less_than_60_ms(clean: Record) -> None:
         return min(seconds)
 
     assert best_of_ten(record) < 0.060  # measured: 19 ms
-    assert best_of_ten(hit_windows(record, np.arange(10) * 51_200, SEGMENT)) < 0.010  # measured: 1.4 ms
+    assert (
+        best_of_ten(hit_windows(record, np.arange(10) * 51_200, SEGMENT)) < 0.010
+    )  # measured: 1.4 ms

@@ -17,13 +17,17 @@ HEIGHT = 30.0
 PEAK, SAMPLES = 300, 400
 
 
-def parabola(top: float, half_width: float, *, height: float = HEIGHT, samples: int = SAMPLES) -> np.ndarray:
+def parabola(
+    top: float, half_width: float, *, height: float = HEIGHT, samples: int = SAMPLES
+) -> np.ndarray:
     """A contact that begins `half_width` before its peak, and goes on below zero after it."""
     x = (np.arange(samples) - top) / half_width
     return np.where(x > -1, height * (1 - x**2), 0.0)
 
 
-def skewed(onset: float, length: float, *, height: float = HEIGHT, samples: int = SAMPLES) -> np.ndarray:
+def skewed(
+    onset: float, length: float, *, height: float = HEIGHT, samples: int = SAMPLES
+) -> np.ndarray:
     """A cubic contact: its peak is after a third of its length, its integral until then 11/48 of height and length."""
     x = (np.arange(samples) - onset) / length
     return np.where((x > 0) & (x < 1), height * 27 / 4 * x * (1 - x) ** 2, 0.0)
@@ -38,7 +42,13 @@ def high_samples(values: np.ndarray, peak: int) -> np.ndarray:
 
 
 def uncertainty(
-    values: np.ndarray, peak: int, noise: float, onset: float, top: float, *, velocity_share: float = 0.0
+    values: np.ndarray,
+    peak: int,
+    noise: float,
+    onset: float,
+    top: float,
+    *,
+    velocity_share: float = 0.0,
 ) -> float:
     """By hand: about the top, the slope of a fit is one of its coefficients, and moves the top by slope/curvature."""
     at = high_samples(values, peak)
@@ -55,8 +65,12 @@ def uncertainty(
 
 @pytest.mark.parametrize("noise", [0.0, 0.03])
 @pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize(("onset", "length"), [(290.3, 30.0), (285.8, 42.0), (296.2, 13.0), (280.55, 60.0)])
-def test_cubic_contact_is_integrated_exactly(onset: float, length: float, sign: int, noise: float) -> None:
+@pytest.mark.parametrize(
+    ("onset", "length"), [(290.3, 30.0), (285.8, 42.0), (296.2, 13.0), (280.55, 60.0)]
+)
+def test_cubic_contact_is_integrated_exactly(
+    onset: float, length: float, sign: int, noise: float
+) -> None:
     values = skewed(onset, length)
     peak = int(values.argmax())
     result = impact_velocity(sign * values, RATE_HZ, int(onset) - 1, peak, noise_m_s2=noise)
@@ -64,12 +78,22 @@ def test_cubic_contact_is_integrated_exactly(onset: float, length: float, sign: 
     assert result.onset_sample == pytest.approx(onset, abs=1e-7)
     assert result.end_of_compression_sample == pytest.approx(top, abs=1e-7)
     assert result.velocity_m_s == pytest.approx(HEIGHT * length * 11 / 48 / RATE_HZ, rel=1e-9)
-    assert result.velocity_u_m_s == pytest.approx(uncertainty(values, peak, noise, onset, top), rel=1e-6)
+    assert result.velocity_u_m_s == pytest.approx(
+        uncertainty(values, peak, noise, onset, top), rel=1e-6
+    )
 
 
 @pytest.mark.parametrize(
     ("beside", "half_width", "high"),
-    [(0.1, 1.3, 1), (0.4, 1.7, 2), (0.2, 2.6, 3), (0.4, 3.4, 4), (0.1, 4.2, 5), (0.46, 5.0, 6), (-0.3, 20.2, 22)],
+    [
+        (0.1, 1.3, 1),
+        (0.4, 1.7, 2),
+        (0.2, 2.6, 3),
+        (0.4, 3.4, 4),
+        (0.1, 4.2, 5),
+        (0.46, 5.0, 6),
+        (-0.3, 20.2, 22),
+    ],
 )
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 @pytest.mark.parametrize("height", [HEIGHT, 0.5])
@@ -85,14 +109,20 @@ def test_few_samples_of_a_parabola_are_enough(
     assert result.onset_sample == pytest.approx(onset, abs=1e-7)
     assert result.end_of_compression_sample == pytest.approx(top, abs=1e-7)
     assert result.velocity_m_s == pytest.approx(height * half_width * 2 / 3 / RATE_HZ, rel=1e-9)
-    assert result.velocity_u_m_s == pytest.approx(uncertainty(values, PEAK, noise, onset, top), rel=1e-6)
+    assert result.velocity_u_m_s == pytest.approx(
+        uncertainty(values, PEAK, noise, onset, top), rel=1e-6
+    )
 
 
 def test_gain_uncertainty_adds_in_squares() -> None:
     values = skewed(290.3, 30.0)
     velocity = HEIGHT * 30 * 11 / 48 / RATE_HZ
-    result = impact_velocity(values, RATE_HZ, 289, int(values.argmax()), noise_m_s2=0.1, gain_u=0.04)
-    expected = uncertainty(values, int(values.argmax()), 0.1, 290.3, 300.3, velocity_share=0.04 * velocity)
+    result = impact_velocity(
+        values, RATE_HZ, 289, int(values.argmax()), noise_m_s2=0.1, gain_u=0.04
+    )
+    expected = uncertainty(
+        values, int(values.argmax()), 0.1, 290.3, 300.3, velocity_share=0.04 * velocity
+    )
     assert result.velocity_u_m_s == pytest.approx(expected, rel=1e-6)
 
 
@@ -111,7 +141,9 @@ def test_what_follows_the_peak_is_not_used(onset: float, length: float) -> None:
     peak = int(values.argmax())
     cut = values.copy()
     cut[high_samples(values, peak)[-1] + 4 :] = np.nan
-    plain, with_gap = (impact_velocity(v, RATE_HZ, int(onset) - 1, peak, noise_m_s2=0.1) for v in (values, cut))
+    plain, with_gap = (
+        impact_velocity(v, RATE_HZ, int(onset) - 1, peak, noise_m_s2=0.1) for v in (values, cut)
+    )
     assert with_gap == plain
 
 
@@ -136,11 +168,15 @@ def test_what_precedes_the_onset_is_not_used() -> None:
         for share, begun in ((low, False), (high, True))
     ],
 )
-def test_contact_begins_above_a_share_of_its_peak_or_four_deviations(noise: float, foot: float, begun: bool) -> None:
+def test_contact_begins_above_a_share_of_its_peak_or_four_deviations(
+    noise: float, foot: float, begun: bool
+) -> None:
     """All as shares of the peak; the contact is a parabola of 40 samples but for the sample before it."""
     values = parabola(PEAK, 19.4)
     values[PEAK - 20] = foot * HEIGHT
-    onset = impact_velocity(values, RATE_HZ, PEAK - 25, PEAK, noise_m_s2=noise * HEIGHT).onset_sample
+    onset = impact_velocity(
+        values, RATE_HZ, PEAK - 25, PEAK, noise_m_s2=noise * HEIGHT
+    ).onset_sample
     if begun:
         assert PEAK - 21 <= onset < PEAK - 20
     else:
@@ -234,7 +270,9 @@ def test_record_may_begin_above_seven_tenths(samples_before: int) -> None:
     top = samples_before + 0.2
     assert result.end_of_compression_sample == pytest.approx(top, abs=1e-7)
     assert result.onset_sample == -1
-    assert result.velocity_u_m_s == pytest.approx(uncertainty(values, samples_before, 0.1, -1, top), rel=1e-6)
+    assert result.velocity_u_m_s == pytest.approx(
+        uncertainty(values, samples_before, 0.1, -1, top), rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("samples_after", [1, 2, 4])
@@ -244,7 +282,9 @@ def test_record_may_end_above_seven_tenths(samples_after: int) -> None:
     result = impact_velocity(values, RATE_HZ, PEAK - 25, PEAK, noise_m_s2=0.1)
     assert result.end_of_compression_sample == pytest.approx(top, abs=1e-7)
     assert result.velocity_m_s == pytest.approx(HEIGHT * 20 * 2 / 3 / RATE_HZ, rel=1e-9)
-    assert result.velocity_u_m_s == pytest.approx(uncertainty(values, PEAK, 0.1, onset, top), rel=1e-6)
+    assert result.velocity_u_m_s == pytest.approx(
+        uncertainty(values, PEAK, 0.1, onset, top), rel=1e-6
+    )
 
 
 @pytest.mark.parametrize(("first", "peak"), [(-1, 5), (5, 5), (6, 5), (10, 99), (10, 120)])
@@ -281,10 +321,15 @@ def test_noise_is_that_of_the_quiet_samples_that_end_four_before_the_contact() -
 @pytest.mark.parametrize(("first", "quiet"), [(0, 0), (2, 0), (4, 0), (5, 1), (19, 15)])
 def test_fewer_than_sixteen_quiet_samples_are_refused(first: int, quiet: int) -> None:
     values = skewed(first + 0.5, 30.0)
-    message = f"{quiet} samples before the contact at {first}: give `noise_m_s2`, or at least 16 samples"
+    message = (
+        f"{quiet} samples before the contact at {first}: give `noise_m_s2`, or at least 16 samples"
+    )
     with pytest.raises(ValueError, match=f"^{message}$"):
         impact_velocity(values, RATE_HZ, first, int(values.argmax()))
-    assert impact_velocity(values, RATE_HZ, first, int(values.argmax()), noise_m_s2=0.1).velocity_m_s > 0
+    assert (
+        impact_velocity(values, RATE_HZ, first, int(values.argmax()), noise_m_s2=0.1).velocity_m_s
+        > 0
+    )
 
 
 # --- half sines and Hertz's contact -----------------------------------------------------------------------------------
@@ -306,7 +351,9 @@ AREA = {
 }
 
 
-def contact(power: float, samples: float, phase: float, *, quiet: int = 220) -> tuple[np.ndarray, int, int]:
+def contact(
+    power: float, samples: float, phase: float, *, quiet: int = 220
+) -> tuple[np.ndarray, int, int]:
     """Deceleration of unit height that lasts `samples`, with `first` and `peak` as segmentation gives them."""
     x = np.arange(quiet + math.ceil(samples) + 20) - quiet - phase
     inside = (x > 0) & (x < samples)
@@ -330,7 +377,9 @@ def test_integral_is_the_known_velocity(power: float, samples: float, phase: flo
 @pytest.mark.parametrize("power", [HALF_SINE, HERTZ])
 @pytest.mark.parametrize("samples", [10, 20, 40])
 @pytest.mark.parametrize("noise", [0.002, 0.01])
-def test_uncertainty_covers_the_scatter(rng: np.random.Generator, power: float, samples: float, noise: float) -> None:
+def test_uncertainty_covers_the_scatter(
+    rng: np.random.Generator, power: float, samples: float, noise: float
+) -> None:
     scores = []
     for _ in range(150):
         pulse, first, peak = contact(power, samples, rng.random())

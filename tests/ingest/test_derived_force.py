@@ -48,7 +48,11 @@ def acceleration(force, sensor):
         n = np.arange(int(14 / (zeta * omega) * RATE))
         h = (pole**n).imag / damped
         velocity = np.gradient(h, dt)
-        response = force - 2 * zeta * omega * _convolved(force, velocity) * dt - omega**2 * _convolved(force, h) * dt
+        response = (
+            force
+            - 2 * zeta * omega * _convolved(force, velocity) * dt
+            - omega**2 * _convolved(force, h) * dt
+        )
         found += gain * response
     return found
 
@@ -66,12 +70,18 @@ def pulse(samples, start_s, duration_s, peak_n):
 
 
 def recording(force, rng, noise_m_s2):
-    return {f"acc_{i + 1}": acceleration(force, i) + rng.normal(size=force.size) * noise_m_s2 for i in range(2)}
+    return {
+        f"acc_{i + 1}": acceleration(force, i) + rng.normal(size=force.size) * noise_m_s2
+        for i in range(2)
+    }
 
 
 def hammer(rng, hits=5, duration_s=0.25e-3, band_noise=0.0):
     """Hits of 3 kN, a second apart."""
-    force = sum(pulse(round((hits + 0.2) * RATE), 0.2 + i, duration_s, 3000.0 + 200 * i) for i in range(hits))
+    force = sum(
+        pulse(round((hits + 0.2) * RATE), 0.2 + i, duration_s, 3000.0 + 200 * i)
+        for i in range(hits)
+    )
     records = recording(force, rng, 0.3 + band_noise)
     return {"force": force + rng.normal(size=force.size) * 0.2, **records, "fs": RATE}
 
@@ -102,14 +112,18 @@ def test_force_comes_back_from_the_accelerations(store, rng, tmp_path):
     report = ingest_folder(store, campaign(tmp_path / "c", rng, made), jobs=1)
     assert (report.impacts, report.shots) == (2, 2)
     with store.reading() as session:
-        pulses = list(session.scalars(select(Pulse).join(Impact).where(Pulse.current).order_by(Impact.run)))
+        pulses = list(
+            session.scalars(select(Pulse).join(Impact).where(Pulse.current).order_by(Impact.run))
+        )
         assert len(list(iter_shots(session, "shots"))) == 2
     for row, (duration_s, peak_n) in zip(pulses, made, strict=True):
         assert row.peak_force_n == pytest.approx(peak_n, rel=0.05)
         assert row.contact_time_s == pytest.approx(duration_s, rel=0.10)
         assert row.impulse_n_s == pytest.approx(peak_n * duration_s / 2, rel=0.05)
         # of sin^2, a tenth of the peak is passed at asin(sqrt(0.1)) / pi of its length
-        assert row.width_tenth_s == pytest.approx(duration_s * (1 - 2 * np.arcsin(np.sqrt(0.1)) / np.pi), rel=0.10)
+        assert row.width_tenth_s == pytest.approx(
+            duration_s * (1 - 2 * np.arcsin(np.sqrt(0.1)) / np.pi), rel=0.10
+        )
 
 
 def test_derived_force_says_what_it_is_and_is_known_again(store, rng, tmp_path):
@@ -118,7 +132,9 @@ def test_derived_force_says_what_it_is_and_is_known_again(store, rng, tmp_path):
         assert ingest_folder(store, folder, jobs=1).impacts == 1
     with store.reading() as session:
         assert len(list(session.scalars(select(Impact)))) == 1
-        channel = session.scalars(select(RecordedChannel).where(RecordedChannel.quantity == "force")).one()
+        channel = session.scalars(
+            select(RecordedChannel).where(RecordedChannel.quantity == "force")
+        ).one()
     assert channel.name == "force_derived"
     assert channel.header["derived_from"] == ["acc_1", "acc_2"]
     assert channel.header["transfer_function"] == "hammer.npz"
@@ -130,7 +146,9 @@ def test_derived_force_says_what_it_is_and_is_known_again(store, rng, tmp_path):
 
 def test_pulse_above_the_known_band_is_refused_with_the_reason(store, rng, tmp_path):
     soft = hammer(rng, duration_s=2e-3, band_noise=5.0)
-    report = ingest_folder(store, campaign(tmp_path / "c", rng, [(0.15e-3, 40_000.0)], soft), jobs=1)
+    report = ingest_folder(
+        store, campaign(tmp_path / "c", rng, [(0.15e-3, 40_000.0)], soft), jobs=1
+    )
     assert (report.impacts, report.shots) == (0, 1)
     (finding,) = findings(store)
     assert finding.severity == "reject"
@@ -143,7 +161,11 @@ def test_stated_place_is_taken_and_a_shot_at_another_refused(store, rng, tmp_pat
     message = "impact_position is 'edge', force.impact_position of campaign.toml 'centre'"
     with pytest.raises(IngestError, match=message):
         ingest_folder(store, folder, jobs=1)
-    ingest_folder(store, campaign(tmp_path / "d", rng, shots, None, toml, ",impact_position", ",centre"), jobs=1)
+    ingest_folder(
+        store,
+        campaign(tmp_path / "d", rng, shots, None, toml, ",impact_position", ",centre"),
+        jobs=1,
+    )
     assert "nobody states where" not in findings(store)[0].message
 
 
@@ -152,7 +174,9 @@ def test_hammer_recording_without_a_channel_says_what_to_record(store, rng, tmp_
     hammered = hammer(rng, hits=3)
     del hammered[missing]
     folder = campaign(tmp_path / "c", rng, [(0.8e-3, 40_000.0)], hammered)
-    with pytest.raises(IngestError, match=rf"{missing}.*record at least three hits of an instrumented hammer"):
+    with pytest.raises(
+        IngestError, match=rf"{missing}.*record at least three hits of an instrumented hammer"
+    ):
         ingest_folder(store, folder, jobs=1)
 
 
@@ -168,14 +192,26 @@ def test_too_few_hits_and_a_missing_recording_of_the_hammer_are_refused(store, r
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ('from = ["acc_3"]', r"force.from names 'acc_3'; expected acceleration channels, here: acc_1, acc_2"),
+        (
+            'from = ["acc_3"]',
+            r"force.from names 'acc_3'; expected acceleration channels, here: acc_1, acc_2",
+        ),
         ('from = "acc_1"', "force.from is 'acc_1'; expected a list"),
         ("from = []", "force.from is \\[\\]; expected a list"),
         ('from = ["acc_1"]', "force.transfer_function is missing"),
-        ('from = ["acc_1"]\ntransfer_function = 3', "force.transfer_function is 3; expected a text"),
+        (
+            'from = ["acc_1"]\ntransfer_function = 3',
+            "force.transfer_function is 3; expected a text",
+        ),
         ('from = ["acc_1"]\ntransfer_function = "h.npz"\nunit = "kg"', "force.unit"),
-        ('from = ["acc_1"]\ntransfer_function = "h.npz"\nsensitivity = 0', "force.sensitivity is 0"),
-        ('from = ["acc_1"]\nfile = "h.npz"', "unknown key 'force.file'; known: from, transfer_function"),
+        (
+            'from = ["acc_1"]\ntransfer_function = "h.npz"\nsensitivity = 0',
+            "force.sensitivity is 0",
+        ),
+        (
+            'from = ["acc_1"]\nfile = "h.npz"',
+            "unknown key 'force.file'; known: from, transfer_function",
+        ),
         (
             'from = ["acc_1"]\n[channels.load_cell]\nquantity = "force"\nunit = "N"',
             "derives a force, and channels.load_cell records one",

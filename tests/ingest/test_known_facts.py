@@ -52,7 +52,10 @@ def stored_facts(url):
 
 def test_facts_are_read_in_si(folder):
     assert read_campaign_file(folder).known_facts == FACTS
-    assert [fact.words for fact in FACTS] == ["0.12 ± 0.01 s (data sheet, 2024-03-12)", "1 ± 0.002 (certificate 4711)"]
+    assert [fact.words for fact in FACTS] == [
+        "0.12 ± 0.01 s (data sheet, 2024-03-12)",
+        "1 ± 0.002 (certificate 4711)",
+    ]
     assert (FACTS[0].effect, FACTS[0].parameter) == ("gun.valve_flow", "opening_time_s")
     assert read_folder(folder).known_facts == FACTS
 
@@ -70,7 +73,9 @@ def test_facts_are_read_in_si(folder):
     ],
 )
 def test_units_are_converted(unit, name, value, si):
-    (fact,) = read_known_facts({name: {"value": value, "u": value / 10, "source": "s", "unit": unit}})
+    (fact,) = read_known_facts(
+        {name: {"value": value, "u": value / 10, "source": "s", "unit": unit}}
+    )
     assert (fact.value, fact.u) == (pytest.approx(si), pytest.approx(si / 10))
 
 
@@ -117,10 +122,26 @@ def test_all_faults_are_told_at_once():
 
 
 cells = st.one_of(
-    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.dates(), st.lists(st.integers())
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=5),
+    st.dates(),
+    st.lists(st.integers()),
 )
 keys = st.sampled_from(
-    ["value", "u", "source", "date", "unit", "gun", "valve_flow", GAIN, *list(effect_parameters())[:3]]
+    [
+        "value",
+        "u",
+        "source",
+        "date",
+        "unit",
+        "gun",
+        "valve_flow",
+        GAIN,
+        *list(effect_parameters())[:3],
+    ]
 )
 
 
@@ -136,7 +157,14 @@ def test_any_table_is_read_or_refused(value: Any):
 
 
 @pytest.mark.parametrize(
-    "stored", [1, [], {GAIN: 1}, {GAIN: {"value": 1.0}}, {GAIN: {"value": 1.0, "u": 1.0, "source": "s", "date": "x"}}]
+    "stored",
+    [
+        1,
+        [],
+        {GAIN: 1},
+        {GAIN: {"value": 1.0}},
+        {GAIN: {"value": 1.0, "u": 1.0, "source": "s", "date": "x"}},
+    ],
 )
 def test_stored_json_of_another_form_is_told(stored):
     assert not are_facts(stored)
@@ -148,7 +176,9 @@ def test_facts_are_stored_shown_carried_and_given_back(database_url, folder, tmp
     assert "nothing new" in ingested(database_url, folder).stderr
     shown = run_pyroshock("campaigns", "show", "gun", "--db", database_url).stdout
     assert all(fact.name in shown and fact.words in shown for fact in FACTS)
-    overview = json.loads(run_pyroshock("campaigns", "show", "gun", "--db", database_url, "--json").stdout)
+    overview = json.loads(
+        run_pyroshock("campaigns", "show", "gun", "--db", database_url, "--json").stdout
+    )
     assert overview["campaign"]["known"] == facts_to_json(FACTS)
     file, other = tmp_path / "gun.pyroshock", f"sqlite:///{tmp_path / 'other.db'}"
     run_pyroshock("db", "export", "gun", "--out", file, "--db", database_url)
@@ -157,7 +187,9 @@ def test_facts_are_stored_shown_carried_and_given_back(database_url, folder, tmp
     assert stored_facts(other) == FACTS
     before = content(database_url)["campaigns"]
     archive = tmp_path / "archive.pyroshock"
-    run_pyroshock("campaigns", "archive", "gun", "--out", archive, "--reason", "full", "--db", database_url)
+    run_pyroshock(
+        "campaigns", "archive", "gun", "--out", archive, "--reason", "full", "--db", database_url
+    )
     run_pyroshock("campaigns", "restore", archive, "--db", database_url)
     assert content(database_url)["campaigns"] == before
     assert stored_facts(database_url) == FACTS
@@ -165,20 +197,28 @@ def test_facts_are_stored_shown_carried_and_given_back(database_url, folder, tmp
         assert pyroshock("db", "check", "--db", url).exit_code == 0
 
 
-def test_a_fact_that_was_measured_later_is_added_and_one_that_changed_is_refused(database_url, folder):
+def test_a_fact_that_was_measured_later_is_added_and_one_that_changed_is_refused(
+    database_url, folder
+):
     card = folder / "campaign.toml"
     whole = card.read_text(encoding="utf-8")
     card.write_text(whole.replace(KNOWN, ""), encoding="utf-8")
     ingested(database_url, folder)
     assert stored_facts(database_url) == ()
     card.write_text(whole, encoding="utf-8")
-    assert "known.sensor.velocity_gain.gain = 1 ± 0.002 (certificate 4711)" in ingested(database_url, folder).stderr
+    assert (
+        "known.sensor.velocity_gain.gain = 1 ± 0.002 (certificate 4711)"
+        in ingested(database_url, folder).stderr
+    )
     assert stored_facts(database_url) == FACTS
     assert pyroshock("db", "check", "--db", database_url).exit_code == 0
     replace_in(card, "u = 0.002", "u = 0.004")
     refused = ingest(database_url, folder)
     assert refused.exit_code == 2
-    assert "gain is 1 ± 0.004 (certificate 4711), 1 ± 0.002 (certificate 4711) in the store" in refused.stderr
+    assert (
+        "gain is 1 ± 0.004 (certificate 4711), 1 ± 0.002 (certificate 4711) in the store"
+        in refused.stderr
+    )
     card.write_text(whole.replace(KNOWN, ""), encoding="utf-8")
     assert "known.sensor.velocity_gain.gain is not given" in ingest(database_url, folder).stderr
     assert stored_facts(database_url) == FACTS

@@ -63,7 +63,10 @@ def test_impact_velocity_is_the_hammers(store, tmp_path, count):
         "fs": RATE,
     }
     folder = write_folder(
-        tmp_path / "c", HAMMER, "run,repetition,tip_material,recording\n1,1,steel,a.npz\n", {"a.npz": arrays}
+        tmp_path / "c",
+        HAMMER,
+        "run,repetition,tip_material,recording\n1,1,steel,a.npz\n",
+        {"a.npz": arrays},
     )
     report = ingest_folder(store, folder)
     assert (report.impacts, report.set_aside) == (count, [])
@@ -89,7 +92,9 @@ def test_late_acceleration_is_a_finding(store, tmp_path):
     )
     ingest_folder(store, folder)
     with store.reading() as session:
-        evidence = session.scalars(select(QualityFinding.evidence).where(QualityFinding.check == "delay")).one()
+        evidence = session.scalars(
+            select(QualityFinding.evidence).where(QualityFinding.check == "delay")
+        ).one()
     assert evidence["delay_samples"] == pytest.approx(8, abs=0.2)
 
 
@@ -97,11 +102,17 @@ def gun_record(velocity=14.0, pressure_bar=0.42, length_m=0.085, rate=25000.0):
     """Laser (V), transducer (V) and load cell (kN) of one shot."""
     time = np.arange(round(0.5 * rate)) / rate
     rng = np.random.default_rng(5)
-    laser = np.where((time > 0.2) & (time < 0.2 + length_m / velocity), 1.0, 4.0) + rng.normal(size=time.size) * 0.02
+    laser = (
+        np.where((time > 0.2) & (time < 0.2 + length_m / velocity), 1.0, 4.0)
+        + rng.normal(size=time.size) * 0.02
+    )
     pressure = pressure_bar * np.where(time < 0.17, 1.0, np.exp(-(time - 0.17) / 0.05))
     tank = 0.3624 + 0.5621 * pressure + rng.normal(size=time.size) * 1e-4
     inside = (time > 0.25) & (time < 0.252)
-    cell = np.where(inside, 3.0 * np.sin(np.pi * (time - 0.25) / 0.002), 0.0) + rng.normal(size=time.size) * 1e-3
+    cell = (
+        np.where(inside, 3.0 * np.sin(np.pi * (time - 0.25) / 0.002), 0.0)
+        + rng.normal(size=time.size) * 1e-3
+    )
     return {"laser": laser, "tank": tank, "cell": cell, "fs": rate}
 
 
@@ -110,13 +121,17 @@ RUNS = HEADER + "1,1,0.1428,0.4,PLA,{},a.npz\n"
 
 
 def test_shot_is_measured_by_laser_and_transducer(store, tmp_path):
-    ingest_folder(store, write_folder(tmp_path / "c", GUN, RUNS.format(85), {"a.npz": gun_record()}))
+    ingest_folder(
+        store, write_folder(tmp_path / "c", GUN, RUNS.format(85), {"a.npz": gun_record()})
+    )
     with store.reading() as session:
         shot = session.scalars(select(Shot)).one()
         assert shot.velocity_source == "laser"
         assert abs(shot.measured_velocity_m_s - 14.0) < 2 * shot.measured_velocity_u_m_s
         # eq. 5.2 with 1 mm and one period of 25 kHz
-        assert shot.measured_velocity_u_m_s == pytest.approx(np.hypot(14 / 85, 14**2 / 0.085 * 4e-5), rel=0.05)
+        assert shot.measured_velocity_u_m_s == pytest.approx(
+            np.hypot(14 / 85, 14**2 / 0.085 * 4e-5), rel=0.05
+        )
         assert shot.recorded_pressure_pa == pytest.approx(0.42e5, abs=50)
         assert shot.tank_pressure_pa == pytest.approx(0.4e5)
         pulse = session.scalars(select(Pulse).where(Pulse.impact_id == shot.impact_id)).one()

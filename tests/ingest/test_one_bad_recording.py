@@ -7,7 +7,14 @@ import pytest
 from pyroshock.app.ingest.campaign_overview import campaign_overview
 from pyroshock.ingest import load, processing
 from pyroshock.ingest.load import ingest_folder
-from support.records.campaigns import FS_HZ, blows, force_record, hammer_campaign, recording_name, write_recording
+from support.records.campaigns import (
+    FS_HZ,
+    blows,
+    force_record,
+    hammer_campaign,
+    recording_name,
+    write_recording,
+)
 
 HAMMER_CHANNEL = '[channels.head]\nquantity = "acceleration"\nunit = "m/s2"\nposition = "hammer"\n'
 
@@ -26,9 +33,13 @@ def with_head(folder, lost, value=np.nan):
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_sample_that_is_no_number_beside_a_contact_sets_that_recording_aside(store, tmp_path, value):
+def test_a_sample_that_is_no_number_beside_a_contact_sets_that_recording_aside(
+    store, tmp_path, value
+):
     contact = round(0.0503 * FS_HZ)
-    folder = with_head(hammer_campaign(tmp_path / "c", recordings=3), slice(contact, contact + 3), value)
+    folder = with_head(
+        hammer_campaign(tmp_path / "c", recordings=3), slice(contact, contact + 3), value
+    )
     (folder / recording_name(2)).unlink()
     rows = (folder / "runs.csv").read_text().splitlines()
     (folder / "runs.csv").write_text("\n".join(row for row in rows if recording_name(2) not in row))
@@ -66,7 +77,9 @@ def test_a_full_disk_is_no_fault_of_a_recording(store, tmp_path, monkeypatch):
 
 def test_the_same_file_under_another_campaign_s_name_is_told(store, tmp_path):
     for name in ("spring", "summer"):
-        report = ingest_folder(store, hammer_campaign(tmp_path / name, recordings=1, name=name), jobs=1)
+        report = ingest_folder(
+            store, hammer_campaign(tmp_path / name, recordings=1, name=name), jobs=1
+        )
     findings = [f for f in report.findings if f["check"] == "same-recording"]
     assert [f["severity"] for f in findings] == ["warning"]
     assert f"stored as {recording_name(1)} of campaign spring" in findings[0]["message"]

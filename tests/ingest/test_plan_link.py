@@ -75,7 +75,9 @@ def test_other_setting_is_told_and_not_linked(any_store, tmp_path):
 
 @pytest.mark.parametrize(("pressure", "matches"), [("0.257", True), ("0.3", False)])
 def test_measured_pressure_is_near_the_planned_one(any_store, tmp_path, pressure, matches):
-    rows = [{"run": 1, "bullet_mass_kg": 0.1428, "tank_pressure_bar": pressure, "velocity_level": "low"}]
+    rows = [
+        {"run": 1, "bullet_mass_kg": 0.1428, "tank_pressure_bar": pressure, "velocity_level": "low"}
+    ]
     columns = ("bullet_mass_kg", "tank_pressure_bar", "velocity_level")
     plan_of(any_store, rows, kind="gun", repetitions=1, columns=columns)
     ingested(any_store, gun_campaign(tmp_path / "g", 1))
@@ -96,7 +98,11 @@ def test_setting_that_was_not_recorded_is_told(any_store, tmp_path):
 
 @pytest.mark.parametrize(
     ("campaign", "plan", "said"),
-    [("none", "plan", "no campaign 'none'"), ("hammer", "none", r"no plan 'none'.*plan"), ("gun", "plan", "of a gun")],
+    [
+        ("none", "plan", "no campaign 'none'"),
+        ("hammer", "none", r"no plan 'none'.*plan"),
+        ("gun", "plan", "of a gun"),
+    ],
 )
 def test_what_does_not_go_together_is_refused(any_store, tmp_path, campaign, plan, said):
     plan_of(any_store, hammer_rows(1, 1))

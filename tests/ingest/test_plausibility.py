@@ -72,7 +72,13 @@ def test_needle_for_a_tip_is_doubted(sqlite_url, tmp_path, radius_mm, doubted):
 def test_one_recording_under_two_runs_is_doubted(sqlite_url, tmp_path):
     folder = hammer_campaign(tmp_path / "c", 2)
     same = force_record((BLOW,), np.random.default_rng(3))
-    write_runs(folder, [{**hammer_rows(2, 1)[i], "recording": f"recordings/{name}.npz"} for i, name in enumerate("ab")])
+    write_runs(
+        folder,
+        [
+            {**hammer_rows(2, 1)[i], "recording": f"recordings/{name}.npz"}
+            for i, name in enumerate("ab")
+        ],
+    )
     for name in "ab":
         np.savez(folder / "recordings" / f"{name}.npz", force=same, fs=51200.0)
     (found,) = findings(folder, sqlite_url)
@@ -89,7 +95,9 @@ def test_light_plate_takes_its_share_of_the_lower_limit(sqlite_url, tmp_path, ra
     side_m = 0.1
     thickness_m = MASS_KG / (side_m**2 * STEEL_DENSITY)
     outline = f"[[0, 0], [{side_m}, 0], [{side_m}, {side_m}], [0, {side_m}]]"
-    plate = f'[bench.plate]\nmaterial = "steel"\nthickness_m = {thickness_m}\noutline_m = {outline}\n'
+    plate = (
+        f'[bench.plate]\nmaterial = "steel"\nthickness_m = {thickness_m}\noutline_m = {outline}\n'
+    )
     card.write_text(card.read_text().replace("[channels", plate + "\n[channels", 1))
     told = findings(folder, sqlite_url)
     assert [f["check"] for f in told] == ["implausible-impulse"] * doubted
@@ -126,10 +134,16 @@ def signed_campaign(path, signs):
         ((1, -1), (2,), "negative"),
     ],
 )
-def test_force_of_another_sign_than_the_others_is_doubted(sqlite_url, tmp_path, signs, doubted, word):
+def test_force_of_another_sign_than_the_others_is_doubted(
+    sqlite_url, tmp_path, signs, doubted, word
+):
     told = findings(signed_campaign(tmp_path / "c", signs), sqlite_url)
-    assert [(f["check"], f["recording"]) for f in told] == [("force-sign", recording_name(n)) for n in doubted]
-    assert all(f["channel"] == "force" and f"the force is {word} here" in f["message"] for f in told)
+    assert [(f["check"], f["recording"]) for f in told] == [
+        ("force-sign", recording_name(n)) for n in doubted
+    ]
+    assert all(
+        f["channel"] == "force" and f"the force is {word} here" in f["message"] for f in told
+    )
 
 
 def test_doubt_of_a_sign_follows_the_campaign_as_it_grows(sqlite_url, tmp_path):
@@ -148,14 +162,19 @@ THREE = (Blow(0.05, 1000.0, 0.8e-3), Blow(0.2, 1500.0, 0.8e-3), Blow(0.35, 900.0
 
 def report_of(folder, url, made, rows):
     write_runs(folder, rows)
-    write_recording(folder / recording_name(1), {"force": force_record(made, np.random.default_rng(3))})
+    write_recording(
+        folder / recording_name(1), {"force": force_record(made, np.random.default_rng(3))}
+    )
     return ingest_report(url, folder)
 
 
 def told_hits(finding):
     """(time in s, peak in N) of each hit that a message names."""
     hits = re.findall(r"([\d.]+) N at ([\d.]+) s", finding["message"])
-    return [(pytest.approx(float(time), abs=1e-3), pytest.approx(float(peak), rel=0.01)) for peak, time in hits]
+    return [
+        (pytest.approx(float(time), abs=1e-3), pytest.approx(float(peak), rel=0.01))
+        for peak, time in hits
+    ]
 
 
 def left_out(report):
@@ -229,7 +248,9 @@ def test_a_mistake_of_unit_is_off_by_the_ratio_of_both_units(quantity: str) -> N
     units = [(factor, *match.groups()) for factor, match in unit_findings if match]
     assert len(units) >= 6
     for factor, written, declared in units:
-        assert factor == pytest.approx(to_si(declared, quantity)[0] / to_si(written, quantity)[0], rel=1e-6)
+        assert factor == pytest.approx(
+            to_si(declared, quantity)[0] / to_si(written, quantity)[0], rel=1e-6
+        )
 
 
 def test_a_gain_can_be_forgotten_or_too_much() -> None:

@@ -26,7 +26,12 @@ LEVEL_PA = 4e5
 
 
 def drop(
-    power: float, *, at_s: float = 0.2, noise_pa: float = 50.0, seed: int = 0, duration_s: float = 0.5
+    power: float,
+    *,
+    at_s: float = 0.2,
+    noise_pa: float = 50.0,
+    seed: int = 0,
+    duration_s: float = 0.5,
 ) -> np.ndarray:
     """4 bar, and from a moment on a power of time that takes 1 bar within 0.2 s, at 100 kHz."""
     time = np.arange(round(duration_s * RATE_HZ)) / RATE_HZ
@@ -36,8 +41,12 @@ def drop(
 
 @pytest.mark.parametrize("power", [1.0, 1.5, 2.0, 2.5, 3.0])
 @pytest.mark.parametrize("noise_pa", [5.0, 50.0, 500.0])
-def test_level_and_onset_of_a_power_of_time_lie_within_their_uncertainties(power: float, noise_pa: float) -> None:
-    readings = [pressure_drop(drop(power, noise_pa=noise_pa, seed=seed), RATE_HZ) for seed in range(4)]
+def test_level_and_onset_of_a_power_of_time_lie_within_their_uncertainties(
+    power: float, noise_pa: float
+) -> None:
+    readings = [
+        pressure_drop(drop(power, noise_pa=noise_pa, seed=seed), RATE_HZ) for seed in range(4)
+    ]
     of_time = np.array([(each.time_s - 0.2) / each.time_u_s for each in readings])
     of_level = np.array([(each.pressure_pa - LEVEL_PA) / each.pressure_u_pa for each in readings])
     assert max(np.abs(of_time).max(), np.abs(of_level).max()) < 2.6
@@ -122,13 +131,19 @@ def test_a_record_that_begins_within_the_drop_is_refused_though_others_do_not(at
         pressure_drop(drop(2.0, at_s=at_s), RATE_HZ, (0.05, 0.01))
 
 
-def test_a_spike_a_leak_and_coarse_steps_move_level_and_onset_by_less_than_their_uncertainty() -> None:
+def test_a_spike_a_leak_and_coarse_steps_move_level_and_onset_by_less_than_their_uncertainty() -> (
+    None
+):
     plain = drop(2.0)
     spiked = plain.copy()
     spiked[[500, 9_000, 19_000]] += [3e5, -2e5, 1e6]
-    assert pressure_drop(spiked, RATE_HZ).pressure_pa == pytest.approx(pressure_drop(plain, RATE_HZ).pressure_pa, abs=2)
+    assert pressure_drop(spiked, RATE_HZ).pressure_pa == pytest.approx(
+        pressure_drop(plain, RATE_HZ).pressure_pa, abs=2
+    )
     time = np.arange(plain.size) / RATE_HZ
-    leaked = pressure_drop(plain - 1_000 * np.minimum(time, 0.2), RATE_HZ)  # 0.25 % of the level in a second
+    leaked = pressure_drop(
+        plain - 1_000 * np.minimum(time, 0.2), RATE_HZ
+    )  # 0.25 % of the level in a second
     assert abs(leaked.pressure_pa - (LEVEL_PA - 200)) < 3 * leaked.pressure_u_pa
     assert abs(leaked.time_s - 0.2) < 2 * leaked.time_u_s
     coarse = pressure_drop(np.round(drop(2.0, noise_pa=0.0) / 500) * 500, RATE_HZ)
@@ -143,14 +158,18 @@ def test_a_spike_a_leak_and_coarse_steps_move_level_and_onset_by_less_than_their
     power=st.sampled_from([1.0, 2.0, 3.0]),
     seed=st.integers(0, 100),
 )
-def test_units_of_pressure_and_time_do_not_matter(scale: float, rate_factor: float, power: float, seed: int) -> None:
+def test_units_of_pressure_and_time_do_not_matter(
+    scale: float, rate_factor: float, power: float, seed: int
+) -> None:
     """Ten times the pressure is read as ten times the level, at the same moment."""
     tank = drop(power, seed=seed, noise_pa=200.0)
     reading, scaled = pressure_drop(tank, RATE_HZ), pressure_drop(scale * tank, RATE_HZ)
     assert scaled.pressure_pa == pytest.approx(scale * reading.pressure_pa, rel=1e-6)
     assert scaled.pressure_u_pa == pytest.approx(scale * reading.pressure_u_pa, rel=1e-3)
     assert scaled.time_s == pytest.approx(reading.time_s, abs=1e-6)
-    scaled_reading = pressure_drop(tank, RATE_HZ * rate_factor)  # as if it had been recorded faster or slower
+    scaled_reading = pressure_drop(
+        tank, RATE_HZ * rate_factor
+    )  # as if it had been recorded faster or slower
     assert abs(scaled_reading.pressure_pa - LEVEL_PA) < 5 * scaled_reading.pressure_u_pa
     assert abs(scaled_reading.time_s - 0.2 / rate_factor) < 5 * scaled_reading.time_u_s
 
@@ -163,7 +182,10 @@ def test_uncertainty_covers_hum_whatever_its_phase(frequency_hz: float) -> None:
         hum = 1_000 * np.sin(2 * np.pi * frequency_hz * time + phase)
         reading = pressure_drop(drop(2.0, at_s=0.1, seed=int(1e3 * phase)) + hum, RATE_HZ)
         errors.append(
-            ((reading.pressure_pa - LEVEL_PA) / reading.pressure_u_pa, (reading.time_s - 0.1) / reading.time_u_s)
+            (
+                (reading.pressure_pa - LEVEL_PA) / reading.pressure_u_pa,
+                (reading.time_s - 0.1) / reading.time_u_s,
+            )
         )
     assert np.sqrt(np.mean(np.square(errors), axis=0)).max() < 1.3
 
@@ -218,14 +240,20 @@ def blow_downs() -> list[Case]:
                 for rate_hz in (1e4, 1e5):
                     rest_s = float(rng.uniform(0.1, 0.3))
                     time = np.arange(round(0.8 * rate_hz)) / rate_hz - rest_s
-                    tank = blow_down(port, opening_s, time) + noise_pa * rng.standard_normal(time.size)
+                    tank = blow_down(port, opening_s, time) + noise_pa * rng.standard_normal(
+                        time.size
+                    )
                     reading = pressure_drop(tank, rate_hz)
                     level = (reading.pressure_pa - LEVEL_PA) / reading.pressure_u_pa
-                    cases.append(Case(port, noise_pa, level, (reading.time_s - rest_s) / reading.time_u_s))
+                    cases.append(
+                        Case(port, noise_pa, level, (reading.time_s - rest_s) / reading.time_u_s)
+                    )
     return cases
 
 
-def test_blow_downs_through_ports_of_five_laws_lie_within_their_uncertainties(blow_downs: list[Case]) -> None:
+def test_blow_downs_through_ports_of_five_laws_lie_within_their_uncertainties(
+    blow_downs: list[Case],
+) -> None:
     for which in ("level", "moment"):
         errors = np.array([getattr(case, which) for case in blow_downs])
         assert np.sqrt(np.mean(errors**2)) < 1.2
@@ -256,19 +284,30 @@ def shots_of(
         gun = replace(GunBuild(), valve_opening_time_s=opening_s)
         for pressure_pa, mass_kg in pairs:
             effects = Effects.default()
-            for exact in ("bench.hand_scatter", "bench.drift", "sensor.pressure_gain", "sensor.pressure_offset"):
+            for exact in (
+                "bench.hand_scatter",
+                "bench.drift",
+                "sensor.pressure_gain",
+                "sensor.pressure_offset",
+            ):
                 effects = effects.with_strength(exact, 0.0)
             bullet = Projectile(mass_kg)
             truth = fire(gun, effects, pressure_pa, bullet, rng, until_s=0.9 + opening_s)
             for pre_trigger_s in pre_triggers_s:
                 trigger = Trigger(pre_trigger_s=pre_trigger_s)
-                tank = shot_signals(truth, bullet, 4 * RATE_HZ, pre_trigger_s + 0.5, trigger)["tank_pressure"]
+                tank = shot_signals(truth, bullet, 4 * RATE_HZ, pre_trigger_s + 0.5, trigger)[
+                    "tank_pressure"
+                ]
                 time = np.arange(tank.size) / (4 * RATE_HZ)
                 for noise in noise_factors:
-                    volt = record(time, tank, TANK, RATE_HZ, effects.with_strength("bench.noise", noise), rng)
+                    volt = record(
+                        time, tank, TANK, RATE_HZ, effects.with_strength("bench.noise", noise), rng
+                    )
                     rest_s = truth.port_opens_s - trigger.begin_s(truth)
                     try:
-                        reading = pressure_drop((volt.astype(float) - 0.3624) / 0.5621 * 1e5, RATE_HZ)
+                        reading = pressure_drop(
+                            (volt.astype(float) - 0.3624) / 0.5621 * 1e5, RATE_HZ
+                        )
                     except NoDropError:  # refused: counted as not read
                         reading = None
                     yield Shot(pre_trigger_s, reading, pressure_pa, opening_s, rest_s)
@@ -301,7 +340,9 @@ def test_virtual_shots_with_rest_are_read_within_their_uncertainties() -> None:
 
 
 def test_virtual_shots_with_little_rest_are_refused_or_read_within_their_uncertainties() -> None:
-    shots = list(shots_of(np.random.default_rng(1), (0.1, 0.25, 1.5), (0.01, 0.025), PAIRS, (20.0,)))
+    shots = list(
+        shots_of(np.random.default_rng(1), (0.1, 0.25, 1.5), (0.01, 0.025), PAIRS, (20.0,))
+    )
     assert sum(shot.read is None for shot in shots) >= 16  # the drop has begun before the record
     for shot, score in zip([shot for shot in shots if shot.read], scores(shots), strict=True):
         assert shot.rest_s > -1e-3
@@ -327,7 +368,13 @@ def test_scores_of_virtual_shots_are_one_in_every_class() -> None:
 def test_a_campaign_without_a_trigger_knows_when_its_valve_opened(sqlite_url, tmp_path) -> None:
     folder = tmp_path / "free"
     campaign = simulate(
-        [GUN_ROW], "gun", folder, seed=2, effects=Effects.default(), repetitions=1, trigger=Trigger(None)
+        [GUN_ROW],
+        "gun",
+        folder,
+        seed=2,
+        effects=Effects.default(),
+        repetitions=1,
+        trigger=Trigger(None),
     )
     ingested(sqlite_url, folder)
     (truth,) = json.loads(campaign.seal.read_text(encoding="utf-8"))["runs"][0]["hits"]

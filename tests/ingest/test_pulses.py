@@ -53,9 +53,13 @@ def test_fine_pulse_has_ten_points_per_sample_and_twenty_at_its_ventiles():
     (pulse,) = extract_pulses(half_sines([0.1], [100.0], [2e-3]), RATE)
     fine = np.arange(pulse.fine_force_n.size)
     at = np.linspace(0, fine[-1], 20)
-    np.testing.assert_allclose(pulse.force_points_n, np.interp(at, fine, pulse.fine_force_n), atol=0.05)
+    np.testing.assert_allclose(
+        pulse.force_points_n, np.interp(at, fine, pulse.fine_force_n), atol=0.05
+    )
     assert pulse.fine_period_s == pytest.approx(1 / RATE / 10)
-    assert (pulse.fine_force_n.size - 1) * pulse.fine_period_s == pytest.approx(pulse.contact_time_s)
+    assert (pulse.fine_force_n.size - 1) * pulse.fine_period_s == pytest.approx(
+        pulse.contact_time_s
+    )
 
 
 def test_hits_are_found_in_order_joined_when_near_and_the_main_ones_kept():
@@ -92,7 +96,14 @@ def test_mask_is_one_sample_shorter_and_the_threshold_a_share_that_noise_raises(
 
 def test_noise_alone_and_silence_are_no_impact():
     noises = [np.random.default_rng(seed).normal(size=51200) for seed in range(20)]
-    for force in (*noises, np.zeros(0), np.zeros(1), np.zeros(1000), np.full(1000, 7.5), np.full(50, np.nan)):
+    for force in (
+        *noises,
+        np.zeros(0),
+        np.zeros(1),
+        np.zeros(1000),
+        np.full(1000, 7.5),
+        np.full(50, np.nan),
+    ):
         assert extract_pulses(force, RATE) == ()
 
 
@@ -144,7 +155,9 @@ def test_triangle_gives_its_own_figures(sign):
 def test_half_sine_between_its_samples_and_a_compression_of_one_sample():
     sine = 100 * np.sin(np.pi * np.arange(41) / 40)
     (pulse,) = extract_pulses(record(sine), LOW_RATE, EXACT)
-    np.testing.assert_allclose(pulse.fine_force_n, 100 * np.sin(np.pi * np.arange(401) / 400), atol=0.7)
+    np.testing.assert_allclose(
+        pulse.fine_force_n, 100 * np.sin(np.pi * np.arange(401) / 400), atol=0.7
+    )
     assert pulse.compression_time_s == pytest.approx(20e-3)
     assert pulse.impulse_n_s == pytest.approx(2 / np.pi * 100 * 40e-3, rel=1e-3)
     assert pulse.compression_impulse_n_s == pytest.approx(pulse.impulse_n_s / 2, rel=1e-9)
@@ -161,7 +174,9 @@ def test_width_counts_from_the_end_of_a_record_to_where_a_flat_top_falls_and_wit
     assert (early.width_half_s, early.width_tenth_s) == (pytest.approx(4e-3), pytest.approx(5.6e-3))
     (flat,) = extract_pulses(record(np.full(6, 80.0)), LOW_RATE, EXACT)  # to where it falls
     assert flat.width_half_s == pytest.approx(6e-3)
-    (shoulders,) = extract_pulses(record(np.array([0.0, 50, 50, 100, 50, 50, 0])), LOW_RATE, EXACT)  # are outside
+    (shoulders,) = extract_pulses(
+        record(np.array([0.0, 50, 50, 100, 50, 50, 0])), LOW_RATE, EXACT
+    )  # are outside
     assert shoulders.width_half_s == pytest.approx(2e-3)
 
 
@@ -172,14 +187,24 @@ def test_sample_at_the_threshold_two_samples_and_a_gap_are_no_exceptions():
     assert len(extract_pulses(np.array([0.0, 1.0]), LOW_RATE, calm)) == 1
     holed = record(TRIANGLE)
     holed[[1998, 2016]] = np.nan
-    (holed_pulse,), (whole,) = extract_pulses(holed, LOW_RATE, EXACT), extract_pulses(record(TRIANGLE), LOW_RATE, EXACT)
+    (holed_pulse,), (whole,) = (
+        extract_pulses(holed, LOW_RATE, EXACT),
+        extract_pulses(record(TRIANGLE), LOW_RATE, EXACT),
+    )
     np.testing.assert_array_equal(holed_pulse.fine_force_n, whole.fine_force_n)
 
 
 def test_as_many_main_hits_as_expected_are_kept():
     hits = np.concatenate([record(TRIANGLE), record(TRIANGLE / 2), record(TRIANGLE / 4)])
-    assert [pulse.peak_force_n for pulse in extract_pulses(hits, LOW_RATE, EXACT, expected=3)] == [100, 50, 25]
-    assert [pulse.peak_force_n for pulse in extract_pulses(hits, LOW_RATE, EXACT, expected=2)] == [100, 50]
+    assert [pulse.peak_force_n for pulse in extract_pulses(hits, LOW_RATE, EXACT, expected=3)] == [
+        100,
+        50,
+        25,
+    ]
+    assert [pulse.peak_force_n for pulse in extract_pulses(hits, LOW_RATE, EXACT, expected=2)] == [
+        100,
+        50,
+    ]
     twice = np.concatenate([TRIANGLE, np.zeros(20), TRIANGLE / 8])
     hits = np.concatenate([record(twice), record(TRIANGLE / 2)])
     (pulse,) = extract_pulses(hits, LOW_RATE, EXACT, expected=1)
@@ -192,7 +217,9 @@ def test_is_scipys_smoothing_spline(samples, smoothing):
     from scipy.interpolate import make_smoothing_spline
 
     x = np.arange(float(samples))
-    values = 1e3 * np.sin(x / samples * np.pi) + np.random.default_rng(samples).normal(0, 10, samples)
+    values = 1e3 * np.sin(x / samples * np.pi) + np.random.default_rng(samples).normal(
+        0, 10, samples
+    )
     at = np.linspace(0, samples - 1, 10 * samples)
     expected = make_smoothing_spline(x, values, lam=(1 - smoothing) / smoothing)(at)
     np.testing.assert_allclose(smoothing_spline(values, smoothing)(at), expected, rtol=0, atol=1e-9)
@@ -203,12 +230,18 @@ def test_straight_line_and_few_samples_are_gone_through():
     np.testing.assert_allclose(smoothing_spline(values, 1.0)(np.arange(20.0)), values, atol=1e-12)
     for samples in (2, 3, 4):
         squares = np.arange(samples) ** 2.0
-        np.testing.assert_allclose(smoothing_spline(squares, 0.5)(np.arange(float(samples))), squares, atol=1e-12)
+        np.testing.assert_allclose(
+            smoothing_spline(squares, 0.5)(np.arange(float(samples))), squares, atol=1e-12
+        )
     values = 3.0 * np.arange(50.0) - 7.0
-    np.testing.assert_allclose(smoothing_spline(values, 0.01)(np.array([0.5, 48.25])), [-5.5, 137.75], rtol=1e-12)
+    np.testing.assert_allclose(
+        smoothing_spline(values, 0.01)(np.array([0.5, 48.25])), [-5.5, 137.75], rtol=1e-12
+    )
 
 
-@pytest.mark.parametrize(("samples", "smoothing", "power"), [(2, 0.5, 1), (3, 0.5, 2), (4, 0.5, 3), (9, 1.0, 3)])
+@pytest.mark.parametrize(
+    ("samples", "smoothing", "power"), [(2, 0.5, 1), (3, 0.5, 2), (4, 0.5, 3), (9, 1.0, 3)]
+)
 def test_interpolation_is_of_the_highest_order_up_to_a_cubic(samples, smoothing, power):
     spline = smoothing_spline(np.arange(float(samples)) ** power, smoothing)
     between = np.arange(samples - 1) + 0.5

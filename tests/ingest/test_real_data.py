@@ -21,7 +21,10 @@ HEAD = '[campaign]\nname = "{name}"\nkind = "hammer"\ndate = "2026-01-01"\n'
 
 def write(folder: Path, name: str, channels: str, recordings: dict[str, dict[str, object]]) -> Path:
     """A hammer campaign of .npz recordings, one row each."""
-    rows = ["run,repetition,recording", *(f"{i},1,{file}.npz" for i, file in enumerate(recordings, 1))]
+    rows = [
+        "run,repetition,recording",
+        *(f"{i},1,{file}.npz" for i, file in enumerate(recordings, 1)),
+    ]
     files = {f"{file}.npz": arrays for file, arrays in recordings.items()}
     return write_folder(folder, HEAD.format(name=name) + channels, rows, files)
 
@@ -37,24 +40,30 @@ def doubts(store):
         query = select(Recording.path, QualityFinding.check).join(
             QualityFinding, QualityFinding.recording_id == Recording.id
         )
-        return {tuple(row) for row in session.execute(query.where(QualityFinding.severity != "note"))}
+        return {
+            tuple(row) for row in session.execute(query.where(QualityFinding.severity != "note"))
+        }
 
 
 def test_vrtac_hits_are_all_found_with_the_published_slope(store, real_data, tmp_path):
     records = np.load(real_data / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
     recordings = {
-        f"{key}_{i}": {"force": records[key][i, 0], "acceleration": records[key][i, 3], "fs": records["fs"]}
+        f"{key}_{i}": {
+            "force": records[key][i, 0],
+            "acceleration": records[key][i, 3],
+            "fs": records["fs"],
+        }
         for key in records.files
         if records[key].ndim == 3
         for i in range(3)
     }
-    channels = (
-        '[channels.force]\nquantity="force"\nunit="N"\n[channels.acceleration]\nquantity="acceleration"\nunit="m/s2"\n'
-    )
+    channels = '[channels.force]\nquantity="force"\nunit="N"\n[channels.acceleration]\nquantity="acceleration"\nunit="m/s2"\n'
     report = ingest_folder(store, write(tmp_path / "vrtac", "vrtac", channels, recordings))
     pulses = pulses_of(store)
     assert (report.impacts, len(pulses), report.set_aside) == (33, 33, [])
-    peak, width = (np.log([getattr(p, name) for p in pulses]) for name in ("peak_force_n", "width_half_s"))
+    peak, width = (
+        np.log([getattr(p, name) for p in pulses]) for name in ("peak_force_n", "width_half_s")
+    )
     slope, _ = np.polyfit(peak, width, 1)
     assert slope == pytest.approx(-0.157, abs=0.01)
     assert not {check for _, check in doubts(store)} & {"double-hit", "clipping", "saturation"}
@@ -76,14 +85,23 @@ def test_ladisk_hit_has_the_published_figures(real_data):
 
 
 #: Peak (1,000 g) and width at a tenth of it (ms) as published.
-AFRL = {"T04": (6.5, 0.305), "T04repeat": (7.95, 0.29), "T05": (14, 0.22), "T06": (21, 0.155), "T07": (17.55, 0.13)}
+AFRL = {
+    "T04": (6.5, 0.305),
+    "T04repeat": (7.95, 0.29),
+    "T05": (14, 0.22),
+    "T06": (21, 0.155),
+    "T07": (17.55, 0.13),
+}
 AFRL["T08"] = (29.5, 0.095)
 
 
 def test_saturated_endaq_sensor_is_flagged_and_its_reference_not(store, real_data, tmp_path):
     records = np.load(real_data / "endaq-ide" / "windows_300ms.npz")
     recordings = {}
-    for name, key in (("saturated", "water6mps_40g_DC_Acceleration"), ("reference", "water6mps_100g_PR_Acceleration")):
+    for name, key in (
+        ("saturated", "water6mps_40g_DC_Acceleration"),
+        ("reference", "water6mps_100g_PR_Acceleration"),
+    ):
         time, x, *_ = records[key].astype(float).T
         recordings[name] = {"time": time, "x": x.astype(np.float32)}
     channels = '[channels.x]\nquantity="acceleration"\nunit="g"\nposition="impactor"\n'
@@ -92,11 +110,16 @@ def test_saturated_endaq_sensor_is_flagged_and_its_reference_not(store, real_dat
     assert flagged == {"saturated.npz"}
 
 
-def test_raw_irvine_record_is_flagged_for_zero_shift_and_the_cleaned_not(store, real_data, tmp_path):
+def test_raw_irvine_record_is_flagged_for_zero_shift_and_the_cleaned_not(
+    store, real_data, tmp_path
+):
     records = np.load(real_data / "vibrationdata-irvine" / "records.npz")
     recordings = {
         name: {"time": records[key][:, 0], "a": records[key][:, 1]}
-        for name, key in (("raw", "rv_separation_raw_txt"), ("cleaned", "rv_separation_cleaned_txt"))
+        for name, key in (
+            ("raw", "rv_separation_raw_txt"),
+            ("cleaned", "rv_separation_cleaned_txt"),
+        )
     }
     channels = '[channels.a]\nquantity="acceleration"\nunit="g"\n'
     ingest_folder(store, write(tmp_path / "irvine", "irvine", channels, recordings))
@@ -105,7 +128,11 @@ def test_raw_irvine_record_is_flagged_for_zero_shift_and_the_cleaned_not(store, 
 
 @pytest.mark.parametrize(
     ("name", "impacts", "shots", "recordings"),
-    [("gun-valve-flow", 0, 32, 0), ("hammer-effective-mass", 32, 0, 32), ("plate-damping", 20, 0, 20)],
+    [
+        ("gun-valve-flow", 0, 32, 0),
+        ("hammer-effective-mass", 32, 0, 32),
+        ("plate-damping", 20, 0, 20),
+    ],
 )
 def test_example_campaigns_ingest_whole(store, examples, name, impacts, shots, recordings):
     report = ingest_folder(store, examples / name)
@@ -124,7 +151,9 @@ def test_afrl_shocks_have_the_published_figures(store, real_data, tmp_path, shoc
     smooth = sosfiltfilt(butter(4, 50e3, fs=1e6, output="sos"), record[:, 1])
     (pulse,) = extract_pulses(smooth / 1e3, 1e6)
     channels = '[channels.fixture]\nquantity="acceleration"\nunit="g"\n'
-    ingest_folder(store, write(tmp_path / "afrl", "afrl", channels, {"shock": {"fixture": smooth, "fs": 1e6}}))
+    ingest_folder(
+        store, write(tmp_path / "afrl", "afrl", channels, {"shock": {"fixture": smooth, "fs": 1e6}})
+    )
     with store.reading() as session:
         figures = session.scalars(select(ChannelFigures)).one()
     found_kg = [pulse.peak_force_n, figures.peak_acceleration_m_s2 / 9806.65]
@@ -148,7 +177,9 @@ def test_irvine_records_have_the_published_velocities_and_spectrum(real_data):
     time, acceleration = records["srs2000G_accel_txt"].T
     figures = shock_figures(acceleration, (time.size - 1) / (time[-1] - time[0]))
     frequency, positive, negative = records["srs2000_pn_txt"].T
-    theirs = np.interp(np.log(figures.srs_frequency_hz), np.log(frequency), np.maximum(positive, np.abs(negative)))
+    theirs = np.interp(
+        np.log(figures.srs_frequency_hz), np.log(frequency), np.maximum(positive, np.abs(negative))
+    )
     inside = np.array(figures.srs_frequency_hz) >= frequency[0]
     assert np.array(figures.srs_maximax_m_s2)[inside] == pytest.approx(theirs[inside], rel=0.05)
 
@@ -162,7 +193,10 @@ def test_a_modal_hammer_hit_from_labview(real_data):
         ]
         acceleration, force = (recording.read(c.name) for c in recording.channels)
     assert force.max() == pytest.approx(195.6, abs=0.05)
-    assert (acceleration.max(), acceleration.min()) == (pytest.approx(35.5, abs=0.05), pytest.approx(-27.8, abs=0.05))
+    assert (acceleration.max(), acceleration.min()) == (
+        pytest.approx(35.5, abs=0.05),
+        pytest.approx(-27.8, abs=0.05),
+    )
     assert (acceleration[0], force[-1]) == (-0.007387, pytest.approx(force[-1]))
 
 
@@ -176,5 +210,9 @@ def test_the_example_campaigns_open_with_what_scipy_reads(shared):
         with open_recording(path) as recording:
             for channel in recording.channels:
                 assert channel.sampling_rate_hz == peer["fs"].item()
-                np.testing.assert_array_equal(recording.read(channel.name), peer[channel.name].reshape(-1))
-            assert {c.name for c in recording.channels} == {n for n in peer if not n.startswith("__")} - {"fs"}
+                np.testing.assert_array_equal(
+                    recording.read(channel.name), peer[channel.name].reshape(-1)
+                )
+            assert {c.name for c in recording.channels} == {
+                n for n in peer if not n.startswith("__")
+            } - {"fs"}

@@ -14,7 +14,16 @@ from pyroshock.schema.recordings import RecordedChannel, Recording
 from sqlalchemy import select
 from support.records.campaigns import FS_HZ, hammer_campaign, hammer_rows, replace_in, write_runs
 from support.records.plate_folders import plate_campaign
-from support.stores.stores import assert_whole, content, counts, ingest, ingest_report, ingested, opened, pyroshock
+from support.stores.stores import (
+    assert_whole,
+    content,
+    counts,
+    ingest,
+    ingest_report,
+    ingested,
+    opened,
+    pyroshock,
+)
 
 
 def in_backslashes(rows):
@@ -45,12 +54,24 @@ def test_both_signs_part_folders(tmp_path):
 
 @pytest.mark.parametrize(
     "text",
-    ["C:\\data\\run.csv", "c:run.csv", "\\run.csv", "/run.csv", "\\\\server\\share\\run.csv", "..\\run.csv", "."],
+    [
+        "C:\\data\\run.csv",
+        "c:run.csv",
+        "\\run.csv",
+        "/run.csv",
+        "\\\\server\\share\\run.csv",
+        "..\\run.csv",
+        ".",
+    ],
 )
 def test_path_outside_of_the_folder_is_refused(refused, hammer_folder, text):
     (hammer_folder.parent / "run.csv").touch()
     write_runs(hammer_folder, [{**row, "recording": text} for row in hammer_rows()])
-    expected = "a file of the campaign folder" if text == "." else "expected a file inside the campaign folder"
+    expected = (
+        "a file of the campaign folder"
+        if text == "."
+        else "expected a file inside the campaign folder"
+    )
     refused(hammer_folder, "row 2, column 'recording'", expected)
 
 
@@ -66,10 +87,14 @@ def split_campaign(tmp_path):
             values = "\n".join(repr(float(value)) for value in channels[name][::step])
             text = f"# fs = {FS_HZ / step}\n{name}\n{values}\n"
             (made.folder / f"r{number}" / f"{name}.csv").write_text(text, encoding="utf-8")
-    replace_in(made.folder / "runs.csv", ".npz", "/force.csv;r1/acceleration_1.csv; r1\\acceleration_2.csv")
+    replace_in(
+        made.folder / "runs.csv", ".npz", "/force.csv;r1/acceleration_1.csv; r1\\acceleration_2.csv"
+    )
     table = made.folder / "runs.csv"
     lines = table.read_text(encoding="utf-8").splitlines()
-    numbered = [line.replace("r1/", f"r{line[0]}/").replace("r1\\", f"r{line[0]}\\") for line in lines]
+    numbered = [
+        line.replace("r1/", f"r{line[0]}/").replace("r1\\", f"r{line[0]}\\") for line in lines
+    ]
     prefixed = [line.replace(f",{line[0]}/force", f",r{line[0]}/force") for line in numbered]
     table.write_text("\n".join(prefixed) + "\n", encoding="utf-8")
     return made
@@ -88,7 +113,9 @@ def test_files_of_one_recording_are_read_together(sqlite_url, tmp_path):
         hashes = "\n".join(hashlib.sha256(file.read_bytes()).hexdigest() for file in files)
         assert row.sha256 == hashlib.sha256(hashes.encode()).hexdigest()
         assert (row.format, row.size_bytes) == ("csv", sum(file.stat().st_size for file in files))
-        channels = session.scalars(select(RecordedChannel).where(RecordedChannel.recording_id == row.id)).all()
+        channels = session.scalars(
+            select(RecordedChannel).where(RecordedChannel.recording_id == row.id)
+        ).all()
         assert {c.name: (c.sampling_rate_hz, c.samples) for c in channels} == {
             name: (FS_HZ / step, -(-made.written[1][name].size // step))
             for name, step in (("force", 1), ("acceleration_1", 1), ("acceleration_2", 2))
@@ -102,7 +129,10 @@ def test_impacts_are_those_of_one_file(sqlite_url, tmp_path):
 
     def figures(url):
         listed = json.loads(pyroshock("impacts", "--db", url, "--json").stdout)
-        return [(row["run"], row["repetition"], row["peak_force_n"], row["contact_time_s"]) for row in listed]
+        return [
+            (row["run"], row["repetition"], row["peak_force_n"], row["contact_time_s"])
+            for row in listed
+        ]
 
     ingest_report(sqlite_url, split_campaign(tmp_path / "several").folder)
     other = f"sqlite:///{tmp_path / 'other.db'}"
@@ -110,7 +140,9 @@ def test_impacts_are_those_of_one_file(sqlite_url, tmp_path):
     assert figures(sqlite_url) == figures(other)
 
 
-def test_ingest_again_in_another_order_adds_nothing_and_a_changed_file_is_noticed(sqlite_url, tmp_path):
+def test_ingest_again_in_another_order_adds_nothing_and_a_changed_file_is_noticed(
+    sqlite_url, tmp_path
+):
     made = split_campaign(tmp_path)
     ingest_report(sqlite_url, made.folder)
     before = counts(sqlite_url)
@@ -132,17 +164,26 @@ def test_recording_that_names_a_file_less_lacks_its_channel(sqlite_url, tmp_path
     replace_in(made.folder / "runs.csv", ";r1/acceleration_1.csv", "")
     report, _ = ingest_report(sqlite_url, made.folder)
     assert (report["recordings"], report["impacts"]) == (3, 6)
-    (warning,) = [finding for finding in report["findings"] if finding["check"] == "missing-channel"]
-    assert (warning["recording"], warning["channel"]) == ("r1/acceleration_2.csv;r1/force.csv", "acceleration_1")
+    (warning,) = [
+        finding for finding in report["findings"] if finding["check"] == "missing-channel"
+    ]
+    assert (warning["recording"], warning["channel"]) == (
+        "r1/acceleration_2.csv;r1/force.csv",
+        "acceleration_1",
+    )
 
 
 def test_file_that_is_not_there_is_named(refused, tmp_path):
     made = split_campaign(tmp_path)
     (made.folder / "r1" / "acceleration_1.csv").unlink()
-    refused(made.folder, "row 2, column 'recording'", "there is none called 'r1/acceleration_1.csv'")
+    refused(
+        made.folder, "row 2, column 'recording'", "there is none called 'r1/acceleration_1.csv'"
+    )
 
 
-def test_damaged_file_or_channel_in_two_sets_the_recording_aside_until_it_is_mended(sqlite_url, tmp_path):
+def test_damaged_file_or_channel_in_two_sets_the_recording_aside_until_it_is_mended(
+    sqlite_url, tmp_path
+):
     made = split_campaign(tmp_path)
     for name, bad, reason in (
         ("acceleration_1.csv", b"\0" * 50, "acceleration_1.csv"),
@@ -175,13 +216,16 @@ def test_damaged_series_is_repaired_from_several_files(sqlite_url, tmp_path):
                 .join(Recording)
                 .where(Recording.path == STORED, RecordedChannel.name == "force")
             )
-            session.execute(text(f"UPDATE series_chunks SET frame = X'00' WHERE channel_id = {key}"))
+            session.execute(
+                text(f"UPDATE series_chunks SET frame = X'00' WHERE channel_id = {key}")
+            )
         assert repair_series(store, made.folder).mended == [f"{STORED}: force"]
     assert_whole(sqlite_url, 2)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"), [("a.csv;a.csv", "named twice"), ("a.csv;", "'' is none"), ("a.csv;../b.csv", "is none")]
+    ("text", "words"),
+    [("a.csv;a.csv", "named twice"), ("a.csv;", "'' is none"), ("a.csv;../b.csv", "is none")],
 )
 def test_list_of_files_that_is_none(tmp_path, text, words):
     (tmp_path / "a.csv").touch()
@@ -204,4 +248,6 @@ def test_path_is_inside_or_refused(tmp_path_factory, text):
 def test_samples_of_joined_files_are_exact(tmp_path):
     made = split_campaign(tmp_path)
     with RecordingFiles(made.folder, STORED).open() as recording:
-        assert np.array_equal(recording.read("force", 10, 20).astype(np.float32), made.written[1]["force"][10:20])
+        assert np.array_equal(
+            recording.read("force", 10, 20).astype(np.float32), made.written[1]["force"][10:20]
+        )

@@ -44,7 +44,10 @@ def test_nothing_said_is_nothing_given():
         ({"columns": ["time", " force [N] "]}, ReadingOptions(("time", "force [N]"))),
         ({"sampling_rate_hz": 51200}, ReadingOptions(sampling_rate_hz=51200.0)),
         ({"delimiter": "blanks", "decimal": ","}, ReadingOptions(delimiter=" ", decimal=",")),
-        ({"harmless_fields": ["Trigger *", "gain"]}, ReadingOptions(harmless_fields=("Trigger *", "gain"))),
+        (
+            {"harmless_fields": ["Trigger *", "gain"]},
+            ReadingOptions(harmless_fields=("Trigger *", "gain")),
+        ),
         ({"uneven_time": "resample"}, ReadingOptions(resample_uneven_time=True)),
         ({"uneven_time": "refuse"}, ReadingOptions()),
         ({"delimiter": "tab", "columns": ["", "a"]}, ReadingOptions(("", "a"), delimiter="\t")),
@@ -58,25 +61,46 @@ def test_every_key_is_read(table, options):
     ("table", "reason"),
     [
         ([1], r"'recordings' is \[1\]; expected a table \[recordings\]"),
-        ({"column": ["a"]}, "unknown key 'recordings.column'; known: columns, sampling_rate_hz, delimiter, decimal"),
-        ({"columns": "time"}, "recordings.columns is 'time'; expected the names of all columns in order"),
+        (
+            {"column": ["a"]},
+            "unknown key 'recordings.column'; known: columns, sampling_rate_hz, delimiter, decimal",
+        ),
+        (
+            {"columns": "time"},
+            "recordings.columns is 'time'; expected the names of all columns in order",
+        ),
         ({"columns": []}, r"recordings.columns is \[\]; expected the names"),
         ({"columns": [""]}, r"recordings.columns is \[''\]; expected the names"),
         ({"columns": ["a", 2]}, r"recordings.columns is \['a', 2\]; expected the names"),
         ({"columns": ["a\nb"]}, r"recordings.columns is .* each on one line"),
         ({"columns": ["a", "b", "a"]}, "recordings.columns names 'a' twice"),
         ({"columns": ["a"] * 2000}, "recordings.columns is"),
-        ({"sampling_rate_hz": 0}, "recordings.sampling_rate_hz is 0; expected a number above zero, in hertz"),
+        (
+            {"sampling_rate_hz": 0},
+            "recordings.sampling_rate_hz is 0; expected a number above zero, in hertz",
+        ),
         ({"sampling_rate_hz": float("nan")}, "recordings.sampling_rate_hz is nan"),
         ({"sampling_rate_hz": True}, "recordings.sampling_rate_hz is True"),
         ({"sampling_rate_hz": 10**400}, "recordings.sampling_rate_hz is 1000"),
-        ({"harmless_fields": "gain"}, "recordings.harmless_fields is 'gain'; expected the names of fields"),
-        ({"harmless_fields": [" "]}, r"recordings.harmless_fields is \[' '\]; expected the names of fields"),
-        ({"uneven_time": "yes"}, """recordings.uneven_time is 'yes'; expected "refuse" or "resample\""""),
+        (
+            {"harmless_fields": "gain"},
+            "recordings.harmless_fields is 'gain'; expected the names of fields",
+        ),
+        (
+            {"harmless_fields": [" "]},
+            r"recordings.harmless_fields is \[' '\]; expected the names of fields",
+        ),
+        (
+            {"uneven_time": "yes"},
+            """recordings.uneven_time is 'yes'; expected "refuse" or "resample\"""",
+        ),
         ({"uneven_time": True}, "recordings.uneven_time is True; expected"),
         ({"delimiter": "comma"}, "recordings.delimiter is 'comma'; expected"),
         ({"decimal": ";"}, r'''recordings.decimal is ';'; expected "." or ","'''),
-        ({"decimal": ",", "delimiter": ","}, "recordings.delimiter and recordings.decimal are both ','"),
+        (
+            {"decimal": ",", "delimiter": ","},
+            "recordings.delimiter and recordings.decimal are both ','",
+        ),
     ],
 )
 def test_what_is_not_understood_is_refused(table, reason):
@@ -94,30 +118,45 @@ def folder(tmp_path):
 def test_numbers_alone_become_the_channels_and_a_unit_is_held_against_them(folder):
     file = read_campaign_file(folder)
     channels, findings = read_channels(folder / "hit.txt", file.sensors, file.reading)
-    assert [(c.name, c.sampling_rate_hz) for c in channels] == [("Force 1", 2000.0), ("acc", 2000.0)]
+    assert [(c.name, c.sampling_rate_hz) for c in channels] == [
+        ("Force 1", 2000.0),
+        ("acc", 2000.0),
+    ]
     np.testing.assert_allclose(channels[0].si, [1000, 2000, 3000])
     assert findings == []  # `Force  1` of the file is the declared `Force 1`
     text = TOML.replace('"acc"]', '"acc [m/s2]"]')
     (folder / "campaign.toml").write_text(text, encoding="utf-8")
     file = read_campaign_file(folder)
-    with pytest.raises(RecordingError, match=r"channel 'acc' is in 'm/s2' by the file, in 'g' by campaign.toml"):
+    with pytest.raises(
+        RecordingError, match=r"channel 'acc' is in 'm/s2' by the file, in 'g' by campaign.toml"
+    ):
         read_channels(folder / "hit.txt", file.sensors, file.reading)
 
 
 @pytest.mark.parametrize(
     ("unit", "quantity", "declared"),
-    [("kN", "force", "N"), ("lbf", "force", "N"), ("psi", "pressure", "bar"), ("ips", "velocity", "m/s")],
+    [
+        ("kN", "force", "N"),
+        ("lbf", "force", "N"),
+        ("psi", "pressure", "bar"),
+        ("ips", "velocity", "m/s"),
+    ],
 )
 @pytest.mark.parametrize("heading", ["time,x [{}]", "time,x\ns,{}", "time x\ns {}"])
-def test_units_of_every_kind_of_heading_are_held_against_the_channels(tmp_path, heading, unit, quantity, declared):
+def test_units_of_every_kind_of_heading_are_held_against_the_channels(
+    tmp_path, heading, unit, quantity, declared
+):
     toml = TOML.split("[recordings]")[0] + f'[channels.x]\nquantity = "{quantity}"\nunit = "{{}}"\n'
     gap = "," if "," in heading else " "
-    (tmp_path / "a.csv").write_text(heading.format(unit) + "\n" + gap.join("01") + "\n" + gap.join("12") + "\n")
+    (tmp_path / "a.csv").write_text(
+        heading.format(unit) + "\n" + gap.join("01") + "\n" + gap.join("12") + "\n"
+    )
     (tmp_path / "campaign.toml").write_text(toml.format(unit), encoding="utf-8")
     read_channels(tmp_path / "a.csv", read_campaign_file(tmp_path).sensors)
     (tmp_path / "campaign.toml").write_text(toml.format(declared), encoding="utf-8")
     with pytest.raises(
-        RecordingError, match=f"channel 'x' is in '{unit}' by the file, in '{declared}' by campaign.toml"
+        RecordingError,
+        match=f"channel 'x' is in '{unit}' by the file, in '{declared}' by campaign.toml",
     ):
         read_channels(tmp_path / "a.csv", read_campaign_file(tmp_path).sensors)
 

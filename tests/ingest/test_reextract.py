@@ -20,8 +20,21 @@ OTHER = ExtractionSettings(segmentation="mask", threshold=0.05, smoothing=0.9)
 #: So high a share of the largest that the smaller hit of two is none.
 BLIND = ExtractionSettings(event_share=0.999)
 FIGURES = (
-    *("start_s", "contact_time_s", "compression_time_s", "peak_force_n", "spline_peak_force_n", "impulse_n_s"),
-    *("compression_impulse_n_s", "width_half_s", "width_tenth_s", "samples_in_contact", "spline_nrmse"),
+    *(
+        "start_s",
+        "contact_time_s",
+        "compression_time_s",
+        "peak_force_n",
+        "spline_peak_force_n",
+        "impulse_n_s",
+    ),
+    *(
+        "compression_impulse_n_s",
+        "width_half_s",
+        "width_tenth_s",
+        "samples_in_contact",
+        "spline_nrmse",
+    ),
     *("segmentation_difference", "fine_period_s"),
 )
 
@@ -54,7 +67,9 @@ def test_preview_changes_no_row_and_stored_settings_preview_the_stored_pulse(sto
     preview = preview_impacts(store, recordings(store)[0], ExtractionSettings())
     with store.reading() as session:
         row = session.scalars(select(Pulse).where(Pulse.impact_id == preview.impacts[0])).one()
-        np.testing.assert_array_equal(as_floats(row.fine_force_n, "pulse"), preview.pulses[0].fine_force_n)
+        np.testing.assert_array_equal(
+            as_floats(row.fine_force_n, "pulse"), preview.pulses[0].fine_force_n
+        )
 
 
 def test_what_is_stored_is_what_was_previewed(store):
@@ -64,8 +79,12 @@ def test_what_is_stored_is_what_was_previewed(store):
     assert (report.campaign, report.added, report.reused, report.skipped) == ("hammer", 2, 0, [])
     with store.reading() as session:
         for impact, pulse in zip(found.impacts, found.pulses, strict=True):
-            row = session.scalars(select(Pulse).where(Pulse.impact_id == impact, Pulse.current)).one()
-            assert {name: getattr(row, name) for name in FIGURES} == {name: getattr(pulse, name) for name in FIGURES}
+            row = session.scalars(
+                select(Pulse).where(Pulse.impact_id == impact, Pulse.current)
+            ).one()
+            assert {name: getattr(row, name) for name in FIGURES} == {
+                name: getattr(pulse, name) for name in FIGURES
+            }
             np.testing.assert_array_equal(as_floats(row.fine_force_n, "pulse"), pulse.fine_force_n)
             np.testing.assert_array_equal(row.force_points_n, pulse.force_points_n)
             assert found.pulse_of(impact) is pulse
@@ -75,7 +94,10 @@ def test_same_settings_again_put_the_old_version_back_in_use(store):
     recording, before = recordings(store)[0], in_use(store)
     reextract_recording(store, recording, OTHER)
     rows = count_rows(store)
-    assert {threshold for _, threshold in in_use(store).values()} == {0.005, 0.05}  # another recording's are left alone
+    assert {threshold for _, threshold in in_use(store).values()} == {
+        0.005,
+        0.05,
+    }  # another recording's are left alone
     report = reextract_recording(store, recording, ExtractionSettings())
     assert (report.added, report.reused) == (0, 2)
     assert (in_use(store), count_rows(store)) == (before, rows)
@@ -106,7 +128,9 @@ def test_one_pulse_is_in_use_per_impact(store):
     for settings in (OTHER, ExtractionSettings(), OTHER, ExtractionSettings(threshold=0.1)):
         reextract(store, "hammer", settings)
     with store.reading() as session:
-        used = session.execute(select(Pulse.impact_id, func.count()).where(Pulse.current).group_by(Pulse.impact_id))
+        used = session.execute(
+            select(Pulse.impact_id, func.count()).where(Pulse.current).group_by(Pulse.impact_id)
+        )
         assert set(dict(used.all()).values()) == {1}
         assert session.scalar(select(func.count()).select_from(Pulse)) == 4 * 3
 
@@ -140,7 +164,9 @@ def test_two_processes_cut_what_one_cuts(store, tmp_path):
 def test_recording_with_damaged_samples_is_named_and_the_rest_cut(store):
     first = recordings(store)[0]
     with store.writing() as session:
-        channel = session.scalars(select(RecordedChannel).filter_by(recording_id=first, quantity="force")).one()
+        channel = session.scalars(
+            select(RecordedChannel).filter_by(recording_id=first, quantity="force")
+        ).one()
         session.execute(delete(SeriesChunk).where(SeriesChunk.channel_id == channel.id))
     report = reextract(store, "hammer", OTHER)
     assert [item["recording"] for item in report.skipped] == ["recordings/test-01.npz"]

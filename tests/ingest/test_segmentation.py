@@ -33,7 +33,10 @@ def test_rest_is_median_and_deviation_of_normal_noise(samples):
     force = 7.0 + 3.0 * np.random.default_rng(0).permutation(noise)
     force[5::100] = np.nan
     level = rest_level(force)
-    assert (level.baseline, level.noise) == (pytest.approx(7.0, abs=0.15), pytest.approx(3.0, rel=0.04))
+    assert (level.baseline, level.noise) == (
+        pytest.approx(7.0, abs=0.15),
+        pytest.approx(3.0, rel=0.04),
+    )
 
 
 def test_record_of_gaps_rests_at_zero() -> None:
@@ -51,7 +54,14 @@ def test_record_of_gaps_rests_at_zero() -> None:
         ({10: 5.0, 21: 8.0, 40: 6.0}, ExtractionSettings(separation_s=1.1), [[21, 10], [40]]),
         ({10: 5.0, 21: 8.0, 40: 6.0}, ExtractionSettings(separation_s=1.0), [[10], [21], [40]]),
     ],
-    ids=["silence", "no separation", "ends of the record", "from the contact before", "one event", "two events"],
+    ids=[
+        "silence",
+        "no separation",
+        "ends of the record",
+        "from the contact before",
+        "one event",
+        "two events",
+    ],
 )
 def test_contacts_a_separation_apart_are_two_events(samples, settings, events):
     force = np.zeros(50)
@@ -61,7 +71,8 @@ def test_contacts_a_separation_apart_are_two_events(samples, settings, events):
 
 
 @pytest.mark.parametrize(
-    ("force", "sign"), [([0, 5, -4], 1), ([0, 4, -5], -1), ([0, 5, -5], 1), ([3, 8, 0], 1), ([3, 5, -2], -1)]
+    ("force", "sign"),
+    [([0, 5, -4], 1), ([0, 4, -5], -1), ([0, 5, -5], 1), ([3, 8, 0], 1), ([3, 5, -2], -1)],
 )
 def test_orientation_is_that_of_the_largest_excursion(force, sign):
     level = RestLevel(3.0 if force[0] else 0.0, 0.0)
@@ -104,7 +115,9 @@ def test_contact_of_known_samples_by_share_noise_and_further_hits():
     assert (by_mask.contact.first, by_mask.contact.last) == (2, 6)
     noisy = segment(CONTACT, np.array([4]), RestLevel(0.0, 1.25), tenth())
     assert (noisy.walk, noisy.threshold, noisy.raised) == ((2, 6), 2.5, True)
-    assert not segment(CONTACT, np.array([4]), RestLevel(0.0, 0.5), tenth()).raised  # both are 1: nothing is raised
+    assert not segment(
+        CONTACT, np.array([4]), RestLevel(0.0, 0.5), tenth()
+    ).raised  # both are 1: nothing is raised
     force = np.concatenate([CONTACT, CONTACT / 2])
     assert segment(force, np.array([4, 13]), QUIET, tenth()).extra_hits == 1
     assert segment(force, np.array([4, 5]), QUIET, tenth()).extra_hits == 0
@@ -124,7 +137,9 @@ def test_record_inside_a_contact_is_truncated_at_its_own_end(cut):
 def test_contact_ends_at_the_first_sample_that_does_not_exceed_the_threshold():
     segments = segment(CONTACT[::-1], np.array([4]), QUIET, tenth())
     assert (segments.walk, segments.mask) == ((1, 6), (1, 5))
-    raised = segment(CONTACT + 100.0, np.array([4]), RestLevel(100.0, 0.0), tenth())  # counts from the rest
+    raised = segment(
+        CONTACT + 100.0, np.array([4]), RestLevel(100.0, 0.0), tenth()
+    )  # counts from the rest
     assert (raised.walk, raised.threshold) == ((2, 7), 101.0)
     force = CONTACT.copy()
     force[6] = np.nan  # a gap ends it
@@ -133,7 +148,9 @@ def test_contact_ends_at_the_first_sample_that_does_not_exceed_the_threshold():
 
 @pytest.mark.parametrize("samples", [40, 64, 65, 300, 5000])
 def test_contact_of_any_length_is_walked(samples):
-    force = np.concatenate([np.zeros(7000), np.ones(samples), [2.0], np.ones(samples), np.zeros(7000)])
+    force = np.concatenate(
+        [np.zeros(7000), np.ones(samples), [2.0], np.ones(samples), np.zeros(7000)]
+    )
     found = segment(force, np.array([7000 + samples]), QUIET, tenth())
     assert found.walk == (6999, 7000 + 2 * samples + 1)
     assert found.mask == (6999, 7000 + 2 * samples)
@@ -144,10 +161,16 @@ def test_events_exceed_share_and_noise_both_and_drift_does_not_tilt_them():
     force[[10, 30, 50]] = 100.0, 10.0, 11.0
     far = ExtractionSettings(separation_s=0.0)
     assert [each.tolist() for each in find_events(force, QUIET, 1.0, far)] == [[10], [50]]
-    assert [each.tolist() for each in find_events(force, RestLevel(0.0, 1.05), 1.0, far)] == [[10], [50]]
+    assert [each.tolist() for each in find_events(force, RestLevel(0.0, 1.05), 1.0, far)] == [
+        [10],
+        [50],
+    ]
     assert [each.tolist() for each in find_events(force, RestLevel(0.0, 1.1), 1.0, far)] == [[10]]
     assert find_events(force, RestLevel(0.0, 10.1), 1.0, far) == []
-    assert [each.tolist() for each in find_events(force + 50, RestLevel(50.0, 0.0), 1.0, far)] == [[10], [50]]
+    assert [each.tolist() for each in find_events(force + 50, RestLevel(50.0, 0.0), 1.0, far)] == [
+        [10],
+        [50],
+    ]
     force = np.concatenate([np.zeros(400), np.full(400, 0.5), CONTACT + 0.5, np.full(50, 0.5)])
     rest, found = delimit(force, np.array([804]), QUIET, 51_200.0, tenth())
     assert rest.baseline == 0.5
@@ -169,9 +192,13 @@ def test_contact_ends_where_the_force_comes_down_to_a_higher_rest(offset, segmen
     settings = ExtractionSettings(segmentation=segmentation)
     (pulse,) = extract_pulses(hit_with_shift(offset), 51200.0, settings)
     assert not pulse.truncated
-    assert pulse.contact.first == pytest.approx(1000, abs=2) and pulse.contact.last == pytest.approx(1100, abs=3)
+    assert pulse.contact.first == pytest.approx(
+        1000, abs=2
+    ) and pulse.contact.last == pytest.approx(1100, abs=3)
     assert pulse.peak_force_n == pytest.approx(1000.0, abs=1.0)
-    assert pulse.impulse_n_s == pytest.approx(2 / np.pi * 1000.0 * 100 / 51200, rel=0.01 + offset / 1e4)
+    assert pulse.impulse_n_s == pytest.approx(
+        2 / np.pi * 1000.0 * 100 / 51200, rel=0.01 + offset / 1e4
+    )
 
 
 @pytest.mark.parametrize(("offset", "slope"), [(95.0, 0.004), (150.0, 0.0)])
@@ -187,10 +214,18 @@ SHARES = (0.01, 0.05, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8)
 SHAPES = {"half sine": (1, 2 / np.pi), "haversine": (2, 0.5)}
 
 
-def record(share: float, shape: str, start: float = 0.1, noise: float = NOISE_N, constant_s: float | None = None):
+def record(
+    share: float,
+    shape: str,
+    start: float = 0.1,
+    noise: float = NOISE_N,
+    constant_s: float | None = None,
+):
     """(n,) force in newtons of one pulse that fills a share of the record; `constant_s` of the sensor's high pass."""
     phase = (np.arange(SAMPLES) / SAMPLES - start) / share
-    force = PEAK_N * np.where((phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** SHAPES[shape][0], 0.0)
+    force = PEAK_N * np.where(
+        (phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** SHAPES[shape][0], 0.0
+    )
     if constant_s:
         keep = constant_s / (constant_s + 1 / RATE_HZ)
         force = lfilter([keep, -keep], [1, -keep], force)
@@ -205,7 +240,9 @@ def test_peak_and_impulse_are_those_of_the_closed_form(shape, share, start, sign
     """Peak within 1 % and three deviations of noise, impulse within 1 % and what the threshold cuts off the flanks."""
     (pulse,) = extract_pulses(sign * record(share, shape, start), RATE_HZ)
     assert pulse.peak_force_n == pytest.approx(PEAK_N, abs=0.01 * PEAK_N + 3 * NOISE_N)
-    assert pulse.impulse_n_s == pytest.approx(PEAK_N * share * RECORD_S * SHAPES[shape][1], rel=0.012)
+    assert pulse.impulse_n_s == pytest.approx(
+        PEAK_N * share * RECORD_S * SHAPES[shape][1], rel=0.012
+    )
     assert abs(pulse.rest_n) < NOISE_N
     assert not pulse.truncated
 

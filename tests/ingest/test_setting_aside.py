@@ -24,7 +24,16 @@ from support.records.campaigns import (
     write_runs,
 )
 from support.records.plate_folders import plate_campaign
-from support.stores.stores import assert_whole, content, counts, ingest, ingest_report, ingested, opened, pyroshock
+from support.stores.stores import (
+    assert_whole,
+    content,
+    counts,
+    ingest,
+    ingest_report,
+    ingested,
+    opened,
+    pyroshock,
+)
 
 
 def cut(path, share=0.6):
@@ -61,7 +70,12 @@ def test_truncated_recording_is_set_aside_and_the_others_stored(sqlite_url, tmp_
     with opened(sqlite_url) as store, store.reading() as session:
         row = session.scalars(select(Recording).where(Recording.status == "set aside")).one()
         assert row.reason == aside["reason"]
-        assert session.scalars(select(RecordedChannel).where(RecordedChannel.recording_id == row.id)).all() == []
+        assert (
+            session.scalars(
+                select(RecordedChannel).where(RecordedChannel.recording_id == row.id)
+            ).all()
+            == []
+        )
         assert set(session.scalars(select(Impact.run))) == {1, 2, 3} - {number}
     assert_whole(sqlite_url, 2)
 
@@ -101,7 +115,10 @@ def with_sample(value):
     ("arrays", "reasons"),
     [
         ({"strain": two_blows()}, ("'force'", "strain")),
-        ({"force": force_record(blows(1, 1), np.random.default_rng(0))}, ("1 impacts found for 2 rows",)),
+        (
+            {"force": force_record(blows(1, 1), np.random.default_rng(0))},
+            ("1 impacts found for 2 rows",),
+        ),
         ({"force": with_sample(1e200)}, ("'force' holds 1e+200 at sample 7; no sensor",)),
         ({"force": with_sample(-1e101)}, ("'force' holds -1e+101 at sample 7; no sensor",)),
     ],
@@ -129,7 +146,9 @@ def test_one_row_stands_for_all_hits_of_its_recording(sqlite_url, tmp_path):
     report, _ = ingest_report(sqlite_url, folder)
     assert report["impacts"] == 10
     with opened(sqlite_url) as store, store.reading() as session:
-        assert session.scalars(select(Impact.repetition).order_by(Impact.id)).all() == list(range(1, 11))
+        assert session.scalars(select(Impact.repetition).order_by(Impact.id)).all() == list(
+            range(1, 11)
+        )
 
 
 def test_file_whose_unit_contradicts_the_campaign_is_set_aside(sqlite_url, tmp_path):
@@ -141,7 +160,9 @@ def test_file_whose_unit_contradicts_the_campaign_is_set_aside(sqlite_url, tmp_p
         row["recording"] = "recordings/wrong.h5"
     write_runs(folder, rows)
     with h5py.File(folder / "recordings" / "wrong.h5", "w") as file:
-        data = file.create_dataset("force", data=force_record(blows(1, 2), np.random.default_rng(0)))
+        data = file.create_dataset(
+            "force", data=force_record(blows(1, 2), np.random.default_rng(0))
+        )
         data.attrs["unit"] = "kN"
         file.attrs["fs"] = FS_HZ
     report, _ = ingest_report(sqlite_url, folder)
@@ -153,7 +174,9 @@ def test_silent_recording_keeps_its_impacts_without_pulse(sqlite_url, reported):
     assert (report["impacts"], report["set_aside"]) == (4, [])
     assert "no-contact" in {f["check"] for f in report["findings"]}
     listed = json.loads(pyroshock("impacts", "--db", sqlite_url, "--json").stdout)
-    assert [(i["run"], i["peak_force_n"] is None, i["quality"]) for i in listed][:2] == [(1, True, "reject")] * 2
+    assert [(i["run"], i["peak_force_n"] is None, i["quality"]) for i in listed][:2] == [
+        (1, True, "reject")
+    ] * 2
 
 
 def test_ingest_error_leaves_an_existing_campaign_alone(stored_hammer):
@@ -171,7 +194,9 @@ def test_reason_that_cannot_be_printed_is_stored(database_url, tmp_path):
     folder = hammer_campaign(tmp_path / "c", recordings=2)
     name = "recordings/odd.tdms"
     with TdmsWriter(folder / name) as writer:
-        writer.write_segment([ChannelObject("scope", "for\x00\x1bce", np.zeros(99), {"wf_increment": 1e-4})])
+        writer.write_segment(
+            [ChannelObject("scope", "for\x00\x1bce", np.zeros(99), {"wf_increment": 1e-4})]
+        )
     rows = hammer_rows(2)
     write_runs(folder, [{**row, "recording": name} if row["run"] == 1 else row for row in rows])
     report, notes = ingest_report(database_url, folder)
@@ -196,10 +221,12 @@ def test_name_in_a_header_that_is_no_text_is_stored(sqlite_url, tmp_path):
         row["recording"] = "recordings/odd.h5"
     write_runs(folder, rows)
     with h5py.File(folder / "recordings" / "odd.h5", "w") as file:
-        data = file.create_dataset("force", data=force_record(blows(1, 2), np.random.default_rng(0)))
-        h5py.h5a.create(data.id, b"\xff", h5py.h5t.NATIVE_INT32, h5py.h5s.create(h5py.h5s.SCALAR)).write(
-            np.array(3, np.int32)
+        data = file.create_dataset(
+            "force", data=force_record(blows(1, 2), np.random.default_rng(0))
         )
+        h5py.h5a.create(
+            data.id, b"\xff", h5py.h5t.NATIVE_INT32, h5py.h5s.create(h5py.h5s.SCALAR)
+        ).write(np.array(3, np.int32))
         file.attrs["fs"] = FS_HZ
     report, _ = ingest_report(sqlite_url, folder)
     assert report["set_aside"] == []
@@ -225,7 +252,11 @@ def test_absent_accelerometer_costs_that_channel(sqlite_url, tmp_path):
     report, notes = ingest_report(sqlite_url, folder)
     assert (report["recordings"], report["impacts"], report["set_aside"]) == (3, 6, [])
     (warning,) = warnings_of(report)
-    assert (warning["recording"], warning["channel"], warning["severity"]) == (path, "acceleration_1", "warning")
+    assert (warning["recording"], warning["channel"], warning["severity"]) == (
+        path,
+        "acceleration_1",
+        "warning",
+    )
     assert "'acceleration_1'; the recording has: force, acceleration_2" in warning["message"]
     assert "missing-channel (1) of acceleration_1" in notes
     with opened(sqlite_url) as store, store.reading() as session:
@@ -253,13 +284,24 @@ def test_impacts_stay_usable_where_no_number_of_theirs_is_missing(sqlite_url, tm
 @pytest.mark.parametrize(
     ("channels", "words"),
     [
-        ({"acceleration_1": 1.0, "acceleration_2": 1.0}, ("no channel 'force'", "the file has: acceleration_1")),
+        (
+            {"acceleration_1": 1.0, "acceleration_2": 1.0},
+            ("no channel 'force'", "the file has: acceleration_1"),
+        ),
         ({"strain": 1.0}, ("no channel 'force'", "the file has: strain")),
-        ({"force": 1.0, "Acceleration 1": 1.0, "acceleration_2": 1.0}, ("'acceleration_1', but 'Acceleration 1'",)),
-        ({"force": 1.0, "aceleration_2": 1.0, "acceleration_1": 1.0}, ("'acceleration_2', but 'aceleration_2'",)),
+        (
+            {"force": 1.0, "Acceleration 1": 1.0, "acceleration_2": 1.0},
+            ("'acceleration_1', but 'Acceleration 1'",),
+        ),
+        (
+            {"force": 1.0, "aceleration_2": 1.0, "acceleration_1": 1.0},
+            ("'acceleration_2', but 'aceleration_2'",),
+        ),
     ],
 )
-def test_recording_without_force_or_with_another_spelling_is_set_aside(sqlite_url, tmp_path, channels, words):
+def test_recording_without_force_or_with_another_spelling_is_set_aside(
+    sqlite_url, tmp_path, channels, words
+):
     folder, path = campaign(tmp_path, **channels)
     report, _ = ingest_report(sqlite_url, folder)
     (aside,) = report["set_aside"]
@@ -274,7 +316,9 @@ def test_channel_that_is_there_and_no_signal_is_not_missing(sqlite_url, tmp_path
     folder, path = campaign(tmp_path, force=1.0, acceleration_1=1.0)
     record = force_record(blows(2, 2), np.random.default_rng(2))
     words = np.full(record.size, "n/a")
-    write_recording(folder / path, {"force": record, "acceleration_1": record, "acceleration_2": words})
+    write_recording(
+        folder / path, {"force": record, "acceleration_1": record, "acceleration_2": words}
+    )
     report, _ = ingest_report(sqlite_url, folder)
     assert [rejected["recording"] for rejected in report["set_aside"]] == [path]
     assert "'acceleration_2'" in report["set_aside"][0]["reason"]

@@ -43,7 +43,14 @@ def write_xls(path, rows, sheet="Sheet1"):
 
 WRITERS = {".xlsx": write_xlsx, ".xls": write_xls}
 ROWS = [
-    {**row, "humidity": 0.1 + 0.2 * i, "day": dt.date(2026, 3, 2 + i), "checked": True, "serial": "007", "note": ""}
+    {
+        **row,
+        "humidity": 0.1 + 0.2 * i,
+        "day": dt.date(2026, 3, 2 + i),
+        "checked": True,
+        "serial": "007",
+        "note": "",
+    }
     for i, row in enumerate(gun_rows())
 ]
 
@@ -60,7 +67,11 @@ def test_sheet_gives_the_rows_of_the_csv(tmp_path, suffix):
     (other / "runs.csv").unlink()
     WRITERS[suffix](other / f"runs{suffix}", ROWS)
     expected, rows = read_runs(plain, "gun", material), read_runs(other, "gun", material)
-    assert [(row.line, row.run, row.repetition) for row in rows] == [(2, 1, 1), (3, 2, 1), (4, 3, 1)]
+    assert [(row.line, row.run, row.repetition) for row in rows] == [
+        (2, 1, 1),
+        (3, 2, 1),
+        (4, 3, 1),
+    ]
     assert [row.levels for row in rows] == [row.levels for row in expected]
     assert [row.measured_velocity_m_s for row in rows] == [11.0, 12.0, 13.0]
     assert rows[0].levels_by_factor["day"].label == "2026-03-02"
@@ -81,9 +92,13 @@ def test_folder_with_a_sheet_is_the_same_campaign(sqlite_url, tmp_path, suffix):
 @pytest.mark.parametrize("suffix", WRITERS)
 def test_fault_is_told_with_row_and_column_of_the_sheet(refused, gun_folder, suffix):
     (gun_folder / "runs.csv").unlink()
-    rows = [{**row, "tip_material": "cheese" if i == 1 else "steel"} for i, row in enumerate(gun_rows())]
+    rows = [
+        {**row, "tip_material": "cheese" if i == 1 else "steel"} for i, row in enumerate(gun_rows())
+    ]
     WRITERS[suffix](gun_folder / f"runs{suffix}", rows)
-    refused(gun_folder, f"runs{suffix}: row 3, column 'tip_material': 'cheese'; expected a material")
+    refused(
+        gun_folder, f"runs{suffix}: row 3, column 'tip_material': 'cheese'; expected a material"
+    )
 
 
 def test_folder_of_two_tables_or_none_is_refused(refused, gun_folder):
@@ -120,8 +135,14 @@ def test_sheet_called_runs_is_read_among_several_with_its_row_numbers(tmp_path):
     [
         (lambda page: page.__setitem__("C3", "=1/0"), "row 3, column C: '=1/0'; expected a value"),
         (lambda page: page.merge_cells("E2:E4"), "merged cells E2:E4"),
-        (lambda page: page.__setitem__("J3", "late"), "row 3, column J: 'late'; the header has no name"),
-        (lambda page: page.__setitem__("XFD1048576", 1), "row 1,048,576, column XFD; expected a table of at most"),
+        (
+            lambda page: page.__setitem__("J3", "late"),
+            "row 3, column J: 'late'; the header has no name",
+        ),
+        (
+            lambda page: page.__setitem__("XFD1048576", 1),
+            "row 1,048,576, column XFD; expected a table of at most",
+        ),
     ],
 )
 def test_what_would_be_lost_is_refused(tmp_path, spoil, words):
@@ -133,7 +154,10 @@ def test_what_would_be_lost_is_refused(tmp_path, spoil, words):
 
 def test_file_that_unpacks_to_more_than_it_should_or_says_is_refused(tmp_path):
     write_xlsx(tmp_path / "good.xlsx", gun_rows())
-    with zipfile.ZipFile(tmp_path / "good.xlsx") as good, zipfile.ZipFile(tmp_path / "runs.xlsx", "w", 8) as bomb:
+    with (
+        zipfile.ZipFile(tmp_path / "good.xlsx") as good,
+        zipfile.ZipFile(tmp_path / "runs.xlsx", "w", 8) as bomb,
+    ):
         for member in good.infolist():
             bomb.writestr(member.filename, good.read(member))
         bomb.writestr("xl/media/image1.png", b"\0" * 60_000_000)
@@ -151,7 +175,9 @@ def test_file_that_unpacks_to_more_than_it_should_or_says_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["runs.xlsx", "runs.xls"])
-@pytest.mark.parametrize("data", [b"", b"run,repetition\n1,1\n", b"PK\x03\x04" + b"\0" * 40, b"\xd0\xcf\x11\xe0" * 200])
+@pytest.mark.parametrize(
+    "data", [b"", b"run,repetition\n1,1\n", b"PK\x03\x04" + b"\0" * 40, b"\xd0\xcf\x11\xe0" * 200]
+)
 def test_file_that_is_no_spreadsheet(tmp_path, name, data):
     (tmp_path / name).write_bytes(data)
     assert told(tmp_path / name).startswith(f"{name}: damaged, or not what its suffix says")

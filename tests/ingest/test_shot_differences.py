@@ -35,10 +35,14 @@ def velocities(factor: float, *, seed: int = 0, shots: int = 12) -> list[ValuePa
     rng = np.random.default_rng(seed)
     read_m_s = rng.uniform(8, 60, shots)
     row = factor * read_m_s * (1 + 0.005 * rng.standard_normal(shots))
-    return [velocity_pair(a, 0.003 * a, b, 0.004 * b, 0.085) for a, b in zip(row, read_m_s, strict=True)]
+    return [
+        velocity_pair(a, 0.003 * a, b, 0.004 * b, 0.085) for a, b in zip(row, read_m_s, strict=True)
+    ]
 
 
-def pressures(factor: float, offset_pa: float = 0.0, *, seed: int = 0, shots: int = 12) -> list[ValuePair]:
+def pressures(
+    factor: float, offset_pa: float = 0.0, *, seed: int = 0, shots: int = 12
+) -> list[ValuePair]:
     rng = np.random.default_rng(seed)
     read_pa = rng.uniform(0.5e5, 6e5, shots)
     row = factor * read_pa * (1 + 0.003 * rng.standard_normal(shots)) + offset_pa
@@ -88,7 +92,10 @@ def test_a_pair_differs_beyond_its_uncertainties_and_the_share() -> None:
     assert not pressure_pair(3.5e4, 3.2e4, 100.0).differs()
     assert pressure_pair(4.2e4, 3.2e4, 100.0).differs()
     assert math.isclose(
-        {words: factor for factor, words in unit_mistakes("velocity")}["values in km/h where m/s is declared"], 3.6
+        {words: factor for factor, words in unit_mistakes("velocity")}[
+            "values in km/h where m/s is declared"
+        ],
+        3.6,
     )
 
 
@@ -127,15 +134,27 @@ position = "muzzle"
 """
     assert "[channels.laser]" not in toml
 
-    def make(velocity: float = 1.0, pressure: float = 1.0, offset_bar: float = 0.0, plate: float | None = None) -> Path:
+    def make(
+        velocity: float = 1.0,
+        pressure: float = 1.0,
+        offset_bar: float = 0.0,
+        plate: float | None = None,
+    ) -> Path:
         kept = toml.split("[channels.")[0]
         (gun_folder / "campaign.toml").write_text(kept + channels, encoding="utf-8")
         rows: list[dict[str, object]] = [dict(row) for row in gun_rows(6)]
         for number, row in enumerate(rows):
             bar, speed = 0.5 + 0.4 * number, VELOCITY_M_S + 4 * number
             write_recording(gun_folder / f"{number}.npz", signals(bar, speed), RATE_HZ)
-            row |= {"recording": f"{number}.npz", "bullet_length_mm": 1e3 * LENGTH_M, "bullet_length_u_mm": 0.5}
-            row |= {"measured_velocity_m_s": speed * velocity, "tank_pressure_bar": bar * pressure + offset_bar}
+            row |= {
+                "recording": f"{number}.npz",
+                "bullet_length_mm": 1e3 * LENGTH_M,
+                "bullet_length_u_mm": 0.5,
+            }
+            row |= {
+                "measured_velocity_m_s": speed * velocity,
+                "tank_pressure_bar": bar * pressure + offset_bar,
+            }
             if plate is not None:
                 row["impact_velocity_m_s"] = speed * plate
         write_runs(gun_folder, rows)
@@ -158,7 +177,9 @@ def test_rows_that_are_right_give_no_finding(sqlite_url, shots) -> None:
     assert sentences == []
 
 
-def test_velocities_a_fifth_too_high_are_one_finding_with_the_bullet_length(sqlite_url, shots) -> None:
+def test_velocities_a_fifth_too_high_are_one_finding_with_the_bullet_length(
+    sqlite_url, shots
+) -> None:
     output, (sentence,) = told(sqlite_url, shots(velocity=1.2))
     assert output.count("velocity-differs-throughout") == 1
     assert "warning: velocity-differs (6) of laser" in output
@@ -200,23 +221,38 @@ def test_absolute_pressures_are_named_as_such(sqlite_url, shots) -> None:
 def virtual_pairs(rng: np.random.Generator, shots: int) -> tuple[list[ValuePair], list[ValuePair]]:
     """Velocities that the lab measured to 1 % at the vents, and set pressures, against recordings of virtual shots."""
     effects = Effects.default()
-    for name in ("sensor.pressure_gain", "sensor.pressure_offset", "sensor.velocity_gain", "bench.hand_scatter"):
+    for name in (
+        "sensor.pressure_gain",
+        "sensor.pressure_offset",
+        "sensor.velocity_gain",
+        "bench.hand_scatter",
+    ):
         effects = effects.with_strength(name, float(rng.uniform(0, 2)))
     for name in ("gun.valve_flow", "gun.blow_by", "gun.sliding_friction", "bench.noise"):
         effects = effects.with_strength(name, float(rng.uniform(0.5, 1.5)))
     of_velocity, of_pressure = [], []
     for _ in range(shots):
         set_pa = float(rng.uniform(0.3e5, 7e5))
-        read_pa = set_pa * (1 + SETTING_SPREAD * effects["bench.hand_scatter"] * rng.standard_normal())
+        read_pa = set_pa * (
+            1 + SETTING_SPREAD * effects["bench.hand_scatter"] * rng.standard_normal()
+        )
         true_pa = (read_pa - offset_si(TANK, effects, 0.0)) / gain(TANK, effects, 0.0)
         bullet = Projectile(float(rng.choice([0.1428, 0.5])), BULLET_LENGTH_M)
         truth = fire(GunBuild(), effects, true_pa, bullet, rng, until_s=1.6)
         fine = shot_signals(truth, bullet, RATE_HZ, 0.7, Trigger())
         time = np.arange(fine["laser"].size) / RATE_HZ
-        volts = {s.name: record(time, fine[s.name], s, RATE_HZ, effects, rng) for s in (TANK, LASER)}
+        volts = {
+            s.name: record(time, fine[s.name], s, RATE_HZ, effects, rng) for s in (TANK, LASER)
+        }
         channels = [
             Channel(
-                Sensor("tank_pressure", "pressure", "bar", sensitivity=TANK.sensitivity, offset_v=TANK.offset_v),
+                Sensor(
+                    "tank_pressure",
+                    "pressure",
+                    "bar",
+                    sensitivity=TANK.sensitivity,
+                    offset_v=TANK.offset_v,
+                ),
                 volts["tank_pressure"],
                 RATE_HZ,
             ),
@@ -237,9 +273,15 @@ def virtual_pairs(rng: np.random.Generator, shots: int) -> tuple[list[ValuePair]
         assert shot is not None
         if shot.velocity_m_s is not None:
             lab = truth.muzzle_velocity_m_s * (1 + 0.01 * rng.standard_normal())
-            of_velocity.append(velocity_pair(lab, 0.01 * lab, shot.velocity_m_s, shot.velocity_u_m_s, BULLET_LENGTH_M))
+            of_velocity.append(
+                velocity_pair(
+                    lab, 0.01 * lab, shot.velocity_m_s, shot.velocity_u_m_s, BULLET_LENGTH_M
+                )
+            )
         if shot.tank_pressure_pa is not None:
-            of_pressure.append(pressure_pair(set_pa, shot.tank_pressure_pa, shot.tank_pressure_u_pa))
+            of_pressure.append(
+                pressure_pair(set_pa, shot.tank_pressure_pa, shot.tank_pressure_u_pa)
+            )
     return of_velocity, of_pressure
 
 

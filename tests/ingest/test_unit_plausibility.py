@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from pyroshock.ingest.errors import IngestError
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.unit_plausibility import RULE, MomentumRatio, refuse_wrong_clock, refuse_wrong_unit
+from pyroshock.ingest.unit_plausibility import (
+    RULE,
+    MomentumRatio,
+    refuse_wrong_clock,
+    refuse_wrong_unit,
+)
 from pyroshock.schema.impacts import Impact
 from sqlalchemy import func, select
 from support.records.campaigns import FS_HZ, HAMMER_TOML, write_folder
@@ -24,7 +29,9 @@ def campaign(folder, factor, wrong=None, rate_factor=1.0):
     for i, velocity in enumerate(np.linspace(0.5, 2.0, 6), 1):
         peak = RATIO * MASS_KG * velocity * np.pi / (2 * WIDTH_S)
         inside = (time_s > 0) & (time_s < WIDTH_S)
-        force = np.where(inside, peak * np.sin(np.pi * time_s / WIDTH_S), 0.0) + 0.05 * rng.standard_normal(time_s.size)
+        force = np.where(
+            inside, peak * np.sin(np.pi * time_s / WIDTH_S), 0.0
+        ) + 0.05 * rng.standard_normal(time_s.size)
         scale = factor if wrong is None or i in wrong else 1.0
         files[f"{i}.npz"] = {"force": scale * force, "fs": rate_factor * FS_HZ}
         rows.append(f"{i},1,steel,20,{velocity:.4f},{i}.npz")
@@ -53,13 +60,20 @@ def test_a_force_in_another_unit_is_one_refusal_with_the_factor(store, tmp_path,
 
 @pytest.mark.parametrize(
     ("rate_factor", "words"),
-    [(1e-3, "values in kHz where Hz is declared, or times in ms"), (1e3, "values in Hz where kHz is declared")],
+    [
+        (1e-3, "values in kHz where Hz is declared, or times in ms"),
+        (1e3, "values in Hz where kHz is declared"),
+    ],
 )
 def test_a_sampling_rate_in_another_unit_is_one_refusal(store, tmp_path, rate_factor, words):
     with pytest.raises(IngestError) as caught:
         ingest_folder(store, campaign(tmp_path / "c", 1.0, rate_factor=rate_factor), jobs=1)
     (fault,) = caught.value.faults
-    assert f"sampling rate: {words}" in fault and "which no impact does" in fault and f"--confirm {RULE}" in fault
+    assert (
+        f"sampling rate: {words}" in fault
+        and "which no impact does" in fault
+        and f"--confirm {RULE}" in fault
+    )
 
 
 def test_contacts_of_soft_and_of_hard_tips_have_a_right_sampling_rate():
@@ -97,7 +111,9 @@ def test_ratios_of_correct_benches_are_never_refused():
     for _ in range(500):
         refuse_wrong_unit("c", [MomentumRatio(r, True) for r in rng.uniform(1.8, 4.6, 12)])
         refuse_wrong_unit("c", [MomentumRatio(r, False) for r in rng.uniform(0.9, 2.1, 12)])
-        refuse_wrong_unit("c", [MomentumRatio(r, False, behind_anvil=True) for r in rng.uniform(2.9, 3.7, 12)])
+        refuse_wrong_unit(
+            "c", [MomentumRatio(r, False, behind_anvil=True) for r in rng.uniform(2.9, 3.7, 12)]
+        )
 
 
 @pytest.mark.parametrize("factor", [1 / 4.4482216, 1 / 9.80665, 1e-3, 9.80665])
@@ -105,4 +121,6 @@ def test_integrated_velocities_tell_the_factor_as_well(factor):
     rng = np.random.default_rng(0)
     for _ in range(100):
         with pytest.raises(IngestError, match="a factor of"):
-            refuse_wrong_unit("c", [MomentumRatio(factor * r, True) for r in rng.uniform(1.84, 4.2, 12)])
+            refuse_wrong_unit(
+                "c", [MomentumRatio(factor * r, True) for r in rng.uniform(1.84, 4.2, 12)]
+            )

@@ -29,19 +29,26 @@ def begun(folder) -> list[tuple[int, int]]:
 
 def test_results_are_those_of_this_process(lab):
     for function, shared in ((chores.scaled, (np.ones(300_000), 7)), (chores.product, ())):
-        here, there = (sorted(run_all_tasks(executor, function, range(5), shared=shared)) for executor in (HERE, lab))
+        here, there = (
+            sorted(run_all_tasks(executor, function, range(5), shared=shared))
+            for executor in (HERE, lab)
+        )
         assert here == there
 
 
 def test_workers_of_the_cluster_do_it_with_one_thread(lab):
     assert os.getpid() not in {pid for _, pid in run_all_tasks(lab, chores.process, range(6))}
-    assert {count for _, counts in run_all_tasks(lab, chores.threads, range(4)) for count in counts} == {1}
+    assert {
+        count for _, counts in run_all_tasks(lab, chores.threads, range(4)) for count in counts
+    } == {1}
 
 
 def test_items_arrive_as_they_are(lab):
     """Also those in which Dask would look for something to compute."""
     items = [(1, 2), {"a": (max, [1, 2])}, ["b", None], np.arange(500)]
-    results = sorted((repr(item), result) for item, result in run_all_tasks(lab, repr, items, window=3))
+    results = sorted(
+        (repr(item), result) for item, result in run_all_tasks(lab, repr, items, window=3)
+    )
     assert results == sorted((repr(item), repr(item)) for item in items)
 
 
@@ -54,7 +61,9 @@ def test_iterator_that_is_closed_cancels_the_rest(lab, tmp_path):
     work = run_all_tasks(lab, chores.left_behind, range(20), shared=(tmp_path,))
     next(work)
     work.close()
-    assert list(run_all_tasks(lab, chores.squared, [5])) == [(5, 25)]  # when what was under way has ended
+    assert list(run_all_tasks(lab, chores.squared, [5])) == [
+        (5, 25)
+    ]  # when what was under way has ended
     assert len(list(tmp_path.glob("begun-*"))) <= 5
 
 
@@ -62,7 +71,10 @@ def test_work_of_a_worker_that_is_killed_goes_to_the_other(tmp_path):
     """Killed over an item that it holds, after others were finished; what is shared had been sent to it, too."""
     with dask_cluster(tmp_path) as running:
         work = run_all_tasks(
-            ExecutorConfig("dask", scheduler=running.address), chores.held, range(12), shared=(tmp_path,)
+            ExecutorConfig("dask", scheduler=running.address),
+            chores.held,
+            range(12),
+            shared=(tmp_path,),
         )
         found = [next(work), next(work)]
         holder = wait_for(lambda: [pid for item, pid in begun(tmp_path) if item == 3])
@@ -89,9 +101,15 @@ def test_item_that_kills_its_workers_costs_no_other(tmp_path):
     """Nannies start workers anew, Dask gives up after four; alone it is tried once more."""
     with dask_cluster(tmp_path, 2, "--nanny") as running:
         executor = ExecutorConfig("dask", scheduler=running.address)
-        results = dict(run_all_tasks(executor, chores.deadly, range(8), lost=lambda number: -number))
+        results = dict(
+            run_all_tasks(executor, chores.deadly, range(8), lost=lambda number: -number)
+        )
         assert results == {n: -3 if n == 3 else n for n in range(8)}
-        ended = dict(run_all_tasks(executor, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=1))
+        ended = dict(
+            run_all_tasks(
+                executor, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=1
+            )
+        )
         assert ended == {2: 2, 3: -3, 4: 4}
 
 
@@ -100,7 +118,10 @@ def test_one_worker_works_and_not_this_process(tmp_path):
     """joblib takes a cluster of one thread for none."""
     with dask_cluster(tmp_path, 1) as running:
         results = {
-            pid for _, pid in run_all_tasks(ExecutorConfig("dask", scheduler=running.address), chores.process, range(3))
+            pid
+            for _, pid in run_all_tasks(
+                ExecutorConfig("dask", scheduler=running.address), chores.process, range(3)
+            )
         }
         assert results == {running.workers[0].pid}
 
@@ -109,7 +130,10 @@ def test_one_worker_works_and_not_this_process(tmp_path):
 def test_scheduler_that_is_gone_is_named(tmp_path):
     with dask_cluster(tmp_path) as running:
         work = run_all_tasks(
-            ExecutorConfig("dask", scheduler=running.address), chores.held, range(12), shared=(tmp_path,)
+            ExecutorConfig("dask", scheduler=running.address),
+            chores.held,
+            range(12),
+            shared=(tmp_path,),
         )
         next(work)
         running.scheduler.kill()
@@ -122,6 +146,8 @@ def test_cluster_without_workers_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "WAIT_S", 1)
     with (
         dask_cluster(tmp_path, 0) as running,
-        pytest.raises(ValueError, match=f"has no worker; start some: dask worker {running.address}"),
+        pytest.raises(
+            ValueError, match=f"has no worker; start some: dask worker {running.address}"
+        ),
     ):
         ExecutorConfig("dask", scheduler=running.address).check()

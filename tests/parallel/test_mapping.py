@@ -35,7 +35,9 @@ def gone_within(seconds: float, pids: list[int]) -> bool:
 
 @pytest.mark.parametrize("executor", [HERE, TWO], ids=["here", "two"])
 def test_each_item_comes_with_its_result(executor):
-    assert sorted(run_all_tasks(executor, chores.squared, range(9))) == [(n, n * n) for n in range(9)]
+    assert sorted(run_all_tasks(executor, chores.squared, range(9))) == [
+        (n, n * n) for n in range(9)
+    ]
     assert list(run_all_tasks(executor, chores.squared, [])) == []
 
 
@@ -53,14 +55,22 @@ def test_one_job_works_here_and_two_do_not():
     beside = {pid for _, pid in run_all_tasks(TWO, chores.process, range(6))}
     assert os.getpid() not in beside
     assert len(beside) == 2
-    assert os.getpid() not in {pid for _, pid in run_all_tasks(HERE, chores.process, range(2), isolated=True)}
+    assert os.getpid() not in {
+        pid for _, pid in run_all_tasks(HERE, chores.process, range(2), isolated=True)
+    }
 
 
 def test_workers_have_one_thread_and_the_same_bits():
-    here, beside = (dict(run_all_tasks(executor, chores.product, range(3))) for executor in (HERE, TWO))
+    here, beside = (
+        dict(run_all_tasks(executor, chores.product, range(3))) for executor in (HERE, TWO)
+    )
     assert here == beside
     for executor in (HERE, TWO):
-        assert {count for _, counts in run_all_tasks(executor, chores.threads, range(2)) for count in counts} == {1}
+        assert {
+            count
+            for _, counts in run_all_tasks(executor, chores.threads, range(2))
+            for count in counts
+        } == {1}
 
 
 def test_item_whose_process_dies_costs_no_other():
@@ -74,7 +84,11 @@ def test_item_that_dies_is_named_where_nothing_stands_in():
 
 
 def test_item_that_takes_too_long_is_ended():
-    results = dict(run_all_tasks(HERE, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=0.5))
+    results = dict(
+        run_all_tasks(
+            HERE, chores.endless, range(2, 5), lost=lambda number: -number, patience_s=0.5
+        )
+    )
     assert results == {2: 2, 3: -3, 4: 4}
 
 
@@ -121,7 +135,9 @@ for found in run_all_tasks(ExecutorConfig(jobs=2), chores.process, range(100_000
 def test_workers_end_with_a_parent_that_is_killed():
     command = [sys.executable, "-c", SCRIPT]
     environment = {**os.environ, "PYTHONPATH": str(TESTS)}
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as parent:
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as parent:
         assert parent.stdout is not None
         workers = [int(parent.stdout.readline()) for _ in range(6)]
         parent.send_signal(signal.SIGKILL)
@@ -166,8 +182,12 @@ def test_workers_with_other_software_are_refused():
         return lambda packages: {"client": client, "workers": workers}
 
     for version in ("0.0.9", None):
-        client = SimpleNamespace(wait_for_workers=lambda *_, **__: None, get_versions=versions("0.1.0", version))
-        with pytest.raises(ValueError, match=f"lab-2:4711 has pyroshock {version}, here it is 0.1.0"):
+        client = SimpleNamespace(
+            wait_for_workers=lambda *_, **__: None, get_versions=versions("0.1.0", version)
+        )
+        with pytest.raises(
+            ValueError, match=f"lab-2:4711 has pyroshock {version}, here it is 0.1.0"
+        ):
             cluster._check_workers(client, NOBODY)
 
 
@@ -178,7 +198,9 @@ ALWAYS = Isolation(chores.lost, chores.patience, always=True)
 @pytest.mark.parametrize("jobs", [1, 2, 3])
 @pytest.mark.parametrize("count", [0, 1, 2, 20])
 def test_results_come_in_order(jobs, count):
-    assert list(map_ahead(chores.squared, range(count), jobs, ISOLATION)) == [(i, i * i) for i in range(count)]
+    assert list(map_ahead(chores.squared, range(count), jobs, ISOLATION)) == [
+        (i, i * i) for i in range(count)
+    ]
 
 
 def test_dead_process_takes_only_its_own_item():
@@ -201,9 +223,13 @@ def test_always_isolated_runs_nothing_here(count):
 def test_dead_or_endless_item_of_one_job_is_given_up_alone():
     results = list(map_ahead(chores.dies_on_three, range(5), 1, ALWAYS))
     assert results == [(i, -1 if i == 3 else i * i) for i in range(5)]
-    assert list(map_ahead(chores.hangs_on_three, range(5), 1, ALWAYS)) == [(i, -1 if i == 3 else i) for i in range(5)]
+    assert list(map_ahead(chores.hangs_on_three, range(5), 1, ALWAYS)) == [
+        (i, -1 if i == 3 else i) for i in range(5)
+    ]
     begun = time.monotonic()
-    limited = Isolation(chores.lost, lambda _: 60.0, True, end_this_process_when_stuck)  # by its processor time
+    limited = Isolation(
+        chores.lost, lambda _: 60.0, True, end_this_process_when_stuck
+    )  # by its processor time
     results = list(map_ahead(chores.walks_in_circles_on_three, range(5), 1, limited))
     assert results == [(i, -1 if i == 3 else i) for i in range(5)]
     assert time.monotonic() - begun < 60
@@ -212,7 +238,9 @@ def test_dead_or_endless_item_of_one_job_is_given_up_alone():
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_process_that_cannot_begin_is_no_fault_of_an_item(jobs):
     broken = Isolation(chores.lost, chores.patience, always=True, begin=chores.dies_before_any)
-    with pytest.raises(OSError, match="ended before it read one, so nothing is known about the files"):
+    with pytest.raises(
+        OSError, match="ended before it read one, so nothing is known about the files"
+    ):
         list(map_ahead(chores.squared, range(5), jobs, broken))
 
 

@@ -60,9 +60,7 @@ RUNS = """run,repetition,tip_material,tip_radius_mm,hammer_speed,operator_mood,r
 2,1,delrin,45,high,,2.npz
 """
 
-MODES = (
-    "mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration\n1,231,0.004,-0.27,0.31\n2,402,0.005,0.02,-0.1\n"
-)
+MODES = "mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration\n1,231,0.004,-0.27,0.31\n2,402,0.005,0.02,-0.1\n"
 
 
 def write_campaign(folder: Path) -> None:
@@ -70,9 +68,14 @@ def write_campaign(folder: Path) -> None:
     rng = np.random.default_rng(7)
     time = np.arange(8000) / 20000
     for name, peak in (("1.npz", 800.0), ("2.npz", 300.0)):
-        force = sum(peak * np.where(abs(time - t) < 4e-4, np.cos((time - t) / 4e-4 * np.pi / 2), 0) for t in (0.1, 0.3))
+        force = sum(
+            peak * np.where(abs(time - t) < 4e-4, np.cos((time - t) / 4e-4 * np.pi / 2), 0)
+            for t in (0.1, 0.3)
+        )
         force = np.asarray(force + rng.normal(size=time.size) * 0.2, dtype=np.float32)
-        np.savez(folder / name, force=force, acceleration=(force / 9.81).astype(np.float32), fs=20000.0)
+        np.savez(
+            folder / name, force=force, acceleration=(force / 9.81).astype(np.float32), fs=20000.0
+        )
     (folder / "campaign.toml").write_text(CAMPAIGN)
     (folder / "runs.csv").write_text(RUNS)
     (folder / "plate_modes.csv").write_text(MODES)
@@ -83,7 +86,9 @@ def add_diagnosis(store: Store) -> None:
     when = datetime(2026, 1, 3, tzinfo=UTC)
     with store.writing() as session:
         shots = get_campaign_id(session, "first-shots")
-        report = Diagnosis(campaign_id=shots, simulator="gun:adiabatic", diagnosed_at=when, report={"causes": []})
+        report = Diagnosis(
+            campaign_id=shots, simulator="gun:adiabatic", diagnosed_at=when, report={"causes": []}
+        )
         session.add(report)
         session.flush()
         effect = {"id": "gun.back_pressure"}
@@ -96,13 +101,21 @@ def add_diagnosis(store: Store) -> None:
 
 def _with_details(campaign_id: int, when: datetime) -> Diagnosis:
     """A diagnosis as it is kept, pictures and all."""
-    pictures = Pictures(("0.3 bar",), (ResidualPicture("ln_velocity", "gun", "1", 0.01, SHOWN, None, SHOWN),))
+    pictures = Pictures(
+        ("0.3 bar",), (ResidualPicture("ln_velocity", "gun", "1", 0.01, SHOWN, None, SHOWN),)
+    )
     gap = GapSize("rms error of velocity", 0.04, 0.01, 0.01, True)
     causes = (Cause(("unknown",), 0.9), Cause(("none",), 0.1))
-    made = Verdict("first-shots", "gun:adiabatic", gap, Where(), causes, seconds=1.0, pictures=pictures)
+    made = Verdict(
+        "first-shots", "gun:adiabatic", gap, Where(), causes, seconds=1.0, pictures=pictures
+    )
     report, details = verdict_to_json(made)
     return Diagnosis(
-        campaign_id=campaign_id, simulator=made.simulator, diagnosed_at=when, report=report, details=details
+        campaign_id=campaign_id,
+        simulator=made.simulator,
+        diagnosed_at=when,
+        report=report,
+        details=details,
     )
 
 
@@ -111,7 +124,9 @@ def add_jobs(store: Store) -> None:
     when = datetime(2026, 1, 4, tzinfo=UTC)
     kind, arguments = "extract", {"campaign": "stored", "settings": {}}
     with store.writing() as session:
-        session.add(Job(kind=kind, label="Extraction of stored", arguments=arguments, asked_at=when))
+        session.add(
+            Job(kind=kind, label="Extraction of stored", arguments=arguments, asked_at=when)
+        )
         session.add(
             Job(
                 kind=kind,
@@ -132,7 +147,13 @@ def add_jobs(store: Store) -> None:
 def add_tombstone(store: Store) -> None:
     """A campaign that was there once."""
     when = datetime(2026, 1, 5, tzinfo=UTC)
-    stood_on: dict[str, list[str]] = {"datasets": [], "models": [], "diagnoses": [], "adopted": [], "reopened": []}
+    stood_on: dict[str, list[str]] = {
+        "datasets": [],
+        "models": [],
+        "diagnoses": [],
+        "adopted": [],
+        "reopened": [],
+    }
     with store.writing() as session:
         session.add(
             Tombstone(kind="campaign", campaign="gone", content_hash="0" * 64, deleted_at=when, reason="a test",
@@ -157,7 +178,9 @@ def main() -> int:
         folder = Path(temporary)
         write_campaign(folder)
         database = folder / "store.db"
-        with open_store(f"sqlite:///{database}", Writer("make_stored.py", "0.1.0"), create=True) as store:
+        with open_store(
+            f"sqlite:///{database}", Writer("make_stored.py", "0.1.0"), create=True
+        ) as store:
             ingest_folder(store, folder)
             ingest_folder(store, EXAMPLES / "first-shots")
             add_diagnosis(store)

@@ -54,7 +54,9 @@ def _fill(store):
         plan = Plan(name="p", kind="hammer", factors="", method="lhs")
         session.add(plan)
         for name in ("a", "b"):
-            campaign = Campaign(name=name, kind="hammer", date=dt.date(2026, 1, 1), fingerprint=name)
+            campaign = Campaign(
+                name=name, kind="hammer", date=dt.date(2026, 1, 1), fingerprint=name
+            )
             session.add(campaign)
             session.flush()
             for i in range(12):
@@ -67,7 +69,9 @@ def _fill(store):
                 impact = Impact(campaign_id=campaign.id, run=i, repetition=1, configuration_id=key)
                 impact.impact_velocity_m_s, impact.velocity_source = float(i), "reported"
                 if name == "b":
-                    planned = PlannedRun(plan=plan, run=i, position=i, configuration_id=key, repetitions=1, **NOTHING)
+                    planned = PlannedRun(
+                        plan=plan, run=i, position=i, configuration_id=key, repetitions=1, **NOTHING
+                    )
                     session.add(planned)
                     session.flush()
                     impact.planned_run_id = planned.id
@@ -88,7 +92,11 @@ def test_pages_join_and_rows_carry_campaign_factors_and_si_keys(filled):
     row = listed(filled, campaign="b")[1]
     assert row["campaign"] == "b"
     assert (row["tip_material"], row["tip_radius_m"]) == ("delrin", 0.03)
-    assert (row["impact_velocity_m_s"], row["peak_force_n"], row["quality"]) == (1.0, None, "not judged")
+    assert (row["impact_velocity_m_s"], row["peak_force_n"], row["quality"]) == (
+        1.0,
+        None,
+        "not judged",
+    )
     with filled.reading() as session:
         rows = list_campaigns(session)
     counts = [(r["name"], r["impacts"], r["shots"], r["planned"], r["done"]) for r in rows]
@@ -150,7 +158,9 @@ def test_quality_is_a_column_like_others(doubted, operator, value, expected):
     rows = listed(doubted, Condition("quality", operator, value), Condition("id", "<=", 6.0))
     assert [row["id"] for row in rows] == expected
     meets = OPERATORS[operator]
-    assert rows == [row for row in listed(doubted) if row["id"] <= 6 and meets(row["quality"], value)]
+    assert rows == [
+        row for row in listed(doubted) if row["id"] <= 6 and meets(row["quality"], value)
+    ]
     assert listed(doubted, Condition("quality", operator, value)) == [
         row for row in listed(doubted) if meets(row["quality"], value)
     ]
@@ -160,7 +170,11 @@ def test_quality_is_a_column_like_others(doubted, operator, value, expected):
     ("condition", "kind", "message"),
     [
         *(
-            (("quality", operator, value), ValueError, "expected quality= or quality!= one of ok, warning, reject, not")
+            (
+                ("quality", operator, value),
+                ValueError,
+                "expected quality= or quality!= one of ok, warning, reject, not",
+            )
             for operator, value in (("=", "good"), ("=", 1.0), (">", 1.0))
         ),
         (("campaign", ">", "a"), ValueError, "campaign>a; expected = or != and a name"),
@@ -186,7 +200,9 @@ def test_the_campaign_is_a_column_like_others(filled, operator, expected):
 
 
 def test_conditions_narrow_together_and_match_a_number_by_another_road(filled):
-    rows = listed(filled, Condition("tip_material", "=", "steel"), Condition("run", ">", 5.0), campaign="a")
+    rows = listed(
+        filled, Condition("tip_material", "=", "steel"), Condition("run", ">", 5.0), campaign="a"
+    )
     assert [row["run"] for row in rows] == [6, 8, 10]
     assert len(listed(filled, Condition("tip_radius_m", "=", 45 * 1e-3 * (1 + 1e-12)))) == 12
     with pytest.raises(LookupError, match=r"'z'.*a, b"):
@@ -198,7 +214,11 @@ def test_conditions_narrow_together_and_match_a_number_by_another_road(filled):
 MANY = (
     (Condition("tip_material", "=", "steel"),),
     (Condition("tip_material", "!=", "gold"),),
-    (Condition("tip_material", "=", "delrin"), Condition("tip_radius_m", "=", 0.03), Condition("run", ">", 3.0)),
+    (
+        Condition("tip_material", "=", "delrin"),
+        Condition("tip_radius_m", "=", 0.03),
+        Condition("run", ">", 3.0),
+    ),
     (Condition("tip_material", "=", "gold"), Condition("tip_radius_m", ">", 0.0)),
 )
 
@@ -278,14 +298,21 @@ def test_shots_have_pages_too(new_database):
             campaign = Campaign(name="g", kind="gun", date=dt.date(2026, 1, 1), fingerprint="g")
             session.add(campaign)
             session.flush()
-            own = {"campaign_id": campaign.id, "repetition": 1, "configuration_id": 1, "tank_pressure_pa": 1e5}
+            own = {
+                "campaign_id": campaign.id,
+                "repetition": 1,
+                "configuration_id": 1,
+                "tank_pressure_pa": 1e5,
+            }
             session.add_all(Shot(run=run, bullet_mass_kg=0.1 + run, **own) for run in range(7))
         with store.reading() as session:
             whole = list(iter_shots(session, "g"))
             first, after = list_shots_page(session, "g", (), None, 4)
             rest, end = list_shots_page(session, "g", (), after, 4)
             assert (first + rest, after, end) == (whole, whole[3]["id"], None)
-            heavy, _ = list_shots_page(session, None, (Condition("bullet_mass_kg", ">", 3.0),), after, 10)
+            heavy, _ = list_shots_page(
+                session, None, (Condition("bullet_mass_kg", ">", 3.0),), after, 10
+            )
             assert [row["run"] for row in heavy] == [4, 5, 6]
 
 
@@ -303,11 +330,25 @@ def scattered(new_database):
     with open_store(new_database(), Writer("test", "0"), create=True) as store:
         with store.writing() as session:
             for key in (1, 2, 3):
-                session.add(Campaign(id=key, name=str(key), kind="hammer", date=dt.date(2026, 1, 1), fingerprint="x"))
+                session.add(
+                    Campaign(
+                        id=key,
+                        name=str(key),
+                        kind="hammer",
+                        date=dt.date(2026, 1, 1),
+                        fingerprint="x",
+                    )
+                )
                 session.add(Configuration(id=key, fingerprint=str(key)))
             session.flush()
             session.add_all(
-                Impact(id=key, campaign_id=configuration, run=key, repetition=1, configuration_id=configuration)
+                Impact(
+                    id=key,
+                    campaign_id=configuration,
+                    run=key,
+                    repetition=1,
+                    configuration_id=configuration,
+                )
                 for key, configuration in PLACES.items()
             )
         yield store
@@ -318,9 +359,13 @@ def scattered(new_database):
 def test_every_match_comes_once_and_in_order(scattered, wanted, page):
     with scattered.reading() as session:
         query = select(Impact.id).where(Impact.configuration_id.in_(wanted))
-        pages = list(iter_pages(session, query, Impact.id, span_of(session, Impact, None, wanted), page))
+        pages = list(
+            iter_pages(session, query, Impact.id, span_of(session, Impact, None, wanted), page)
+        )
     listed_ids = [row["id"] for rows in pages for row in rows]
-    assert listed_ids == sorted(key for key, configuration in PLACES.items() if configuration in wanted)
+    assert listed_ids == sorted(
+        key for key, configuration in PLACES.items() if configuration in wanted
+    )
     assert all(0 < len(rows) <= page for rows in pages)
 
 
@@ -344,9 +389,13 @@ def thinned(new_database):
         with thinned.writing() as session:
             session.add(Campaign(id=1, name="c", kind="hammer", date=WHEN.date(), fingerprint="c"))
             session.add_all(
-                ExtractionSettingsRow(id=i, fingerprint=str(i), code_version=1, settings={}) for i in (1, 2)
+                ExtractionSettingsRow(id=i, fingerprint=str(i), code_version=1, settings={})
+                for i in (1, 2)
             )
-            keys = [configuration_id(session, [RunLevel("tip_material", tip)]) for tip in ("steel", "delrin")]
+            keys = [
+                configuration_id(session, [RunLevel("tip_material", tip)])
+                for tip in ("steel", "delrin")
+            ]
             for i in range(1, IMPACTS + 2):
                 key = keys[i % 3 > 0]
                 session.add(Impact(id=i, campaign_id=1, run=i, repetition=1, configuration_id=key))
@@ -354,7 +403,9 @@ def thinned(new_database):
             for settings in (1, 2):
                 own = {"settings_id": settings, "current": settings == 2}
                 keys_of = ((i, 1000 * settings + i) for i in range(1, IMPACTS + 1))
-                session.add_all(pulse_row(i, id=key, peak_force_n=float(i), **own) for i, key in keys_of)
+                session.add_all(
+                    pulse_row(i, id=key, peak_force_n=float(i), **own) for i, key in keys_of
+                )
         yield thinned
 
 
@@ -377,7 +428,9 @@ def test_all_where_they_fit(thinned, most):
 
 
 def test_filter_is_taken_before_the_thinning(thinned):
-    thinned_ids, total = keys(thinned, 8, Condition("tip_material", "=", "steel"), Condition("peak_force_n", ">", 30.0))
+    thinned_ids, total = keys(
+        thinned, 8, Condition("tip_material", "=", "steel"), Condition("peak_force_n", ">", 30.0)
+    )
     assert (len(thinned_ids), total) == (8, 22)
     assert all(key % 1000 % 3 == 0 and key % 1000 > 30 for key in thinned_ids)
     assert keys(thinned, 8, Condition("tip_material", "=", "gold")) == ([], 0)
@@ -397,7 +450,10 @@ def store(tables_url):
 def combinations(radii):
     """As many configurations as radii, of six factors each."""
     rest = [RunLevel(f"factor {i}", "1.0", 1.0) for i in range(4)]
-    return [[RunLevel("tip", THREE_TIPS[i % 3]), RunLevel("radius", f"{i}.0", float(i)), *rest] for i in range(radii)]
+    return [
+        [RunLevel("tip", THREE_TIPS[i % 3]), RunLevel("radius", f"{i}.0", float(i)), *rest]
+        for i in range(radii)
+    ]
 
 
 def configurations(store, radii):
@@ -423,10 +479,15 @@ def test_new_configuration_takes_few_statements_for_all_its_levels(store):
 
 def test_pulses_of_a_small_store_are_not_counted_first(store):
     with store.writing() as session:
-        session.add(Campaign(id=1, name="c", kind="hammer", date=dt.date(2026, 1, 1), fingerprint="c"))
+        session.add(
+            Campaign(id=1, name="c", kind="hammer", date=dt.date(2026, 1, 1), fingerprint="c")
+        )
         session.add(ExtractionSettingsRow(id=1, fingerprint="1", code_version=1, settings={}))
         (key,) = configuration_ids(session, [[RunLevel("tip", "steel")]])
-        session.add_all(Impact(id=i, campaign_id=1, run=i, repetition=1, configuration_id=key) for i in range(1, 9))
+        session.add_all(
+            Impact(id=i, campaign_id=1, run=i, repetition=1, configuration_id=key)
+            for i in range(1, 9)
+        )
         session.flush()
         session.add_all(pulse_row(i, id=i) for i in range(1, 9))
     where = (Condition("tip", "=", "steel"),)

@@ -32,7 +32,9 @@ def server(store: Store) -> Store:
 
 
 def names(store: Store) -> list[str]:
-    return store.read(lambda session: list(session.scalars(select(Factor.name).order_by(Factor.name))))
+    return store.read(
+        lambda session: list(session.scalars(select(Factor.name).order_by(Factor.name)))
+    )
 
 
 class Clock:
@@ -51,7 +53,13 @@ def test_patience_ends() -> None:
         raise OSError("still away")
 
     with pytest.raises(OSError, match="still away"):
-        retry(attempt, lambda *_: True, RetryPolicy(10.0), sleep=clock.sleep, clock=lambda: clock.now_s)
+        retry(
+            attempt,
+            lambda *_: True,
+            RetryPolicy(10.0),
+            sleep=clock.sleep,
+            clock=lambda: clock.now_s,
+        )
     pauses = [b - a for a, b in pairwise(attempts)]
     assert 5.0 < clock.now_s <= 10.0
     assert max(pauses) <= 5.0 and pauses[0] < 0.05

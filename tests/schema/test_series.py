@@ -29,16 +29,33 @@ WHOLE_NUMBERS = SeriesLayout("<f8", 30, 1.0)
 KINDS = ["<f4", "<f8", "<i2", "<i4", "<i8", "|u1"]
 
 
-@given(hnp.arrays(st.sampled_from(KINDS), st.integers(1, 300), elements={"allow_nan": True, "allow_infinity": True}))
+@given(
+    hnp.arrays(
+        st.sampled_from(KINDS),
+        st.integers(1, 300),
+        elements={"allow_nan": True, "allow_infinity": True},
+    )
+)
 def test_frame_and_series_return_the_same_bits(samples):
-    for again in (decode(encode(samples), samples.dtype.str), samples_of(encode_series(samples, 64))):
+    for again in (
+        decode(encode(samples), samples.dtype.str),
+        samples_of(encode_series(samples, 64)),
+    ):
         assert again.dtype == samples.dtype
         assert again.tobytes() == samples.tobytes()
 
 
 def test_hash_tells_dtype_and_content_apart():
     ones = np.ones(8, dtype=np.float32)
-    assert len({series_hash(samples) for samples in (ones, ones.astype(np.float64), ones[:7], ones * 2)}) == 4
+    assert (
+        len(
+            {
+                series_hash(samples)
+                for samples in (ones, ones.astype(np.float64), ones[:7], ones * 2)
+            }
+        )
+        == 4
+    )
 
 
 @pytest.fixture
@@ -84,7 +101,15 @@ def test_any_slice_is_the_slice_of_the_whole(store, chunk_samples, step):
     channel = stored(store, samples, chunk_samples)
     layout = SeriesLayout("<f4", chunk_samples, step)
     with store.reading() as session:
-        for start, stop in [(0, 500), (0, 0), (499, 500), (0, 7), (7, 14), (3, 471), *_random_slices(rng)]:
+        for start, stop in [
+            (0, 500),
+            (0, 0),
+            (499, 500),
+            (0, 7),
+            (7, 14),
+            (3, 471),
+            *_random_slices(rng),
+        ]:
             part = read_slice(session.connection(), channel, layout, start, stop)
             assert part.tobytes() == samples[start:stop].tobytes(), (start, stop)
 
@@ -129,7 +154,8 @@ def _no_counts(noise_steps, samples):
 
 
 @pytest.mark.parametrize(
-    ("noise_steps", "expected"), [(1.0, _BITS | _ZSTD), (10.0, _BYTES | _ZSTD), (30_000.0, _BITS | _LZ4)]
+    ("noise_steps", "expected"),
+    [(1.0, _BITS | _ZSTD), (10.0, _BYTES | _ZSTD), (30_000.0, _BITS | _LZ4)],
 )
 def test_packing_follows_the_noise(noise_steps, expected):
     frames = encode_series(_no_counts(noise_steps, 100_000)).frames
@@ -154,7 +180,9 @@ def test_changed_byte_and_a_frame_of_more_than_its_chunk_are_refused():
     frame = encode(np.sin(np.arange(300.0)))
     with pytest.raises(ValueError, match="declares"):
         decode(frame[:-1], "<f8")  # cut: refused before it is decoded
-    assert decode(frame[:-4], "<f8").tobytes() == np.sin(np.arange(300.0)).tobytes()  # without a checksum: read
+    assert (
+        decode(frame[:-4], "<f8").tobytes() == np.sin(np.arange(300.0)).tobytes()
+    )  # without a checksum: read
     for at in range(len(frame)):
         changed = bytearray(frame)
         changed[at] ^= 0x10
@@ -162,12 +190,21 @@ def test_changed_byte_and_a_frame_of_more_than_its_chunk_are_refused():
             decode(bytes(changed), "<f8")
     series = encode_series(np.zeros(20_000), chunk_samples=10_000)
     series.frames[0] = encode(np.zeros(1_000_000))
-    with pytest.raises(SeriesError, match=r"chunk 0 is damaged.*8000000 bytes; expected 80000 to 80000"):
+    with pytest.raises(
+        SeriesError, match=r"chunk 0 is damaged.*8000000 bytes; expected 80000 to 80000"
+    ):
         samples_of(series)
 
 
-def converter(step: float, noise_steps: float, dtype: str, samples: int = 40_000, seed: int = 1) -> np.ndarray:
-    counts = np.random.default_rng(seed).normal(0, noise_steps, samples).round().clip(-LARGEST_COUNT, LARGEST_COUNT)
+def converter(
+    step: float, noise_steps: float, dtype: str, samples: int = 40_000, seed: int = 1
+) -> np.ndarray:
+    counts = (
+        np.random.default_rng(seed)
+        .normal(0, noise_steps, samples)
+        .round()
+        .clip(-LARGEST_COUNT, LARGEST_COUNT)
+    )
     return (counts.astype(np.int16) * np.float64(step)).astype(dtype)
 
 
@@ -181,7 +218,9 @@ def restored(samples: np.ndarray) -> np.ndarray | None:
 
 
 @settings(max_examples=60)
-@given(st.floats(1e-9, 1e6), st.floats(0.5, 9000), st.sampled_from(["<f4", "<f8"]), st.integers(0, 9))
+@given(
+    st.floats(1e-9, 1e6), st.floats(0.5, 9000), st.sampled_from(["<f4", "<f8"]), st.integers(0, 9)
+)
 def test_found_counts_give_every_bit_back(step, noise_steps, dtype, seed):
     samples = converter(step, noise_steps, dtype, seed=seed)
     again = restored(samples)
@@ -192,7 +231,9 @@ def test_found_counts_give_every_bit_back(step, noise_steps, dtype, seed):
 @pytest.mark.parametrize("noise_steps", [1.0, 30.0, 3000.0])
 def test_step_is_found_whatever_the_scale(dtype, noise_steps):
     steps = 10 ** np.random.default_rng(2).uniform(-9, 6, 40)
-    steps_recovered = sum(restored(converter(step, noise_steps, dtype)) is not None for step in steps)
+    steps_recovered = sum(
+        restored(converter(step, noise_steps, dtype)) is not None for step in steps
+    )
     # In double precision the product's rounding leaves a few steps that no double stands for.
     assert steps_recovered >= 34
 

@@ -32,18 +32,29 @@ def store(tables_url):
 
 
 def material(**changes):
-    values = {"youngs_modulus_pa": 1e9, "poisson_ratio": 0.3, "density_kg_m3": 1e3, "yield_strength_pa": 1e6}
+    values = {
+        "youngs_modulus_pa": 1e9,
+        "poisson_ratio": 0.3,
+        "density_kg_m3": 1e3,
+        "yield_strength_pa": 1e6,
+    }
     return Material(**({"name": "test", "source": "none"} | values | changes))
 
 
 def campaign(name="c", **changes):
-    return Campaign(**({"name": name, "kind": "gun", "date": dt.date(2026, 1, 2), "fingerprint": "f"} | changes))
+    return Campaign(
+        **({"name": name, "kind": "gun", "date": dt.date(2026, 1, 2), "fingerprint": "f"} | changes)
+    )
 
 
 def test_new_store_knows_the_thesis_materials_and_rows_their_writer(store):
     with store.reading() as session:
         steel = session.scalars(select(Material).where(Material.name == "steel")).one()
-        assert (steel.youngs_modulus_pa, steel.poisson_ratio, steel.density_kg_m3) == (200e9, 0.30, 7800)
+        assert (steel.youngs_modulus_pa, steel.poisson_ratio, steel.density_kg_m3) == (
+            200e9,
+            0.30,
+            7800,
+        )
         assert "Table 4.2" in steel.source
         names = set(session.scalars(select(Material.name)))
         assert names == {"aluminum", "steel", "delrin", "polyurethane", "PLA"}
@@ -74,7 +85,9 @@ def test_failing_block_stores_nothing(store):
 
 @pytest.mark.parametrize("whole", [True, False], ids=["first write", "savepoint"])
 def test_signature_survives_a_rolled_back_first_write_or_savepoint(store, whole):
-    with Store(make_engine(store.engine.url.render_as_string(hide_password=False)), WRITER) as fresh:
+    with Store(
+        make_engine(store.engine.url.render_as_string(hide_password=False)), WRITER
+    ) as fresh:
         if whole:
             with pytest.raises(IntegrityError), fresh.writing() as session:
                 session.add(material(name="steel"))
@@ -135,10 +148,14 @@ def test_missing_store_names_the_command(tmp_path):
     assert not (tmp_path / "nothing.db").exists()
 
 
-@pytest.mark.parametrize("url", ["nonsense:x", "mysql://a/b", "sqlite:////no/such/folder/x.db", "sqlite:///x.db"])
+@pytest.mark.parametrize(
+    "url", ["nonsense:x", "mysql://a/b", "sqlite:////no/such/folder/x.db", "sqlite:///x.db"]
+)
 def test_unusable_address_is_refused(tmp_path, monkeypatch, url):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "x.db").write_bytes(b"this is not a database, but it is long enough to look at" * 100)
+    (tmp_path / "x.db").write_bytes(
+        b"this is not a database, but it is long enough to look at" * 100
+    )
     with pytest.raises(StoreError, match=r"x\.db" if "x.db" in url else None):
         open_store(url, WRITER, create=True)
     with pytest.raises(StoreError) as caught:
@@ -160,7 +177,12 @@ def test_recording_of_gigabytes_has_its_size(store):
     with store.writing() as session:
         session.add(of := campaign())
         session.flush()
-        large = {"path": "day.tdms", "sha256": "0" * 64, "size_bytes": 5_000_000_000, "format": "tdms"}
+        large = {
+            "path": "day.tdms",
+            "sha256": "0" * 64,
+            "size_bytes": 5_000_000_000,
+            "format": "tdms",
+        }
         session.add(Recording(campaign_id=of.id, status="stored", **large))
     with store.reading() as session:
         assert session.scalars(select(Recording.size_bytes)).one() == 5_000_000_000
@@ -179,7 +201,9 @@ def test_rows_added_at_once_are_signed_and_in_order(store):
         assert [(row.name, row.si_unit, row.description) for row in found] == [
             ("b", None, None), ("a", "m", None), ("c", None, "d")
         ]  # fmt: skip
-        assert {session.get_one(Provenance, row.written_by_id).command for row in found} == {"pyroshock test"}
+        assert {session.get_one(Provenance, row.written_by_id).command for row in found} == {
+            "pyroshock test"
+        }
 
 
 TEXT = st.text(st.characters(exclude_characters="\x00", exclude_categories=["Cs"]))
@@ -215,7 +239,12 @@ def test_numpy_becomes_python():
 
 
 def test_both_engines_store_what_json_has_not(database_url):
-    report = {"nan": math.nan, "inf": -math.inf, "text": "half \ud800 and nul \x00", "list": [np.float64(1.5)]}
+    report = {
+        "nan": math.nan,
+        "inf": -math.inf,
+        "text": "half \ud800 and nul \x00",
+        "list": [np.float64(1.5)],
+    }
     with open_store(database_url, Writer("test", "0"), create=True) as store:
         with store.writing() as session:
             session.add(Campaign(name="c", kind="gun", date=dt.date(2026, 1, 1), fingerprint="f"))

@@ -56,7 +56,9 @@ def registered(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Vers
         without_figures(patch)
         registry = fresh_registry(tmp_path_factory.mktemp("registry"))
         training_context = context_in(registry)
-        return registry, registry.record(fit_task(task_of("linear", "repetitions", training_context), training_context))
+        return registry, registry.record(
+            fit_task(task_of("linear", "repetitions", training_context), training_context)
+        )
 
 
 def arrays_with(payload: object) -> bytes:
@@ -74,11 +76,15 @@ def test_a_payload_would_go_off(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("make", [pickle.dumps, arrays_with], ids=["pickle", "npz-of-objects"])
 @pytest.mark.parametrize("name", ["model.json", "arrays.npz", "held_out.npz"])
-def test_no_file_of_a_model_is_unpickled(registered: tuple[Registry, Version], trap: Path, name, make) -> None:
+def test_no_file_of_a_model_is_unpickled(
+    registered: tuple[Registry, Version], trap: Path, name, make
+) -> None:
     """Not even where whoever planted it could change the digests, too."""
     registry, version = registered
     file = next(registry.place.folder.rglob(name))
-    before = {each: each.read_bytes() for each in (file, next(registry.place.folder.rglob("model.json")))}
+    before = {
+        each: each.read_bytes() for each in (file, next(registry.place.folder.rglob("model.json")))
+    }
     file.write_bytes(make(Payload(trap)))
     try:
         with pytest.raises(ValueError, match="linear@1"):
@@ -93,20 +99,28 @@ def test_no_file_of_a_model_is_unpickled(registered: tuple[Registry, Version], t
 def vouched(registry: Registry, version: Version) -> Version:
     """The version with the digests of the files as they are now."""
     description = next(registry.place.folder.rglob("model.json"))
-    arrays = hashlib.sha256(next(registry.place.folder.rglob("arrays.npz")).read_bytes()).hexdigest()
+    arrays = hashlib.sha256(
+        next(registry.place.folder.rglob("arrays.npz")).read_bytes()
+    ).hexdigest()
     try:
         document = json.loads(description.read_bytes()) | {"arrays_sha256": arrays}
     except ValueError:
         pass
     else:
         description.write_text(json.dumps(document))
-    (model_id,) = (row["model_id"] for row in registry.recorded() if row["run_id"] == version.run_id)
+    (model_id,) = (
+        row["model_id"] for row in registry.recorded() if row["run_id"] == version.run_id
+    )
     with registry.connection.client() as client:
         files = registry._hash_logged(client, version.run_id, model_id, registry.place.work)
-    return replace(version, sha256=hashlib.sha256(description.read_bytes()).hexdigest(), files=files)
+    return replace(
+        version, sha256=hashlib.sha256(description.read_bytes()).hexdigest(), files=files
+    )
 
 
-def test_what_mlflow_would_run_is_not_asked(registered: tuple[Registry, Version], trap: Path) -> None:
+def test_what_mlflow_would_run_is_not_asked(
+    registered: tuple[Registry, Version], trap: Path
+) -> None:
     """`MLmodel` names the module that MLflow's own `load_model` imports, and a folder of code beside it.
 
     Neither is run, not even where whoever planted them could change the digests, too.
@@ -118,10 +132,15 @@ def test_what_mlflow_would_run_is_not_asked(registered: tuple[Registry, Version]
     code.mkdir()
     (code / "planted.py").write_text(f"from pathlib import Path\nPath({str(trap)!r}).touch()\n")
     description.write_text(
-        before.replace("pyroshock.training.registry.loading", "planted").replace("code: null", "code: code")
+        before.replace("pyroshock.training.registry.loading", "planted").replace(
+            "code: null", "code: code"
+        )
     )
     try:
-        with pytest.raises(AlteredFilesError, match=r"linear@1: model/MLmodel is not .*planted\.py was not registered"):
+        with pytest.raises(
+            AlteredFilesError,
+            match=r"linear@1: model/MLmodel is not .*planted\.py was not registered",
+        ):
             registry.load(version)
         assert registry.load(vouched(registry, version)).model is not None
     finally:
@@ -142,7 +161,14 @@ def npz_of_pickles(path: Path, trap: Path) -> None:
 
 def mat_of_objects(path: Path, trap: Path) -> None:
     code = f"@() system('touch {trap}')"
-    savemat(path, {"fs": FS_HZ, "force": np.array([code, WAVE], dtype=object), "fun": {"function_handle": code}})
+    savemat(
+        path,
+        {
+            "fs": FS_HZ,
+            "force": np.array([code, WAVE], dtype=object),
+            "fun": {"function_handle": code},
+        },
+    )
 
 
 def hdf5_of_pickles(path: Path, trap: Path) -> None:
@@ -228,8 +254,15 @@ def test_names_and_levels_are_data(database_url: str, tmp_path: Path) -> None:
     assert {row["name"] for row in asked("campaigns", "--db", database_url)} == set(HOSTILE)
     for text in HOSTILE:
         for words in (("--campaign", text), ("--where", f"operator_mood={text}")):
-            assert [row["campaign"] for row in asked("impacts", *words, "--db", database_url)] == [text]
-    for begun in (("impacts", "--campaign"), ("impacts", "--where"), ("shots", "--campaign"), ("diagnose",)):
+            assert [row["campaign"] for row in asked("impacts", *words, "--db", database_url)] == [
+                text
+            ]
+    for begun in (
+        ("impacts", "--campaign"),
+        ("impacts", "--where"),
+        ("shots", "--campaign"),
+        ("diagnose",),
+    ):
         answer = pyroshock(*begun, "operator_mood=a\0b", "--db", database_url)
         assert answer.exit_code in (0, 2) and answer.output.count("\n") == 1, (begun, answer.output)
     assert rows(database_url) == before
@@ -241,6 +274,16 @@ def test_plans_are_called_as_they_are_called(database_url: str, tmp_path: Path) 
     with opened(database_url, create=True):
         pass
     for text in HOSTILE:
-        run_pyroshock("plan", "factorial", text, "--factors", factors, "--repetitions", "1", "--db", database_url)
+        run_pyroshock(
+            "plan",
+            "factorial",
+            text,
+            "--factors",
+            factors,
+            "--repetitions",
+            "1",
+            "--db",
+            database_url,
+        )
     with opened(database_url) as store, store.reading() as session:
         assert {plan["name"] for plan in list_plans(session)} == set(HOSTILE)

@@ -95,8 +95,13 @@ QUESTIONS = {
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with roled_server(tmp_path_factory.mktemp("lab")) as served:
-        served.execute("CREATE FUNCTION theirs() RETURNS void LANGUAGE sql AS 'SELECT pg_sleep(0)'", "lab")
-        served.execute("CREATE VIEW theirs_seen AS SELECT pg_terminate_backend(pid) FROM pg_stat_activity", "lab")
+        served.execute(
+            "CREATE FUNCTION theirs() RETURNS void LANGUAGE sql AS 'SELECT pg_sleep(0)'", "lab"
+        )
+        served.execute(
+            "CREATE VIEW theirs_seen AS SELECT pg_terminate_backend(pid) FROM pg_stat_activity",
+            "lab",
+        )
         served.execute("GRANT SELECT ON theirs_seen TO PUBLIC", "lab")
         yield served
 
@@ -111,10 +116,18 @@ def _answer(url: str, sql: str) -> list[dict[str, list[object]]]:
 
 
 @pytest.mark.parametrize("login", [SUPERUSER, ADMIN, OPERATOR, READER, "keeper"])
-def test_no_login_can_do_more_than_read_the_store(server: Server, login: str, tmp_path: Path) -> None:
-    url, file, before = server.address(login), tmp_path / "written", counts(server.address("keeper"))
+def test_no_login_can_do_more_than_read_the_store(
+    server: Server, login: str, tmp_path: Path
+) -> None:
+    url, file, before = (
+        server.address(login),
+        tmp_path / "written",
+        counts(server.address("keeper")),
+    )
     tmp_path.chmod(0o777)
-    with closing(psycopg.connect(url.replace("postgresql+psycopg", "postgresql"), autocommit=True)) as other:
+    with closing(
+        psycopg.connect(url.replace("postgresql+psycopg", "postgresql"), autocommit=True)
+    ) as other:
         pid = other.info.backend_pid
         held = {}
         for name, attack in ATTACKS.items():
@@ -124,15 +137,22 @@ def test_no_login_can_do_more_than_read_the_store(server: Server, login: str, tm
                 held[name] = len(str(error).splitlines()) == 1 and not file.exists()
         assert [name for name in ATTACKS if not held.get(name)] == []
         assert other.execute("select 1").fetchone() == (1,)
-        locks = other.execute("select count(*) from pg_locks where locktype = 'advisory'").fetchone()
+        locks = other.execute(
+            "select count(*) from pg_locks where locktype = 'advisory'"
+        ).fetchone()
         assert locks == (0,)
     assert counts(server.address("keeper")) == before
 
 
 def test_the_reason_names_what_is_refused(server: Server) -> None:
-    with pytest.raises(QueryError, match=r"the function pg_terminate_backend is refused; ask the database with psql"):
+    with pytest.raises(
+        QueryError,
+        match=r"the function pg_terminate_backend is refused; ask the database with psql",
+    ):
         _answer(server.address(SUPERUSER), 'select "pg_terminate_backend"(1)')
-    with pytest.raises(QueryError, match=r"pg_catalog.pg_authid \(no table of the store\) is refused"):
+    with pytest.raises(
+        QueryError, match=r"pg_catalog.pg_authid \(no table of the store\) is refused"
+    ):
         _answer(server.address(SUPERUSER), "select rolname from pg_authid")
 
 

@@ -149,12 +149,14 @@ def _digest(server: Server) -> str:
     try:
         with engine.connect() as connection:
             for table in tables:
-                rows = connection.execute(text(f"SELECT md5(t::text) FROM {table} t ORDER BY 1")).scalars().all()
+                rows = (
+                    connection.execute(text(f"SELECT md5(t::text) FROM {table} t ORDER BY 1"))
+                    .scalars()
+                    .all()
+                )
                 digest.update(repr((table, rows)).encode())
             owners = "SELECT relname, relowner, relacl::text FROM pg_class WHERE relnamespace = 'public'::regnamespace"
-            functions = (
-                "SELECT proname, proowner, prosrc, proconfig::text, proacl::text FROM pg_proc WHERE proname ~ '^pyro'"
-            )
+            functions = "SELECT proname, proowner, prosrc, proconfig::text, proacl::text FROM pg_proc WHERE proname ~ '^pyro'"
             for query in (f"{owners} ORDER BY 1", f"{functions} ORDER BY 1"):
                 digest.update(repr(connection.exec_driver_sql(query).all()).encode())
     finally:
@@ -178,7 +180,9 @@ def _keys(server: Server) -> dict[str, Any]:
 
 def _attacked(url: str, statements: tuple[str, ...]) -> str:
     """The error that ends the attack, empty for one that goes through."""
-    with closing(psycopg.connect(url.replace("postgresql+psycopg", "postgresql"), autocommit=True)) as connection:
+    with closing(
+        psycopg.connect(url.replace("postgresql+psycopg", "postgresql"), autocommit=True)
+    ) as connection:
         try:
             for statement in statements:
                 connection.execute(statement.encode())
@@ -191,7 +195,9 @@ def _attacked(url: str, statements: tuple[str, ...]) -> str:
 def test_nobody_but_an_administrator_changes_what_was_recorded(server: Server, login: str) -> None:
     before, keys, rows = _digest(server), _keys(server), {}
     for name, statements in ATTACKS.items():
-        error = _attacked(server.address(login), tuple(statement.format(**keys) for statement in statements))
+        error = _attacked(
+            server.address(login), tuple(statement.format(**keys) for statement in statements)
+        )
         rows[name] = (error, _digest(server) == before)
         print(f"| {login} | {name} | {'held' if all(rows[name]) else 'NOT HELD'} | {error[:90]} |")
     assert {name: row for name, row in rows.items() if not row[0] or not row[1]} == {}
@@ -205,7 +211,9 @@ def test_an_administrator_may(server: Server) -> None:
         "UPDATE channels SET si_gain = 2",
         "UPDATE recordings SET path = 'x' || id",
     ):
-        assert _attacked(server.address(ADMIN), ("BEGIN", statement.format(**keys), "ROLLBACK")) == ""
+        assert (
+            _attacked(server.address(ADMIN), ("BEGIN", statement.format(**keys), "ROLLBACK")) == ""
+        )
 
 
 def test_functions_are_their_owners_and_name_their_schema(server: Server) -> None:
@@ -219,7 +227,9 @@ def test_functions_are_their_owners_and_name_their_schema(server: Server) -> Non
     }
 
 
-def test_an_operator_mends_a_damaged_series_and_no_whole_one(server: Server, tmp_path: Path) -> None:
+def test_an_operator_mends_a_damaged_series_and_no_whole_one(
+    server: Server, tmp_path: Path
+) -> None:
     db = server.address(OPERATOR)
     folder = hammer_campaign(tmp_path / "mended", recordings=2, hits=1, name="mended")
     run_pyroshock("ingest", folder, "--db", db, "--jobs", "1")
@@ -238,14 +248,23 @@ def test_an_operator_mends_a_damaged_series_and_no_whole_one(server: Server, tmp
         result = run_pyroshock("db", "check", "--db", db, "--repair", folder)
         assert pyroshock("db", "check", "--db", db).exit_code == 0, result.output
     # What was recorded of a series is the administrator's to change.
-    server.execute(f"UPDATE channels SET chunk_samples = 999 WHERE {of_campaign.replace('channel_id', 'id', 1)}", "lab")
+    server.execute(
+        f"UPDATE channels SET chunk_samples = 999 WHERE {of_campaign.replace('channel_id', 'id', 1)}",
+        "lab",
+    )
     assert "pyroshock_admin" in pyroshock("db", "check", "--db", db, "--repair", folder).output
     run_pyroshock("db", "check", "--db", server.address(ADMIN), "--repair", folder)
 
 
-def test_an_operator_imports_what_replaces_a_recording_that_was_set_aside(server: Server, tmp_path: Path) -> None:
+def test_an_operator_imports_what_replaces_a_recording_that_was_set_aside(
+    server: Server, tmp_path: Path
+) -> None:
     folder = hammer_campaign(tmp_path / "both", recordings=2, hits=1, name="both")
-    theirs, out, db = f"sqlite:///{tmp_path}/theirs.db", tmp_path / "both.pyroshock", server.address(OPERATOR)
+    theirs, out, db = (
+        f"sqlite:///{tmp_path}/theirs.db",
+        tmp_path / "both.pyroshock",
+        server.address(OPERATOR),
+    )
     run_pyroshock("ingest", folder, "--db", theirs, "--jobs", "1")
     run_pyroshock("db", "export", "both", "--out", out, "--db", theirs)
     recording = folder / recording_name(1)
@@ -253,4 +272,6 @@ def test_an_operator_imports_what_replaces_a_recording_that_was_set_aside(server
     assert "set aside" in pyroshock("ingest", folder, "--db", db, "--jobs", "1").output
     run_pyroshock("db", "import", out, "--db", db)
     assert pyroshock("db", "check", "--db", db).exit_code == 0
-    assert "pyroshock_admin" in refusal("runs", "discard", "both", recording_name(1), "--reason", "r", "--db", db)
+    assert "pyroshock_admin" in refusal(
+        "runs", "discard", "both", recording_name(1), "--reason", "r", "--db", db
+    )

@@ -13,7 +13,13 @@ from pyroshock.app.jobs.claims import stop
 from pyroshock.app.jobs.queue import ask
 from pyroshock.schema import migrate
 from pyroshock.schema.access import roles
-from pyroshock.schema.access.permissions import ROLES, missing_rights, missing_roles, rights_on, tables_of
+from pyroshock.schema.access.permissions import (
+    ROLES,
+    missing_rights,
+    missing_roles,
+    rights_on,
+    tables_of,
+)
 from pyroshock.schema.access.roles import act_as_owner, ensure_roles
 from pyroshock.schema.engine import StoreRoleError, make_engine
 from pyroshock.schema.session import StoreError, count_rows
@@ -56,7 +62,11 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
             " WHERE schemaname = 'public' AND has_table_privilege(role::name, tablename::text, has_right)"
         )
         granted = {tuple(row) for row in connection.execute(text(query))}
-        rights = [(role, table, right) for table in tables_of(connection) for role, right in rights_on(table)]
+        rights = [
+            (role, table, right)
+            for table in tables_of(connection)
+            for role, right in rights_on(table)
+        ]
     assert granted == {row for row in rights if row[0] != "pyroshock_admin"}
 
 
@@ -71,7 +81,10 @@ def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ..
     hammer_campaign(Path("folder"), recordings=1, hits=1, name="mine")
     message = refusal(*words, "--db", server.address(READER))
     assert "permission denied" in message
-    assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in message
+    assert (
+        'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"'
+        in message
+    )
 
 
 def test_a_reader_looks_and_is_told_the_role_that_is_needed(server: Server, tmp_path: Path) -> None:
@@ -79,9 +92,18 @@ def test_a_reader_looks_and_is_told_the_role_that_is_needed(server: Server, tmp_
         job = ask(store, EXTRACT, "pulses of spring", ExtractArguments("spring"))
         result = pyroshock("work", "--db", server.address(READER))
         stop(store, job.key)
-    assert result.exit_code == 2 and "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
-    assert 'GRANT pyroshock_reader TO "nora"' in refusal("campaigns", "--db", server.address(NOBODY))
-    with opened(server.address(READER)) as store, pytest.raises(StoreError) as caught, store.reading() as session:
+    assert (
+        result.exit_code == 2
+        and "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
+    )
+    assert 'GRANT pyroshock_reader TO "nora"' in refusal(
+        "campaigns", "--db", server.address(NOBODY)
+    )
+    with (
+        opened(server.address(READER)) as store,
+        pytest.raises(StoreError) as caught,
+        store.reading() as session,
+    ):
         session.execute(text("SELECT nothing FROM nowhere"))
     assert not isinstance(caught.value, StoreRoleError) and "pyroshock_" not in str(caught.value)
     db, before = server.address(READER), counts(server.address("keeper"))
@@ -97,7 +119,17 @@ def test_an_operator_works_and_mends_a_recording(server: Server, tmp_path: Path)
     db = server.address(OPERATOR)
     hammer_campaign(tmp_path / "mine", recordings=1, hits=1, name="summer")
     done("ingest", tmp_path / "mine", "--db", db, "--jobs", "1")
-    done("plan", "factorial", "summer-plan", "--db", db, "--factors", "factors.toml", "--repetitions", "1")
+    done(
+        "plan",
+        "factorial",
+        "summer-plan",
+        "--db",
+        db,
+        "--factors",
+        "factors.toml",
+        "--repetitions",
+        "1",
+    )
     done("extract", "summer", "--threshold", "0.02", "--db", db)
     # The one thing that is deleted: the row that says why a recording was set aside.
     db = server.address(OPERATOR)
@@ -117,15 +149,21 @@ def test_an_operator_diagnoses_and_predicts(server: Server, tmp_path: Path) -> N
     done("diagnose", "first-shots", "--db", db, "--json", tmp_path / "report.json")
     assert json.loads((tmp_path / "report.json").read_text())["causes"]
     for address in (db, server.address(READER)):
-        assert json.loads(done("predict", "--tank-pressure", "0.5bar", "--draws", "8", "--db", address, "--json"))
+        assert json.loads(
+            done("predict", "--tank-pressure", "0.5bar", "--draws", "8", "--db", address, "--json")
+        )
 
 
-def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(server: Server, tmp_path: Path) -> None:
+def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(
+    server: Server, tmp_path: Path
+) -> None:
     folder = hammer_campaign(tmp_path / "kept", recordings=2, hits=1, name="kept")
     db, path, out = server.address(OPERATOR), recording_name(1), tmp_path / "kept.pyroshock"
     done("ingest", folder, "--db", db, "--jobs", "1")
     before = counts(db)
-    assert "pyroshock_admin" in refusal("runs", "discard", "kept", path, "--reason", "r", "--db", db)
+    assert "pyroshock_admin" in refusal(
+        "runs", "discard", "kept", path, "--reason", "r", "--db", db
+    )
     assert "pyroshock_admin" in refusal("campaigns", "delete", "kept", "--reason", "r", "--db", db)
     archived = ("campaigns", "archive", "kept", "--out", out, "--reason", "r", "--db")
     assert "pyroshock_admin" in pyroshock(*archived, db).stderr and counts(db) == before
@@ -134,7 +172,10 @@ def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(s
     out.unlink()
     done(*archived, server.address(ADMIN))
     done("campaigns", "restore", out, "--db", db)
-    assert {**counts(db), **{table: before[table] for table in ("tombstones", "provenance")}} == before
+    assert {
+        **counts(db),
+        **{table: before[table] for table in ("tombstones", "provenance")},
+    } == before
 
 
 REFUSED = (
@@ -152,12 +193,16 @@ def test_an_operator_changes_no_tables_and_what_an_admin_adds_is_everybodys(serv
                 connection.exec_driver_sql(statement)
         with pytest.raises(StoreRoleError, match="needs the role pyroshock_admin"):
             migrate.downgrade(engine, "0004")
-        assert "needs the role pyroshock_admin" in refusal("db", "roles", "--db", server.address(OPERATOR))
+        assert "needs the role pyroshock_admin" in refusal(
+            "db", "roles", "--db", server.address(OPERATOR)
+        )
         assert migrate.current_revision(engine) == migrate.HEAD
     finally:
         engine.dispose()
     # As a migration to come would: its table is the admin role's, and readers and operators have their rights.
-    admin, reader, operator = (make_engine(server.address(login)) for login in (ADMIN, READER, OPERATOR))
+    admin, reader, operator = (
+        make_engine(server.address(login)) for login in (ADMIN, READER, OPERATOR)
+    )
     with admin.begin() as connection:
         act_as_owner(connection)
         connection.exec_driver_sql("CREATE TABLE later (id serial PRIMARY KEY, word text)")
@@ -165,7 +210,9 @@ def test_an_operator_changes_no_tables_and_what_an_admin_adds_is_everybodys(serv
         connection.exec_driver_sql("INSERT INTO later (word) VALUES ('one')")
     with reader.connect() as connection:
         assert connection.exec_driver_sql("SELECT word FROM later").scalar() == "one"
-        owner = connection.exec_driver_sql("SELECT tableowner FROM pg_tables WHERE tablename = 'later'").scalar()
+        owner = connection.exec_driver_sql(
+            "SELECT tableowner FROM pg_tables WHERE tablename = 'later'"
+        ).scalar()
     with admin.begin() as connection:
         connection.exec_driver_sql("DROP TABLE later")
     for engine in (admin, reader, operator):
@@ -200,9 +247,15 @@ def test_the_way_back_takes_every_right(server: Server) -> None:
     migrate.upgrade(engine)
     migrate.downgrade(engine, "0004")
     with engine.connect() as connection:
-        lacking = [right for right in missing_rights(connection) if "admin" not in right and "UPDATE of" not in right]
+        lacking = [
+            right
+            for right in missing_rights(connection)
+            if "admin" not in right and "UPDATE of" not in right
+        ]
         assert len(lacking) == sum(
-            role != "pyroshock_admin" for table in tables_of(connection) for role, _ in rights_on(table)
+            role != "pyroshock_admin"
+            for table in tables_of(connection)
+            for role, _ in rights_on(table)
         )
         left = "SELECT count(*) FROM pg_default_acl"
         owners = "SELECT DISTINCT tableowner FROM pg_tables WHERE schemaname = 'public'"
@@ -241,7 +294,10 @@ def test_pages_for_a_reader(server: Server) -> None:
 
     with window(server.address(READER)) as (client, store):
         before = count_rows(store)
-        assert client.get("/campaigns").status_code == 200 and "spring" in client.get("/campaigns").text
+        assert (
+            client.get("/campaigns").status_code == 200
+            and "spring" in client.get("/campaigns").text
+        )
         address = f"/plans/{PLAN}/runs/1"
         discard = {"status": "discarded", "note": "the tip broke"}
         answers = [post_json(client, f"/api{address}", discard), post(client, address, discard)]

@@ -18,7 +18,12 @@ from pyroshock.app.cli.common import SECRET_OPTIONS, command_line
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.app.server import cli
 from pyroshock.app.web.settings import Settings, SettingsError
-from pyroshock.schema.addresses import AddressError, address_for_display, parse_address, without_secrets
+from pyroshock.schema.addresses import (
+    AddressError,
+    address_for_display,
+    parse_address,
+    without_secrets,
+)
 from pyroshock.schema.engine import make_engine
 from pyroshock.schema.tables import metadata
 from pyroshock.training.registry.model_storage import ModelStorage, storage_for
@@ -58,15 +63,35 @@ def test_texts_commands_and_records_keep_all_but_their_secrets() -> None:
     assert without_secrets(message) == (
         "no store at postgresql://me:***@host/db, try http://h:1/x or token=***; hybrid@3 promoted by me@lab"
     )
-    words = ["/bin/pyroshock", "serve", "--token", "WORD", "--db=postgresql://me:P W@h/d", "--host", "0.0.0.0"]
-    assert command_line(words) == "pyroshock serve --token *** --db=postgresql://me:***@h/d --host 0.0.0.0"
+    words = [
+        "/bin/pyroshock",
+        "serve",
+        "--token",
+        "WORD",
+        "--db=postgresql://me:P W@h/d",
+        "--host",
+        "0.0.0.0",
+    ]
+    assert (
+        command_line(words)
+        == "pyroshock serve --token *** --db=postgresql://me:***@h/d --host 0.0.0.0"
+    )
     assert command_line(["x", "serve", "--token=WORD"]) == "x serve --token=***"
     assert command_line(["x", "impacts", "--db", "me:PW@host/d"]) == "x impacts --db ***@host/d"
-    assert command_line(["/lib/clone/__main__.py", "ingest", "c"]) == "pyroshock ingest c"  # python -m pyroshock
-    assert command_line(["x", "promote", "hybrid@3", "--reason", "a=b"]) == "x promote hybrid@3 --reason a=b"
+    assert (
+        command_line(["/lib/clone/__main__.py", "ingest", "c"]) == "pyroshock ingest c"
+    )  # python -m pyroshock
+    assert (
+        command_line(["x", "promote", "hybrid@3", "--reason", "a=b"])
+        == "x promote hybrid@3 --reason a=b"
+    )
     # An option of a new command that is called like a secret must be in the list.
     options = {word for command in _commands() for option in command.params for word in option.opts}
-    called_so = {word for word in options if word.startswith("--") and re.search("token|password|secret|key", word)}
+    called_so = {
+        word
+        for word in options
+        if word.startswith("--") and re.search("token|password|secret|key", word)
+    }
     assert called_so == set(SECRET_OPTIONS)
     settings = Settings("postgresql://me:PW@host/db", token="a token of PW, long enough")
     place = storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": "http://me:PW@tracking"})
@@ -77,18 +102,29 @@ def test_texts_commands_and_records_keep_all_but_their_secrets() -> None:
     assert "PW" not in str(caught.value)
 
 
-@pytest.mark.parametrize("address", ["postgresql://me:P@PW@host/db", "postgresql://me:P@PW:x@h:5/db", "me:PW@host"])
+@pytest.mark.parametrize(
+    "address", ["postgresql://me:P@PW@host/db", "postgresql://me:P@PW:x@h:5/db", "me:PW@host"]
+)
 def test_an_unreadable_address_is_refused_without_its_password(address: str) -> None:
     with pytest.raises(AddressError) as caught:
         parse_address(address)
-    assert "PW" not in str(caught.value) and caught.value.__suppress_context__ | (caught.value.__context__ is None)
+    assert "PW" not in str(caught.value) and caught.value.__suppress_context__ | (
+        caught.value.__context__ is None
+    )
     with pytest.raises(AddressError, match="%40"):  # how an @ within a password is written
         parse_address("postgresql://me:P@PW@host/db")
 
 
 def _commands() -> list[click.Command]:
-    made = [getattr(importlib.import_module(module, "pyroshock"), name) for module, name, _ in COMMANDS.values()]
-    return [subcommand for command in made for subcommand in (command, *getattr(command, "commands", {}).values())]
+    made = [
+        getattr(importlib.import_module(module, "pyroshock"), name)
+        for module, name, _ in COMMANDS.values()
+    ]
+    return [
+        subcommand
+        for command in made
+        for subcommand in (command, *getattr(command, "commands", {}).values())
+    ]
 
 
 # --- a password and a token are planted in every place that takes one ---
@@ -96,7 +132,9 @@ SECRET = "Zq7sEcReT"
 
 
 @pytest.fixture(autouse=True)
-def apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+def apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
     """No store and no settings but those of the test; every log is looked at, too."""
     monkeypatch.chdir(tmp_path)
     Path("factors.toml").write_text(FACTORS)
@@ -107,14 +145,20 @@ def apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCap
 
 
 @pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]) -> Any:
+def run(
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    capfd: pytest.CaptureFixture[str],
+) -> Any:
     """The command line as a process has it; nothing that it says, anywhere, may hold the secret."""
 
     def run(*words: str | Path) -> Result:
         arguments = [str(word) for word in words]
         monkeypatch.setattr(sys, "argv", ["/usr/bin/pyroshock", *arguments])
         result = CliRunner().invoke(main, arguments)
-        assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+        assert result.exception is None or isinstance(result.exception, SystemExit), (
+            result.exception
+        )
         beside = capfd.readouterr()
         for said in (result.output, result.stderr, beside.out, beside.err, caplog.text):
             assert SECRET not in said
@@ -137,15 +181,22 @@ def secret_db(postgres_url: str) -> Iterator[str]:
 
 def texts_of(db: str) -> str:
     with opened(db) as store, store.reading() as session:
-        return "\n".join(str(row) for table in metadata.sorted_tables for row in session.execute(select(table)))
+        return "\n".join(
+            str(row) for table in metadata.sorted_tables for row in session.execute(select(table))
+        )
 
 
-def test_no_command_tells_or_keeps_the_password_of_its_store(run: Any, secret_db: str, tmp_path: Path) -> None:
+def test_no_command_tells_or_keeps_the_password_of_its_store(
+    run: Any, secret_db: str, tmp_path: Path
+) -> None:
     by_query = make_url(secret_db)._replace(password=None).update_query_dict({"password": SECRET})
     other = by_query.render_as_string(hide_password=False)
     folder = hammer_campaign(tmp_path / "spring", recordings=1, hits=1, name="spring")
     said = run("campaigns", "--db", secret_db)
-    assert said.exit_code == 2 and "pyroshock init --db postgresql+psycopg://postgres:***@" in said.stderr
+    assert (
+        said.exit_code == 2
+        and "pyroshock init --db postgresql+psycopg://postgres:***@" in said.stderr
+    )
     assert run("init", "--db", secret_db).exit_code == 0
     assert run("ingest", folder, f"--db={other}", "--jobs", "1").exit_code == 0
     plan = ("plan", "factorial", "mine", "--factors", "factors.toml", "--repetitions", "1")
@@ -166,15 +217,24 @@ def test_no_command_tells_or_keeps_the_password_of_its_store(run: Any, secret_db
 
 
 @pytest.mark.slow
-def test_no_training_keeps_it(run: Any, secret_db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_training_keeps_it(
+    run: Any, secret_db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Neither MLflow's database, which has a password too, nor the files of the models."""
     name, server = f"mlflow_{uuid.uuid4().hex}", make_url(secret_db)
     _execute(server.set(database="postgres"), f'CREATE DATABASE "{name}"')
     tracking = server.set(database=name).render_as_string(hide_password=False)
     monkeypatch.setenv("MLFLOW_TRACKING_URI", tracking)
-    assert run("ingest", full_campaign(tmp_path / "spring"), "--db", secret_db, "--jobs", "1").exit_code == 0
+    assert (
+        run(
+            "ingest", full_campaign(tmp_path / "spring"), "--db", secret_db, "--jobs", "1"
+        ).exit_code
+        == 0
+    )
     assert run("dataset", "build", "pulses", "--from", "spring", "--db", secret_db).exit_code == 0
-    trained = run("train", "pulses", "--models", "linear", "--split", "repetitions", "--db", secret_db)
+    trained = run(
+        "train", "pulses", "--models", "linear", "--split", "repetitions", "--db", secret_db
+    )
     assert trained.exit_code == 0, trained.stderr
     files = [file for file in tmp_path.rglob("*") if file.is_file()]
     assert any(file.name == "model.json" for file in files)
@@ -182,7 +242,9 @@ def test_no_training_keeps_it(run: Any, secret_db: str, tmp_path: Path, monkeypa
     engine, tables = create_engine(tracking), MetaData()
     tables.reflect(engine)
     with engine.connect() as connection:
-        kept = [str(row) for table in tables.sorted_tables for row in connection.execute(select(table))]
+        kept = [
+            str(row) for table in tables.sorted_tables for row in connection.execute(select(table))
+        ]
     engine.dispose()
     _execute(server.set(database="postgres"), f'DROP DATABASE "{name}" WITH (FORCE)')
     assert any("linear" in row for row in kept) and [row for row in kept if SECRET in row] == []
@@ -192,7 +254,10 @@ def test_no_training_keeps_it(run: Any, secret_db: str, tmp_path: Path, monkeypa
 def test_an_older_and_a_newer_store_are_told_without_it(run: Any, secret_db: str) -> None:
     run("init", "--db", secret_db)
     engine = make_engine(secret_db)
-    for revision, step in (("0003", "pyroshock db upgrade --db postgresql"), ("9999", "update pyroshock")):
+    for revision, step in (
+        ("0003", "pyroshock db upgrade --db postgresql"),
+        ("9999", "update pyroshock"),
+    ):
         with engine.begin() as connection:
             connection.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
         said = run("campaigns", "--db", secret_db)
@@ -212,7 +277,9 @@ def test_an_older_and_a_newer_store_are_told_without_it(run: Any, secret_db: str
     f"mysql://me:{SECRET}@host/db",
     f"nothing://me:{SECRET}@host/db",
 ])  # fmt: skip
-def test_an_address_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.MonkeyPatch, address: str) -> None:
+def test_an_address_that_fails_is_told_without_it(
+    run: Any, monkeypatch: pytest.MonkeyPatch, address: str
+) -> None:
     assert run("campaigns", "--db", address).exit_code == 2
     assert run("predict", "--tank-pressure", "nonsense", "--db", address).exit_code == 2
     assert run("campaigns", address).exit_code == 2  # an argument too many is quoted
@@ -228,24 +295,36 @@ def test_an_address_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.
     f"file://me:{SECRET}@host/folder",
     f"me:{SECRET}@host/folder",
 ])  # fmt: skip
-def test_a_registry_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.MonkeyPatch, uri: str) -> None:
+def test_a_registry_that_fails_is_told_without_it(
+    run: Any, monkeypatch: pytest.MonkeyPatch, uri: str
+) -> None:
     run("init", "--db", "sqlite:///lab.db")
     monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
     assert run("models", "--db", "sqlite:///lab.db").exit_code == 2
 
 
-def test_the_token_of_a_server_is_not_kept_or_told_over_http(run: Any, tmp_path, monkeypatch, caplog) -> None:
+def test_the_token_of_a_server_is_not_kept_or_told_over_http(
+    run: Any, tmp_path, monkeypatch, caplog
+) -> None:
     """The command that made the store is stored with its first rows."""
     monkeypatch.setattr(cli, "_listen", lambda *_: None)
     token = f"{SECRET}-and-more-of-it"
     assert run("serve", "--db", f"sqlite:///{tmp_path}/lab.db", "--token", token).exit_code == 0
-    assert f"serve --db sqlite:///{tmp_path}/lab.db --token ***" in texts_of(f"sqlite:///{tmp_path}/lab.db")
+    assert f"serve --db sqlite:///{tmp_path}/lab.db --token ***" in texts_of(
+        f"sqlite:///{tmp_path}/lab.db"
+    )
     caplog.set_level(logging.WARNING, "httpx2")  # the client's own log
     by_token = {"Authorization": f"Bearer {token}"}
     with window(f"sqlite:///{tmp_path}/lab.db", token=token, folders=(tmp_path,)) as (client, _):
-        answers = [client.get(f"/campaigns?token={token}"), client.get("/campaigns", headers=by_token)]
+        answers = [
+            client.get(f"/campaigns?token={token}"),
+            client.get("/campaigns", headers=by_token),
+        ]
         client.headers |= by_token
-        answers += [client.get(path) for path in ("/campaigns", "/jobs", "/api/openapi.json", "/models", "/nothing")]
+        answers += [
+            client.get(path)
+            for path in ("/campaigns", "/jobs", "/api/openapi.json", "/models", "/nothing")
+        ]
         answers += [post_json(client, "/api/ingest", {"path": f"postgresql://me:{SECRET}@host/db"})]
     for answer in answers:
         assert SECRET not in answer.text and SECRET not in str(answer.headers.get("location"))

@@ -27,8 +27,19 @@ class _Advisories(BaseHTTPRequestHandler):
         asked = json.loads(self.rfile.read(int(self.headers["content-length"])))
         name = asked["package"]["name"]
         ranges = [{"type": "ECOSYSTEM", "events": [{"introduced": "0"}, {"fixed": "99.0"}]}]
-        affected = [{"package": {"name": name, "ecosystem": "PyPI"}, "versions": [asked["version"]], "ranges": ranges}]
-        hole = {"id": "PYSEC-2026-1", "summary": "planted", "details": "planted", "affected": affected}
+        affected = [
+            {
+                "package": {"name": name, "ecosystem": "PyPI"},
+                "versions": [asked["version"]],
+                "ranges": ranges,
+            }
+        ]
+        hole = {
+            "id": "PYSEC-2026-1",
+            "summary": "planted",
+            "details": "planted",
+            "affected": affected,
+        }
         content = json.dumps({"vulns": [hole]}).encode()
         self.send_response(200)
         self.send_header("content-length", str(len(content)))
@@ -54,7 +65,9 @@ def test_a_published_vulnerability_is_found(tmp_path: Path) -> None:
     pins = tmp_path / "pins.txt"
     pins.write_text("six==1.17.0\n")
     with _service() as address:
-        found = audit.outcome_by("osv", "--osv-url", address, "-r", str(pins), "--no-deps", "--disable-pip")
+        found = audit.outcome_by(
+            "osv", "--osv-url", address, "-r", str(pins), "--no-deps", "--disable-pip"
+        )
     assert found.asked == 1 and found.vulnerable == (("six 1.17.0", "PYSEC-2026-1", "99.0"),)
 
 
@@ -62,20 +75,32 @@ def test_a_published_vulnerability_is_found(tmp_path: Path) -> None:
 def test_nobody_to_ask_is_not_a_clean_bill(tmp_path: Path) -> None:
     pins = tmp_path / "pins.txt"
     pins.write_text("six==1.17.0\n")
-    closed = ("--osv-url", "http://127.0.0.1:9/v1/query", "-r", str(pins), "--no-deps", "--disable-pip")
+    closed = (
+        "--osv-url",
+        "http://127.0.0.1:9/v1/query",
+        "-r",
+        str(pins),
+        "--no-deps",
+        "--disable-pip",
+    )
     found = audit.outcome_by("osv", *closed)
     assert found.asked == 0 and "NOT DONE" in audit.told(found)
 
 
 def test_unknown_packages_are_named_and_accepted_ones_have_a_reason_and_an_end() -> None:
-    skipped = {"name": "six", "skip_reason": "Dependency not found on PyPI and could not be audited: six (1.17.0)"}
+    skipped = {
+        "name": "six",
+        "skip_reason": "Dependency not found on PyPI and could not be audited: six (1.17.0)",
+    }
     known = {"name": "tqdm", "version": "4.70.1", "vulns": []}
     assert "NOT DONE" in audit.told(audit.outcome_of({"dependencies": [skipped]}))
     assert "1 packages asked, 0 vulnerabilities; not known there: six" in audit.told(
         audit.outcome_of({"dependencies": [skipped, known]})
     )
     for accepted in tomllib.loads(audit.ACCEPTED.read_text(encoding="utf-8")).get("accepted", []):
-        assert accepted.keys() == {"id", "package", "reason", "until"} and isinstance(accepted["until"], date)
+        assert accepted.keys() == {"id", "package", "reason", "until"} and isinstance(
+            accepted["until"], date
+        )
 
 
 @pytest.mark.parametrize(("accepted", "said"), [
@@ -84,7 +109,9 @@ def test_unknown_packages_are_named_and_accepted_ones_have_a_reason_and_an_end()
     ([{"id": "PYSEC-1", "package": "other", "until": date(2027, 1, 1)}], "raise its pin"),
     ([{"id": "PYSEC-1", "package": "six", "until": date(2027, 1, 1)}], None),
 ])  # fmt: skip
-def test_a_vulnerability_fails_unless_accepted_for_now(accepted: list[dict[str, object]], said: str | None) -> None:
+def test_a_vulnerability_fails_unless_accepted_for_now(
+    accepted: list[dict[str, object]], said: str | None
+) -> None:
     lines = list(audit.not_accepted(HOLE, accepted, DAY))
     assert lines == [] if said is None else said in lines[0]
 

@@ -38,7 +38,10 @@ PATIENCE_S = 90.0
 
 def as_hdf5(folder: Path) -> Path:
     """The campaign's first recording as HDF5, which is read in a process of its own, for it could crash its reader."""
-    with np.load(folder / recording_name(1)) as given, h5py.File(folder / "recordings" / "test-01.h5", "w") as file:
+    with (
+        np.load(folder / recording_name(1)) as given,
+        h5py.File(folder / "recordings" / "test-01.h5", "w") as file,
+    ):
         for name in given.files:
             file[name] = given[name]
     (folder / recording_name(1)).unlink()
@@ -48,7 +51,11 @@ def as_hdf5(folder: Path) -> Path:
 
 def environment(db: str) -> dict[str, str]:
     """As a user has it: nothing says yet that the working directory is closed."""
-    kept = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHONSAFEPATH", "NUMBA", "MLFLOW"))}
+    kept = {
+        k: v
+        for k, v in os.environ.items()
+        if not k.startswith(("PYTHONSAFEPATH", "NUMBA", "MLFLOW"))
+    }
     return kept | {"PYROSHOCK_DB": db}
 
 
@@ -80,7 +87,9 @@ def db(tmp_path: Path) -> str:
     return f"sqlite:///{tmp_path / 'lab.db'}"
 
 
-def test_ingest_and_extract_import_nothing_from_a_campaign_folder(tmp_path: Path, program: list[str], db: str) -> None:
+def test_ingest_and_extract_import_nothing_from_a_campaign_folder(
+    tmp_path: Path, program: list[str], db: str
+) -> None:
     """The processes that read ahead, and those of joblib."""
     folder = hammer_campaign(tmp_path / "c", recordings=3, hits=2)
     trap = planted(folder)
@@ -90,7 +99,9 @@ def test_ingest_and_extract_import_nothing_from_a_campaign_folder(tmp_path: Path
     assert ran(trap) == ""
 
 
-def test_the_process_of_one_file_imports_nothing_from_its_folder(tmp_path: Path, program: list[str], db: str) -> None:
+def test_the_process_of_one_file_imports_nothing_from_its_folder(
+    tmp_path: Path, program: list[str], db: str
+) -> None:
     folder = as_hdf5(hammer_campaign(tmp_path / "c", recordings=1, hits=1))
     trap = planted(folder)
     asked = ["recordings/test-01.h5", "--channel", "force", "--unit", "m/s2", "--json"]
@@ -106,21 +117,32 @@ def test_python_m_imports_nothing_from_a_campaign_folder(tmp_path: Path, db: str
         (folder / f"{name}.py").unlink()
     done([sys.executable, "-m", "pyroshock", "ingest", ".", "--jobs", "2"], db, folder)
     assert (ran(trap), counts(db)["impacts"]) == ("", 6)
-    campaign = json.loads(done([sys.executable, "-m", "pyroshock", "campaigns", "--json"], db, folder))
+    campaign = json.loads(
+        done([sys.executable, "-m", "pyroshock", "campaigns", "--json"], db, folder)
+    )
     assert campaign[0]["name"] == "hammer"
 
 
 @pytest.mark.slow
-def test_train_imports_nothing_from_the_working_directory(tmp_path: Path, program: list[str], db: str) -> None:
+def test_train_imports_nothing_from_the_working_directory(
+    tmp_path: Path, program: list[str], db: str
+) -> None:
     folder = full_campaign(tmp_path / "c")
     assert pyroshock("ingest", folder, "--db", db).exit_code == 0
-    assert pyroshock("dataset", "build", "spring", "--from", "spring", "--quality", "none", "--db", db).exit_code == 0
+    assert (
+        pyroshock(
+            "dataset", "build", "spring", "--from", "spring", "--quality", "none", "--db", db
+        ).exit_code
+        == 0
+    )
     trap = planted(folder)
     done([*program, "train", "spring", "--models", "hann,linear", "--jobs", "2"], db, folder)
     assert ran(trap) == ""
 
 
-def test_diagnose_takes_no_module_or_compiled_code_from_there(tmp_path: Path, program: list[str], db: str) -> None:
+def test_diagnose_takes_no_module_or_compiled_code_from_there(
+    tmp_path: Path, program: list[str], db: str
+) -> None:
     """numba would take the folder of its cache from a file there, and unpickle what lies in it."""
     folder = gun_campaign(tmp_path / "c", name="spring")
     trap = planted(folder)
@@ -129,7 +151,9 @@ def test_diagnose_takes_no_module_or_compiled_code_from_there(tmp_path: Path, pr
     assert (ran(trap), (folder / "planted-cache").exists()) == ("", False)
 
 
-def test_jobs_of_the_window_import_nothing_from_a_campaign_folder(tmp_path: Path, program: list[str], db: str) -> None:
+def test_jobs_of_the_window_import_nothing_from_a_campaign_folder(
+    tmp_path: Path, program: list[str], db: str
+) -> None:
     """The server was started in the folder that it is to ingest."""
     folder = as_hdf5(hammer_campaign(tmp_path / "c", recordings=3, hits=2))
     trap = planted(folder)
@@ -144,7 +168,9 @@ def test_jobs_of_the_window_import_nothing_from_a_campaign_folder(tmp_path: Path
             csrf = json.load(browser.open(f"{address}api/csrf"))["token"]
             body = json.dumps({"path": "."}).encode()
             headers = {"X-CSRF-Token": csrf, "Content-Type": "application/json"}
-            job = json.load(browser.open(urllib.request.Request(f"{address}api/ingest", body, headers)))["id"]
+            job = json.load(
+                browser.open(urllib.request.Request(f"{address}api/ingest", body, headers))
+            )["id"]
             state = "waiting"
             while state not in ("done", "failed", "stopped") and server.poll() is None:
                 time.sleep(0.1)
@@ -161,7 +187,10 @@ def test_processes_of_a_script_import_nothing_from_the_working_directory(tmp_pat
     (tmp_path / "c").mkdir()
     trap, script = planted(tmp_path / "c"), tmp_path / "script.py"
     script.write_text(SCRIPT.format(tests=str(TESTS)), encoding="utf-8")
-    assert done([sys.executable, str(script)], "", tmp_path / "c").split() == ["9", "None"] and ran(trap) == ""
+    assert (
+        done([sys.executable, str(script)], "", tmp_path / "c").split() == ["9", "None"]
+        and ran(trap) == ""
+    )
 
 
 def test_blocks_within_blocks_leave_the_environment_as_it_was(monkeypatch) -> None:
@@ -170,5 +199,11 @@ def test_blocks_within_blocks_leave_the_environment_as_it_was(monkeypatch) -> No
     with working_directory_closed():
         with working_directory_closed():
             pass
-        assert (os.environ["PYTHONSAFEPATH"], os.environ["NUMBA_CACHE_DIR"]) == ("1", "/var/cache/numba")
-    assert ("PYTHONSAFEPATH" in os.environ, os.environ["NUMBA_CACHE_DIR"]) == (False, "/var/cache/numba")
+        assert (os.environ["PYTHONSAFEPATH"], os.environ["NUMBA_CACHE_DIR"]) == (
+            "1",
+            "/var/cache/numba",
+        )
+    assert ("PYTHONSAFEPATH" in os.environ, os.environ["NUMBA_CACHE_DIR"]) == (
+        False,
+        "/var/cache/numba",
+    )

@@ -9,8 +9,32 @@ import pytest
 from pyroshock.signals.calibration import Calibration, Line, fit_line
 
 #: GUM (JCGM 100:2008), Table H.6: readings of a thermometer (degrees Celsius) and its corrections.
-THERMOMETER_C = [21.521, 22.012, 22.512, 23.003, 23.507, 23.999, 24.513, 25.002, 25.503, 26.010, 26.511]
-CORRECTION_C = [-0.171, -0.169, -0.166, -0.159, -0.164, -0.165, -0.156, -0.157, -0.159, -0.161, -0.160]
+THERMOMETER_C = [
+    21.521,
+    22.012,
+    22.512,
+    23.003,
+    23.507,
+    23.999,
+    24.513,
+    25.002,
+    25.503,
+    26.010,
+    26.511,
+]
+CORRECTION_C = [
+    -0.171,
+    -0.169,
+    -0.166,
+    -0.159,
+    -0.164,
+    -0.165,
+    -0.156,
+    -0.157,
+    -0.159,
+    -0.161,
+    -0.160,
+]
 #: Pearson's data with York's weights: York et al. (2004), Table I.
 PEARSON_X = [0.0, 0.9, 1.8, 2.6, 3.3, 4.4, 5.2, 6.1, 6.5, 7.4]
 PEARSON_Y = [5.9, 5.4, 4.4, 4.6, 3.5, 3.7, 2.8, 2.8, 2.4, 1.5]
@@ -45,7 +69,9 @@ def points(seed: int, x_u: float, y_u: float) -> tuple[np.ndarray, np.ndarray]:
     """Three load-unload cycles from 0 to 4 bar in steps of 1 bar, as the thesis calibrates (section 2.2.1)."""
     rng = np.random.default_rng(seed)
     bar = np.tile([0, 1, 2, 3, 4, 3, 2, 1], 3).astype(float)
-    return bar + x_u * rng.standard_normal(24), 0.3624 + 0.5621 * bar + y_u * rng.standard_normal(24)
+    return bar + x_u * rng.standard_normal(24), 0.3624 + 0.5621 * bar + y_u * rng.standard_normal(
+        24
+    )
 
 
 def test_without_uncertainties_of_references_it_is_polyfit() -> None:
@@ -81,7 +107,9 @@ def test_with_uncertainties_of_both_it_is_the_least_distance() -> None:
     line = fit_line(x, y, x_u, y_u)
     assert (line.offset, line.sensitivity) == pytest.approx(run.x[:2], rel=1e-6)
     assert line.chi_square == pytest.approx(2 * run.cost, rel=1e-7)
-    assert (line.offset_u, line.sensitivity_u) == pytest.approx(line.enlarged * np.sqrt(np.diag(covariance)), rel=1e-3)
+    assert (line.offset_u, line.sensitivity_u) == pytest.approx(
+        line.enlarged * np.sqrt(np.diag(covariance)), rel=1e-3
+    )
 
 
 def test_the_truth_lies_within_the_stated_uncertainty_as_often_as_it_says() -> None:
@@ -103,7 +131,9 @@ def test_uncertainty_grows_with_the_scatter_and_with_that_of_the_references() ->
     line = fit_line(*points(5, 0.0, 2e-3))
     alone, common = (Calibration(line, dt.date(2026, 3, 2), 24, u) for u in (0.0, 0.01))
     assert common.uncertainty(3.0) == pytest.approx(np.hypot(alone.uncertainty(3.0), 0.01))
-    calibration = Calibration(fit_line(*points(6, 0.0, 2e-3), 1e-3, 1e-3), dt.date(2026, 3, 2), 24, 0.01)
+    calibration = Calibration(
+        fit_line(*points(6, 0.0, 2e-3), 1e-3, 1e-3), dt.date(2026, 3, 2), 24, 0.01
+    )
     assert Calibration.from_json(calibration.as_json()) == calibration
     assert isinstance(calibration.line, Line)
 
@@ -119,6 +149,8 @@ def test_uncertainty_grows_with_the_scatter_and_with_that_of_the_references() ->
         ([0, 1, 2], [0, 1, 2], [0.1, 0.0, 0.1], "point 2 has no uncertainty and others have one"),
     ],
 )
-def test_points_that_give_no_line_are_refused(x: list[float], y: list[float], x_u: float, words: str) -> None:
+def test_points_that_give_no_line_are_refused(
+    x: list[float], y: list[float], x_u: float, words: str
+) -> None:
     with pytest.raises(ValueError, match=words):
         fit_line(x, y, x_u)

@@ -10,9 +10,13 @@ from pyroshock.signals.record_rest import AS_RECORDED, RestChoice, rest_before_s
 RATE = 50_000.0
 
 
-def ringing(at_s: float, peak: float = 100.0, seconds: float = 0.2, hz: float = 900.0) -> np.ndarray:
+def ringing(
+    at_s: float, peak: float = 100.0, seconds: float = 0.2, hz: float = 900.0
+) -> np.ndarray:
     t = np.arange(round(seconds * RATE)) / RATE - at_s
-    return np.where(t >= 0, peak * np.exp(-150 * np.maximum(t, 0)) * np.sin(2 * np.pi * hz * t), 0.0)
+    return np.where(
+        t >= 0, peak * np.exp(-150 * np.maximum(t, 0)) * np.sin(2 * np.pi * hz * t), 0.0
+    )
 
 
 @pytest.mark.parametrize("offset", [-30.0, 0.6, 40.0])
@@ -26,10 +30,16 @@ def test_rest_before_the_shock_is_removed_and_said(offset):
 
 def test_nothing_is_removed_without_rest_or_when_asked():
     begins_at_once = ringing(0.0) + 5.0
-    slow_foot = np.sin(np.pi * np.arange(20_000) / 20_000)  # no rest: its first half of what is quiet climbs
+    slow_foot = np.sin(
+        np.pi * np.arange(20_000) / 20_000
+    )  # no rest: its first half of what is quiet climbs
     for record in (begins_at_once, slow_foot):
         same, removed = without_rest(record, RATE)
-        assert same is record and removed.level_m_s2 == 0 and "no rest was recorded" in removed.sentence
+        assert (
+            same is record
+            and removed.level_m_s2 == 0
+            and "no rest was recorded" in removed.sentence
+        )
     assert rest_before_shock(slow_foot)[0] is None
     same, removed = without_rest(ringing(0.05) + 3, RATE, choice=AS_RECORDED)
     assert removed.level_m_s2 == 0 and "as recorded" in removed.sentence
@@ -63,6 +73,8 @@ def test_one_event_is_one_hit():
         "noise": np.random.default_rng(3).normal(size=100_000),
         "half sine": np.where(t < 0.011, np.sin(np.pi * t / 0.011), 0.0),
     }
-    assert {name: len(hits_of(record, RATE)) for name, record in single_hits.items()} == dict.fromkeys(single_hits, 1)
+    assert {
+        name: len(hits_of(record, RATE)) for name, record in single_hits.items()
+    } == dict.fromkeys(single_hits, 1)
     assert len(hits_of(np.array([0.0, 1.0]), 10.0)) == 1
     assert hits_of(np.zeros(100), RATE) == [] and hits_of(np.array([]), RATE) == []

@@ -15,12 +15,29 @@ from pyroshock.signals.units import SI_UNITS, UnitError, to_si
     [
         (
             "acceleration",
-            {"g": 9.80665, "gn": 9.80665, "mg": 9.80665e-3, "m/s2": 1.0, "m/s²": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3},
+            {
+                "g": 9.80665,
+                "gn": 9.80665,
+                "mg": 9.80665e-3,
+                "m/s2": 1.0,
+                "m/s²": 1.0,
+                "m/s^2": 1.0,
+                "mm/s2": 1e-3,
+            },
         ),
-        ("acceleration", dict.fromkeys(("g's", "g pk", "G"), 9.80665) | {"µg": 9.80665e-6, "Gal": 0.01}),
-        ("acceleration", dict.fromkeys(("ms-2", "m s-2", "m s^-2", "m·s⁻²", "ms⁻²", "m/s/s", "m/sec^2"), 1.0)),
+        (
+            "acceleration",
+            dict.fromkeys(("g's", "g pk", "G"), 9.80665) | {"µg": 9.80665e-6, "Gal": 0.01},
+        ),
+        (
+            "acceleration",
+            dict.fromkeys(("ms-2", "m s-2", "m s^-2", "m·s⁻²", "ms⁻²", "m/s/s", "m/sec^2"), 1.0),
+        ),
         ("force", {"N": 1.0, "Newtons": 1.0, "kN": 1e3, "lbf": 4.4482216152605}),
-        ("force", {"kg*m/s**2": 1.0, "kg m s^-2": 1.0, "kg*m/s²": 1.0, "m**3*kg/m**2/s**(2)": 1.0}),  # powers of names
+        (
+            "force",
+            {"kg*m/s**2": 1.0, "kg m s^-2": 1.0, "kg*m/s²": 1.0, "m**3*kg/m**2/s**(2)": 1.0},
+        ),  # powers of names
         ("pressure", {"bar": 1e5, "psi": 6894.757293168, "MPa": 1e6}),
         ("displacement", {"mm": 1e-3}),
         ("strain", {"um/m": 1e-6, "%": 1e-2}),
@@ -36,12 +53,25 @@ def test_unit_has_its_factor(quantity, gains):
 
 def test_unit_of_another_quantity_an_unknown_one_and_endless_powers_are_refused():
     """pint reckons powers of numbers exactly: campaign.toml held an ingest as long as it liked."""
-    for unit, quantity in (("kg", "acceleration"), ("m", "force"), ("s", "pressure"), ("V", "force")):
+    for unit, quantity in (
+        ("kg", "acceleration"),
+        ("m", "force"),
+        ("s", "pressure"),
+        ("V", "force"),
+    ):
         with pytest.raises(UnitError, match=f"'{unit}' does not measure {quantity}"):
             to_si(unit, quantity)
     with pytest.raises(UnitError, match=r"'loudness'.*force, acceleration"):
         to_si("N", "loudness")
-    powers = ("10**100000000", "9**9**9**9", "N**9**9**9**9", "(9)^99999999 N", "9²²²²²² N", "N**999999999", "N" * 2000)
+    powers = (
+        "10**100000000",
+        "9**9**9**9",
+        "N**9**9**9**9",
+        "(9)^99999999 N",
+        "9²²²²²² N",
+        "N**999999999",
+        "N" * 2000,
+    )
     for unit in powers:
         with pytest.raises(UnitError, match="unit"):
             to_si(unit, "force")

@@ -14,8 +14,12 @@ def test_text_file_and_controller_times_become_points(tmp_path) -> None:
     path = tmp_path / "profile.csv"
     path.write_text("time_s,valve_position\n0,0\n0.1,1\n0.12,1\n0.16,0\n", encoding="utf-8")
     assert ValveProfile.read(path) == CLOSING
-    assert ValveProfile.of_controller(0.2, 0.5, 0.3) == ValveProfile((0.0, 0.2, 0.5, 0.8), (0.0, 1.0, 1.0, 0.0))
-    assert ValveProfile.of_controller(0.2, 0.1, 0.4) == ValveProfile((0.0, 0.1, 0.1 + 0.2), (0.0, 0.5, 0.0))
+    assert ValveProfile.of_controller(0.2, 0.5, 0.3) == ValveProfile(
+        (0.0, 0.2, 0.5, 0.8), (0.0, 1.0, 1.0, 0.0)
+    )
+    assert ValveProfile.of_controller(0.2, 0.1, 0.4) == ValveProfile(
+        (0.0, 0.1, 0.1 + 0.2), (0.0, 0.5, 0.0)
+    )
 
 
 def test_profiles_that_no_valve_has_are_refused(tmp_path) -> None:

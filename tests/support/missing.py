@@ -49,5 +49,8 @@ def summary_of(reasons: Iterable[str]) -> str:
     counts = Counter(match[1] for reason in reasons if (match := _REASON.search(reason)))
     if not counts:
         return ""
-    total, listed = sum(counts.values()), ", ".join(f"{name} ({counts[name]})" for name in sorted(counts))
+    total, listed = (
+        sum(counts.values()),
+        ", ".join(f"{name} ({counts[name]})" for name in sorted(counts)),
+    )
     return f"{total} test{'s' if total > 1 else ''} skipped for want of: {listed}"

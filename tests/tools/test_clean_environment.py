@@ -35,22 +35,38 @@ def test_home_is_empty_and_variables_are_gone(tmp_path: Path) -> None:
         "EDITOR": "x",
     }
     variables, home = json.loads(run_clean(sys.executable, "-c", script, **variables_before))
-    assert home == ["fonts.conf"] and variables["HOME"] != str(tmp_path) and "/opt/x" not in variables["PATH"]
+    assert (
+        home == ["fonts.conf"]
+        and variables["HOME"] != str(tmp_path)
+        and "/opt/x" not in variables["PATH"]
+    )
     assert not {"PYROSHOCK_DB", "LANG", "EDITOR", "PYTHONPATH"} & variables.keys()
     assert not Path(variables["HOME"]).exists(), "the home is removed afterwards"
 
 
 def test_what_reaches_packages_and_what_tests_are_asked_by_is_kept(tmp_path: Path) -> None:
-    variables_before = {"PIP_INDEX_URL": "x", "https_proxy": "y", "TEST_DATABASE_URL": "z", "CI": "true"}
-    assert variables_before.items() <= clean_environment.clean_variables(variables_before, tmp_path).items()
+    variables_before = {
+        "PIP_INDEX_URL": "x",
+        "https_proxy": "y",
+        "TEST_DATABASE_URL": "z",
+        "CI": "true",
+    }
+    assert (
+        variables_before.items()
+        <= clean_environment.clean_variables(variables_before, tmp_path).items()
+    )
 
 
 def test_pip_still_reads_where_packages_come_from(tmp_path: Path) -> None:
     settings = tmp_path / ".config" / "pip" / "pip.conf"
-    assert "PIP_CONFIG_FILE" not in clean_environment.clean_variables({"HOME": str(tmp_path)}, tmp_path)
+    assert "PIP_CONFIG_FILE" not in clean_environment.clean_variables(
+        {"HOME": str(tmp_path)}, tmp_path
+    )
     settings.parent.mkdir(parents=True)
     settings.touch()
-    assert clean_environment.clean_variables({"HOME": str(tmp_path)}, tmp_path)["PIP_CONFIG_FILE"] == str(settings)
+    assert clean_environment.clean_variables({"HOME": str(tmp_path)}, tmp_path)[
+        "PIP_CONFIG_FILE"
+    ] == str(settings)
 
 
 def test_the_exit_code_is_that_of_the_command() -> None:
@@ -71,14 +87,19 @@ print(report_content(Document("Campaign", "冲击 衝撃 충격", "", {}, []), "
     assert run_clean(sys.executable, "-W", "error", "-c", script).strip() == "%PDF"
 
 
-def test_a_missing_shell_browser_or_server_skips_and_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_shell_browser_or_server_skips_and_is_counted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setenv("PATH", "/nonexistent")
     reasons = []
     for name in ("zsh", "zsh", "chromium"):
         with pytest.raises(pytest.skip.Exception) as skipped:
             missing.needs_program(name)
         reasons.append(str(skipped.value))
-    assert missing.summary_of([*reasons, "not for this engine"]) == "3 tests skipped for want of: chromium (1), zsh (2)"
+    assert (
+        missing.summary_of([*reasons, "not for this engine"])
+        == "3 tests skipped for want of: chromium (1), zsh (2)"
+    )
     assert missing.summary_of(["not for this engine"]) == ""
     assert missing.summary_of(reasons[:1]).startswith("1 test skipped")
 

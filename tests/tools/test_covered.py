@@ -23,15 +23,28 @@ FILES = [
 
 def test_rooms_are_summed_held_to_floors_and_written_to_the_page() -> None:
     ingest, twin, everything = by_room(FILES)
-    assert (ingest.name, ingest.statements, ingest.statements_run, ingest.branches_run) == ("ingest", 150, 140, 48)
-    assert ingest.percent == pytest.approx(100 * 188 / 200) and (twin.name, twin.percent) == ("twin", 25.0)
+    assert (ingest.name, ingest.statements, ingest.statements_run, ingest.branches_run) == (
+        "ingest",
+        150,
+        140,
+        48,
+    )
+    assert ingest.percent == pytest.approx(100 * 188 / 200) and (twin.name, twin.percent) == (
+        "twin",
+        25.0,
+    )
     assert (everything.name, everything.statements) == ("all", 171)
     rooms = by_room(FILES)
     assert list(below(rooms, {"ingest": 94.0, "twin": 25.0, "all": 80.0})) == []
     low, unknown = below(rooms, {"ingest": 94.1, "all": 80.0})
-    assert low == "ingest: 94.00 % covered, under its floor of 94.1 %" and unknown.startswith("twin: no floor")
+    assert low == "ingest: 94.00 % covered, under its floor of 94.1 %" and unknown.startswith(
+        "twin: no floor"
+    )
     floor = tomllib.loads(floor_text(by_room(FILES)))
-    assert floor == {"ingest": 93.0, "twin": 24.0, "all": 86.8} and list(below(by_room(FILES), floor)) == []
+    assert (
+        floor == {"ingest": 93.0, "twin": 24.0, "all": 86.8}
+        and list(below(by_room(FILES), floor)) == []
+    )
     page = "# Coverage\n<!-- rooms: written by make coverage -->\nold\n<!-- end of rooms -->\nend\n"
     once = page_text(page, by_room(FILES), "2026-11-22")
     assert once.startswith("# Coverage\n") and once.endswith("-->\nend\n") and "old" not in once
@@ -44,9 +57,13 @@ def test_rooms_are_summed_held_to_floors_and_written_to_the_page() -> None:
 def test_report_of_coverage_py_is_read(tmp_path: Path) -> None:
     """One branch of two, and three statements of four, of a program that is run."""
     (tmp_path / "room").mkdir()
-    (tmp_path / "room" / "one.py").write_text("import sys\nx = 1\nif len(sys.argv) > 5:\n    x = 2\n")
+    (tmp_path / "room" / "one.py").write_text(
+        "import sys\nx = 1\nif len(sys.argv) > 5:\n    x = 2\n"
+    )
     for words in (["run", "--branch", "room/one.py"], ["json", "-q", "-o", "out.json"]):
-        subprocess.run([sys.executable, "-m", "coverage", *words], cwd=tmp_path, env=_outside(), check=True)
+        subprocess.run(
+            [sys.executable, "-m", "coverage", *words], cwd=tmp_path, env=_outside(), check=True
+        )
     (file,) = by_file(json.loads((tmp_path / "out.json").read_text()))
     assert file == Covered("room/one.py", 4, 3, 2, 1)
 

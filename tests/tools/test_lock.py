@@ -15,7 +15,9 @@ from packaging.utils import canonicalize_name
 from tools.lock import ENVIRONMENTS, FOLDER
 
 ROOT = Path(__file__).resolve().parents[2]
-PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))[
+    "project"
+]
 _CHANGE = "run make lock"
 
 
@@ -40,7 +42,9 @@ def _wanted(extra: str | None) -> list[Requirement]:
     requirements: list[Requirement] = []
     for requirement in map(Requirement, texts):
         if requirement.name == PROJECT["name"]:
-            requirements += [further for name in sorted(requirement.extras) for further in _wanted(name)]
+            requirements += [
+                further for name in sorted(requirement.extras) for further in _wanted(name)
+            ]
         else:
             requirements.append(requirement)
     return requirements
@@ -54,7 +58,9 @@ def test_what_the_project_asks_for_is_locked(name: str) -> None:
         if requirement.marker is None or requirement.marker.evaluate(environment):
             package = canonicalize_name(requirement.name)
             assert package in locked, f"{package} is not locked: {_CHANGE}"
-            assert requirement.specifier.contains(locked[package]), f"{package}=={locked[package]}: {_CHANGE}"
+            assert requirement.specifier.contains(locked[package]), (
+                f"{package}=={locked[package]}: {_CHANGE}"
+            )
     assert "setuptools" in locked
 
 
@@ -62,14 +68,18 @@ def test_what_the_project_asks_for_is_locked(name: str) -> None:
 def test_versions_are_those_of_the_constraints_and_every_file_has_its_hash(name: str) -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins = {
-        canonicalize_name(line.split("==")[0]): line.split("==")[1] for line in lines if "==" in line and line[0] != "#"
+        canonicalize_name(line.split("==")[0]): line.split("==")[1]
+        for line in lines
+        if "==" in line and line[0] != "#"
     }
     for entry in _entries(name):
         head, *hashes = entry.split(" \\\n")
         requirement = Requirement(head)
         version = str(requirement.specifier).removeprefix("==").partition("+")[0]
         assert pins.get(canonicalize_name(requirement.name), version) == version, _CHANGE
-        assert hashes and all(re.fullmatch(r"    --hash=sha256:[0-9a-f]{64}", line) for line in hashes), head
+        assert hashes and all(
+            re.fullmatch(r"    --hash=sha256:[0-9a-f]{64}", line) for line in hashes
+        ), head
 
 
 def test_no_index_is_named_and_the_files_are_small() -> None:

@@ -39,7 +39,8 @@ def test_law():
     assert countdown(3) == 0
 """
 MUL, GT, SUB = (
-    f"Replace{name}" for name in ("BinaryOperator_Mul_Div", "ComparisonOperator_Gt_GtE", "BinaryOperator_Sub_Add")
+    f"Replace{name}"
+    for name in ("BinaryOperator_Mul_Div", "ComparisonOperator_Gt_GtE", "BinaryOperator_Sub_Add")
 )
 
 
@@ -65,16 +66,23 @@ def the(operator: str, becomes: str) -> Mutant:
     (the(GT, "return a if a >= b else b"), "survived", "", 60.0),
     (the(SUB, "n = n + 1"), "timed out", "", 2.0),
 ])  # fmt: skip
-def test_what_becomes_of_a_mutant(toy: Path, mutant: Mutant, what: str, by: str, limit_s: float) -> None:
+def test_what_becomes_of_a_mutant(
+    toy: Path, mutant: Mutant, what: str, by: str, limit_s: float
+) -> None:
     one = session.Trial(mutant, plan.Target("law.py", ("tests/test_law.py",), None), limit_s)
     (outcome,) = tried_alone(toy, [one])
-    assert (outcome.what, outcome.by) == (what, by) and (toy / "law.py").read_text(encoding="utf-8") == LAW
+    assert (outcome.what, outcome.by) == (what, by) and (toy / "law.py").read_text(
+        encoding="utf-8"
+    ) == LAW
 
 
 def test_code_that_fails_unchanged_is_refused_and_the_plan_is_of_this_tree(toy: Path) -> None:
     with pytest.raises(RuntimeError, match=r"law.py as it is: killed exit 4"):
         limits_alone(toy, [plan.Target("law.py", ("tests/test_absent.py",), None)])
-    assert plan.read(ROOT).chosen(("twin/gun/nominal.py",))[0].tests[0] == "tests/twin/gun/test_nominal.py"
+    assert (
+        plan.read(ROOT).chosen(("twin/gun/nominal.py",))[0].tests[0]
+        == "tests/twin/gun/test_nominal.py"
+    )
     assert {verdict.kind for verdict in verdicts.read(VERDICTS)} == {"equivalent", "left"}
 
 
@@ -89,7 +97,10 @@ def test_annotations_and_chosen_numbers_are_no_mutants_and_samples_follow_seeds(
         "return mass * speed**2 / 1",
     }
     source = "x = parameter(default=1.0, likely=(2.0, -3.0))\n"
-    assert len(spots(source, ["NumberReplacer"])) == 6 and len(spots(source, ["NumberReplacer"], ["likely"])) == 2
+    assert (
+        len(spots(source, ["NumberReplacer"])) == 6
+        and len(spots(source, ["NumberReplacer"], ["likely"])) == 2
+    )
     every = spots(LAW, ["NumberReplacer"])
     assert sample(every, 4, "1") == sample(every, 4, "1") != sample(every, 4, "2")
     assert sample(every, None, "1") == every
@@ -110,21 +121,45 @@ def test_rows_go_with_their_lines_and_keep_what_was_first(tmp_path: Path) -> Non
 
 
 def row(after: str, at_first: str, now: str) -> Row:
-    return Row("law.py", "f", "a > b", after, 0, 3, GT, at_first, now, "tests/t.py::test_f", "2026-11-22", 9)
+    return Row(
+        "law.py",
+        "f",
+        "a > b",
+        after,
+        0,
+        3,
+        GT,
+        at_first,
+        now,
+        "tests/t.py::test_f",
+        "2026-11-22",
+        9,
+    )
 
 
 def test_counts_tell_what_became_of_each_and_new_rows_replace_theirs(tmp_path: Path) -> None:
-    kept = [row("a < b", "killed", "killed"), row("a", "survived", "killed"), row("b", "timed out", "timed out")]
+    kept = [
+        row("a < b", "killed", "killed"),
+        row("a", "survived", "killed"),
+        row("b", "timed out", "timed out"),
+    ]
     kept += [row(f"a >= {i}", "survived", "survived") for i in range(3)]
-    said = [verdicts.Verdict("law.py", "a > b", ("a >= 0",), "equivalent", "one value"), _left("a >= 1")]
-    assert "| `law.py` | 9 | 6 | 1 | 1 | 1 | 1 | 1 | 1 | 2026-11-22 |" in page.module_lines(kept, said)
+    said = [
+        verdicts.Verdict("law.py", "a > b", ("a >= 0",), "equivalent", "one value"),
+        _left("a >= 1"),
+    ]
+    assert "| `law.py` | 9 | 6 | 1 | 1 | 1 | 1 | 1 | 1 | 2026-11-22 |" in page.module_lines(
+        kept, said
+    )
     copy = tmp_path / "mutation.md"
     copy.write_text(PAGE.read_text(encoding="utf-8"), encoding="utf-8")
     page.write_table(copy, [], [])
     assert copy.read_text(encoding="utf-8") == PAGE.read_text(encoding="utf-8")
     page.write_table(copy, [row("a < b", "killed", "killed")], [])
     page.write_table(copy, [row("a < b", "survived", "survived")], [])
-    added = set(copy.read_text(encoding="utf-8").splitlines()) - set(PAGE.read_text(encoding="utf-8").splitlines())
+    added = set(copy.read_text(encoding="utf-8").splitlines()) - set(
+        PAGE.read_text(encoding="utf-8").splitlines()
+    )
     assert "| `law.py` | 9 | 1 | 0 | 0 | 0 | 0 | 0 | 1 | 2026-11-22 |" in added and len(added) == 2
 
 

@@ -34,7 +34,9 @@ def velocity(shots):
         speed = shot
     return speed
 '''
-PLATE = "from ..gun import barrel\n\n\nclass Barrel:\n    pass\n\n\nclass Mode(plate.Mode):\n    pass\n"
+PLATE = (
+    "from ..gun import barrel\n\n\nclass Barrel:\n    pass\n\n\nclass Mode(plate.Mode):\n    pass\n"
+)
 
 
 @pytest.fixture
@@ -59,16 +61,26 @@ def tree(tmp_path: Path) -> Path:
 
 def test_tree_is_counted_and_its_faults_named(tree: Path) -> None:
     table = structure.figures(tree)
-    assert table["product files"] == "5" and table["lines"] == str(GUN.count("\n") + PLATE.count("\n"))
-    assert table["lines of code"] == str(7 + 5) and table["lines of tests"] == "1" and table["words of docs"] == "5"
+    assert table["product files"] == "5" and table["lines"] == str(
+        GUN.count("\n") + PLATE.count("\n")
+    )
+    assert (
+        table["lines of code"] == str(7 + 5)
+        and table["lines of tests"] == "1"
+        and table["words of docs"] == "5"
+    )
     assert table["words of README"] == "3"
     assert structure.figures(tree)["assigned locals that say nothing"] == "50.00 % (2 of 4)"
     first, second, *_ = structure.problems(tree)
     assert first.startswith("gun/barrel.py:12: 'found' says nothing")
     assert second.startswith("gun/barrel.py:12: 'each' says nothing")
-    assert structure.duplicate_classes(structure.product_files(tree)) == {"Barrel": ["gun/barrel.py", "plate/modes.py"]}
+    assert structure.duplicate_classes(structure.product_files(tree)) == {
+        "Barrel": ["gun/barrel.py", "plate/modes.py"]
+    }
     assert "class Barrel is also defined in plate/modes.py" in structure.problems(tree)[-1]
-    assert structure.sibling_cycles(structure.product_files(tree)) == [["pyroshock.gun", "pyroshock.plate"]]
+    assert structure.sibling_cycles(structure.product_files(tree)) == [
+        ["pyroshock.gun", "pyroshock.plate"]
+    ]
 
 
 def test_functions_are_measured_without_their_decorators() -> None:
@@ -79,7 +91,11 @@ def test_the_table_is_printed_and_the_lint_fails(tree: Path, monkeypatch, capsys
     monkeypatch.setattr(structure, "ROOT", tree)
     assert structure.main([]) == 0
     rows = capsys.readouterr().out.splitlines()
-    assert rows[0] == "| | now |" and rows[-1] == "| words of README | 3 |" and structure.main(["--lint"]) == 1
+    assert (
+        rows[0] == "| | now |"
+        and rows[-1] == "| words of README | 3 |"
+        and structure.main(["--lint"]) == 1
+    )
 
 
 # --- what the commit hooks refuse, and that they call what there is ---
@@ -98,7 +114,9 @@ def test_large_file_is_refused_and_whole_ones_let_through(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("mark", ["<" * 7 + " HEAD", "=" * 7, ">" * 7 + " theirs"])
-def test_half_a_merge_is_refused_with_its_line(tmp_path: Path, mark: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_half_a_merge_is_refused_with_its_line(
+    tmp_path: Path, mark: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "a.py").write_text(f"x = 1\n{mark}\n")
     assert commits.main([str(tmp_path / "a.py")]) == 1 and "line 2" in capsys.readouterr().err
 
@@ -130,7 +148,12 @@ def test_imports_of_installed_files_count_once_as_the_page_has_them(tmp_path: Pa
         (tmp_path / folder / "one.py").write_text("import sklearn\n")
     (tmp_path / "top.py").write_text("import sklearn\nimport torch\n")
     counts = importing_files(tmp_path)
-    assert (counts["scikit-learn"], counts["torch"], counts["gpytorch"], counts["pytest"]) == (2, 1, 0, 0)
+    assert (counts["scikit-learn"], counts["torch"], counts["gpytorch"], counts["pytest"]) == (
+        2,
+        1,
+        0,
+        0,
+    )
     page = (ROOT / "docs/measurements/packages.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| \[?([\w-]+)\]?[^|]*\| (\d+) \|", page, re.MULTILINE)
     assert {package: int(count) for package, count in rows} == importing_files()

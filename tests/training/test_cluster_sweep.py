@@ -48,18 +48,30 @@ def test_sweep_outlives_a_killed_worker_and_is_that_of_one_process(tmp_path, mon
                 (tmp_path / "released").touch()
 
     with dask_cluster(
-        tmp_path, 2, "--preload", "support.processes.watched_worker", WATCHED=str(tmp_path), HELD=HELD
+        tmp_path,
+        2,
+        "--preload",
+        "support.processes.watched_worker",
+        WATCHED=str(tmp_path),
+        HELD=HELD,
     ) as cluster:
         executor = ExecutorConfig("dask", scheduler=cluster.address)
-        session = train(registry, context, MODELS, SPLITS, executor=executor, progress=Progress(tell=kill))
+        session = train(
+            registry, context, MODELS, SPLITS, executor=executor, progress=Progress(tell=kill)
+        )
 
     (task, victim), workers = killed[0], {worker.pid for worker in cluster.workers}
     assert [pid for each, pid in begun(tmp_path) if each == task] == [victim, *(workers - {victim})]
     assert (session.trained, session.failures, len(registry.versions())) == (6, [], 6)
     tasks = [task_of(version.name, version.split, context) for version in session.versions]
-    here = {task.key: trained for task, trained in run_trainings(tasks, context, HERE, silent, silent)}
+    here = {
+        task.key: trained for task, trained in run_trainings(tasks, context, HERE, silent, silent)
+    }
     for version in session.versions:
         assert version.metrics == here[version.task_key].metrics
-        one, other = registry.held_out(version).prediction, here[version.task_key].held_out.prediction
+        one, other = (
+            registry.held_out(version).prediction,
+            here[version.task_key].held_out.prediction,
+        )
         np.testing.assert_array_equal(one.force_n, other.force_n)
         np.testing.assert_array_equal(one.contact_time_s, other.contact_time_s)

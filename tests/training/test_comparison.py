@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.dataset.table import Texts
-from pyroshock.training.evaluation.comparison import Comparison, compare, comparison_groups, level_names, speed_terciles
+from pyroshock.training.evaluation.comparison import (
+    Comparison,
+    compare,
+    comparison_groups,
+    level_names,
+    speed_terciles,
+)
 from pyroshock.training.evaluation.metrics import METRICS, PulseErrors
 from support.records.pulse_tables import pulse_table
 
@@ -33,7 +39,10 @@ def test_equal_models_are_called_different_in_one_of_twenty(configurations: int)
     labels = np.repeat(np.arange(configurations), 2)
     called = 0
     for _ in range(100):
-        pair = (drawn(rng, configurations=configurations), drawn(rng, configurations=configurations))
+        pair = (
+            drawn(rng, configurations=configurations),
+            drawn(rng, configurations=configurations),
+        )
         result = compare(*pair, labels, NOTHING, rng, resamples=10, draws=399)
         called += sum(row.beyond_chance for row in result.overall)
     # 800 questions: 5 % +- 4 standard errors
@@ -47,7 +56,9 @@ def test_real_difference_is_found_and_leads_by_chance_are_told_so() -> None:
     row = of(better, worse).of("force_nrmse")
     assert row.beyond_chance
     assert row.low < row.difference < row.high < 0
-    assert "A is better than B in force NRMSE by 0.0" in row.verdict and "beyond chance" in row.verdict
+    assert (
+        "A is better than B in force NRMSE by 0.0" in row.verdict and "beyond chance" in row.verdict
+    )
     rng = np.random.default_rng(2)
     row = of(drawn(rng), drawn(rng)).of("force_nrmse")
     assert not row.beyond_chance
@@ -71,14 +82,21 @@ def test_where_the_models_differ() -> None:
     rng = np.random.default_rng(5)
     tip = np.array(["steel", "delrin", "brass", "wood"])[np.arange(80) // 20]
     b, rest = drawn(rng), drawn(rng)
-    a = PulseErrors(**{m: np.where(tip == "steel", 0.7 * v, v * rest.cost / 0.05) for m, v in b.arrays().items()})
+    a = PulseErrors(
+        **{
+            m: np.where(tip == "steel", 0.7 * v, v * rest.cost / 0.05)
+            for m, v in b.arrays().items()
+        }
+    )
     found = of(a, b, {"tip_material": tip}).where("impulse_error")
     assert [row.group for row in found] == [("tip_material", "steel")]
     assert found[0].pulses == 20 and found[0].configurations == 10
     assert "where tip_material is steel" in found[0].verdict
     rng = np.random.default_rng(8)
     tip = np.where(np.arange(80) < 2, "rare", "common")
-    rows = compare(drawn(rng), drawn(rng), CONFIGURATION, {"tip": tip}, rng, names=("gp", "tree")).rows()
+    rows = compare(
+        drawn(rng), drawn(rng), CONFIGURATION, {"tip": tip}, rng, names=("gp", "tree")
+    ).rows()
     assert len(rows) == 8 + 16
     assert set(rows[0]) == {"a", "b", "metric", "difference", "ci90", "p_value"}
     assert (rows[0]["a"], rows[0]["b"], rows[0]["metric"]) == ("gp", "tree", "force_rmse_n")
@@ -92,7 +110,9 @@ def test_many_groups_are_many_questions() -> None:
     groups = {"tip_material": np.array([f"tip {i}" for i in np.arange(80) // 8])}
     accused = 0
     for _ in range(60):
-        result = compare(drawn(rng), drawn(rng), CONFIGURATION, groups, rng, resamples=10, draws=199)
+        result = compare(
+            drawn(rng), drawn(rng), CONFIGURATION, groups, rng, resamples=10, draws=199
+        )
         accused += sum(bool(result.where(metric)) for metric in METRICS)
     assert accused / (60 * len(METRICS)) < 0.05 + 4 * 0.01
 
@@ -101,7 +121,9 @@ def test_unknown_metrics_and_other_pulses_are_refused() -> None:
     a = drawn(np.random.default_rng(9))
     with pytest.raises(LookupError, match="no metric 'rmse'; there are: force_rmse_n"):
         of(a, a).of("rmse")
-    with pytest.raises(ValueError, match="80 errors of A, 79 of B: compare them on the same pulses"):
+    with pytest.raises(
+        ValueError, match="80 errors of A, 79 of B: compare them on the same pulses"
+    ):
         of(a, a.take(slice(1, None)))
 
 
@@ -125,5 +147,9 @@ def test_groups_of_a_hammer_campaign() -> None:
     with pytest.raises(LookupError, match="'tip_radius' has no levels"):
         level_names(TABLE, "tip_radius")
     speed, velocity = speed_terciles(TABLE), TABLE.column("impact_velocity")
-    assert [int(np.count_nonzero(speed == name)) for name in ("slow", "middle", "fast")] == [40, 40, 40]
+    assert [int(np.count_nonzero(speed == name)) for name in ("slow", "middle", "fast")] == [
+        40,
+        40,
+        40,
+    ]
     assert velocity[speed == "slow"].max() < velocity[speed == "fast"].min()

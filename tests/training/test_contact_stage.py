@@ -18,7 +18,13 @@ from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.models.calibrated import Calibrated
 from pyroshock.training.models.catalogue import BuildOptions, entry_of
-from pyroshock.training.models.hybrid import Hybrid, ResidualPulse, log_correlation, measured_outputs, pulses_of
+from pyroshock.training.models.hybrid import (
+    Hybrid,
+    ResidualPulse,
+    log_correlation,
+    measured_outputs,
+    pulses_of,
+)
 from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.training.registry.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.chain import Twin
@@ -41,7 +47,9 @@ def registered(model: Any, champion_of: str | None = "hammer") -> RegisteredMode
     when = datetime(2026, 1, 1, tzinfo=UTC)
     dataset = DatasetName("spring", "5" * 64, "hammer")
     cost = Cost(1.0, 1.0)
-    version = Version("gp", 3, dataset, "repetitions", 0, {}, cost, "key", "run", "0" * 64, when, champion_of)
+    version = Version(
+        "gp", 3, dataset, "repetitions", 0, {}, cost, "key", "run", "0" * 64, when, champion_of
+    )
     return RegisteredModel(version, model, PREDICTORS, Domain.of(TABLE), {})
 
 
@@ -62,7 +70,10 @@ class WithSpread:
         force = np.tile(100 * np.sin(np.pi * np.linspace(0, 1, 20)), (n, 1))
         spreads = np.full((n, 20), 100 * self.force), np.full(n, 1e-3 * self.time)
         return ContactPrediction(
-            force, np.full(n, 1e-3), *spreads, None if self.together is None else np.full(n, self.together)
+            force,
+            np.full(n, 1e-3),
+            *spreads,
+            None if self.together is None else np.full(n, self.together),
         )
 
 
@@ -89,10 +100,14 @@ def test_a_setting_asks_as_its_row_of_the_dataset_does():
     rows = np.flatnonzero((TABLE.tip_material == "delrin") & (TABLE.x[:, column] == 0))
     settings = []
     for row in rows:
-        anvil, soft = (int(TABLE.inputs.column(name)[row]) for name in ("anvil_material", "insulator"))
+        anvil, soft = (
+            int(TABLE.inputs.column(name)[row]) for name in ("anvil_material", "insulator")
+        )
         layer = (None, THESIS["aluminum"], THESIS["steel"])[anvil]
         velocity = float(TABLE.inputs.column("impact_velocity")[row])
-        settings.append(hit(anvil=layer, insulator=("none", "polymeric")[soft], impact_velocity_m_s=velocity))
+        settings.append(
+            hit(anvil=layer, insulator=("none", "polymeric")[soft], impact_velocity_m_s=velocity)
+        )
     asked = RegisteredContact(hertz()).inputs(strikes(*settings))
     np.testing.assert_array_equal(asked.x, TABLE.x[rows])
     np.testing.assert_array_equal(asked.impactor_mass_kg, TABLE.impactor_mass_kg[rows])
@@ -123,7 +138,9 @@ def test_a_law_that_was_registered_is_the_law():
     np.testing.assert_allclose(mine.contact_time_s, theirs.contact_time_s, rtol=1e-12)
     phases = np.linspace(0, 1, 65)
     for few, many in zip(mine.force_n, theirs.force_n, strict=True):
-        np.testing.assert_allclose(few, np.interp(np.linspace(0, 1, 20), phases, many), atol=2e-3 * many.max())
+        np.testing.assert_allclose(
+            few, np.interp(np.linspace(0, 1, 20), phases, many), atol=2e-3 * many.max()
+        )
 
 
 def normals(n: int, seed: int = 0) -> np.ndarray:
@@ -134,7 +151,11 @@ def random_pulses(model: Any, n: int = 4000, **own: Any) -> tuple[ForcePulses, F
     """Random pulses of one setting, their mean pulse, and twice the impactor's momentum."""
     stage, setting = RegisteredContact(registered(model)), hit(**own)
     drawn = stage.pulses(strikes(*[setting] * n), normals(n))
-    return drawn, stage.pulses(strikes(setting)), 2 * setting.impactor_mass_kg * setting.impact_velocity_m_s
+    return (
+        drawn,
+        stage.pulses(strikes(setting)),
+        2 * setting.impactor_mass_kg * setting.impact_velocity_m_s,
+    )
 
 
 def test_nominal_draw_is_the_mean_pulse():
@@ -165,7 +186,9 @@ def test_logarithms_deviate_by_the_models_spreads():
 )
 def test_no_draw_creates_energy(force: float, time: float, together: float | None, velocity: float):
     """An impulse of 2 m u sends the impactor back as fast as it came; the mean of a model may be above it."""
-    drawn, mean, most = random_pulses(WithSpread(force, time, together), 50, impact_velocity_m_s=velocity)
+    drawn, mean, most = random_pulses(
+        WithSpread(force, time, together), 50, impact_velocity_m_s=velocity
+    )
     assert np.all(drawn.impulse_n_s <= max(most, mean.impulse_n_s[0]) * (1 + 1e-6))
     assert np.all(np.isfinite(drawn.force_n)) and np.all(drawn.contact_time_s > 0)
 
@@ -183,7 +206,9 @@ def test_hybrid_knows_how_force_and_time_go_together():
     many = ResidualPulse(*(np.repeat(values, len(drawn), axis=0) for values in vars(base).values()))
     pulses, at = pulses_of(drawn, many), pulses_of(outputs, base).force_n.argmax()
     found = np.corrcoef(np.log(pulses.force_n[:, at]), np.log(pulses.contact_time_s))[0, 1]
-    assert log_correlation(pulses_of(outputs, base), spread, correlation)[0] == pytest.approx(found, abs=0.02)
+    assert log_correlation(pulses_of(outputs, base), spread, correlation)[0] == pytest.approx(
+        found, abs=0.02
+    )
 
 
 def test_numbers_beyond_what_was_learned_have_the_range():
@@ -215,7 +240,9 @@ def test_effect_on_a_model_that_is_the_law_is_the_law_with_it(given):
     np.testing.assert_allclose(mine.contact_time_s, theirs.contact_time_s, rtol=1e-4)
     phases = np.linspace(0, 1, 65)
     for few, many in zip(mine.force_n, theirs.force_n, strict=True):
-        np.testing.assert_allclose(few, np.interp(np.linspace(0, 1, 20), phases, many), atol=4e-3 * many.max())
+        np.testing.assert_allclose(
+            few, np.interp(np.linspace(0, 1, 20), phases, many), atol=4e-3 * many.max()
+        )
     assert model.label.endswith(f" + {given[0]}")
 
 
@@ -234,7 +261,9 @@ def test_what_a_model_cannot_be_asked_is_named():
     with pytest.raises(ValueError, match="gp@3 learned from other predictors than the set 'gun'"):
         RegisteredContact(hertz(), shipped("gun"))
     soft = replace(THESIS["delrin"], yield_strength_pa=None)
-    with pytest.raises(ValueError, match="asks for tip_yield_strength, which this setting does not tell"):
+    with pytest.raises(
+        ValueError, match="asks for tip_yield_strength, which this setting does not tell"
+    ):
         RegisteredContact(hertz()).pulses(strikes(hit(tip=soft)))
 
 
@@ -252,9 +281,14 @@ def test_model_is_asked_with_the_velocity_that_it_takes(kind):
         assert stage.pulses(asked, z).peak_force_n.std() > 0
         return
     likely = TargetMotion.of_strikes(asked)
-    before, _ = velocity_before_contact(velocity, PulseMoments.of(stage.pulses(asked).force_n), likely)
+    before, _ = velocity_before_contact(
+        velocity, PulseMoments.of(stage.pulses(asked).force_n), likely
+    )
     np.testing.assert_allclose(before, 1.5, rtol=2e-3)
-    assert np.all(stage.pulses(asked, z).peak_force_n <= RegisteredContact(hertz()).pulses(asked).peak_force_n * 1.001)
+    assert np.all(
+        stage.pulses(asked, z).peak_force_n
+        <= RegisteredContact(hertz()).pulses(asked).peak_force_n * 1.001
+    )
 
 
 def test_calibration_says_how_force_and_time_go_together():
@@ -266,7 +300,9 @@ def test_calibration_says_how_force_and_time_go_together():
     again = Calibrated(Analytic("hertz")).restore(arrays).predict(TABLE.inputs)
     np.testing.assert_array_equal(again.log_correlation, found)
     older = {name: array for name, array in arrays.items() if name != "unseen_ratio"}
-    assert Calibrated(Analytic("hertz")).restore(older).predict(TABLE.inputs).log_correlation is None
+    assert (
+        Calibrated(Analytic("hertz")).restore(older).predict(TABLE.inputs).log_correlation is None
+    )
 
 
 @pytest.mark.slow
@@ -280,14 +316,22 @@ def test_impulse_bands_hold_what_they_say(name):
     table, truth = virtual_hammer(pulse_table(np.random.default_rng(0), repetitions=4))
     table = replace(table, x=np.column_stack([table.x[:, :5], truth, table.x[:, 6:]]))
     left_out = np.isin(table.configuration, np.unique(table.configuration)[::4])
-    model = entry_of(name).make(BuildOptions("reduced")).fit(table.take(~left_out), np.random.default_rng(0))
+    model = (
+        entry_of(name)
+        .make(BuildOptions("reduced"))
+        .fit(table.take(~left_out), np.random.default_rng(0))
+    )
     stage = RegisteredContact(replace(registered(model), domain=Domain.of(table)))
     covered = []
     for row in np.flatnonzero(left_out):
         asked = setting_of(table, row, truth[row])
-        drawn = stage.pulses(strikes(*[asked] * 200), np.random.default_rng(row).standard_normal((200, 2)))
+        drawn = stage.pulses(
+            strikes(*[asked] * 200), np.random.default_rng(row).standard_normal((200, 2))
+        )
         low, high = np.quantile(drawn.impulse_n_s, [0.05, 0.95])
-        covered.append(low <= np.trapezoid(table.force_n[row]) * table.contact_time_s[row] / 19 <= high)
+        covered.append(
+            low <= np.trapezoid(table.force_n[row]) * table.contact_time_s[row] / 19 <= high
+        )
     assert 0.7 <= np.mean(covered) <= 0.99
 
 
@@ -307,7 +351,9 @@ def test_hybrid_of_integrated_velocities_is_asked_with_true_ones():
             asked = setting_of(table, row, truth[row])
             ratio.append(stage.pulses(strikes(asked)).peak_force_n[0] / table.peak_force_n[row])
             z = np.random.default_rng(row).standard_normal((64, stage.normals))
-            low, high = np.quantile(stage.pulses(strikes(*[asked] * 64), z).peak_force_n, [0.05, 0.95])
+            low, high = np.quantile(
+                stage.pulses(strikes(*[asked] * 64), z).peak_force_n, [0.05, 0.95]
+            )
             covered.append(low <= table.peak_force_n[row] <= high)
         assert within[0] < np.median(ratio) < within[1]
         assert np.mean(covered) >= 0.85 if kind == INTEGRATED else np.mean(covered) < 0.05
@@ -317,7 +363,8 @@ def virtual_hammer(table: PulseTable) -> tuple[PulseTable, np.ndarray]:
     """The table with pulses and integrated velocities of virtual strikes, and their true velocities (n,)."""
     rng, truth = np.random.default_rng(5), table.column("impact_velocity").copy()
     impactors = [
-        hammer(tip, radius) for tip, radius in zip(table.tip_material, table.column("tip_radius"), strict=True)
+        hammer(tip, radius)
+        for tip, radius in zip(table.tip_material, table.column("tip_radius"), strict=True)
     ]
     targets = [
         target("aluminum", 0.01, anvil_material=("none", "aluminum", "steel")[int(anvil)],
@@ -329,7 +376,9 @@ def virtual_hammer(table: PulseTable) -> tuple[PulseTable, np.ndarray]:
     for tip in np.unique(table.tip_material):  # of like duration, since the longest takes its time
         rows = np.flatnonzero(table.tip_material == tip)
         chosen = [impactors[row] for row in rows], [targets[row] for row in rows]
-        for row, hit_ in zip(rows, strike_many(*chosen, Effects.default(), truth[rows], rng), strict=True):
+        for row, hit_ in zip(
+            rows, strike_many(*chosen, Effects.default(), truth[rows], rng), strict=True
+        ):
             time[row] = hit_.contact_time_s
             force[row, 1:-1] = np.interp(phase * time[row], hit_.time_s, hit_.force_n)[1:-1]
             end = int(hit_.force_n.argmax()) + 1
@@ -350,14 +399,20 @@ def setting_of(table: PulseTable, row: int, velocity_m_s: float) -> Setting:
     )
 
 
-@pytest.mark.parametrize(("champion", "label"), [("hammer", "models:/gp@champion"), (None, "models:/gp/3")])
+@pytest.mark.parametrize(
+    ("champion", "label"), [("hammer", "models:/gp@champion"), (None, "models:/gp/3")]
+)
 def test_label_is_mlflows(champion, label):
     assert RegisteredContact(registered(WithSpread(), champion)).label == label
 
 
 def test_twin_has_the_models_bands():
     model = Calibrated(Analytic("hertz")).fit(TABLE, np.random.default_rng(0))
-    twin = Twin(RegisteredContact(registered(model)), plate=PlateStage({"aluminum": ringing_plate()}), samples=2_000)
+    twin = Twin(
+        RegisteredContact(registered(model)),
+        plate=PlateStage({"aluminum": ringing_plate()}),
+        samples=2_000,
+    )
     shot = twin.predict(hit(), draws=32)
     low, high = shot.peak_force_n.ci90
     assert low < 0.95 * shot.peak_force_n.mean < 1.05 * shot.peak_force_n.mean < high

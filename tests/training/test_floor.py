@@ -25,9 +25,13 @@ def split() -> tuple[PulseTable, PulseTable]:
 
 
 def time_error(
-    split: tuple[PulseTable, PulseTable], scope: Literal["configuration", "treatment"], corrected: bool
+    split: tuple[PulseTable, PulseTable],
+    scope: Literal["configuration", "treatment"],
+    corrected: bool,
 ) -> float:
-    return float(repeatability_floor(*split, scope, corrected=corrected).errors.contact_time_error.mean())
+    return float(
+        repeatability_floor(*split, scope, corrected=corrected).errors.contact_time_error.mean()
+    )
 
 
 @pytest.mark.parametrize("scope", ["configuration", "treatment"])
@@ -40,7 +44,9 @@ def test_corrected_floor_is_the_noise(
 
 def test_plain_floor_pays_for_eight_repetitions(split: tuple[PulseTable, PulseTable]) -> None:
     # A line through eight points has a leverage of 2 / 8 on average, through 48 hardly any.
-    plain, corrected = (time_error(split, "configuration", corrected) for corrected in (False, True))
+    plain, corrected = (
+        time_error(split, "configuration", corrected) for corrected in (False, True)
+    )
     assert 1.08 < plain / corrected < 1.22
     assert time_error(split, "treatment", False) < plain
     # Within a treatment velocities differ by a factor of two: without them the time would be 16 % off (u^-0.2).
@@ -49,7 +55,9 @@ def test_plain_floor_pays_for_eight_repetitions(split: tuple[PulseTable, PulseTa
     assert floor.errors.contact_time_error.mean() < 1.2 * MEAN
 
 
-def test_configurations_without_training_rows_predict_themselves(split: tuple[PulseTable, PulseTable]) -> None:
+def test_configurations_without_training_rows_predict_themselves(
+    split: tuple[PulseTable, PulseTable],
+) -> None:
     table = concatenate(split)
     out = np.char.startswith(table.configuration, "#2")
     floor = repeatability_floor(table.take(~out), table.take(out))
@@ -67,14 +75,19 @@ def test_configurations_without_training_rows_predict_themselves(split: tuple[Pu
         if (alone.force_degree, alone.time_degree) == (together.force_degree, together.time_degree):
             compared += 1
             for name in METRICS:
-                assert np.isclose(getattr(alone.errors, name)[0], getattr(together.errors, name)[row], rtol=1e-6), name
+                assert np.isclose(
+                    getattr(alone.errors, name)[0], getattr(together.errors, name)[row], rtol=1e-6
+                ), name
     assert compared >= 5
 
 
 def test_rows_are_the_held_out_ones_in_order(split: tuple[PulseTable, PulseTable]) -> None:
     training, test = split
     shuffled = np.random.default_rng(1).permutation(len(test))
-    straight, mixed = repeatability_floor(training, test), repeatability_floor(training, test.take(shuffled))
+    straight, mixed = (
+        repeatability_floor(training, test),
+        repeatability_floor(training, test.take(shuffled)),
+    )
     assert np.array_equal(straight.rows, np.arange(len(test)))
     assert np.allclose(straight.errors.cost[shuffled], mixed.errors.cost, rtol=1e-9)
     renamed = test.configuration.copy().astype("U60")

@@ -46,18 +46,45 @@ def test_champion_predicts_the_same_in_a_fresh_environment(tmp_path, monkeypatch
         import mlflow
 
         requirements = mlflow.artifacts.download_artifacts(
-            artifact_uri=f"models:/{MODEL}@champion/requirements.txt", dst_path=str(tmp_path / "model")
+            artifact_uri=f"models:/{MODEL}@champion/requirements.txt",
+            dst_path=str(tmp_path / "model"),
         )
-    _run(sys.executable, "-m", "pip", "wheel", str(ROOT), "--no-deps", "-q", "-w", str(tmp_path / "wheels"))
+    _run(
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        str(ROOT),
+        "--no-deps",
+        "-q",
+        "-w",
+        str(tmp_path / "wheels"),
+    )
     venv.create(tmp_path / "env", with_pip=True)
     python = str(tmp_path / "env" / "bin" / "python")
-    constraints = ("-c", str(ROOT / "constraints.txt"))  # as of today, whatever the index has tomorrow
-    _run(python, "-m", "pip", "install", "-q", "-f", str(tmp_path / "wheels"), "-r", requirements, *constraints)
+    constraints = (
+        "-c",
+        str(ROOT / "constraints.txt"),
+    )  # as of today, whatever the index has tomorrow
+    _run(
+        python,
+        "-m",
+        "pip",
+        "install",
+        "-q",
+        "-f",
+        str(tmp_path / "wheels"),
+        "-r",
+        requirements,
+        *constraints,
+    )
     (tmp_path / "predict.py").write_text(PREDICT)
     answer = tmp_path / "answer.json"
     uri = f"models:/{MODEL}@champion"
     store = registry.place.tracking_uri
-    output = _run(python, str(tmp_path / "predict.py"), store, uri, str(tmp_path / "table.json"), str(answer))
+    output = _run(
+        python, str(tmp_path / "predict.py"), store, uri, str(tmp_path / "table.json"), str(answer)
+    )
     columns = json.loads(answer.read_text())
     expected = unpack(*made.packed).predict(inputs)
     forces = np.column_stack([columns[f"force_n_{point:02}"] for point in range(1, 21)])
@@ -69,8 +96,12 @@ def test_champion_predicts_the_same_in_a_fresh_environment(tmp_path, monkeypatch
 def _run(*command: str) -> str:
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     environment |= {"MLFLOW_DISABLE_TELEMETRY": "true", "DO_NOT_TRACK": "true"}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd="/", check=False)
-    assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout[-1000:]}\n{done.stderr[-3000:]}"
+    done = subprocess.run(
+        command, capture_output=True, text=True, env=environment, cwd="/", check=False
+    )
+    assert done.returncode == 0, (
+        f"{' '.join(command)}\n{done.stdout[-1000:]}\n{done.stderr[-3000:]}"
+    )
     return done.stdout
 
 
@@ -79,4 +110,6 @@ def _need_the_index() -> None:
     try:
         urllib.request.urlopen(f"{index}/pip/", timeout=10).close()
     except OSError as error:
-        pytest.skip(f"the package index is not reached, and the environment is installed from it: {error}")
+        pytest.skip(
+            f"the package index is not reached, and the environment is installed from it: {error}"
+        )

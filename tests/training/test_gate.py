@@ -21,7 +21,10 @@ RNG = np.random.default_rng
 
 
 def scores(
-    configurations: int = 40, *, candidate: float = 0.05, covered: tuple[float, float, float] = (0.9, 0.9, 0.9)
+    configurations: int = 40,
+    *,
+    candidate: float = 0.05,
+    covered: tuple[float, float, float] = (0.9, 0.9, 0.9),
 ) -> UnseenScores:
     """Two pulses of each configuration; the reference errs by 0.1, scattered by a fifth; shares inside as given."""
     rng = RNG(3)
@@ -76,17 +79,23 @@ def test_interval_is_that_of_configurations_and_not_of_pulses() -> None:
     """Wilson's interval of as many trials as configurations, where pulses of a configuration agree entirely."""
     inside = np.repeat(np.arange(20) < 18, 10)[:, None] & np.ones((200, 3), dtype=bool)
     names = np.repeat([f"c{number:02d}" for number in range(20)], 10)
-    check = band_checks(UnseenScores(("a", "b"), (np.zeros((200, 3)),) * 2, (inside, inside), names, 5))[0]
+    check = band_checks(
+        UnseenScores(("a", "b"), (np.zeros((200, 3)),) * 2, (inside, inside), names, 5)
+    )[0]
     assert check.share == pytest.approx(0.9)
     assert 0.70 < check.low < 0.80
     assert check.high > 0.95
-    figures = coverage_figures(UnseenScores(("a", "b"), (np.zeros((200, 3)),) * 2, (inside, inside), names, 5))
+    figures = coverage_figures(
+        UnseenScores(("a", "b"), (np.zeros((200, 3)),) * 2, (inside, inside), names, 5)
+    )
     assert figures["coverage90.candidate.peak_force"] == pytest.approx(0.9)
 
 
 def test_model_ten_times_worse_than_the_repeatability_is_not_usable() -> None:
     words = not_usable("tree@1", {"configurations": 2.02}, {"configurations": 0.035})
-    assert words.startswith("tree@1 is not usable: its force error on the split configurations is 202%, 58 times")
+    assert words.startswith(
+        "tree@1 is not usable: its force error on the split configurations is 202%, 58 times"
+    )
     assert not not_usable("svr@1", {"configurations": 0.34}, {"configurations": 0.035})
     assert not not_usable("svr@1", {"configurations": 9.0}, {})
 

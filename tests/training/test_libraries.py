@@ -44,7 +44,13 @@ imported = set(sys.modules)
 unpack(*pickle.loads(Path(sys.argv[3]).read_bytes())).predict(pulses.inputs)
 print(json.dumps(sorted({name.partition(".")[0] for name in set(sys.modules) - imported})))
 """
-LIBRARIES = {"sklearn": "scikit-learn", "torch": "torch", "gpytorch": "gpytorch", "optuna": "optuna", "skops": "skops"}
+LIBRARIES = {
+    "sklearn": "scikit-learn",
+    "torch": "torch",
+    "gpytorch": "gpytorch",
+    "optuna": "optuna",
+    "skops": "skops",
+}
 
 
 def imported_by(script: str, *words: str) -> set[str]:
@@ -52,7 +58,11 @@ def imported_by(script: str, *words: str) -> set[str]:
     command = [sys.executable, "-W", "ignore", "-c", script, tests, *words]
     done = subprocess.run(command, capture_output=True, text=True, env=os.environ, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
-    return {library for name, library in LIBRARIES.items() if f'"{name}"' in done.stdout.splitlines()[-1]}
+    return {
+        library
+        for name, library in LIBRARIES.items()
+        if f'"{name}"' in done.stdout.splitlines()[-1]
+    }
 
 
 @pytest.mark.slow
@@ -86,6 +96,9 @@ def test_handed_in_kernel_needs_gpytorch():
 
 
 def test_law_needs_the_package_and_numbers_alone():
-    names = [text.partition("==")[0] for text in requirements({"kind": "analytic", "settings": {"law": "hann"}})]
+    names = [
+        text.partition("==")[0]
+        for text in requirements({"kind": "analytic", "settings": {"law": "hann"}})
+    ]
     assert names == ["pyroshock", "numpy", "scipy"]
     assert TO_FIT.keys() | TO_PREDICT.keys() <= KINDS.keys()

@@ -11,7 +11,12 @@ from pathlib import Path
 import pytest
 from pyroshock.training.fitting.fitting import fit_task, task_of
 from pyroshock.training.registry.connection import RegistryError
-from pyroshock.training.registry.file_hashes import MODEL, AlteredFilesError, check_files, hash_files
+from pyroshock.training.registry.file_hashes import (
+    MODEL,
+    AlteredFilesError,
+    check_files,
+    hash_files,
+)
 from pyroshock.training.registry.records import Version
 from pyroshock.training.registry.registry import Registry
 from support.stores.registries import context_in, fresh_registry, without_figures
@@ -29,7 +34,11 @@ def registered(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Regis
 
 
 def _files(registry: Registry) -> list[Path]:
-    return sorted(path for path in registry.place.folder.rglob("*") if path.is_file() and "work" not in path.parts)
+    return sorted(
+        path
+        for path in registry.place.folder.rglob("*")
+        if path.is_file() and "work" not in path.parts
+    )
 
 
 def _whole(registry: Registry) -> bool:
@@ -41,9 +50,16 @@ def test_every_file_is_registered_and_a_version_that_nobody_touched_is_whole(
 ) -> None:
     registry, version = registered
     names = set(version.files)
-    assert {"model/MLmodel", "run/held_out.npz", "run/code_version.json", "model/data/model/model.json"} <= names
+    assert {
+        "model/MLmodel",
+        "run/held_out.npz",
+        "run/code_version.json",
+        "model/data/model/model.json",
+    } <= names
     versions = registry.versions()
-    assert len(versions) == 2 and sum(len(record.files) for record in versions) == len(_files(registry))
+    assert len(versions) == 2 and sum(len(record.files) for record in versions) == len(
+        _files(registry)
+    )
     assert _whole(registry)
 
 
@@ -76,7 +92,9 @@ def test_each_changed_missing_or_further_file_is_named(
         (tmp_path / name).with_name("further.py").unlink(missing_ok=True)
 
 
-def test_altered_predictions_and_pages_of_a_version_are_its_damage(registered: tuple[Registry, Version]) -> None:
+def test_altered_predictions_and_pages_of_a_version_are_its_damage(
+    registered: tuple[Registry, Version],
+) -> None:
     registry, version = registered
     for name in ("held_out.npz", "code_version.json", "MLmodel"):
         path = _file_of(registry, version, name)
@@ -93,7 +111,9 @@ def test_a_model_with_a_changed_file_is_not_loaded(registered: tuple[Registry, V
     before = path.read_bytes()
     path.write_bytes(before.replace(b"pyroshock", b"elsewhere"))
     try:
-        with pytest.raises(AlteredFilesError, match=r"linear@1: model/MLmodel is not the file that was registered"):
+        with pytest.raises(
+            AlteredFilesError, match=r"linear@1: model/MLmodel is not the file that was registered"
+        ):
             registry.load(version)
     finally:
         path.write_bytes(before)

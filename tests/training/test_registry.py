@@ -33,7 +33,12 @@ from pyroshock.training.tuning.trials import SettingsSearch, Trial
 from sqlalchemy import make_url
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, inputs_at, pulse_table
 from support.stores.databases import _execute
-from support.stores.registries import context_in, fresh_registry, without_figures, without_judging_the_first
+from support.stores.registries import (
+    context_in,
+    fresh_registry,
+    without_figures,
+    without_judging_the_first,
+)
 
 
 @pytest.fixture
@@ -68,20 +73,32 @@ def recorded(tmp_path_factory) -> Iterator[RecordedVersions]:
         without_figures(patch)
         registry = fresh_registry(tmp_path_factory.mktemp("recorded"))
         context = context_in(registry)
-        made = {model: trained(context, model) for model in ("linear", "tree", "kernel-ridge", "hann")}
-        yield RecordedVersions(registry, context, made, {model: registry.record(made[model]) for model in made})
+        made = {
+            model: trained(context, model) for model in ("linear", "tree", "kernel-ridge", "hann")
+        }
+        yield RecordedVersions(
+            registry, context, made, {model: registry.record(made[model]) for model in made}
+        )
 
 
 def test_version_reads_back_as_recorded(recorded):
     assert {version.name: version for version in recorded.registry.versions()} == recorded.versions
     version = recorded.versions["linear"]
     assert version.metrics == recorded.trained["linear"].metrics
-    assert (version.name, version.version, version.split, version.seed) == ("linear", 1, "repetitions", 0)
+    assert (version.name, version.version, version.split, version.seed) == (
+        "linear",
+        1,
+        "repetitions",
+        0,
+    )
     assert version.dataset == recorded.context.dataset
 
 
 def test_loaded_model_predicts_the_same_bits_and_names_what_lies_outside(recorded):
-    model, inputs = recorded.registry.load(recorded.versions["linear"]), recorded.context.table.inputs
+    model, inputs = (
+        recorded.registry.load(recorded.versions["linear"]),
+        recorded.context.table.inputs,
+    )
     prediction = model.predict(inputs).prediction
     expected = unpack(*recorded.trained["linear"].packed).predict(inputs)
     np.testing.assert_array_equal(prediction.force_n, expected.force_n)
@@ -117,7 +134,9 @@ def test_mlflow_itself_predicts_from_a_table_with_pickle_forbidden(registry, mon
         served = mlflow.pyfunc.load_model("models:/linear@champion")
         by_number = mlflow.pyfunc.load_model("models:/linear/1")
         answer = served.predict(frame_of_inputs(table.inputs))
-        whole = {"tip_youngs_modulus_pa": np.int64}  # as read from a CSV file without decimal points
+        whole = {
+            "tip_youngs_modulus_pa": np.int64
+        }  # as read from a CSV file without decimal points
         by_position = by_number.predict(frame_of_inputs(table.inputs, levels=False).astype(whole))
         units = served.metadata.metadata["units"]
         columns = served.metadata.signature.inputs.input_names()
@@ -135,20 +154,32 @@ def test_table_for_a_model_is_checked(recorded):
     served = ServedModel(unpack(*recorded.trained["hann"].packed), context.table.predictors)
     table = frame_of_inputs(context.table.take(np.arange(2)).inputs)
     assert list(served.predict(table.set_index(pandas.Index(["a", "b"]))).index) == ["a", "b"]
-    with pytest.raises(ValueError, match="lacks the columns tip_radius_m; the model needs tip_radius_m, tip_youngs"):
+    with pytest.raises(
+        ValueError, match="lacks the columns tip_radius_m; the model needs tip_radius_m, tip_youngs"
+    ):
         served.predict(table.drop(columns="tip_radius_m"))
-    with pytest.raises(ValueError, match="insulator is 'felt'; it may be none, polymeric, or 0 to 1 in this order"):
+    with pytest.raises(
+        ValueError, match="insulator is 'felt'; it may be none, polymeric, or 0 to 1 in this order"
+    ):
         served.predict(table.assign(insulator=["none", "felt"]))
     with pytest.raises(ValueError, match="insulator is 2; it may be"):
         served.predict(table.assign(insulator=[1, 2]))
-    with pytest.raises(ValueError, match="column impact_velocity_m_s holds something that is no number"):
+    with pytest.raises(
+        ValueError, match="column impact_velocity_m_s holds something that is no number"
+    ):
         served.predict(table.assign(impact_velocity_m_s=["fast", "slow"]))
     with pytest.raises(ValueError, match=r"a table .* is expected, not dict"):
         served.predict({"x": context.table.x})
 
 
 REPORT = FitReport(
-    {"force.kernel": "matern", "force.noise": 0.013, "force.rank": 3, "force.ard": True, "force.layers": "10-10"},
+    {
+        "force.kernel": "matern",
+        "force.noise": 0.013,
+        "force.rank": 3,
+        "force.ard": True,
+        "force.layers": "10-10",
+    },
     {"force.lengthscale": [0.5 + 0.1 * number for number in range(len(PREDICTORS))]},
     {"force.loss": [1 / (1 + step) for step in range(1000)], "time.search_error": [0.3, 0.2, 0.25]},
     {
@@ -192,7 +223,9 @@ def test_what_was_searched_and_learned_reads_back(registry):
 def test_version_has_the_settings_and_histories_that_its_model_reports(recorded, model):
     registry, version = recorded.registry, recorded.versions[model]
     report = recorded.trained[model].fit_report
-    assert registry.fit_settings(version) == report.parameters([predictor.name for predictor in PREDICTORS])
+    assert registry.fit_settings(version) == report.parameters(
+        [predictor.name for predictor in PREDICTORS]
+    )
     histories = registry.fit_histories(version)
     assert registry.searches(version) == report.searches
     assert histories.keys() == report.histories.keys()
@@ -207,7 +240,9 @@ def test_runs_are_sorted_by_a_setting_that_is_a_number(registry):
         registry.record(replace(made, fit_report=FitReport({"force.noise": noise})))
     with registry.connection.client() as client:
         runs = client.search_runs(
-            [registry.connection.experiment], "metrics.`fit.force.noise` < 0.15", order_by=["metrics.`fit.force.noise`"]
+            [registry.connection.experiment],
+            "metrics.`fit.force.noise` < 0.15",
+            order_by=["metrics.`fit.force.noise`"],
         )
     assert [run.data.params["fit.force.noise"] for run in runs] == ["0.05", "0.1"]
     version = registry.record(replace(made, fit_report=FitReport()))
@@ -240,9 +275,15 @@ def test_metrics_and_datasets_belong_to_the_run_with_their_hash_and_columns(reco
 
 def test_tags_name_the_libraries_that_a_model_uses(recorded):
     with recorded.registry.connection.client() as client:
-        tags = {name: client.get_run(recorded.versions[name].run_id).data.tags for name in ("hann", "tree")}
+        tags = {
+            name: client.get_run(recorded.versions[name].run_id).data.tags
+            for name in ("hann", "tree")
+        }
     libraries = ("numpy", "scipy", "mlflow", "scikit-learn", "torch", "gpytorch", "optuna", "skops")
-    named = {name: {library for library in libraries if f"pyroshock.{library}" in tags[name]} for name in tags}
+    named = {
+        name: {library for library in libraries if f"pyroshock.{library}" in tags[name]}
+        for name in tags
+    }
     always = {"numpy", "scipy", "mlflow"}
     assert named == {"hann": always, "tree": always | {"scikit-learn", "skops"}}
 
@@ -283,7 +324,9 @@ def test_moved_folder_is_found_and_changed_or_vanished_files_are_told(registry, 
     assert len(moved.held_out(version).keys)
     (file,) = (there / "lab-models").glob("models/*/artifacts/data/*/model.json")
     file.write_text(file.read_text().replace('"hann"', '"reed"'))
-    with pytest.raises(AlteredFilesError, match=r"hann@1: .*model\.json is not the file that was registered"):
+    with pytest.raises(
+        AlteredFilesError, match=r"hann@1: .*model\.json is not the file that was registered"
+    ):
         moved.load(version)
     shutil.rmtree(there / "lab-models" / "models")
     with pytest.raises(RegistryError, match="the files of hann@1 are gone"):
@@ -297,7 +340,9 @@ def test_first_model_that_learned_nothing_of_other_configurations_is_refused(reg
     registry.record(made)
     decision = promote(registry, "linear", 1, lambda _: context.table)
     assert not decision.promoted
-    assert decision.reason.startswith("without a model the contact law updated by the measured shots predicts unseen ")
+    assert decision.reason.startswith(
+        "without a model the contact law updated by the measured shots predicts unseen "
+    )
     assert "configurations better than linear@1: mean CRPS" in decision.reason
     assert registry.champion("hammer") is None
 
@@ -316,8 +361,15 @@ def _without_law(table):
 
 def _scaled(table, factor):
     """Forces of each pulse times its factor (n,), contact times by it: impulses stay what they are."""
-    times = {name: getattr(table, name) / factor for name in ("contact_time_s", "compression_time_s")}
-    return replace(table, force_n=table.force_n * factor[:, None], peak_force_n=table.peak_force_n * factor, **times)
+    times = {
+        name: getattr(table, name) / factor for name in ("contact_time_s", "compression_time_s")
+    }
+    return replace(
+        table,
+        force_n=table.force_n * factor[:, None],
+        peak_force_n=table.peak_force_n * factor,
+        **times,
+    )
 
 
 def test_worse_model_is_refused_and_dethrones_by_force_with_a_reason(registry, first_unjudged):
@@ -337,7 +389,9 @@ def test_worse_model_is_refused_and_dethrones_by_force_with_a_reason(registry, f
     assert [decision.promoted for decision in registry.decisions()] == [False, True]
     with pytest.raises(ValueError, match="--reason"):
         promote(registry, "linear", 1, lambda _: context.table, forced=True)
-    decision = promote(registry, "linear", 1, lambda _: context.table, forced=True, reason="to show it")
+    decision = promote(
+        registry, "linear", 1, lambda _: context.table, forced=True, reason="to show it"
+    )
     assert decision.promoted
     assert decision.reason.startswith("to show it; promoted by force although hann@1 predicts")
     assert [version.label for version in registry.versions() if version.champion_of] == ["linear@1"]
@@ -354,9 +408,14 @@ def test_single_configuration_cannot_be_judged(registry):
     registry.record(trained(context, "hann"))
     decision = promote(registry, "hann", 1, lambda _: context.table)
     assert (decision.promoted, decision.verdict) == (False, "not enough to judge")
-    assert "1 configurations are not enough to judge a model: 10 at least are needed" in decision.reason
+    assert (
+        "1 configurations are not enough to judge a model: 10 at least are needed"
+        in decision.reason
+    )
     assert registry.champion("hammer") is None
-    decision = promote(registry, "hann", 1, lambda _: context.table, forced=True, reason="the only one")
+    decision = promote(
+        registry, "hann", 1, lambda _: context.table, forced=True, reason="the only one"
+    )
     assert decision.promoted and decision.judged_on == "nothing"
     assert decision.reason.startswith("the only one; promoted by force although 1 configurations")
 
@@ -367,7 +426,14 @@ def test_each_predictor_set_has_its_champion(registry, first_unjudged):
     gun = replace(context, dataset=DatasetName("shots", "f" * 64, "gun"))
     registry.record(trained(gun, "linear"))
     for version in (1, 2):
-        promote(registry, "linear", version, lambda _: context.table, forced=True, reason="one for each set")
+        promote(
+            registry,
+            "linear",
+            version,
+            lambda _: context.table,
+            forced=True,
+            reason="one for each set",
+        )
     assert {v.version: v.champion_of for v in registry.versions()} == {1: "hammer", 2: "gun"}
 
 
@@ -385,10 +451,13 @@ def test_version_states_its_kinds_and_how_much_it_learned_from(registry, first_u
 def test_other_kinds_of_velocity_are_not_judged_on_the_same_pulses(registry, first_unjudged):
     context = context_in(registry)
     for model, kind in (("tree", "before contact"), ("hann", "integrated to the peak")):
-        registry.record(trained(replace(context, dataset=replace(context.dataset, velocity_kind=kind)), model))
+        registry.record(
+            trained(replace(context, dataset=replace(context.dataset, velocity_kind=kind)), model)
+        )
     promote(registry, "tree", 1, lambda _: context.table, forced=True, reason="the only one")
     with pytest.raises(
-        ValueError, match="hann@1 velocities integrated to the peak and tree@1 velocities before contact"
+        ValueError,
+        match="hann@1 velocities integrated to the peak and tree@1 velocities before contact",
     ):
         promote(registry, "hann", 1, lambda _: context.table, other=("autumn", context.table))
 
@@ -425,7 +494,10 @@ def test_places_of_models_are_told_by_the_environment(tmp_path):
     place = storage_for("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": f"sqlite:///{tmp_path}/m.db"})
     assert (place.tracking_uri, place.folder) == (f"sqlite:///{tmp_path}/m.db", tmp_path / "m")
     beside = storage_for(f"sqlite:///{tmp_path}/lab.db", {})
-    assert (beside.tracking_uri, beside.folder) == (f"sqlite:///{tmp_path}/lab-models.db", tmp_path / "lab-models")
+    assert (beside.tracking_uri, beside.folder) == (
+        f"sqlite:///{tmp_path}/lab-models.db",
+        tmp_path / "lab-models",
+    )
     server = storage_for("postgresql+psycopg://lab@host/store", {})
     assert server.database == Path.cwd() / "pyroshock-models.db"
     url = "postgresql+psycopg://lab@host/store"
@@ -448,7 +520,9 @@ def test_error_is_what_failed(registry):
     from mlflow.exceptions import MlflowException
 
     told = "(raised as a result of Query-invoked autoflush; ...)\n(sqlite3.OperationalError) readonly\n[SQL: ...]"
-    told_of_it = pytest.raises(RegistryError, match=r"lab-models.db: \(sqlite3.OperationalError\) readonly$")
+    told_of_it = pytest.raises(
+        RegistryError, match=r"lab-models.db: \(sqlite3.OperationalError\) readonly$"
+    )
     with told_of_it, registry.connection.client():
         raise MlflowException(told)
 
@@ -468,7 +542,9 @@ def test_registry_on_postgresql(postgres_url, tmp_path, monkeypatch):
         _execute(server, f'DROP DATABASE "{name}" WITH (FORCE)')
 
 
-def test_client_of_another_thread_does_not_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_client_of_another_thread_does_not_show(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
     registry = fresh_registry(tmp_path, "other")
     asking, answered = threading.Event(), threading.Event()
@@ -481,7 +557,9 @@ def test_client_of_another_thread_does_not_show(tmp_path: Path, monkeypatch: pyt
     with ThreadPoolExecutor(2) as pool:
         client = pool.submit(ask)
         assert asking.wait(30) and VARIABLE not in os.environ
-        place = pool.submit(lambda: storage_for(f"sqlite:///{tmp_path / 'lab.db'}", user_environment()))
+        place = pool.submit(
+            lambda: storage_for(f"sqlite:///{tmp_path / 'lab.db'}", user_environment())
+        )
         assert not place.done()
         answered.set()
         client.result(30)

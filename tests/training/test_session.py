@@ -67,7 +67,15 @@ def registry(tmp_path, monkeypatch) -> Registry:
 
 
 def start(folder: Path, **extra: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-W", "error::ResourceWarning", "-c", SCRIPT, str(TESTS), str(folder)]
+    command = [
+        sys.executable,
+        "-W",
+        "error::ResourceWarning",
+        "-c",
+        SCRIPT,
+        str(TESTS),
+        str(folder),
+    ]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen(command, env={**os.environ, **extra}, **pipes)
 
@@ -85,12 +93,16 @@ def test_session_registers_every_model_once_on_every_split(registry, tmp_path):
     floors = registry.floors(training_context.dataset.hash, 0)
     assert set(floors) == set(SPLITS)
     # Times scatter by 2 %, and a mean of two or three repetitions adds its own.
-    assert 0.01 < floor_metrics(floors["repetitions"], "treatment")["contact_time_error"].mean < 0.04
+    assert (
+        0.01 < floor_metrics(floors["repetitions"], "treatment")["contact_time_error"].mean < 0.04
+    )
     # The same seed, the same model, whatever was trained before it.
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     other = fresh_registry(elsewhere)
-    (alone,) = train(other, replace(training_context, work=other.place.work), ["linear"], ["configurations"]).versions
+    (alone,) = train(
+        other, replace(training_context, work=other.place.work), ["linear"], ["configurations"]
+    ).versions
     among = next(v for v in session.versions if (v.name, v.split) == ("linear", "configurations"))
     assert alone.sha256 == among.sha256
 
@@ -98,9 +110,13 @@ def test_session_registers_every_model_once_on_every_split(registry, tmp_path):
 def test_version_holds_the_figures_of_all_its_splits_and_serves_the_model_of_the_first(registry):
     training_context = context_in(registry)
     train(registry, training_context, ["linear"], ["repetitions"])
-    train(registry, training_context, ["linear"], ["configurations"])  # later: another split of the same training
+    train(
+        registry, training_context, ["linear"], ["configurations"]
+    )  # later: another split of the same training
     records = {record.split: record for record in registry.versions()}
-    assert {record.label for record in records.values()} == {"linear@1"} and records.keys() == set(SPLITS)
+    assert {record.label for record in records.values()} == {"linear@1"} and records.keys() == set(
+        SPLITS
+    )
     assert [split for split, record in records.items() if record.is_served] == ["repetitions"]
     sides = {split: registry.held_out(record) for split, record in records.items()}
     assert set(sides["repetitions"].keys) != set(sides["configurations"].keys)
@@ -127,7 +143,9 @@ def test_version_holds_the_figures_of_all_its_splits_and_serves_the_model_of_the
 def test_retrain_adds_versions_of_the_same_numbers_and_open_runs_are_closed(registry):
     training_context = context_in(registry)
     (first,) = train(registry, training_context, ["linear"], SPLITS[:1]).versions
-    with registry.connection.client() as client:  # as a kill leaves it between registering the model and closing
+    with (
+        registry.connection.client() as client
+    ):  # as a kill leaves it between registering the model and closing
         client.update_run(first.run_id, "RUNNING")
     assert train(registry, training_context, ["linear"], SPLITS[:1]).trained == 0
     with registry.connection.client() as client:
@@ -150,13 +168,21 @@ def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
     keys.add(task_of("linear", "repetitions", training_context).key)
     assert len(keys) == 6
     full = replace(training_context, budget="full")
-    assert task_of("nn-ga", "repetitions", training_context).key != task_of("nn-ga", "repetitions", full).key
-    assert task_of("hybrid", "repetitions", training_context).key == task_of("hybrid", "repetitions", full).key
+    assert (
+        task_of("nn-ga", "repetitions", training_context).key
+        != task_of("nn-ga", "repetitions", full).key
+    )
+    assert (
+        task_of("hybrid", "repetitions", training_context).key
+        == task_of("hybrid", "repetitions", full).key
+    )
 
 
 def test_model_that_cannot_learn_stops_no_other(registry):
     training_context = context_in(registry)
-    table = replace(training_context.table, impactor_mass_kg=np.full(len(training_context.table), np.nan))
+    table = replace(
+        training_context.table, impactor_mass_kg=np.full(len(training_context.table), np.nan)
+    )
     told: list[str] = []
     session = train(
         registry,
@@ -226,7 +252,9 @@ def _interrupted(*_: object) -> None:
 def test_lock_of_a_killed_process_is_free(tmp_path):
     script = "import os, sys; from pathlib import Path; from pyroshock.training.registry.locks import locked\n"
     script += "with locked(Path(sys.argv[1])): os.kill(os.getpid(), 9)"
-    subprocess.run([sys.executable, "-c", script, str(tmp_path / "a.lock")], timeout=60, check=False)
+    subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path / "a.lock")], timeout=60, check=False
+    )
     with locked(tmp_path / "a.lock", lambda: pytest.fail("it waits for a dead process")):
         pass
 
@@ -252,15 +280,23 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
     assert given == {"hann": None} | {model: {"kernel": "rbf"} for model in models[1:]}
 
 
-def test_history_of_the_shared_search_is_registered_with_every_model_that_shares_it(registry, monkeypatch):
+def test_history_of_the_shared_search_is_registered_with_every_model_that_shares_it(
+    registry, monkeypatch
+):
     """It is kept with what was found: a model that is trained later has it too."""
     training_context = context_in(registry)
     pulses = training_context.table.take(split_of(training_context.table, "repetitions", 0).train)
     process = ContactTimeProcess(iterations=2, search_rows=40)
-    process.fit(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, np.random.default_rng(1))
-    searched = TimeSettings(process.tuned_, 1.5, {"search_error": [0.5, 0.25]}, process.fit_report().searches)
+    process.fit(
+        pulses.x, pulses.contact_time_s[:, None], pulses.configuration, np.random.default_rng(1)
+    )
+    searched = TimeSettings(
+        process.tuned_, 1.5, {"search_error": [0.5, 0.25]}, process.fit_report().searches
+    )
     run_tasks.write_time_settings(searched, "repetitions", training_context)
-    shared, alone = train(registry, context_in(registry), ["nn-narrow", "linear"], SPLITS[:1]).versions
+    shared, alone = train(
+        registry, context_in(registry), ["nn-narrow", "linear"], SPLITS[:1]
+    ).versions
     assert registry.fit_histories(shared)["time.search_error"] == [(0, 0.5), (1, 0.25)]
     assert registry.fit_settings(shared)["time.search_seconds"] == 1.5
     assert registry.searches(shared) == {"time": process.search_}
@@ -271,11 +307,15 @@ def test_history_of_the_shared_search_is_registered_with_every_model_that_shares
 def test_file_of_a_search_by_older_software_is_read(registry):
     training_context = context_in(registry)
     run_tasks.write_time_settings(
-        TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}), "repetitions", training_context
+        TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}),
+        "repetitions",
+        training_context,
     )
     (file,) = training_context.work.glob("contact-time-*.json")
     file.write_text('{"tuned": {"kernel": "matern"}, "seconds": 3.0}')
-    assert run_tasks.read_time_settings("repetitions", training_context) == TimeSettings({"kernel": "matern"}, 3.0)
+    assert run_tasks.read_time_settings("repetitions", training_context) == TimeSettings(
+        {"kernel": "matern"}, 3.0
+    )
 
 
 def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(registry, monkeypatch):
@@ -324,6 +364,12 @@ def test_jobs_at_once_register_the_same(tmp_path):
     for folder, jobs in ((alone, 1), (together, 2)):
         folder.mkdir()
         registry = fresh_registry(folder)
-        session = train(registry, context_in(registry, table), MODELS, SPLITS, executor=ExecutorConfig(jobs=jobs))
+        session = train(
+            registry,
+            context_in(registry, table),
+            MODELS,
+            SPLITS,
+            executor=ExecutorConfig(jobs=jobs),
+        )
         found.append([(v.name, v.split, v.metrics, v.sha256) for v in session.versions])
     assert found[0] == found[1]

@@ -36,13 +36,18 @@ def shared(postgres_url: str, tmp_path_factory: pytest.TempPathFactory) -> Itera
 def test_tables_made_by_all_at_once(shared: ModelStorage, tmp_path: Path) -> None:
     with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True):
         pass
-    environment = {"MLFLOW_TRACKING_URI": shared.tracking_uri, "PYROSHOCK_MODELS": str(shared.folder)}
+    environment = {
+        "MLFLOW_TRACKING_URI": shared.tracking_uri,
+        "PYROSHOCK_MODELS": str(shared.folder),
+    }
     commands = [[("models", "--db", f"sqlite:///{tmp_path / 'lab.db'}")]] * 4
     said = together(tmp_path / "said", commands, modules=MODELS, environment=environment)
     assert complaints(said) == []
 
 
-def test_what_one_registers_another_reads_and_promotes(shared: ModelStorage, tmp_path: Path, monkeypatch) -> None:
+def test_what_one_registers_another_reads_and_promotes(
+    shared: ModelStorage, tmp_path: Path, monkeypatch
+) -> None:
     """Two machines differ in their current folder, and in nothing of the place."""
     without_figures(monkeypatch)
     without_judging_the_first(monkeypatch)
@@ -53,7 +58,9 @@ def test_what_one_registers_another_reads_and_promotes(shared: ModelStorage, tmp
     assert other.versions() == [version]
     assert other.load(version).model.kind == "analytic"
     assert len(other.held_out(version).keys)
-    decision = promote(other, "hann", version.version, lambda _: context.table, forced=True, reason="a start")
+    decision = promote(
+        other, "hann", version.version, lambda _: context.table, forced=True, reason="a start"
+    )
     assert (one.champion("hammer").label, one.decisions()) == (version.label, [decision])
     assert list(tmp_path.iterdir()) == []
 
@@ -96,6 +103,9 @@ def test_turn_ends_with_its_connection(shared: ModelStorage) -> None:
     ],
 )
 def test_files_of_models_go_where_they_are_told(given: str, folder: str, files: str) -> None:
-    environment = {"MLFLOW_TRACKING_URI": "postgresql+psycopg://lab@host/mlflow", "PYROSHOCK_MODELS": given}
+    environment = {
+        "MLFLOW_TRACKING_URI": "postgresql+psycopg://lab@host/mlflow",
+        "PYROSHOCK_MODELS": given,
+    }
     place = storage_for("sqlite:///lab.db", environment)
     assert (place.folder, place.artifact_uri) == (Path.cwd() / folder, files)

@@ -49,13 +49,27 @@ OPTIMISED = {
 @pytest.mark.parametrize(
     ("file", "table", "models", "columns"),
     [
-        ("table_4_4_contact_time_models", "4.4", TIMES, {"mean_absolute_relative_error": "contact_time_error"}),
-        ("table_4_5_force_models", "4.5", FORCES, {"mean_rmse_n": "force_rmse_n", "mean_nrmse": "force_nrmse"}),
+        (
+            "table_4_4_contact_time_models",
+            "4.4",
+            TIMES,
+            {"mean_absolute_relative_error": "contact_time_error"},
+        ),
+        (
+            "table_4_5_force_models",
+            "4.5",
+            FORCES,
+            {"mean_rmse_n": "force_rmse_n", "mean_nrmse": "force_nrmse"},
+        ),
         (
             "table_5_2_pulse_cost",
             "5.2",
             PULSES,
-            {"mean_cost": "cost", "force_rmse_n": "force_rmse_n", "time_error": "contact_time_error"},
+            {
+                "mean_cost": "cost",
+                "force_rmse_n": "force_rmse_n",
+                "time_error": "contact_time_error",
+            },
         ),
         (
             "table_5_3_physical_parameters",
@@ -80,7 +94,11 @@ def test_tables_agree(
 
 
 def test_optimised_models_agree(thesis_tables: Path) -> None:
-    names = {"rmse_n": "force_rmse_n", "nrmse": "force_nrmse", "mean absolute relative error": "contact_time_error"}
+    names = {
+        "rmse_n": "force_rmse_n",
+        "nrmse": "force_nrmse",
+        "mean absolute relative error": "contact_time_error",
+    }
     with (thesis_tables / "table_4_6_to_4_9_optimised_models.csv").open(newline="") as handle:
         expected = {
             (model, names[row["metric"]], float(row["value"]), row["table"])

@@ -41,7 +41,9 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """It keeps the models' files itself: who asks it needs no folder in common with it."""
     folder = tmp_path_factory.mktemp("server")
     store = ("--backend-store-uri", f"sqlite:///{folder / 'mlflow.db'}")
-    with tracking_server(folder, "server", *store, "--serve-artifacts", "--artifacts-destination", "files") as address:
+    with tracking_server(
+        folder, "server", *store, "--serve-artifacts", "--artifacts-destination", "files"
+    ) as address:
         yield address
 
 
@@ -51,7 +53,9 @@ def remote(server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Regi
     without_figures(monkeypatch)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MLFLOW_TRACKING_URI", server)
-    return Registry(storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {"MLFLOW_TRACKING_URI": server}))
+    return Registry(
+        storage_for(f"sqlite:///{tmp_path / 'lab.db'}", {"MLFLOW_TRACKING_URI": server})
+    )
 
 
 def test_server_trains_lists_promotes_loads_and_predicts(remote, few_pulses):
@@ -61,7 +65,9 @@ def test_server_trains_lists_promotes_loads_and_predicts(remote, few_pulses):
     assert train(remote, context, ["hann", "linear"], ["repetitions"]).trained == 0
     by_name = {version.name: version for version in remote.versions()}
     assert by_name.keys() == {"hann", "linear"} and damages(remote, list(by_name.values())) == {}
-    decision = promote(remote, "linear", 1, lambda _: context.table, forced=True, reason="the first")
+    decision = promote(
+        remote, "linear", 1, lambda _: context.table, forced=True, reason="the first"
+    )
     assert decision.promoted and remote.decisions() == [decision]
     in_use = remote.champion("hammer")
     expected = fit_task(task_of("linear", "repetitions", context), context)
@@ -80,7 +86,9 @@ def test_server_tells_of_files_that_are_gone(remote, few_pulses, tmp_path_factor
     for file in (tmp_path_factory.getbasetemp() / "server0").glob("files/**/model.json"):
         if '"hertz"' in file.read_text():
             file.unlink()
-    assert remote.damage(version).startswith("the server has no model.json of hertz@1; restore the folder")
+    assert remote.damage(version).startswith(
+        "the server has no model.json of hertz@1; restore the folder"
+    )
 
 
 def made(registry: Registry, table: PulseTable) -> Trained:
@@ -101,7 +109,12 @@ def test_mlflow_page_on_the_store_beside_a_laboratory(few_pulses, tmp_path, monk
     session = registry.open_session(context_in(registry, few_pulses).dataset, 0)
     version = registry.record(made(registry, few_pulses), session)
     registry.set_champion(version)
-    options = ("--backend-store-uri", "sqlite:///lab-models.db", "--default-artifact-root", "lab-models")
+    options = (
+        "--backend-store-uri",
+        "sqlite:///lab-models.db",
+        "--default-artifact-root",
+        "lab-models",
+    )
     with tracking_server(tmp_path, "ui", *options) as address:
         check_answers(address, registry, version, session)
         (model,) = rest(address, "registered-models/search")["registered_models"]
@@ -110,18 +123,28 @@ def test_mlflow_page_on_the_store_beside_a_laboratory(few_pulses, tmp_path, monk
 
 def check_answers(address: str, registry: Registry, version: Version, session: str) -> None:
     """MLflow's page and our registry say the same of a version's settings and of the course of its search."""
-    experiment = rest(address, "experiments/get-by-name?experiment_name=pyroshock")["experiment"]["experiment_id"]
+    experiment = rest(address, "experiments/get-by-name?experiment_name=pyroshock")["experiment"][
+        "experiment_id"
+    ]
     query = {"experiment_ids": [experiment], "filter": "metrics.`fit.force.noise` < 0.1"}
     (run,) = rest(address, "runs/search", **query)["runs"]
-    history = rest(address, f"metrics/get-history?run_id={version.run_id}&metric_key=fit.force.loss")["metrics"]
+    history = rest(
+        address, f"metrics/get-history?run_id={version.run_id}&metric_key=fit.force.loss"
+    )["metrics"]
     files = rest(address, f"artifacts/list?run_id={version.run_id}")["files"]
     parameters = {each["key"]: each["value"] for each in run["data"]["params"]}
     settings = registry.fit_settings(version)
     assert settings == REPORT.parameters([predictor.name for predictor in PREDICTORS])
-    assert {name: parameters[f"fit.{name}"] for name in settings} == {n: str(value) for n, value in settings.items()}
-    assert [(int(point["step"]), point["value"]) for point in history] == registry.fit_histories(version)["force.loss"]
+    assert {name: parameters[f"fit.{name}"] for name in settings} == {
+        n: str(value) for n, value in settings.items()
+    }
+    assert [(int(point["step"]), point["value"]) for point in history] == registry.fit_histories(
+        version
+    )["force.loss"]
     assert len(history) == 150
-    assert {tag["key"]: tag["value"] for tag in run["data"]["tags"]}["mlflow.parentRunId"] == session
+    assert {tag["key"]: tag["value"] for tag in run["data"]["tags"]}[
+        "mlflow.parentRunId"
+    ] == session
     datasets = [each["dataset"] for each in run["inputs"]["dataset_inputs"]]
     assert {json.loads(each["profile"])["snapshot"] for each in datasets} == {version.dataset.hash}
     assert {"held_out.npz", "code_version.json", "pulses.png"} <= {file["path"] for file in files}

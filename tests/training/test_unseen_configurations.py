@@ -54,22 +54,30 @@ def scattered(factor: float, spread: float) -> PulseDraws:
 def test_score_is_that_of_the_normal_law(table: PulseTable) -> None:
     offset, spread = 0.3, 0.2
     scores = unseen_scores(
-        table, {"a": scattered(np.exp(offset), spread), "b": scattered(1.0, spread)}, np.random.default_rng(0)
+        table,
+        {"a": scattered(np.exp(offset), spread), "b": scattered(1.0, spread)},
+        np.random.default_rng(0),
     )
     z = offset / spread
     expected = spread * (z * (2 * norm.cdf(z) - 1) + 2 * norm.pdf(z) - 1 / np.sqrt(np.pi))
     assert scores.crps[0][:, 0].mean() == pytest.approx(expected, rel=0.02)
-    assert scores.crps[1][:, 0].mean() == pytest.approx(spread * (2 * norm.pdf(0) - 1 / np.sqrt(np.pi)), rel=0.05)
+    assert scores.crps[1][:, 0].mean() == pytest.approx(
+        spread * (2 * norm.pdf(0) - 1 / np.sqrt(np.pi)), rel=0.05
+    )
     assert scores.crps[0][:, 1] == pytest.approx(np.zeros(len(table)), abs=1e-12)
     assert not scores.first_is_better
 
 
 def test_every_configuration_is_judged(table: PulseTable) -> None:
-    scores = unseen_scores(table, {"a": scattered(1.1, 0.1), "b": scattered(1.0, 0.1)}, np.random.default_rng(0))
+    scores = unseen_scores(
+        table, {"a": scattered(1.1, 0.1), "b": scattered(1.0, 0.1)}, np.random.default_rng(0)
+    )
     assert (scores.configurations, len(scores.configuration), scores.folds) == (60, 180, 5)
     assert scores.p_value(np.random.default_rng(0)) < 0.01
     many = pulse_table(np.random.default_rng(1), repetitions=10)
-    scores = unseen_scores(many, {"a": scattered(1.1, 0.1), "b": scattered(1.0, 0.1)}, np.random.default_rng(0))
+    scores = unseen_scores(
+        many, {"a": scattered(1.1, 0.1), "b": scattered(1.0, 0.1)}, np.random.default_rng(0)
+    )
     assert np.unique(scores.configuration, return_counts=True)[1].tolist() == [6] * 60
 
 
@@ -103,7 +111,10 @@ def test_settings_of_rows_are_those_of_the_table(table: PulseTable) -> None:
     assert setting.impact_velocity_m_s == table.column("impact_velocity")[row]
     assert (setting.anvil is not None, setting.insulator) == (True, "polymeric")
     on_steel = table.take(table.target_material == "steel")
-    (below,) = {(setting.plate.name, setting.plate.density_kg_m3) for setting in settings_of(on_steel, table)}
+    (below,) = {
+        (setting.plate.name, setting.plate.density_kg_m3)
+        for setting in settings_of(on_steel, table)
+    }
     assert below == ("aluminum", 2700.0)
     assert {setting.target.name for setting in settings_of(on_steel, table)} == {"steel"}
     assert {setting.plate.name for setting in settings_of(on_steel)} == {"steel"}  # no row tells it
@@ -134,7 +145,9 @@ def test_integrated_velocity_is_converted_to_that_before_contact(table: PulseTab
     contact = prior_contact(few)
     before = prior_pulses(contact, few, 8, np.random.default_rng(0), INTEGRATED)
     faster = np.log([pulses.impulse_n_s for pulses in before])
-    slower = np.log([pulses.impulse_n_s for pulses in prior_pulses(contact, few, 8, np.random.default_rng(0))])
+    slower = np.log(
+        [pulses.impulse_n_s for pulses in prior_pulses(contact, few, 8, np.random.default_rng(0))]
+    )
     assert (faster.mean(axis=0) > slower.mean(axis=0)).all()
 
 
@@ -144,7 +157,9 @@ def test_shots_of_rows_are_what_was_measured(table: PulseTable) -> None:
     np.testing.assert_array_equal(shots.contact_time_s, table.contact_time_s)
     np.testing.assert_array_equal(shots.impulse_n_s, table.impulse_n_s)
     np.testing.assert_array_equal(shots.impact_velocity_m_s, velocity_before(table, INTEGRATED)[0])
-    assert all(len(np.unique(table.configuration[shots.configuration == row])) == 1 for row in range(60))
+    assert all(
+        len(np.unique(table.configuration[shots.configuration == row])) == 1 for row in range(60)
+    )
     assert updated_contact(table).shots == MOST_PULSES < len(table)
 
 
@@ -153,7 +168,8 @@ def test_updated_law_has_not_seen_what_it_is_asked_for(table: PulseTable) -> Non
     unseen = table.take(np.arange(0, 9))
     others = table.take(~np.isin(table.configuration, unseen.configuration))
     with_them, without = (
-        updated_law_draws(learned, table)(unseen, 4, np.random.default_rng(0)) for learned in (table, others)
+        updated_law_draws(learned, table)(unseen, 4, np.random.default_rng(0))
+        for learned in (table, others)
     )
     for first, second in zip(with_them, without, strict=True):
         np.testing.assert_array_equal(first.force_n, second.force_n)
@@ -166,13 +182,21 @@ def test_updated_law_has_not_seen_what_it_is_asked_for(table: PulseTable) -> Non
 def test_updated_law_predicts_better_than_the_prior() -> None:
     """Unseen configurations of the virtual bench's gun, whose laws are others than the twin's."""
     table = gun_table(5)
-    predictions = {"far": scattered(2.0, 0.1), "law": updated_law_draws(table, table), "prior": prior_draws(table)}
+    predictions = {
+        "far": scattered(2.0, 0.1),
+        "law": updated_law_draws(table, table),
+        "prior": prior_draws(table),
+    }
     scores = unseen_scores(table, predictions, np.random.default_rng(0))
     far, law, prior = (crps.mean() for crps in scores.crps)
     assert law < 0.8 * prior
     assert not scores.first_is_better
     figures = scores.figures()
-    assert (figures["crps.candidate"], figures["crps.reference"], figures["crps.prior"]) == (far, law, prior)
+    assert (figures["crps.candidate"], figures["crps.reference"], figures["crps.prior"]) == (
+        far,
+        law,
+        prior,
+    )
 
 
 def gun_table(seed: int) -> PulseTable:
@@ -181,8 +205,16 @@ def gun_table(seed: int) -> PulseTable:
     anvils, layers = ("none", "aluminum", "steel"), ("none", "polymeric")
     rows = [
         (
-            *(setting.tip_radius_m, *quantities(setting.tip), velocity, *quantities(setting.target)),
-            *(anvils.index(setting.anvil.name if setting.anvil else "none"), layers.index(setting.insulator)),
+            *(
+                setting.tip_radius_m,
+                *quantities(setting.tip),
+                velocity,
+                *quantities(setting.target),
+            ),
+            *(
+                anvils.index(setting.anvil.name if setting.anvil else "none"),
+                layers.index(setting.insulator),
+            ),
             *(setting.impactor_mass_kg, 0.0003 * setting.plate.density_kg_m3),
         )
         for setting, velocity in zip(shots.settings, shots.impact_velocity_m_s, strict=True)

@@ -40,7 +40,9 @@ def rng(seed: int = 0) -> np.random.Generator:
 
 def test_velocity_is_the_guns_at_the_true_pressure_or_the_given_one():
     shot = twin().predict(setting(tank_pressure_pa=5e5), draws=0)
-    assert shot.velocity_m_s.mean == pytest.approx(float(muzzle_velocity(BENCH, 5e5, 0.5)), rel=1e-12)
+    assert shot.velocity_m_s.mean == pytest.approx(
+        float(muzzle_velocity(BENCH, 5e5, 0.5)), rel=1e-12
+    )
     low = twin(sensors=SensorChain.of([effect("sensor.pressure_gain", gain=1.25)]))
     shot = low.predict(setting(tank_pressure_pa=5e5), draws=0)
     assert shot.velocity_m_s.mean == pytest.approx(float(muzzle_velocity(BENCH, 4e5, 0.5)))
@@ -71,12 +73,17 @@ def test_twice_the_velocity_is_twice_the_spectrum_and_positions_choose_their_sha
 
 def test_effects_reach_their_stages():
     damped = PlateStage({"aluminum": ringing_plate()}, (effect("plate.damping", factor=5.0),), SURE)
-    gained = SensorChain.of([effect("sensor.acceleration_gain", gain=2.0), effect("sensor.velocity_gain", gain=1.1)])
+    gained = SensorChain.of(
+        [effect("sensor.acceleration_gain", gain=2.0), effect("sensor.velocity_gain", gain=1.1)]
+    )
     nominal = twin().predict(setting(), draws=0)
     changed = twin(plate=damped, sensors=gained).predict(setting(), draws=0)
     assert changed.velocity_m_s.mean == pytest.approx(1.1 * 8.0)
     assert np.all(changed.spectra_m_s2["a1"].mean < 2 * nominal.spectra_m_s2["a1"].mean)
-    assert "plate.damping" in changed.models["plate"] and "sensor.velocity_gain" in changed.models["sensors"]
+    assert (
+        "plate.damping" in changed.models["plate"]
+        and "sensor.velocity_gain" in changed.models["sensors"]
+    )
 
 
 def test_measured_shots_correct_the_gun_and_say_its_spread():
@@ -87,7 +94,9 @@ def test_measured_shots_correct_the_gun_and_say_its_spread():
     predicted = muzzle_velocity(BENCH, pressure, mass)
     learned = GunStage(BENCH, 0.5).updated(pressure, mass, 0.9 * predicted * scatter)
     shot = twin(gun=learned).predict(setting(tank_pressure_pa=5e5))
-    assert shot.velocity_m_s.mean == pytest.approx(0.9 * float(muzzle_velocity(BENCH, 5e5, 0.5)), rel=0.01)
+    assert shot.velocity_m_s.mean == pytest.approx(
+        0.9 * float(muzzle_velocity(BENCH, 5e5, 0.5)), rel=0.01
+    )
     low, high = shot.velocity_m_s.ci90
     assert 0.01 < math.log(high / low) / 3.29 < 0.04
     assert "12 measured shots" in shot.models["gun"]
@@ -95,10 +104,16 @@ def test_measured_shots_correct_the_gun_and_say_its_spread():
 
 def test_batches_and_chunks_are_the_single_shots():
     model = twin()
-    many = [setting(tank_pressure_pa=p, impact_position=i) for p in (2e5, 4e5, 6e5) for i in ("#1", "#2")]
+    many = [
+        setting(tank_pressure_pa=p, impact_position=i)
+        for p in (2e5, 4e5, 6e5)
+        for i in ("#1", "#2")
+    ]
     batch = model.spectra(many)
     for each, row in zip(many, batch, strict=True):
-        np.testing.assert_allclose(model.predict(each, draws=0).spectra_m_s2["a1"].mean, row, rtol=1e-9)
+        np.testing.assert_allclose(
+            model.predict(each, draws=0).spectra_m_s2["a1"].mean, row, rtol=1e-9
+        )
     model = twin(samples=400, frequency_hz=np.array([2000.0, 5000.0]))
     many = [setting(impact_velocity_m_s=u) for u in np.linspace(1, 20, 300)]
     np.testing.assert_allclose(model.spectra(many)[::-1], model.spectra(many[::-1]), rtol=1e-9)
@@ -123,7 +138,9 @@ def test_bands_are_those_of_the_draws_and_log_normal_for_the_velocity():
     for name in ("velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s"):
         assert Quantity.of(getattr(shot.draws, name)) == getattr(shot, name)
     assert Quantity.of(shot.draws.peak_acceleration_m_s2[:, 1]) == shot.peak_acceleration_m_s2("a2")
-    np.testing.assert_array_equal(Band.of(shot.draws.spectra_m_s2[:, 0]).upper, shot.spectra_m_s2["a1"].upper)
+    np.testing.assert_array_equal(
+        Band.of(shot.draws.spectra_m_s2[:, 0]).upper, shot.spectra_m_s2["a1"].upper
+    )
 
 
 @pytest.mark.parametrize(
@@ -169,11 +186,17 @@ def test_measured_velocity_stands_in_for_the_gun_and_measured_force_for_the_cont
     model = twin()
     fired = model.predict(setting(tank_pressure_pa=5e5), draws=0)
     given = model.predict(setting(impact_velocity_m_s=fired.velocity_m_s.mean), draws=0)
-    np.testing.assert_allclose(given.spectra_m_s2["a1"].mean, fired.spectra_m_s2["a1"].mean, rtol=1e-9)
+    np.testing.assert_allclose(
+        given.spectra_m_s2["a1"].mean, fired.spectra_m_s2["a1"].mean, rtol=1e-9
+    )
     expected = model.predict(setting(), draws=0)
     pulse = HalfSine().pulses(ImpactBatch([setting()], np.array([8.0])))
-    shot = model.predict(setting(), draws=8, measured_force=MeasuredForce(sampled(pulse, 1e-6)[0], 1e6))
-    np.testing.assert_allclose(shot.spectra_m_s2["a1"].mean, expected.spectra_m_s2["a1"].mean, rtol=0.01)
+    shot = model.predict(
+        setting(), draws=8, measured_force=MeasuredForce(sampled(pulse, 1e-6)[0], 1e6)
+    )
+    np.testing.assert_allclose(
+        shot.spectra_m_s2["a1"].mean, expected.spectra_m_s2["a1"].mean, rtol=0.01
+    )
     assert shot.impulse_n_s.mean == pytest.approx(expected.impulse_n_s.mean, rel=1e-3)
     assert shot.models["contact"] == "measured force"
 
@@ -185,13 +208,29 @@ def test_twin_without_a_plate_tells_the_force_and_pickles_and_json_read_back():
         twin(plate=PlateStage({})).spectra([setting()])
     with pytest.raises(TypeError, match=r"sensor\.force_gain does not act here"):
         PlateStage({"aluminum": ringing_plate()}, (effect("sensor.force_gain"),))
-    found = json.loads(json.dumps(twin().predict(setting(impact_velocity_m_s=40.0), draws=4).as_json()))
-    contract = {"velocity_m_s", "contact_time_s", "peak_force_n", "force", "srs", "models", "outside_domain"}
+    found = json.loads(
+        json.dumps(twin().predict(setting(impact_velocity_m_s=40.0), draws=4).as_json())
+    )
+    contract = {
+        "velocity_m_s",
+        "contact_time_s",
+        "peak_force_n",
+        "force",
+        "srs",
+        "models",
+        "outside_domain",
+    }
     assert contract <= found.keys()
     assert found["velocity_m_s"].keys() == {"mean", "ci90"}
     assert found["force"].keys() == {"time_s", "mean", "lower", "upper"}
-    assert found["srs"]["unit"] == "m/s2" and found["srs"]["a2"].keys() == {"mean", "lower", "upper"}
-    assert found["outside_domain"] == [{"predictor": "impact_velocity", "value": 40.0, "range": "0 to 30"}]
+    assert found["srs"]["unit"] == "m/s2" and found["srs"]["a2"].keys() == {
+        "mean",
+        "lower",
+        "upper",
+    }
+    assert found["outside_domain"] == [
+        {"predictor": "impact_velocity", "value": 40.0, "range": "0 to 30"}
+    ]
     model = twin()
     again = pickle.loads(pickle.dumps(model))
     np.testing.assert_array_equal(again.spectra([setting()]), model.spectra([setting()]))
@@ -200,7 +239,9 @@ def test_twin_without_a_plate_tells_the_force_and_pickles_and_json_read_back():
 def test_what_there_is_not_is_named_and_a_bullet_that_stays_has_no_spectrum():
     with pytest.raises(LookupError, match="no modes of a plate of 'aluminum'; there are: steel"):
         twin(plate=PlateStage({"steel": ringing_plate()})).predict(setting())
-    with pytest.raises(LookupError, match="no impact position '#9' on this plate; there are: #1, #2"):
+    with pytest.raises(
+        LookupError, match="no impact position '#9' on this plate; there are: #1, #2"
+    ):
         twin().predict(setting(impact_position="#9"))
     with pytest.raises(LookupError, match="no sensor 'a9'; there are: a1, a2"):
         twin().spectra([setting()], "a9")
@@ -233,9 +274,12 @@ def test_samples_beyond_those_that_are_asked_for_are_not_made():
 
 def test_peak_acceleration_is_of_the_plates_band_whatever_lines_are_asked_for():
     few, many = (
-        twin(frequency_hz=np.geomspace(100, high, 9)).predict(setting(), draws=0) for high in (500.0, 10_000.0)
+        twin(frequency_hz=np.geomspace(100, high, 9)).predict(setting(), draws=0)
+        for high in (500.0, 10_000.0)
     )
-    assert few.acceleration_band_hz == many.acceleration_band_hz == ringing_plate().frequency_hz.max()
+    assert (
+        few.acceleration_band_hz == many.acceleration_band_hz == ringing_plate().frequency_hz.max()
+    )
     for sensor in few.sensors:
         assert few.peak_acceleration_m_s2(sensor) == many.peak_acceleration_m_s2(sensor)
         assert few.as_json()["acceleration"][sensor]["band_hz"] == [0.0, few.acceleration_band_hz]

@@ -26,13 +26,20 @@ def plate(rigid=True, first_hz=120.0):
     shape = np.array([MASS**-0.5] * rigid + [0.6, 0.4, 0.5])
     damping = np.where(frequency > 0, 0.005, 0.0)
     return ModalPlate(
-        frequency, damping, np.stack([shape, 0.5 * shape]), shape[None], ("#1", "#2"), ("acceleration_1",)
+        frequency,
+        damping,
+        np.stack([shape, 0.5 * shape]),
+        shape[None],
+        ("#1", "#2"),
+        ("acceleration_1",),
     )
 
 
 def setting(**changes):
     known = {"tip": THESIS["delrin"], "impact_velocity_m_s": 5.0, "plate": THESIS["aluminum"]}
-    return Setting(0.5, tip_radius_m=0.03, plate_thickness_m=0.01, plate_mass_kg=MASS, **known | changes)
+    return Setting(
+        0.5, tip_radius_m=0.03, plate_thickness_m=0.01, plate_mass_kg=MASS, **known | changes
+    )
 
 
 def strikes(*settings):
@@ -60,23 +67,34 @@ def test_plate_compliance_does_not_count_twice(stage):
     """Nor does a part of it; the loss of the contact acts beside the modes, as the dashpot of a polymer does."""
 
     def pulses_with(*effects):
-        return replace(stage, base=LawContact(effects=effects, spread=NO_SPREAD)).pulses(strikes(setting()))
+        return replace(stage, base=LawContact(effects=effects, spread=NO_SPREAD)).pulses(
+            strikes(setting())
+        )
 
     usual = stage.pulses(strikes(setting()))
     for share in (1.0, 0.3):
         assert np.array_equal(pulses_with(PlateCompliance(share)).force_n, usual.force_n)
     assert pulses_with(ViscousLoss(0.1)).impulse_n_s[0] < usual.impulse_n_s[0]
-    assert pulses_with(ViscousLoss(0.0, polymer_loss=0.3)).impulse_n_s[0] < 0.95 * usual.impulse_n_s[0]
+    assert (
+        pulses_with(ViscousLoss(0.0, polymer_loss=0.3)).impulse_n_s[0] < 0.95 * usual.impulse_n_s[0]
+    )
 
 
 def test_free_plate_without_rigid_mode_moves_as_a_mass():
     bare, whole = plate(rigid=False), plate()
     names = ("frequency_hz", "shape")
-    added, listed = point_of_plate(bare, "#1", 3360.0, MASS), point_of_plate(whole, "#1", 3360.0, MASS)
-    assert all(np.allclose(getattr(added, name), getattr(listed, name), rtol=1e-14) for name in names)
+    added, listed = (
+        point_of_plate(bare, "#1", 3360.0, MASS),
+        point_of_plate(whole, "#1", 3360.0, MASS),
+    )
+    assert all(
+        np.allclose(getattr(added, name), getattr(listed, name), rtol=1e-14) for name in names
+    )
     held = point_of_plate(bare, "#1", 3360.0)
     assert np.array_equal(held.frequency_hz, bare.frequency_hz)
-    swinging = point_of_plate(replace(whole, frequency_hz=np.array([2.0, 120.0, 300.0, 700.0])), "#1", 3360.0, MASS)
+    swinging = point_of_plate(
+        replace(whole, frequency_hz=np.array([2.0, 120.0, 300.0, 700.0])), "#1", 3360.0, MASS
+    )
     assert swinging.frequency_hz[0] == 2.0  # a rigid mode on its chains
 
 

@@ -10,7 +10,14 @@ import numpy as np
 import pytest
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
-from pyroshock.twin.effects import Effect, Parameter, catalogue, checked_effects, effect, effect_from_json
+from pyroshock.twin.effects import (
+    Effect,
+    Parameter,
+    catalogue,
+    checked_effects,
+    effect,
+    effect_from_json,
+)
 from pyroshock.twin.gun.shot import GunEffect
 from pyroshock.twin.gun.stage import GunStage
 from pyroshock.twin.plate.stage import PlateSpread, PlateStage
@@ -78,7 +85,9 @@ def test_parameters_lie_in_their_ranges_or_are_refused_by_name(kind):
         assert item.meaning
         assert item.low <= item.default <= item.high and item.low <= item.off <= item.high
         assert np.all(np.isfinite([item.low, item.default, item.high, item.off]))
-    assert any(item.default != item.off for item in kind.parameters()), "by default an effect does something"
+    assert any(item.default != item.off for item in kind.parameters()), (
+        "by default an effect does something"
+    )
     item = kind.parameters()[0]
     with pytest.raises(ValueError, match=re.escape(f"{kind.id}: {item.name} = ")):
         kind(**{item.name: item.high + 1 + abs(item.high)})
@@ -89,7 +98,9 @@ def test_parameters_lie_in_their_ranges_or_are_refused_by_name(kind):
 def test_what_there_is_not_is_named_and_arrays_read_back_from_json():
     with pytest.raises(LookupError, match=r"no effect 'gun\.magic'; there are: gun\."):
         effect("gun.magic")
-    with pytest.raises(ValueError, match=r"sensor\.force_gain has no parameter 'loudness'; it has: gain"):
+    with pytest.raises(
+        ValueError, match=r"sensor\.force_gain has no parameter 'loudness'; it has: gain"
+    ):
         effect("sensor.force_gain", loudness=1.0)
     given = effect("sensor.force_gain", gain=np.array([1.0, 1.1]))
     again = effect_from_json(json.loads(json.dumps(given.as_json())))
@@ -99,7 +110,9 @@ def test_what_there_is_not_is_named_and_arrays_read_back_from_json():
 def test_effects_of_another_stage_and_doubles_are_refused():
     gain = effect("sensor.force_gain")
     assert checked_effects([gain], SensorEffect) == (gain,)
-    with pytest.raises(TypeError, match=r"sensor\.force_gain does not act here: expected effects of GunEffect"):
+    with pytest.raises(
+        TypeError, match=r"sensor\.force_gain does not act here: expected effects of GunEffect"
+    ):
         checked_effects([gain], GunEffect)
     with pytest.raises(ValueError, match="given twice"):
         checked_effects([gain, gain], SensorEffect)
@@ -110,16 +123,16 @@ def rows() -> dict[str, tuple[str, ...]]:
     table: dict[str, tuple[str, ...]] = {}
     for line in DOCS.read_text(encoding="utf-8").splitlines():
         if line.startswith("| `"):
-            identity, *cells = (cell.strip() for cell in line.replace(r"\|", "¦").strip("|").split("|"))
+            identity, *cells = (
+                cell.strip() for cell in line.replace(r"\|", "¦").strip("|").split("|")
+            )
             table[identity.strip("`")] = tuple(cell.replace("¦", "|") for cell in cells)
     return table
 
 
 def cell_of(item: Parameter) -> str:
     """Name, default, unit, the value at which the effect is off, range and meaning of a parameter."""
-    numbers = (
-        f"{item.default:g}{' ' + item.unit if item.unit else ''} (off {item.off:g}; [{item.low:g}, {item.high:g}])"
-    )
+    numbers = f"{item.default:g}{' ' + item.unit if item.unit else ''} (off {item.off:g}; [{item.low:g}, {item.high:g}])"
     return f"`{item.name}` {numbers}: {item.meaning}"
 
 
@@ -130,7 +143,9 @@ def row_of(kind: type[Effect]) -> tuple[str, ...]:
 def table_of_effects() -> str:
     """The page's rows as they should be; `renew()` puts them there (PYTHONPATH=tests:tests/twin)."""
     rows_in_order = [(f"`{kind.id}`", *row_of(kind)) for kind in catalogue().values()]
-    return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows_in_order)
+    return "\n".join(
+        "| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows_in_order
+    )
 
 
 def table_of_parameters() -> str:
@@ -146,7 +161,9 @@ def table_of_parameters() -> str:
 
 def renew() -> None:
     PARAMETERS.write_text(table_of_parameters(), encoding="utf-8")
-    kept = [line for line in DOCS.read_text(encoding="utf-8").splitlines() if not line.startswith("| `")]
+    kept = [
+        line for line in DOCS.read_text(encoding="utf-8").splitlines() if not line.startswith("| `")
+    ]
     at = next(i for i, line in enumerate(kept) if line.startswith("| ---")) + 1
     DOCS.write_text("\n".join([*kept[:at], table_of_effects(), *kept[at:], ""]), encoding="utf-8")
 
@@ -162,18 +179,25 @@ def test_facts_may_be_of_every_parameter_that_is_looked_for():
 
 def spectra_and_all(given: tuple[Effect, ...]) -> np.ndarray:
     """Everything that a twin foretells of two shots, one of them onto an insulated anvil."""
-    stages = {stage: [e for e in given if e.stage() == stage] for stage in ("gun", "contact", "plate", "sensor")}
+    stages = {
+        stage: [e for e in given if e.stage() == stage]
+        for stage in ("gun", "contact", "plate", "sensor")
+    }
     twin = Twin(
         contact=LawContact("hertz", effects=stages["contact"]),  # checked there
         gun=GunStage(BENCH, 0.0, tuple(stages["gun"])),  # checked there
-        plate=PlateStage({"aluminum": ringing_plate()}, tuple(stages["plate"]), PlateSpread(0, 0, 0)),
+        plate=PlateStage(
+            {"aluminum": ringing_plate()}, tuple(stages["plate"]), PlateSpread(0, 0, 0)
+        ),
         sensors=SensorChain.of(stages["sensor"]),
         samples=1_000,
         frequency_hz=np.array([500.0, 2000.0, 5000.0]),
     )
     shots = [
         twin.predict(setting(tank_pressure_pa=8e5), draws=0),
-        twin.predict(setting(tank_pressure_pa=8e5, anvil=THESIS["steel"], insulator="polymeric"), draws=0),
+        twin.predict(
+            setting(tank_pressure_pa=8e5, anvil=THESIS["steel"], insulator="polymeric"), draws=0
+        ),
     ]
     told = [[s.velocity_m_s.mean, s.peak_force_n.mean, *s.spectra_m_s2["a1"].mean] for s in shots]
     return np.array(told)

@@ -49,7 +49,9 @@ def test_a_rectangle_and_a_pulse_without_the_rest_around_it_are_rated() -> None:
     assert 0 <= rating(step, np.where(TIME > 0.95, 1.0, 0.0)) < 0.5
     # Rest before and after counts for nothing, at whatever rate; where there is no pulse there is no rating.
     rested = np.concatenate([np.zeros(500), PULSE, np.zeros(500)])
-    assert pulse_rating(rested, 1.2 * rested) == pytest.approx(pulse_rating(PULSE, 1.2 * PULSE), abs=0.01)
+    assert pulse_rating(rested, 1.2 * rested) == pytest.approx(
+        pulse_rating(PULSE, 1.2 * PULSE), abs=0.01
+    )
     assert pulse_rating(rested, rested) == pytest.approx(1.0)
     assert np.isnan(pulse_rating(np.zeros(100), np.zeros(100)))
     assert np.isnan(pulse_rating(np.full(200, np.nan), PULSE))
@@ -69,6 +71,10 @@ def test_peer_agrees() -> None:
     for expected in PEER_RATINGS:
         n = int(rng.integers(60, 300))
         t = np.linspace(0, 1, n)
-        one = np.sin(np.pi * t * rng.uniform(0.5, 3)) * rng.uniform(1, 100) + 0.1 * rng.normal(size=n)
-        other = rng.uniform(0.6, 1.4) * np.interp(t * rng.uniform(0.9, 1.1) + rng.uniform(-0.1, 0.1), t, one)
+        one = np.sin(np.pi * t * rng.uniform(0.5, 3)) * rng.uniform(1, 100) + 0.1 * rng.normal(
+            size=n
+        )
+        other = rng.uniform(0.6, 1.4) * np.interp(
+            t * rng.uniform(0.9, 1.1) + rng.uniform(-0.1, 0.1), t, one
+        )
         assert rating(one, other) == pytest.approx(expected, abs=1e-9)

@@ -13,7 +13,9 @@ from pyroshock.twin import ode
 from pyroshock.twin.ode import DORMAND_PRINCE, RODAS, Ends, Method, Rates, StepTolerance, run
 
 Floats = NDArray[np.float64]
-METHODS = pytest.mark.parametrize("method", [DORMAND_PRINCE, RODAS], ids=["Dormand and Prince", "Rodas5P"])
+METHODS = pytest.mark.parametrize(
+    "method", [DORMAND_PRINCE, RODAS], ids=["Dormand and Prince", "Rodas5P"]
+)
 
 
 def stepped(
@@ -44,7 +46,9 @@ def dragged(time: Floats, state: Floats) -> Floats:
         (RODAS, dragged, [0.0, 0.0], 1 - np.cos(2)),
     ],
 )
-def test_the_error_falls_with_the_fifth_power(method: Method, rates: Rates, start: list[float], end: float) -> None:
+def test_the_error_falls_with_the_fifth_power(
+    method: Method, rates: Rates, start: list[float], end: float
+) -> None:
     def error(n: int) -> float:
         state, step = np.array(start)[:, None], 2 / n
         for i in range(n):
@@ -57,7 +61,9 @@ def test_the_error_falls_with_the_fifth_power(method: Method, rates: Rates, star
 @METHODS
 def test_a_step_ends_with_the_rates_at_its_end_and_an_error_of_its_order(method: Method) -> None:
     state = np.array([[1 - np.cos(0.5)], [np.sin(0.5)]])
-    sizes = [np.linalg.norm(stepped(method, dragged, 0.5, state, step)[2]) for step in (0.05, 0.025)]
+    sizes = [
+        np.linalg.norm(stepped(method, dragged, 0.5, state, step)[2]) for step in (0.05, 0.025)
+    ]
     assert np.log2(sizes[0] / sizes[1]) == pytest.approx(method.order, abs=0.35)
     state = np.array([[0.1, 0.2], [0.3, 0.4]])
     end, slope, _ = stepped(method, dragged, [0.3, 0.7], state, [0.1, 0.2])
@@ -67,7 +73,9 @@ def test_a_step_ends_with_the_rates_at_its_end_and_an_error_of_its_order(method:
 def test_growth_by_dormand_and_prince_is_their_polynomial() -> None:
     """exp(z) to the fifth power, and z^6 / 600 (Hairer and Wanner II, section IV.2)."""
     z = np.array([[0.5, -1.0, 2.0], [-3.0, 1.5, 0.1]])
-    end = stepped(DORMAND_PRINCE, lambda _, state: z / 0.25 * state, 0.0, np.full((2, 3), 2.0), 0.25)[0]
+    end = stepped(
+        DORMAND_PRINCE, lambda _, state: z / 0.25 * state, 0.0, np.full((2, 3), 2.0), 0.25
+    )[0]
     polynomial = 1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24 + z**5 / 120 + z**6 / 600
     np.testing.assert_allclose(end, 2 * polynomial, rtol=1e-14, atol=1e-14)
 
@@ -83,7 +91,9 @@ def test_powers_of_time_are_integrated_to_the_fourth(method: Method, power: int)
 
     digits = 1e-14 if method is DORMAND_PRINCE else 1e-5
     end, _, error = stepped(method, rates, [1.0, 2.0], np.zeros((1, 2)), [0.5, 2.0])
-    exact = (np.array([1.5, 4.0]) ** (power + 1) - np.array([1.0, 2.0]) ** (power + 1)) / (power + 1)
+    exact = (np.array([1.5, 4.0]) ** (power + 1) - np.array([1.0, 2.0]) ** (power + 1)) / (
+        power + 1
+    )
     np.testing.assert_allclose(end[0], exact, rtol=digits)
     if power < 4:
         np.testing.assert_allclose(error[0] / exact, 0, atol=digits)
@@ -105,7 +115,9 @@ def test_rodas_follows_coupled_linear_systems() -> None:
 
     def errors(step: float) -> Floats:
         exact = np.stack([expm(step * a) @ y for a, y in zip(matrix, start.T, strict=True)], axis=1)
-        return np.linalg.norm(stepped(RODAS, of_matrix(matrix), 0.0, start, step)[0] - exact, axis=0)
+        return np.linalg.norm(
+            stepped(RODAS, of_matrix(matrix), 0.0, start, step)[0] - exact, axis=0
+        )
 
     coarse = errors(0.4)
     assert coarse.max() < 5e-5
@@ -116,7 +128,9 @@ def test_rodas_follows_stiff_problems() -> None:
     """L-stable: x' = -w (x - 1) with w h up to 1e8 has forgotten its start after a step. Prothero and Robinson's
     x' = -w (x - cos t) - sin t, from x = cos t, stays on its slow solution."""
     rate = np.array([1e6, 1e8])
-    end, _, error = stepped(RODAS, lambda _, state: -rate * (state - 1), 0.0, np.full((1, 2), 3.0), 1.0)
+    end, _, error = stepped(
+        RODAS, lambda _, state: -rate * (state - 1), 0.0, np.full((1, 2), 3.0), 1.0
+    )
     np.testing.assert_allclose(end[0], 1, atol=1e-4)
     assert np.abs(error).max() < 1e-3
     stiff = np.array([1e2, 1e4, 1e6])
@@ -204,12 +218,20 @@ def test_targets_are_met_when_they_should_be_as_each_alone(method: Method) -> No
     assert not together.reached.all() and together.reached.any()
     for i in range(9):
         one = np.array([i])
-        alone = run(problem.take(one), start[:, one], np.full(1, 1e-2), StepTolerance(1e-8, floor[:, one]), method)
+        alone = run(
+            problem.take(one),
+            start[:, one],
+            np.full(1, 1e-2),
+            StepTolerance(1e-8, floor[:, one]),
+            method,
+        )
         assert alone.reached[0] == together.reached[i]
         # one that is given up has no sharp end
         within = 1e-9 if together.reached[i] else 1e-4
         np.testing.assert_allclose(alone.time[0], together.time[i], rtol=within)
-        np.testing.assert_allclose(alone.state[:, 0], together.state[:, i], rtol=within, atol=within)
+        np.testing.assert_allclose(
+            alone.state[:, 0], together.state[:, i], rtol=within, atol=within
+        )
     assert (start == np.stack([np.zeros(9), np.ones(9)])).all()  # the caller's stays
 
 
@@ -252,7 +274,9 @@ class Steady:
         return np.full(time.shape, np.inf)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        return type(self)(self.target[rows], self.bend[rows], self.twist[rows], self.longest, self.tried)
+        return type(self)(
+            self.target[rows], self.bend[rows], self.twist[rows], self.longest, self.tried
+        )
 
     def method(self, error: Callable[[Floats, Floats], ArrayLike], order: int = 2) -> Method:
         """Simpson's rule, which has no error for these, with an error that a test makes up."""
@@ -268,7 +292,9 @@ class Steady:
         return Method(step, order)
 
 
-def steady(target: ArrayLike, bend: float = 0.0, twist: float = 0.0, longest: float = np.inf) -> Steady:
+def steady(
+    target: ArrayLike, bend: float = 0.0, twist: float = 0.0, longest: float = np.inf
+) -> Steady:
     to = np.atleast_1d(np.asarray(target, dtype=np.float64))
     return Steady(to, np.full(to.shape, bend), np.full(to.shape, twist), longest)
 
@@ -293,11 +319,17 @@ def ran(
 
 
 def tried(problem: Steady) -> tuple[list[float], list[float]]:
-    return [float(time[0]) for time, _ in problem.tried], [float(step[0]) for _, step in problem.tried]
+    return [float(time[0]) for time, _ in problem.tried], [
+        float(step[0]) for _, step in problem.tried
+    ]
 
 
-@pytest.mark.parametrize(("order", "share", "growth"), [(2, 0.25, 1.8), (5, 1 / 32, 1.8), (3, 1.0, 0.9), (2, 0.0, 5.0)])
-def test_steps_grow_with_the_room_below_the_tolerance(order: int, share: float, growth: float) -> None:
+@pytest.mark.parametrize(
+    ("order", "share", "growth"), [(2, 0.25, 1.8), (5, 1 / 32, 1.8), (3, 1.0, 0.9), (2, 0.0, 5.0)]
+)
+def test_steps_grow_with_the_room_below_the_tolerance(
+    order: int, share: float, growth: float
+) -> None:
     """By 0.9 of what would use it up, and to 5 times the last at most. An error of just the tolerance is allowed."""
     problem = steady(1e6, longest=5.0 if growth < 1 else 50.0)
     ran(problem, lambda *_: share * 2.0**-10 * 1e9, order, floor=1e9, first=1.0)
@@ -323,13 +355,22 @@ def test_errors_count_by_the_size_of_each_quantity_in_the_mean_square() -> None:
     """Errors of 7 and 1 times the allowed are 5 times, with orders 2: 0.9 / sqrt 5; x is 10, the other's floor 2."""
     problem = steady(1e6, longest=0.0)
     allowed = 2.0**-10 * np.array([[10.0], [2.0]])
-    ran(problem, lambda _, step: np.where(step > 9, np.array([[7.0], [1.0]]), 0.0) * allowed, first=10.0, floor=2.0)
+    ran(
+        problem,
+        lambda _, step: np.where(step > 9, np.array([[7.0], [1.0]]), 0.0) * allowed,
+        first=10.0,
+        floor=2.0,
+    )
     assert tried(problem)[1] == pytest.approx([10.0, 9 / np.sqrt(5)], rel=1e-12)
 
 
-@pytest.mark.parametrize(("bend", "twist"), [(0.0, 0.0), (0.5, 0.0), (0.3, 0.7), (-0.2, 0.1), (2.0, -0.5)])
+@pytest.mark.parametrize(
+    ("bend", "twist"), [(0.0, 0.0), (0.5, 0.0), (0.3, 0.7), (-0.2, 0.1), (2.0, -0.5)]
+)
 @pytest.mark.parametrize("before", [[], [0.11]], ids=["from rest", "on its way"])
-def test_a_step_beyond_the_target_is_taken_again_to_end_there(bend: float, twist: float, before: list[float]) -> None:
+def test_a_step_beyond_the_target_is_taken_again_to_end_there(
+    bend: float, twist: float, before: list[float]
+) -> None:
     """By the cubic through both its ends, which is the motion itself here."""
     problem = steady(0.6, bend, twist)
     long = 5 * before[0] if before else 1.0
@@ -365,7 +406,11 @@ class Moving(Steady):
         ) -> tuple[Floats, Floats, Floats]:
             self.tried.append((time.copy(), step.copy()))
             end = np.stack([self.place(time + step), 0 * time])
-            return end, rates(time + step, state), np.zeros_like(state) + np.asarray(error(time, step))
+            return (
+                end,
+                rates(time + step, state),
+                np.zeros_like(state) + np.asarray(error(time, step)),
+            )
 
         return Method(step, order)
 
@@ -412,9 +457,12 @@ def test_a_body_that_turns_back_first_is_followed_beyond() -> None:
 
 
 @pytest.mark.parametrize(
-    ("swing", "often", "first"), [(0.3, 5.0, 3.0), (0.8, 3.0, 4.0), (0.8, 3.0, 5.0), (0.5, 5.0, 5.0), (0.3, 9.0, 3.5)]
+    ("swing", "often", "first"),
+    [(0.3, 5.0, 3.0), (0.8, 3.0, 4.0), (0.8, 3.0, 5.0), (0.5, 5.0, 5.0), (0.3, 9.0, 3.5)],
 )
-def test_a_body_that_swings_meets_its_target_somewhere(swing: float, often: float, first: float) -> None:
+def test_a_body_that_swings_meets_its_target_somewhere(
+    swing: float, often: float, first: float
+) -> None:
     """x = 7 + t + a sin(w t), from steps so long that no cubic tells where. Time never runs back, nor does it stand."""
 
     class Swinging(Moving):
@@ -480,7 +528,11 @@ def test_what_has_ended_leaves_the_arrays_once_most_have_and_stays_what_it_was()
     assert given_up.time[0] == pytest.approx(0.5)
     assert (given_up.time[1:] > 3).all() and (given_up.time[1:] < 3.2).all()
     np.testing.assert_allclose(given_up.state[0], given_up.time, rtol=1e-12)
-    ends = ran(steady([0.25, 2.0, 2.5], bend=0.1, longest=2.2), lambda _, step: 4 * error(_, step), first=0.05)
+    ends = ran(
+        steady([0.25, 2.0, 2.5], bend=0.1, longest=2.2),
+        lambda _, step: 4 * error(_, step),
+        first=0.05,
+    )
     assert ends.reached.all()
     expected = [(np.sqrt(1 + 0.4 * x) - 1) / 0.2 for x in (0.25, 2.0, 2.5)]
     np.testing.assert_allclose(ends.time, expected, rtol=1e-8)
@@ -490,9 +542,13 @@ def test_what_has_ended_leaves_the_arrays_once_most_have_and_stays_what_it_was()
 def test_problems_without_an_end_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ode, "MOST_STEPS", 40)
     problem = steady([1e9, 0.5, 1e9, 1e9, 0.7])
-    with pytest.raises(RuntimeError, match="3 of 5 problems took more than 40 steps; the first is number 0"):
+    with pytest.raises(
+        RuntimeError, match="3 of 5 problems took more than 40 steps; the first is number 0"
+    ):
         ran(problem, lambda _, step: 2.0**-10 * (step / 0.1) ** 2, first=0.1)
     assert len(problem.tried) == 40
     late = steady([0.5, 0.6, 0.7, 1e9, 0.8])
-    with pytest.raises(RuntimeError, match="1 of 5 problems took more than 40 steps; the first is number 3"):
+    with pytest.raises(
+        RuntimeError, match="1 of 5 problems took more than 40 steps; the first is number 3"
+    ):
         ran(late, lambda _, step: 2.0**-10 * (step / 0.1) ** 2, first=0.1)

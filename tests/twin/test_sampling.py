@@ -13,7 +13,9 @@ from pyroshock.twin.sensors.measured_pulses import MeasuredForce, sampled
 
 
 def triangle(contact_time_s: float, peak_n: float) -> ForcePulses:
-    return ForcePulses(np.array([contact_time_s]), np.array([[0.0, peak_n, 0.0]]), np.array([contact_time_s / 2]))
+    return ForcePulses(
+        np.array([contact_time_s]), np.array([[0.0, peak_n, 0.0]]), np.array([contact_time_s / 2])
+    )
 
 
 def test_samples_keep_the_impulse_to_the_end_of_contact_or_the_cut() -> None:
@@ -24,7 +26,9 @@ def test_samples_keep_the_impulse_to_the_end_of_contact_or_the_cut() -> None:
     long, exact = sampled(triangle(1e-3, 6.0), 1e-4, 6)[0], sampled(triangle(3.0, 6.0), 1.0, 4)[0]
     np.testing.assert_allclose(long, 12e3 * 1e-4 * np.arange(6), rtol=1e-12)
     assert exact.sum() == pytest.approx(9.0, rel=1e-12)
-    shorter, longer = (sampled(triangle(time, 1 / time), 1e-5, 8)[0] for time in (0.999e-5, 1.001e-5))
+    shorter, longer = (
+        sampled(triangle(time, 1 / time), 1e-5, 8)[0] for time in (0.999e-5, 1.001e-5)
+    )
     np.testing.assert_allclose(shorter, longer[: shorter.size], rtol=1e-9)
     assert not sampled(triangle(1e-3, 0.0), 1e-4).any()
 
@@ -41,7 +45,9 @@ def test_a_contact_of_any_duration_keeps_its_impulse(
     """From 10 ns to 1 s, of any rise; `most` may cut only what goes on beyond it."""
     time = 10.0**logarithm
     pulses = ForcePulses(
-        np.array([time]), np.interp(np.linspace(0, 1, 65), [0, rise, 1], [0, 5.0, 0])[None], np.array([time])
+        np.array([time]),
+        np.interp(np.linspace(0, 1, 65), [0, rise, 1], [0, 5.0, 0])[None],
+        np.array([time]),
     )
     samples = math.ceil(time / step_s) + 2
     if most is None and samples > 100_000:
@@ -76,6 +82,8 @@ def test_a_recorded_force_rises_from_nothing_and_falls_to_it() -> None:
         ([1.0, 2.0, 1.0], math.nan, "sampling_rate_hz = nan"),
     ],
 )
-def test_records_that_are_none_are_refused(force_n: list[float], rate_hz: float, message: str) -> None:
+def test_records_that_are_none_are_refused(
+    force_n: list[float], rate_hz: float, message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         MeasuredForce(np.array(force_n), rate_hz)

@@ -48,7 +48,9 @@ def problem(z: Floats, sigma: float = 0.1, stage: str = "gun") -> GapProblem:
 
 
 @pytest.mark.parametrize("name", ["noise-only evidence", "BIC"])
-@pytest.mark.parametrize(("truth", "z"), [(A, np.full(C, 1.5)), (B, 1.5 * SLOPE), ("none", np.zeros(C))])
+@pytest.mark.parametrize(
+    ("truth", "z"), [(A, np.full(C, 1.5)), (B, 1.5 * SLOPE), ("none", np.zeros(C))]
+)
 def test_planted_effect_is_found(name: str, truth: str, z: Floats) -> None:
     said = BASELINES[name](problem(z + 0.1 * np.random.default_rng(3).standard_normal(C)))
     assert max(said, key=lambda label: said[label]) == truth
@@ -75,13 +77,17 @@ def test_evidence_is_the_mean_of_the_likelihood() -> None:
     )
     odds = (5 / 7) / (2 / 7) * math.exp(0.5)
     assert noise_only(gap_problem)[A] == pytest.approx(odds / (1 + odds))
-    assert bic(gap_problem)[A] == pytest.approx(1 / (1 + math.exp(-0.5)))  # ln 1 = 0: its parameter costs nothing
+    assert bic(gap_problem)[A] == pytest.approx(
+        1 / (1 + math.exp(-0.5))
+    )  # ln 1 = 0: its parameter costs nothing
 
 
 def test_largest_residual_names_the_stage_s_most_frequent() -> None:
     assert largest_residual(problem(np.full(C, 2.0))) == {A: 1.0}
     assert largest_residual(problem(np.full(C, 2.0), stage="contact")) == {B: 1.0}
-    assert largest_residual(problem(np.full(C, 2.0)), {"gun": "gun.dead_volume"}) == {"gun.dead_volume": 1.0}
+    assert largest_residual(problem(np.full(C, 2.0)), {"gun": "gun.dead_volume"}) == {
+        "gun.dead_volume": 1.0
+    }
     assert largest_residual(problem(np.full(C, 0.5))) == {"none": 1.0}
     labels = [A, A, "gun.dead_volume", B, f"{A}+{B}", "none", "unknown"]
     assert most_frequent(labels) == {"gun": A, "contact": B}
@@ -111,7 +117,11 @@ def test_forest_learns_two_shapes() -> None:
         for size in rng.uniform(1, 3, 20)
     ]
     forest = Forest.trained(
-        ["gun"] * len(rows), [features(p) for _, p in rows], [name for name, _ in rows], seed=1, trees=50
+        ["gun"] * len(rows),
+        [features(p) for _, p in rows],
+        [name for name, _ in rows],
+        seed=1,
+        trees=50,
     )
     said = forest.answer("gun", problem(2 * SLOPE))
     assert max(said, key=lambda label: said[label]) == B
@@ -137,7 +147,9 @@ def test_cells_are_means_over_tolerances() -> None:
     record = campaign((ToyLoss(0.1),), np.random.default_rng(0))
     gap = GapTable.of(record, [ToyGun(record)])
     gap_problem = GapProblem.of(gap)
-    np.testing.assert_allclose(gap_problem.z, gap.mean[gap_problem.configuration, gap_problem.observable] / 0.01)
+    np.testing.assert_allclose(
+        gap_problem.z, gap.mean[gap_problem.configuration, gap_problem.observable] / 0.01
+    )
     # Nine of one parameter, whose likely range ends two standard deviations from none: the middle one does nothing.
     loss = -0.01 * np.sort(toy_problem().changes["gun.toy_loss"][:, 0])[::-1]
     assert len(loss) == 9
@@ -156,20 +168,31 @@ def test_changes_are_those_of_the_law_and_stages_have_no_noise_in_common() -> No
     loss = gap_problem.changes["gun.toy_loss"]
     assert np.ptp(loss[:, gun], axis=1).max() == pytest.approx(0.0, abs=1e-9)
     assert not loss[:, ~gun].any()
-    peak, impulse, width = (gap_problem.changes["contact.toy_mass"][:, gap_problem.observable == i] for i in (1, 2, 3))
+    peak, impulse, width = (
+        gap_problem.changes["contact.toy_mass"][:, gap_problem.observable == i] for i in (1, 2, 3)
+    )
     np.testing.assert_allclose(peak / 0.6, width / 0.4, atol=1e-9)
     np.testing.assert_allclose(peak / 0.6, impulse, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["noise-only evidence", "BIC"])
-@pytest.mark.parametrize("effect", [ToyLoss(0.12), ToyMass(1.3), ToyLayer(0.3)], ids=lambda effect: effect.id)
+@pytest.mark.parametrize(
+    "effect", [ToyLoss(0.12), ToyMass(1.3), ToyLayer(0.3)], ids=lambda effect: effect.id
+)
 def test_a_simple_way_names_the_effect(name: str, effect) -> None:
     probabilities = BASELINES[name](toy_problem(effect))
     assert max(probabilities, key=lambda label: probabilities[label]) == effect.id
 
 
 def test_gain_of_the_force_goes_held_out_too(tmp_path: Path) -> None:
-    case = draw_case("hammer", "strong", np.random.default_rng(2), cause="sensor.force_gain", decoy=False, number=0)
+    case = draw_case(
+        "hammer",
+        "strong",
+        np.random.default_rng(2),
+        cause="sensor.force_gain",
+        decoy=False,
+        number=0,
+    )
     record_case(case, tmp_path / "c", 1)
     record = read_folder(tmp_path / "c")
     stages, _ = chain.stages_of(record, Options())

@@ -19,12 +19,20 @@ TRUE = {VALVE: 0.7, LEAK: 0.3}
 def row(*causes: list[str], fraction: float | None = 0.8, **other: Any) -> CaseResult:
     """A bench with a valve and a leak, and a diagnosis whose entries are `causes`."""
     label = WithheldTruth(
-        "a", "realistic", "gun", (VALVE, LEAK), shares=TRUE, shapley={VALVE: 0.6, LEAK: 0.4}, shown=(VALVE, LEAK, GAIN)
+        "a",
+        "realistic",
+        "gun",
+        (VALVE, LEAK),
+        shares=TRUE,
+        shapley={VALVE: 0.6, LEAK: 0.4},
+        shown=(VALVE, LEAK, GAIN),
     )
     probabilities = [0.9, *[0.1] * (len(causes) - 1)]
     held = {"held_out_by": "configuration", "fraction": fraction}
     verdict = {
-        "causes": [{"effects": c, "probability": p} for c, p in zip(causes, probabilities, strict=True)],
+        "causes": [
+            {"effects": c, "probability": p} for c, p in zip(causes, probabilities, strict=True)
+        ],
         "shrinkage": [] if fraction is None else [held],
     }
     return CaseResult(label, CaseAnswer.of("a", {**verdict, **other}))
@@ -32,13 +40,21 @@ def row(*causes: list[str], fraction: float | None = 0.8, **other: Any) -> CaseR
 
 def test_first_entry_names_and_only_its_first_alternative_accuses() -> None:
     figures = bench_figures("x", [row([f"{LEAK}+{VALVE}"])])
-    assert (figures.largest_named.value, figures.large_named.value, figures.all_named.value) == (1.0, 1.0, 1.0)
+    assert (figures.largest_named.value, figures.large_named.value, figures.all_named.value) == (
+        1.0,
+        1.0,
+        1.0,
+    )
     assert figures.off_named.value == 0.0
     assert bench_figures("x", [row([GAIN, VALVE])]).largest_named.value == 1.0
     assert bench_figures("x", [row([VALVE, GAIN])]).off_named.value == 0.0
     assert bench_figures("x", [row([f"{VALVE}+{GAIN}"])]).off_named.value == 1.0
     figures = bench_figures("x", [row(["unknown"], [VALVE])])
-    assert (figures.largest_named.value, figures.one_named.value, figures.unknown_first.value) == (0.0, 0.0, 1.0)
+    assert (figures.largest_named.value, figures.one_named.value, figures.unknown_first.value) == (
+        0.0,
+        0.0,
+        1.0,
+    )
 
 
 def test_what_is_missing_counts_as_nothing() -> None:
@@ -52,7 +68,10 @@ def test_what_is_missing_counts_as_nothing() -> None:
 
 
 def test_shares_are_compared_with_the_truth() -> None:
-    said = [{"effect": VALVE, "share": 0.6, "ci90": [0.5, 0.75]}, {"effect": GAIN, "share": 0.4, "ci90": [0.1, 0.6]}]
+    said = [
+        {"effect": VALVE, "share": 0.6, "ci90": [0.5, 0.75]},
+        {"effect": GAIN, "share": 0.4, "ci90": [0.1, 0.6]},
+    ]
     figures = bench_figures("x", [row([VALVE], effects=said)])
     assert figures.shares_error == pytest.approx((0.1 + 0.3 + 0.4) / 3)
     assert figures.shapley_error == pytest.approx((0.0 + 0.4 + 0.4) / 3)

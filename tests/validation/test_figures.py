@@ -10,7 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.twin.effects import catalogue
-from pyroshock.validation.answer_sets import Rate, brier, calibration_error, f1, label_set, negative_log, wilson
+from pyroshock.validation.answer_sets import (
+    Rate,
+    brier,
+    calibration_error,
+    f1,
+    label_set,
+    negative_log,
+    wilson,
+)
 from pyroshock.validation.case_results import CaseAnswer, CaseResult, stages_of
 from pyroshock.validation.metrics import auroc, figures, found_above, threshold_at
 from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
@@ -38,7 +46,9 @@ def test_auroc_and_recall_of_known_ranks() -> None:
 @given(st.lists(st.integers(0, 9), min_size=1), st.lists(st.integers(0, 9), min_size=1))
 def test_auroc_is_the_share_of_pairs_in_order(these: list[int], others: list[int]) -> None:
     pairs = [(a > b) + 0.5 * (a == b) for a in these for b in others]
-    assert auroc([float(a) for a in these], [float(b) for b in others]) == pytest.approx(sum(pairs) / len(pairs))
+    assert auroc([float(a) for a in these], [float(b) for b in others]) == pytest.approx(
+        sum(pairs) / len(pairs)
+    )
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=200))
@@ -65,10 +75,17 @@ def test_nll_brier_and_smallest_set_of_known_answers() -> None:
 
 
 def test_first_label_group_and_two() -> None:
-    answer = CaseAnswer.of("c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None)))
+    answer = CaseAnswer.of(
+        "c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None))
+    )
     labels = [label(effect_id) for effect_id in (LEAK, DRAG, LAYER, "gun.valve_flow")]
     case_figures = figures("t", [CaseResult(truth, answer) for truth in labels])
-    entries = (case_figures.first, case_figures.first_group, case_figures.first_two, case_figures.first_two_groups)
+    entries = (
+        case_figures.first,
+        case_figures.first_group,
+        case_figures.first_two,
+        case_figures.first_two_groups,
+    )
     hits = [entry.hits for entry in entries]
     assert hits == [1, 2, 2, 3]
     assert case_figures.first.n == 4
@@ -81,10 +98,20 @@ def test_first_label_group_and_two() -> None:
 
 def test_none_is_right_within_tolerance_and_a_false_alarm_without_effect() -> None:
     # It is no single effect to be found, and no false alarm either; its probability counts as right.
-    case_figures = figures("t", [says(label(LEAK, gap_in_tolerances=0.5), {"none": 0.9, DRAG: 0.1})])
-    assert (case_figures.first.n, case_figures.false_alarms.n, case_figures.covered.hits) == (0, 0, 1)
+    case_figures = figures(
+        "t", [says(label(LEAK, gap_in_tolerances=0.5), {"none": 0.9, DRAG: 0.1})]
+    )
+    assert (case_figures.first.n, case_figures.false_alarms.n, case_figures.covered.hits) == (
+        0,
+        0,
+        1,
+    )
     assert case_figures.mistaken == ()
-    rows = [says(label(), {"none": 0.7, LEAK: 0.3}), says(label(), {"unknown": 1.0}), says(label(LEAK), {DRAG: 1.0})]
+    rows = [
+        says(label(), {"none": 0.7, LEAK: 0.3}),
+        says(label(), {"unknown": 1.0}),
+        says(label(LEAK), {DRAG: 1.0}),
+    ]
     assert figures("t", rows).false_alarms == Rate(1, 2)
 
 
@@ -94,21 +121,33 @@ def test_unknown_effects_rank_above_the_others() -> None:
     found = figures("t", rows).unknown
     assert (found.auroc, found.declared, found.wrongly) == (1.0, Rate(1, 2), Rate(0, 2))
     answer = CaseAnswer("c", stages=("contact", "gun"))
-    rows = [CaseResult(label(LAYER, stages=("contact",)), answer), CaseResult(label(LEAK, stages=("gun",)), answer)]
+    rows = [
+        CaseResult(label(LAYER, stages=("contact",)), answer),
+        CaseResult(label(LEAK, stages=("gun",)), answer),
+    ]
     assert figures("t", rows).stage == Rate(1, 2)
     rows = [
-        says(label(LAYER, stages=("contact",)), {cause: 1.0}) for cause in (LAYER, "sensor.force_gain", LEAK, "none")
+        says(label(LAYER, stages=("contact",)), {cause: 1.0})
+        for cause in (LAYER, "sensor.force_gain", LEAK, "none")
     ]
     assert figures("t", rows).stage == Rate(2, 4)
 
 
 def test_figures_of_crashes_and_of_nothing_are_json() -> None:
     crash = CaseAnswer("c", error="ValueError: it broke")
-    rows = [CaseResult(truth, crash) for truth in (label(), label(LEAK), label(LEAK, LAYER), stranger())]
+    rows = [
+        CaseResult(truth, crash) for truth in (label(), label(LEAK), label(LEAK, LAYER), stranger())
+    ]
     found = figures("t", rows)
     assert found.errors == ("c: ValueError: it broke",) * 4
-    assert (found.first, found.first_group, found.first_two, found.first_two_groups) == (Rate(0, 1),) * 4
-    assert (found.false_alarms, found.both, found.at_least_one) == (Rate(1, 1), Rate(0, 1), Rate(0, 1))
+    assert (found.first, found.first_group, found.first_two, found.first_two_groups) == (
+        Rate(0, 1),
+    ) * 4
+    assert (found.false_alarms, found.both, found.at_least_one) == (
+        Rate(1, 1),
+        Rate(0, 1),
+        Rate(0, 1),
+    )
     assert (found.unknown.declared, found.covered, found.stage.hits) == (Rate(0, 1), Rate(0, 4), 0)
     assert found.confusion["none"] == {"no answer": 1}
     assert found.reliability.nll == pytest.approx(-math.log(1e-6))
@@ -125,12 +164,17 @@ def test_region_and_shrinkage_are_scored_where_the_effect_has_one() -> None:
     ]
     found = figures("t", rows)
     assert (found.region_f1, found.regions) == (pytest.approx((2 / 3 + 0) / 2), 2)
-    answers = [CaseAnswer("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
+    answers = [
+        CaseAnswer("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)
+    ]
     truths = (0.8, 0.8, 0.8)
     rows = [
-        CaseResult(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(answers, truths, strict=True)
+        CaseResult(label(LEAK), s, {"fraction": f, "true_fraction": 0.7})
+        for s, f in zip(answers, truths, strict=True)
     ]
-    shrinkage = figures("t", [*rows, CaseResult(label(LEAK), answers[0], {"fraction": None})]).shrinkage
+    shrinkage = figures(
+        "t", [*rows, CaseResult(label(LEAK), answers[0], {"fraction": None})]
+    ).shrinkage
     assert (shrinkage.ratio_median, shrinkage.n) == (pytest.approx(0.75), 3)
     assert shrinkage.covered == Rate(3, 3)
 

@@ -26,7 +26,12 @@ def test_report_has_tiers_baselines_and_errors() -> None:
     tiers = figures("strong", TWO_ROWS), figures("all", [*TWO_ROWS, crash])
     data = json.loads(json.dumps(Report(3, 1, tiers, {"bic": tiers}).as_json(), allow_nan=False))
     assert [row["tier"] for row in data["tiers"]] == ["strong", "all"]
-    assert data["tiers"][0]["first"] == {"value": 1.0, "low": pytest.approx(0.2065, abs=1e-4), "high": 1.0, "n": 1}
+    assert data["tiers"][0]["first"] == {
+        "value": 1.0,
+        "low": pytest.approx(0.2065, abs=1e-4),
+        "high": 1.0,
+        "n": 1,
+    }
     assert [(row["name"], len(row["tiers"])) for row in data["baselines"]] == [("bic", 2)]
     text = Report(3, 1, tiers, {}).text()
     assert "no answer: x-3: it broke" in text
@@ -57,7 +62,11 @@ ROWS = [
     CaseResult(label(LAYER, case="e", inside=(1, 3)), CaseAnswer("e", error="the process died")),
     CaseResult(
         label(LEAK, DRAG, case="f", tier="two"),
-        CaseAnswer.of("f", verdict(([LEAK, f"{LEAK}+{DRAG}"], 0.9, [0.3, 0.6]), (["none"], 0.1, None)), [[0, 2]]),
+        CaseAnswer.of(
+            "f",
+            verdict(([LEAK, f"{LEAK}+{DRAG}"], 0.9, [0.3, 0.6]), (["none"], 0.1, None)),
+            [[0, 2]],
+        ),
         {"fraction": 0.9},
     ),
 ]
@@ -82,10 +91,16 @@ def test_rows_come_back_as_they_were(tmp_path: Path) -> None:
     st.lists(st.sampled_from([LEAK, DRAG, LAYER]), max_size=3, unique=True),
     st.floats(0, 50),
     st.none() | st.lists(st.integers(0, 30), max_size=4).map(tuple),
-    st.dictionaries(st.sampled_from(["none", "unknown", LEAK, f"{DRAG}+{LEAK}"]), st.floats(0, 1), min_size=1),
+    st.dictionaries(
+        st.sampled_from(["none", "unknown", LEAK, f"{DRAG}+{LEAK}"]), st.floats(0, 1), min_size=1
+    ),
 )
-def test_any_row_comes_back(tmp_path_factory, case: str, effects: list[str], size: float, inside, said) -> None:
-    truth = WithheldTruth(case, "weak", "chain", tuple(effects), "", size, size / 2, ("gun", "plate"), inside, True)
+def test_any_row_comes_back(
+    tmp_path_factory, case: str, effects: list[str], size: float, inside, said
+) -> None:
+    truth = WithheldTruth(
+        case, "weak", "chain", tuple(effects), "", size, size / 2, ("gun", "plate"), inside, True
+    )
     row = CaseResult(truth, CaseAnswer.from_probabilities(case, said, 1.5))
     write_rows(tmp_path_factory.getbasetemp() / SCORED, asked(0), [row])
     assert read_rows(tmp_path_factory.getbasetemp() / SCORED)[1] == [row]
@@ -102,7 +117,9 @@ def test_pool_has_the_figures_of_all_rows_once(tmp_path: Path) -> None:
     assert tables(rows)[-1].n == 4
     for name in ("a.jsonl", "b.jsonl"):
         write_rows(tmp_path / name, asked(7), ROWS[:1])
-    with pytest.raises(ValueError, match=r"b\.jsonl: c of seed 7 is in .*a\.jsonl as well; pool it once"):
+    with pytest.raises(
+        ValueError, match=r"b\.jsonl: c of seed 7 is in .*a\.jsonl as well; pool it once"
+    ):
         pooled([tmp_path / "a.jsonl", tmp_path / "b.jsonl"])
     write_rows(tmp_path / "b.jsonl", asked(8), ROWS[:1])
     assert len(pooled([tmp_path / "a.jsonl", tmp_path / "b.jsonl"])[1]) == 2

@@ -31,7 +31,11 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     def diagnosed(folder: Path, options: object) -> dict[str, Any]:
         events.append(f"diagnosed {sorted(path.name for path in folder.iterdir())}")
         assert [path.name for path in folder.parent.iterdir()] == ["campaign"]
-        return {"verdict": verdict(([LEAK], 0.6, None), (["none"], 0.4, None)), "fitted": [], "seconds": 1.0}
+        return {
+            "verdict": verdict(([LEAK], 0.6, None), (["none"], 0.4, None)),
+            "fitted": [],
+            "seconds": 1.0,
+        }
 
     opened = record.open_labels
 
@@ -48,7 +52,13 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def check(**other: Any) -> Any:
-    given: dict[str, Any] = {"tiers": ["middle"], "baselines": False, "oracle": False, "seed": 3, "cases": CASES}
+    given: dict[str, Any] = {
+        "tiers": ["middle"],
+        "baselines": False,
+        "oracle": False,
+        "seed": 3,
+        "cases": CASES,
+    }
     return blind_check.run(**{**given, **other})
 
 
@@ -59,11 +69,15 @@ def test_labels_are_opened_after_the_last_answer(told: list[str]) -> None:
     assert report.tiers[-1].n == CASES
     first = [case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])]
     case_plan.case_of_task.cache_clear()
-    assert [case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])[::-1]] == first[::-1]
+    assert [
+        case_plan.case_of_task(task) for task in case_plan.tasks(2, 5, ["middle"])[::-1]
+    ] == first[::-1]
     assert first[0] != first[1]
 
 
-def test_hashes_are_kept_before_any_answer(told: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hashes_are_kept_before_any_answer(
+    told: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     seen: list[int] = []
 
     def looked(folder: Path, options: object) -> dict[str, Any]:
@@ -75,7 +89,9 @@ def test_hashes_are_kept_before_any_answer(told: list[str], tmp_path: Path, monk
     assert seen == [CASES] * CASES
 
 
-def test_folder_of_another_check_or_with_changed_labels_is_refused(told: list[str], tmp_path: Path) -> None:
+def test_folder_of_another_check_or_with_changed_labels_is_refused(
+    told: list[str], tmp_path: Path
+) -> None:
     check(folder=tmp_path)
     text = (tmp_path / "labels.sealed").read_text(encoding="utf-8")
     assert not any(word in text for word in ("gun", "none", "cause", "strengths"))
@@ -88,13 +104,17 @@ def test_folder_of_another_check_or_with_changed_labels_is_refused(told: list[st
         check(folder=tmp_path)
 
 
-def test_crash_is_counted_as_wrong_and_listed(told: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_crash_is_counted_as_wrong_and_listed(
+    told: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     def broken(folder: Path, options: object) -> dict[str, Any]:
         raise ZeroDivisionError("it broke")
 
     monkeypatch.setattr(run_case, "diagnosed", broken)
     found = check().tiers[-1]
-    assert found.errors == tuple(f"middle-{i:04d}: ZeroDivisionError: it broke" for i in range(CASES))
+    assert found.errors == tuple(
+        f"middle-{i:04d}: ZeroDivisionError: it broke" for i in range(CASES)
+    )
     assert found.covered.hits == found.first.hits == 0
 
 
@@ -107,7 +127,9 @@ def test_stopped_check_goes_on(told: list[str], tmp_path: Path) -> None:
     assert len(told) == CASES  # two answers and the opening
 
 
-def test_effect_left_out_is_not_in_the_catalogue(told: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_effect_left_out_is_not_in_the_catalogue(
+    told: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     asked: list[tuple[str, ...] | None] = []
 
     def diagnosed(folder: Path, options: Any) -> dict[str, Any]:
@@ -125,7 +147,8 @@ def test_effect_left_out_is_not_in_the_catalogue(told: list[str], monkeypatch: p
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"), [({"tiers": ["huge"]}, "tier 'huge': expected one of"), ({"cases": 0}, "at least 1")]
+    ("wrong", "said"),
+    [({"tiers": ["huge"]}, "tier 'huge': expected one of"), ({"cases": 0}, "at least 1")],
 )
 def test_wrong_words_are_refused(wrong: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
@@ -140,13 +163,25 @@ def test_quick_tier() -> None:
     found = report.tiers[-1]
     assert (found.n, found.errors) == (4, ())
     assert report.left_out.n == 4
-    assert set(report.baselines) == {"noise-only evidence", "BIC", "largest residual", "random forest"}
+    assert set(report.baselines) == {
+        "noise-only evidence",
+        "BIC",
+        "largest residual",
+        "random forest",
+    }
     assert found.reliability.nll < report.baselines["largest residual"][-1].reliability.nll
     json.dumps(report.as_json(), allow_nan=False)
 
 
 def test_cases_of_a_plan_keep_their_kinds_seeds_and_draws() -> None:
-    assert [task.kind for task in tasks(6, 1, ["realistic"])] == ["gun", "hammer", "plate", "chain", "gun", "hammer"]
+    assert [task.kind for task in tasks(6, 1, ["realistic"])] == [
+        "gun",
+        "hammer",
+        "plate",
+        "chain",
+        "gun",
+        "hammer",
+    ]
     alone = tasks(2, 1, ["realistic"], kinds=["hammer"])
     among = [task for task in tasks(8, 1, ["realistic"]) if task.kind == "hammer"]
     assert alone == among
@@ -161,7 +196,9 @@ def test_cases_of_a_plan_keep_their_kinds_seeds_and_draws() -> None:
     assert len(case.strengths) > 1
 
 
-@pytest.mark.parametrize(("tiers", "kinds", "named"), [(["loud"], [], "tier"), (["realistic"], ["rifle"], "kind")])
+@pytest.mark.parametrize(
+    ("tiers", "kinds", "named"), [(["loud"], [], "tier"), (["realistic"], ["rifle"], "kind")]
+)
 def test_unknown_words_are_refused_by_name(tiers: list[str], kinds: list[str], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         tasks(1, 1, tiers, kinds=kinds)

@@ -27,7 +27,12 @@ def opened(kind: str, cause: str, **other: Any) -> Opened:
 def test_effects_of_and_outside_the_catalogue() -> None:
     truth = opened("gun", "gun.valve_flow")
     found = label(TASK, truth)
-    assert (found.key, found.kind, found.stages, found.inside) == ("gun.valve_flow", "gun", ("gun",), None)
+    assert (found.key, found.kind, found.stages, found.inside) == (
+        "gun.valve_flow",
+        "gun",
+        ("gun",),
+        None,
+    )
     assert 3 < found.gap_in_floors < 6
     assert found.gap_in_tolerances == pytest.approx(truth.gap["gun"])
     assert label(TASK, replace(truth, gap={"gun": 0.9})).within_tolerance
@@ -55,7 +60,14 @@ def test_right_effect_shrinks_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:
     """And the wrong one, as fitted by nobody, leaves it."""
     from pyroshock.validation import oracle_fit as module
 
-    case = draw_case("gun", "very strong", np.random.default_rng(1), cause="gun.dead_volume", number=0, decoy=False)
+    case = draw_case(
+        "gun",
+        "very strong",
+        np.random.default_rng(1),
+        cause="gun.dead_volume",
+        number=0,
+        decoy=False,
+    )
     monkeypatch.setattr(module, "case_of_task", lambda task: (case, 5))
     none = effect("gun.dead_volume", volume_m3=0.0).as_json()
     found = oracle(OpenedTask(TASK, Options(), (none,)))

@@ -41,7 +41,12 @@ def test_bench_is_the_same_out_of_its_seal_and_in_any_order() -> None:
 
 @pytest.mark.parametrize("name", ["gun.blowby", "gun", "", "twin.noise"])
 def test_unknown_name_lists_the_known(name: str) -> None:
-    for ask in (EffectSwitch, Effects.only, Effects.default().__getitem__, Effects.default().without):
+    for ask in (
+        EffectSwitch,
+        Effects.only,
+        Effects.default().__getitem__,
+        Effects.default().without,
+    ):
         with pytest.raises(ValueError, match=r"unknown effect .*gun\.blow_by.*bench\.noise"):
             ask(name)
     assert name not in Effects.default()

@@ -36,7 +36,11 @@ CARD = CampaignCard(
     (TANK, FORCE),
     "Vögel",
     {
-        "plate": {"material": "steel", "thickness_m": 0.01, "outline_m": [[0.0, 0.0], [1.0, 0.0], [0.5, 0.7]]},
+        "plate": {
+            "material": "steel",
+            "thickness_m": 0.01,
+            "outline_m": [[0.0, 0.0], [1.0, 0.0], [0.5, 0.7]],
+        },
         "hammer": {"mass_kg": 0.32},
     },
 )
@@ -44,13 +48,21 @@ CARD = CampaignCard(
 
 def channels(n=1000):
     rng = np.random.default_rng(3)
-    return {"tank": rng.integers(-100, 100, n).astype(np.float32), "force": rng.standard_normal(n).astype(np.float32)}
+    return {
+        "tank": rng.integers(-100, 100, n).astype(np.float32),
+        "force": rng.standard_normal(n).astype(np.float32),
+    }
 
 
 def test_card_and_runs_are_read_as_they_were_meant(tmp_path):
     write_card(tmp_path, CARD)
     file = read_campaign_file(tmp_path)
-    assert (file.name, file.kind, file.date.isoformat(), file.description) == (CARD.name, "gun", "2026-11-21", "Vögel")
+    assert (file.name, file.kind, file.date.isoformat(), file.description) == (
+        CARD.name,
+        "gun",
+        "2026-11-21",
+        "Vögel",
+    )
     assert file.plate.outline_m == ((0.0, 0.0), (1.0, 0.0), (0.5, 0.7))
     assert file.hammer.mass_kg == 0.32
     assert (file.sensors["tank"].sensitivity, file.sensors["tank"].offset_v) == (0.5621, 0.3624)
@@ -102,7 +114,9 @@ def folder(tmp_path):
 
 
 def seal_of(folder):
-    return Seal("gun", 7, Effects.only("gun.blow_by", 3.0).as_json(), [{"run": 1}], folder_hash(folder))
+    return Seal(
+        "gun", 7, Effects.only("gun.blow_by", 3.0).as_json(), [{"run": 1}], folder_hash(folder)
+    )
 
 
 def test_seal_comes_back_and_knows_its_folder_until_a_byte_changes(folder):
@@ -146,7 +160,12 @@ def test_seal_inside_the_folder_is_refused_and_never_overwritten(folder, tmp_pat
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [("{", "not a seal"), ("[]", "not a seal"), ('{"kind": "gun"}', "not a seal"), (None, "version 99; expected 1")],
+    [
+        ("{", "not a seal"),
+        ("[]", "not a seal"),
+        ('{"kind": "gun"}', "not a seal"),
+        (None, "version 99; expected 1"),
+    ],
 )
 def test_what_is_no_seal_is_refused(folder, tmp_path, content, message):
     path = tmp_path / "s.json"

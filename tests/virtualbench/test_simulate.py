@@ -53,13 +53,17 @@ def coarse_plates():
 @pytest.fixture(scope="module")
 def hammer(tmp_path_factory):
     out = tmp_path_factory.mktemp("hammer") / "campaign"
-    return simulate(HAMMER_ROWS, "hammer", out, seed=SEED, effects=Effects.default(), repetitions=4, jobs=1)
+    return simulate(
+        HAMMER_ROWS, "hammer", out, seed=SEED, effects=Effects.default(), repetitions=4, jobs=1
+    )
 
 
 @pytest.fixture(scope="module")
 def gun(tmp_path_factory):
     out = tmp_path_factory.mktemp("gun") / "campaign"
-    return simulate(GUN_ROWS, "gun", out, seed=SEED, effects=Effects.default(), repetitions=2, jobs=1)
+    return simulate(
+        GUN_ROWS, "gun", out, seed=SEED, effects=Effects.default(), repetitions=2, jobs=1
+    )
 
 
 def played(out, effects, rows=HAMMER_ROWS[:1], **options):
@@ -75,13 +79,22 @@ def channels(folder):
 
 
 def pulses_of(url, run):
-    query = select(Pulse).join(Impact, Pulse.impact_id == Impact.id).where(Impact.run == run, Pulse.current)
+    query = (
+        select(Pulse)
+        .join(Impact, Pulse.impact_id == Impact.id)
+        .where(Impact.run == run, Pulse.current)
+    )
     with opened(url) as store, store.reading() as session:
         return list(session.scalars(query.order_by(Impact.repetition)))
 
 
 def sealed_hits(campaign, run):
-    return [hit for entry in open_seal(campaign.seal).runs if entry["run"] == run for hit in entry["hits"]]
+    return [
+        hit
+        for entry in open_seal(campaign.seal).runs
+        if entry["run"] == run
+        for hit in entry["hits"]
+    ]
 
 
 def test_hammer_s_hits_come_back(hammer, sqlite_url):
@@ -96,7 +109,9 @@ def test_hammer_s_hits_come_back(hammer, sqlite_url):
         for pulse, hit in zip(pulses, hits, strict=True):
             sample = 1 / 51_200
             assert pulse.start_s == pytest.approx(hit["start_s"], abs=3 * sample)
-            assert pulse.contact_time_s == pytest.approx(hit["contact_time_s"], rel=0.03, abs=2.5 * sample)
+            assert pulse.contact_time_s == pytest.approx(
+                hit["contact_time_s"], rel=0.03, abs=2.5 * sample
+            )
             assert pulse.peak_force_n == pytest.approx(0.97 * hit["peak_force_n"], rel=0.02)
             assert pulse.impulse_n_s == pytest.approx(0.97 * hit["impulse_n_s"], rel=0.02)
 
@@ -107,11 +122,16 @@ def test_shots_come_back(gun, sqlite_url):
         report = ingest_folder(store, gun.folder, jobs=1)
         with store.reading() as session:
             shots = list(session.scalars(select(Shot).order_by(Shot.run, Shot.repetition)))
-            measured = [(s.measured_velocity_m_s, s.measured_velocity_u_m_s, s.tank_pressure_pa) for s in shots]
+            measured = [
+                (s.measured_velocity_m_s, s.measured_velocity_u_m_s, s.tank_pressure_pa)
+                for s in shots
+            ]
     assert (report.recordings, report.shots, report.set_aside) == (4, 4, [])
     truths = [hit for run in (1, 2) for hit in sealed_hits(gun, run)]
     pulses = [pulse for run in (1, 2) for pulse in pulses_of(sqlite_url, run)]
-    for (velocity, uncertainty, pressure), pulse, truth in zip(measured, pulses, truths, strict=True):
+    for (velocity, uncertainty, pressure), pulse, truth in zip(
+        measured, pulses, truths, strict=True
+    ):
         # sensor.velocity_gain at strength 1 reads half a per cent too much
         assert abs(velocity / 1.005 - truth["muzzle_velocity_m_s"]) < 2.5 * uncertainty
         assert pressure == pytest.approx(1.005 * truth["tank_pressure_pa"] + 500, rel=0.01, abs=500)
@@ -126,9 +146,25 @@ def test_folder_gives_nothing_away(kind, request):
     assert seal.belongs_to(campaign.folder)
     assert not campaign.seal.is_relative_to(campaign.folder)
     assert Effects.from_json(seal.effects) == Effects.default()
-    truths = [f"{value:.4g}" for run in seal.runs for hit in run["hits"] for value in hit.values() if value]
-    secret = [*CATALOGUE, "strength", "restitution", "seal", "seed", str(SEED), *(t for t in truths if len(t) > 4)]
-    names = tomllib.loads((campaign.folder / "campaign.toml").read_text(encoding="utf-8"))["channels"].keys()
+    truths = [
+        f"{value:.4g}"
+        for run in seal.runs
+        for hit in run["hits"]
+        for value in hit.values()
+        if value
+    ]
+    secret = [
+        *CATALOGUE,
+        "strength",
+        "restitution",
+        "seal",
+        "seed",
+        str(SEED),
+        *(t for t in truths if len(t) > 4),
+    ]
+    names = tomllib.loads((campaign.folder / "campaign.toml").read_text(encoding="utf-8"))[
+        "channels"
+    ].keys()
     for path in campaign.folder.rglob("*"):
         if path.suffix in (".toml", ".csv"):
             text = path.read_text(encoding="utf-8")
@@ -141,7 +177,11 @@ def test_folder_gives_nothing_away(kind, request):
 def test_what_is_written_by_hand_does_not_depend_on_the_effects_and_forces_do_on_the_seed(tmp_path):
     default, ideal, other = (
         played(tmp_path / name / "campaign", effects, seed=seed)
-        for name, effects, seed in (("a", Effects.default(), 1), ("b", Effects.none(), 1), ("c", Effects.default(), 2))
+        for name, effects, seed in (
+            ("a", Effects.default(), 1),
+            ("b", Effects.none(), 1),
+            ("c", Effects.default(), 2),
+        )
     )
     for name in ("campaign.toml", "runs.csv"):
         assert (default / name).read_bytes() == (ideal / name).read_bytes()
@@ -149,14 +189,22 @@ def test_what_is_written_by_hand_does_not_depend_on_the_effects_and_forces_do_on
 
 
 @pytest.mark.parametrize(("processors", "jobs"), [(1, 1), (3, 3), (9, 4)])
-def test_processes_are_as_many_as_there_are_processors_up_to_four(played_here, monkeypatch, processors, jobs) -> None:
+def test_processes_are_as_many_as_there_are_processors_up_to_four(
+    played_here, monkeypatch, processors, jobs
+) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(processors)), raising=False)
     assert played_here() == jobs
 
 
 def test_number_of_processes_changes_no_byte(hammer, tmp_path):
     again = simulate(
-        HAMMER_ROWS, "hammer", tmp_path / "campaign", seed=SEED, effects=Effects.default(), repetitions=4, jobs=2
+        HAMMER_ROWS,
+        "hammer",
+        tmp_path / "campaign",
+        seed=SEED,
+        effects=Effects.default(),
+        repetitions=4,
+        jobs=2,
     )
     assert open_seal(again.seal) == open_seal(hammer.seal)
 
@@ -178,7 +226,11 @@ def test_number_of_processes_changes_no_byte(hammer, tmp_path):
 )
 def test_effect_is_heard_where_it_acts_and_nowhere_else(tmp_path, ideal, name, heard):
     changed = channels(played(tmp_path / "c", Effects.only(name, 3.0)))
-    assert {channel for channel in HAMMER_CHANNELS if not np.array_equal(changed[channel], ideal[channel])} == heard
+    assert {
+        channel
+        for channel in HAMMER_CHANNELS
+        if not np.array_equal(changed[channel], ideal[channel])
+    } == heard
 
 
 def test_echoes_of_the_plate_are_heard_everywhere_and_sealed(tmp_path):
@@ -208,7 +260,9 @@ def test_empty_folder_is_filled_and_progress_counts_the_recordings(tmp_path):
     assert theirs.is_dir() and (own / "campaign.toml").is_file()
 
 
-def test_interrupted_campaign_leaves_nothing_behind_and_a_folder_in_use_is_refused(tmp_path, hammer):
+def test_interrupted_campaign_leaves_nothing_behind_and_a_folder_in_use_is_refused(
+    tmp_path, hammer
+):
     def stop(*_):
         raise KeyboardInterrupt
 
@@ -241,12 +295,24 @@ def without(row, column):
             "impact_position is '#4'; expected one of #1, #2, #3",
         ),
         ("hammer", [{**HAMMER_ROWS[0], "tip_material": "cheese"}], "cheese"),
-        ("hammer", [{**HAMMER_ROWS[0], "tip_radius_mm": "-3"}], "tip_radius_mm is '-3'; expected a number above zero"),
-        ("hammer", [{**HAMMER_ROWS[0], "boundary_conditions": "loose"}], "expected one of free, fixed"),
+        (
+            "hammer",
+            [{**HAMMER_ROWS[0], "tip_radius_mm": "-3"}],
+            "tip_radius_mm is '-3'; expected a number above zero",
+        ),
+        (
+            "hammer",
+            [{**HAMMER_ROWS[0], "boundary_conditions": "loose"}],
+            "expected one of free, fixed",
+        ),
         ("gun", [without(GUN_ROWS[0], "tank_pressure_bar")], "run 1: tank_pressure_bar is ''"),
         ("gun", [{**GUN_ROWS[0], "bullet_mass_kg": "heavy"}], "bullet_mass_kg is 'heavy'"),
         ("gun", [{**GUN_ROWS[0], "plate_material": "wood"}], "wood"),
-        ("gun", [{**GUN_ROWS[0], "plate_material": "PLA"}], "plate_material is 'PLA'; expected one of aluminum, steel"),
+        (
+            "gun",
+            [{**GUN_ROWS[0], "plate_material": "PLA"}],
+            "plate_material is 'PLA'; expected one of aluminum, steel",
+        ),
     ],
 )
 def test_plan_that_cannot_be_played_is_refused(tmp_path, kind, rows, message):
@@ -257,7 +323,11 @@ def test_plan_that_cannot_be_played_is_refused(tmp_path, kind, rows, message):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"seed": -1}, "seed = -1"), ({"repetitions": 0}, "repetitions = 0"), ({"suffix": ".wav"}, "format '.wav'")],
+    [
+        ({"seed": -1}, "seed = -1"),
+        ({"repetitions": 0}, "repetitions = 0"),
+        ({"suffix": ".wav"}, "format '.wav'"),
+    ],
 )
 def test_senseless_option_is_refused(tmp_path, options, message):
     with pytest.raises(ValueError, match=message):
@@ -282,7 +352,9 @@ def test_killed_campaign_is_begun_anew_by_a_repeat(tmp_path):
     """A folder half full bore the campaign's name before, and the repeat was refused for it."""
     lab = tmp_path / "lab"
     lab.mkdir()
-    killed = subprocess.run([sys.executable, "-c", KILLED, lab / "c", json.dumps(HAMMER_ROWS)], check=False)
+    killed = subprocess.run(
+        [sys.executable, "-c", KILLED, lab / "c", json.dumps(HAMMER_ROWS)], check=False
+    )
     assert killed.returncode == -signal.SIGKILL
     (left,) = lab.iterdir()
     assert list(left.rglob("*.npz"))

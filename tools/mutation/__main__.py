@@ -31,7 +31,9 @@ _OFTEN = 20
 
 def main(words: list[str]) -> int:
     """0: every trial was made, whatever came of it."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the workers end as well, and their copies go
+    signal.signal(
+        signal.SIGTERM, lambda *_: sys.exit(1)
+    )  # so that the workers end as well, and their copies go
     asked = _asked(words)
     rows = Rows(KEPT / "rows.csv")
     if not asked.page:
@@ -41,15 +43,23 @@ def main(words: list[str]) -> int:
     page.write_table(PAGE, kept, reasons)
     KEPT.mkdir(parents=True, exist_ok=True)
     (KEPT / "survivors.md").write_text(page.survivors(kept, reasons) + "\n", encoding="utf-8")
-    print(f"{PAGE}: {len({row.module for row in kept})} modules; survivors: {KEPT / 'survivors.md'}")
+    print(
+        f"{PAGE}: {len({row.module for row in kept})} modules; survivors: {KEPT / 'survivors.md'}"
+    )
     return 0
 
 
 def _asked(words: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m tools.mutation", description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tools.mutation", description=(__doc__ or "").splitlines()[0]
+    )
     parser.add_argument("modules", nargs="*", help="patterns of paths; all of plan.toml without")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--again", choices=("survived", "killed", "timed out", "all"), help="of the rows that are kept")
+    parser.add_argument(
+        "--again",
+        choices=("survived", "killed", "timed out", "all"),
+        help="of the rows that are kept",
+    )
     parser.add_argument("--whole", action="store_true", help="every mutant, not a sample")
     parser.add_argument("--page", action="store_true", help="only write the page's table")
     return parser.parse_args(words)
@@ -67,7 +77,11 @@ def _run(asked: argparse.Namespace, rows: Rows) -> None:
         size = None if asked.whole or asked.again else target.sample
         places = sample(every, size, f"{planned.seed} {target.module}")
         if asked.again:
-            again = [row.before for row in rows if row.module == target.module and asked.again in ("all", row.now)]
+            again = [
+                row.before
+                for row in rows
+                if row.module == target.module and asked.again in ("all", row.now)
+            ]
             places = on_lines(source, places, again)
         drawn = mutants_of(target.module, source, places)
         rows.keep_only(target.module, partial(holds, source), len(every))

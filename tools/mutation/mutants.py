@@ -82,7 +82,11 @@ def mutants_of(module: str, source: str, where: Sequence[Spot]) -> list[Mutant]:
             continue
         before, after = _change(source, code)
         alike = (spot.definition, before, after)
-        found.append(Mutant(module, spot.definition, before, after, seen[alike], spot.line, spot.operator, code))
+        found.append(
+            Mutant(
+                module, spot.definition, before, after, seen[alike], spot.line, spot.operator, code
+            )
+        )
         seen[alike] += 1
     return found
 
@@ -132,7 +136,9 @@ def _change(source: str, code: str) -> tuple[str, str]:
     """The lines that differ, in one line each."""
     old, new = source.splitlines(), code.splitlines()
     first = next(i for i, (a, b) in enumerate(zip(old, new, strict=False)) if a != b)
-    tail = next(i for i, (a, b) in enumerate(zip(reversed(old), reversed(new), strict=False)) if a != b)
+    tail = next(
+        i for i, (a, b) in enumerate(zip(reversed(old), reversed(new), strict=False)) if a != b
+    )
     return one_line(old[first : len(old) - tail]), one_line(new[first : len(new) - tail])
 
 

@@ -10,8 +10,20 @@ from .rows import Row
 from .verdicts import Verdict, verdict_of
 
 _BEGIN, _END = "<!-- modules: written by make mutants -->", "<!-- end of modules -->"
-_COLUMNS = ("mutants", "tried", "killed at first", "killed since", "timed out", "equivalent", "left", "not looked at")
-_HEADER = (f"| module | {' | '.join(_COLUMNS)} | last tried |", "| --- |" + " ---: |" * len(_COLUMNS) + " --- |")
+_COLUMNS = (
+    "mutants",
+    "tried",
+    "killed at first",
+    "killed since",
+    "timed out",
+    "equivalent",
+    "left",
+    "not looked at",
+)
+_HEADER = (
+    f"| module | {' | '.join(_COLUMNS)} | last tried |",
+    "| --- |" + " ---: |" * len(_COLUMNS) + " --- |",
+)
 
 
 def write_table(path: Path, rows: Sequence[Row], verdicts: list[Verdict]) -> None:
@@ -26,8 +38,14 @@ def write_table(path: Path, rows: Sequence[Row], verdicts: list[Verdict]) -> Non
     table, _, after = rest.partition(_END)
     lines = {_module_of(line): line for line in table.splitlines() if line.startswith("| `")}
     lines |= {_module_of(line): line for line in module_lines(rows, verdicts)}
-    written = [*_HEADER, *(line for _, line in sorted(lines.items())), _sum_of(list(lines.values()))]
-    path.write_text(f"{before}{_BEGIN}\n" + "\n".join(written) + f"\n{_END}{after}", encoding="utf-8")
+    written = [
+        *_HEADER,
+        *(line for _, line in sorted(lines.items())),
+        _sum_of(list(lines.values())),
+    ]
+    path.write_text(
+        f"{before}{_BEGIN}\n" + "\n".join(written) + f"\n{_END}{after}", encoding="utf-8"
+    )
 
 
 def module_lines(rows: Sequence[Row], verdicts: list[Verdict]) -> list[str]:
@@ -76,7 +94,12 @@ def _cells(numbers: Sequence[int]) -> str:
 def survivors(rows: Sequence[Row], verdicts: list[Verdict]) -> str:
     """A line for each mutant that survived at first, by verdict: what became of it and why."""
     lines = ["| where | line | became | verdict |", "| --- | --- | --- | --- |"]
-    lines += [line for row in rows if row.at_first == "survived" for line in _line(row, verdict_of(row, verdicts))]
+    lines += [
+        line
+        for row in rows
+        if row.at_first == "survived"
+        for line in _line(row, verdict_of(row, verdicts))
+    ]
     return "\n".join(lines)
 
 
@@ -85,7 +108,9 @@ def _line(row: Row, verdict: Verdict | None) -> Iterator[str]:
         said = f"{verdict.kind}: {verdict.why}" if verdict else "not looked at"
     else:
         said = (
-            verdict.why if verdict and verdict.kind == "tested" else f"{row.now} since: `{row.by.rpartition('/')[2]}`"
+            verdict.why
+            if verdict and verdict.kind == "tested"
+            else f"{row.now} since: `{row.by.rpartition('/')[2]}`"
         )
     yield f"| `{row.module}` {row.definition} | {_code(row.before)} | {_code(row.after)} | {said} |"
 

@@ -40,16 +40,26 @@ class Plan:
 
     def chosen(self, patterns: tuple[str, ...]) -> list[Target]:
         """Targets whose path fits one of the patterns, all for none. `ValueError` for a pattern that fits none."""
-        idle = [each for each in patterns if not any(fnmatch(target.module, each) for target in self.targets)]
+        idle = [
+            each
+            for each in patterns
+            if not any(fnmatch(target.module, each) for target in self.targets)
+        ]
         if idle:
             raise ValueError(f"no module of {PLAN.name} fits {idle[0]!r}")
-        return [one for one in self.targets if not patterns or any(fnmatch(one.module, each) for each in patterns)]
+        return [
+            one
+            for one in self.targets
+            if not patterns or any(fnmatch(one.module, each) for each in patterns)
+        ]
 
 
 def read(root: Path, path: Path = PLAN) -> Plan:
     """The plan for a tree. Raises `ValueError` for a module or a test that it lacks, or a module that stands twice."""
     data = tomllib.loads(path.read_text(encoding="utf-8"))
-    targets = [target for group in data["group"] for target in _targets(root, group, tuple(data["but"]))]
+    targets = [
+        target for group in data["group"] for target in _targets(root, group, tuple(data["but"]))
+    ]
     modules = [target.module for target in targets]
     if twice := [module for module in modules if modules.count(module) > 1]:
         raise ValueError(f"{path.name}: {twice[0]} stands twice")
@@ -85,4 +95,9 @@ def _test_files(root: Path, path: str) -> list[str]:
 def _nearest_first(root: Path, module: str, tests: list[str]) -> tuple[str, ...]:
     """Those that import the module come first: most mutants end there."""
     name = module.removesuffix(".py").replace("/", ".")
-    return tuple(sorted(tests, key=lambda test: f"pyroshock.{name} " not in (root / test).read_text(encoding="utf-8")))
+    return tuple(
+        sorted(
+            tests,
+            key=lambda test: f"pyroshock.{name} " not in (root / test).read_text(encoding="utf-8"),
+        )
+    )

@@ -42,7 +42,9 @@ class Rows:
             self._rows = {row.key: row for row in read}
 
     def __iter__(self) -> Iterator[Row]:
-        return iter(sorted(self._rows.values(), key=lambda row: (row.module, row.line, row.after, row.nth)))
+        return iter(
+            sorted(self._rows.values(), key=lambda row: (row.module, row.line, row.after, row.nth))
+        )
 
     def find(self, key: tuple[str, str, str, str, int]) -> Row | None:
         return self._rows.get(key)

@@ -47,7 +47,9 @@ def limits(pool: Pool, targets: Sequence[Target]) -> dict[str, float]:
     """Seconds that a mutant of each module may take. Raises `RuntimeError` for tests that fail without one."""
     suites = {frozenset(target.tests): target for target in targets}
     found = {}
-    for target, outcome in pool.imap(_try, [Trial(None, target, _MOST_S) for target in suites.values()]):
+    for target, outcome in pool.imap(
+        _try, [Trial(None, target, _MOST_S) for target in suites.values()]
+    ):
         if outcome.what != "survived":
             raise RuntimeError(f"{target.module} as it is: {outcome.what} {outcome.by}")
         found[frozenset(target.tests)] = _PATIENCE * outcome.seconds + _GRACE_S

@@ -29,7 +29,12 @@ _LEFT_OUT = shutil.ignore_patterns(
     ".git", ".venv", ".cache", "results", "*.egg-info", "__pycache__", ".*_cache", "*.db"
 )
 #: Plugins load by name alone: others add seconds to every start.
-_PLUGINS = ("pytest_timeout", "_hypothesis_pytestplugin", "no:unraisableexception", "no:cacheprovider")
+_PLUGINS = (
+    "pytest_timeout",
+    "_hypothesis_pytestplugin",
+    "no:unraisableexception",
+    "no:cacheprovider",
+)
 _SECONDS = itertools.count(1_000_000_000)
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
 
@@ -71,7 +76,9 @@ def warmed(libraries: Sequence[str]) -> None:
         importlib.import_module(library)
 
 
-def tried(copy: Path, module: str, code: str | None, tests: Sequence[str], limit_s: float) -> Outcome:
+def tried(
+    copy: Path, module: str, code: str | None, tests: Sequence[str], limit_s: float
+) -> Outcome:
     """A module's changed code (None: as it is) against tests, as words for pytest; the file is put back."""
     path = copy / module
     original, times = path.read_bytes(), path.stat()
@@ -120,7 +127,9 @@ def _run(copy: Path, tests: Sequence[str], output: Path, cache: Path) -> NoRetur
         from hypothesis import Phase, settings
 
         # A failing example is enough: making it small takes longer than finding it.
-        settings.register_profile("mutants", phases=[Phase.explicit, Phase.generate], database=None, derandomize=True)
+        settings.register_profile(
+            "mutants", phases=[Phase.explicit, Phase.generate], database=None, derandomize=True
+        )
         settings.load_profile("mutants")
         plugins = [word for name in _PLUGINS for word in ("-p", name)]
         words = ["-x", "-q", "--tb=no", "-m", "not slow and not bench"]

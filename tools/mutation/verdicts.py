@@ -22,14 +22,19 @@ class Verdict:
     why: str
 
     def speaks_of(self, row: Row) -> bool:
-        return (row.module, row.before) == (self.module, self.before) and (not self.after or row.after in self.after)
+        return (row.module, row.before) == (self.module, self.before) and (
+            not self.after or row.after in self.after
+        )
 
 
 def read(path: Path) -> list[Verdict]:
     """Raises `ValueError` for an entry of another form."""
     if not path.exists():
         return []
-    return [_verdict(each) for each in tomllib.loads(path.read_text(encoding="utf-8")).get("verdict", [])]
+    return [
+        _verdict(each)
+        for each in tomllib.loads(path.read_text(encoding="utf-8")).get("verdict", [])
+    ]
 
 
 def _verdict(entry: dict[str, object]) -> Verdict:
@@ -38,7 +43,9 @@ def _verdict(entry: dict[str, object]) -> Verdict:
         raise ValueError(f"{entry}: expected module, before, after, and one of {', '.join(KINDS)}")
     after = entry.get("after", [])
     assert isinstance(after, list)
-    return Verdict(str(entry["module"]), str(entry["before"]), tuple(after), kinds[0], str(entry[kinds[0]]))
+    return Verdict(
+        str(entry["module"]), str(entry["before"]), tuple(after), kinds[0], str(entry[kinds[0]])
+    )
 
 
 def verdict_of(row: Row, verdicts: list[Verdict]) -> Verdict | None:

@@ -43,7 +43,10 @@ def members(module: ModuleType) -> list[Any]:
 def documented() -> frozenset[str]:
     """Full names of all functions and classes of the reference."""
     return frozenset(
-        f"{module.__name__}.{thing.__name__}" for room in ROOMS for module in modules(room) for thing in members(module)
+        f"{module.__name__}.{thing.__name__}"
+        for room in ROOMS
+        for module in modules(room)
+        for thing in members(module)
     )
 
 

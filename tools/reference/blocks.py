@@ -30,7 +30,9 @@ def blocks_of(doc: str | None) -> list[Block]:
 
     def end() -> None:
         if lines:
-            joined = "\n".join(lines) if kind == "code" else " ".join(line.strip() for line in lines)
+            joined = (
+                "\n".join(lines) if kind == "code" else " ".join(line.strip() for line in lines)
+            )
             found.append(Block(kind, joined))
             lines.clear()
 
@@ -40,7 +42,15 @@ def blocks_of(doc: str | None) -> list[Block]:
             kept = [f"    {line}" for line in kept]
         for line in kept:
             item = _ITEM.match(line)
-            here: Kind = "item" if item else "code" if _is_code(line, kind, lines) else kind if lines else "text"
+            here: Kind = (
+                "item"
+                if item
+                else "code"
+                if _is_code(line, kind, lines)
+                else kind
+                if lines
+                else "text"
+            )
             if item or here != kind:
                 end()
             kind = here
@@ -68,4 +78,6 @@ def _joined(found: list[Block]) -> list[Block]:
             joined[-1] = Block("code", f"{joined[-1].text}\n\n{block.text}")
         else:
             joined.append(block)
-    return [Block(b.kind, inspect.cleandoc("\n" + b.text)) if b.kind == "code" else b for b in joined]
+    return [
+        Block(b.kind, inspect.cleandoc("\n" + b.text)) if b.kind == "code" else b for b in joined
+    ]

@@ -37,4 +37,10 @@ def _section(check: Callable[..., Any]) -> str:
     module = import_module(check.__module__)
     title = f"### {name_of(check)}"
     file = code(check.__module__.removeprefix("pyroshock.").replace(".", "/") + ".py")
-    return joined(title, prose(module.__doc__), prose(check.__doc__), constants_table(module), f"In {escaped(file)}.")
+    return joined(
+        title,
+        prose(module.__doc__),
+        prose(check.__doc__),
+        constants_table(module),
+        f"In {escaped(file)}.",
+    )

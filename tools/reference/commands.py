@@ -21,7 +21,13 @@ def commands() -> Iterator[tuple[click.Context, click.Command]]:
 
 def page() -> str:
     """A section a command: usage, what it does, its options."""
-    return joined(*(_section(context, command) for context, command in commands() if context.parent is not None))
+    return joined(
+        *(
+            _section(context, command)
+            for context, command in commands()
+            if context.parent is not None
+        )
+    )
 
 
 def options_of(command: click.Command) -> list[click.Option]:
@@ -29,7 +35,9 @@ def options_of(command: click.Command) -> list[click.Option]:
     return [each for each in command.params if isinstance(each, click.Option) and not each.hidden]
 
 
-def _below(context: click.Context, command: click.Command) -> Iterator[tuple[click.Context, click.Command]]:
+def _below(
+    context: click.Context, command: click.Command
+) -> Iterator[tuple[click.Context, click.Command]]:
     yield context, command
     if isinstance(command, click.Group):
         for name in command.list_commands(context):
@@ -43,7 +51,9 @@ def _section(context: click.Context, command: click.Command) -> str:
     usage = " ".join([context.command_path, *command.collect_usage_pieces(context)])
     rows = [_row(context, option) for option in options_of(command)]
     options = table(["option", "default", "what it does"], rows)
-    return joined(f"{level} {context.command_path}", f"```\n{usage}\n```", prose(command.help), options)
+    return joined(
+        f"{level} {context.command_path}", f"```\n{usage}\n```", prose(command.help), options
+    )
 
 
 def _row(context: click.Context, option: click.Option) -> tuple[str, str, str]:
@@ -51,7 +61,9 @@ def _row(context: click.Context, option: click.Option) -> tuple[str, str, str]:
     assert record is not None
     words = option.help or ""
     in_words = _DEFAULT_IN_WORDS.search(words)
-    default = "required" if option.required else code(extra["default"]) if "default" in extra else ""
+    default = (
+        "required" if option.required else code(extra["default"]) if "default" in extra else ""
+    )
     if not default and in_words:
         words, default = words[: in_words.start()], escaped(in_words[1])
     notes = [words and escaped(words)]

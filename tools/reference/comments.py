@@ -35,7 +35,11 @@ def source_of(module: str) -> Source:
 def field_comments(kind: type) -> dict[str, str]:
     """Field of a class -> comment; of the class's own fields, and where they have one."""
     source = source_of(kind.__module__)
-    body = next(node for node in source.tree.body if isinstance(node, ast.ClassDef) and node.name == kind.__name__)
+    body = next(
+        node
+        for node in source.tree.body
+        if isinstance(node, ast.ClassDef) and node.name == kind.__name__
+    )
     return _comments(source, body.body)
 
 
@@ -58,7 +62,9 @@ def _comments(source: Source, body: Sequence[ast.stmt]) -> dict[str, str]:
         while source.alone.get(line, "").startswith(":"):
             words.insert(0, source.alone[line])
             line -= 1
-        text = " ".join(word.removeprefix(":").strip() for word in words if not word.startswith(_ORDERS))
+        text = " ".join(
+            word.removeprefix(":").strip() for word in words if not word.startswith(_ORDERS)
+        )
         if text:
             found |= dict.fromkeys(names, text.split("  # noqa")[0].split("# noqa")[0].strip())
     return found
@@ -70,7 +76,9 @@ def _by_line(source: str) -> tuple[dict[int, str], dict[int, str]]:
     alone: dict[int, str] = {}
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
-            (beside if token.line[: token.start[1]].strip() else alone)[token.start[0]] = token.string[1:].strip()
+            (beside if token.line[: token.start[1]].strip() else alone)[token.start[0]] = (
+                token.string[1:].strip()
+            )
     return beside, alone
 
 
@@ -78,4 +86,6 @@ def _names(statement: ast.stmt) -> list[str]:
     if not isinstance(statement, Named):
         return []
     targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
-    return [name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name)]
+    return [
+        name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name)
+    ]

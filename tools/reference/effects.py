@@ -21,8 +21,19 @@ def _section(kind: type[Effect]) -> str:
         f"- file: {code(kind.__module__.removeprefix('pyroshock.').replace('.', '/') + '.py')}",
     ]
     if kind.regimes:
-        facts.append(f"- looked for in turn: {'; '.join(', '.join(map(code, names)) for names in kind.regimes)}")
-    header = ["parameter", "meaning", "unit", "range", "default", "off", "looked for in", "plausible"]
+        facts.append(
+            f"- looked for in turn: {'; '.join(', '.join(map(code, names)) for names in kind.regimes)}"
+        )
+    header = [
+        "parameter",
+        "meaning",
+        "unit",
+        "range",
+        "default",
+        "off",
+        "looked for in",
+        "plausible",
+    ]
     return joined(f"## {kind.id}", prose(kind.__doc__), "\n".join(facts), table(header, rows))
 
 

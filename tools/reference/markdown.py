@@ -37,7 +37,11 @@ def prose(doc: str | None) -> str:
 
 def paragraph(text: str) -> str:
     """One paragraph: what would begin a list or a heading does not."""
-    return re.sub(r"^(\d+)([.)])(?= )|^([-+=:])", lambda m: f"{m[1]}\\{m[2]}" if m[1] else f"\\{m[3]}", escaped(text))
+    return re.sub(
+        r"^(\d+)([.)])(?= )|^([-+=:])",
+        lambda m: f"{m[1]}\\{m[2]}" if m[1] else f"\\{m[3]}",
+        escaped(text),
+    )
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -53,4 +57,8 @@ def joined(*parts: str) -> str:
 
 def _row(cells: Sequence[str]) -> str:
     # A sign that parts cells does so within code spans, too; escaped text has its own escaped already.
-    return "| " + " | ".join(re.sub(r"(?<!\\)\|", r"\|", " ".join(cell.split())) for cell in cells) + " |"
+    return (
+        "| "
+        + " | ".join(re.sub(r"(?<!\\)\|", r"\|", " ".join(cell.split())) for cell in cells)
+        + " |"
+    )

@@ -16,7 +16,10 @@ from .markdown import code, escaped, joined, prose, table
 
 def page() -> str:
     """The models by their names, then a section a kind."""
-    rows = [(code(name), _made_of(describe(entry.make(BuildOptions())))) for name, entry in MODEL_SPECS.items()]
+    rows = [
+        (code(name), _made_of(describe(entry.make(BuildOptions()))))
+        for name, entry in MODEL_SPECS.items()
+    ]
     return joined(
         "## Models by name",
         f"What {code('pyroshock train --models')} takes; settings are those that differ from a kind's own.",
@@ -37,7 +40,11 @@ def class_of(kind: str) -> type[Any]:
 def defaults(kind: str) -> dict[str, Any]:
     """A kind's settings where nothing is said; those without a default are left out."""
     parameters = inspect.signature(class_of(kind)).parameters.values()
-    return {each.name: each.default for each in parameters if each.default is not inspect.Parameter.empty}
+    return {
+        each.name: each.default
+        for each in parameters
+        if each.default is not inspect.Parameter.empty
+    }
 
 
 def _made_of(description: Mapping[str, Any]) -> str:
@@ -54,7 +61,9 @@ def _made_of(description: Mapping[str, Any]) -> str:
 
 
 def _same(value: Any, default: Any) -> bool:
-    return value == (list(default) if isinstance(default, tuple) else default) or (value == {} and default is None)
+    return value == (list(default) if isinstance(default, tuple) else default) or (
+        value == {} and default is None
+    )
 
 
 def _text(value: Any) -> str:
@@ -74,4 +83,8 @@ def _plain(value: Any) -> Any:
     """As JSON has it; an object by its kind."""
     if isinstance(value, tuple):
         return [_plain(each) for each in value]
-    return value if isinstance(value, str | int | float | bool | None) else getattr(value, "kind", repr(value))
+    return (
+        value
+        if isinstance(value, str | int | float | bool | None)
+        else getattr(value, "kind", repr(value))
+    )

@@ -23,7 +23,9 @@ from .values import constants_table
 
 def page() -> str:
     """A section a reader; then what holds for all of them."""
-    return joined(_fields_of_all(), *(_section(reader) for reader in READERS), _limits(), _rates(), _units())
+    return joined(
+        _fields_of_all(), *(_section(reader) for reader in READERS), _limits(), _rates(), _units()
+    )
 
 
 def libraries(reader: Reader) -> list[str]:
@@ -54,11 +56,16 @@ def _section(reader: Reader) -> str:
 def _fields_of_all() -> str:
     """Of every reader how many fields it uses, passes over and refuses; and what becomes of one that no table has."""
     rows = [
-        (reader.format, *(str(sum(rule.treatment is kind for rule in reader.fields)) for kind in Treatment))
+        (
+            reader.format,
+            *(str(sum(rule.treatment is kind for rule in reader.fields)) for kind in Treatment),
+        )
         for reader in READERS
     ]
     return joined(
-        "## Fields of a file", prose(file_fields.__doc__), table(["reader", *(kind.value for kind in Treatment)], rows)
+        "## Fields of a file",
+        prose(file_fields.__doc__),
+        table(["reader", *(kind.value for kind in Treatment)], rows),
     )
 
 
@@ -68,7 +75,8 @@ def _fields(reader: Reader) -> str:
         return ""
     rows = [(code(rule.name), rule.treatment.value, rule.reason) for rule in reader.fields]
     return joined(
-        f"Fields that the reader knows: {_counts(reader.fields)}.", table(["field", "treatment", "reason"], rows)
+        f"Fields that the reader knows: {_counts(reader.fields)}.",
+        table(["field", "treatment", "reason"], rows),
     )
 
 
@@ -80,10 +88,14 @@ def _instruments(reader: Reader) -> str:
     rules = [rule for instrument in instruments for rule in instrument.rules]
     rows = []
     for instrument in instruments:
-        heading = [] if instrument.names else [used("heading of the columns", "names, units and time")]
+        heading = (
+            [] if instrument.names else [used("heading of the columns", "names, units and time")]
+        )
         for number, rule in enumerate((*heading, *instrument.rules)):
             name = "" if number else instrument.name
-            rows.append((name, code(rule.name.replace("\\", "")), rule.treatment.value, rule.reason))
+            rows.append(
+                (name, code(rule.name.replace("\\", "")), rule.treatment.value, rule.reason)
+            )
     return joined(
         "### Instruments",
         f"{len(instruments)} forms are known by their headers, with {_counts(rules)} fields. A field that no rule "
@@ -93,12 +105,16 @@ def _instruments(reader: Reader) -> str:
 
 
 def _counts(rules: Sequence[FieldRule]) -> str:
-    return ", ".join(f"{sum(rule.treatment is kind for rule in rules)} {kind.value}" for kind in Treatment)
+    return ", ".join(
+        f"{sum(rule.treatment is kind for rule in rules)} {kind.value}" for kind in Treatment
+    )
 
 
 def _limits() -> str:
     crash = prose(readers.may_crash.__doc__)
-    return joined("## Limits of all readers", constants_table(base), prose(base.refuse_bomb.__doc__), crash)
+    return joined(
+        "## Limits of all readers", constants_table(base), prose(base.refuse_bomb.__doc__), crash
+    )
 
 
 def _rates() -> str:
@@ -106,12 +122,17 @@ def _rates() -> str:
         ("the sampling rate", _words(contents.RATE_NAMES), _words(contents.RATE_UNITS)),
         ("time", "`t`, `time`, `t_ms` and their like", _words(contents.TIME_UNITS)),
     ]
-    return joined("## Where the rate comes from", table(["what a file gives", "names", "units"], rows))
+    return joined(
+        "## Where the rate comes from", table(["what a file gives", "names", "units"], rows)
+    )
 
 
 def _units() -> str:
     rows = [(quantity, code(unit)) for quantity, unit in units.SI_UNITS.items()]
-    spellings = [(code(ours) if ours else "(nothing)", code(units.unit_spelling(ours))) for ours in units._SPELLINGS]
+    spellings = [
+        (code(ours) if ours else "(nothing)", code(units.unit_spelling(ours)))
+        for ours in units._SPELLINGS
+    ]
     return joined(
         "## Units",
         prose(units.__doc__),

@@ -30,7 +30,9 @@ def _section(stored: Table, kind: type[Base]) -> str:
     rows = [_column(column, comments.get(column.name, "")) for column in stored.columns]
     where = f"Row: {code(f'{kind.__module__}.{kind.__name__}')}."
     columns = table(["column", "type", "empty", "key", "what it is"], rows)
-    return joined(f"## {stored.name}", prose(kind.__doc__), where, columns, _rules(stored), _indices(stored))
+    return joined(
+        f"## {stored.name}", prose(kind.__doc__), where, columns, _rules(stored), _indices(stored)
+    )
 
 
 def _column(column: Column[object], comment: str) -> tuple[str, str, str, str, str]:
@@ -55,14 +57,23 @@ def _type(column: Column[object]) -> str:
 def _rules(stored: Table) -> str:
     checks = [each for each in stored.constraints if isinstance(each, CheckConstraint)]
     uniques = [each for each in stored.constraints if isinstance(each, UniqueConstraint)]
-    lines = [f"- unique: {_listed(each)}" for each in sorted(uniques, key=_listed) if len(each.columns) > 1]
-    lines += [f"- {code(str(each.sqltext))}" for each in sorted(checks, key=lambda one: str(one.name))]
+    lines = [
+        f"- unique: {_listed(each)}"
+        for each in sorted(uniques, key=_listed)
+        if len(each.columns) > 1
+    ]
+    lines += [
+        f"- {code(str(each.sqltext))}" for each in sorted(checks, key=lambda one: str(one.name))
+    ]
     return joined("Rules:", "\n".join(lines)) if lines else ""
 
 
 def _indices(stored: Table) -> str:
     found = sorted(stored.indexes, key=lambda one: str(one.name))
-    lines = [f"- {'unique: ' if each.unique else ''}{', '.join(code(c.name) for c in each.columns)}" for each in found]
+    lines = [
+        f"- {'unique: ' if each.unique else ''}{', '.join(code(c.name) for c in each.columns)}"
+        for each in found
+    ]
     return joined("Indices:", "\n".join(lines)) if lines else ""
 
 

@@ -25,7 +25,11 @@ def text_of(value: object) -> str | None:
     """A number, a word or some of them; None for anything else, and for what is too long to be looked at."""
     if isinstance(value, bool | int | float | str):
         text = f"{value:g}" if isinstance(value, float) else str(value)
-    elif isinstance(value, tuple) and value and all(isinstance(each, int | float | str) for each in value):
+    elif (
+        isinstance(value, tuple)
+        and value
+        and all(isinstance(each, int | float | str) for each in value)
+    ):
         text = ", ".join(text_of(each) or "" for each in value)
     else:
         return None

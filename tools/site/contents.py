@@ -27,7 +27,9 @@ def sections(text: str) -> Iterator[tuple[str, list[str]]]:
     """Heading and listed pages (relative, as written) of each section that lists any; "" for what precedes them."""
     parts = _HEADING.split(text.split(MARK)[0])
     for caption, body in zip(["", *parts[1::2]], parts[0::2], strict=True):
-        links = list(dict.fromkeys(link for link in _LINK.findall(body) if not link.startswith("../")))
+        links = list(
+            dict.fromkeys(link for link in _LINK.findall(body) if not link.startswith("../"))
+        )
         if links:
             yield caption, links
 
@@ -40,7 +42,11 @@ def reachable(docs: Path, start: str = "index.md") -> set[str]:
         text = (docs / page).read_text(encoding="utf-8")
         if MARK not in text:
             continue
-        listed = [posixpath.join(posixpath.dirname(page), link) for _, links in sections(text) for link in links]
+        listed = [
+            posixpath.join(posixpath.dirname(page), link)
+            for _, links in sections(text)
+            for link in links
+        ]
         waiting += [link for link in dict.fromkeys(listed) if link not in found]
         found |= set(listed)
     return found

@@ -27,7 +27,9 @@ _PLAIN = (int, float, str, bool, type(None))
 
 def setup(app: Sphinx) -> None:
     """Connects the events."""
-    app.connect("builder-inited", lambda _: documented())  # imports it all once, before readers part
+    app.connect(
+        "builder-inited", lambda _: documented()
+    )  # imports it all once, before readers part
     app.connect("autodoc-process-docstring", _docstring)
     app.connect("autodoc-process-signature", _signature)
     app.connect("autodoc-skip-member", _skip)
@@ -89,7 +91,11 @@ def signature_of(thing: Any, *, bound: bool = False) -> str | None:
         each.replace(annotation=_annotation(each.annotation, names), default=_default(each.default))
         for each in parameters
     ]
-    return str(signature.replace(parameters=spelled, return_annotation=_annotation(signature.return_annotation, names)))
+    return str(
+        signature.replace(
+            parameters=spelled, return_annotation=_annotation(signature.return_annotation, names)
+        )
+    )
 
 
 @cache
@@ -106,8 +112,14 @@ def names_of(module: str) -> Mapping[str, Any]:
 def _for_annotations(tree: ast.Module) -> Iterator[ast.ImportFrom]:
     """The package's own imports under `if TYPE_CHECKING`."""
     for node in tree.body:
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-            yield from (each for each in node.body if isinstance(each, ast.ImportFrom) and each.level)
+        if (
+            isinstance(node, ast.If)
+            and isinstance(node.test, ast.Name)
+            and node.test.id == "TYPE_CHECKING"
+        ):
+            yield from (
+                each for each in node.body if isinstance(each, ast.ImportFrom) and each.level
+            )
 
 
 class _Raw:
@@ -136,11 +148,15 @@ def _in_full(name: str, names: Mapping[str, Any]) -> str:
 def _default(value: Any) -> Any:
     if value is inspect.Parameter.empty:
         return value
-    plain = isinstance(value, _PLAIN) or (isinstance(value, tuple) and all(isinstance(v, _PLAIN) for v in value))
+    plain = isinstance(value, _PLAIN) or (
+        isinstance(value, tuple) and all(isinstance(v, _PLAIN) for v in value)
+    )
     return _Raw(repr(value) if plain and len(repr(value)) < 60 else "...")
 
 
-def _docstring(_app: Sphinx, what: str, _name: str, thing: Any, _options: Any, lines: list[str]) -> None:
+def _docstring(
+    _app: Sphinx, what: str, _name: str, thing: Any, _options: Any, lines: list[str]
+) -> None:
     made = rst("\n".join(lines))
     if what == "class" and isinstance(thing, type):
         made += fields_of(thing)
@@ -148,7 +164,13 @@ def _docstring(_app: Sphinx, what: str, _name: str, thing: Any, _options: Any, l
 
 
 def _signature(
-    _app: Sphinx, what: str, _name: str, thing: Any, _options: Any, signature: str | None, _returned: str | None
+    _app: Sphinx,
+    what: str,
+    _name: str,
+    thing: Any,
+    _options: Any,
+    signature: str | None,
+    _returned: str | None,
 ) -> tuple[str | None, str | None] | None:
     if what not in ("function", "method", "class") or signature is None:
         return None
@@ -160,9 +182,15 @@ def _signature(
     return (given, returned if what != "class" else None) if arrow else (text, None)
 
 
-def _skip(_app: Sphinx, what: str, _name: str, thing: Any, skip: bool, _options: Any) -> bool | None:
+def _skip(
+    _app: Sphinx, what: str, _name: str, thing: Any, skip: bool, _options: Any
+) -> bool | None:
     """Fields of records are told in one list, not one by one."""
-    if what == "class" and not skip and not (callable(thing) or isinstance(thing, property | classmethod)):
+    if (
+        what == "class"
+        and not skip
+        and not (callable(thing) or isinstance(thing, property | classmethod))
+    ):
         cached = type(thing).__name__ == "cached_property"
         return None if cached else True
     return None

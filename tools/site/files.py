@@ -21,7 +21,12 @@ from .pages import ROOT
 
 FOLDER = "_repository"
 #: Files of the root that are pages of the site.
-PAGES = {"README.md": "index", "CHANGELOG.md": "changelog", "CONTRIBUTING.md": "contributing", "docs": "index"}
+PAGES = {
+    "README.md": "index",
+    "CHANGELOG.md": "changelog",
+    "CONTRIBUTING.md": "contributing",
+    "docs": "index",
+}
 _LINK = re.compile(r"\]\((?![a-z]+:|#)([^)#\s]+)")
 _LANGUAGES = {".py": "python", ".sh": "bash", ".toml": "toml", ".yaml": "yaml", ".md": "markdown"}
 _LEFT_OUT = ("__pycache__", "_build")
@@ -72,10 +77,15 @@ class FileLinks(SphinxTransform):
 
     def apply(self, **_: Any) -> None:
         """Links to pages, addresses and pictures stay as they are."""
-        links = [*self.document.findall(addnodes.download_reference), *self.document.findall(addnodes.pending_xref)]
+        links = [
+            *self.document.findall(addnodes.download_reference),
+            *self.document.findall(addnodes.pending_xref),
+        ]
         for link in links:
             if (target := self._target(link)) and (address := self._address(target)):
-                link.replace_self(nodes.reference("", "", *link.children, internal=False, refuri=address))
+                link.replace_self(
+                    nodes.reference("", "", *link.children, internal=False, refuri=address)
+                )
 
     def _target(self, link: nodes.Element) -> Path | None:
         """The file or folder; None for what is no path. MyST takes a page outside of its folder for a document."""
@@ -90,7 +100,11 @@ class FileLinks(SphinxTransform):
         whole = target.resolve()
         if path := _inside(target):
             place = f"{FOLDER}/{path}/index" if whole.is_dir() else f"{FOLDER}/{path}"
-        elif whole.is_relative_to(ROOT) and (whole.is_dir() or whole.parent == ROOT) and (page := _page(whole)):
+        elif (
+            whole.is_relative_to(ROOT)
+            and (whole.is_dir() or whole.parent == ROOT)
+            and (page := _page(whole))
+        ):
             place = page
         else:
             return None
@@ -104,17 +118,26 @@ def _pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
             body, name = _listing(place), f"{FOLDER}/{path}/index"
         else:
             text = _text(place) or ""
-            language = {".py": "python", ".sh": "bash", ".toml": "toml", ".yaml": "yaml", ".md": "markdown"}.get(
-                place.suffix, "text"
-            )
+            language = {
+                ".py": "python",
+                ".sh": "bash",
+                ".toml": "toml",
+                ".yaml": "yaml",
+                ".md": "markdown",
+            }.get(place.suffix, "text")
             highlighter = getattr(app.builder, "highlighter")  # noqa: B009 - only builders of HTML have one
-            body, name = highlighter.highlight_block(text, language, linenos=False), f"{FOLDER}/{path}"
+            body, name = (
+                highlighter.highlight_block(text, language, linenos=False),
+                f"{FOLDER}/{path}",
+            )
         yield name, {"title": path, "body": f"<h1>{html.escape(path)}</h1>{body}"}, "page.html"
 
 
 def _listing(folder: Path) -> str:
     names = sorted(f"{each.name}/" if each.is_dir() else each.name for each in folder.iterdir())
-    shown = [name for name in names if not name.startswith(".") and name.rstrip("/") not in _LEFT_OUT]
+    shown = [
+        name for name in names if not name.startswith(".") and name.rstrip("/") not in _LEFT_OUT
+    ]
     return f"<ul>{''.join(f'<li><code>{html.escape(name)}</code></li>' for name in shown)}</ul>"
 
 

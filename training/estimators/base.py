@@ -68,7 +68,9 @@ class FitReport:
         parameters = dict(self.settings)
         for name, values in self.by_predictor.items():
             if len(values) != len(predictors):
-                raise ValueError(f"{name!r} has {len(values)} values for {len(predictors)} predictors")
+                raise ValueError(
+                    f"{name!r} has {len(values)} values for {len(predictors)} predictors"
+                )
             pairs = zip(predictors, values, strict=True)
             parameters |= {f"{name}.{predictor}": float(value) for predictor, value in pairs}
         return parameters
@@ -174,12 +176,22 @@ class Standard:
 #: Lengths of an array's axes: a number, or a letter that stands for the same number in all arrays of a regression.
 Shape = tuple[int | str, ...]
 #: Of `standard_arrays`.
-STANDARDS: dict[str, Shape] = {"x_mean": ("d",), "x_width": ("d",), "y_mean": ("m",), "y_width": ("m",)}
+STANDARDS: dict[str, Shape] = {
+    "x_mean": ("d",),
+    "x_width": ("d",),
+    "y_mean": ("m",),
+    "y_width": ("m",),
+}
 
 
 def standard_arrays(inputs: Standard, outputs: Standard) -> Arrays:
     """Means and widths under names that `standard_of` reads."""
-    return {"x_mean": inputs.mean, "x_width": inputs.width, "y_mean": outputs.mean, "y_width": outputs.width}
+    return {
+        "x_mean": inputs.mean,
+        "x_width": inputs.width,
+        "y_mean": outputs.mean,
+        "y_width": outputs.width,
+    }
 
 
 def standard_of(arrays: Arrays, axis: str) -> Standard:
@@ -211,14 +223,20 @@ class LearnedArrays(Estimator):
         """Lengths by letter. Raises `ValueError` for arrays that are not of this kind; a leaf may ask for more."""
         shapes = self.shapes()
         if set(arrays) != set(shapes):
-            raise ValueError(f"{self.kind!r} is restored from {_listed(shapes)}, not from {_listed(arrays)}")
+            raise ValueError(
+                f"{self.kind!r} is restored from {_listed(shapes)}, not from {_listed(arrays)}"
+            )
         lengths: dict[str, int] = {}
         for name, shape in shapes.items():
             array = arrays[name]
             if array.dtype.kind not in "if" or not np.all(np.isfinite(array)):
-                raise ValueError(f"{self.kind!r}: {name!r} must hold finite numbers, not {array.dtype}")
+                raise ValueError(
+                    f"{self.kind!r}: {name!r} must hold finite numbers, not {array.dtype}"
+                )
             if not _fits(array.shape, shape, lengths):
-                raise ValueError(f"{self.kind!r}: {name!r} has the shape {array.shape}, not {shape} with {lengths}")
+                raise ValueError(
+                    f"{self.kind!r}: {name!r} has the shape {array.shape}, not {shape} with {lengths}"
+                )
         return lengths
 
     def _learned(self) -> Arrays:
@@ -228,7 +246,9 @@ class LearnedArrays(Estimator):
         """x as n x d float64. Raises `ValueError` for another number of predictors than learned."""
         inputs = np.asarray(x, dtype=np.float64)
         if inputs.ndim != 2 or inputs.shape[1] != predictors:
-            raise ValueError(f"{self.kind!r} learned from {predictors} predictors; asked with the shape {inputs.shape}")
+            raise ValueError(
+                f"{self.kind!r} learned from {predictors} predictors; asked with the shape {inputs.shape}"
+            )
         return inputs
 
 

@@ -61,7 +61,9 @@ class ContactTimeProcess(LearnedArrays):
     ) -> None:
         unknown = set(choice or {}) - set(SPACE)
         if unknown:
-            raise ValueError(f"no setting {', '.join(sorted(unknown))}; there are: {', '.join(SPACE)}")
+            raise ValueError(
+                f"no setting {', '.join(sorted(unknown))}; there are: {', '.join(SPACE)}"
+            )
         self.iterations = iterations
         self.choice = dict(choice or {})
         self.tuned = None if tuned is None else dict(tuned)
@@ -145,8 +147,13 @@ class ContactTimeProcess(LearnedArrays):
     def _check(self, arrays: Arrays) -> dict[str, int]:
         lengths = super()._check(arrays)
         choices = [values.values for values in SPACE.values() if isinstance(values, OneOf)]
-        if any(not 0 <= at < len(values) for at, values in zip(arrays["settings"], choices, strict=True)):
-            raise ValueError(f"{self.kind!r}: settings {arrays['settings']} are not positions in the lists it searches")
+        if any(
+            not 0 <= at < len(values)
+            for at, values in zip(arrays["settings"], choices, strict=True)
+        ):
+            raise ValueError(
+                f"{self.kind!r}: settings {arrays['settings']} are not positions in the lists it searches"
+            )
         return lengths
 
     def _searched(
@@ -174,7 +181,11 @@ class ContactTimeProcess(LearnedArrays):
         tuned = self._tuned()
         settings = {name: tuned[name] for name in SPACE}
         own_scales = tuned["lengthscales"] if tuned["ard"] else tuned["lengthscales"][:1]
-        learned = {"signal": tuned["signal"], "noise_level": tuned["noise_level"], "best_search_error": tuned["error"]}
+        learned = {
+            "signal": tuned["signal"],
+            "noise_level": tuned["noise_level"],
+            "best_search_error": tuned["error"],
+        }
         common = {} if tuned["ard"] else {"lengthscale": float(own_scales[0])}
         trials = () if self.search_ is None else self.search_.trials
         histories = {"search_error": [trial.score for trial in trials], "loss": self.losses_ or []}
@@ -188,13 +199,24 @@ class ContactTimeProcess(LearnedArrays):
 
 def _search_of(trials: tuple[Trial, ...]) -> SettingsSearch:
     logarithmic = tuple(name for name, setting in SPACE.items() if isinstance(setting, Between))
-    return SettingsSearch("Bayesian optimisation", "mean relative error of left-out rows", trials, logarithmic)
+    return SettingsSearch(
+        "Bayesian optimisation", "mean relative error of left-out rows", trials, logarithmic
+    )
 
 
 def _as_arrays(x: Floats, y: Floats, tuned: Mapping[str, Any]) -> Arrays:
-    positions = [values.values.index(tuned[name]) for name, values in SPACE.items() if isinstance(values, OneOf)]
+    positions = [
+        values.values.index(tuned[name])
+        for name, values in SPACE.items()
+        if isinstance(values, OneOf)
+    ]
     numbers = {name: np.array(tuned[name], dtype=np.float64) for name in _NUMBERS}
-    return {"x": x.copy(), "y": y.copy(), "settings": np.array(positions, dtype=np.int64), **numbers}
+    return {
+        "x": x.copy(),
+        "y": y.copy(),
+        "settings": np.array(positions, dtype=np.int64),
+        **numbers,
+    }
 
 
 _NUMBERS = ("lengthscales", "signal", "noise", "noise_level", "error")
@@ -202,5 +224,7 @@ _NUMBERS = ("lengthscales", "signal", "noise", "noise_level", "error")
 
 def _as_tuned(arrays: Arrays) -> dict[str, Any]:
     names = [(name, values.values) for name, values in SPACE.items() if isinstance(values, OneOf)]
-    settings = {name: values[int(at)] for (name, values), at in zip(names, arrays["settings"], strict=True)}
+    settings = {
+        name: values[int(at)] for (name, values), at in zip(names, arrays["settings"], strict=True)
+    }
     return {**settings, **{name: arrays[name].tolist() for name in _NUMBERS}}

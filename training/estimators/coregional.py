@@ -15,7 +15,17 @@ from ...array_types import Floats
 from ..gp.kernels import Covariance
 from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
-from .base import STANDARDS, Arrays, FitReport, Gaussian, LearnedArrays, Shape, Standard, standard_arrays, standard_of
+from .base import (
+    STANDARDS,
+    Arrays,
+    FitReport,
+    Gaussian,
+    LearnedArrays,
+    Shape,
+    Standard,
+    standard_arrays,
+    standard_of,
+)
 from .input_kernel import InputKernel
 
 if TYPE_CHECKING:
@@ -90,7 +100,12 @@ class Coregional(LearnedArrays):
         }
 
     def shapes(self) -> Mapping[str, Shape]:
-        tuned: dict[str, Shape] = {"turn": ("p", "m"), "loadings": ("p", "q"), "log_kappa": ("p",), "log_noise": ("p",)}
+        tuned: dict[str, Shape] = {
+            "turn": ("p", "m"),
+            "loadings": ("p", "q"),
+            "log_kappa": ("p",),
+            "log_noise": ("p",),
+        }
         return STANDARDS | tuned | self.input_kernel.shapes() | POSTERIOR
 
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
@@ -102,8 +117,12 @@ class Coregional(LearnedArrays):
         z, standard = inputs.apply(x), outputs.apply(y)
         with one_core():
             turn = principal(standard) if self.components else np.eye(y.shape[1])
-            model = CoregionalModel(z, rotate_back(standard, turn), self.input_kernel.made(z.shape[1]), self.rank)
-            self.maximisation_ = maximise(KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations)
+            model = CoregionalModel(
+                z, rotate_back(standard, turn), self.input_kernel.made(z.shape[1]), self.rank
+            )
+            self.maximisation_ = maximise(
+                KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations
+            )
             tuned = {
                 "turn": turn,
                 "loadings": model.loadings,
@@ -118,7 +137,11 @@ class Coregional(LearnedArrays):
         """Keeps the kernel's parameters and the standardisation they belong to; only solves."""
         other = type(self)(**self.settings())
         with one_core():
-            other._solve(x, y, {name: array for name, array in self._learned().items() if name not in POSTERIOR})
+            other._solve(
+                x,
+                y,
+                {name: array for name, array in self._learned().items() if name not in POSTERIOR},
+            )
         return other
 
     def predict(self, x: Floats) -> Gaussian:
@@ -133,7 +156,11 @@ class Coregional(LearnedArrays):
         learned = self._learned()
         settings, by_predictor = self.input_kernel.report(learned)
         search = self.maximisation_
-        convergence = {} if search is None else {"converged": search.converged, "evaluations": len(search.losses)}
+        convergence = (
+            {}
+            if search is None
+            else {"converged": search.converged, "evaluations": len(search.losses)}
+        )
         return FitReport(
             {
                 **settings,
@@ -155,5 +182,7 @@ class Coregional(LearnedArrays):
         z = self.input_kernel.scaled(tuned, standard_of(tuned, "x").apply(x))
         b = tuned["loadings"] @ tuned["loadings"].T + np.diag(np.exp(tuned["log_kappa"]))
         covariance = self.input_kernel.scaled_covariance(tuned)
-        frozen = posterior(covariance, z, scores, b, np.exp(tuned["log_noise"])).turned(tuned["turn"])
+        frozen = posterior(covariance, z, scores, b, np.exp(tuned["log_noise"])).turned(
+            tuned["turn"]
+        )
         self.learned_ = {**tuned, **{name: getattr(frozen, name) for name in POSTERIOR}}

@@ -47,7 +47,9 @@ class Process:
             return np.asarray(np.linalg.cholesky(k), dtype=np.float64)
         except np.linalg.LinAlgError:
             name = self.kernel
-            raise ValueError(f"the covariance of kernel {name!r} is not positive definite: raise the noise") from None
+            raise ValueError(
+                f"the covariance of kernel {name!r} is not positive definite: raise the noise"
+            ) from None
 
 
 def inverse(lower: Floats) -> Floats:
@@ -84,7 +86,12 @@ def most_likely(
         z, h, y, start.kernel, start.lengthscales if ard else start.lengthscales[:1], start.signal,
         max(start.noise, noise_floor), noise_floor, PRIOR,
     )  # fmt: skip
-    search = maximise(CholeskyMarginalLogLikelihood(model.likelihood, model), iterations, change=2.2e-9, gradient=1e-5)
+    search = maximise(
+        CholeskyMarginalLogLikelihood(model.likelihood, model),
+        iterations,
+        change=2.2e-9,
+        gradient=1e-5,
+    )
     lengthscales = np.broadcast_to(model.lengthscales, z.shape[1]).copy()
     return Process(start.kernel, lengthscales, model.signal, model.noise), search.losses
 
@@ -109,7 +116,9 @@ class ProcessInputs:
         """z (n x d) and h (n x p). The basis takes standardised columns whatever `standardise` says."""
         columns = self._columns.apply(x)
         ones = np.ones((len(x), 1))
-        h = {"zero": ones[:, :0], "constant": ones, "linear": np.hstack([ones, columns])}[self._settings["basis"]]
+        h = {"zero": ones[:, :0], "constant": ones, "linear": np.hstack([ones, columns])}[
+            self._settings["basis"]
+        ]
         return (columns if self._settings["standardise"] else columns * self._columns.width), h
 
     def start(self) -> Process:
@@ -131,12 +140,18 @@ class ProcessInputs:
         return Gaussian(time, time * spread)
 
 
-def _most_likely(view: ProcessInputs, x: Floats, settings: Settings, iterations: int) -> tuple[Process, Floats]:
+def _most_likely(
+    view: ProcessInputs, x: Floats, settings: Settings, iterations: int
+) -> tuple[Process, Floats]:
     floor = settings["noise"] / 10
-    return most_likely(view.start(), *view.inputs(x), view.output, settings["ard"], floor, iterations)
+    return most_likely(
+        view.start(), *view.inputs(x), view.output, settings["ard"], floor, iterations
+    )
 
 
-def left_out_error(x: Floats, y: Floats, settings: Settings, folds: Sequence[NDArray[np.bool_]]) -> float:
+def left_out_error(
+    x: Floats, y: Floats, settings: Settings, folds: Sequence[NDArray[np.bool_]]
+) -> float:
     """Eq. 4.7 over folds left out, with kernel parameters from all rows: one inverse serves all folds."""
     view = ProcessInputs(x, y, settings)
     process, _ = _most_likely(view, x, settings, 25)
@@ -146,10 +161,16 @@ def left_out_error(x: Floats, y: Floats, settings: Settings, folds: Sequence[NDA
     return float(np.mean(np.abs(predicted - y) / np.abs(y)))
 
 
-def fitted(x: Floats, y: Floats, settings: Settings, iterations: int) -> tuple[dict[str, Any], list[float]]:
+def fitted(
+    x: Floats, y: Floats, settings: Settings, iterations: int
+) -> tuple[dict[str, Any], list[float]]:
     """Kernel parameters of greatest likelihood, and the losses of the search per row."""
     process, losses = _most_likely(ProcessInputs(x, y, settings), x, settings, iterations)
-    tuned = {"lengthscales": process.lengthscales.tolist(), "signal": process.signal, "noise_level": process.noise}
+    tuned = {
+        "lengthscales": process.lengthscales.tolist(),
+        "signal": process.signal,
+        "noise_level": process.noise,
+    }
     return tuned, losses.tolist()
 
 
@@ -160,7 +181,9 @@ class ProcessSolution:
         from scipy.linalg import cho_solve
 
         self._view = ProcessInputs(x, y, tuned)
-        self._process = Process(tuned["kernel"], np.array(tuned["lengthscales"]), tuned["signal"], tuned["noise_level"])
+        self._process = Process(
+            tuned["kernel"], np.array(tuned["lengthscales"]), tuned["signal"], tuned["noise_level"]
+        )
         self._rows = self._view.inputs(x)
         self._lower = self._process.factor(*self._rows)
         self._weights = cho_solve((self._lower, True), self._view.output)

@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ...parallel.executor import HERE, ExecutorConfig
 from ..tuning.folds import grouped_folds
-from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, SearchJournal, run_search
+from ..tuning.genetic import (
+    CREEP,
+    CROSSED,
+    MUTATED,
+    Genes,
+    GeneticResult,
+    Search,
+    SearchJournal,
+    run_search,
+)
 from ..tuning.trials import SettingsSearch, Trial
 from .base import Arrays, Estimator, FitReport, Gaussian, SettingValue, Standard, require_fitted
 from .network import OPTIMISER, Network, one_thread, outputs_of, train_network
@@ -47,7 +56,12 @@ class GeneticNetwork(Estimator):
     network_: Network | None = None
 
     def __init__(
-        self, population: int = 12, generations: int = 8, folds: int = 5, iterations: int = 200, workers: int = 2
+        self,
+        population: int = 12,
+        generations: int = 8,
+        folds: int = 5,
+        iterations: int = 200,
+        workers: int = 2,
     ) -> None:
         self.population, self.generations, self.folds = population, generations, folds
         self.iterations, self.workers = iterations, workers
@@ -59,20 +73,28 @@ class GeneticNetwork(Estimator):
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
         seed = int(rng.integers(2**62))
         levels = (len(LAYERS), len(NEURONS), len(PENALTIES))
-        search = Search(levels, self.population, self.generations, min(2, self.population - 1), self.workers)
+        search = Search(
+            levels, self.population, self.generations, min(2, self.population - 1), self.workers
+        )
         left_out = grouped_folds(groups, self.folds, np.random.default_rng([seed, 1]))
         evaluate = _Fitness(x, y, left_out, self.iterations, seed)
         journal = SearchJournal(self.journal, self._fingerprint(seed, x, y, groups))
         with one_thread():
-            self.found_ = run_search(search, evaluate, seed, journal, self.progress, show, self.executor)
+            self.found_ = run_search(
+                search, evaluate, seed, journal, self.progress, show, self.executor
+            )
         self.search_ = _search_of(journal)
         chance = _chance(seed, self.found_.genes)
-        self.network_ = Network(*decoded(self.found_.genes), self.iterations).fit(x, y, groups, chance)
+        self.network_ = Network(*decoded(self.found_.genes), self.iterations).fit(
+            x, y, groups, chance
+        )
         return self
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
         network, new = self._network(), type(self)(**self.settings())
-        new.network_ = Network(network.layers, network.penalty, self.iterations).fit(x, y, groups, rng)
+        new.network_ = Network(network.layers, network.penalty, self.iterations).fit(
+            x, y, groups, rng
+        )
         return new
 
     def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
@@ -83,14 +105,20 @@ class GeneticNetwork(Estimator):
 
     def arrays(self) -> Arrays:
         network = self._network()
-        return {**network.arrays(), "layers": np.array(network.layers), "penalty": np.array([network.penalty])}
+        return {
+            **network.arrays(),
+            "layers": np.array(network.layers),
+            "penalty": np.array([network.penalty]),
+        }
 
     def restore(self, arrays: Arrays) -> Self:
         rest = dict(arrays)
         layers, penalty = rest.pop("layers", np.zeros(0)), rest.pop("penalty", np.zeros(0))
         is_list_of_sizes = layers.dtype.kind == "i" and layers.ndim == 1 and len(layers)
         if not (is_list_of_sizes and penalty.shape == (1,) and penalty.dtype.kind == "f"):
-            raise ValueError(f"{self.kind!r} is restored from a network, its 'layers' and its 'penalty'")
+            raise ValueError(
+                f"{self.kind!r} is restored from a network, its 'layers' and its 'penalty'"
+            )
         self.network_ = Network(layers.tolist(), float(penalty[0]), self.iterations).restore(rest)
         return self
 
@@ -106,10 +134,20 @@ class GeneticNetwork(Estimator):
         }
         histories = dict[str, Sequence[float]]()
         if self.found_ is not None:
-            settings |= {"search_best": self.found_.value, "candidates_evaluated": self.found_.evaluated}
-            histories = {"search_best": self.found_.best, "candidates_evaluated": self.found_.evaluated_by_generation}
+            settings |= {
+                "search_best": self.found_.value,
+                "candidates_evaluated": self.found_.evaluated,
+            }
+            histories = {
+                "search_best": self.found_.best,
+                "candidates_evaluated": self.found_.evaluated_by_generation,
+            }
         searches = {} if self.search_ is None else {"": self.search_}
-        return self._network().fit_report().joined(FitReport(settings, histories=histories, searches=searches))
+        return (
+            self._network()
+            .fit_report()
+            .joined(FitReport(settings, histories=histories, searches=searches))
+        )
 
     def _network(self) -> Network:
         return require_fitted(self.network_, self.kind)
@@ -142,7 +180,9 @@ class _Fitness:
 
     def __call__(self, genes: Genes) -> float:
         chance = _chance(self.seed, genes)
-        return left_out_error(*decoded(genes), self.x, self.y, self.left_out, self.iterations, chance)
+        return left_out_error(
+            *decoded(genes), self.x, self.y, self.left_out, self.iterations, chance
+        )
 
 
 def decoded(genes: Genes) -> tuple[tuple[int, ...], float]:
@@ -155,7 +195,11 @@ def _search_of(journal: SearchJournal) -> SettingsSearch:
     """Every candidate that was evaluated; those of an earlier search that this one resumed, too."""
     trials = tuple(
         Trial(
-            {"hidden_layers": len(layers), "neurons_per_layer": layers[0], "regularisation": penalty},
+            {
+                "hidden_layers": len(layers),
+                "neurons_per_layer": layers[0],
+                "regularisation": penalty,
+            },
             value,
             journal.durations_s.get(genes),
         )
@@ -185,7 +229,9 @@ def left_out_error(
     for fold in left_out:
         inputs, outputs = Standard.of(x[~fold]), Standard.of(y[~fold])
         sizes = (x.shape[1], *layers, y.shape[1])
-        network = train_network(inputs.apply(x[~fold]), outputs.apply(y[~fold]), sizes, penalty, iterations, rng)
+        network = train_network(
+            inputs.apply(x[~fold]), outputs.apply(y[~fold]), sizes, penalty, iterations, rng
+        )
         wrong[fold] = outputs.undo(outputs_of(network.layers, inputs.apply(x[fold]))) - y[fold]
     ranges = np.ptp(y, axis=1) if y.shape[1] > 1 else np.full(len(y), np.ptp(y))
     return float(np.mean(np.sqrt(np.mean(wrong**2, axis=1)) / ranges))

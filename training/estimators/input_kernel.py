@@ -77,13 +77,19 @@ class InputKernel:
             return NamedCovariance(self.description, np.ones(len(arrays["log_lengthscales"])))
         from ..gp.kernel_description import kernel_of, set_numbers
 
-        numbers = {name.removeprefix(_PREFIX): array for name, array in arrays.items() if name.startswith(_PREFIX)}
+        numbers = {
+            name.removeprefix(_PREFIX): array
+            for name, array in arrays.items()
+            if name.startswith(_PREFIX)
+        }
         return TorchCovariance(set_numbers(kernel_of(self.description), numbers))
 
     def report(self, arrays: Arrays) -> tuple[dict[str, Any], dict[str, list[float]]]:
         """Settings and, for a named kernel, the lengthscale of each standardised predictor."""
         if self.is_named:
-            return {"kernel": self.description}, {"lengthscale": np.exp(arrays["log_lengthscales"]).tolist()}
+            return {"kernel": self.description}, {
+                "lengthscale": np.exp(arrays["log_lengthscales"]).tolist()
+            }
         from ..gp.kernel_description import kernel_words
 
         numbers = {

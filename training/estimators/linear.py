@@ -37,7 +37,9 @@ class LinearPowers(PipelineRegression):
         from sklearn.linear_model import LinearRegression
         from sklearn.preprocessing import FunctionTransformer
 
-        return scaling_pipeline(FunctionTransformer(powers_of, kw_args={"highest": self.powers}), LinearRegression())
+        return scaling_pipeline(
+            FunctionTransformer(powers_of, kw_args={"highest": self.powers}), LinearRegression()
+        )
 
     def _spread_arrays(self, x: Floats, y: Floats) -> Arrays:
         terms = self._terms(x)
@@ -57,7 +59,10 @@ class LinearPowers(PipelineRegression):
     def _check(self, regressor: Any, spread: Arrays) -> None:
         super()._check(regressor, {})
         outputs, terms = regressor[-1].coef_.shape
-        root, variance = spread.get("leverage_root", np.zeros(0)), spread.get("variance", np.zeros(0))
+        root, variance = (
+            spread.get("leverage_root", np.zeros(0)),
+            spread.get("variance", np.zeros(0)),
+        )
         if root.shape[:1] != (terms + 1,) or root.ndim != 2 or variance.shape != (outputs,):
             raise ValueError(
                 f"{self.kind!r}: 'leverage_root' and 'variance' are not of {terms} terms, {outputs} outputs"
@@ -119,7 +124,10 @@ class KernelRidge(PipelineRegression):
     alpha: float | None = None
 
     kind: ClassVar[str] = "kernel-ridge"
-    parameters: ClassVar = {"gamma": "regressor__kernelridge__gamma", "alpha": "regressor__kernelridge__alpha"}
+    parameters: ClassVar = {
+        "gamma": "regressor__kernelridge__gamma",
+        "alpha": "regressor__kernelridge__alpha",
+    }
     #: For standardised predictors and outputs.
     grid: ClassVar = {
         "gamma": np.geomspace(0.003, 1.0, 6).tolist(),

@@ -91,7 +91,9 @@ def objective(module: Sequential, x: Tensor, y: Tensor, penalty: float) -> Tenso
 
     loss = 0.5 * torch.nn.functional.mse_loss(module(x), y)
     if penalty:
-        loss = loss + 0.5 * penalty * sum(w.square().sum() for w in module.parameters() if w.ndim == 2)
+        loss = loss + 0.5 * penalty * sum(
+            w.square().sum() for w in module.parameters() if w.ndim == 2
+        )
     return loss
 
 
@@ -109,7 +111,9 @@ def train_network(
 
         def closure() -> Tensor:
             loss = objective(module, inputs, targets, penalty)
-            for parameter, slope in zip(parameters, torch.autograd.grad(loss, parameters), strict=True):
+            for parameter, slope in zip(
+                parameters, torch.autograd.grad(loss, parameters), strict=True
+            ):
                 parameter.grad = slope
             return loss.detach()
 
@@ -131,7 +135,10 @@ def train_network(
 
 def _layers(module: Sequential) -> list[Layer]:
     arrays = [parameter.detach().double().numpy() for parameter in module.parameters()]
-    return [(weights.T.copy(), biases[None, :]) for weights, biases in zip(arrays[::2], arrays[1::2], strict=True)]
+    return [
+        (weights.T.copy(), biases[None, :])
+        for weights, biases in zip(arrays[::2], arrays[1::2], strict=True)
+    ]
 
 
 @contextmanager
@@ -158,10 +165,18 @@ class Network(LearnedArrays):
     losses_: tuple[float, ...] = ()
     iterations_ = 0
 
-    def __init__(self, layers: Sequence[int] = (10,), penalty: float = 0.0, iterations: int = 1000) -> None:
+    def __init__(
+        self, layers: Sequence[int] = (10,), penalty: float = 0.0, iterations: int = 1000
+    ) -> None:
         if not layers or min(layers) < 1:
-            raise ValueError(f"a network needs a neuron in each hidden layer, and one layer at least, not {layers}")
-        self.layers, self.penalty, self.iterations = tuple(int(size) for size in layers), penalty, iterations
+            raise ValueError(
+                f"a network needs a neuron in each hidden layer, and one layer at least, not {layers}"
+            )
+        self.layers, self.penalty, self.iterations = (
+            tuple(int(size) for size in layers),
+            penalty,
+            iterations,
+        )
 
     def settings(self) -> dict[str, Any]:
         return {"layers": list(self.layers), "penalty": self.penalty, "iterations": self.iterations}
@@ -177,7 +192,9 @@ class Network(LearnedArrays):
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         sizes = (x.shape[1], *self.layers, y.shape[1])
         inputs, outputs = Standard.of(x), Standard.of(y)
-        network = train_network(inputs.apply(x), outputs.apply(y), sizes, self.penalty, self.iterations, rng)
+        network = train_network(
+            inputs.apply(x), outputs.apply(y), sizes, self.penalty, self.iterations, rng
+        )
         self.losses_, self.iterations_ = network.losses, network.iterations
         arrays = standard_arrays(inputs, outputs)
         for number, (weights, biases) in enumerate(network.layers, start=1):
@@ -199,6 +216,9 @@ class Network(LearnedArrays):
     def predict(self, x: Floats) -> Gaussian:
         learned = self._learned()
         inputs, outputs = standard_of(learned, "x"), standard_of(learned, "y")
-        layers = [(learned[f"weights_{i}"], learned[f"biases_{i}"]) for i in range(1, len(self.layers) + 2)]
+        layers = [
+            (learned[f"weights_{i}"], learned[f"biases_{i}"])
+            for i in range(1, len(self.layers) + 2)
+        ]
         scaled_inputs = inputs.apply(self._asked(x, len(inputs.mean)))
         return Gaussian(outputs.undo(outputs_of(layers, scaled_inputs)), None)

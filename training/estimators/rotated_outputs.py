@@ -71,7 +71,9 @@ class RotatedOutputs(Estimator):
     def restore(self, arrays: Arrays) -> Self:
         turn = arrays.get("turn")
         if turn is None or turn.ndim != 2 or turn.shape[0] != turn.shape[1]:
-            raise ValueError(f"{self.kind!r} is restored from a square array 'turn', which is missing")
+            raise ValueError(
+                f"{self.kind!r} is restored from a square array 'turn', which is missing"
+            )
         self.turn_ = turn
         inner = {name[6:]: array for name, array in arrays.items() if name.startswith("inner.")}
         self.inner_ = copy.deepcopy(self.inner).restore(inner)

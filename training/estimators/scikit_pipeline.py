@@ -47,9 +47,21 @@ def regressor_from(content: NDArray[np.uint8], trusted: Sequence[str]) -> Any:
     try:
         return skops.io.loads(content.tobytes(), trusted=trusted)
     except UntrustedTypesFoundException as error:
-        raise RegressorFileError(f"refused before anything was made of it: {str(error).splitlines()[0]}") from error
-    except (BadZipFile, EOFError, ImportError, LookupError, TypeError, ValueError, AttributeError) as error:
-        raise RegressorFileError(f"no regressor can be read: {type(error).__name__}: {error}") from error
+        raise RegressorFileError(
+            f"refused before anything was made of it: {str(error).splitlines()[0]}"
+        ) from error
+    except (
+        BadZipFile,
+        EOFError,
+        ImportError,
+        LookupError,
+        TypeError,
+        ValueError,
+        AttributeError,
+    ) as error:
+        raise RegressorFileError(
+            f"no regressor can be read: {type(error).__name__}: {error}"
+        ) from error
 
 
 def _canonical(content: bytes) -> bytes:
@@ -65,7 +77,9 @@ def _canonical(content: bytes) -> bytes:
         if not isinstance(node, dict):
             return node
         if isinstance(node.get("file"), str):
-            node["file"] = names.setdefault(_zero_gaps(source.read(node["file"])), f"{len(names)}.npy")
+            node["file"] = names.setdefault(
+                _zero_gaps(source.read(node["file"])), f"{len(names)}.npy"
+            )
         return {name: cleaned(value) for name, value in node.items() if name != "__id__"}
 
     target = io.BytesIO()
@@ -141,7 +155,9 @@ class PipelineRegression(Estimator):
         rows = np.asarray(x, dtype=np.float64)
         predictors = int(regressor.n_features_in_)
         if rows.ndim != 2 or rows.shape[1] != predictors:
-            raise ValueError(f"{self.kind!r} learned from {predictors} predictors; asked with the shape {rows.shape}")
+            raise ValueError(
+                f"{self.kind!r} learned from {predictors} predictors; asked with the shape {rows.shape}"
+            )
         if not len(rows):  # scikit-learn takes one row at least
             return self.predict(np.zeros((1, predictors))).take(slice(0))
         mean = np.asarray(regressor.predict(rows), dtype=np.float64).reshape(len(rows), -1)
@@ -149,16 +165,24 @@ class PipelineRegression(Estimator):
 
     def fit_report(self) -> FitReport:
         values = self._regressor().get_params()
-        settings = self.settings() | {name: values[parameter] for name, parameter in self.parameters.items()}
+        settings = self.settings() | {
+            name: values[parameter] for name, parameter in self.parameters.items()
+        }
         if self.search_ is None:
             return FitReport(settings=settings)
         errors = [trial.score for trial in self.search_.trials]
-        return FitReport(settings=settings, histories={"search_error": errors}, searches={"": self.search_})
+        return FitReport(
+            settings=settings, histories={"search_error": errors}, searches={"": self.search_}
+        )
 
     def arrays(self) -> Arrays:
         import sklearn
 
-        return {_REGRESSOR: regressor_bytes(self._regressor()), _VERSION: np.array(sklearn.__version__), **self.spread_}
+        return {
+            _REGRESSOR: regressor_bytes(self._regressor()),
+            _VERSION: np.array(sklearn.__version__),
+            **self.spread_,
+        }
 
     def restore(self, arrays: Arrays) -> Self:
         if _REGRESSOR not in arrays or _VERSION not in arrays:
@@ -171,7 +195,9 @@ class PipelineRegression(Estimator):
             regressor = regressor_from(arrays[_REGRESSOR], self.trusted)
         except RegressorFileError as error:
             raise RegressorFileError(f"{self.kind!r}: {error}") from error
-        spread = {name: array for name, array in arrays.items() if name not in (_REGRESSOR, _VERSION)}
+        spread = {
+            name: array for name, array in arrays.items() if name not in (_REGRESSOR, _VERSION)
+        }
         self._check(regressor, spread)
         self.regressor_, self.spread_ = regressor, spread
         return self
@@ -212,9 +238,13 @@ class PipelineRegression(Estimator):
 
     def _new_regressor(self, seed: int) -> Any:
         given = {parameter: getattr(self, name) for name, parameter in self.parameters.items()}
-        return self.pipeline(seed).set_params(**{name: value for name, value in given.items() if value is not None})
+        return self.pipeline(seed).set_params(
+            **{name: value for name, value in given.items() if value is not None}
+        )
 
-    def _search(self, regressor: Any, x: Floats, y: Floats, folds: Sequence[NDArray[np.bool_]]) -> Any:
+    def _search(
+        self, regressor: Any, x: Floats, y: Floats, folds: Sequence[NDArray[np.bool_]]
+    ) -> Any:
         """The regressor with the settings that were left open, as they predict left-out configurations best."""
         from sklearn.model_selection import GridSearchCV
         from sklearn.preprocessing import StandardScaler
@@ -222,13 +252,27 @@ class PipelineRegression(Estimator):
         for fold in folds:
             regressor = self._limit(regressor, x[~fold])
         values = self._candidates(regressor)
-        candidates = {self.parameters[name]: list(values[name]) for name in self.grid if getattr(self, name) is None}
-        outputs = np.unique(np.linspace(0, y.shape[1] - 1, self.search_outputs + 2).astype(int)[1:-1])
+        candidates = {
+            self.parameters[name]: list(values[name])
+            for name in self.grid
+            if getattr(self, name) is None
+        }
+        outputs = np.unique(
+            np.linspace(0, y.shape[1] - 1, self.search_outputs + 2).astype(int)[1:-1]
+        )
         splits = [(np.flatnonzero(~fold), np.flatnonzero(fold)) for fold in folds]
-        search = GridSearchCV(regressor, candidates, scoring="neg_mean_squared_error", cv=splits, refit=False)
+        search = GridSearchCV(
+            regressor, candidates, scoring="neg_mean_squared_error", cv=splits, refit=False
+        )
         search.fit(x, StandardScaler().fit_transform(y[:, outputs]))
-        results, named = search.cv_results_, {parameter: name for name, parameter in self.parameters.items()}
-        tried = [{named[parameter]: value for parameter, value in values.items()} for values in results["params"]]
+        results, named = (
+            search.cv_results_,
+            {parameter: name for name, parameter in self.parameters.items()},
+        )
+        tried = [
+            {named[parameter]: value for parameter, value in values.items()}
+            for values in results["params"]
+        ]
         seconds = len(splits) * (results["mean_fit_time"] + results["mean_score_time"])
         trials = plain_trials(tried, (-results["mean_test_score"]).tolist(), seconds.tolist())
         score = "mean squared error of left-out configurations, standardised"
@@ -274,5 +318,13 @@ def regressor_per_output(regressor: Any) -> Any:
 
 def _parts(regressor: Any) -> dict[str, str]:
     """Class names of a regressor and of all its parts, by parameter."""
-    parts = {"": regressor, **regressor.get_params()} if hasattr(regressor, "get_params") else {"": regressor}
-    return {name: type(part).__name__ for name, part in parts.items() if not name or hasattr(part, "get_params")}
+    parts = (
+        {"": regressor, **regressor.get_params()}
+        if hasattr(regressor, "get_params")
+        else {"": regressor}
+    )
+    return {
+        name: type(part).__name__
+        for name, part in parts.items()
+        if not name or hasattr(part, "get_params")
+    }

@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
-from .base import STANDARDS, Arrays, FitReport, Gaussian, LearnedArrays, Shape, Standard, standard_arrays, standard_of
+from .base import (
+    STANDARDS,
+    Arrays,
+    FitReport,
+    Gaussian,
+    LearnedArrays,
+    Shape,
+    Standard,
+    standard_arrays,
+    standard_of,
+)
 from .input_kernel import InputKernel
 
 if TYPE_CHECKING:
@@ -32,7 +42,10 @@ class SingleOutputs(LearnedArrays):
     losses_: list[Floats] | None = None
 
     def __init__(
-        self, kernel: str | Mapping[str, Any] | Kernel = "rbf", iterations: int = 100, tuning_rows: int = 480
+        self,
+        kernel: str | Mapping[str, Any] | Kernel = "rbf",
+        iterations: int = 100,
+        tuning_rows: int = 480,
     ) -> None:
         self.input_kernel = InputKernel(kernel)
         self.iterations, self.tuning_rows = iterations, tuning_rows
@@ -45,8 +58,14 @@ class SingleOutputs(LearnedArrays):
         }
 
     def shapes(self) -> Mapping[str, Shape]:
-        kernel: dict[str, Shape] = {name: ("m", *shape) for name, shape in self.input_kernel.shapes().items()}
-        tuned: dict[str, Shape] = {"loadings": ("m", 1, 1), "log_kappa": ("m", 1), "log_noise": ("m", 1)}
+        kernel: dict[str, Shape] = {
+            name: ("m", *shape) for name, shape in self.input_kernel.shapes().items()
+        }
+        tuned: dict[str, Shape] = {
+            "loadings": ("m", 1, 1),
+            "log_kappa": ("m", 1),
+            "log_noise": ("m", 1),
+        }
         return {"x": ("n", "d"), "y": ("n", "m"), **STANDARDS, **kernel, **tuned}
 
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
@@ -123,13 +142,23 @@ class SingleOutputs(LearnedArrays):
         names = (*self.input_kernel.shapes(), "loadings", "log_kappa", "log_noise")
         return {name: self._learned()[name][output] for name in names}
 
-    def _keep(self, x: Floats, y: Floats, inputs: Standard, outputs: Standard, tuned: Arrays) -> None:
-        self.learned_ = {"x": np.array(x), "y": np.array(y), **standard_arrays(inputs, outputs), **tuned}
+    def _keep(
+        self, x: Floats, y: Floats, inputs: Standard, outputs: Standard, tuned: Arrays
+    ) -> None:
+        self.learned_ = {
+            "x": np.array(x),
+            "y": np.array(y),
+            **standard_arrays(inputs, outputs),
+            **tuned,
+        }
         self._solve()
 
     def _solve(self) -> None:
         learned = self._learned()
-        z, columns = standard_of(learned, "x").apply(learned["x"]), standard_of(learned, "y").apply(learned["y"])
+        z, columns = (
+            standard_of(learned, "x").apply(learned["x"]),
+            standard_of(learned, "y").apply(learned["y"]),
+        )
         self.posteriors_ = []
         with one_core():
             for output in range(columns.shape[1]):

@@ -27,14 +27,20 @@ class TreeRegression(PipelineRegression):
     trusted: ClassVar = ("sklearn.tree._tree.Tree",)
 
     def _spread_arrays(self, x: Floats, y: Floats) -> Arrays:
-        return {"leaf_variance": np.concatenate([_leaf_variance(tree, x, y) for tree in _trees(self._regressor())])}
+        return {
+            "leaf_variance": np.concatenate(
+                [_leaf_variance(tree, x, y) for tree in _trees(self._regressor())]
+            )
+        }
 
     def _spread(self, x: Floats, mean: Floats) -> Floats:
         second, begin, trees = np.zeros_like(mean), 0, _trees(self._regressor())
         rows = x.astype(np.float32)  # as scikit-learn rounds what its trees are asked
         for tree in trees:
             leaf = tree.tree_.apply(rows)
-            second += self.spread_["leaf_variance"][begin + leaf] + tree.tree_.value[leaf, :, 0] ** 2
+            second += (
+                self.spread_["leaf_variance"][begin + leaf] + tree.tree_.value[leaf, :, 0] ** 2
+            )
             begin += tree.tree_.node_count
         return np.asarray(np.sqrt(np.maximum(second / len(trees) - mean**2, 0.0)))
 
@@ -47,8 +53,14 @@ class TreeRegression(PipelineRegression):
         nodes = sum(tree.tree_.node_count for tree in trees)
         outputs = trees[0].tree_.value.shape[1]
         variance = spread.get("leaf_variance")
-        if variance is None or variance.shape != (nodes, outputs) or not np.all(np.isfinite(variance)):
-            raise ValueError(f"{self.kind!r}: 'leaf_variance' must hold {nodes} x {outputs} finite numbers")
+        if (
+            variance is None
+            or variance.shape != (nodes, outputs)
+            or not np.all(np.isfinite(variance))
+        ):
+            raise ValueError(
+                f"{self.kind!r}: 'leaf_variance' must hold {nodes} x {outputs} finite numbers"
+            )
 
 
 def _trees(regressor: Any) -> list[Any]:
@@ -68,7 +80,11 @@ def _check_nodes(kind: str, tree: Any, predictors: int) -> None:
     children = np.stack([tree.children_left, tree.children_right], axis=1)
     inner = tree.children_left != -1
     orderly = np.all((children[inner] > nodes[inner, None]) & (children[inner] < len(nodes)))
-    if not (len(nodes) and orderly and np.all((tree.feature[inner] >= 0) & (tree.feature[inner] < predictors))):
+    if not (
+        len(nodes)
+        and orderly
+        and np.all((tree.feature[inner] >= 0) & (tree.feature[inner] < predictors))
+    ):
         raise ValueError(f"{kind!r}: its nodes do not make trees")
 
 
@@ -112,4 +128,6 @@ class TreeEnsemble(TreeRegression):
         return RandomForestRegressor(random_state=seed)
 
     def _learn(self, regressor: Any, x: Floats, y: Floats) -> Self:
-        return super()._learn(regressor, x, y[:, 0] if y.shape[1] == 1 else y)  # scikit-learn warns of one column
+        return super()._learn(
+            regressor, x, y[:, 0] if y.shape[1] == 1 else y
+        )  # scikit-learn warns of one column

@@ -84,13 +84,23 @@ class Difference:
     def row(self) -> dict[str, Any]:
         """As commands print it in JSON."""
         finite = np.isfinite([self.low, self.high]).all()
-        named: dict[str, Any] = {"a": self.a, "b": self.b, "metric": self.metric, "difference": self.difference}
+        named: dict[str, Any] = {
+            "a": self.a,
+            "b": self.b,
+            "metric": self.metric,
+            "difference": self.difference,
+        }
         named |= {"ci90": [self.low, self.high] if finite else None, "p_value": self.p_value}
         return named | ({"group": {self.group[0]: self.group[1]}} if self.group else {})
 
 
 def _words(metric: str) -> str:
-    return metric.removesuffix("_n").replace("_", " ").replace("rmse", "RMSE").replace("nRMSE", "NRMSE")
+    return (
+        metric.removesuffix("_n")
+        .replace("_", " ")
+        .replace("rmse", "RMSE")
+        .replace("nRMSE", "NRMSE")
+    )
 
 
 def _unit(metric: str) -> str:
@@ -111,7 +121,9 @@ class Comparison:
         for row in self.overall:
             if row.metric == metric:
                 return row
-        raise LookupError(f"no metric {metric!r}; there are: {', '.join(row.metric for row in self.overall)}")
+        raise LookupError(
+            f"no metric {metric!r}; there are: {', '.join(row.metric for row in self.overall)}"
+        )
 
     def where(self, metric: str) -> tuple[Difference, ...]:
         """The groups in which the models differ beyond chance, in the metric."""
@@ -140,7 +152,9 @@ def compare(
     """
     sizes = {len(a), len(b), len(configuration), *(len(labels) for labels in groups.values())}
     if len(sizes) != 1:
-        raise ValueError(f"{len(a)} errors of {names[0]}, {len(b)} of {names[1]}: compare them on the same pulses")
+        raise ValueError(
+            f"{len(a)} errors of {names[0]}, {len(b)} of {names[1]}: compare them on the same pulses"
+        )
     errors = (_stack(a), _stack(b))
     overall = tuple(_differences(errors, configuration, rng, names, resamples, draws))
     by_group: list[Difference] = []
@@ -189,7 +203,9 @@ def _corrected(rows: list[Difference]) -> tuple[Difference, ...]:
     corrected = list(rows)
     for metric in METRICS:
         places = [i for i, row in enumerate(rows) if row.metric == metric]
-        for i, p_value in zip(places, holm(np.array([rows[i].p_value for i in places])), strict=True):
+        for i, p_value in zip(
+            places, holm(np.array([rows[i].p_value for i in places])), strict=True
+        ):
             corrected[i] = replace(rows[i], p_value=float(p_value))
     return tuple(corrected)
 
@@ -204,13 +220,17 @@ def for_all_pairs(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
     for place in range(len(overall[0])):
         p_values = holm(np.array([rows[place].p_value for rows in overall]))
         for rows, p_value in zip(overall, p_values.tolist(), strict=True):
-            rows[place] = replace(rows[place], p_value=p_value, least_p=min(1.0, pairs * rows[place].least_p))
+            rows[place] = replace(
+                rows[place], p_value=p_value, least_p=min(1.0, pairs * rows[place].least_p)
+            )
     return tuple(
         Comparison(
             comparison.a,
             comparison.b,
             tuple(rows),
-            tuple(replace(row, p_value=min(1.0, pairs * row.p_value)) for row in comparison.by_group),
+            tuple(
+                replace(row, p_value=min(1.0, pairs * row.p_value)) for row in comparison.by_group
+            ),
         )
         for comparison, rows in zip(comparisons, overall, strict=True)
     )
@@ -225,7 +245,10 @@ def comparison_groups(pulses: PulseTable) -> dict[str, Texts]:
 
     Groupings with one label only are left out: they tell nothing that all pulses together do not.
     """
-    named: dict[str, Texts] = {"tip_material": pulses.tip_material, "target_material": pulses.target_material}
+    named: dict[str, Texts] = {
+        "tip_material": pulses.tip_material,
+        "target_material": pulses.target_material,
+    }
     named |= {p.name: level_names(pulses, p.name) for p in pulses.predictors if p.levels}
     named["impact_velocity"] = speed_terciles(pulses)
     return {name: labels for name, labels in named.items() if len(np.unique(labels)) > 1}

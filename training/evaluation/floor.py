@@ -69,7 +69,9 @@ def velocity_of(pulses: PulseTable) -> Floats:
     velocity = pulses.column("impact_velocity")
     if not (velocity > 0).all():
         row = int(np.flatnonzero(~(velocity > 0))[0])
-        raise ValueError(f"pulse {pulses.key[row]} has impact_velocity = {velocity[row]:g} m/s: expected positive")
+        raise ValueError(
+            f"pulse {pulses.key[row]} has impact_velocity = {velocity[row]:g} m/s: expected positive"
+        )
     return velocity
 
 
@@ -94,7 +96,9 @@ def predicted(group: Group, degree: int, targets: Targets, corrected: bool) -> F
         miss, share = _leave_one_out(group.known, degree, targets)
         return actual - miss * (np.sqrt(share)[:, None] if corrected else 1.0)
     about, degree = _terms(group.known, degree)
-    smoother = _powers(group.asked, about, degree) @ np.linalg.pinv(_powers(group.known, about, degree))
+    smoother = _powers(group.asked, about, degree) @ np.linalg.pinv(
+        _powers(group.known, about, degree)
+    )
     miss = actual - smoother @ targets(group.known)
     leverage = np.sum(smoother**2, axis=1)
     return actual - (miss / np.sqrt(1 + leverage)[:, None] if corrected else miss)
@@ -153,7 +157,9 @@ class Floor:
         power = {0: "their mean", 1: "a line in log velocity", 2: "a parabola in log velocity"}
         parts = [f"each pulse from the other repetitions of its {self.scope}"]
         if self.left_out:
-            parts.append(f"{self.left_out} of {len(self.rows)} leave-one-out among the held-out ones")
+            parts.append(
+                f"{self.left_out} of {len(self.rows)} leave-one-out among the held-out ones"
+            )
         parts.append(f"force by {power[self.force_degree]}, time by {power[self.time_degree]}")
         if self.corrected:
             parts.append("the regression's own noise taken out")
@@ -175,12 +181,18 @@ def repeatability_floor(
     """
     groups = groups_of(training, held_out, scope)
     if not groups:
-        raise ValueError(f"no held-out pulse shares its {scope} with another: repeat runs to know what repeats")
+        raise ValueError(
+            f"no held-out pulse shares its {scope} with another: repeat runs to know what repeats"
+        )
     force_degree = min(DEGREES, key=lambda degree: misfit(groups, degree, force_targets))
     time_degree = min(DEGREES, key=lambda degree: misfit(groups, degree, time_targets))
     rows = np.concatenate([group.rows for group in groups])
-    force = np.concatenate([predicted(group, force_degree, force_targets, corrected) for group in groups])
-    time = np.concatenate([predicted(group, time_degree, time_targets, corrected) for group in groups])
+    force = np.concatenate(
+        [predicted(group, force_degree, force_targets, corrected) for group in groups]
+    )
+    time = np.concatenate(
+        [predicted(group, time_degree, time_targets, corrected) for group in groups]
+    )
     order = np.argsort(rows)
     pulses = held_out.take(rows[order])
     force_n = force[order] * velocity_of(pulses)[:, None]
@@ -225,4 +237,6 @@ def floor_text(table: PulseTable, dataset_hash: str, split_text: str, seed: int)
 
 def floor_metrics(text: str, scope: str) -> Mapping[str, Estimate]:
     """The metrics of one scope from `floor_text`."""
-    return {name: Estimate(**estimate) for name, estimate in json.loads(text)[scope]["metrics"].items()}
+    return {
+        name: Estimate(**estimate) for name, estimate in json.loads(text)[scope]["metrics"].items()
+    }

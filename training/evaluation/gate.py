@@ -24,7 +24,14 @@ from .unseen_configurations import QUANTITIES, UnseenScores
 
 #: What a decision says: the first that applies, in the order of `judge`.
 Verdict = Literal[
-    "promoted", "not usable", "not enough to judge", "worse", "bands do not hold", "may be chance", "forced", ""
+    "promoted",
+    "not usable",
+    "not enough to judge",
+    "worse",
+    "bands do not hold",
+    "may be chance",
+    "forced",
+    "",
 ]
 LEAST_CONFIGURATIONS = 10
 NARROWEST, WIDEST = 0.85, 0.97
@@ -70,7 +77,12 @@ class GateVerdict:
 def band_checks(scores: UnseenScores, place: int = 0) -> tuple[BandCheck, ...]:
     """Of the candidate's bands, or of those of another place among the predictions."""
     clusters = clustered(scores.inside[place].astype(float), scores.configuration)
-    ends = zip(QUANTITIES, clusters.mean.tolist(), *(end.tolist() for end in share_interval(clusters)), strict=True)
+    ends = zip(
+        QUANTITIES,
+        clusters.mean.tolist(),
+        *(end.tolist() for end in share_interval(clusters)),
+        strict=True,
+    )
     return tuple(BandCheck(*values) for values in ends)
 
 
@@ -112,7 +124,9 @@ def judge(scores: UnseenScores, p_value: float) -> GateVerdict:
         )
         return GateVerdict("bands do not hold", f"{reason}; {words}")
     if p_value >= LEVEL:
-        return GateVerdict("may be chance", f"{words}; a model is put in use only where it is better beyond chance")
+        return GateVerdict(
+            "may be chance", f"{words}; a model is put in use only where it is better beyond chance"
+        )
     if not all(check.holds for check in checks):
         reason = (
             f"{scores.configurations} configurations are not enough to judge the 90 % bands of {scores.names[0]}: "

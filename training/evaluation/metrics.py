@@ -28,7 +28,9 @@ from ..models.base import ContactPrediction
 TIME_SPREAD, FORCE_SPREAD = 0.05, 0.1
 
 
-def pulse_cost(measured_n: Floats, measured_time_s: Floats, predicted_n: Floats, predicted_time_s: Floats) -> Floats:
+def pulse_cost(
+    measured_n: Floats, measured_time_s: Floats, predicted_n: Floats, predicted_time_s: Floats
+) -> Floats:
     """Cost (n,) from 0 for equal pulses to m for pulses without an element in common; forces n x m, times (n,).
 
     Element i of either time vector is i / (m - 1) of its contact time (linspace, section 4.2.2). As the thesis does
@@ -83,7 +85,9 @@ def _basis(points: int = POINTS, elements: int = ELEMENTS) -> Floats:
     from scipy.interpolate import CubicSpline
 
     if points < 3 or elements < 2:
-        raise ValueError(f"a pulse of {points} points cannot become one of {elements}: give at least 3 and 2")
+        raise ValueError(
+            f"a pulse of {points} points cannot become one of {elements}: give at least 3 and 2"
+        )
     spline = CubicSpline(np.arange(points, dtype=np.float64), np.eye(points), bc_type="natural")
     basis: Floats = np.asarray(spline(np.linspace(0.0, points - 1.0, elements)), dtype=np.float64)
     basis.flags.writeable = False
@@ -158,7 +162,8 @@ def pulse_errors(pulses: PulseTable, prediction: ContactPrediction) -> PulseErro
     rmse = np.sqrt(np.mean(off**2, axis=1))
     slices = [slice(first, first + _AT_ONCE) for first in range(0, len(pulses), _AT_ONCE)]
     parts = [
-        _of_the_fine(pulses.take(rows), prediction.force_n[rows], prediction.contact_time_s[rows]) for rows in slices
+        _of_the_fine(pulses.take(rows), prediction.force_n[rows], prediction.contact_time_s[rows])
+        for rows in slices
     ]
     errors = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return PulseErrors(
@@ -166,7 +171,9 @@ def pulse_errors(pulses: PulseTable, prediction: ContactPrediction) -> PulseErro
         force_nrmse=rmse / np.ptp(pulses.force_n, axis=1),
         contact_time_error=_relative(prediction.contact_time_s, pulses.contact_time_s),
         force_covered=_covered(off, prediction.force_spread_n),
-        time_covered=_covered(prediction.contact_time_s - pulses.contact_time_s, prediction.contact_time_spread_s),
+        time_covered=_covered(
+            prediction.contact_time_s - pulses.contact_time_s, prediction.contact_time_spread_s
+        ),
         **errors,
     )
 
@@ -178,7 +185,9 @@ def _of_the_fine(pulses: PulseTable, force_n: Floats, contact_time_s: Floats) ->
     return {
         "cost": pulse_cost(measured, pulses.contact_time_s, predicted, contact_time_s),
         "peak_force_error": _relative(predicted_figures.peak_force_n, pulses.peak_force_n),
-        "compression_time_error": _relative(predicted_figures.compression_time_s, pulses.compression_time_s),
+        "compression_time_error": _relative(
+            predicted_figures.compression_time_s, pulses.compression_time_s
+        ),
         "impulse_error": _relative(predicted_figures.impulse_n_s, pulses.impulse_n_s),
         "compression_impulse_error": _relative(
             predicted_figures.compression_impulse_n_s, pulses.compression_impulse_n_s
@@ -208,9 +217,14 @@ def _check(pulses: PulseTable, prediction: ContactPrediction) -> None:
             )
         if not np.isfinite(given).all():
             row = int(np.argwhere(~np.isfinite(given))[0][0])
-            raise ValueError(f"prediction.{name} of pulse {pulses.key[row]} (row {row}) is not finite: see the model")
+            raise ValueError(
+                f"prediction.{name} of pulse {pulses.key[row]} (row {row}) is not finite: see the model"
+            )
     sizes = {f.name: getattr(pulses, f.name) for f in fields(PulseFigures)}
-    sizes |= {"contact_time_s": pulses.contact_time_s, "range of force_n": np.ptp(pulses.force_n, axis=1)}
+    sizes |= {
+        "contact_time_s": pulses.contact_time_s,
+        "range of force_n": np.ptp(pulses.force_n, axis=1),
+    }
     for name, values in sizes.items():
         if not (values > 0).all():
             row = int(np.flatnonzero(~(values > 0))[0])

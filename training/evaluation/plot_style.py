@@ -71,7 +71,10 @@ def runs_of(pulses: PulseTable) -> PulseRuns:
     member = np.empty(len(order), dtype=np.intp)
     member[order] = np.cumsum(new) - 1
     many = len(np.unique(campaign)) > 1
-    label = [f"{name} {number}" if many else str(number) for name, number in zip(campaign[new], run[new], strict=True)]
+    label = [
+        f"{name} {number}" if many else str(number)
+        for name, number in zip(campaign[new], run[new], strict=True)
+    ]
     return PulseRuns(member, pulses.tip_material[order][new], np.array(label))
 
 

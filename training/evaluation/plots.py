@@ -61,7 +61,9 @@ def by_test(pulses: PulseTable, errors: Mapping[str, PulseErrors], metric: str =
     number_tests(panels[-1], runs)
     figure.supylabel(LABELS[metric], fontsize=10)
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, markerscale=2)
+    figure.legend(
+        handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, markerscale=2
+    )
     return figure
 
 
@@ -75,7 +77,9 @@ def _by_test_panel(axes: Axes, runs: PulseRuns, values: Floats, name: str, mean:
     axes.grid(axis="y", lw=0.4, alpha=0.5)
 
 
-def heat_map(pulses: PulseTable, errors: Mapping[str, PulseErrors], metric: str = "force_nrmse") -> Figure:
+def heat_map(
+    pulses: PulseTable, errors: Mapping[str, PulseErrors], metric: str = "force_nrmse"
+) -> Figure:
     """Models down, tests across in run order, best model first; the colour is logarithmic, as errors spread so wide.
 
     `errors` by name of model, of the held-out `pulses` row by row. Figures at the right are means over pulses.
@@ -126,9 +130,19 @@ def coverage_figure(pulses: PulseTable, predictions: Mapping[str, ContactPredict
         for model, prediction in predictions.items():
             score = standardised(pulses, prediction, name)
             if score is not None:
-                style = {"color": COLOURS[drawn % len(COLOURS)], "marker": MARKERS[drawn % len(MARKERS)]}
+                style = {
+                    "color": COLOURS[drawn % len(COLOURS)],
+                    "marker": MARKERS[drawn % len(MARKERS)],
+                }
                 shares = coverage(score)
-                axes.plot(LEVELS, shares, lw=1, ms=4, label=f"{model} ({shares[LEVELS == 0.9][0]:.3f})", **style)
+                axes.plot(
+                    LEVELS,
+                    shares,
+                    lw=1,
+                    ms=4,
+                    label=f"{model} ({shares[LEVELS == 0.9][0]:.3f})",
+                    **style,
+                )
                 drawn += 1
         if drawn:
             axes.legend(frameon=False, loc="upper left", title="at 0.90")
@@ -148,7 +162,11 @@ def standardised(pulses: PulseTable, prediction: ContactPrediction, name: str) -
     if spread is None:
         return None
     force = name == "force"
-    off = prediction.force_n - pulses.force_n if force else prediction.contact_time_s - pulses.contact_time_s
+    off = (
+        prediction.force_n - pulses.force_n
+        if force
+        else prediction.contact_time_s - pulses.contact_time_s
+    )
     # Where a law is certain (the ends of a hybrid's pulse) any error is beyond all of its intervals.
     return np.divide(off, spread, out=np.where(off == 0, 0.0, np.inf), where=spread > 0)
 
@@ -200,15 +218,38 @@ def _draw(axes: Axes, pulses: PulseTable, prediction: ContactPrediction, row: in
     points, duration = pulses.force_n[row] * 1e-3, pulses.contact_time_s[row] * 1e3
     fine = reconstruct(prediction.force_n[row : row + 1], 200)[0] * 1e-3
     end = prediction.contact_time_s[row] * 1e3
-    axes.plot(np.linspace(0, duration, points.size), points, "o", color="black", ms=2.5, label="measured", zorder=3)
+    axes.plot(
+        np.linspace(0, duration, points.size),
+        points,
+        "o",
+        color="black",
+        ms=2.5,
+        label="measured",
+        zorder=3,
+    )
     axes.plot(np.linspace(0, end, fine.size), fine, color=COLOURS[0], lw=1.3, label="predicted")
     if prediction.force_spread_n is not None:
         wide = BAND * prediction.force_spread_n[row] * 1e-3
         mean, at = prediction.force_n[row] * 1e-3, np.linspace(0, end, points.size)
-        axes.fill_between(at, mean - wide, mean + wide, color=COLOURS[0], alpha=0.2, lw=0, label="90 % band of force")
+        axes.fill_between(
+            at,
+            mean - wide,
+            mean + wide,
+            color=COLOURS[0],
+            alpha=0.2,
+            lw=0,
+            label="90 % band of force",
+        )
     if prediction.contact_time_spread_s is not None:
         late = BAND * float(prediction.contact_time_spread_s[row]) * 1e3
-        axes.axvspan(end - late, end + late, color=COLOURS[1], alpha=0.2, lw=0, label="90 % band of contact time")
+        axes.axvspan(
+            end - late,
+            end + late,
+            color=COLOURS[1],
+            alpha=0.2,
+            lw=0,
+            label="90 % band of contact time",
+        )
     axes.axhline(0, color="black", lw=0.4)
 
 
@@ -225,16 +266,24 @@ def difference_figure(comparison: Comparison, metric: str = "force_nrmse") -> Fi
     _panel(panels[0], comparison.overall, names)
     panels[0].set_title("all held-out pulses", fontsize=10, pad=18)
     if groups:
-        _panel(panels[1], groups, [f"{row.group[0]}: {row.group[1]}".replace("_", " ") for row in groups if row.group])
+        _panel(
+            panels[1],
+            groups,
+            [f"{row.group[0]}: {row.group[1]}".replace("_", " ") for row in groups if row.group],
+        )
         panels[1].set_title(f"{LABELS[metric].split(' (')[0]}, by group", fontsize=10, pad=18)
-    figure.supxlabel(f"error of {comparison.a} minus that of {comparison.b}, % of the latter", fontsize=10)
+    figure.supxlabel(
+        f"error of {comparison.a} minus that of {comparison.b}, % of the latter", fontsize=10
+    )
     return figure
 
 
 def _panel(axes: Axes, rows: Sequence[Difference], names: Sequence[str]) -> None:
     for place, row in enumerate(rows):
         scale = 100 / row.mean_b if row.mean_b > 0 else np.nan
-        colour = QUIET if not row.beyond_chance else COLOURS[2] if row.difference < 0 else COLOURS[1]
+        colour = (
+            QUIET if not row.beyond_chance else COLOURS[2] if row.difference < 0 else COLOURS[1]
+        )
         axes.plot([row.low * scale, row.high * scale], [place, place], color=colour, lw=2)
         face = colour if row.beyond_chance else "white"
         axes.plot(row.difference * scale, place, "o", ms=6, color=colour, markerfacecolor=face)

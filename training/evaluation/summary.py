@@ -43,14 +43,18 @@ class Clusters:
 def clustered(values: Floats, labels: NDArray[Any]) -> Clusters:
     """Values (n x m) by labels (n,). Raises `ValueError` where their lengths differ or nothing is given."""
     if len(values) != len(labels) or len(labels) == 0:
-        raise ValueError(f"{len(values)} values and {len(labels)} labels: give one label a pulse, and at least one")
+        raise ValueError(
+            f"{len(values)} values and {len(labels)} labels: give one label a pulse, and at least one"
+        )
     names, member = np.unique(labels, return_inverse=True)
     sums = np.zeros((len(names), values.shape[1]))
     np.add.at(sums, member, values)
     return Clusters(sums, np.bincount(member).astype(np.float64))
 
 
-def bootstrap_interval(clusters: Clusters, rng: np.random.Generator, resamples: int) -> tuple[Floats, Floats]:
+def bootstrap_interval(
+    clusters: Clusters, rng: np.random.Generator, resamples: int
+) -> tuple[Floats, Floats]:
     """Low and high (m,) of the 90 % interval of the mean, from whole clusters drawn with replacement.
 
     Percentiles (Davison and Hinkley, Bootstrap Methods and their Application, 1997, chapter 5), widened about the mean
@@ -64,7 +68,9 @@ def bootstrap_interval(clusters: Clusters, rng: np.random.Generator, resamples: 
     return mean + wider * (low - mean), mean + wider * (high - mean)
 
 
-def _percentiles(clusters: Clusters, rng: np.random.Generator, resamples: int) -> tuple[Floats, Floats]:
+def _percentiles(
+    clusters: Clusters, rng: np.random.Generator, resamples: int
+) -> tuple[Floats, Floats]:
     k = len(clusters)
     drawn = rng.multinomial(k, np.full(k, 1.0 / k), size=resamples).astype(np.float64)
     means = (drawn @ clusters.sums) / (drawn @ clusters.sizes)[:, None]
@@ -73,7 +79,9 @@ def _percentiles(clusters: Clusters, rng: np.random.Generator, resamples: int) -
     return low, high
 
 
-def positive_interval(clusters: Clusters, rng: np.random.Generator, resamples: int) -> tuple[Floats, Floats]:
+def positive_interval(
+    clusters: Clusters, rng: np.random.Generator, resamples: int
+) -> tuple[Floats, Floats]:
     """The same for quantities that are never negative, such as errors: widened on the log scale, so that it is above 0.
 
     Errors are skewed, and few configurations scatter too little: widened by Student's t over the normal quantile, too.
@@ -141,7 +149,9 @@ def summary(
     ends = zip(share_interval(clusters), positive_interval(clusters, rng, resamples), strict=True)
     low, high = (np.where(is_share, of_share, of_error) for of_share, of_error in ends)
     rows = zip(arrays, clusters.mean, low, high, strict=True)
-    return {name: Estimate(float(mean), float(least), float(most)) for name, mean, least, most in rows}
+    return {
+        name: Estimate(float(mean), float(least), float(most)) for name, mean, least, most in rows
+    }
 
 
 #: Up to this many clusters every combination of signs is tried.
@@ -151,7 +161,9 @@ _EXACT = 12
 def sign_flip_p(clusters: Clusters, rng: np.random.Generator, draws: int = 4999) -> Floats:
     """Two-sided p-values (m,) of the hypothesis that each cluster's sum might as well have the other sign."""
     k = len(clusters)
-    observed = np.abs(clusters.sums.sum(axis=0)) * (1 - 1e-12)  # sums in another order are no other sums
+    observed = np.abs(clusters.sums.sum(axis=0)) * (
+        1 - 1e-12
+    )  # sums in another order are no other sums
     if k <= _EXACT:
         signs = 1.0 - 2.0 * ((np.arange(2**k)[:, None] >> np.arange(k)) & 1)
         return np.asarray(np.mean(np.abs(signs @ clusters.sums) >= observed, axis=0))
@@ -193,7 +205,9 @@ def holm(p_values: Floats) -> Floats:
     """The same p-values (q,) for somebody who asked q questions (Holm, Scand. J. Statist. 6, 1979, 65)."""
     order = np.argsort(p_values)
     corrected = np.empty_like(p_values)
-    corrected[order] = np.maximum.accumulate(np.minimum(1.0, np.arange(len(p_values), 0, -1) * p_values[order]))
+    corrected[order] = np.maximum.accumulate(
+        np.minimum(1.0, np.arange(len(p_values), 0, -1) * p_values[order])
+    )
     return corrected
 
 
@@ -206,7 +220,9 @@ def ensemble_crps(draws: Floats, measured: Floats) -> Floats:
     other shapes.
     """
     if draws.ndim != 2 or draws.shape[1:] != measured.shape:
-        raise ValueError(f"draws are {draws.shape} and measured values {measured.shape}: expected (d, n) and (n,)")
+        raise ValueError(
+            f"draws are {draws.shape} and measured values {measured.shape}: expected (d, n) and (n,)"
+        )
     count = draws.shape[0]
     distance = np.abs(draws - measured).mean(axis=0)
     if count == 1:
@@ -258,11 +274,16 @@ def fraction_interval(
     if len(values) < _RESAMPLES // 2:
         return None
     jackknife = fraction(*((table.sum(axis=1, keepdims=True) - table) / (cells - 1)))
-    low, high = np.quantile(values, _quantiles(values, estimate, jackknife[np.isfinite(jackknife)], tail))
+    low, high = np.quantile(
+        values, _quantiles(values, estimate, jackknife[np.isfinite(jackknife)], tail)
+    )
     wider = np.sqrt(cells / (cells - 1)) * t.ppf(1 - tail, cells - 1) / norm.ppf(1 - tail)
     if values.std() > 0:
         wider *= np.sqrt(1 + (training_error / max(float(values.std()), 1e-12)) ** 2)
-    lower, upper = (float(estimate + wider * (end - estimate)) for end in (min(low, estimate), max(high, estimate)))
+    lower, upper = (
+        float(estimate + wider * (end - estimate))
+        for end in (min(low, estimate), max(high, estimate))
+    )
     return lower, min(upper, max(1.0, estimate))
 
 

@@ -17,7 +17,13 @@ from ...dataset.table import PulseTable, concatenate
 from ...twin.contact_interface import ForcePulses
 from ...twin.prediction import stratified_normals
 from ..models.base import ContactModel, momentum
-from ..models.prior_pulses import prior_contact, prior_pulses, random_pulses, updated_contact, velocity_before
+from ..models.prior_pulses import (
+    prior_contact,
+    prior_pulses,
+    random_pulses,
+    updated_contact,
+    velocity_before,
+)
 from ..tuning.folds import grouped_folds
 from .summary import clustered, corrected_p, ensemble_crps, sign_flip_p
 
@@ -63,7 +69,9 @@ class UnseenScores:
     def p_value(self, rng: np.random.Generator) -> float:
         """Of the hypothesis that the models are equal: the larger p-value of the sign-flip test over configurations and
         of the t-test that allows for the luck of what each model learned from (`corrected_p`)."""
-        clusters = clustered((self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True), self.configuration)
+        clusters = clustered(
+            (self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True), self.configuration
+        )
         return max(float(sign_flip_p(clusters, rng)[0]), float(corrected_p(clusters)[0]))
 
     def figures(self) -> dict[str, float]:
@@ -76,7 +84,9 @@ class UnseenScores:
         return figures
 
 
-def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng: np.random.Generator) -> UnseenScores:
+def unseen_scores(
+    pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng: np.random.Generator
+) -> UnseenScores:
     """Score predictions by name on the same pulses; each fold of configurations is predicted at once.
 
     Raises `ValueError` where the pulses are of a single configuration or a prediction is not finite, and what the
@@ -91,13 +101,17 @@ def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng
         part = np.flatnonzero(fold & chosen)
         rows.append(part)
         unseen = pulses.take(part)
-        measured = np.log(np.stack([unseen.peak_force_n, unseen.contact_time_s, unseen.impulse_n_s], axis=1))
+        measured = np.log(
+            np.stack([unseen.peak_force_n, unseen.contact_time_s, unseen.impulse_n_s], axis=1)
+        )
         for name, draws in predictions.items():
             scores, holds = _scored(draws(unseen, DRAWS, rng), measured)
             crps[name].append(scores)
             inside[name].append(holds)
             if not np.isfinite(crps[name][-1]).all():
-                raise ValueError(f"{name} predicts no finite pulse of some configurations that it has not seen")
+                raise ValueError(
+                    f"{name} predicts no finite pulse of some configurations that it has not seen"
+                )
     order = np.concatenate(rows)
     return UnseenScores(
         names=tuple(predictions),
@@ -108,7 +122,9 @@ def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng
     )
 
 
-def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
+def unseen_draws(
+    model: ContactModel, learned: PulseTable, velocity_kind: str | None = None
+) -> PulseDraws:
     """Of a model that learned from `learned`, with velocities of this kind (`schema.velocity_kinds`): refitted without
     the configurations that it is asked for."""
 
@@ -116,14 +132,21 @@ def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | 
         fitted = without_configurations(model, learned, unseen.configuration.tolist(), rng)
         prediction = fitted.predict(unseen.inputs)
         z = np.stack([stratified_normals(count, 2, rng) for _ in range(len(unseen))], axis=1)
-        before = momentum(unseen) * velocity_before(unseen, velocity_kind)[0] / unseen.column("impact_velocity")
+        before = (
+            momentum(unseen)
+            * velocity_before(unseen, velocity_kind)[0]
+            / unseen.column("impact_velocity")
+        )
         return [random_pulses(prediction, z[draw], before) for draw in range(count)]
 
     return draws
 
 
 def without_configurations(
-    model: ContactModel, learned: PulseTable, configurations: Sequence[str], rng: np.random.Generator
+    model: ContactModel,
+    learned: PulseTable,
+    configurations: Sequence[str],
+    rng: np.random.Generator,
 ) -> ContactModel:
     """The model as it is where it learned from none of these configurations; else one that is learned and tuned anew
     from its other pulses, with the bands that these calibrate. Raises `ValueError` where nothing is left to learn
@@ -132,11 +155,15 @@ def without_configurations(
     if not left_out.any():
         return model
     if left_out.all():
-        raise ValueError("a model cannot be refitted without all configurations that it has learned from")
+        raise ValueError(
+            "a model cannot be refitted without all configurations that it has learned from"
+        )
     return model.relearn(learned.take(~left_out), rng)
 
 
-def updated_law_draws(learned: PulseTable, plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
+def updated_law_draws(
+    learned: PulseTable, plates: PulseTable, velocity_kind: str | None = None
+) -> PulseDraws:
     """Of what answers without a model: the contact law updated by `learned`, but for the pulses of the configurations
     that it is asked for; velocities are of this kind. All judged pulses are `plates`: they tell what lies below anvils
     (`prior_pulses.settings_of`), beside those of `learned`."""
@@ -152,20 +179,32 @@ def updated_law_draws(learned: PulseTable, plates: PulseTable, velocity_kind: st
 
 def prior_draws(plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
     """Of the contact before anything was learned; `plates` as in `updated_law_draws`."""
-    return lambda unseen, count, rng: prior_pulses(prior_contact(unseen), unseen, count, rng, velocity_kind, plates)
+    return lambda unseen, count, rng: prior_pulses(
+        prior_contact(unseen), unseen, count, rng, velocity_kind, plates
+    )
 
 
 def _scored(draws: Sequence[ForcePulses], measured: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """CRPS (n, 3) of random pulses in natural logarithms, and which measured values (n, 3) lie in their 90 % band."""
-    values = [np.stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s], axis=1) for pulses in draws]
+    values = [
+        np.stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s], axis=1)
+        for pulses in draws
+    ]
     logarithms = np.log(np.maximum(np.stack(values), np.finfo(np.float64).tiny))
     logarithms = np.clip(logarithms, measured - _FARTHEST, measured + _FARTHEST)
-    crps = np.stack([ensemble_crps(logarithms[..., i], measured[:, i]) for i in range(measured.shape[1])], axis=1)
-    low, high = np.quantile(logarithms, [0.05, 0.95], axis=0, method="hazen")  # as a prediction states its bands
+    crps = np.stack(
+        [ensemble_crps(logarithms[..., i], measured[:, i]) for i in range(measured.shape[1])],
+        axis=1,
+    )
+    low, high = np.quantile(
+        logarithms, [0.05, 0.95], axis=0, method="hazen"
+    )  # as a prediction states its bands
     return crps, np.asarray((low <= measured) & (measured <= high))
 
 
-def _some_repetitions(configuration: NDArray[np.str_], rng: np.random.Generator) -> NDArray[np.bool_]:
+def _some_repetitions(
+    configuration: NDArray[np.str_], rng: np.random.Generator
+) -> NDArray[np.bool_]:
     """At most `_MOST_PULSES` pulses, as many of each configuration; all where there are no more."""
     _, group, sizes = np.unique(configuration, return_inverse=True, return_counts=True)
     most = max(1, _MOST_PULSES // len(sizes))

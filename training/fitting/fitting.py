@@ -44,7 +44,9 @@ def measure_resources() -> Iterator[Meter]:
     """
     meter = Meter()
     with suppress(OSError):
-        _RESET.write_text("5")  # proc(5): sets the high-water mark of the resident set to what is resident
+        _RESET.write_text(
+            "5"
+        )  # proc(5): sets the high-water mark of the resident set to what is resident
     begun = time.perf_counter()
     try:
         yield meter
@@ -107,7 +109,9 @@ def fit_task(
     """
     split = split_of(context.table, task.split, task.seed)
     training, held_out = context.table.take(split.train), context.table.take(split.test)
-    model = entry_of(task.model).make(BuildOptions(context.budget, tuned, journal_of(task, context), tell, executor))
+    model = entry_of(task.model).make(
+        BuildOptions(context.budget, tuned, journal_of(task, context), tell, executor)
+    )
     with measure_resources() as meter:
         model.fit(training, task.rng)
     packed = pack(model)
@@ -147,7 +151,9 @@ def journal_of(task: TrainingTask, context: TrainingContext) -> Path:
     return context.work / f"{task.key}.journal"
 
 
-def _figures(model: str, held_out: PulseTable, prediction: ContactPrediction, errors: PulseErrors) -> dict[str, bytes]:
+def _figures(
+    model: str, held_out: PulseTable, prediction: ContactPrediction, errors: PulseErrors
+) -> dict[str, bytes]:
     from ..evaluation.plot_style import png
     from ..evaluation.plots import by_test, heat_map, pulse_grid
 

@@ -44,7 +44,9 @@ class TimeSettings:
     @property
     def report(self) -> FitReport:
         """What a model that shares the search says of it beside its own training."""
-        report = FitReport({"search_seconds": self.seconds}, histories=self.histories, searches=self.searches)
+        report = FitReport(
+            {"search_seconds": self.seconds}, histories=self.histories, searches=self.searches
+        )
         return report.under("time")
 
 
@@ -81,7 +83,9 @@ def _searched(pulses: PulseTable, rng: np.random.Generator) -> TimeSettings:
     process.fit(pulses.x, pulses.contact_time_s[:, np.newaxis], pulses.configuration, rng)
     assert process.tuned_ is not None
     report = process.fit_report()
-    return TimeSettings(process.tuned_, time.perf_counter() - begun, report.histories, report.searches)
+    return TimeSettings(
+        process.tuned_, time.perf_counter() - begun, report.histories, report.searches
+    )
 
 
 def replace_text(file: Path, text: str) -> None:
@@ -145,13 +149,19 @@ Times = dict[str, TimeSettings | FittingFailure]
 
 
 def run_trainings(
-    tasks: Sequence[TrainingTask], context: TrainingContext, executor: ExecutorConfig, step: Step, tell: Tell
+    tasks: Sequence[TrainingTask],
+    context: TrainingContext,
+    executor: ExecutorConfig,
+    step: Step,
+    tell: Tell,
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
     """Each task with what came of it, as it is finished. What a training comes to does not depend on the executor."""
     remaining = {task.key: task for task in tasks}
 
     def show() -> None:
-        under_way = ", ".join(f"{task.model} ({task.split})" for task in list(remaining.values())[: executor.jobs])
+        under_way = ", ".join(
+            f"{task.model} ({task.split})" for task in list(remaining.values())[: executor.jobs]
+        )
         step(len(tasks) - len(remaining), len(tasks), under_way)
 
     show()
@@ -172,7 +182,9 @@ def _outcomes(
     sharing = [task for task in tasks if entry_of(task.model).shares_time]
     alone = [TaskWithContactTime(task) for task in tasks if task not in sharing]
     times: Times = {}
-    yield from _first(alone, dict.fromkeys(task.split for task in sharing), times, context, executor)
+    yield from _first(
+        alone, dict.fromkeys(task.split for task in sharing), times, context, executor
+    )
     ready = list[TaskWithContactTime]()
     for task in sharing:
         contact_time = times[task.split]
@@ -182,7 +194,9 @@ def _outcomes(
             ready.append(TaskWithContactTime(task, contact_time.tuned))
     searching = [training for training in ready if entry_of(training.task.model).searches]
     elsewhere = [training for training in ready if training not in searching]
-    for sent, outcome in run_all_tasks(executor, done, elsewhere, shared=(context,), lost=failure_of_lost_worker):
+    for sent, outcome in run_all_tasks(
+        executor, done, elsewhere, shared=(context,), lost=failure_of_lost_worker
+    ):
         assert not isinstance(outcome, TimeSettings)
         yield sent.task, _with_search(outcome, times)
     for training in searching:
@@ -216,7 +230,9 @@ def _first(
             times[split] = kept
     # The dear ones first where there are others to work meanwhile, and last where the first results would wait.
     errands: list[Errand] = [*alone, *searches] if executor.is_here else [*searches, *alone]
-    for errand, result in run_all_tasks(executor, done, errands, shared=(context,), lost=failure_of_lost_worker):
+    for errand, result in run_all_tasks(
+        executor, done, errands, shared=(context,), lost=failure_of_lost_worker
+    ):
         if isinstance(errand, TaskWithContactTime):
             assert not isinstance(result, TimeSettings)
             yield errand.task, result

@@ -29,12 +29,18 @@ def summary_figures(judged: Evaluation, split: str) -> dict[str, bytes]:
     """PNG files by name."""
     from ..evaluation.plots import by_test, coverage_figure, heat_map
 
-    errors = {label.partition("@")[0]: model_errors for label, model_errors in judged.errors.items()}
-    predictions = {label.partition("@")[0]: prediction for label, prediction in judged.predictions.items()}
+    errors = {
+        label.partition("@")[0]: model_errors for label, model_errors in judged.errors.items()
+    }
+    predictions = {
+        label.partition("@")[0]: prediction for label, prediction in judged.predictions.items()
+    }
     ranked = sorted(errors, key=lambda name: float(errors[name].cost.mean()))
     shown = list(dict.fromkeys([*ranked[:_BEST], *(name for name in _ANALYTIC if name in errors)]))
     some = {name: errors[name] for name in shown}
-    with_spread = {name: predictions[name] for name in shown if predictions[name].force_spread_n is not None}
+    with_spread = {
+        name: predictions[name] for name in shown if predictions[name].force_spread_n is not None
+    }
     end = f"{split.replace('/', '_')}.png"
     figures = {
         f"nrmse_{end}": png(heat_map(judged.pulses, errors)),
@@ -89,12 +95,20 @@ def train(
         progress.tell("another process trains on this dataset; waiting for it")
 
     with exclusive_lock(registry.place, f"training {context.dataset.hash[:16]}", waiting):
-        trained_before = {} if retrain else _newest_trainings(registry, {task.key for task in tasks}, progress.tell)
+        trained_before = (
+            {}
+            if retrain
+            else _newest_trainings(registry, {task.key for task in tasks}, progress.tell)
+        )
         registry.close_runs(trained_before.values())
         to_do = [task for task in tasks if task.key not in trained_before]
         session = Session()
         summed_up = registry.floors(context.dataset.hash, context.seed).keys() >= set(splits)
-        run = None if summed_up and not to_do else registry.open_session(context.dataset, context.seed)
+        run = (
+            None
+            if summed_up and not to_do
+            else registry.open_session(context.dataset, context.seed)
+        )
         for task, outcome in run_trainings(to_do, context, executor, progress.step, progress.tell):
             if isinstance(outcome, FittingFailure):
                 session.failures.append(outcome)
@@ -104,13 +118,17 @@ def train(
             session.trained += 1
             journal_of(task, context).unlink(missing_ok=True)
             progress.tell(_training_line(outcome))
-        session.versions = [trained_before[task.key] for task in tasks if task.key in trained_before]
+        session.versions = [
+            trained_before[task.key] for task in tasks if task.key in trained_before
+        ]
         if run is not None:
             _sum_up(registry, context, run, splits)
     return session
 
 
-def _newest_trainings(registry: Registry, keys: set[str], tell: Callable[[str], None]) -> dict[str, Version]:
+def _newest_trainings(
+    registry: Registry, keys: set[str], tell: Callable[[str], None]
+) -> dict[str, Version]:
     """The newest version of each of these trainings; one whose files are damaged is trained anew."""
     wanted = [version for version in reversed(registry.versions()) if version.task_key in keys]
     return {version.task_key: version for version in intact_versions(registry, wanted, tell)}
@@ -124,7 +142,10 @@ def _training_line(trained: Trained) -> str:
 def _sum_up(registry: Registry, context: TrainingContext, run: str, splits: Sequence[str]) -> None:
     """What stands over all models, earlier ones too: each split's floor and figures, in the run over all trainings."""
     figures: dict[str, bytes] = {}
-    floors = {split: floor_text(context.table, context.dataset.hash, split, context.seed) for split in splits}
+    floors = {
+        split: floor_text(context.table, context.dataset.hash, split, context.seed)
+        for split in splits
+    }
     versions = newest(
         version
         for version in registry.versions()
@@ -132,8 +153,12 @@ def _sum_up(registry: Registry, context: TrainingContext, run: str, splits: Sequ
     )
     versions = intact_versions(registry, versions)
     for split in splits:
-        of_split = {version.name: version for version in reversed(versions) if version.split == split}
+        of_split = {
+            version.name: version for version in reversed(versions) if version.split == split
+        }
         if of_split:
-            judged = evaluate_held_out(registry, list(of_split.values()), lambda _hash: context.table)
+            judged = evaluate_held_out(
+                registry, list(of_split.values()), lambda _hash: context.table
+            )
             figures |= summary_figures(judged, split)
     registry.close_session(run, figures, floors)

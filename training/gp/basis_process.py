@@ -127,10 +127,13 @@ class BasisProcess(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch p
         self.basis_kernel = LinearKernel(active_dims=tuple(range(d, d + p))) if p else None
         self.double()
         kernel.register_constraint(
-            "raw_lengthscale", LogInterval(_REACH[0] * lengthscales[None], _REACH[1] * lengthscales[None])
+            "raw_lengthscale",
+            LogInterval(_REACH[0] * lengthscales[None], _REACH[1] * lengthscales[None]),
         )
         kernel.lengthscale = torch.as_tensor(lengthscales)[None]
-        self.scaled_kernel.register_constraint("raw_outputscale", LogInterval(_SIGNAL[0] ** 2, _SIGNAL[1] ** 2))
+        self.scaled_kernel.register_constraint(
+            "raw_outputscale", LogInterval(_SIGNAL[0] ** 2, _SIGNAL[1] ** 2)
+        )
         self.scaled_kernel.outputscale = torch.tensor(signal**2, dtype=torch.float64)
         if self.basis_kernel is not None:
             self.basis_kernel.variance = torch.tensor(prior, dtype=torch.float64)
@@ -148,7 +151,9 @@ class BasisProcess(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch p
     @property
     def lengthscales(self) -> Floats:
         """(d,) or (1,)."""
-        return np.asarray(self.scaled_kernel.base_kernel.lengthscale.detach().numpy()).ravel().copy()
+        return (
+            np.asarray(self.scaled_kernel.base_kernel.lengthscale.detach().numpy()).ravel().copy()
+        )
 
     @property
     def signal(self) -> float:

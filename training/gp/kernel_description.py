@@ -23,7 +23,12 @@ class SquaredExponential(RBFKernel):  # type: ignore[misc]  # GPyTorch publishes
     """
 
     def forward(
-        self, x1: torch.Tensor, x2: torch.Tensor, diag: bool = False, last_dim_is_batch: bool = False, **params: Any
+        self,
+        x1: torch.Tensor,
+        x2: torch.Tensor,
+        diag: bool = False,
+        last_dim_is_batch: bool = False,
+        **params: Any,
     ) -> Any:
         """Covariances of x1 and x2."""
         special = diag or last_dim_is_batch or x1.dim() != 2 or x1.requires_grad or x2.requires_grad
@@ -79,21 +84,31 @@ def described(kernel: Kernel) -> dict[str, Any]:
     """
     name = type(kernel).__name__
     if tuple(kernel.batch_shape):
-        raise ValueError(f"{name} is a batch of kernels ({tuple(kernel.batch_shape)}); expected a single one")
+        raise ValueError(
+            f"{name} is a batch of kernels ({tuple(kernel.batch_shape)}); expected a single one"
+        )
     if name == "ScaleKernel":
         return {"class": name, "kernels": [described(kernel.base_kernel)], **_dimensions(kernel)}
     if name in _WRAPPERS:
-        return {"class": name, "kernels": [described(part) for part in kernel.kernels], **_dimensions(kernel)}
+        return {
+            "class": name,
+            "kernels": [described(part) for part in kernel.kernels],
+            **_dimensions(kernel),
+        }
     if name not in _ARGUMENTS or type(kernel) is not _class_named(name):
         class_names = ", ".join((*_ARGUMENTS, *_WRAPPERS))
-        raise ValueError(f"a model with {type(kernel).__name__} cannot be stored; kernels that can: {class_names}")
+        raise ValueError(
+            f"a model with {type(kernel).__name__} cannot be stored; kernels that can: {class_names}"
+        )
     arguments = {argument: _plain(getattr(kernel, argument)) for argument in _ARGUMENTS[name]}
     return {"class": name, **arguments, **_dimensions(kernel)}
 
 
 def kernel_of(description: Mapping[str, Any]) -> Kernel:
     """A kernel of this structure with GPyTorch's own constraints, in float64. Raises `ValueError` as `described`."""
-    arguments = {name: value for name, value in description.items() if name not in ("class", "kernels")}
+    arguments = {
+        name: value for name, value in description.items() if name not in ("class", "kernels")
+    }
     if arguments.get("active_dims") is not None:
         arguments["active_dims"] = tuple(arguments["active_dims"])
     name = description.get("class")
@@ -108,7 +123,11 @@ def kernel_of(description: Mapping[str, Any]) -> Kernel:
 
 def _class_named(name: str) -> Any:
     """Of this package or of GPyTorch."""
-    return SquaredExponential if name == SquaredExponential.__name__ else getattr(gpytorch.kernels, name)
+    return (
+        SquaredExponential
+        if name == SquaredExponential.__name__
+        else getattr(gpytorch.kernels, name)
+    )
 
 
 def kernel_numbers(kernel: Kernel) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
@@ -128,13 +147,19 @@ def set_numbers(kernel: Kernel, numbers: Mapping[str, np.ndarray[Any, Any]]) -> 
         raise ValueError(f"the kernel has the parameters {sorted(own)}, not {sorted(numbers)}")
     for name, module in _modules(kernel):
         for parameter in _parameters(module):
-            setattr(module, parameter, torch.as_tensor(numbers[f"{name}{parameter}"], dtype=torch.float64))
+            setattr(
+                module,
+                parameter,
+                torch.as_tensor(numbers[f"{name}{parameter}"], dtype=torch.float64),
+            )
     return kernel
 
 
 def _modules(kernel: Kernel) -> list[tuple[str, Kernel]]:
     named = kernel.named_modules()
-    return [(f"{name}." if name else "", module) for name, module in named if isinstance(module, Kernel)]
+    return [
+        (f"{name}." if name else "", module) for name, module in named if isinstance(module, Kernel)
+    ]
 
 
 def _parameters(module: Kernel) -> list[str]:

@@ -55,7 +55,9 @@ def kernel_named(kind: str) -> Callable[[Floats], Floats]:
     """Raises `LookupError` that names those there are."""
     if kind not in KERNELS:
         kernel_names = ", ".join(KERNELS)
-        raise LookupError(f"no kernel {kind!r}; there are: {kernel_names}; or hand in a kernel of gpytorch.kernels")
+        raise LookupError(
+            f"no kernel {kind!r}; there are: {kernel_names}; or hand in a kernel of gpytorch.kernels"
+        )
     return KERNELS[kind]
 
 
@@ -119,7 +121,9 @@ class TorchCovariance:
 
         with torch.no_grad():
             first = torch.tensor(a)
-            return np.asarray(self.kernel(first, first if a is b else torch.tensor(b)).to_dense().numpy())
+            return np.asarray(
+                self.kernel(first, first if a is b else torch.tensor(b)).to_dense().numpy()
+            )
 
     def variances(self, a: Floats) -> Floats:
         """The kernel's diagonal."""

@@ -53,7 +53,9 @@ def factorise(k: Floats, tolerance: float) -> KernelFactor:
     g[pivots[rank:]] = lower[rank:, :rank]
     residual = float(np.maximum(k.diagonal() - np.einsum("ij,ij->i", g, g), 0.0).sum())
     eigenvalues, basis = _eigen(g.T @ g)
-    return KernelFactor(g @ basis, np.maximum(eigenvalues, 0.0), pivots[:rank], top, basis, residual)
+    return KernelFactor(
+        g @ basis, np.maximum(eigenvalues, 0.0), pivots[:rank], top, basis, residual
+    )
 
 
 def _eigen(matrix: Floats) -> tuple[Floats, Floats]:
@@ -104,7 +106,9 @@ def whiten(y: Floats, b: Floats, sigma: Floats) -> Whitened:
     try:
         c = np.linalg.cholesky(sigma)
     except np.linalg.LinAlgError:
-        raise ValueError("the noise between outputs is not positive definite: raise its diagonal") from None
+        raise ValueError(
+            "the noise between outputs is not positive definite: raise its diagonal"
+        ) from None
     inner = solve_triangular(c, solve_triangular(c, b, lower=True).T, lower=True)
     s, v = np.linalg.eigh(0.5 * (inner + inner.T))
     q = solve_triangular(c, v, lower=True, trans="T")
@@ -125,7 +129,12 @@ def likelihood(factor: KernelFactor, y: Floats, b: Floats, sigma: Floats) -> Lik
     a, projected, shrink = solve(factor, white)
     n, m = y.shape
     quadratic = np.einsum("ij,ij->j", white.outputs, a)
-    value = n * white.log_determinant - float(np.log(shrink).sum()) + float(quadratic.sum()) + n * m * np.log(2 * np.pi)
+    value = (
+        n * white.log_determinant
+        - float(np.log(shrink).sum())
+        + float(quadratic.sum())
+        + n * m * np.log(2 * np.pi)
+    )
     return Likelihood(
         value=0.5 * value,
         by_k=_by_k(factor, white.s, shrink, a),

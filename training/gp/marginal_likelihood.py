@@ -39,14 +39,21 @@ class KroneckerMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignor
         """Per value of `target` (n x m). Raises `ValueError` where the covariance is no product of two, or the target
         not float64."""
         covariance = function_dist.lazy_covariance_matrix
-        covariance = covariance.evaluate_kernel() if hasattr(covariance, "evaluate_kernel") else covariance
-        if not isinstance(covariance, KroneckerProductLinearOperator) or len(covariance.linear_ops) != 2:
+        covariance = (
+            covariance.evaluate_kernel() if hasattr(covariance, "evaluate_kernel") else covariance
+        )
+        if (
+            not isinstance(covariance, KroneckerProductLinearOperator)
+            or len(covariance.linear_ops) != 2
+        ):
             raise ValueError(
                 f"a covariance of inputs times one of outputs is needed (MultitaskKernel), not {covariance}"
             )
         _require_float64(target)
         k, b = (part.to_dense() for part in covariance.linear_ops)
-        value, bound = _ExactLikelihood.apply(k, b, _noise(self.likelihood), target - function_dist.mean)
+        value, bound = _ExactLikelihood.apply(
+            k, b, _noise(self.likelihood), target - function_dist.mean
+        )
         self.truncation_bound = float(bound)
         total: torch.Tensor = self._add_other_terms(-value, params)
         return total / target.numel()
@@ -55,7 +62,9 @@ class KroneckerMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignor
 def _noise(noise_likelihood: Any) -> torch.Tensor:
     """Sigma (m x m)."""
     diagonal = noise_likelihood.rank == 0
-    sigma: torch.Tensor = torch.diag(noise_likelihood.task_noises) if diagonal else noise_likelihood.task_noise_covar
+    sigma: torch.Tensor = (
+        torch.diag(noise_likelihood.task_noises) if diagonal else noise_likelihood.task_noise_covar
+    )
     if noise_likelihood.has_global_noise:
         sigma = sigma + noise_likelihood.noise * torch.eye(len(sigma), dtype=sigma.dtype)
     return sigma
@@ -108,7 +117,9 @@ class CholeskyMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignore
             raise ValueError(f"the likelihood is that of one output (n,), y is {shapes}")
         _require_float64(target)
         noise = self.likelihood.noise.expand(len(target))
-        value = _CholeskyLikelihood.apply(function_dist.covariance_matrix, noise, target - function_dist.mean)
+        value = _CholeskyLikelihood.apply(
+            function_dist.covariance_matrix, noise, target - function_dist.mean
+        )
         total: torch.Tensor = self._add_other_terms(-value, params)
         return total / len(target)
 
@@ -124,7 +135,9 @@ class _CholeskyLikelihood(torch.autograd.Function):  # type: ignore[misc]  # of 
         try:
             lower = psd_safe_cholesky(covariance)
         except (NotPSDError, NanError) as error:
-            raise ValueError(f"the covariance is not positive definite, raise the noise: {error}") from error
+            raise ValueError(
+                f"the covariance is not positive definite, raise the noise: {error}"
+            ) from error
         alpha = torch.cholesky_solve(y[:, None], lower)[:, 0]
         by_k = torch.cholesky_inverse(lower).addr_(alpha, alpha, alpha=-1.0).mul_(0.5)
         ctx.save_for_backward(by_k, alpha)
@@ -139,4 +152,6 @@ class _CholeskyLikelihood(torch.autograd.Function):  # type: ignore[misc]  # of 
 
 def _require_float64(target: torch.Tensor) -> None:
     if target.dtype != torch.float64:
-        raise ValueError(f"the likelihood is computed in float64, y is {target.dtype}: make model and data .double()")
+        raise ValueError(
+            f"the likelihood is computed in float64, y is {target.dtype}: make model and data .double()"
+        )

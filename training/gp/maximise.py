@@ -30,7 +30,12 @@ class Maximisation:
 
 
 def maximise(
-    objective: Any, iterations: int, *, change: float = 1e-6, gradient: float = 1e-6, memory: int = 20
+    objective: Any,
+    iterations: int,
+    *,
+    change: float = 1e-6,
+    gradient: float = 1e-6,
+    memory: int = 20,
 ) -> Maximisation:
     """Set the parameters of `objective.model` to those of its greatest value, from where they are.
 
@@ -51,7 +56,9 @@ def maximise(
         value = -objective(model(x), y)
         value.backward()
         losses.append(value.item())
-        slopes = [np.zeros(p.numel()) if p.grad is None else p.grad.numpy().ravel() for _, p in parameters]
+        slopes = [
+            np.zeros(p.numel()) if p.grad is None else p.grad.numpy().ravel() for _, p in parameters
+        ]
         return losses[-1], np.concatenate(slopes)
 
     start: Floats = np.concatenate([p.detach().numpy().ravel() for _, p in parameters])
@@ -72,7 +79,9 @@ def exactly() -> Iterator[None]:
     torch.set_num_threads(1)
     try:
         with (
-            gpytorch.settings.fast_computations(covar_root_decomposition=False, log_prob=False, solves=False),
+            gpytorch.settings.fast_computations(
+                covar_root_decomposition=False, log_prob=False, solves=False
+            ),
             gpytorch.settings.debug(False),
         ):
             yield
@@ -88,7 +97,9 @@ def _set(parameters: list[tuple[str, torch.nn.Parameter]], vector: Floats) -> No
         at += parameter.numel()
 
 
-def _bounds(model: Any, name: str, parameter: torch.nn.Parameter) -> list[tuple[float | None, float | None]]:
+def _bounds(
+    model: Any, name: str, parameter: torch.nn.Parameter
+) -> list[tuple[float | None, float | None]]:
     """Of the raw values, where the constraint does not keep them by its transform."""
     constraint = model.constraint_for_parameter_name(name)
     if isinstance(constraint, LogInterval):

@@ -65,7 +65,9 @@ class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorc
             num_tasks=outputs, rank=0, has_global_noise=False, noise_constraint=variance_interval()
         )
         super().__init__(torch.tensor(x), torch.tensor(y), likelihood)
-        self.mean_module = gpytorch.means.MultitaskMean(gpytorch.means.ZeroMean(), num_tasks=outputs)
+        self.mean_module = gpytorch.means.MultitaskMean(
+            gpytorch.means.ZeroMean(), num_tasks=outputs
+        )
         self.covar_module = MultitaskKernel(kernel, num_tasks=outputs, rank=min(rank, outputs))
         self.double()
         index = self.covar_module.task_covar_module
@@ -74,16 +76,22 @@ class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorc
         index.register_constraint("covar_factor", unlimited)
         index.register_prior("loading_prior", loading_prior(), lambda module: module.covar_factor)
         index.register_prior("log_var_prior", log_variance_prior(), lambda module: module.var.log())
-        likelihood.register_prior("log_noise_prior", log_variance_prior(), lambda module: module.task_noises.log())
+        likelihood.register_prior(
+            "log_noise_prior", log_variance_prior(), lambda module: module.task_noises.log()
+        )
         # Outputs that share nothing yet. Loadings of 0 alone would stay there: a saddle.
-        index.covar_factor.data = _LOADING * torch.eye(outputs, min(rank, outputs), dtype=torch.float64)
+        index.covar_factor.data = _LOADING * torch.eye(
+            outputs, min(rank, outputs), dtype=torch.float64
+        )
         index.var = torch.full((outputs,), _KAPPA, dtype=torch.float64)
         likelihood.task_noises = torch.full((outputs,), _NOISE, dtype=torch.float64)
         self.train()
 
     def forward(self, x: torch.Tensor) -> Any:
         """The prior at x (n x d)."""
-        return gpytorch.distributions.MultitaskMultivariateNormal(self.mean_module(x), self.covar_module(x))
+        return gpytorch.distributions.MultitaskMultivariateNormal(
+            self.mean_module(x), self.covar_module(x)
+        )
 
     @property
     def kernel(self) -> Kernel:
@@ -105,7 +113,9 @@ class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorc
         """Variances (m,) of one measurement."""
         return _numbers(self.likelihood.task_noises)
 
-    def set_parameters(self, lengthscales: Floats, loadings: Floats, kappa: Floats, noise: Floats) -> None:
+    def set_parameters(
+        self, lengthscales: Floats, loadings: Floats, kappa: Floats, noise: Floats
+    ) -> None:
         """Those of a model with a named kernel."""
         index = self.covar_module.task_covar_module
         self.kernel.lengthscale = torch.as_tensor(lengthscales)

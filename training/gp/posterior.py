@@ -34,8 +34,13 @@ class Posterior:
 
     def predict(self, covariance: Covariance, z: Floats) -> tuple[Floats, Floats]:
         """Means and standard deviations (n x m) of new measurements at z (n x d)."""
-        parts = [self._predict(covariance, z[begin : begin + _CHUNK]) for begin in range(0, max(len(z), 1), _CHUNK)]
-        return np.concatenate([mean for mean, _ in parts]), np.concatenate([spread for _, spread in parts])
+        parts = [
+            self._predict(covariance, z[begin : begin + _CHUNK])
+            for begin in range(0, max(len(z), 1), _CHUNK)
+        ]
+        return np.concatenate([mean for mean, _ in parts]), np.concatenate(
+            [spread for _, spread in parts]
+        )
 
     def turned(self, turn: Floats) -> Posterior:
         """Of the outputs times `turn` (m x other m), whose noise becomes correlated."""

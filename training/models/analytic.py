@@ -79,7 +79,9 @@ class Analytic(ContactModel):
 
     def _fitted(self) -> Texts:
         if not hasattr(self, "predictors_"):
-            raise NotFittedError(f"{self.law} is asked before it was fitted: fit it to a table of pulses")
+            raise NotFittedError(
+                f"{self.law} is asked before it was fitted: fit it to a table of pulses"
+            )
         return self.predictors_
 
 

@@ -85,7 +85,9 @@ class ContactModel(ABC):
 
 def spelled(predictors: tuple[Predictor, ...]) -> Texts:
     """Names, units and levels as text (d,), to be stored beside what was learned from them."""
-    return np.array([f"{p.name} [{p.unit}] {'|'.join(p.levels)}".strip() for p in predictors], dtype=np.str_)
+    return np.array(
+        [f"{p.name} [{p.unit}] {'|'.join(p.levels)}".strip() for p in predictors], dtype=np.str_
+    )
 
 
 def check_same_predictors(inputs: Inputs, learned: Texts) -> None:
@@ -103,7 +105,9 @@ def check_finite(inputs: Inputs) -> None:
     if len(rows):
         name = inputs.predictors[columns[0]].name
         value = inputs.x[rows[0], columns[0]]
-        raise ValueError(f"predictor {name!r} is {value} in row {rows[0]}: every predictor must be a finite number")
+        raise ValueError(
+            f"predictor {name!r} is {value} in row {rows[0]}: every predictor must be a finite number"
+        )
 
 
 def momentum(inputs: Inputs) -> Floats:
@@ -161,7 +165,9 @@ def faintest_mean_force(pulses: PulseTable) -> float:
     mean = pulses.force_n @ WEIGHTS
     if not np.all(mean > 0):
         row = int(np.flatnonzero(~(mean > 0))[0])
-        raise ValueError(f"pulse {pulses.key[row]} has a mean force of {mean[row]:g} N: it cannot be learned from")
+        raise ValueError(
+            f"pulse {pulses.key[row]} has a mean force of {mean[row]:g} N: it cannot be learned from"
+        )
     return float(mean.min())
 
 
@@ -181,14 +187,18 @@ def prefixed(prefix: str, arrays: Arrays) -> Arrays:
 def restored(part: _P, prefix: str, arrays: Arrays) -> _P:
     """A copy of the part that has learned what stands under the prefix."""
     begin = f"{prefix}."
-    own_arrays = {name.removeprefix(begin): array for name, array in arrays.items() if name.startswith(begin)}
+    own_arrays = {
+        name.removeprefix(begin): array for name, array in arrays.items() if name.startswith(begin)
+    }
     return own(part).restore(own_arrays)
 
 
 def get_array(arrays: Arrays, name: str, kind: str) -> Any:
     """One array. Raises `ValueError` where it is missing."""
     if name not in arrays:
-        raise ValueError(f"a model of kind {kind!r} is restored from arrays with {name!r}, which is missing")
+        raise ValueError(
+            f"a model of kind {kind!r} is restored from arrays with {name!r}, which is missing"
+        )
     return arrays[name]
 
 
@@ -221,4 +231,6 @@ def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, outp
     together = parts @ correlation[:, output]
     width = np.sqrt(np.maximum(variance, 0.0))
     scaled = (width > 0) & (spread[:, output] > 0)
-    return np.asarray(np.clip(np.divide(together, width, out=np.zeros_like(width), where=scaled), -1.0, 1.0))
+    return np.asarray(
+        np.clip(np.divide(together, width, out=np.zeros_like(width), where=scaled), -1.0, 1.0)
+    )

@@ -19,7 +19,16 @@ from ...dataset.table import Inputs, PulseTable, Texts
 from ..estimators.base import Arrays, FitReport, Standard, require_fitted
 from ..gp.kernels import squared_distances
 from ..tuning.folds import grouped_folds
-from .base import MARGIN, ContactModel, ContactPrediction, get_array, momentum, own, prefixed, restored
+from .base import (
+    MARGIN,
+    ContactModel,
+    ContactPrediction,
+    get_array,
+    momentum,
+    own,
+    prefixed,
+    restored,
+)
 from .prior_pulses import log_spreads, mean_pulses
 from .serialization import describe
 
@@ -46,7 +55,9 @@ class Difficulty:
         return np.asarray(np.sqrt((weight @ self.squares) / weight.sum(axis=1)))
 
 
-def leave_one_out_spread(x: Floats, squares: Floats, folds: Sequence[NDArray[np.bool_]], reach: float) -> Floats:
+def leave_one_out_spread(
+    x: Floats, squares: Floats, folds: Sequence[NDArray[np.bool_]], reach: float
+) -> Floats:
     """Factors (n,) of each fold's rows from the others."""
     factors = np.empty_like(squares)
     for fold in folds:
@@ -82,7 +93,9 @@ class UnseenDeviations:
 
     def factors(self) -> Floats:
         """What the spreads (3,) are multiplied by, so that the 90 % bands hold on configurations like these."""
-        columns = [grouped_quantile(column, self.configuration, COVERAGE) for column in self.ratio.T]
+        columns = [
+            grouped_quantile(column, self.configuration, COVERAGE) for column in self.ratio.T
+        ]
         return np.array(columns) / WIDTH
 
     def of(self, configurations: Texts) -> UnseenDeviations:
@@ -154,13 +167,23 @@ class Calibrated(ContactModel):
         force, time = pulses.force_n - unseen.force_n, pulses.contact_time_s - unseen.contact_time_s
         relative_time = _root_mean_square(time / unseen.contact_time_s)
         self.relative_ = np.append(_root_mean_square(force / _peak(unseen)), relative_time)
-        self.least_time_spread_, self.impulse_allowance_ = _least_time_spread(pulses), _impulse_allowance(pulses)
+        self.least_time_spread_, self.impulse_allowance_ = (
+            _least_time_spread(pulses),
+            _impulse_allowance(pulses),
+        )
         force_spread, time_spread = self._spreads(unseen)
         force_over, time_over = _over(force, force_spread), _over(time, time_spread)
         squares = (force_over**2).mean(axis=1), time_over**2
-        self.difficulty_ = tuple(most_likely(pulses.x, output_squares, folds) for output_squares in squares)
-        alike = [leave_one_out_spread(pulses.x, scaling.squares, folds, scaling.reach) for scaling in self.difficulty_]
-        self.factors_ = np.array([_factor(force_over / alike[0][:, None]), _factor(time_over / alike[1])])
+        self.difficulty_ = tuple(
+            most_likely(pulses.x, output_squares, folds) for output_squares in squares
+        )
+        alike = [
+            leave_one_out_spread(pulses.x, scaling.squares, folds, scaling.reach)
+            for scaling in self.difficulty_
+        ]
+        self.factors_ = np.array(
+            [_factor(force_over / alike[0][:, None]), _factor(time_over / alike[1])]
+        )
         stated = self._scaled(unseen, np.column_stack(alike))
         self.unseen_ = UnseenDeviations(pulses.configuration, _ratios(stated, pulses))
         return self
@@ -175,18 +198,25 @@ class Calibrated(ContactModel):
         """Another model with these bands, but for the configurations that are not among the pulses."""
         new = type(self)(self.model, self.folds)
         new.model_ = model
-        new.relative_, new.factors_, new.difficulty_ = self.relative_, self.factors_, self.difficulty_
+        new.relative_, new.factors_, new.difficulty_ = (
+            self.relative_,
+            self.factors_,
+            self.difficulty_,
+        )
         new.impulse_, new.least_time_spread_ = self.impulse_, self.least_time_spread_
         new.impulse_allowance_ = self.impulse_allowance_
         if self.unseen_ is not None:
             new.unseen_ = self.unseen_.of(pulses.configuration)
             rows = np.isin(self.unseen_.configuration, new.unseen_.configuration)
-            new.difficulty_ = tuple(Difficulty(d.x[rows], d.squares[rows], d.reach) for d in self.difficulty_)
+            new.difficulty_ = tuple(
+                Difficulty(d.x[rows], d.squares[rows], d.reach) for d in self.difficulty_
+            )
         return new
 
     def predict(self, inputs: Inputs) -> ContactPrediction:
         scaled = self._scaled(
-            self._learned().predict(inputs), np.column_stack([scaling.at(inputs.x) for scaling in self.difficulty_])
+            self._learned().predict(inputs),
+            np.column_stack([scaling.at(inputs.x) for scaling in self.difficulty_]),
         )
         if self.unseen_ is not None:
             least = self._least_time_spread(scaled) / scaled.contact_time_s
@@ -194,7 +224,10 @@ class Calibrated(ContactModel):
         if self.impulse_ is None:
             return scaled
         peak, time = log_spreads(scaled).T
-        return replace(scaled, log_correlation=_log_correlation(self.impulse_ * np.hypot(peak, time), peak, time))
+        return replace(
+            scaled,
+            log_correlation=_log_correlation(self.impulse_ * np.hypot(peak, time), peak, time),
+        )
 
     def _scaled(self, prediction: ContactPrediction, difficulty: Floats) -> ContactPrediction:
         """With the spreads of points and contact times times the factors and a difficulty (n x 2)."""
@@ -209,7 +242,9 @@ class Calibrated(ContactModel):
         )
 
     def _least_time_spread(self, prediction: ContactPrediction) -> Floats:
-        return np.asarray(np.maximum(self.least_time_spread_, _ROUND_OFF * prediction.contact_time_s))
+        return np.asarray(
+            np.maximum(self.least_time_spread_, _ROUND_OFF * prediction.contact_time_s)
+        )
 
     def _spreads(self, prediction: ContactPrediction) -> tuple[Floats, Floats]:
         """Before the factors: the model's own, or those of its deviations."""
@@ -238,17 +273,25 @@ class Calibrated(ContactModel):
             "least_time_spread": np.array(self.least_time_spread_),
             "impulse_allowance": np.array(self.impulse_allowance_),
             **({} if self.impulse_ is None else {"impulse": np.array(self.impulse_)}),
-            **({} if unseen is None else {"configuration": unseen.configuration, "unseen_ratio": unseen.ratio}),
+            **(
+                {}
+                if unseen is None
+                else {"configuration": unseen.configuration, "unseen_ratio": unseen.ratio}
+            ),
         }
 
     def restore(self, arrays: Arrays) -> Self:
         self.factors_ = get_array(arrays, "factors", self.kind)
         self.relative_ = get_array(arrays, "relative", self.kind)
-        x, squares, reach = (get_array(arrays, name, self.kind) for name in ("x", "squares", "reach"))
+        x, squares, reach = (
+            get_array(arrays, name, self.kind) for name in ("x", "squares", "reach")
+        )
         self.difficulty_ = tuple(Difficulty(x, squares[:, i], float(reach[i])) for i in range(2))
         self.impulse_ = float(arrays["impulse"]) if "impulse" in arrays else None
         if "unseen_ratio" in arrays:
-            self.unseen_ = UnseenDeviations(get_array(arrays, "configuration", self.kind), arrays["unseen_ratio"])
+            self.unseen_ = UnseenDeviations(
+                get_array(arrays, "configuration", self.kind), arrays["unseen_ratio"]
+            )
         self.least_time_spread_ = float(arrays.get("least_time_spread", 0.0))
         self.impulse_allowance_ = float(arrays.get("impulse_allowance", 1.0))
         self.model_ = restored(self.model, "model", arrays)
@@ -256,7 +299,10 @@ class Calibrated(ContactModel):
 
 
 def _left_out(
-    model: ContactModel, pulses: PulseTable, folds: Sequence[NDArray[np.bool_]], rng: np.random.Generator
+    model: ContactModel,
+    pulses: PulseTable,
+    folds: Sequence[NDArray[np.bool_]],
+    rng: np.random.Generator,
 ) -> ContactPrediction:
     """Each fold's pulses as the others alone predict them, in the order of the pulses."""
     parts = [
@@ -282,15 +328,21 @@ def _ratios(unseen: ContactPrediction, pulses: PulseTable) -> Floats:
     return np.asarray(np.abs(np.log(measured / predicted)) / np.maximum(spread, _ROUND_OFF))
 
 
-def _with_log_spreads(prediction: ContactPrediction, factors: Floats, least_time: Floats) -> ContactPrediction:
+def _with_log_spreads(
+    prediction: ContactPrediction, factors: Floats, least_time: Floats
+) -> ContactPrediction:
     """With the spreads of ln peak and ln contact time, and the correlation that gives the impulse its own, all times
     `factors` (3,), that of the time at least `least_time` (n,). Where no correlation makes the impulse spread so far,
     peak and time spread further."""
     spread = np.maximum(log_spreads(prediction), _ROUND_OFF)
     of_impulse = factors[2] * np.hypot(*spread.T)
-    spread = np.column_stack([factors[0] * spread[:, 0], np.maximum(factors[1] * spread[:, 1], least_time)])
+    spread = np.column_stack(
+        [factors[0] * spread[:, 0], np.maximum(factors[1] * spread[:, 1], least_time)]
+    )
     spread = spread * np.maximum(of_impulse / spread.sum(axis=1), 1.0)[:, None]
-    return replace(prediction, log_spread=spread, log_correlation=_log_correlation(of_impulse, *spread.T))
+    return replace(
+        prediction, log_spread=spread, log_correlation=_log_correlation(of_impulse, *spread.T)
+    )
 
 
 def _log_correlation(impulse: Floats, force: Floats, time: Floats) -> Floats:

@@ -90,7 +90,10 @@ def _twice(kind: str) -> ModelSpec:
 
 def _with_time_process(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
     """A force model beside the contact-time process of section 4.4; `scaling` as in `models.pair.SCALINGS`."""
-    return ModelSpec(lambda making: _beside_time_process(_built(kind, **settings), making, scaling), shares_time=True)
+    return ModelSpec(
+        lambda making: _beside_time_process(_built(kind, **settings), making, scaling),
+        shares_time=True,
+    )
 
 
 def _beside_time_process(force: Estimator, making: BuildOptions, scaling: str) -> ContactModel:
@@ -103,7 +106,11 @@ def _beside_time_process(force: Estimator, making: BuildOptions, scaling: str) -
 def _genetic(making: BuildOptions) -> ContactModel:
     full = {"population": 50, "generations": 50} if making.budget == "full" else {}
     network = _built("genetic-network", **full)
-    network.journal, network.progress, network.executor = making.journal, making.tell, making.executor
+    network.journal, network.progress, network.executor = (
+        making.journal,
+        making.tell,
+        making.executor,
+    )
     return _beside_time_process(network, making, "none")
 
 

@@ -76,7 +76,9 @@ class ResidualPulse:
 
 def measured_outputs(pulses: PulseTable, base: ResidualPulse) -> Floats:
     """n x 20; a measured force below zero is noise and counts as zero."""
-    measured = ResidualPulse.of(np.maximum(pulses.force_n, 0.0), pulses.contact_time_s, base.bound_n_s)
+    measured = ResidualPulse.of(
+        np.maximum(pulses.force_n, 0.0), pulses.contact_time_s, base.bound_n_s
+    )
     time = np.log(measured.contact_time_s / base.contact_time_s)
     logit = np.log(measured.share) - np.log1p(-measured.share)
     return np.column_stack([time, logit, (measured.root - base.root)[:, _INNER]])
@@ -89,7 +91,9 @@ def pulses_of(outputs: Floats, base: ResidualPulse) -> ResidualPulse:
     flat = (root**2) @ WEIGHTS < 1e-6
     root[flat, _INNER] = base.root[flat, _INNER]
     time, logit = np.clip(outputs[:, :2], -_MOST, _MOST).T
-    return ResidualPulse(root, base.contact_time_s * np.exp(time), base.bound_n_s, 1.0 / (1.0 + np.exp(-logit)))
+    return ResidualPulse(
+        root, base.contact_time_s * np.exp(time), base.bound_n_s, 1.0 / (1.0 + np.exp(-logit))
+    )
 
 
 def end_noise(pulses: PulseTable) -> Floats:
@@ -98,7 +102,9 @@ def end_noise(pulses: PulseTable) -> Floats:
     return np.asarray(np.sqrt((ends * ends).mean(axis=0)))
 
 
-def spreads_of(pulse: ResidualPulse, spread: Floats, correlation: Floats, ends: Floats) -> tuple[Floats, Floats]:
+def spreads_of(
+    pulse: ResidualPulse, spread: Floats, correlation: Floats, ends: Floats
+) -> tuple[Floats, Floats]:
     """Standard deviations of force (n x 20) and contact time (n,) from those of the outputs (n x 20).
 
     To first order, and the second where the first vanishes: q^2 has the variance 4 q^2 v + 2 v^2, v that of q.
@@ -165,7 +171,9 @@ class Hybrid(ContactModel):
     def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         return type(self)(self.base, self.process)._learn(pulses, rng, self._learned().relearn)
 
-    def _learn(self, pulses: PulseTable, rng: np.random.Generator, learn: Callable[..., Estimator]) -> Self:
+    def _learn(
+        self, pulses: PulseTable, rng: np.random.Generator, learn: Callable[..., Estimator]
+    ) -> Self:
         self._predictors = spelled(pulses.predictors)
         check_same_predictors(pulses, self._predictors)
         faintest_mean_force(pulses)

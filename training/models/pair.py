@@ -65,11 +65,15 @@ class Pair(ContactModel):
 
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         force, time = self._learned()
-        return type(self)(self.force, self.time, self.scaling)._learn(pulses, rng, time.refit, force.refit)
+        return type(self)(self.force, self.time, self.scaling)._learn(
+            pulses, rng, time.refit, force.refit
+        )
 
     def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         force, time = self._learned()
-        return type(self)(self.force, self.time, self.scaling)._learn(pulses, rng, time.relearn, force.relearn)
+        return type(self)(self.force, self.time, self.scaling)._learn(
+            pulses, rng, time.relearn, force.relearn
+        )
 
     def _learn(
         self,
@@ -82,7 +86,9 @@ class Pair(ContactModel):
         check_same_predictors(pulses, self._predictors)
         self._least = np.array([pulses.contact_time_s.min(), faintest_mean_force(pulses)])
         time_rng, force_rng = rng.spawn(2)
-        self.time_ = learn_time(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, time_rng)
+        self.time_ = learn_time(
+            pulses.x, pulses.contact_time_s[:, None], pulses.configuration, time_rng
+        )
         scale = self._scale(pulses, self._time(pulses, self.time_).mean[:, 0])
         self.force_ = learn_force(pulses.x, pulses.force_n / scale, pulses.configuration, force_rng)
         return self
@@ -126,5 +132,8 @@ class Pair(ContactModel):
     def restore(self, arrays: Arrays) -> Self:
         self._predictors = get_array(arrays, "predictors", self.kind)
         self._least = get_array(arrays, "least", self.kind)
-        self.force_, self.time_ = restored(self.force, "force", arrays), restored(self.time, "time", arrays)
+        self.force_, self.time_ = (
+            restored(self.force, "force", arrays),
+            restored(self.time, "time", arrays),
+        )
         return self

@@ -36,7 +36,9 @@ def updated_contact(
 
     Raises as `prior_pulses`.
     """
-    return prior_contact(pulses).updated(measured_shots(pulses, velocity_kind, plates).evenly(MOST_PULSES))
+    return prior_contact(pulses).updated(
+        measured_shots(pulses, velocity_kind, plates).evenly(MOST_PULSES)
+    )
 
 
 def measured_shots(
@@ -76,7 +78,9 @@ def prior_pulses(
     Raises `LookupError` for predictors that do not tell bodies and materials, `ValueError` for values that are
     unphysical or not known.
     """
-    strikes = ImpactBatch(settings_of(pulses, plates), velocity_before(pulses, velocity_kind, plates)[0])
+    strikes = ImpactBatch(
+        settings_of(pulses, plates), velocity_before(pulses, velocity_kind, plates)[0]
+    )
     n = len(pulses)
     # The draws of one row are stratified, and those of the rows apart from each other.
     z = np.stack([stratified_normals(draws, contact.normals, rng) for _ in range(n)], axis=1)
@@ -107,10 +111,14 @@ def settings_of(pulses: PulseTable, plates: PulseTable | None = None) -> list[Se
     """
     struck = bodies(pulses)
     if struck.impactor_mass_kg is None or struck.plate_thickness_m is None:
-        raise ValueError("the impactor's mass or the plate's thickness is not known for every pulse of the dataset")
+        raise ValueError(
+            "the impactor's mass or the plate's thickness is not known for every pulse of the dataset"
+        )
     names = [predictor.name for predictor in pulses.predictors]
     layers = _words(pulses, "insulator") if "insulator" in names else [_NO_LAYER] * len(pulses)
-    anvils = _words(pulses, "anvil_material") if "anvil_material" in names else [_NO_LAYER] * len(pulses)
+    anvils = (
+        _words(pulses, "anvil_material") if "anvil_material" in names else [_NO_LAYER] * len(pulses)
+    )
     tips = _materials("impactor", pulses.tip_material.tolist(), struck)
     targets = _materials("target", pulses.target_material.tolist(), struck)
     below = _bare_plates(pulses if plates is None else plates)
@@ -163,7 +171,9 @@ def _materials(part: str, names: list[str], target: object) -> list[ElasticMater
         values: Floats | None = getattr(target, f"{part}_{quantity}")
         return values
 
-    modulus, poisson, density = (column(name) for name in ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3"))
+    modulus, poisson, density = (
+        column(name) for name in ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3")
+    )
     strength = column("yield_strength_pa")
     assert modulus is not None and poisson is not None and density is not None  # bodies have them
     return [
@@ -182,14 +192,20 @@ def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats
     """Pulses of normal numbers z (n, 2) about the mean ones, as `RegisteredContact` says; momenta (n,) in N s."""
     mean = mean_pulses(prediction)
     force_s, time_s = log_spreads(prediction).T
-    together = np.zeros(len(z)) if prediction.log_correlation is None else prediction.log_correlation
+    together = (
+        np.zeros(len(z)) if prediction.log_correlation is None else prediction.log_correlation
+    )
     time = time_s * z[:, 1]
     force = force_s * (together * z[:, 1] + np.sqrt(1 - together**2) * z[:, 0])
-    most = np.log(np.maximum(2 * prediction.impulse_allowance * momentum_n_s / mean.impulse_n_s, 1.0))
+    most = np.log(
+        np.maximum(2 * prediction.impulse_allowance * momentum_n_s / mean.impulse_n_s, 1.0)
+    )
     force = np.minimum(force + time, most) - time
     time = np.exp(time)
     return ForcePulses(
-        mean.contact_time_s * time, mean.force_n * np.exp(force)[:, None], mean.compression_time_s * time
+        mean.contact_time_s * time,
+        mean.force_n * np.exp(force)[:, None],
+        mean.compression_time_s * time,
     )
 
 
@@ -211,7 +227,11 @@ def log_spreads(prediction: ContactPrediction) -> Floats:
 
 def _logarithmic(spread: Floats | None, mean: Floats) -> Floats:
     """Deviation (n,) of the logarithm of a log-normal quantity, from the deviation over the mean."""
-    return np.zeros(len(mean)) if spread is None else np.asarray(np.sqrt(np.log1p((spread / mean) ** 2)))
+    return (
+        np.zeros(len(mean))
+        if spread is None
+        else np.asarray(np.sqrt(np.log1p((spread / mean) ** 2)))
+    )
 
 
 def mean_pulses(prediction: ContactPrediction) -> ForcePulses:

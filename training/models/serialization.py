@@ -58,14 +58,18 @@ def build(description: Mapping[str, Any]) -> ContactModel | Estimator:
     """
     kind = description["kind"]
     if kind not in KINDS:
-        raise UnknownKindError(f"unknown kind of model {kind!r}; known: {', '.join(KINDS)}; is pyroshock up to date?")
+        raise UnknownKindError(
+            f"unknown kind of model {kind!r}; known: {', '.join(KINDS)}; is pyroshock up to date?"
+        )
     module, name = KINDS[kind]
     made = getattr(importlib.import_module(f".{module}", _ROOT), name)
     try:
         settings = description["settings"].items()
         built = made(**{key: build(value) if _is_part(value) else value for key, value in settings})
     except TypeError as error:
-        raise ValueError(f"a model of kind {kind!r} does not take these settings: {error}") from error
+        raise ValueError(
+            f"a model of kind {kind!r} does not take these settings: {error}"
+        ) from error
     assert isinstance(built, ContactModel | Estimator)
     return built
 
@@ -118,7 +122,9 @@ def unpack(document: dict[str, Any], arrays: Arrays) -> ContactModel:
             )
         model = build(document["model"])
         if not isinstance(model, ContactModel):
-            raise ModelFileError(f"{model.kind!r} is an estimator, a part of a model; a whole one is expected")
+            raise ModelFileError(
+                f"{model.kind!r} is an estimator, a part of a model; a whole one is expected"
+            )
         return model.restore(arrays)
     except ModelFileError:
         raise
@@ -154,7 +160,9 @@ def read_model(folder: Path, sha256: str | None = None) -> tuple[ContactModel, d
     except ModelFileError as error:
         raise ModelFileError(f"{folder}: {error}") from error
     except _BROKEN as error:
-        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_error_line(error)}") from error
+        raise ModelFileError(
+            f"{folder / MODEL_FILE} is no description of a model: {_error_line(error)}"
+        ) from error
 
 
 def read_files(folder: Path, sha256: str | None = None) -> tuple[dict[str, Any], bytes]:
@@ -170,9 +178,13 @@ def read_files(folder: Path, sha256: str | None = None) -> tuple[dict[str, Any],
         document: dict[str, Any] = json.loads(text)
         intact = _digest(packed) == document["arrays_sha256"]
     except _BROKEN as error:
-        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_error_line(error)}") from error
+        raise ModelFileError(
+            f"{folder / MODEL_FILE} is no description of a model: {_error_line(error)}"
+        ) from error
     if not intact:
-        raise ModelFileError(f"{folder / ARRAYS_FILE} is not the file that {MODEL_FILE} was written with")
+        raise ModelFileError(
+            f"{folder / ARRAYS_FILE} is not the file that {MODEL_FILE} was written with"
+        )
     return document, packed
 
 
@@ -180,8 +192,17 @@ def _read_arrays(packed: bytes) -> Arrays:
     try:
         with np.load(io.BytesIO(packed), allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, *_BROKEN) as error:
-        raise ModelFileError(f"{ARRAYS_FILE} holds no plain arrays: {_error_line(error)}") from error
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        EOFError,
+        OSError,
+        NotImplementedError,
+        *_BROKEN,
+    ) as error:
+        raise ModelFileError(
+            f"{ARRAYS_FILE} holds no plain arrays: {_error_line(error)}"
+        ) from error
 
 
 def _refuse_objects(arrays: Arrays) -> None:

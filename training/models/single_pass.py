@@ -59,7 +59,9 @@ class SinglePass(ContactModel):
     def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         return type(self)(self.process)._learn(pulses, rng, self._learned().relearn)
 
-    def _learn(self, pulses: PulseTable, rng: np.random.Generator, learn: Callable[..., Estimator]) -> Self:
+    def _learn(
+        self, pulses: PulseTable, rng: np.random.Generator, learn: Callable[..., Estimator]
+    ) -> Self:
         self._predictors = spelled(pulses.predictors)
         check_same_predictors(pulses, self._predictors)
         self._faintest = np.array(faintest_mean_force(pulses))
@@ -78,8 +80,12 @@ class SinglePass(ContactModel):
         return ContactPrediction(
             force_n=positive_pulses(force, float(self._faintest)),
             contact_time_s=time,
-            force_spread_n=self._force_spread(force, scale, outputs.spread) if outputs.spread is not None else None,
-            contact_time_spread_s=time * outputs.spread[:, POINTS] if outputs.spread is not None else None,
+            force_spread_n=self._force_spread(force, scale, outputs.spread)
+            if outputs.spread is not None
+            else None,
+            contact_time_spread_s=time * outputs.spread[:, POINTS]
+            if outputs.spread is not None
+            else None,
         )
 
     def _force_spread(self, force: Floats, scale: Floats, spread: Floats) -> Floats:

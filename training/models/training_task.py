@@ -26,7 +26,14 @@ class TrainingTask:
     @property
     def key(self) -> str:
         """The same for the same training, whenever and wherever it is done."""
-        parts = [TRAINING_VERSION, self.model, self.settings, self.dataset_hash, self.split, self.seed]
+        parts = [
+            TRAINING_VERSION,
+            self.model,
+            self.settings,
+            self.dataset_hash,
+            self.split,
+            self.seed,
+        ]
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
     @property

@@ -70,7 +70,9 @@ class Connection:
         """A client of this place's store; MLflow's own settings are as before afterwards, its errors one of ours."""
         os.environ.update(_QUIET)
         with _TURN, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of MLflow's own dependencies, and of what it would have us log
+            warnings.simplefilter(
+                "ignore"
+            )  # of MLflow's own dependencies, and of what it would have us log
             before = os.environ.get(VARIABLE)
             import mlflow
             from mlflow.exceptions import MlflowException
@@ -90,7 +92,9 @@ class Connection:
                     self.experiment = self._made_ready()
                 yield mlflow.MlflowClient()
             except MlflowException as error:
-                raise RegistryError(f"model registry {self.place.shown}: {_first_line(error)}") from error
+                raise RegistryError(
+                    f"model registry {self.place.shown}: {_first_line(error)}"
+                ) from error
             except (DatabaseError, sqlite3.DatabaseError) as error:
                 if is_transient(error):
                     raise
@@ -107,7 +111,10 @@ class Connection:
         """Raise `sqlite3.DatabaseError` for a file that is cut or no database: MLflow tries to open it for minutes."""
         if self.place.database is None or self.nothing_there:
             return
-        with suppress(sqlite3.OperationalError), closing(sqlite3.connect(self.place.database)) as connection:
+        with (
+            suppress(sqlite3.OperationalError),
+            closing(sqlite3.connect(self.place.database)) as connection,
+        ):
             connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
 
     def _made_ready(self) -> str:
@@ -121,7 +128,9 @@ class Connection:
             experiment = client.get_experiment_by_name(EXPERIMENT)
             if experiment is not None:
                 return str(experiment.experiment_id)
-            return str(client.create_experiment(EXPERIMENT, artifact_location=self.place.artifact_uri))
+            return str(
+                client.create_experiment(EXPERIMENT, artifact_location=self.place.artifact_uri)
+            )
 
 
 def _restore_variable(before: str | None) -> None:
@@ -144,4 +153,6 @@ def patient(method: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
 def _first_line(error: Exception) -> str:
     """The first that says what failed: SQLAlchemy puts a remark on its own doing before it."""
     lines = str(error).strip().splitlines()
-    return without_secrets(next((line for line in lines if not line.startswith("(raised as a result of")), lines[0]))
+    return without_secrets(
+        next((line for line in lines if not line.startswith("(raised as a result of")), lines[0])
+    )

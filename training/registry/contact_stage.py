@@ -9,14 +9,27 @@ import numpy as np
 
 from ...array_types import Floats
 from ...dataset.predictors import PredictorSet, shipped
-from ...dataset.sources import FACTOR, STATED_PLATE_MASS, VELOCITY, ImpactSource, Properties, read_number, read_word
+from ...dataset.sources import (
+    FACTOR,
+    STATED_PLATE_MASS,
+    VELOCITY,
+    ImpactSource,
+    Properties,
+    read_number,
+    read_word,
+)
 from ...dataset.table import Inputs, Predictor
 from ...dataset.validity_limits import OutOfRange
 from ...schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from ...schema.known_factors import NONE
 from ...twin.contact.effects_on_pulses import with_effects
 from ...twin.contact.impacts import ContactEffect
-from ...twin.contact.target_motion import PulseMoments, TargetMotion, integrated_velocity, velocity_before_contact
+from ...twin.contact.target_motion import (
+    PulseMoments,
+    TargetMotion,
+    integrated_velocity,
+    velocity_before_contact,
+)
 from ...twin.contact_interface import Extrapolation, ForcePulses, ImpactBatch, OutOfDomain
 from ...twin.effects import Effect, checked_effects
 from ...twin.setting import ElasticMaterial, Setting
@@ -61,7 +74,9 @@ class RegisteredContact:
         """As MLflow finds it, "models:/coregional-gp@champion", and the ids of the effects."""
         version = self.registered.version
         which = f"/{version.version}" if version.champion_of is None else "@champion"
-        return " + ".join([f"models:/{version.name}{which}", *(effect.id for effect in self.effects)])
+        return " + ".join(
+            [f"models:/{version.name}{which}", *(effect.id for effect in self.effects)]
+        )
 
     @property
     def normals(self) -> int:
@@ -82,8 +97,14 @@ class RegisteredContact:
         """Raises `ValueError` where a setting does not tell what a predictor asks for, and for another shape of `z`."""
         if z is not None and z.shape != (len(strikes), self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
-        prediction = self.registered.model.predict(self._inputs_at(strikes, self._model_velocity(strikes, z)))
-        pulses = mean_pulses(prediction) if z is None else random_pulses(prediction, z[:, :2], _momentum(strikes))
+        prediction = self.registered.model.predict(
+            self._inputs_at(strikes, self._model_velocity(strikes, z))
+        )
+        pulses = (
+            mean_pulses(prediction)
+            if z is None
+            else random_pulses(prediction, z[:, :2], _momentum(strikes))
+        )
         return with_effects(pulses, strikes, self.effects) if self.effects else pulses
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
@@ -98,7 +119,9 @@ class RegisteredContact:
         for limit, column in domain.numbers(inputs):
             for row in np.flatnonzero(limit.beyond(column)):
                 value = float(column[row])
-                listed[row].append(Extrapolation(limit.predictor.name, value, limit.low, limit.high))
+                listed[row].append(
+                    Extrapolation(limit.predictor.name, value, limit.low, limit.high)
+                )
         return [tuple(items) for items in listed]
 
     def inputs(self, strikes: ImpactBatch) -> Inputs:
@@ -106,7 +129,9 @@ class RegisteredContact:
         return self._inputs_at(strikes, self._model_velocity(strikes, None))
 
     def _inputs_at(self, strikes: ImpactBatch, velocity_m_s: Floats) -> Inputs:
-        settings = {id(setting): setting for setting in strikes.settings}  # random shots share one setting
+        settings = {
+            id(setting): setting for setting in strikes.settings
+        }  # random shots share one setting
         rows = {key: self._row(setting) for key, setting in settings.items()}
         x = np.array([rows[id(setting)] for setting in strikes.settings])
         x[:, [source == VELOCITY for source in self.predictor_set.sources]] = velocity_m_s[:, None]
@@ -124,8 +149,14 @@ class RegisteredContact:
         they give before contact, which is nearly proportional, is interpolated in logarithms.
         """
         wanted = strikes.impact_velocity_m_s
-        converted = self.velocity_kind == INTEGRATED or z is not None  # else the target's motion is as it likely is
-        if self.velocity_kind == BEFORE_CONTACT or VELOCITY not in self.predictor_set.sources or not converted:
+        converted = (
+            self.velocity_kind == INTEGRATED or z is not None
+        )  # else the target's motion is as it likely is
+        if (
+            self.velocity_kind == BEFORE_CONTACT
+            or VELOCITY not in self.predictor_set.sources
+            or not converted
+        ):
             return wanted
         settings = {id(setting): setting for setting in strikes.settings}
         places = {key: place for place, key in enumerate(settings)}
@@ -135,11 +166,16 @@ class RegisteredContact:
         most = _MOST_SHARE[self.velocity_kind]
         trial_velocity = fastest[:, None] * np.geomspace(_LEAST_SHARE, most, _VELOCITIES)
         trials = ImpactBatch(
-            [setting for setting in settings.values() for _ in range(_VELOCITIES)], trial_velocity.ravel()
+            [setting for setting in settings.values() for _ in range(_VELOCITIES)],
+            trial_velocity.ravel(),
         )
-        force = mean_pulses(self.registered.model.predict(self._inputs_at(trials, trial_velocity.ravel()))).force_n
+        force = mean_pulses(
+            self.registered.model.predict(self._inputs_at(trials, trial_velocity.ravel()))
+        ).force_n
         moments = PulseMoments.of(force)
-        moments = PulseMoments(*(values.reshape(trial_velocity.shape)[row] for values in vars(moments).values()))
+        moments = PulseMoments(
+            *(values.reshape(trial_velocity.shape)[row] for values in vars(moments).values())
+        )
         likely = TargetMotion.of_strikes(strikes)
         motion = (likely if z is None else likely.drawn(z[:, 2:])).column
         integrated = trial_velocity[row]
@@ -199,21 +235,34 @@ def _properties(material: ElasticMaterial) -> Properties:
     return known_columns if strength is None else {**known_columns, "yield_strength_pa": strength}
 
 
-def _value(predictor: Predictor, source: str, case: ImpactSource, materials: Mapping[str, Properties]) -> float:
-    give = f"; give it: --factor {source.removeprefix(FACTOR)}=VALUE" if source.startswith(FACTOR) else ""
+def _value(
+    predictor: Predictor, source: str, case: ImpactSource, materials: Mapping[str, Properties]
+) -> float:
+    give = (
+        f"; give it: --factor {source.removeprefix(FACTOR)}=VALUE"
+        if source.startswith(FACTOR)
+        else ""
+    )
     if not predictor.levels:
         number = read_number(source, case, materials)
         if number is None:
-            raise ValueError(f"the model asks for {predictor.name}, which this setting does not tell ({source}){give}")
+            raise ValueError(
+                f"the model asks for {predictor.name}, which this setting does not tell ({source}){give}"
+            )
         return float(number)
     word = read_word(source, case)
     if word not in predictor.levels:
-        raise ValueError(f"{predictor.name} is {word!r}; the model knows {', '.join(predictor.levels)}{give}")
+        raise ValueError(
+            f"{predictor.name} is {word!r}; the model knows {', '.join(predictor.levels)}{give}"
+        )
     return float(predictor.levels.index(word))
 
 
 def _momentum(strikes: ImpactBatch) -> Floats:
-    return np.array([setting.impactor_mass_kg for setting in strikes.settings]) * strikes.impact_velocity_m_s
+    return (
+        np.array([setting.impactor_mass_kg for setting in strikes.settings])
+        * strikes.impact_velocity_m_s
+    )
 
 
 def _out_of_domain(item: OutOfRange) -> OutOfDomain:

@@ -53,7 +53,9 @@ def next_stamp(client: MlflowClient) -> str:
     promoted = client.search_model_versions(f"tags.`{PROMOTED_TAG}` != ''", max_results=10_000)
     times = [datetime.fromisoformat(version.tags[PROMOTED_TAG]) for version in promoted]
     now = datetime.now(UTC)
-    return max([now, *(time + timedelta(microseconds=1) for time in times)]).isoformat(timespec="microseconds")
+    return max([now, *(time + timedelta(microseconds=1) for time in times)]).isoformat(
+        timespec="microseconds"
+    )
 
 
 def crown(client: MlflowClient, version: Version, stamp: str) -> None:
@@ -80,7 +82,11 @@ def is_champion(client: MlflowClient, version: Version, stamp: str) -> bool:
 
 def _move_or_drop(client: MlflowClient, name: str, aliases: Mapping[str, Any], lost: str) -> None:
     """`champion` of a name that lost one of its thrones goes to another that it holds, or away."""
-    kept = [number for alias, number in aliases.items() if alias.startswith(f"{ALIAS}-") and alias != lost]
+    kept = [
+        number
+        for alias, number in aliases.items()
+        if alias.startswith(f"{ALIAS}-") and alias != lost
+    ]
     if kept:
         client.set_registered_model_alias(name, ALIAS, str(kept[0]))
     elif ALIAS in aliases:
@@ -88,7 +94,17 @@ def _move_or_drop(client: MlflowClient, name: str, aliases: Mapping[str, Any], l
 
 
 _NUMBER_TAG, _STAMP_TAG = PREFIX + "decision_number", PREFIX + "decision_stamp"
-_OF_RUN = ("candidate", "champion", "promoted", "forced", "reason", "judged_on", "judged_against", "verdict", "who")
+_OF_RUN = (
+    "candidate",
+    "champion",
+    "promoted",
+    "forced",
+    "reason",
+    "judged_on",
+    "judged_against",
+    "verdict",
+    "who",
+)
 
 
 def decide(client: MlflowClient, experiment: str, decision: Decision, candidate: Version) -> None:
@@ -101,8 +117,12 @@ def decide(client: MlflowClient, experiment: str, decision: Decision, candidate:
     verb = "promote" if decision.promoted else "refuse"
     run = client.create_run(experiment, run_name=f"{verb} {decision.candidate}", tags=tags)
     parameters = [Param(name, str(getattr(decision, name))) for name in _OF_RUN]
-    metrics = [Metric(name, value, run.info.start_time, 0) for name, value in decision.figures.items()]
-    client.log_batch(run.info.run_id, metrics, parameters)  # one request in place of one for each figure
+    metrics = [
+        Metric(name, value, run.info.start_time, 0) for name, value in decision.figures.items()
+    ]
+    client.log_batch(
+        run.info.run_id, metrics, parameters
+    )  # one request in place of one for each figure
     if decision.promoted:
         crown(client, candidate, stamp)
     client.set_terminated(run.info.run_id)
@@ -126,10 +146,14 @@ def decisions(client: MlflowClient, experiment: str, versions: Sequence[Version]
     """Those that count, the newest first."""
     by_label = {version.label: version for version in versions}
     decisions = []
-    for run in sorted(_runs(client, experiment), key=lambda run: (_number(run), run.info.start_time), reverse=True):
+    for run in sorted(
+        _runs(client, experiment), key=lambda run: (_number(run), run.info.start_time), reverse=True
+    ):
         decision = decision_from(run.data.tags)
         candidate = by_label.get(decision.candidate)
-        if _is_open(run) and (candidate is None or not is_champion(client, candidate, run.data.tags[_STAMP_TAG])):
+        if _is_open(run) and (
+            candidate is None or not is_champion(client, candidate, run.data.tags[_STAMP_TAG])
+        ):
             continue
         decisions.append(decision)
     return decisions

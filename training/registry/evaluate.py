@@ -25,14 +25,18 @@ class Evaluation:
     outside: dict[str, int]
 
 
-def evaluate_held_out(registry: Registry, versions: Sequence[Version], read: Callable[[str], PulseTable]) -> Evaluation:
+def evaluate_held_out(
+    registry: Registry, versions: Sequence[Version], read: Callable[[str], PulseTable]
+) -> Evaluation:
     """On the held-out pulses that all of them have in common; `read` gives a dataset's pulses by its hash.
 
     What a model held out it was not trained on, so neither was any other on what they have in common. Raises
     `ValueError` where there are none.
     """
     held_out = {version.label: registry.held_out(version) for version in versions}
-    common: set[str] = set.intersection(*(set(predicted.keys.tolist()) for predicted in held_out.values()))
+    common: set[str] = set.intersection(
+        *(set(predicted.keys.tolist()) for predicted in held_out.values())
+    )
     if not common:
         raise ValueError(
             f"{' and '.join(held_out)} have no held-out pulse in common: compare models of one dataset and split, "
@@ -44,12 +48,16 @@ def evaluate_held_out(registry: Registry, versions: Sequence[Version], read: Cal
     return Evaluation(pulses, errors, predictions, dict.fromkeys(predictions, 0))
 
 
-def evaluate_on_table(registry: Registry, versions: Sequence[Version], pulses: PulseTable) -> Evaluation:
+def evaluate_on_table(
+    registry: Registry, versions: Sequence[Version], pulses: PulseTable
+) -> Evaluation:
     """On those of other `pulses` that none was trained on. Raises `ValueError` where there are none."""
     trained_on = [registry.held_out(version).trained_on for version in versions]
     fresh = ~np.isin(pulses.key, np.concatenate(trained_on))
     if not fresh.any():
-        raise ValueError(f"all {len(pulses)} pulses were trained on by {' or '.join(v.label for v in versions)}")
+        raise ValueError(
+            f"all {len(pulses)} pulses were trained on by {' or '.join(v.label for v in versions)}"
+        )
     pulses = pulses.take(fresh)
     answers = {version.label: registry.load(version).predict(pulses.inputs) for version in versions}
     predictions = {label: answer.prediction for label, answer in answers.items()}
@@ -58,14 +66,18 @@ def evaluate_on_table(registry: Registry, versions: Sequence[Version], pulses: P
     return Evaluation(pulses, errors, predictions, outside)
 
 
-def _pulses_of(versions: Sequence[Version], keys: set[str], read: Callable[[str], PulseTable]) -> PulseTable:
+def _pulses_of(
+    versions: Sequence[Version], keys: set[str], read: Callable[[str], PulseTable]
+) -> PulseTable:
     """The pulses of these keys, from the first dataset that has them all."""
     for dataset_hash in dict.fromkeys(version.dataset.hash for version in versions):
         table = read(dataset_hash)
         rows = np.flatnonzero(np.isin(table.key, list(keys)))
         if len(rows) == len(keys):
             return table.take(rows)
-    raise ValueError(f"{len(keys)} held-out pulses are in no dataset of the store as they were: restore the store")
+    raise ValueError(
+        f"{len(keys)} held-out pulses are in no dataset of the store as they were: restore the store"
+    )
 
 
 def _in_order(held_out: HeldOutPredictions, keys: NDArray[np.str_]) -> ContactPrediction:

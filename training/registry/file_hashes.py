@@ -18,7 +18,9 @@ class AlteredFilesError(ValueError):
 
 def hash_files(folder: Path, begin: str) -> dict[str, str]:
     """Name below `folder`, after `begin`, -> SHA-256, of all files; nothing for a folder that is not there."""
-    files = (path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in _OF_MLFLOW)
+    files = (
+        path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in _OF_MLFLOW
+    )
     return {begin + path.relative_to(folder).as_posix(): _hash(path) for path in files}
 
 
@@ -32,7 +34,11 @@ def check_files(folder: Path, begin: str, recorded: Mapping[str, str]) -> None:
         return
     here = hash_files(folder, begin)
     faults = [f"no {name}" for name in own if name not in here]
-    faults += [f"{name} is not the file that was registered" for name in own if here.get(name, own[name]) != own[name]]
+    faults += [
+        f"{name} is not the file that was registered"
+        for name in own
+        if here.get(name, own[name]) != own[name]
+    ]
     faults += [f"{name} was not registered" for name in here if name not in own]
     if faults:
         raise AlteredFilesError("; ".join(faults))

@@ -17,21 +17,31 @@ def newest(versions: Iterable[Version]) -> list[Version]:
     """The newest of each model, dataset, split and seed, in the order given; champions stay."""
     every = list(versions)
     newest_by_name: dict[tuple[str, str, str, int], Version] = {}
-    for version in sorted(every, key=lambda version: version.version):  # numbers rise, clocks may go back
+    for version in sorted(
+        every, key=lambda version: version.version
+    ):  # numbers rise, clocks may go back
         newest_by_name[version.name, version.dataset.hash, version.split, version.seed] = version
     runs = {version.run_id for version in newest_by_name.values()}
-    return [version for version in every if version.run_id in runs or version.champion_of is not None]
+    return [
+        version for version in every if version.run_id in runs or version.champion_of is not None
+    ]
 
 
 def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
     """Those of the dataset of this name or hash (or the start of one). Raises `LookupError` naming those there are."""
     every = list(versions)
     of_it = [
-        v for v in every if v.dataset.name == dataset or (len(dataset) >= 8 and v.dataset.hash.startswith(dataset))
+        v
+        for v in every
+        if v.dataset.name == dataset or (len(dataset) >= 8 and v.dataset.hash.startswith(dataset))
     ]
     if not of_it:
-        dataset_names = ", ".join(dict.fromkeys(v.dataset.name for v in every)) or "none yet (pyroshock train)"
-        raise LookupError(f"no model of a dataset {dataset!r}; there are models of: {dataset_names}")
+        dataset_names = (
+            ", ".join(dict.fromkeys(v.dataset.name for v in every)) or "none yet (pyroshock train)"
+        )
+        raise LookupError(
+            f"no model of a dataset {dataset!r}; there are models of: {dataset_names}"
+        )
     return of_it
 
 
@@ -44,7 +54,10 @@ def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> 
     name, _, which = text.partition("@")
     named = [version for version in versions if version.name == name]
     if not named:
-        model_names = ", ".join(dict.fromkeys(version.name for version in versions)) or "none yet (pyroshock train)"
+        model_names = (
+            ", ".join(dict.fromkeys(version.name for version in versions))
+            or "none yet (pyroshock train)"
+        )
         raise LookupError(f"no registered model {name!r}; there are: {model_names}")
     if which == "champion":
         matches = [version for version in named if version.champion_of is not None]
@@ -53,11 +66,15 @@ def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> 
     else:
         matches = [version for version in named if split is None or version.split == split]
     if not matches:
-        version_names = ", ".join(f"{number} ({', '.join(splits)})" for number, splits in _splits_by_number(named))
+        version_names = ", ".join(
+            f"{number} ({', '.join(splits)})" for number, splits in _splits_by_number(named)
+        )
         raise LookupError(
             f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: {version_names}"
         )
-    return max(matches, key=lambda version: (version.version, version.split == split, version.is_served))
+    return max(
+        matches, key=lambda version: (version.version, version.split == split, version.is_served)
+    )
 
 
 def _splits_by_number(versions: Sequence[Version], most: int = 12) -> list[tuple[int, list[str]]]:
@@ -82,7 +99,8 @@ def row_of(version: Version) -> dict[str, Any]:
         "metrics": {name: finite(metrics[name].mean) for name in METRICS},
         "seconds": version.cost.seconds,
         "ci90": {name: _interval(metrics[name].low, metrics[name].high) for name in METRICS},
-        "coverage90": {name: finite(metrics[name].mean) for name in COVERED if name in metrics} or None,
+        "coverage90": {name: finite(metrics[name].mean) for name in COVERED if name in metrics}
+        or None,
         "dataset": version.dataset.name,
         "dataset_hash": version.dataset.hash,
         "velocity_kind": version.dataset.velocity_kind,
@@ -97,9 +115,13 @@ def flat_row(version: Version) -> dict[str, Any]:
     """The same as one level of columns: the metrics' means and the coverages beside the names."""
     row = row_of(version)
     names = ("model", "version", "split", "dataset", "seed")
-    means: dict[str, Any] = row["metrics"] | {name: (row["coverage90"] or {}).get(name) for name in COVERED}
+    means: dict[str, Any] = row["metrics"] | {
+        name: (row["coverage90"] or {}).get(name) for name in COVERED
+    }
     others = {name: row[name] for name in ("seconds", "registered_at")}
-    return {name: row[name] for name in names} | means | others | {"champion_of": version.champion_of}
+    return (
+        {name: row[name] for name in names} | means | others | {"champion_of": version.champion_of}
+    )
 
 
 def finite(value: float) -> float | None:

@@ -33,7 +33,9 @@ def input_column(predictor: Predictor) -> str:
 def output_columns() -> list[str]:
     """Those of an answer, in their order: force at each point of the contact, its time, and the spreads of both."""
     points = range(1, POINTS + 1)
-    force, spread = ([f"{name}_{point:02}" for point in points] for name in ("force_n", "force_spread_n"))
+    force, spread = (
+        [f"{name}_{point:02}" for point in points] for name in ("force_n", "force_spread_n")
+    )
     return [*force, "contact_time_s", *spread, "contact_time_spread_s"]
 
 
@@ -41,14 +43,21 @@ def inputs_from(frame: pandas.DataFrame, predictors: Sequence[Predictor]) -> Inp
     """The impacts of a table. Raises `ValueError` that names the column, its value and what it may be."""
     columns = [input_column(predictor) for predictor in predictors]
     if missing := [column for column in columns if column not in frame]:
-        raise ValueError(f"the table lacks the columns {', '.join(missing)}; the model needs {', '.join(columns)}")
-    x = [_values(frame, column, predictor) for column, predictor in zip(columns, predictors, strict=True)]
+        raise ValueError(
+            f"the table lacks the columns {', '.join(missing)}; the model needs {', '.join(columns)}"
+        )
+    x = [
+        _values(frame, column, predictor)
+        for column, predictor in zip(columns, predictors, strict=True)
+    ]
     unknown = np.full(len(frame), np.nan)
     bench = (_numbers(frame, column) if column in frame else unknown for column in BENCH_COLUMNS)
     return Inputs(tuple(predictors), np.stack(x, axis=1), *bench)
 
 
-def frame_from(prediction: ContactPrediction, index: pandas.Index[Any] | None = None) -> pandas.DataFrame:
+def frame_from(
+    prediction: ContactPrediction, index: pandas.Index[Any] | None = None
+) -> pandas.DataFrame:
     """`output_columns` of pulses; spreads are NaN where the model has none."""
     import pandas
 
@@ -77,7 +86,9 @@ class ServedModel:
                 f"a table (pandas.DataFrame) is expected, not {type(model_input).__name__}; "
                 "a version of older software takes arrays: train it again"
             )
-        return frame_from(self.model.predict(inputs_from(model_input, self.predictors)), model_input.index)
+        return frame_from(
+            self.model.predict(inputs_from(model_input, self.predictors)), model_input.index
+        )
 
 
 def _values(frame: pandas.DataFrame, column: str, predictor: Predictor) -> Floats:
@@ -93,7 +104,9 @@ def _values(frame: pandas.DataFrame, column: str, predictor: Predictor) -> Float
     allowed = np.isin(positions, np.arange(len(codes)))
     if not allowed.all():
         value = frame[column].tolist()[int(np.argmin(allowed))]
-        raise ValueError(f"{column} is {value!r}; it may be {', '.join(codes)}, or 0 to {len(codes) - 1} in this order")
+        raise ValueError(
+            f"{column} is {value!r}; it may be {', '.join(codes)}, or 0 to {len(codes) - 1} in this order"
+        )
     return positions
 
 
@@ -110,5 +123,8 @@ def _or_nan(spread: Floats | None, like: Floats) -> Floats:
 
 def _load_pyfunc(path: str) -> ServedModel:
     model, about = read_model(Path(path))
-    predictors = tuple(Predictor(entry["name"], entry["unit"], tuple(entry["levels"])) for entry in about["predictors"])
+    predictors = tuple(
+        Predictor(entry["name"], entry["unit"], tuple(entry["levels"]))
+        for entry in about["predictors"]
+    )
     return ServedModel(model, predictors)

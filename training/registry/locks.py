@@ -38,7 +38,9 @@ def _server_turn(uri: str, what: str, waiting: Callable[[], None] | None) -> Ite
     engine = make_engine(uri)
     try:
         connection = retry(
-            lambda: _waited(engine.connect(), number, waiting), lambda error, _: is_transient(error), _PATIENCE
+            lambda: _waited(engine.connect(), number, waiting),
+            lambda error, _: is_transient(error),
+            _PATIENCE,
         )
         try:
             yield
@@ -56,7 +58,9 @@ def _waited(connection: Connection, number: int, waiting: Callable[[], None] | N
             if waiting is not None:
                 waiting()
             connection.execute(select(func.pg_advisory_lock(number)))
-    except BaseException:  # an interruption, too, gives the lock's connection back; it is raised again
+    except (
+        BaseException
+    ):  # an interruption, too, gives the lock's connection back; it is raised again
         _given_back(connection)
         raise
     return connection

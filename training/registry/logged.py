@@ -63,7 +63,9 @@ def code_version(model: Mapping[str, Any]) -> dict[str, str]:
         **{name: _version(name) for name in (*_libraries(model, TO_FIT), "mlflow")},
     }
     commit, dirty = _commit()
-    return versions | ({"commit": commit, "uncommitted_changes": str(dirty).lower()} if commit else {})
+    return versions | (
+        {"commit": commit, "uncommitted_changes": str(dirty).lower()} if commit else {}
+    )
 
 
 def requirements(model: Mapping[str, Any]) -> list[str]:
@@ -73,7 +75,11 @@ def requirements(model: Mapping[str, Any]) -> list[str]:
 
 def _libraries(model: Mapping[str, Any], by_kind: Mapping[str, Iterable[str]]) -> list[str]:
     """Those of all parts of a model, in a fixed order."""
-    own = {library for part in parts_within(model) for library in (*by_kind.get(part["kind"], ()), *_of_kernel(part))}
+    own = {
+        library
+        for part in parts_within(model)
+        for library in (*by_kind.get(part["kind"], ()), *_of_kernel(part))
+    }
     return [*_ALWAYS, *sorted(own)]
 
 
@@ -103,7 +109,9 @@ def _commit() -> tuple[str, bool]:
 
 def _git(*arguments: str) -> str:
     command = ["git", "-C", str(_PACKAGE), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+    return subprocess.run(
+        command, capture_output=True, text=True, check=True, timeout=10
+    ).stdout.strip()
 
 
 #: The predictions that the metrics came from.
@@ -134,7 +142,8 @@ def log_figures(client: MlflowClient, run_id: str, model_id: str, trained: Train
 
     sides = {side: _dataset(trained, side) for side in ("training", "held-out")}
     inputs = [
-        DatasetInput(side_dataset, [InputTag(MLFLOW_DATASET_CONTEXT, side)]) for side, side_dataset in sides.items()
+        DatasetInput(side_dataset, [InputTag(MLFLOW_DATASET_CONTEXT, side)])
+        for side, side_dataset in sides.items()
     ]
     client.log_inputs(run_id, inputs)
     parameters = [Param(name, value) for name, value in _parameters(trained).items()]
@@ -193,8 +202,12 @@ def _fit_metrics(trained: Trained) -> list[Metric]:
     now = time.time_ns() // 1_000_000
     numbers = {
         name: float(value)
-        for name, value in report.parameters([predictor.name for predictor in trained.predictors]).items()
-        if isinstance(value, int | float) and not isinstance(value, bool) and name not in report.histories
+        for name, value in report.parameters(
+            [predictor.name for predictor in trained.predictors]
+        ).items()
+        if isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and name not in report.histories
     }
     metrics = [Metric(FIT + name, value, now, 0) for name, value in numbers.items()]
     for name, values in report.histories.items():
@@ -228,7 +241,9 @@ def _dataset(trained: Trained, side: str) -> Dataset:
         source_type="code",
         source=json.dumps({"tags": source}),
         schema=json.dumps({"mlflow_colspec": _columns(trained.predictors).to_dict()}),
-        profile=json.dumps({"pulses": len(keys), "snapshot": trained.dataset.hash, "keys_sha256": digest}),
+        profile=json.dumps(
+            {"pulses": len(keys), "snapshot": trained.dataset.hash, "keys_sha256": digest}
+        ),
     )
 
 
@@ -248,6 +263,8 @@ def _signature(predictors: tuple[Predictor, ...]) -> Any:
 
     needed = [input_column(predictor) for predictor in predictors]
     optional = [name for name in BENCH_COLUMNS if name not in needed]
-    inputs = Schema([ColSpec(AnyType(), name, required=name in needed) for name in needed + optional])
+    inputs = Schema(
+        [ColSpec(AnyType(), name, required=name in needed) for name in needed + optional]
+    )
     outputs = Schema([ColSpec(DataType.double, name) for name in output_columns()])
     return ModelSignature(inputs=inputs, outputs=outputs)

@@ -9,7 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote, urlsplit
 
-from ...schema.addresses import AddressError, address_for_display, parse_address, parse_store_address
+from ...schema.addresses import (
+    AddressError,
+    address_for_display,
+    parse_address,
+    parse_store_address,
+)
 
 if TYPE_CHECKING:
     from sqlalchemy import URL
@@ -90,10 +95,16 @@ def _with_files(place: ModelStorage, given: str | None) -> ModelStorage:
 def _storage_of(store_url: str, given: str | None) -> ModelStorage:
     if given:
         if given == store_url:
-            raise ValueError(f"{VARIABLE} is the store's own database; MLflow's tables need one of their own")
+            raise ValueError(
+                f"{VARIABLE} is the store's own database; MLflow's tables need one of their own"
+            )
         return _storage_at(given)
     database = _file_of(parse_store_address(store_url))
-    stem = database.with_name(f"{database.stem}-models") if database else Path.cwd() / "pyroshock-models"
+    stem = (
+        database.with_name(f"{database.stem}-models")
+        if database
+        else Path.cwd() / "pyroshock-models"
+    )
     return ModelStorage(_sqlite_uri(stem.with_name(stem.name + ".db")), stem)
 
 

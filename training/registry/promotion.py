@@ -62,7 +62,9 @@ def promote(
         registry.settle()
         candidate = chosen(registry.versions(), f"{name}@{version}")
         if wrong := registry.damage(candidate):
-            raise ValueError(f"{candidate.label} cannot be promoted, predictions would fail: {wrong}")
+            raise ValueError(
+                f"{candidate.label} cannot be promoted, predictions would fail: {wrong}"
+            )
         champion = registry.champion(candidate.dataset.predictor_set)
         if champion is not None and champion.label == candidate.label:
             why = _joined(reason, "it was in use already")
@@ -83,17 +85,36 @@ def _decide_promotion(
     reason: str,
 ) -> Decision:
     if wrong := _not_usable(registry, candidate):
-        why = _joined(reason, f"promoted by force although {wrong}") if forced else _joined(wrong, _given(reason))
-        return _decision(candidate, champion, forced, forced, why, "forced" if forced else "not usable")
+        why = (
+            _joined(reason, f"promoted by force although {wrong}")
+            if forced
+            else _joined(wrong, _given(reason))
+        )
+        return _decision(
+            candidate, champion, forced, forced, why, "forced" if forced else "not usable"
+        )
     try:
         pulses = other[1] if other else read(candidate.dataset.hash)
         if few := too_few(len(np.unique(pulses.configuration))):
-            why = _joined(reason, f"promoted by force although {few}") if forced else _joined(few, _given(reason))
-            return _decision(candidate, champion, forced, forced, why, "forced" if forced else "not enough to judge")
+            why = (
+                _joined(reason, f"promoted by force although {few}")
+                if forced
+                else _joined(few, _given(reason))
+            )
+            return _decision(
+                candidate,
+                champion,
+                forced,
+                forced,
+                why,
+                "forced" if forced else "not enough to judge",
+            )
         scores = _scores(registry, candidate, champion, read, pulses)
     except (ValueError, LookupError) as error:
         if not forced:
-            raise ValueError(f"{candidate.label} cannot be judged on unseen configurations: {error}") from error
+            raise ValueError(
+                f"{candidate.label} cannot be judged on unseen configurations: {error}"
+            ) from error
         why = _joined(reason, f"it could not be judged on unseen configurations ({error})")
         return _decision(candidate, champion, True, forced, why, "forced")
     where = f"unseen configurations of {other[0] if other else candidate.dataset.name}"
@@ -106,7 +127,13 @@ def _decide_promotion(
     verdict: Verdict = "forced" if forced and not judgement.promoted else judgement.verdict
     decision = _decision(candidate, champion, forced or judgement.promoted, forced, why, verdict)
     pulses_judged = len(scores.configuration)
-    return replace(decision, judged_on=where, judged_against=scores.names[1], pulses=pulses_judged, figures=figures)
+    return replace(
+        decision,
+        judged_on=where,
+        judged_against=scores.names[1],
+        pulses=pulses_judged,
+        figures=figures,
+    )
 
 
 def _not_usable(registry: Registry, candidate: Version) -> str:
@@ -135,10 +162,17 @@ def _scores(
     if champion is None:
         kind = candidate.dataset.velocity_kind
         law = updated_law_draws(_learned(registry, candidate, read), pulses, kind)
-        predictions |= {UPDATED_LAW: law, "the contact law before any shot": prior_draws(pulses, kind)}
+        predictions |= {
+            UPDATED_LAW: law,
+            "the contact law before any shot": prior_draws(pulses, kind),
+        }
     else:
         predictions |= {champion.label: _draws(registry, champion, read)}
-    return unseen_scores(pulses, predictions, rng_of("folds", candidate.dataset.hash, "configurations", candidate.seed))
+    return unseen_scores(
+        pulses,
+        predictions,
+        rng_of("folds", candidate.dataset.hash, "configurations", candidate.seed),
+    )
 
 
 def _draws(registry: Registry, version: Version, read: Read) -> PulseDraws:
@@ -154,7 +188,11 @@ def _learned(registry: Registry, version: Version, read: Read) -> PulseTable:
 
 
 def _pulse_errors(
-    registry: Registry, candidate: Version, champion: Version | None, read: Read, other: tuple[str, PulseTable] | None
+    registry: Registry,
+    candidate: Version,
+    champion: Version | None,
+    read: Read,
+    other: tuple[str, PulseTable] | None,
 ) -> dict[str, float]:
     """Further information: mean errors of the models as they are registered, on pulses that neither was trained on.
 
@@ -165,18 +203,28 @@ def _pulse_errors(
     both = [candidate, champion]
     kinds = [version.dataset.velocity_kind for version in both]
     if other and None not in kinds and kinds[0] != kinds[1]:
-        taken = " and ".join(f"{version.label} velocities {version.dataset.velocity_kind}" for version in both)
+        taken = " and ".join(
+            f"{version.label} velocities {version.dataset.velocity_kind}" for version in both
+        )
         raise ValueError(
             f"{taken}: one of them would be asked with the other's; judge them on held-out pulses, without --on"
         )
     try:
-        judged = evaluate_on_table(registry, both, other[1]) if other else evaluate_held_out(registry, both, read)
+        judged = (
+            evaluate_on_table(registry, both, other[1])
+            if other
+            else evaluate_held_out(registry, both, read)
+        )
     except ValueError:
         return {}
     comparison = compared(judged, candidate.label, champion.label)
     cost = comparison.of("cost")
     figures = {f"{metric}.difference": comparison.of(metric).difference for metric in METRICS}
-    return figures | {"cost.candidate": cost.mean_a, "cost.champion": cost.mean_b, "cost.p_value": cost.p_value}
+    return figures | {
+        "cost.candidate": cost.mean_a,
+        "cost.champion": cost.mean_b,
+        "cost.p_value": cost.p_value,
+    }
 
 
 def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Comparison:
@@ -186,7 +234,9 @@ def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Compar
     pulses = judged.pulses
     named = comparison_groups(pulses) if groups else {}
     rng = rng_of("compare", pulses.key[0], "-".join(sorted((a, b))), len(pulses))
-    return compare(judged.errors[a], judged.errors[b], pulses.configuration, named, rng, names=(a, b))
+    return compare(
+        judged.errors[a], judged.errors[b], pulses.configuration, named, rng, names=(a, b)
+    )
 
 
 def _decision(

@@ -139,10 +139,16 @@ class RegisteredModel:
     def predict(self, inputs: Inputs) -> Answer:
         """Pulses of impacts. Raises `ValueError` for inputs of other predictors than the model learned from."""
         if inputs.predictors != self.predictors:
-            wanted, given = ([p.name for p in predictors] for predictors in (self.predictors, inputs.predictors))
-            raise ValueError(f"{self.version.label} is asked with {given}; it knows, with these units: {wanted}")
+            wanted, given = (
+                [p.name for p in predictors] for predictors in (self.predictors, inputs.predictors)
+            )
+            raise ValueError(
+                f"{self.version.label} is asked with {given}; it knows, with these units: {wanted}"
+            )
         outside = self.domain.outside(inputs)
-        return Answer(self.model.predict(inputs), tuple(tuple(row_limits) for row_limits in outside))
+        return Answer(
+            self.model.predict(inputs), tuple(tuple(row_limits) for row_limits in outside)
+        )
 
 
 @dataclass(frozen=True)

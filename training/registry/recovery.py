@@ -30,7 +30,11 @@ def recover(registry: Registry, name: str, version: int, record: Mapping[str, An
     """
     tags = {key: value for key, value in record["tags"].items() if key != PROMOTED_TAG}
     splits = {key: json.loads(value) for key, value in tags.items() if key.startswith(SPLIT_TAG)}
-    folders = {None: _folders(registry, record["run_id"], record["model_id"], json.loads(tags.get(FILES_TAG, "{}")))}
+    folders = {
+        None: _folders(
+            registry, record["run_id"], record["model_id"], json.loads(tags.get(FILES_TAG, "{}"))
+        )
+    }
     further = {
         key: _folders(registry, split["run_id"], split["model_id"], split.get("files", {}))
         for key, split in splits.items()
@@ -52,7 +56,9 @@ def recover(registry: Registry, name: str, version: int, record: Mapping[str, An
             client.delete_model_version(name, made.version)  # a number that another version had
 
 
-def _folders(registry: Registry, run_id: str, model_id: str, files: Mapping[str, str]) -> tuple[Path, Path]:
+def _folders(
+    registry: Registry, run_id: str, model_id: str, files: Mapping[str, str]
+) -> tuple[Path, Path]:
     """The folders of a model and its run. Raises `RecoveryError` where they are not as they were registered."""
     model = registry.place.folder / "models" / model_id / "artifacts"
     run = registry.place.folder / run_id / "artifacts"
@@ -66,7 +72,9 @@ def _folders(registry: Registry, run_id: str, model_id: str, files: Mapping[str,
     return model, run
 
 
-def _logged(client: MlflowClient, experiment: str, name: str, model: Path, run: Path) -> tuple[str, str]:
+def _logged(
+    client: MlflowClient, experiment: str, name: str, model: Path, run: Path
+) -> tuple[str, str]:
     """A run and a model with copies of these files: the ids of both."""
     from mlflow.entities import LoggedModelStatus
 

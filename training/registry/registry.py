@@ -64,7 +64,10 @@ class Registry:
         if self.connection.nothing_there:
             return []
         with self.connection.client() as client:
-            aliases = {model.name: model.aliases for model in client.search_registered_models(max_results=1000)}
+            aliases = {
+                model.name: model.aliases
+                for model in client.search_registered_models(max_results=1000)
+            }
             model_versions = client.search_model_versions(max_results=10_000)
         rows = [(v, int(v.version), v.tags) for v in model_versions if TASK_TAG in v.tags]
         champion_of = champions_of({(v.name, number): tags for v, number, tags in rows}, aliases)
@@ -81,7 +84,9 @@ class Registry:
         if self.connection.nothing_there:
             return []
         with self.connection.client() as client:
-            rows = [v for v in client.search_model_versions(max_results=10_000) if TASK_TAG in v.tags]
+            rows = [
+                v for v in client.search_model_versions(max_results=10_000) if TASK_TAG in v.tags
+            ]
         return [
             {
                 "name": v.name,
@@ -105,7 +110,9 @@ class Registry:
         with self._model_of(version) as folder:
             model, written = read_model(folder, version.sha256)
         predictors, domain = read_about(written)
-        if "pulses" not in written:  # an older version: the pulses are listed beside its held-out predictions
+        if (
+            "pulses" not in written
+        ):  # an older version: the pulses are listed beside its held-out predictions
             written = {**written, "pulses": len(self.held_out(version).trained_on)}
         return RegisteredModel(version, model, predictors, domain, written)
 
@@ -129,9 +136,16 @@ class Registry:
         """Losses and errors of a version's training: (step, value), the first step first."""
         with self.connection.client() as client:
             data = client.get_run(version.run_id).data
-            names = [name for name in data.metrics if name.startswith(FIT) and name not in data.params]
-            points = {name: client.get_metric_history(version.run_id, name) for name in sorted(names)}
-        return {name.removeprefix(FIT): sorted((p.step, p.value) for p in points[name]) for name in points}
+            names = [
+                name for name in data.metrics if name.startswith(FIT) and name not in data.params
+            ]
+            points = {
+                name: client.get_metric_history(version.run_id, name) for name in sorted(names)
+            }
+        return {
+            name.removeprefix(FIT): sorted((p.step, p.value) for p in points[name])
+            for name in points
+        }
 
     @patient
     def searches(self, version: Version) -> dict[str, SettingsSearch]:
@@ -142,7 +156,9 @@ class Registry:
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
             stored_here = uri.startswith("file:")
-            if not stored_here and all(file.path != SEARCHES for file in client.list_artifacts(version.run_id)):
+            if not stored_here and all(
+                file.path != SEARCHES for file in client.list_artifacts(version.run_id)
+            ):
                 return {}
             try:
                 content = self._fetched(f"{uri}/{SEARCHES}", room, version).read_bytes()
@@ -175,10 +191,15 @@ class Registry:
 
         with self.connection.client() as client:
             uri = _address_of_model(client, version)
-            files = [*mlflow.artifacts.list_artifacts(f"{uri}/data/model"), *client.list_artifacts(version.run_id)]
+            files = [
+                *mlflow.artifacts.list_artifacts(f"{uri}/data/model"),
+                *client.list_artifacts(version.run_id),
+            ]
         names = {Path(file.path).name for file in files}
         if missing := [name for name in (MODEL_FILE, ARRAYS_FILE, HELD_OUT) if name not in names]:
-            raise RegistryError(f"the server has no {', '.join(missing)} of {version.label}; {_again(version)}")
+            raise RegistryError(
+                f"the server has no {', '.join(missing)} of {version.label}; {_again(version)}"
+            )
 
     def record(self, trained: Trained, session: str | None = None) -> Version:
         """Log a finished training under the run `session`, and register its model: the very last step.
@@ -189,12 +210,19 @@ class Registry:
 
         def attempt() -> Version:
             with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
-                return _registered(client, begun) or self._record(client, Path(room), trained, session, begun)
+                return _registered(client, begun) or self._record(
+                    client, Path(room), trained, session, begun
+                )
 
         return retry(attempt, lambda error, _: is_transient(error))
 
     def _record(
-        self, client: MlflowClient, room: Path, trained: Trained, session: str | None, begun: list[str]
+        self,
+        client: MlflowClient,
+        room: Path,
+        trained: Trained,
+        session: str | None,
+        begun: list[str],
     ) -> Version:
         import mlflow
 
@@ -224,7 +252,9 @@ class Registry:
                     with redirect_stderr(StringIO()):  # MLflow announces every version there
                         earlier = mlflow.register_model(model_uri, task.model, tags=own)
                 else:
-                    key, value = split_tag(trained, sha256, files, order, run.info.run_id, model_id, time.time())
+                    key, value = split_tag(
+                        trained, sha256, files, order, run.info.run_id, model_id, time.time()
+                    )
                     client.set_model_version_tag(task.model, earlier.version, key, value)
                     own = {**earlier.tags, key: value}
         return _record_of_task(earlier, own, task.key)
@@ -234,7 +264,11 @@ class Registry:
         """Close the runs that a kill left open though their models are registered: nothing was to be done any more."""
         ours = {version.run_id for version in versions}
         with self.connection.client() as client:
-            for run in client.search_runs([self._experiment], "attributes.status = 'RUNNING'") if ours else ():
+            for run in (
+                client.search_runs([self._experiment], "attributes.status = 'RUNNING'")
+                if ours
+                else ()
+            ):
                 if run.info.run_id in ours:
                     client.set_terminated(run.info.run_id)
 
@@ -243,11 +277,15 @@ class Registry:
         """The run over all trainings of a dataset with a seed: the one begun earlier, or a new one."""
         with self.connection.client() as client:
             key = f"{dataset.hash} {seed}"
-            runs = client.search_runs([self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1)
+            runs = client.search_runs(
+                [self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1
+            )
             if runs:
                 return str(runs[0].info.run_id)
             run = client.create_run(
-                self.connection.experiment, run_name=f"train {dataset.name}", tags={_SESSION_TAG: key}
+                self.connection.experiment,
+                run_name=f"train {dataset.name}",
+                tags={_SESSION_TAG: key},
             )
             client.log_param(run.info.run_id, "dataset", dataset.name)
             client.log_param(run.info.run_id, "dataset_hash", dataset.hash)
@@ -255,7 +293,9 @@ class Registry:
             return str(run.info.run_id)
 
     @patient
-    def close_session(self, session: str, figures: Mapping[str, bytes], floors: Mapping[str, str]) -> None:
+    def close_session(
+        self, session: str, figures: Mapping[str, bytes], floors: Mapping[str, str]
+    ) -> None:
         """Log what stands over all trainings: figures by file name, and the floor (JSON) of each split."""
         with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
             for name, content in figures.items():
@@ -272,7 +312,9 @@ class Registry:
             return {}
         with self.connection.client() as client:
             key = f"{dataset_hash} {seed}"
-            runs = client.search_runs([self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1)
+            runs = client.search_runs(
+                [self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1
+            )
             tags = runs[0].data.tags if runs else {}
         return dict(json.loads(text) for key, text in tags.items() if key.startswith(_FLOOR_TAG))
 
@@ -329,7 +371,9 @@ class Registry:
     def _forget_unfinished(self, client: MlflowClient, task_key: str) -> None:
         """Take back what a killed training of the same task has left."""
         running = f"tags.`{TASK_TAG}` = '{task_key}' AND attributes.status != 'FINISHED'"
-        registered = {record.run_id for record in _all_records(client) if record.task_key == task_key}
+        registered = {
+            record.run_id for record in _all_records(client) if record.task_key == task_key
+        }
         for run in client.search_runs([self.connection.experiment], running):
             if run.info.run_id in registered:
                 client.set_terminated(run.info.run_id)
@@ -364,7 +408,9 @@ class Registry:
             check_files(self._fetched(uri, room, version), RUN, version.files)
 
     @staticmethod
-    def _hash_logged(client: MlflowClient, run_id: str, model_id: str, room: Path) -> dict[str, str]:
+    def _hash_logged(
+        client: MlflowClient, run_id: str, model_id: str, room: Path
+    ) -> dict[str, str]:
         """SHA-256 of every file of a model and its run, as they were stored."""
         import mlflow
 
@@ -378,7 +424,9 @@ class Registry:
             else:
                 target = room / begin.rstrip("/")
                 target.mkdir(parents=True)
-                folder = Path(mlflow.artifacts.download_artifacts(artifact_uri=uri, dst_path=str(target)))
+                folder = Path(
+                    mlflow.artifacts.download_artifacts(artifact_uri=uri, dst_path=str(target))
+                )
             hashes |= hash_files(folder, begin)
         return hashes
 
@@ -389,7 +437,9 @@ class Registry:
         if not uri.startswith("file:"):
             return Path(mlflow.artifacts.download_artifacts(artifact_uri=uri, dst_path=str(room)))
         path = Path(uri.removeprefix("file://"))
-        own = path.parts[-2:] if path.name == "artifacts" else path.parts[-3:]  # of a run, whole or one file
+        own = (
+            path.parts[-2:] if path.name == "artifacts" else path.parts[-3:]
+        )  # of a run, whole or one file
         parts = path.parts[path.parts.index("models") :] if "models" in path.parts else own
         for candidate in (path, self.place.folder.joinpath(*parts)):
             if candidate.exists():
@@ -406,13 +456,22 @@ def _again(version: Version) -> str:
 
 def _registered(client: MlflowClient, runs: Sequence[str]) -> Version | None:
     """The version that one of these runs has registered, though nobody was told."""
-    return next((record for record in _all_records(client) if record.run_id in runs), None) if runs else None
+    return (
+        next((record for record in _all_records(client) if record.run_id in runs), None)
+        if runs
+        else None
+    )
 
 
 def _all_records(client: MlflowClient) -> list[Version]:
     """Every version's records, without what is in use."""
     versions = client.search_model_versions(max_results=10_000)
-    return [record for version in versions if TASK_TAG in version.tags for record in _records(version, version.tags)]
+    return [
+        record
+        for version in versions
+        if TASK_TAG in version.tags
+        for record in _records(version, version.tags)
+    ]
 
 
 def _records(model_version: ModelVersion, tags: Mapping[str, str]) -> list[Version]:
@@ -423,13 +482,17 @@ def _records(model_version: ModelVersion, tags: Mapping[str, str]) -> list[Versi
 
 
 def _record_of_task(model_version: ModelVersion, tags: Mapping[str, str], task_key: str) -> Version:
-    return next(version for version in _records(model_version, tags) if version.task_key == task_key)
+    return next(
+        version for version in _records(model_version, tags) if version.task_key == task_key
+    )
 
 
 def _version_without_split(client: MlflowClient, trained: Trained) -> ModelVersion | None:
     """The newest version of the same training that was not judged on this split yet."""
     wanted = f"name = '{trained.task.model}'"
-    versions = [v for v in client.search_model_versions(wanted, max_results=10_000) if TASK_TAG in v.tags]
+    versions = [
+        v for v in client.search_model_versions(wanted, max_results=10_000) if TASK_TAG in v.tags
+    ]
     same = [v for v in versions if v.tags.get(TRAINING_TAG) == trained.task.training_key]
     for version in sorted(same, key=lambda version: int(version.version), reverse=True):
         if all(record.split != trained.task.split for record in _records(version, version.tags)):

@@ -50,7 +50,9 @@ PROMOTED_TAG = PREFIX + "promoted_at"
 _KINDS = ("bench_kind", "velocity_kind")
 
 
-def version_tags(trained: Trained, sha256: str, files: Mapping[str, str], order: int) -> dict[str, str]:
+def version_tags(
+    trained: Trained, sha256: str, files: Mapping[str, str], order: int
+) -> dict[str, str]:
     """Everything that a listing tells of a version: it is written in one go with the version itself."""
     return {
         TASK_TAG: trained.task.key,
@@ -60,17 +62,28 @@ def version_tags(trained: Trained, sha256: str, files: Mapping[str, str], order:
         PREFIX + "predictor_set": trained.dataset.predictor_set,
         PREFIX + "split": trained.task.split,
         PREFIX + "seed": str(trained.task.seed),
-        PREFIX + "metrics": json.dumps({name: asdict(value) for name, value in trained.metrics.items()}),
+        PREFIX + "metrics": json.dumps(
+            {name: asdict(value) for name, value in trained.metrics.items()}
+        ),
         PREFIX + "cost": json.dumps(asdict(trained.cost)),
         PREFIX + "sha256": sha256,
         FILES_TAG: json.dumps(files),
         ORDER_TAG: str(order),
-        **{PREFIX + name: value for name in _KINDS if (value := getattr(trained.dataset, name)) is not None},
+        **{
+            PREFIX + name: value
+            for name in _KINDS
+            if (value := getattr(trained.dataset, name)) is not None
+        },
     }
 
 
 def version_from(
-    name: str, version: int, run_id: str, created_ms: int, tags: Mapping[str, str], champion_of: str | None
+    name: str,
+    version: int,
+    run_id: str,
+    created_ms: int,
+    tags: Mapping[str, str],
+    champion_of: str | None,
 ) -> Version:
     """A version as it was written."""
     own = {key.removeprefix(PREFIX): value for key, value in tags.items()}
@@ -78,7 +91,10 @@ def version_from(
         name=name,
         version=version,
         dataset=DatasetName(
-            own["dataset"], own["dataset_hash"], own["predictor_set"], **{name: own.get(name) for name in _KINDS}
+            own["dataset"],
+            own["dataset_hash"],
+            own["predictor_set"],
+            **{name: own.get(name) for name in _KINDS},
         ),
         split=own["split"],
         seed=int(own["seed"]),
@@ -96,7 +112,13 @@ def version_from(
 
 
 def split_tag(
-    trained: Trained, sha256: str, files: Mapping[str, str], order: int, run_id: str, model_id: str, seconds: float
+    trained: Trained,
+    sha256: str,
+    files: Mapping[str, str],
+    order: int,
+    run_id: str,
+    model_id: str,
+    seconds: float,
 ) -> tuple[str, str]:
     """Name and value of the tag that holds the record of a further split, registered at `seconds` since 1970."""
     digest = hashlib.sha256(trained.task.split.encode()).hexdigest()[:16]
@@ -152,12 +174,17 @@ def about(trained: Trained) -> dict[str, Any]:
 def fit_parameters(trained: Trained) -> dict[str, str]:
     """What a training searched and found, as parameters of its run."""
     settings = trained.fit_report.parameters([predictor.name for predictor in trained.predictors])
-    return {FIT + name: value if isinstance(value, str) else json.dumps(value) for name, value in settings.items()}
+    return {
+        FIT + name: value if isinstance(value, str) else json.dumps(value)
+        for name, value in settings.items()
+    }
 
 
 def fit_settings(parameters: Mapping[str, str]) -> dict[str, SettingValue]:
     """Settings from what `fit_parameters` wrote; none of a run of older software."""
-    own = {name.removeprefix(FIT): text for name, text in parameters.items() if name.startswith(FIT)}
+    own = {
+        name.removeprefix(FIT): text for name, text in parameters.items() if name.startswith(FIT)
+    }
     return {name: _number_or_text(text) for name, text in own.items()}
 
 
@@ -177,14 +204,17 @@ def sha256_of_keys(keys: NDArray[np.str_]) -> str:
 def read_about(document: Mapping[str, Any]) -> tuple[tuple[Predictor, ...], Domain]:
     """Predictors and validity domain from what `about` made."""
     predictors = tuple(
-        Predictor(entry["name"], entry["unit"], tuple(entry["levels"])) for entry in document["predictors"]
+        Predictor(entry["name"], entry["unit"], tuple(entry["levels"]))
+        for entry in document["predictors"]
     )
     return predictors, Domain.from_json(document["domain"])
 
 
 def units(predictors: tuple[Predictor, ...]) -> dict[str, dict[str, str]]:
     """Unit of every input and output; a category's is the list of its levels."""
-    given = {input_column(p): " | ".join(p.levels) if p.levels else p.unit or "1" for p in predictors}
+    given = {
+        input_column(p): " | ".join(p.levels) if p.levels else p.unit or "1" for p in predictors
+    }
     bench = dict(zip(BENCH_COLUMNS, ("kg", "m"), strict=True))
     pulse = {name: "s" if name.endswith("_s") else "N" for name in output_columns()}
     return {"inputs": bench | given, "outputs": pulse}
@@ -220,7 +250,9 @@ def read_held_out(file: Path) -> HeldOutPredictions:
             arrays.get("force_spread_n"),
             arrays.get("contact_time_spread_s"),
         )
-        return HeldOutPredictions(arrays["key"].astype(np.str_), prediction, arrays["trained_on"].astype(np.str_))
+        return HeldOutPredictions(
+            arrays["key"].astype(np.str_), prediction, arrays["trained_on"].astype(np.str_)
+        )
     except (zipfile.BadZipFile, zlib.error, OSError, EOFError, KeyError, ValueError) as error:
         raise HeldOutError(f"{file} holds no held-out predictions: {error}") from error
 
@@ -250,5 +282,7 @@ def flat(settings: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
             flattened[prefix + key] = value["kind"]
             flattened |= flat(value["settings"], f"{prefix}{key}.")
         else:
-            flattened[prefix + key] = value if isinstance(value, str) else json.dumps(value, default=str)
+            flattened[prefix + key] = (
+                value if isinstance(value, str) else json.dumps(value, default=str)
+            )
     return flattened

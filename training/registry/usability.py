@@ -24,6 +24,12 @@ def usability(records: Sequence[Version], floors: Mapping[str, str]) -> str:
     where the repeatability is not known."""
     unseen = [record for record in records if record.split == _UNSEEN]
     judged = unseen or records
-    errors = {record.split: record.metrics[_METRIC].mean for record in judged if _METRIC in record.metrics}
+    errors = {
+        record.split: record.metrics[_METRIC].mean for record in judged if _METRIC in record.metrics
+    }
     values = {split: repeatability(text) for split, text in floors.items()}
-    return not_usable(judged[0].label, errors, {split: value for split, value in values.items() if value is not None})
+    return not_usable(
+        judged[0].label,
+        errors,
+        {split: value for split, value in values.items() if value is not None},
+    )

@@ -58,18 +58,26 @@ def bayesian_minimum(
     import torch  # noqa: F401 - the sampler's: loaded here, so that its threads are limited too
     from threadpoolctl import threadpool_limits
 
-    with _quiet(), threadpool_limits(1):  # the same sums, and so the same search, whatever else runs
+    with (
+        _quiet(),
+        threadpool_limits(1),
+    ):  # the same sums, and so the same search, whatever else runs
         sampler = optuna.samplers.GPSampler(seed=int(rng.integers(2**31)))
         study = optuna.create_study(sampler=sampler)
         if first is not None:
             study.enqueue_trial(dict(first))
-        study.optimize(lambda trial: _finite(objective, _proposed(trial, space)), n_trials=iterations)
+        study.optimize(
+            lambda trial: _finite(objective, _proposed(trial, space)), n_trials=iterations
+        )
     return BayesianResult(dict(study.best_params), float(study.best_value), _trials(study))
 
 
 def _trials(study: Any) -> tuple[Trial, ...]:
     ended = [trial for trial in study.trials if trial.value is not None]
-    return tuple(Trial(dict(trial.params), float(trial.value), trial.duration.total_seconds()) for trial in ended)
+    return tuple(
+        Trial(dict(trial.params), float(trial.value), trial.duration.total_seconds())
+        for trial in ended
+    )
 
 
 def _proposed(trial: Any, space: Space) -> dict[str, Any]:
@@ -84,7 +92,9 @@ def _proposed(trial: Any, space: Space) -> dict[str, Any]:
 def _finite(objective: Callable[[dict[str, Any]], float], settings: dict[str, Any]) -> float:
     value = float(objective(settings))
     if not math.isfinite(value):
-        raise ValueError(f"the objective is {value} at {settings}: return a large number for what cannot be used")
+        raise ValueError(
+            f"the objective is {value} at {settings}: return a large number for what cannot be used"
+        )
     return value
 
 

@@ -87,7 +87,9 @@ def _whole_lines(path: Path) -> list[dict[str, Any]]:
         os.truncate(path, len(whole))
     try:
         lines = [json.loads(line) for line in whole.splitlines()]
-        if all(isinstance(line, dict) for line in lines) and all({"key", "value"} <= set(line) for line in lines[1:]):
+        if all(isinstance(line, dict) for line in lines) and all(
+            {"key", "value"} <= set(line) for line in lines[1:]
+        ):
             return lines
     except ValueError:
         pass
@@ -100,7 +102,11 @@ Genes = tuple[int, ...]
 Evaluate = Callable[[Genes], float]
 Progress = Callable[[str], None]
 
-CROSSED, MUTATED, CREEP = 0.9, 0.3, 0.15  # of couples; of genes; standard deviation over an axis's length
+CROSSED, MUTATED, CREEP = (
+    0.9,
+    0.3,
+    0.15,
+)  # of couples; of genes; standard deviation over an axis's length
 
 
 @dataclass(frozen=True)
@@ -114,8 +120,15 @@ class Search:
     workers: int = 1
 
     def __post_init__(self) -> None:
-        if not 0 < self.elite < self.population or self.generations < 0 or self.workers < 1 or min(self.levels) < 1:
-            raise ValueError(f"not a search: {self}; it needs 0 < elite < population, a level of each axis, a worker")
+        if (
+            not 0 < self.elite < self.population
+            or self.generations < 0
+            or self.workers < 1
+            or min(self.levels) < 1
+        ):
+            raise ValueError(
+                f"not a search: {self}; it needs 0 < elite < population, a level of each axis, a worker"
+            )
 
 
 @dataclass(frozen=True)
@@ -154,9 +167,13 @@ def run_search(
     for generation in range(search.generations + 1):
         if generation:
             values = [journal.values[genes] for genes in population]
-            population = _bred(search, population, values, np.random.default_rng([seed, generation]))
+            population = _bred(
+                search, population, values, np.random.default_rng([seed, generation])
+            )
         # High levels first: where they are the dear ones, no worker is left with the dearest at the end.
-        missing = sorted({genes for genes in population if genes not in journal.values}, reverse=True)
+        missing = sorted(
+            {genes for genes in population if genes not in journal.values}, reverse=True
+        )
         for genes, (value, duration_s) in _evaluated(missing, evaluate, search.workers, executor):
             journal.add(genes, value, duration_s)
         seen.update(population)
@@ -190,7 +207,9 @@ def _value(genes: Genes, evaluate: Evaluate) -> _Timed:
     return evaluate(genes), time.perf_counter() - begun
 
 
-def _by_threads(missing: Sequence[Genes], evaluate: Evaluate, workers: int) -> Iterable[tuple[Genes, _Timed]]:
+def _by_threads(
+    missing: Sequence[Genes], evaluate: Evaluate, workers: int
+) -> Iterable[tuple[Genes, _Timed]]:
     with ThreadPoolExecutor(workers) as pool:
         running = {pool.submit(_value, genes, evaluate): genes for genes in missing}
         try:
@@ -207,7 +226,9 @@ def _first(search: Search, rng: np.random.Generator) -> list[Genes]:
     return [_genes(search, point * search.levels - 0.5) for point in shuffled.T]
 
 
-def _bred(search: Search, parents: list[Genes], values: list[float], rng: np.random.Generator) -> list[Genes]:
+def _bred(
+    search: Search, parents: list[Genes], values: list[float], rng: np.random.Generator
+) -> list[Genes]:
     """The next generation: the best survive, the rest are children."""
     order = sorted(range(len(parents)), key=lambda one: (values[one], parents[one]))
     elite = list(dict.fromkeys(parents[place] for place in order))[: search.elite]
@@ -223,7 +244,9 @@ def _bred(search: Search, parents: list[Genes], values: list[float], rng: np.ran
         share = rng.random(len(search.levels)) if rng.random() < CROSSED else 0.0
         child = mother + share * (father - mother)
         mutated = rng.random(len(search.levels)) < MUTATED
-        creep = np.maximum(CREEP * np.array(search.levels), 1.0) * rng.standard_normal(len(search.levels))
+        creep = np.maximum(CREEP * np.array(search.levels), 1.0) * rng.standard_normal(
+            len(search.levels)
+        )
         children.append(_genes(search, child + mutated * creep))
     return elite + children
 

@@ -55,7 +55,9 @@ class SettingsSearch:
 def search_from(document: Mapping[str, Any]) -> SettingsSearch:
     """A search from what `as_json` made. Raises `TypeError`, `KeyError` for another document."""
     trials = tuple(Trial(**trial) for trial in document["trials"])
-    return SettingsSearch(document["method"], document["score_name"], trials, tuple(document.get("logarithmic", ())))
+    return SettingsSearch(
+        document["method"], document["score_name"], trials, tuple(document.get("logarithmic", ()))
+    )
 
 
 def searches_from(document: Mapping[str, Mapping[str, Any]]) -> dict[str, SettingsSearch]:
@@ -64,10 +66,19 @@ def searches_from(document: Mapping[str, Mapping[str, Any]]) -> dict[str, Settin
 
 
 def plain_trials(
-    settings: Sequence[Mapping[str, Any]], scores: Sequence[float], durations_s: Sequence[float | None]
+    settings: Sequence[Mapping[str, Any]],
+    scores: Sequence[float],
+    durations_s: Sequence[float | None],
 ) -> tuple[Trial, ...]:
     """Trials of settings that may be NumPy's numbers, which JSON does not know."""
     return tuple(
-        Trial({name: getattr(value, "item", lambda value=value: value)() for name, value in tried.items()}, score, took)
+        Trial(
+            {
+                name: getattr(value, "item", lambda value=value: value)()
+                for name, value in tried.items()
+            },
+            score,
+            took,
+        )
         for tried, score, took in zip(settings, scores, durations_s, strict=True)
     )

@@ -50,7 +50,9 @@ def anvil_pulses(
     velocity = impacts.bodies.impact_velocity_m_s
     contact = own_time(numbers) * length / velocity
     lighter = np.minimum(anvil_mass_kg, impacts.mass_kg)
-    joint_stiffness_n_m = np.minimum(joint_stiffness_n_m, lighter * (2 * np.pi * _PERIODS / contact) ** 2)
+    joint_stiffness_n_m = np.minimum(
+        joint_stiffness_n_m, lighter * (2 * np.pi * _PERIODS / contact) ** 2
+    )
     damping = 2 * _JOINT_DAMPING * np.sqrt(joint_stiffness_n_m * anvil_mass_kg)
     figures = [
         *(getattr(numbers, item.name) for item in fields(numbers)),
@@ -78,7 +80,14 @@ def _flow(law, mass, stiffness, damping, mobility, depth, velocity, anvil, joint
     now = rates(law, depth, velocity - anvil)
     force = now.force if now.force > 0.0 else 0.0
     carried = (stiffness * joint + damping * anvil) / (1.0 + damping * mobility)
-    return now.indentation, -force, (force - carried) / mass, anvil - mobility * carried, carried, force
+    return (
+        now.indentation,
+        -force,
+        (force - carried) / mass,
+        anvil - mobility * carried,
+        carried,
+        force,
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -98,7 +107,9 @@ def _history(row, at_tip, time, force):  # type: ignore[no-untyped-def]
     depth, velocity, anvil, joint = 0.0, 1.0, 0.0, 0.0
     time[0], force[0] = 0.0, 0.0
     peak, count = 0.0, 1
-    x1, v1, a1, j1, carried, contact = _flow(law, mass, stiffness, damping, mobility, depth, velocity, anvil, joint)
+    x1, v1, a1, j1, carried, contact = _flow(
+        law, mass, stiffness, damping, mobility, depth, velocity, anvil, joint
+    )
     while count < _MOST:
         size = fast if contact > 0.0 or depth >= -0.01 * deepest else slow
         half = 0.5 * size
@@ -115,7 +126,9 @@ def _history(row, at_tip, time, force):  # type: ignore[no-untyped-def]
         joint += sixth * (j1 + 2.0 * (j2 + j3) + j4)
         if unloaded and depth > deepest:
             law, unloaded = loading, False
-        x1, v1, a1, j1, carried, contact = _flow(law, mass, stiffness, damping, mobility, depth, velocity, anvil, joint)
+        x1, v1, a1, j1, carried, contact = _flow(
+            law, mass, stiffness, damping, mobility, depth, velocity, anvil, joint
+        )
         if not unloaded and x1 <= 0.0 and depth > deepest:
             deepest, unloaded = depth, True
             law = unloading(loading, deepest)
@@ -156,9 +169,17 @@ def struck_anvils(figures, at_tip, phases):  # type: ignore[no-untyped-def]
         begin = time[first - 1] if first > 0 else time[first]
         end = time[last]
         if last > top and force[last] < least:
-            end -= (least - force[last]) / (force[last - 1] - force[last]) * (time[last] - time[last - 1])
+            end -= (
+                (least - force[last])
+                / (force[last - 1] - force[last])
+                * (time[last] - time[last - 1])
+            )
         length = end - begin
-        pulses[i, 0], pulses[i, 1], pulses[i, 2] = length, (time[top] if turn < 0.0 else turn) - begin, force[top]
+        pulses[i, 0], pulses[i, 1], pulses[i, 2] = (
+            length,
+            (time[top] if turn < 0.0 else turn) - begin,
+            force[top],
+        )
         k = max(first - 1, 0)
         for p in range(1, phases - 1):
             at = begin + length * p / (phases - 1)

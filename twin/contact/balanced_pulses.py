@@ -57,7 +57,11 @@ class StruckBodies:
 
     def repeated(self, count: int, impact_velocity_m_s: Floats) -> Self:
         """Each impact `count` times in a row, of other velocities (n * count,)."""
-        arrays = {name: np.repeat(values, count) for name, values in vars(self.bodies).items() if values is not None}
+        arrays = {
+            name: np.repeat(values, count)
+            for name, values in vars(self.bodies).items()
+            if values is not None
+        }
         return replace(
             self,
             bodies=Bodies(**arrays | {"impact_velocity_m_s": impact_velocity_m_s}),
@@ -99,7 +103,9 @@ def balanced_pulses(
     power = np.exp(np.clip(columns["shape"], *np.log(_POWERS)))
     shape = (natural.force_n / natural.peak_force_n[:, None]) ** power[:, None]
     time = impulse / (peak * _mean_share(shape, np.ones(len(shape))))
-    return ForcePulses(time, shape * peak[:, None], natural.compression_time_s * time / natural.contact_time_s)
+    return ForcePulses(
+        time, shape * peak[:, None], natural.compression_time_s * time / natural.contact_time_s
+    )
 
 
 def narrowed_pulses(pulses: ForcePulses, mean: ForcePulses, share: float) -> ForcePulses:
@@ -136,7 +142,9 @@ def _natural_pulses(
     solver: ImpactSolver | None,
 ) -> tuple[ForcePulses, Floats, Floats]:
     """Pulses as they are solved, the momentum (N s, (n,)) before, and the least impulse."""
-    on_rigid_plate = _prepared(bodies, [effect for effect in effects if effect.id != PlateCompliance.id])
+    on_rigid_plate = _prepared(
+        bodies, [effect for effect in effects if effect.id != PlateCompliance.id]
+    )
     impacts = _prepared(bodies, effects)
     momentum = np.asarray(impacts.mass_kg * bodies.bodies.impact_velocity_m_s)
     time, compression = np.empty(len(momentum)), np.empty(len(momentum))
@@ -148,15 +156,28 @@ def _natural_pulses(
         else:
             pulses = solver(on_rigid_plate.take(rows), rows)
             least[rows] = np.minimum(momentum[rows], pulses.impulse_n_s)
-        time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
+        time[rows], force[rows], compression[rows] = (
+            pulses.contact_time_s,
+            pulses.force_n,
+            pulses.compression_time_s,
+        )
     rows = np.flatnonzero(bodies.anvil)
     if rows.size:
-        volume, stiffness = ANVIL_VOLUME.values(columns["anvil"][rows]), JOINT.values(columns["joint"][rows])
+        volume, stiffness = (
+            ANVIL_VOLUME.values(columns["anvil"][rows]),
+            JOINT.values(columns["joint"][rows]),
+        )
         mobility = (impacts.plate_mobility_m_n_s - on_rigid_plate.plate_mobility_m_n_s)[rows]
         mass = bodies.bodies.target_density_kg_m3[rows] * volume
         least[rows] *= mass / (impacts.mass_kg[rows] + mass)
-        pulses = anvil_pulses(on_rigid_plate.take(rows), mass, stiffness, mobility, phases, at_tip=at_tip)
-        time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
+        pulses = anvil_pulses(
+            on_rigid_plate.take(rows), mass, stiffness, mobility, phases, at_tip=at_tip
+        )
+        time[rows], force[rows], compression[rows] = (
+            pulses.contact_time_s,
+            pulses.force_n,
+            pulses.compression_time_s,
+        )
     return ForcePulses(time, np.maximum(force, 0.0), compression), momentum, least
 
 
@@ -168,7 +189,10 @@ def _prepared(bodies: StruckBodies, effects: Sequence[ContactEffect]) -> Impacts
 def _with_strengths(strikes: ImpactBatch) -> Bodies:
     """Bodies that do not yield where a yield strength is not known."""
     bodies = bodies_of(strikes)
-    if bodies.impactor_yield_strength_pa is not None and bodies.target_yield_strength_pa is not None:
+    if (
+        bodies.impactor_yield_strength_pa is not None
+        and bodies.target_yield_strength_pa is not None
+    ):
         return bodies
     strengths = np.array(
         [
@@ -179,5 +203,7 @@ def _with_strengths(strikes: ImpactBatch) -> Bodies:
         ]
     )
     return replace(
-        bodies, impactor_yield_strength_pa=strengths[:, 0].copy(), target_yield_strength_pa=strengths[:, 1].copy()
+        bodies,
+        impactor_yield_strength_pa=strengths[:, 0].copy(),
+        target_yield_strength_pa=strengths[:, 1].copy(),
     )

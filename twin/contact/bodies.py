@@ -36,7 +36,9 @@ class Bodies:
     target_poisson_ratio: Floats
     target_density_kg_m3: Floats
     impact_velocity_m_s: Floats
-    impactor_mass_kg: Floats | None = None  # all that moves with the tip, where the tip is not the whole impactor
+    impactor_mass_kg: Floats | None = (
+        None  # all that moves with the tip, where the tip is not the whole impactor
+    )
     impactor_yield_strength_pa: Floats | None = None
     target_yield_strength_pa: Floats | None = None
     plate_thickness_m: Floats | None = None
@@ -47,9 +49,13 @@ class Bodies:
             if values is None:
                 continue
             if values.shape != self.impact_velocity_m_s.shape or values.ndim != 1:
-                raise ValueError(f"{item.name} has shape {values.shape}: expected (n,) as all; Bodies.of broadcasts")
+                raise ValueError(
+                    f"{item.name} has shape {values.shape}: expected (n,) as all; Bodies.of broadcasts"
+                )
             poisson = item.name.endswith("poisson_ratio")
-            good = (values > -1) & (values <= 0.5) if poisson else (values > 0) & np.isfinite(values)
+            good = (
+                (values > -1) & (values <= 0.5) if poisson else (values > 0) & np.isfinite(values)
+            )
             if not np.all(good):
                 expected = "above -1 and at most 0.5" if poisson else "positive and finite"
                 raise ValueError(f"{item.name} = {float(values[~good][0])!r}: expected {expected}")
@@ -57,7 +63,11 @@ class Bodies:
     @classmethod
     def of(cls, **quantities: ArrayLike | None) -> Self:
         """From numbers and arrays (n,) that broadcast; None is left out."""
-        arrays = {name: np.asarray(value, dtype=np.float64) for name, value in quantities.items() if value is not None}
+        arrays = {
+            name: np.asarray(value, dtype=np.float64)
+            for name, value in quantities.items()
+            if value is not None
+        }
         shape = np.broadcast_shapes((1,), *(value.shape for value in arrays.values()))
         return cls(**{name: np.broadcast_to(value, shape) for name, value in arrays.items()})
 

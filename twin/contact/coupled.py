@@ -57,11 +57,19 @@ class PlatePoint:
     def __post_init__(self) -> None:
         for name in ("damping_ratio", "shape"):
             if getattr(self, name).shape != self.frequency_hz.shape or self.frequency_hz.ndim != 1:
-                raise ValueError(f"{name} has shape {getattr(self, name).shape}: expected that of frequency_hz, (m,)")
+                raise ValueError(
+                    f"{name} has shape {getattr(self, name).shape}: expected that of frequency_hz, (m,)"
+                )
         if not self.impedance_n_s_m > 0:
-            raise ValueError(f"impedance_n_s_m = {self.impedance_n_s_m!r}: expected a positive number, or infinity")
-        if np.any(self.frequency_hz < 0) or np.any((self.damping_ratio < 0) | (self.damping_ratio >= 1)):
-            raise ValueError("expected frequency_hz of 0 or more and damping_ratio from 0 to below 1")
+            raise ValueError(
+                f"impedance_n_s_m = {self.impedance_n_s_m!r}: expected a positive number, or infinity"
+            )
+        if np.any(self.frequency_hz < 0) or np.any(
+            (self.damping_ratio < 0) | (self.damping_ratio >= 1)
+        ):
+            raise ValueError(
+                "expected frequency_hz of 0 or more and damping_ratio from 0 to below 1"
+            )
 
     @property
     def end_rad_s(self) -> float:
@@ -95,7 +103,9 @@ class StepTables:
     compliance_m_n: float
 
     @classmethod
-    def of(cls, point: PlatePoint, step_s: float, levels: int, limit_rad_s: float, window_s: float) -> Self:
+    def of(
+        cls, point: PlatePoint, step_s: float, levels: int, limit_rad_s: float, window_s: float
+    ) -> Self:
         """For steps of `step_s` and its halves, modes up to `limit_rad_s`, and contacts that last `window_s`."""
         pole, weight, compliance = _gathered(point, limit_rad_s, window_s)
         damped, square = pole.imag, pole**2
@@ -105,8 +115,12 @@ class StepTables:
             turn, *parts = _hermite_step(pole, step_s / 2**level)
             scaled = [part * weight / damped for part in parts]
             between = (turn * scaled[2] + scaled[0], turn * scaled[3] + scaled[1])
-            steps[level] = [half for part in (turn, *scaled, *between) for half in (part.real, part.imag)]
-            answers[level] = [np.sum((by * end).imag) for end in scaled[2:] for by in (1.0, pole, square)]
+            steps[level] = [
+                half for part in (turn, *scaled, *between) for half in (part.real, part.imag)
+            ]
+            answers[level] = [
+                np.sum((by * end).imag) for end in scaled[2:] for by in (1.0, pole, square)
+            ]
             answers[level, 2] += weight.sum()
         # q = Im(s) / phi, q' = Im(lambda s) / phi, energy (q'^2 + omega^2 q^2) / 2
         energies = np.array([0.5 / weight, np.abs(pole) ** 2 * 0.5 / weight])
@@ -132,7 +146,9 @@ def _gathered(point: PlatePoint, limit: float, window: float) -> tuple[Complexes
     damping = point.damping_ratio[moving]
     poles, weight = omega[moving] * (1j * np.sqrt(1 - damping**2) - damping), weight[moving]
     while begin < limit and density > 0:
-        end = min(2 * begin, limit) if begin > 0 else limit  # without any table: all at once, and nothing fades
+        end = (
+            min(2 * begin, limit) if begin > 0 else limit
+        )  # without any table: all at once, and nothing fades
         half, fading = (end - begin) / 2, _FADING * begin
         lasting = min(window, _FADED / fading) if fading > 0 else window
         points = min(math.ceil(half * lasting / 2) + _MORE_POINTS, _MOST_POINTS)
@@ -163,7 +179,9 @@ def _phi(x: Complexes) -> list[Complexes]:
     functions, last = [], np.exp(x)
     for k in range(1, 5):
         last = (last - 1 / math.factorial(k - 1)) / safe
-        series = np.polynomial.polynomial.polyval(x, [1 / math.factorial(j + k) for j in range(_TERMS)])
+        series = np.polynomial.polynomial.polyval(
+            x, [1 / math.factorial(j + k) for j in range(_TERMS)]
+        )
         functions.append(np.where(small, series, last))
     return functions
 
@@ -220,7 +238,9 @@ def coupled_impact(
     from .kernel import by_contact
 
     if len(points) != len(impacts.bodies):
-        raise ValueError(f"{len(points)} points of impact for {len(impacts.bodies)} impacts: expected one for each")
+        raise ValueError(
+            f"{len(points)} points of impact for {len(impacts.bodies)} impacts: expected one for each"
+        )
     length, _ = scales(impacts)
     figures = np.stack(
         [
@@ -243,7 +263,9 @@ def coupled_impact(
     for rows, point, step, doublings in _groups(impacts, points, steps):
         longest = step * 2**doublings
         limit = 2 * np.pi * cycles / (steps * step)
-        tables = StepTables.of(point, longest, doublings + _HALVINGS + 1, limit, _WINDOW * steps * longest)
+        tables = StepTables.of(
+            point, longest, doublings + _HALVINGS + 1, limit, _WINDOW * steps * longest
+        )
         results[:, rows], group = coupled_kernel.together(
             figures[rows], longest, doublings, tables.modes, tables.steps, tables.answers, tables.energies,
             tables.rigid_1_kg, tables.compliance_m_n, ending,
@@ -252,7 +274,9 @@ def coupled_impact(
         nodes.append(group)
     first, ordered = by_contact(np.concatenate(nodes), len(points))
     time, compression, deepest, permanent, velocity, parted, contacts, impulse, energy = results
-    solved = March(time, compression, deepest, permanent, velocity, parted == 1, Nodes(first, *ordered))
+    solved = March(
+        time, compression, deepest, permanent, velocity, parted == 1, Nodes(first, *ordered)
+    )
     peak, back = peak_force(solved.nodes), -velocity
     return CoupledPulse(
         contact_time_s=time,

@@ -178,7 +178,9 @@ def _closed(law, series, ends, guess, scale):  # type: ignore[no-untyped-def]
         if layer > 0.0:
             hardens += kappa * kappa * softness * stiffening * slope / (1.0 + stiffening * static)
         slows = -(c0 * slope + c1 * hardens * approach) * freed
-        falls = 1.0 + slope * (b0 + softness + compliance) + b1 * (hardens * approach + kappa * slows)
+        falls = (
+            1.0 + slope * (b0 + softness + compliance) + b1 * (hardens * approach + kappa * slows)
+        )
         after = depth + off / falls
         if not low < after < high:
             after = 0.5 * (low + high) if high < np.inf else low + 2.0 * (low - rest) + 0.1 * scale
@@ -215,7 +217,9 @@ def _closed_with_loss(law, series, ends, guess, grip, scale):  # type: ignore[no
         last_depth, last_over = depth, over
         after = depth + over / slope
         if not low < after < high:
-            after = 0.5 * (low + high) if high < np.inf else low + 2.0 * (low - law[2]) + 0.1 * scale
+            after = (
+                0.5 * (low + high) if high < np.inf else low + 2.0 * (low - law[2]) + 0.1 * scale
+            )
         depth = after
         if abs(depth - last_depth) <= _ROOT * (depth - law[2]) + 1e-3 * _ROOT * scale:
             break
@@ -228,7 +232,11 @@ def _cubic(share, begin, end, rise, fall):  # type: ignore[no-untyped-def]
     back = 1.0 - share
     value = begin * (1 + 2 * share) * back**2 + end * (3 - 2 * share) * share**2
     value += share * back * (rise * back - fall * share)
-    slope = 6 * share * back * (end - begin) + rise * back * (1 - 3 * share) - fall * share * (2 - 3 * share)
+    slope = (
+        6 * share * back * (end - begin)
+        + rise * back * (1 - 3 * share)
+        - fall * share * (2 - 3 * share)
+    )
     return value, slope
 
 
@@ -266,7 +274,19 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
     state, ahead, behind = np.zeros((2, m)), np.zeros((2, m)), np.zeros((2, m))
     last_level, longest = levels - 1, ending[0] * step
     for i in range(n):
-        mass, velocity, stiffness, exponent, chi, yields, hardening, layer, stiffening, mobility, scale = figures[i]
+        (
+            mass,
+            velocity,
+            stiffness,
+            exponent,
+            chi,
+            yields,
+            hardening,
+            layer,
+            stiffening,
+            mobility,
+            scale,
+        ) = figures[i]
         inverse = 1.0 / mass + rigid
         series = (chi, layer, stiffening, compliance)
         law = (stiffness, exponent, 0.0, yields, hardening)
@@ -276,7 +296,10 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
         deepest, compression, turned, force_at_turn = 0.0, 0.0, False, 0.0
         touching, parted, contacts, separation = True, False, 1.0, 0.0
         approach, level, steady, tallest, bending = velocity, last_level, 0, 0.0, 0.0
-        before, exact = last_level, True  # the level of the step before; whether `state` is that of this instant
+        before, exact = (
+            last_level,
+            True,
+        )  # the level of the step before; whether `state` is that of this instant
         for j in range(m):
             state[0, j] = state[1, j] = 0.0
         moved, speed = _predicted(steps[level], modes, state, force, rate, ahead)
@@ -305,8 +328,10 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
             if not apart:
                 guess = depth + h * (indenting + 0.5 * h * bending)
                 if chi > 0:
-                    next_depth, next_force, next_rate, next_approach, next_indenting = _closed_with_loss(
-                        law, series, ends, guess, max(1.0 + chi * approach, 0.0), scale
+                    next_depth, next_force, next_rate, next_approach, next_indenting = (
+                        _closed_with_loss(
+                            law, series, ends, guess, max(1.0 + chi * approach, 0.0), scale
+                        )
                     )
                 else:
                     next_depth, next_force, next_rate, next_approach, next_indenting = _closed(
@@ -337,7 +362,12 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
             if touching and not apart:
                 deepest = max(deepest, next_depth)
             if parts:
-                begin = depth - law[2] + _layer(layer, stiffening, _static(law, depth)[0])[0] + compliance * force
+                begin = (
+                    depth
+                    - law[2]
+                    + _layer(layer, stiffening, _static(law, depth)[0])[0]
+                    + compliance * force
+                )
                 share = _where_it_falls(begin, ends[0] - law[2], h * approach, h * ends[1], False)
                 separation, touching = time + share * h, False
                 if not turned:  # parted before it turned: the summit was in this step
@@ -409,7 +439,12 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
             separation = time
         elif not parted:
             parted = True
-        results[0, i], results[1, i], results[2, i], results[3, i] = separation, compression, deepest, law[2]
+        results[0, i], results[1, i], results[2, i], results[3, i] = (
+            separation,
+            compression,
+            deepest,
+            law[2],
+        )
         results[4, i], results[5, i], results[6, i], results[7, i] = (
             velocity - impulse / mass,
             parted,

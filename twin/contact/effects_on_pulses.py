@@ -17,7 +17,9 @@ from .impact import impact, trimmed
 from .impacts import bodies_of, impedance, insulated
 
 
-def with_effects(pulses: ForcePulses, strikes: ImpactBatch, effects: Sequence[Effect]) -> ForcePulses:
+def with_effects(
+    pulses: ForcePulses, strikes: ImpactBatch, effects: Sequence[Effect]
+) -> ForcePulses:
     """The pulses of `strikes` as Hertz' impact changes under `effects`; of that impact itself, what it then is.
 
     Momentum and energy hold: an impulse of at most two momenta of the impactor stays below two of those that it has
@@ -28,9 +30,16 @@ def with_effects(pulses: ForcePulses, strikes: ImpactBatch, effects: Sequence[Ef
     force = changed_force(pulses.force_n, without.force_n, acting.force_n)
     time = acting.contact_time_s / without.contact_time_s
     compression = acting.compression_time_s / without.compression_time_s
-    changed = ForcePulses(pulses.contact_time_s * time, force, pulses.compression_time_s * compression)
-    momentum = np.array([setting.impactor_mass_kg for setting in strikes.settings]) * strikes.impact_velocity_m_s
-    most = np.maximum(2 * momentum, pulses.impulse_n_s) * np.maximum(1, acting.impulse_n_s / without.impulse_n_s)
+    changed = ForcePulses(
+        pulses.contact_time_s * time, force, pulses.compression_time_s * compression
+    )
+    momentum = (
+        np.array([setting.impactor_mass_kg for setting in strikes.settings])
+        * strikes.impact_velocity_m_s
+    )
+    most = np.maximum(2 * momentum, pulses.impulse_n_s) * np.maximum(
+        1, acting.impulse_n_s / without.impulse_n_s
+    )
     kept = np.minimum(1, most / changed.impulse_n_s)
     return ForcePulses(changed.contact_time_s, force * kept[:, None], changed.compression_time_s)
 
@@ -38,12 +47,16 @@ def with_effects(pulses: ForcePulses, strikes: ImpactBatch, effects: Sequence[Ef
 def changed_force(force_n: Floats, without_n: Floats, with_n: Floats) -> Floats:
     """Forces (n, p) as a law's change from `without_n` to `with_n`, all at the same phases: peak by ratio, shape by
     difference."""
-    peak, before, after = (values.max(axis=1, keepdims=True) for values in (force_n, without_n, with_n))
+    peak, before, after = (
+        values.max(axis=1, keepdims=True) for values in (force_n, without_n, with_n)
+    )
     shape = np.maximum(force_n / peak + with_n / after - without_n / before, 0.0)
     return np.asarray(shape / shape.max(axis=1, keepdims=True) * peak * after / before)
 
 
 def _law_pulses(strikes: ImpactBatch, effects: Sequence[Effect], points: int) -> ForcePulses:
     place = impedance(strikes)
-    solved = impact(bodies_of(strikes), effects, insulated=insulated(strikes), plate_impedance_n_s_m=place)
+    solved = impact(
+        bodies_of(strikes), effects, insulated=insulated(strikes), plate_impedance_n_s_m=place
+    )
     return trimmed(solved, points)

@@ -145,8 +145,21 @@ def solve(damping: float) -> ContactMotion:
         drag = 1 + damping * state[1]
         return float((1.5 * state[1] - damping * state[0] ** 2 * abs(state[0]) ** 0.5) * drag)
 
-    events = (_Falls(lambda _, state: state[0], terminal=True), _Falls(lambda _, state: state[1]), _Falls(steepness))
-    run = solve_ivp(rate, (0.0, np.inf), [0.0, 1.0], "DOP853", events=events, dense_output=True, rtol=1e-11, atol=1e-13)
+    events = (
+        _Falls(lambda _, state: state[0], terminal=True),
+        _Falls(lambda _, state: state[1]),
+        _Falls(steepness),
+    )
+    run = solve_ivp(
+        rate,
+        (0.0, np.inf),
+        [0.0, 1.0],
+        "DOP853",
+        events=events,
+        dense_output=True,
+        rtol=1e-11,
+        atol=1e-13,
+    )
     assert run.sol is not None and run.t_events is not None  # both asked for
     end, turn, summit = (float(times[0]) for times in run.t_events)
     peak = force(run.sol(summit))
@@ -172,7 +185,9 @@ def contact_time(bodies: Bodies, law: str = "Hertz' impact") -> Floats:
     return np.asarray(_TIME * 1.25**0.4 * length_scale(bodies, law) / bodies.impact_velocity_m_s)
 
 
-def impactor_of_pulse(contact_time_s: Floats, impulse_n_s: Floats, stiffness_n_m15: Floats) -> tuple[Floats, Floats]:
+def impactor_of_pulse(
+    contact_time_s: Floats, impulse_n_s: Floats, stiffness_n_m15: Floats
+) -> tuple[Floats, Floats]:
     """Mass (kg) and velocity (m/s) whose impact without loss has this contact time and impulse, (n,) each.
 
     From the impulse 2 m u and `contact_time`: of a measured force they are what Hertz' law would have needed for it.
@@ -212,9 +227,13 @@ def yield_load(
 
     p_y is a multiple of the lesser yield strength. Needs both of them, for `law`.
     """
-    tip, target = (bodies.needed(f"{body}_yield_strength_pa", law) for body in ("impactor", "target"))
+    tip, target = (
+        bodies.needed(f"{body}_yield_strength_pa", law) for body in ("impactor", "target")
+    )
     pressure = pressure_over_yield_strength * np.minimum(tip, target)
-    return np.asarray((np.pi * pressure) ** 3 * bodies.impactor_radius_m**2 * bodies.compliance_1_pa**2 / 6)
+    return np.asarray(
+        (np.pi * pressure) ** 3 * bodies.impactor_radius_m**2 * bodies.compliance_1_pa**2 / 6
+    )
 
 
 def yield_velocity(bodies: Bodies, law: str = "yield") -> Floats:

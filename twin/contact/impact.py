@@ -37,7 +37,9 @@ class ForceHistory:
         """In the units of the march."""
         nodes = march.nodes
         last = np.repeat(march.contact_time, np.diff(nodes.first))
-        return cls(nodes.first, np.minimum(nodes.time / last, 1.0), nodes.force, nodes.force_rate * last)
+        return cls(
+            nodes.first, np.minimum(nodes.time / last, 1.0), nodes.force, nodes.force_rate * last
+        )
 
     def at(self, phase: Floats) -> Floats:
         """Force (n, p) at phases (p,), or (n, p) of each contact."""
@@ -108,7 +110,11 @@ def impact(
     within 1e-6 of solve_ivp's. Needs `impactor_mass_kg`, and what the effects need.
     """
     nominal = Impacts.of(bodies, insulated, plate_impedance_n_s_m)
-    prepared = reduce(lambda impacts, effect: effect.prepare(impacts), checked_effects(effects, ContactEffect), nominal)
+    prepared = reduce(
+        lambda impacts, effect: effect.prepare(impacts),
+        checked_effects(effects, ContactEffect),
+        nominal,
+    )
     return solve(prepared, steps)
 
 
@@ -116,7 +122,11 @@ def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
     """Impacts of any quantities. Raises `ArithmeticError` where a contact does not come to an end."""
     solved = march(Numbers.of(impacts), steps)
     length, force = scales(impacts)
-    velocity, peak, back = impacts.bodies.impact_velocity_m_s, peak_force(solved.nodes), -solved.velocity
+    velocity, peak, back = (
+        impacts.bodies.impact_velocity_m_s,
+        peak_force(solved.nodes),
+        -solved.velocity,
+    )
     return ImpactPulse(
         contact_time_s=solved.contact_time * length / velocity,
         compression_time_s=solved.compression_time * length / velocity,

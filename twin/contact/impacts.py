@@ -31,20 +31,31 @@ class Impacts:
 
     bodies: Bodies
     insulated: NDArray[np.bool_]  # whether an insulating layer lies on the target
-    plate_impedance_n_s_m: Floats | None  # force over velocity at a point of the plate without edges
+    plate_impedance_n_s_m: (
+        Floats | None
+    )  # force over velocity at a point of the plate without edges
     mass_kg: Floats
     stiffness_n_mp: Floats  # k (N / m^p)
     exponent: Floats  # p
     rate_loss_s_m: Floats  # chi; 0 loses nothing
-    yield_load_n: Floats  # beyond it the load goes on along the tangent (Thornton); inf never yields
-    hardening_exponent: Floats  # r; not along the tangent but as F_y (1 + p ((delta / delta_y)^r - 1) / r); 1 is it
+    yield_load_n: (
+        Floats  # beyond it the load goes on along the tangent (Thornton); inf never yields
+    )
+    hardening_exponent: (
+        Floats  # r; not along the tangent but as F_y (1 + p ((delta / delta_y)^r - 1) / r); 1 is it
+    )
     layer_compliance_m_n: Floats  # of a spring in series; 0 is none
-    layer_stiffening_1_n: Floats  # by which it grows stiffer with force, as a share of its stiffness; 0 is linear
+    layer_stiffening_1_n: (
+        Floats  # by which it grows stiffer with force, as a share of its stiffness; 0 is linear
+    )
     plate_mobility_m_n_s: Floats  # velocity of the plate's surface over force; 0 is a rigid plate
 
     @classmethod
     def of(
-        cls, bodies: Bodies, insulated: NDArray[np.bool_] | None = None, plate_impedance_n_s_m: Floats | None = None
+        cls,
+        bodies: Bodies,
+        insulated: NDArray[np.bool_] | None = None,
+        plate_impedance_n_s_m: Floats | None = None,
     ) -> Self:
         """Hertz' impacts on a rigid target. Needs `impactor_mass_kg`. Raises `ValueError` for unlike lengths.
 
@@ -55,7 +66,9 @@ class Impacts:
         impedance = _impedance(bodies) if plate_impedance_n_s_m is None else plate_impedance_n_s_m
         for name, values in (("insulated", insulated), ("plate_impedance_n_s_m", impedance)):
             if values is not None and values.shape != (n,):
-                raise ValueError(f"{name} has shape {values.shape}: expected ({n},), one for each impact")
+                raise ValueError(
+                    f"{name} has shape {values.shape}: expected ({n},), one for each impact"
+                )
         return cls(
             bodies=bodies,
             insulated=insulated,
@@ -78,7 +91,11 @@ class Impacts:
 
     def take(self, rows: NDArray[np.intp]) -> Self:
         """Some of the impacts, by their rows."""
-        arrays = {name: values[rows] for name, values in vars(self).items() if isinstance(values, np.ndarray)}
+        arrays = {
+            name: values[rows]
+            for name, values in vars(self).items()
+            if isinstance(values, np.ndarray)
+        }
         return replace(self, bodies=self.bodies.take(rows), **arrays)
 
 
@@ -96,7 +113,11 @@ def plate_impedance(
 def _impedance(bodies: Bodies) -> Floats | None:
     if bodies.plate_thickness_m is None:
         return None
-    of_target = (bodies.target_youngs_modulus_pa, bodies.target_poisson_ratio, bodies.target_density_kg_m3)
+    of_target = (
+        bodies.target_youngs_modulus_pa,
+        bodies.target_poisson_ratio,
+        bodies.target_density_kg_m3,
+    )
     return plate_impedance(*of_target, bodies.plate_thickness_m)
 
 
@@ -116,7 +137,9 @@ class ContactEffect(Effect):
         """A parameter as (n,)."""
         values, n = np.asarray(parameter, dtype=np.float64), len(impacts.bodies)
         if values.shape not in ((), (n,)):
-            raise ValueError(f"{self.id}: parameter of shape {values.shape} for {n} impacts; expected () or ({n},)")
+            raise ValueError(
+                f"{self.id}: parameter of shape {values.shape} for {n} impacts; expected () or ({n},)"
+            )
         return np.broadcast_to(values, (n,))
 
 
@@ -151,7 +174,12 @@ def insulated(strikes: ImpactBatch) -> NDArray[np.bool_]:
 def impedance(strikes: ImpactBatch) -> Floats:
     """Point impedance (N s/m, (n,)) of the plate's own material, whatever lies on it."""
     plates = [
-        (s.plate.youngs_modulus_pa, s.plate.poisson_ratio, s.plate.density_kg_m3, s.plate_thickness_m)
+        (
+            s.plate.youngs_modulus_pa,
+            s.plate.poisson_ratio,
+            s.plate.density_kg_m3,
+            s.plate_thickness_m,
+        )
         for s in strikes.settings
     ]
     return plate_impedance(*np.array(plates).reshape(-1, 4).T)

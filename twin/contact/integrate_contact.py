@@ -101,10 +101,14 @@ def own_time(numbers: Numbers) -> Floats:
     """T (n,): about as long as the loading takes. It sets the steps, and nothing else."""
     p = numbers.exponent
     energy = 0.5 / (1 + numbers.damping / 2)
-    with np.errstate(divide="ignore", over="ignore"):  # what there is next to nothing of asks for endless depths
+    with np.errstate(
+        divide="ignore", over="ignore"
+    ):  # what there is next to nothing of asks for endless depths
         hertz = ((p + 1) * energy) ** (1 / (p + 1))
         soft = np.minimum(hertz**p, (2 * energy / numbers.compliance) ** 0.5)
-        beta = numbers.compliance / (1 + numbers.stiffening * soft)  # about as stiff as under that force
+        beta = numbers.compliance / (
+            1 + numbers.stiffening * soft
+        )  # about as stiff as under that force
         elastic = np.minimum(hertz, (2 * energy / beta) ** (0.5 / p))
         held = numbers.inelasticity ** (-1 / p)
     yielded = np.minimum(elastic, numbers.yield_depth)

@@ -89,7 +89,9 @@ def spring(law, depth):  # type: ignore[no-untyped-def]
     if over < 0.0:  # not max(), which would take a number for what is none
         over = 0.0
     elastic = law.yield_depth if over > law.yield_depth else over
-    root = law.factor * (math.sqrt(elastic) if law.exponent == 1.5 else elastic ** (law.exponent - 1.0))
+    root = law.factor * (
+        math.sqrt(elastic) if law.exponent == 1.5 else elastic ** (law.exponent - 1.0)
+    )
     slope = law.exponent * root
     if law.hardening != 1.0 and over > elastic:
         beyond, steeper = hardening_curve(over / elastic, law.hardening)
@@ -163,7 +165,15 @@ def to_the_yield(law, own_time, power, s, size, depth, velocity):  # type: ignor
     The part of the step is found by regula falsi, the Illinois way: Newton's fails where the turn is near.
     """
     elastic = Law(
-        law.exponent, law.factor, law.rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening, 1.0
+        law.exponent,
+        law.factor,
+        law.rest,
+        np.inf,
+        law.damping,
+        law.inelasticity,
+        law.compliance,
+        law.stiffening,
+        1.0,
     )
     now = rates(elastic, depth, velocity)
     low, high, below = 0.0, size, depth - law.yield_depth
@@ -220,7 +230,17 @@ def unloading(law, deepest):  # type: ignore[no-untyped-def]
         force, _ = spring(law, deepest)
         recovered = deepest * force / deepest**law.exponent
         factor, rest = force / recovered**law.exponent, deepest - recovered
-    return Law(law.exponent, factor, rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening, 1.0)
+    return Law(
+        law.exponent,
+        factor,
+        rest,
+        np.inf,
+        law.damping,
+        law.inelasticity,
+        law.compliance,
+        law.stiffening,
+        1.0,
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -247,7 +267,15 @@ def _ending(law, depth, now, least):  # type: ignore[no-untyped-def]
 def _law(w, i):  # type: ignore[no-untyped-def]
     """Of one contact of the table."""
     return Law(
-        w[_P + i], w[_C + i], w[_REST + i], w[_YIELD + i], w[_A + i], w[_LAMBDA + i], w[_BETA + i], w[_H + i], w[_R + i]
+        w[_P + i],
+        w[_C + i],
+        w[_REST + i],
+        w[_YIELD + i],
+        w[_A + i],
+        w[_LAMBDA + i],
+        w[_BETA + i],
+        w[_H + i],
+        w[_R + i],
     )
 
 
@@ -258,7 +286,13 @@ def _rates_of(w, i):  # type: ignore[no-untyped-def]
     approach_rate = -(w[_FORCE + i] + w[_LAMBDA + i] * gripped) / w[_LOSSY + i]
     force_rate = gripped + w[_A + i] * w[_STATIC + i] * approach_rate
     return Rates(
-        w[_FORCE + i], w[_INDENTATION + i], w[_APPROACH + i], approach_rate, force_rate, w[_STATIC + i], w[_SLOPE + i]
+        w[_FORCE + i],
+        w[_INDENTATION + i],
+        w[_APPROACH + i],
+        approach_rate,
+        force_rate,
+        w[_STATIC + i],
+        w[_SLOPE + i],
     )
 
 
@@ -297,7 +331,11 @@ def _pace_all(w, n):  # type: ignore[no-untyped-def]
         grip = 1.0 + w[_A + i] * approach
         layered = 1.0 + w[_BETA + i] / (1.0 + w[_H + i] * static) * slope
         w[_STATIC + i], w[_SLOPE + i], w[_GRIP + i], w[_LOSSY + i] = static, slope, grip, lossy
-        w[_APPROACH + i], w[_INDENTATION + i], w[_FORCE + i] = approach, approach / layered, static * grip
+        w[_APPROACH + i], w[_INDENTATION + i], w[_FORCE + i] = (
+            approach,
+            approach / layered,
+            static * grip,
+        )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -318,7 +356,10 @@ def _step_all(w, n, size):  # type: ignore[no-untyped-def]
         for i in range(n):
             w[_SLOW + i] = w[row + i]  # dt / ds
         for i in range(n):
-            depth_rate, velocity_rate = w[_SLOW + i] * w[_INDENTATION + i], -w[_SLOW + i] * w[_FORCE + i]
+            depth_rate, velocity_rate = (
+                w[_SLOW + i] * w[_INDENTATION + i],
+                -w[_SLOW + i] * w[_FORCE + i],
+            )
             w[_SUM_DEPTH + i] += weight * depth_rate
             w[_SUM_VELOCITY + i] += weight * velocity_rate
             w[_AT_DEPTH + i] = w[_DEPTH + i] + on * depth_rate
@@ -356,7 +397,12 @@ def with_room(nodes, count, more):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True)
 def noted(nodes, count, contact, time, force, force_rate):  # type: ignore[no-untyped-def]
     """A node more; how many there are."""
-    nodes[count, 0], nodes[count, 1], nodes[count, 2], nodes[count, 3] = contact, time, force, force_rate
+    nodes[count, 0], nodes[count, 1], nodes[count, 2], nodes[count, 3] = (
+        contact,
+        time,
+        force,
+        force_rate,
+    )
     return count + 1
 
 
@@ -374,7 +420,10 @@ def _load(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
             if w[_APPROACH + i] <= 0:
                 s = w[_OLD_S + i]
                 w[_TIME + i], w[_DEPTH + i], w[_VELOCITY + i] = _to_the_turn(
-                    _law(w, i), w[_T + i] * _raised(s, w[_Q + i]) * s, w[_OLD_DEPTH + i], w[_OLD_VELOCITY + i]
+                    _law(w, i),
+                    w[_T + i] * _raised(s, w[_Q + i]) * s,
+                    w[_OLD_DEPTH + i],
+                    w[_OLD_VELOCITY + i],
                 )
                 n -= 1
                 _swap(w, i, n)
@@ -390,11 +439,24 @@ def _load(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
                 # The step that crosses the depth of yield is done in two parts.
                 law, end = _law(w, i), w[_S + i]
                 s, depth, velocity = to_the_yield(
-                    law, w[_T + i], w[_Q + i], w[_OLD_S + i], size, w[_OLD_DEPTH + i], w[_OLD_VELOCITY + i]
+                    law,
+                    w[_T + i],
+                    w[_Q + i],
+                    w[_OLD_S + i],
+                    size,
+                    w[_OLD_DEPTH + i],
+                    w[_OLD_VELOCITY + i],
                 )
-                w[_OLD_S + i], w[_OLD_DEPTH + i], w[_OLD_VELOCITY + i], w[_ELASTIC + i] = s, depth, velocity, 0.0
+                w[_OLD_S + i], w[_OLD_DEPTH + i], w[_OLD_VELOCITY + i], w[_ELASTIC + i] = (
+                    s,
+                    depth,
+                    velocity,
+                    0.0,
+                )
                 now = rates(law, depth, velocity)
-                w[_DEPTH + i], w[_VELOCITY + i] = _step(law, w[_T + i], w[_Q + i], s, end - s, depth, velocity, now)
+                w[_DEPTH + i], w[_VELOCITY + i] = _step(
+                    law, w[_T + i], w[_Q + i], s, end - s, depth, velocity, now
+                )
     return n, nodes, count
 
 
@@ -514,7 +576,13 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
         for i in range(some):
             for k in range(figures.shape[1]):
                 w[k * _WIDTH + i] = figures[start + i, k]
-            w[_C + i], w[_REST + i], w[_S + i], w[_DEPTH + i], w[_VELOCITY + i] = 1.0, 0.0, 0.0, 0.0, 1.0
+            w[_C + i], w[_REST + i], w[_S + i], w[_DEPTH + i], w[_VELOCITY + i] = (
+                1.0,
+                0.0,
+                0.0,
+                0.0,
+                1.0,
+            )
             w[_ELASTIC + i], w[_CONTACT + i] = 1.0, start + i
         failed, nodes, count = _load(w, some, steps, nodes, count)
         unturned += failed
@@ -527,7 +595,11 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
             w[_LEAST + i] = least_share * rates(law, w[_DEPTH + i], w[_VELOCITY + i]).force
             w[_S + i] = (w[_TIME + i] / w[_T + i]) ** (1.0 / w[_Q + i])
             _shorten_steps(w, i, law, 1.0 / steps)
-            outcomes[1, contact], outcomes[2, contact], outcomes[3, contact] = w[_TIME + i], w[_DEPTH + i], law.rest
+            outcomes[1, contact], outcomes[2, contact], outcomes[3, contact] = (
+                w[_TIME + i],
+                w[_DEPTH + i],
+                law.rest,
+            )
         failed, nodes, count = _unload(w, some, steps, nodes, count)
         endless += failed
         if failed:
@@ -565,6 +637,11 @@ def at_phases(first, phase, force, rate, wanted, out):  # type: ignore[no-untype
             width = phase[node + 1] - phase[node]
             share = (place - phase[node]) / width if width > 0 else 1.0
             back = 1 - share
-            blend = force[node] * (1 + 2 * share) * back**2 + force[node + 1] * (3 - 2 * share) * share**2
-            value = blend + share * back * (width * rate[node] * back - width * rate[node + 1] * share)
+            blend = (
+                force[node] * (1 + 2 * share) * back**2
+                + force[node + 1] * (3 - 2 * share) * share**2
+            )
+            value = blend + share * back * (
+                width * rate[node] * back - width * rate[node + 1] * share
+            )
             out[i, j] = 0.0 if value < 0 else value

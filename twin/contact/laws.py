@@ -24,7 +24,15 @@ import numpy as np
 
 from ...array_types import Floats
 from .bodies import Bodies
-from .hertz import DampingLaw, contact_time, hertz, length_scale, matched_damping, motion, restitution_of
+from .hertz import (
+    DampingLaw,
+    contact_time,
+    hertz,
+    length_scale,
+    matched_damping,
+    motion,
+    restitution_of,
+)
 from .pulse import ContactPulse, Law
 from .restitution_laws import RestitutionLaw, elastic, weir_tallon, zener
 
@@ -62,7 +70,9 @@ def sphere_contact_time(bodies: Bodies) -> Floats:
     own mass, to the three digits of 4.53 (4.534).
     """
     inertia = 4 / 3 * np.pi * bodies.impactor_density_kg_m3 * bodies.compliance_1_pa / np.pi
-    return np.asarray(4.53 * inertia**0.4 * bodies.impactor_radius_m * bodies.impact_velocity_m_s**-0.2)
+    return np.asarray(
+        4.53 * inertia**0.4 * bodies.impactor_radius_m * bodies.impact_velocity_m_s**-0.2
+    )
 
 
 def hunter(bodies: Bodies) -> ContactPulse:
@@ -138,7 +148,10 @@ def _raised_cosine(phase: Floats, restitution: Floats) -> Floats:
 
 
 #: Laws that lose energy, as much as a law of restitution says.
-LOSSY: Mapping[str, Callable[..., ContactPulse]] = {"hann": von_hann, "hunt-crossley": hunt_crossley}
+LOSSY: Mapping[str, Callable[..., ContactPulse]] = {
+    "hann": von_hann,
+    "hunt-crossley": hunt_crossley,
+}
 ELASTIC: Mapping[str, Law] = {"hunter": hunter, "reed": reed, "hertz": hertz}
 RESTITUTIONS: Mapping[str, RestitutionLaw] = {"zener": zener, "weir-tallon": weir_tallon}
 
@@ -156,7 +169,11 @@ def contact_law(name: str, restitution: str | None = None) -> Law:
     if restitution is None:
         return LAWS[name]
     if restitution not in RESTITUTIONS:
-        raise LookupError(f"no law of restitution {restitution!r}; there are: {', '.join(RESTITUTIONS)}")
+        raise LookupError(
+            f"no law of restitution {restitution!r}; there are: {', '.join(RESTITUTIONS)}"
+        )
     if name not in LOSSY:
-        raise ValueError(f"restitution {restitution!r} for {name!r}, a law without loss: expected none")
+        raise ValueError(
+            f"restitution {restitution!r} for {name!r}, a law without loss: expected none"
+        )
     return partial(LOSSY[name], restitution=RESTITUTIONS[restitution])

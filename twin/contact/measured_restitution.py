@@ -34,23 +34,33 @@ class RecordedPulse:
 
     def __post_init__(self) -> None:
         if self.force_n.ndim != 2 or self.force_n.shape[1] < 3:
-            raise ValueError(f"force_n has shape {self.force_n.shape}: expected (n, p) with 3 points or more")
+            raise ValueError(
+                f"force_n has shape {self.force_n.shape}: expected (n, p) with 3 points or more"
+            )
         if not np.all(np.isfinite(self.force_n)):
             raise ValueError("force_n: expected finite")
         for name in ("interval_s", "mass_kg", "impact_velocity_m_s"):
             values = getattr(self, name)
-            if values.shape != self.force_n.shape[:1] or not np.all((values > 0) & np.isfinite(values)):
+            if values.shape != self.force_n.shape[:1] or not np.all(
+                (values > 0) & np.isfinite(values)
+            ):
                 raise ValueError(f"{name}: expected {self.force_n.shape[:1]}, positive and finite")
 
     @classmethod
-    def of(cls, pulse: ContactPulse, mass_kg: Floats, impact_velocity_m_s: Floats, points: int = 1001) -> Self:
+    def of(
+        cls, pulse: ContactPulse, mass_kg: Floats, impact_velocity_m_s: Floats, points: int = 1001
+    ) -> Self:
         """As a law's pulse would be recorded."""
-        return cls(pulse.force_n(points), pulse.contact_time_s / (points - 1), mass_kg, impact_velocity_m_s)
+        return cls(
+            pulse.force_n(points), pulse.contact_time_s / (points - 1), mass_kg, impact_velocity_m_s
+        )
 
     @property
     def velocity_m_s(self) -> Floats:
         """v (n, p), by the trapezoid rule."""
-        return np.asarray(self.impact_velocity_m_s[:, None] - self._running(self.force_n) / self.mass_kg[:, None])
+        return np.asarray(
+            self.impact_velocity_m_s[:, None] - self._running(self.force_n) / self.mass_kg[:, None]
+        )
 
     def noise(self, force_noise_n: float) -> Floats:
         """Standard deviation (n,) of Newton's e from white noise of the force, sample by sample."""
@@ -90,7 +100,9 @@ def poisson(pulse: RecordedPulse, turn: Floats | None = None) -> Floats:
 
 
 def stronge(
-    pulse: RecordedPulse, indentation_rate_m_s: Floats | None = None, wave_work_j: Floats | float = 0.0
+    pulse: RecordedPulse,
+    indentation_rate_m_s: Floats | None = None,
+    wave_work_j: Floats | float = 0.0,
 ) -> Floats:
     """e = sqrt((W_r - W_w) / W_c), eq. 1.11 and 1.12; W_r counts what the contact gives back.
 
@@ -106,7 +118,9 @@ def stronge(
 
 def wave_work(pulse: RecordedPulse, plate_impedance_n_s_m: Floats) -> Floats:
     """W_w (J, (n,)) of flexural waves in a plate without edges, the integral of F^2 / Z."""
-    return np.asarray(np.trapezoid(pulse.force_n**2, axis=1) * pulse.interval_s / plate_impedance_n_s_m)
+    return np.asarray(
+        np.trapezoid(pulse.force_n**2, axis=1) * pulse.interval_s / plate_impedance_n_s_m
+    )
 
 
 def turn_of(pulse: RecordedPulse) -> Floats:
@@ -128,4 +142,6 @@ def _at(running: Floats, place: Floats) -> Floats:
     finite = np.isfinite(place)
     lower_index = np.clip(np.where(finite, place, 0.0).astype(np.intp), 0, running.shape[1] - 2)
     rows, share = np.arange(len(running)), place - lower_index
-    return np.asarray(running[rows, lower_index] * (1 - share) + running[rows, lower_index + 1] * share)
+    return np.asarray(
+        running[rows, lower_index] * (1 - share) + running[rows, lower_index + 1] * share
+    )

@@ -17,7 +17,13 @@ from ..setting import Setting
 from .balanced_pulses import PHASES, StruckBodies, balanced_pulses, narrowed_pulses
 from .coupled import COUPLED_PHASES, ImpactSolver
 from .impacts import ContactEffect
-from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, lower_roots, updated_posterior
+from .shot_update import (
+    DISCREPANCIES,
+    LatentPosterior,
+    ShotFeatures,
+    lower_roots,
+    updated_posterior,
+)
 from .uncertain_parameters import effect_of, uncertain_columns
 
 #: Steps of ln velocity between which a posterior is straight: much shorter than a discrepancy's length.
@@ -97,7 +103,9 @@ class PriorContact:
     hand_held: bool = False
     learned: LearnedShots = _NO_SHOTS
     posterior: LatentPosterior | None = None
-    _cache: dict[tuple[Setting, int], tuple[Floats, Floats]] = field(default_factory=dict, init=False, repr=False)
+    _cache: dict[tuple[Setting, int], tuple[Floats, Floats]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", checked_effects(self.effects, ContactEffect))
@@ -113,7 +121,11 @@ class PriorContact:
     def label(self) -> str:
         """ "prior of 4 effects", "contact law updated by 12 shots", and the effects that are fixed."""
         drawn = {effect_id for name in self.names if (effect_id := effect_of(name))}
-        state = f"contact law updated by {self.shots} shots" if self.shots else f"prior of {len(drawn)} effects"
+        state = (
+            f"contact law updated by {self.shots} shots"
+            if self.shots
+            else f"prior of {len(drawn)} effects"
+        )
         return " + ".join([state, *(effect.id for effect in self.effects)])
 
     @property
@@ -130,7 +142,9 @@ class PriorContact:
         """Force at 65 phases; for `z` None of the mean of all that is drawn. Raises `ValueError` for another `z`."""
         return self._solved(strikes, z, at_tip=self.hand_held)
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
+    def pulses_on_plate(
+        self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None
+    ) -> ForcePulses:
         """As `pulses`, where `solver` gives the pulses of impacts on a plate that it knows, but for those on an anvil.
 
         `contact.plate_compliance` does not act on them. Measured shots have narrowed the other parameters beside it,
@@ -138,16 +152,28 @@ class PriorContact:
         """
         return self._solved(strikes, z, at_tip=self.hand_held, phases=COUPLED_PHASES, solver=solver)
 
-    def plate_pulses(self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
+    def plate_pulses(
+        self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses
+    ) -> ForcePulses:
         """What of `pulses`, those of the same strikes and `z`, acts on the plate: below an anvil, what its joint
         carries; else the same."""
         rows = [row for row, setting in enumerate(strikes.settings) if setting.anvil is not None]
         if not self.hand_held or not rows:
             return pulses
-        below = ImpactBatch([strikes.settings[row] for row in rows], strikes.impact_velocity_m_s[rows])
-        carried = self._solved(below, None if z is None else z[rows], at_tip=False, phases=pulses.force_n.shape[1])
-        time, force, turn = (x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s))
-        time[rows], force[rows], turn[rows] = carried.contact_time_s, carried.force_n, carried.compression_time_s
+        below = ImpactBatch(
+            [strikes.settings[row] for row in rows], strikes.impact_velocity_m_s[rows]
+        )
+        carried = self._solved(
+            below, None if z is None else z[rows], at_tip=False, phases=pulses.force_n.shape[1]
+        )
+        time, force, turn = (
+            x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s)
+        )
+        time[rows], force[rows], turn[rows] = (
+            carried.contact_time_s,
+            carried.force_n,
+            carried.compression_time_s,
+        )
         return ForcePulses(time, force, turn)
 
     def _solved(
@@ -163,14 +189,19 @@ class PriorContact:
         struck = StruckBodies.of(strikes)
 
         def pulses(latent: Floats) -> ForcePulses:
-            return balanced_pulses(struck, self.names, latent, self._fixed, at_tip=at_tip, phases=phases, solver=solver)
+            return balanced_pulses(
+                struck, self.names, latent, self._fixed, at_tip=at_tip, phases=phases, solver=solver
+            )
 
         if z is None:
             return pulses(mean)
         if z.shape != (len(strikes), self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
         assert self.posterior is not None  # made with the stage
-        random, narrowing = pulses(mean + np.einsum("nlk,nk->nl", root, z)), self.posterior.narrowing
+        random, narrowing = (
+            pulses(mean + np.einsum("nlk,nk->nl", root, z)),
+            self.posterior.narrowing,
+        )
         return random if narrowing == 1 else narrowed_pulses(random, pulses(mean), narrowing)
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
@@ -183,7 +214,9 @@ class PriorContact:
             return [() for _ in range(len(strikes))]
         learned = _quantities(self.learned.settings, self.learned.velocity_m_s)
         requested_values = _quantities(strikes.settings, strikes.impact_velocity_m_s)
-        ranges = {name: (float(values.min()), float(values.max())) for name, values in learned.items()}
+        ranges = {
+            name: (float(values.min()), float(values.max())) for name, values in learned.items()
+        }
         return [
             tuple(
                 Extrapolation(name, float(values[row]), *ranges[name])
@@ -218,8 +251,12 @@ class PriorContact:
 
         def logarithms(latent: Floats, log_velocity: Floats) -> Floats:
             repeated = struck.repeated(len(latent) // len(learned), np.exp(log_velocity))
-            pulses = balanced_pulses(repeated, self.names, latent, self._fixed, at_tip=self.hand_held)
-            return np.log(np.column_stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s]))
+            pulses = balanced_pulses(
+                repeated, self.names, latent, self._fixed, at_tip=self.hand_held
+            )
+            return np.log(
+                np.column_stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s])
+            )
 
         return logarithms
 
@@ -229,24 +266,32 @@ class PriorContact:
         step = np.floor(position).astype(np.intp)
         share = position - step
         keys = [(setting, int(row)) for setting, row in zip(strikes.settings, step, strict=True)]
-        wanted = dict.fromkeys(key for setting, row in keys for key in ((setting, row), (setting, row + 1)))
+        wanted = dict.fromkeys(
+            key for setting, row in keys for key in ((setting, row), (setting, row + 1))
+        )
         latent_values = {key: at for key in wanted if (at := self._cache.get(key)) is not None}
         latent_values |= self._at([key for key in wanted if key not in latent_values])
         if len(self._cache) > _KEPT:
             self._cache.clear()
         self._cache.update(latent_values)
-        ends = [[latent_values[setting, row + further] for setting, row in keys] for further in (0, 1)]
+        ends = [
+            [latent_values[setting, row + further] for setting, row in keys] for further in (0, 1)
+        ]
         means, roots = ([np.array([end[part] for end in rows]) for rows in ends] for part in (0, 1))
         mean = means[0] + share[:, None] * (means[1] - means[0])
         return mean, roots[0] + share[:, None, None] * (roots[1] - roots[0])
 
-    def _at(self, keys: Sequence[tuple[Setting, int]]) -> dict[tuple[Setting, int], tuple[Floats, Floats]]:
+    def _at(
+        self, keys: Sequence[tuple[Setting, int]]
+    ) -> dict[tuple[Setting, int], tuple[Floats, Floats]]:
         """Mean and root of the posterior at settings and steps of velocity."""
         if not keys:
             return {}
         assert self.posterior is not None  # made with the stage
         velocity = np.exp(_GRID * np.array([row for _, row in keys], dtype=np.float64))
-        mean, covariance = self.posterior.at(ShotFeatures(tuple(setting for setting, _ in keys), velocity))
+        mean, covariance = self.posterior.at(
+            ShotFeatures(tuple(setting for setting, _ in keys), velocity)
+        )
         return dict(zip(keys, zip(mean, lower_roots(covariance), strict=True), strict=True))
 
 

@@ -36,7 +36,9 @@ class ContactPulse:
         Raises `ValueError` for a phase outside of [0, 1].
         """
         if not np.all((phase >= 0) & (phase <= 1)):
-            raise ValueError(f"phases from {np.min(phase):g} to {np.max(phase):g}: expected all in [0, 1]")
+            raise ValueError(
+                f"phases from {np.min(phase):g} to {np.max(phase):g}: expected all in [0, 1]"
+            )
         inside = (phase > 0) & (phase < 1)
         return np.where(inside, self.peak_force_n[:, None] * self.shape(phase), 0.0)
 

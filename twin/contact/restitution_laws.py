@@ -88,7 +88,9 @@ def weir_tallon(bodies: Bodies) -> Restitution:
     which is clipped and told. Needs both yield strengths. Source: Weir and Tallon, Chem. Eng. Sci. 60 (2005) 3637.
     """
     law = "Weir and Tallon's restitution"
-    tip, target = (bodies.needed(f"{body}_yield_strength_pa", law) for body in ("impactor", "target"))
+    tip, target = (
+        bodies.needed(f"{body}_yield_strength_pa", law) for body in ("impactor", "target")
+    )
     strength = np.minimum(tip, target)
     dynamic_pressure = bodies.impactor_density_kg_m3 * bodies.impact_velocity_m_s**2
     raw = 3.1 * np.sqrt(strength * bodies.compliance_1_pa) * (strength / dynamic_pressure) ** 0.125

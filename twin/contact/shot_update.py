@@ -60,8 +60,12 @@ class ShotFeatures:
     @property
     def scaled(self) -> Floats:
         """(n, 3) in units of the lengths over which discrepancies change."""
-        body = np.array([(s.impactor_mass_kg, s.tip_radius_m) for s in self.settings]).reshape(-1, 2)
-        return np.asarray(np.log(np.column_stack([body[:, 0], self.velocity_m_s, body[:, 1]])) / _LENGTHS)
+        body = np.array([(s.impactor_mass_kg, s.tip_radius_m) for s in self.settings]).reshape(
+            -1, 2
+        )
+        return np.asarray(
+            np.log(np.column_stack([body[:, 0], self.velocity_m_s, body[:, 1]])) / _LENGTHS
+        )
 
     @property
     def tip(self) -> NDArray[np.str_]:
@@ -69,7 +73,9 @@ class ShotFeatures:
 
     @property
     def struck(self) -> NDArray[np.str_]:
-        names = ((s.anvil.name if s.anvil else "", s.insulator, s.plate.name) for s in self.settings)
+        names = (
+            (s.anvil.name if s.anvil else "", s.insulator, s.plate.name) for s in self.settings
+        )
         return np.array(["|".join(name) for name in names])
 
 
@@ -95,7 +101,9 @@ class LatentPosterior:
     precision: Floats  # (observed, observed): inverse covariance
     smooth: Floats  # (3,): standard deviations of the discrepancies
     shot: Floats
-    widths: Floats  # (latents,): factors on standard deviations, from configurations that were left out
+    widths: (
+        Floats  # (latents,): factors on standard deviations, from configurations that were left out
+    )
     narrowing: float  # share of what draws of ln contact time deviate by, at most 1
 
     @classmethod
@@ -105,7 +113,18 @@ class LatentPosterior:
         empty = np.zeros((0, len(names)))
         rows = np.zeros(0, dtype=np.intp)
         smooth, shot = SMOOTH * widening[:3], SHOT * widening[3:]
-        return cls(names, nothing, empty, rows, np.zeros(0), np.zeros((0, 0)), smooth, shot, np.ones(len(names)), 1.0)
+        return cls(
+            names,
+            nothing,
+            empty,
+            rows,
+            np.zeros(0),
+            np.zeros((0, 0)),
+            smooth,
+            shot,
+            np.ones(len(names)),
+            1.0,
+        )
 
     def at(self, features: ShotFeatures) -> tuple[Floats, Floats]:
         """Mean (n, latents) and covariance (n, latents, latents) of each of n new shots."""
@@ -170,13 +189,19 @@ class _Fit:
         measured: Floats,
         observables: Observables,
     ) -> None:
-        self.names, self.shots, self.measured, self.observables = names, shots, measured, observables
+        self.names, self.shots, self.measured, self.observables = (
+            names,
+            shots,
+            measured,
+            observables,
+        )
         self.velocity_u = velocity_u
         count = len(measured)
         self.rows, self.kinds = np.nonzero(np.isfinite(measured))
         identity, smooth = np.eye(count), smooth_correlation(shots, shots)
         self.parameters = {
-            name: column_correlation(name, shots.settings, shots.settings) + shot_variance(name) * identity
+            name: column_correlation(name, shots.settings, shots.settings)
+            + shot_variance(name) * identity
             for name in names
             if name in COLUMNS
         }
@@ -200,7 +225,9 @@ class _Fit:
             return self.parameters[name]
         index = DISCREPANCIES.index(name)
         variance = np.exp(2 * self.log_amplitudes)
-        return np.asarray(variance[index] * self.bases[index] + variance[index + 3] * self.bases[index + 3])
+        return np.asarray(
+            variance[index] * self.bases[index] + variance[index + 3] * self.bases[index + 3]
+        )
 
     def linearise(self) -> None:
         """Lines y = b + A x of each shot, regressed over its posterior, and what they leave as noise."""
@@ -214,7 +241,9 @@ class _Fit:
         deviations = values - centre[:, None]
         slope = np.einsum("nso,sl->nol", deviations, self.normals) / _SAMPLES
         remainder = deviations - np.einsum("nol,sl->nso", slope, self.normals)
-        noise = np.einsum("nso,nsp->nop", remainder, remainder) / max(_SAMPLES - self.latents - 1, 1)
+        noise = np.einsum("nso,nsp->nop", remainder, remainder) / max(
+            _SAMPLES - self.latents - 1, 1
+        )
         # A = slope / root, since x - mean = root z.
         derivative = np.linalg.solve(np.swapaxes(root, 1, 2), np.swapaxes(slope, 1, 2))
         derivative = np.swapaxes(derivative, 1, 2)
@@ -223,13 +252,17 @@ class _Fit:
         self.residual = (self.measured - intercept)[self.rows, self.kinds]
         noise = noise + np.diag(MEASUREMENT**2)
         same = self.rows[:, None] == self.rows
-        self.noise = np.where(same, noise[self.rows[:, None], self.kinds[:, None], self.kinds[None, :]], 0.0)
+        self.noise = np.where(
+            same, noise[self.rows[:, None], self.kinds[:, None], self.kinds[None, :]], 0.0
+        )
         self.fixed = self.noise.copy()
         for column in range(self.latents):
             if column == self.latents - 1 or self.names[column] in self.parameters:
                 self.fixed += self._spread(column, self._kernel(column))
         first = self.latents - 4
-        self.parts = [self._spread(first + index % 3, base) for index, base in enumerate(self.bases)]
+        self.parts = [
+            self._spread(first + index % 3, base) for index, base in enumerate(self.bases)
+        ]
 
     def _spread(self, column: int, kernel: Floats) -> Floats:
         """What one latent number of a covariance (shots, shots) adds to that of the observations."""
@@ -249,12 +282,16 @@ class _Fit:
             information = 0.5 * (pulls @ inverse @ pulls.T) * np.outer(variance, variance)
             information += np.diag(_AMPLITUDE_SPREAD**-2)
             gradient = 0.5 * variance * fit - (self.log_amplitudes - prior) / _AMPLITUDE_SPREAD**2
-            self.log_amplitudes = self.log_amplitudes + np.clip(np.linalg.solve(information, gradient), -0.5, 0.5)
+            self.log_amplitudes = self.log_amplitudes + np.clip(
+                np.linalg.solve(information, gradient), -0.5, 0.5
+            )
             self.amplitude_sd = np.sqrt(np.diag(np.linalg.inv(information)))
 
     def _total(self) -> Floats:
         variance = np.exp(2 * self.log_amplitudes)
-        return np.asarray(self.fixed + sum(v * part for v, part in zip(variance, self.parts, strict=True)))
+        return np.asarray(
+            self.fixed + sum(v * part for v, part in zip(variance, self.parts, strict=True))
+        )
 
     def condition(self, step: float) -> None:
         """The posterior of every shot's latent numbers."""
@@ -307,7 +344,9 @@ class _Fit:
             remainder = covariance @ self.factor[block]
             for kind in np.unique(self.kinds[block]):
                 of_kind = self.kinds[block] == kind
-                errors[row, kind] = remainder[of_kind].sum() / np.sqrt(covariance[np.ix_(of_kind, of_kind)].sum())
+                errors[row, kind] = remainder[of_kind].sum() / np.sqrt(
+                    covariance[np.ix_(of_kind, of_kind)].sum()
+                )
         wanted = np.ones(3)
         for kind in range(3):
             sizes = np.abs(errors[np.isfinite(errors[:, kind]), kind])
@@ -349,4 +388,6 @@ def lower_roots(covariance: Floats) -> Floats:
         values, vectors = np.linalg.eigh(covariance)
         factors = vectors * np.sqrt(np.maximum(values, 1e-12))[:, None, :]
         upper = np.linalg.qr(np.swapaxes(factors, 1, 2)).R
-        return np.asarray(np.swapaxes(upper, 1, 2) * np.sign(np.einsum("nkk->nk", upper))[:, None, :])
+        return np.asarray(
+            np.swapaxes(upper, 1, 2) * np.sign(np.einsum("nkk->nk", upper))[:, None, :]
+        )

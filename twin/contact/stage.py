@@ -22,7 +22,9 @@ from .pulse import ContactPulse
 from .restitution_laws import LEAST
 
 
-def out_of_domain(strikes: ImpactBatch, pulse: ContactPulse, effects: frozenset[str]) -> list[tuple[OutOfDomain, ...]]:
+def out_of_domain(
+    strikes: ImpactBatch, pulse: ContactPulse, effects: frozenset[str]
+) -> list[tuple[OutOfDomain, ...]]:
     """For each strike; what one of the effects (by id) takes into account is not told."""
     checks = [
         _restitution(pulse),
@@ -48,7 +50,11 @@ def _yield(strikes: ImpactBatch) -> dict[int, OutOfDomain]:
         return {}
     velocity = strikes.impact_velocity_m_s
     return {
-        row: OutOfDomain("impact_velocity_m_s", float(velocity[row]), f"up to {fastest[row]:.3g}; faster impacts yield")
+        row: OutOfDomain(
+            "impact_velocity_m_s",
+            float(velocity[row]),
+            f"up to {fastest[row]:.3g}; faster impacts yield",
+        )
         for row in _rows(velocity > fastest)
     }
 
@@ -56,7 +62,8 @@ def _yield(strikes: ImpactBatch) -> dict[int, OutOfDomain]:
 def _insulator(strikes: ImpactBatch) -> dict[int, OutOfDomain]:
     valid_range = "none; the law knows no layer"
     return {
-        row: OutOfDomain("insulator", strikes.settings[row].insulator, valid_range) for row in _rows(insulated(strikes))
+        row: OutOfDomain("insulator", strikes.settings[row].insulator, valid_range)
+        for row in _rows(insulated(strikes))
     }
 
 
@@ -143,7 +150,9 @@ class LawContact:
         contact_law(self.law, self.restitution)
         object.__setattr__(self, "effects", checked_effects(self.effects, ContactEffect))
         if self.effects and self.law != "hertz":
-            raise ValueError(f"effects of the contact on {self.law!r}: expected 'hertz', the law that they change")
+            raise ValueError(
+                f"effects of the contact on {self.law!r}: expected 'hertz', the law that they change"
+            )
 
     @property
     def label(self) -> str:
@@ -167,14 +176,18 @@ class LawContact:
         """
         return self._stretched(trimmed(self._solved(strikes), PHASES), z)
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
+    def pulses_on_plate(
+        self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None
+    ) -> ForcePulses:
         """As `pulses`, where `solver` gives the mean pulses of Hertz' impacts on a plate that it knows.
 
         `contact.plate_compliance` does not act: the solver's plate stands in its place. Raises `ValueError` for another
         law than "hertz", and as `pulses`.
         """
         if self.law != "hertz":
-            raise ValueError(f"law {self.law!r} on the modes of a plate: expected 'hertz', which is solved in time")
+            raise ValueError(
+                f"law {self.law!r} on the modes of a plate: expected 'hertz', which is solved in time"
+            )
         impacts = Impacts.of(bodies_of(strikes), insulated(strikes), impedance(strikes))
         for effect in checked_effects(self.effects, ContactEffect):
             if effect.id != PlateCompliance.id:
@@ -183,14 +196,22 @@ class LawContact:
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
         """Restitution that had to be clipped, impacts that yield and a layer that the law does not know."""
-        return out_of_domain(strikes, self._solved(strikes), frozenset(effect.id for effect in self.effects))
+        return out_of_domain(
+            strikes, self._solved(strikes), frozenset(effect.id for effect in self.effects)
+        )
 
     def _solved(self, strikes: ImpactBatch) -> ContactPulse:
         bodies = bodies_of(strikes)
         if not self.effects:
             return contact_law(self.law, self.restitution)(bodies)
         place = impedance(strikes)
-        return impact(bodies, self.effects, insulated=insulated(strikes), plate_impedance_n_s_m=place, steps=_STEPS)
+        return impact(
+            bodies,
+            self.effects,
+            insulated=insulated(strikes),
+            plate_impedance_n_s_m=place,
+            steps=_STEPS,
+        )
 
     def _stretched(self, mean: ForcePulses, z: Floats | None) -> ForcePulses:
         stretch = self._stretch(len(mean.contact_time_s), z)

@@ -69,7 +69,10 @@ class TargetMotion:
     @classmethod
     def of_strikes(cls, strikes: ImpactBatch) -> Self:
         """Of the plates and anvils of settings."""
-        return cls.of(impedance(strikes), np.array([setting.anvil is not None for setting in strikes.settings]))
+        return cls.of(
+            impedance(strikes),
+            np.array([setting.anvil is not None for setting in strikes.settings]),
+        )
 
     def drawn(self, z: Floats) -> Self:
         """Random ones, uniform, of normal numbers `z` (n, 2): never below zero, and without an uncertainty."""
@@ -107,7 +110,9 @@ class PulseMoments:
         phase = np.linspace(0.0, 1.0, _POINTS)
         dense = Akima1DInterpolator(np.linspace(0.0, 1.0, force_n.shape[1]), force_n, axis=1)(phase)
         dense = np.maximum(dense, 0.0)
-        until = np.concatenate([np.zeros((len(dense), 1)), (dense[:, 1:] + dense[:, :-1]).cumsum(axis=1)], axis=1)
+        until = np.concatenate(
+            [np.zeros((len(dense), 1)), (dense[:, 1:] + dense[:, :-1]).cumsum(axis=1)], axis=1
+        )
         mean = np.trapezoid(dense, phase, axis=1)
         unrecovered = np.trapezoid(dense * (1 - phase), phase, axis=1)
         to_peak = until[np.arange(len(dense)), dense.argmax(axis=1)] * (phase[1] / 2)
@@ -115,7 +120,10 @@ class PulseMoments:
 
 
 def velocity_before_contact(
-    integrated_m_s: Floats, pulses: PulseMoments, motion: TargetMotion, integrated_u_m_s: Floats | None = None
+    integrated_m_s: Floats,
+    pulses: PulseMoments,
+    motion: TargetMotion,
+    integrated_u_m_s: Floats | None = None,
 ) -> tuple[Floats, Floats]:
     """Velocity before contact and its standard uncertainty, from velocities integrated to the peak; all (n,).
 
@@ -123,7 +131,9 @@ def velocity_before_contact(
     the integrated velocity. Arrays of other shapes are broadcast.
     """
     whole = 1 - motion.unrecovered / _HERTZ
-    velocity = (pulses.factor * integrated_m_s + motion.mobility_m_n_s * pulses.mean_force_n) / whole
+    velocity = (
+        pulses.factor * integrated_m_s + motion.mobility_m_n_s * pulses.mean_force_n
+    ) / whole
     own_u = 0.0 if integrated_u_m_s is None else pulses.factor * integrated_u_m_s
     mobility_u = motion.mobility_u_m_n_s * pulses.mean_force_n
     left_u = velocity * motion.unrecovered_u / _HERTZ
@@ -139,17 +149,27 @@ def integrated_velocity(
     Between a tenth of the velocity and all of it.
     """
     whole = 1 - motion.unrecovered / _HERTZ
-    kept = (whole * before_contact_m_s - motion.mobility_m_n_s * pulses.mean_force_n) / pulses.factor
+    kept = (
+        whole * before_contact_m_s - motion.mobility_m_n_s * pulses.mean_force_n
+    ) / pulses.factor
     mobility_u = motion.mobility_u_m_n_s * pulses.mean_force_n
-    uncertainty = np.hypot(mobility_u, before_contact_m_s * motion.unrecovered_u / _HERTZ) / pulses.factor
+    uncertainty = (
+        np.hypot(mobility_u, before_contact_m_s * motion.unrecovered_u / _HERTZ) / pulses.factor
+    )
     return np.clip(kept, 0.1 * before_contact_m_s, before_contact_m_s), np.asarray(uncertainty)
 
 
 def with_plate_motion(
-    integrated_m_s: float, integrated_u_m_s: float, force_n: Floats, plate_impedance_n_s_m: float, anvil: bool
+    integrated_m_s: float,
+    integrated_u_m_s: float,
+    force_n: Floats,
+    plate_impedance_n_s_m: float,
+    anvil: bool,
 ) -> tuple[float, float]:
     """`velocity_before_contact` of one impact on a plate without edges, with the force (p,) at equal phases."""
     motion = TargetMotion.of(np.array([plate_impedance_n_s_m]), np.array([anvil]))
     speed, speed_u = np.array([integrated_m_s]), np.array([integrated_u_m_s])
-    velocity, uncertainty = velocity_before_contact(speed, PulseMoments.of(force_n[None]), motion, speed_u)
+    velocity, uncertainty = velocity_before_contact(
+        speed, PulseMoments.of(force_n[None]), motion, speed_u
+    )
     return float(velocity[0]), float(uncertainty[0])

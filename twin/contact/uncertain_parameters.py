@@ -46,7 +46,9 @@ class UncertainParameter:
     def values(self, z: Floats) -> Floats:
         """Of standard normal numbers, any shape; within the range that the effect allows."""
         deviation = math.log(self.high / self.low) / (2 * _DEVIATIONS)
-        values = math.sqrt(self.low * self.high) * np.exp(deviation * np.clip(z, -_FARTHEST, _FARTHEST))
+        values = math.sqrt(self.low * self.high) * np.exp(
+            deviation * np.clip(z, -_FARTHEST, _FARTHEST)
+        )
         if self.effect is None:
             return np.asarray(values)
         allowed = next(item for item in self.effect.parameters() if item.name == self.name)
@@ -89,7 +91,9 @@ LAYER = UncertainParameter(LayerCompliance, "compliance_m_n", 1e-9, 1e-6, _layer
 #: Stiffness doubles between 0.1 and 10 kN.
 LAYER_STIFFENING = UncertainParameter(LayerCompliance, "stiffening_1_n", 1e-4, 1e-2, _layer, 0.5)
 #: Of a hammer in a hand, whose grip differs a little from blow to blow.
-HAND_MASS = UncertainParameter(EffectiveMass, "mass_factor", 0.5, 3.0, _hammer, 1.0, shot_variance=0.01)
+HAND_MASS = UncertainParameter(
+    EffectiveMass, "mass_factor", 0.5, 3.0, _hammer, 1.0, shot_variance=0.01
+)
 
 #: An anvil of aluminium between 0.1 and 3 kg, bolted on: dry metal faces give way by micrometres under a few kN.
 ANVIL_VOLUME = UncertainParameter(None, "anvil_volume_m3", 4e-5, 1e-3, _anvil, 0.9)
@@ -117,7 +121,9 @@ def effect_of(name: str) -> str | None:
 
 def uncertain_columns(fixed: Collection[str], hand_held: bool) -> tuple[str, ...]:
     """Names of the columns that are drawn where the effects of these ids are fixed."""
-    return tuple(name for name in COLUMNS if effect_of(name) not in fixed and (hand_held or name != "mass"))
+    return tuple(
+        name for name in COLUMNS if effect_of(name) not in fixed and (hand_held or name != "mass")
+    )
 
 
 def drawn_effects(
@@ -141,7 +147,9 @@ def drawn_effects(
         effects.append(PlateCompliance(PLATE_SHARE.values(latent["plate"])))
     if "layer" in latent:
         effects.append(
-            LayerCompliance(LAYER.values(latent["layer"]), LAYER_STIFFENING.values(latent["layer_stiffening"]))
+            LayerCompliance(
+                LAYER.values(latent["layer"]), LAYER_STIFFENING.values(latent["layer_stiffening"])
+            )
         )
     return effects
 
@@ -150,7 +158,9 @@ def column_correlation(name: str, rows: Sequence[Setting], columns: Sequence[Set
     """Prior correlation (rows, columns) of a column's normal numbers at two lots of settings, but for what is new with
     each shot."""
     parameter = COLUMNS[name][0]
-    first, second = (np.array([parameter.level(setting) for setting in lot]) for lot in (rows, columns))
+    first, second = (
+        np.array([parameter.level(setting) for setting in lot]) for lot in (rows, columns)
+    )
     same = first[:, None] == second
     correlation = parameter.shared + (1 - parameter.shared) * same
     if len(COLUMNS[name]) > 1:  # a metal's loss says nothing of a polymer's

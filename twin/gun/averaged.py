@@ -39,12 +39,21 @@ class AveragedGunStage(GunStage):
         first = max(guns, key=lambda pair: pair[0])[1] if guns else None
         if first is None:
             raise ValueError("no guns: expected two or more")
-        same = (first.bench, first.velocity_spread, first.effects, first.source, first.unknown_effects, first.shots)
+        same = (
+            first.bench,
+            first.velocity_spread,
+            first.effects,
+            first.source,
+            first.unknown_effects,
+            first.shots,
+        )
         return cls(*same, guns=tuple(guns))
 
     @property
     def label(self) -> str:
-        names = [" + ".join(effect.id for effect in gun.effects) or "no effect" for _, gun in self.guns]
+        names = [
+            " + ".join(effect.id for effect in gun.effects) or "no effect" for _, gun in self.guns
+        ]
         return f"{replace(self.guns[0][1], effects=()).label} + mean of {', '.join(names[:-1])} and {names[-1]}"
 
     @property
@@ -55,7 +64,9 @@ class AveragedGunStage(GunStage):
     def velocities(self, settings: Sequence[Setting], sensors: SensorChain) -> Floats:
         return self._mean([gun.velocities(settings, sensors) for _, gun in self.guns])
 
-    def velocity_draws(self, settings: Sequence[Setting], sensors: SensorChain, z: Floats) -> Floats:
+    def velocity_draws(
+        self, settings: Sequence[Setting], sensors: SensorChain, z: Floats
+    ) -> Floats:
         from scipy.special import ndtr
 
         ends = np.cumsum([weight for weight, _ in self.guns])
@@ -70,8 +81,12 @@ class AveragedGunStage(GunStage):
     def leaving(self, settings: Sequence[Setting], sensors: SensorChain) -> Floats:
         return np.asarray(sum(weight * gun.leaving(settings, sensors) for weight, gun in self.guns))
 
-    def fired(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats, profile: ValveProfile | None = None) -> Floats:
-        return self._mean([gun.fired(tank_pressure_pa, bullet_mass_kg, profile) for _, gun in self.guns])
+    def fired(
+        self, tank_pressure_pa: Floats, bullet_mass_kg: Floats, profile: ValveProfile | None = None
+    ) -> Floats:
+        return self._mean(
+            [gun.fired(tank_pressure_pa, bullet_mass_kg, profile) for _, gun in self.guns]
+        )
 
     def updated(
         self,

@@ -65,5 +65,7 @@ def checked(name: str, value: ArrayLike, *, zero_allowed: bool = False) -> NDArr
     good = np.isfinite(values) & ((values >= 0) if zero_allowed else (values > 0))
     if not np.all(good):
         bad = float(values[~good].flat[0])
-        raise ValueError(f"{name} = {bad!r}: expected {'not negative' if zero_allowed else 'positive'} and finite")
+        raise ValueError(
+            f"{name} = {bad!r}: expected {'not negative' if zero_allowed else 'positive'} and finite"
+        )
     return values

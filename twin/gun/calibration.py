@@ -59,7 +59,9 @@ class VelocityShots:
         for name in ("tank_pressure_pa", "bullet_mass_kg", "measured_m_s", "measured_u_m_s"):
             values = checked(name, getattr(self, name), zero_allowed=name == "measured_u_m_s")
             if values.ndim != 1 or values.size != len(self) or not values.size:
-                raise ValueError(f"{name} has shape {values.shape}: expected ({len(self) or 'n'},), one for each shot")
+                raise ValueError(
+                    f"{name} has shape {values.shape}: expected ({len(self) or 'n'},), one for each shot"
+                )
             object.__setattr__(self, name, values)
 
     def __len__(self) -> int:
@@ -67,7 +69,9 @@ class VelocityShots:
 
     def beside(self, other: Self) -> Self:
         """These and others."""
-        return type(self)(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in vars(self)))
+        return type(self)(
+            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in vars(self))
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +123,9 @@ class VelocityPosterior:
     settings: _Settings
     _moves: Floats  # (K, K): by which a member moves for the members' anomalies at a setting
     _gaps: Floats  # (c, K): weights of the kernel at the shots' settings
-    _inverses: list[tuple[_Rows, float, float, Floats]]  # members of a pair of sizes, the pair, inverse of the noise
+    _inverses: list[
+        tuple[_Rows, float, float, Floats]
+    ]  # members of a pair of sizes, the pair, inverse of the noise
 
     @classmethod
     def of(cls, guns: GunPrior, shots: VelocityShots, sensors: SensorChain) -> Self:
@@ -152,7 +158,9 @@ class VelocityPosterior:
             inverses.append((members, gap, scatter, inverse))
         return cls(guns, rows, settings, moves, gaps, inverses)
 
-    def velocities(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[MemberVelocities, Floats]:
+    def velocities(
+        self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain
+    ) -> tuple[MemberVelocities, Floats]:
         """As `GunPrior.velocities`, moved to where the shots are, and standard deviations (K, n) of the logarithm of
         one shot."""
         members = self.guns.velocities(pressure_pa, mass_kg, sensors).take(self.rows)
@@ -196,7 +204,10 @@ def _alone(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
 def _noise(settings: _Settings, kernel: Floats, gap: float, scatter: float) -> Floats:
     """Covariance (c, c) of the means of y about a member's x."""
     of_work = gap**2 * kernel + np.diag(scatter**2 / settings.shots)
-    return np.asarray(of_work * settings.amplified[:, None] * settings.amplified + np.diag(settings.stated + 1e-10))
+    return np.asarray(
+        of_work * settings.amplified[:, None] * settings.amplified
+        + np.diag(settings.stated + 1e-10)
+    )
 
 
 def _pairs(settings: _Settings, x: Floats, kernel: Floats) -> tuple[Floats, Floats]:
@@ -210,7 +221,11 @@ def _pairs(settings: _Settings, x: Floats, kernel: Floats) -> tuple[Floats, Floa
             for value, (middle, width) in ((gap, _GAP_PRIOR), (scatter, _SCATTER_PRIOR))
         )
         repeated = -settings.freedom * np.log(scatter) - settings.within / scatter**2 / 2
-        evidence[i] = prior + repeated + _log_density(misfit[None], share + _noise(settings, kernel, gap, scatter))[0]
+        evidence[i] = (
+            prior
+            + repeated
+            + _log_density(misfit[None], share + _noise(settings, kernel, gap, scatter))[0]
+        )
     weights = np.exp(evidence - evidence.max())
     return pairs, weights / weights.sum()
 
@@ -218,10 +233,14 @@ def _pairs(settings: _Settings, x: Floats, kernel: Floats) -> tuple[Floats, Floa
 def _log_density(misfit: Floats, covariance: Floats) -> Floats:
     """Of Gaussian numbers (k, c), but for a constant."""
     root = np.linalg.cholesky(covariance)
-    return np.asarray(-(np.linalg.solve(root, misfit.T) ** 2).sum(axis=0) / 2 - np.log(np.diag(root)).sum())
+    return np.asarray(
+        -(np.linalg.solve(root, misfit.T) ** 2).sum(axis=0) / 2 - np.log(np.diag(root)).sum()
+    )
 
 
-def _drawn_again(settings: _Settings, x: Floats, noise: Floats, rng: np.random.Generator) -> tuple[float, _Rows]:
+def _drawn_again(
+    settings: _Settings, x: Floats, noise: Floats, rng: np.random.Generator
+) -> tuple[float, _Rows]:
     """The power of the likelihood by which members are drawn again, and the rows drawn (K,)."""
     density = _log_density(settings.y - x, noise)
     density -= density.max()

@@ -111,7 +111,9 @@ class Chamber:
     @cached_property
     def patience_s(self) -> Floats:
         """After which a shot counts as one that stays in the barrel."""
-        return np.asarray(_PATIENCE * self.nominal_time_s + 10 * self.valve[:, 0].max(axis=1, initial=0.0))
+        return np.asarray(
+            _PATIENCE * self.nominal_time_s + 10 * self.valve[:, 0].max(axis=1, initial=0.0)
+        )
 
     @cached_property
     def valve(self) -> Floats:
@@ -122,7 +124,14 @@ class Chamber:
         """At rest, tank and dead volume filled."""
         shot = self.shot
         rest = np.zeros(len(shot))
-        return np.stack([rest, rest, shot.filled_pressure_pa, air_kg(shot, shot.tank_volume_m3, shot.dead_volume_m3)])
+        return np.stack(
+            [
+                rest,
+                rest,
+                shot.filled_pressure_pa,
+                air_kg(shot, shot.tank_volume_m3, shot.dead_volume_m3),
+            ]
+        )
 
     @cached_property
     def table(self) -> NDArray[Any]:
@@ -130,12 +139,29 @@ class Chamber:
         shot = self.shot
         choked = choked_flow(shot.heat_capacity_ratio)
         table = np.zeros(len(shot), QUANTITIES)
-        table["area_m2"], table["mass_kg"], table["index"] = shot.area_m2, shot.bullet_mass_kg, shot.polytropic_index
-        table["volume_m3"], table["zero_pa"], table["drag_n"] = self.volume_m3, self.zero_pa, self.drag_n
-        table["outside_pa"], table["outside_rt"] = shot.atmosphere_pa, GAS_CONSTANT * shot.temperature_k
+        table["area_m2"], table["mass_kg"], table["index"] = (
+            shot.area_m2,
+            shot.bullet_mass_kg,
+            shot.polytropic_index,
+        )
+        table["volume_m3"], table["zero_pa"], table["drag_n"] = (
+            self.volume_m3,
+            self.zero_pa,
+            self.drag_n,
+        )
+        table["outside_pa"], table["outside_rt"] = (
+            shot.atmosphere_pa,
+            GAS_CONSTANT * shot.temperature_k,
+        )
         table["critical_ratio"] = critical_ratio(shot.heat_capacity_ratio)
-        table["leak_m2"], table["gauge_leak_m2"] = shot.leak_area_m2 * choked, shot.gauge_leak_area_m2 * choked
-        table["wall_1_m"], table["gas_heads"] = shot.friction_factor / shot.bore_diameter_m, shot.gas_heads
+        table["leak_m2"], table["gauge_leak_m2"] = (
+            shot.leak_area_m2 * choked,
+            shot.gauge_leak_area_m2 * choked,
+        )
+        table["wall_1_m"], table["gas_heads"] = (
+            shot.friction_factor / shot.bore_diameter_m,
+            shot.gas_heads,
+        )
         table["air_density_kg_m3"] = shot.air_heads * ATMOSPHERE_PA / table["outside_rt"]
         table["travel_m"], table["patience_s"] = shot.travel_m, self.patience_s
         table["creep_m_s"] = self.creep_m_s
@@ -177,7 +203,11 @@ class Chamber:
         floor[0], floor[1] = _SIZE * shot.travel_m, _SIZE * shot.travel_m / self.nominal_time_s
         floor[2::2], floor[3::2] = shot.driving_pressure_pa, 0.01 * start[3::2].max(axis=0)
         floor, steps = np.maximum(floor, 1e-300), self.first_step * self.nominal_time_s
-        leads = np.empty((len(shot), 0)) if leads_s is None else np.ascontiguousarray(leads_s, dtype=np.float64)
+        leads = (
+            np.empty((len(shot), 0))
+            if leads_s is None
+            else np.ascontiguousarray(leads_s, dtype=np.float64)
+        )
         earlier = np.full((*leads.shape, 3), np.nan)
         relative = self.coarser * self.step_error
         if self.effects:
@@ -185,9 +215,23 @@ class Chamber:
         n = len(shot)
         states, floors = start.T.copy(), floor.T.copy()
         time, how = np.zeros(n), np.zeros(n, dtype=np.int64)
-        run_all(self.table, self.valve, states, steps, floors, relative, ode.MOST_STEPS, time, how, leads, earlier)
+        run_all(
+            self.table,
+            self.valve,
+            states,
+            steps,
+            floors,
+            relative,
+            ode.MOST_STEPS,
+            time,
+            how,
+            leads,
+            earlier,
+        )
         if (endless := np.flatnonzero(how == TOO_MANY_STEPS)).size:
-            raise RuntimeError(f"shot number {endless[0]} of {n} took more than {ode.MOST_STEPS} steps")
+            raise RuntimeError(
+                f"shot number {endless[0]} of {n} took more than {ode.MOST_STEPS} steps"
+            )
         return Ends(time, states.T, how == REACHED), earlier
 
     def instant(self, time: Floats, state: Floats) -> Instant:
@@ -197,7 +241,9 @@ class Chamber:
         absolute = pressure + self.zero_pa
         density = mass / volume
         speed = np.maximum(velocity, 0.0)
-        return Instant(time, position, speed, absolute, absolute / (GAS_CONSTANT * density), density)
+        return Instant(
+            time, position, speed, absolute, absolute / (GAS_CONSTANT * density), density
+        )
 
     def given_up(self, time: Floats, state: Floats) -> NDArray[np.bool_]:
         """At rest with no pressure left anywhere that could move the projectile, or on its way for too long."""
@@ -210,7 +256,9 @@ class Chamber:
         return np.full(time.shape, np.inf)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        return type(self)(self.shot.take(rows), [effect.take(rows) for effect in self.effects], self.coarser)
+        return type(self)(
+            self.shot.take(rows), [effect.take(rows) for effect in self.effects], self.coarser
+        )
 
 
 # Of the tank's volume: the valve's own passage, which stands at tank pressure. Without it the volume behind
@@ -245,7 +293,9 @@ class TwoChambers(Chamber):
         evenly[:, 0, 1:], evenly[:, 1, 1:] = shot.opening_time_s[:, None], 1.0
         if not profile.shape[2]:
             return evenly
-        stated = np.pad(profile, ((0, 0), (0, 0), (0, evenly.shape[2] - profile.shape[2])), mode="edge")
+        stated = np.pad(
+            profile, ((0, 0), (0, 0), (0, evenly.shape[2] - profile.shape[2])), mode="edge"
+        )
         return np.asarray(np.where(np.isnan(stated), evenly, stated), dtype=np.float64)
 
     def longest_step(self, time: Floats) -> Floats:
@@ -256,7 +306,9 @@ class TwoChambers(Chamber):
         """At rest, dead volume and the valve's passage filled."""
         shot = self.shot
         rest, passage = np.zeros(len(shot)), shot.tank_volume_m3 * _PASSAGE
-        energy = shot.driving_pressure_pa * passage + shot.opposing_pressure_pa * shot.dead_volume_m3
+        energy = (
+            shot.driving_pressure_pa * passage + shot.opposing_pressure_pa * shot.dead_volume_m3
+        )
         behind = [rest, rest, energy / self.volume_m3, air_kg(shot, passage, shot.dead_volume_m3)]
         return np.stack([*behind, shot.driving_pressure_pa, air_kg(shot, self.tank_m3, rest)])
 

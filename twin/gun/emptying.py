@@ -30,7 +30,17 @@ _EMPTY = 1e-4
 
 @njit(nogil=True, error_model="numpy", cache=True)
 def emptied(  # type: ignore[no-untyped-def]
-    states, volumes_m3, areas_m2, index, outside_pa, outside_rt, zero_pa, critical, valve, exit_s, after_s
+    states,
+    volumes_m3,
+    areas_m2,
+    index,
+    outside_pa,
+    outside_rt,
+    zero_pa,
+    critical,
+    valve,
+    exit_s,
+    after_s,
 ):
     """(n,) law's pressures of the tank at `after_s` (n,) from the exit on.
 
@@ -70,7 +80,17 @@ def emptied(  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, error_model="numpy")
 def _rates(  # type: ignore[no-untyped-def]
-    state, volumes_m3, areas_m2, index, outside_pa, outside_rt, zero_pa, critical, valve, time, rates
+    state,
+    volumes_m3,
+    areas_m2,
+    index,
+    outside_pa,
+    outside_rt,
+    zero_pa,
+    critical,
+    valve,
+    time,
+    rates,
 ):
     behind = state[0] + zero_pa
     least_kg = _EMPTY * outside_pa * volumes_m3[0] / outside_rt
@@ -131,7 +151,10 @@ def _each(shot: ShotInputs, values: Floats) -> Floats:
 
 
 def one_gas_at_exit(
-    shot: ShotInputs, law_pa: Floats, mass_kg: Floats | None = None, velocity_m_s: Floats | float = 0.0
+    shot: ShotInputs,
+    law_pa: Floats,
+    mass_kg: Floats | None = None,
+    velocity_m_s: Floats | float = 0.0,
 ) -> GasAtExit:
     """Of shots without a valve's area of flow. Where dynamic heads are lost in a valve at the projectile's speed, that
     is a valve whose area of flow is the bore's over the root of the heads."""
@@ -159,4 +182,10 @@ def chamber_at_exit(chamber: Chamber, state: Floats) -> GasAtExit:
     if not isinstance(chamber, TwoChambers):
         return one_gas_at_exit(shot, state[2], state[3], state[1])
     volumes = np.stack([chamber.volume_m3 + shot.area_m2 * shot.travel_m, chamber.tank_m3], axis=1)
-    return GasAtExit(shot, np.ascontiguousarray(state[2:].T), volumes, _each(shot, shot.valve_area_m2), chamber.valve)
+    return GasAtExit(
+        shot,
+        np.ascontiguousarray(state[2:].T),
+        volumes,
+        _each(shot, shot.valve_area_m2),
+        chamber.valve,
+    )

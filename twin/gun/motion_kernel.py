@@ -187,7 +187,11 @@ def _rates(q, since, position_then, rate, time, state, leak, resistance, rates):
     leak += _leak(q, absolute, rt)
     lost = (rt if leak > 0 else q.outside_rt) * leak
     speed = max(velocity, 0.0)
-    heads = q.wall_1_m * position * (mass / volume) + q.air_density_kg_m3 + q.gas_heads * max(pressure, 0.0) / rt
+    heads = (
+        q.wall_1_m * position * (mass / volume)
+        + q.air_density_kg_m3
+        + q.gas_heads * max(pressure, 0.0) / rt
+    )
     push = pressure * q.area_m2
     force = push - q.drag_n - q.area_m2 * heads * speed * speed / 2 - resistance
     # Friction holds a projectile at rest; it does not pull it back, and a corner there would stop the steps.
@@ -210,7 +214,17 @@ def all_rates(table, valve, time, state, leak, resistance, rates):  # type: igno
     for m in range(time.shape[0]):
         for i in range(time.shape[1]):
             since, then, rate, _ = valve_motion(valve[i], time[m, i])
-            _rates(table[i], since, then, rate, time[m, i], state[m, i], leak[m, i], resistance[m, i], rates[m, i])
+            _rates(
+                table[i],
+                since,
+                then,
+                rate,
+                time[m, i],
+                state[m, i],
+                leak[m, i],
+                resistance[m, i],
+                rates[m, i],
+            )
 
 
 @njit(nogil=True, error_model="numpy")
@@ -241,7 +255,11 @@ def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):
         w_tp, w_tm = warmth * flow_tp + flow * tank_rt_p, warmth * flow_tm + flow * tank_rt_m
     else:
         warmth, flow_t = rt, opening * flow
-        w_x, w_p, w_m = warmth * flow_x + flow * rt_x, warmth * flow_p + flow * rt_p, warmth * flow_m + flow * rt_m
+        w_x, w_p, w_m = (
+            warmth * flow_x + flow * rt_x,
+            warmth * flow_p + flow * rt_p,
+            warmth * flow_m + flow * rt_m,
+        )
         w_tp, w_tm = warmth * flow_tp, warmth * flow_tm
     carried, w_t = share * warmth * flow, warmth * flow_t
     # Past the projectile.
@@ -250,13 +268,21 @@ def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):
         leak, by_inside, _, by_inside_rt, _ = _flow_derivatives(
             q.leak_m2, absolute, rt, q.outside_pa, q.outside_rt, q.critical_ratio
         )
-        leak_x, leak_p, leak_m = by_inside_rt * rt_x, by_inside + by_inside_rt * rt_p, by_inside_rt * rt_m
+        leak_x, leak_p, leak_m = (
+            by_inside_rt * rt_x,
+            by_inside + by_inside_rt * rt_p,
+            by_inside_rt * rt_m,
+        )
     if q.gauge_leak_m2 > 0 and absolute > q.outside_pa:
         gauge = q.gauge_leak_m2 / math.sqrt(rt)
         above = absolute - q.outside_pa
         by_rt = -gauge * above / (2 * rt)
         leak += gauge * above
-        leak_x, leak_p, leak_m = leak_x + by_rt * rt_x, leak_p + gauge + by_rt * rt_p, leak_m + by_rt * rt_m
+        leak_x, leak_p, leak_m = (
+            leak_x + by_rt * rt_x,
+            leak_p + gauge + by_rt * rt_p,
+            leak_m + by_rt * rt_m,
+        )
     if leak > 0:
         lost, lost_x, lost_p, lost_m = (
             rt * leak, rt * leak_x + leak * rt_x, rt * leak_p + leak * rt_p, rt * leak_m + leak * rt_m,
@@ -273,10 +299,13 @@ def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):
     push = pressure * area
     force = push - q.drag_n - heads * dynamic
     force_x = -dynamic * (
-        q.wall_1_m * density * (1 - position * area / volume) - q.gas_heads * gauge / (rt * rt) * rt_x
+        q.wall_1_m * density * (1 - position * area / volume)
+        - q.gas_heads * gauge / (rt * rt) * rt_x
     )
     force_v = -area * speed * heads
-    force_p = area - dynamic * q.gas_heads * ((1.0 if pressure > 0 else 0.0) - gauge / rt * rt_p) / rt
+    force_p = (
+        area - dynamic * q.gas_heads * ((1.0 if pressure > 0 else 0.0) - gauge / rt * rt_p) / rt
+    )
     force_m = -dynamic * (q.wall_1_m * position / volume - q.gas_heads * gauge / (rt * rt) * rt_m)
     moves = 1.0 if velocity > 0 or (velocity == 0 and force > 0) else 0.0
     if force < 0:
@@ -309,7 +338,12 @@ def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):
     by_time[4], by_time[5] = tank_factor * w_t, -flow_t
 
 
-@njit(void(_TABLE, _VALVE, f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1]), nogil=True, error_model="numpy", cache=True)
+@njit(
+    void(_TABLE, _VALVE, f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1]),
+    nogil=True,
+    error_model="numpy",
+    cache=True,
+)
 def all_derivatives(table, valve, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
     """Of shots with a valve (n,), into (n, 6, 6) by the states (n, 6) and (n, 6) by time."""
     for i in range(time.size):
@@ -377,8 +411,14 @@ def _rodas_stage(i, rates, step, per_step, inverse, by_time, work):  # type: ign
         s3, s4, s5 = s3 + a * work[j, 3], s4 + a * work[j, 4], s5 + a * work[j, 5]
     late = _RODAS_TIMES[i] * step
     s0, s1 = rates[0] + s0 * per_step, rates[1] + s1 * per_step
-    s2, s3 = rates[2] + s2 * per_step + late * by_time[2], rates[3] + s3 * per_step + late * by_time[3]
-    s4, s5 = rates[4] + s4 * per_step + late * by_time[4], rates[5] + s5 * per_step + late * by_time[5]
+    s2, s3 = (
+        rates[2] + s2 * per_step + late * by_time[2],
+        rates[3] + s3 * per_step + late * by_time[3],
+    )
+    s4, s5 = (
+        rates[4] + s4 * per_step + late * by_time[4],
+        rates[5] + s5 * per_step + late * by_time[5],
+    )
     for c in range(6):
         work[i, c] = (
             inverse[0, c] * s0 + inverse[1, c] * s1 + inverse[2, c] * s2
@@ -387,7 +427,9 @@ def _rodas_stage(i, rates, step, per_step, inverse, by_time, work):  # type: ign
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"})
-def _rodas(q, since, then, speed, time, state, first, step, work, system, by_time, new, slope, error):  # type: ignore[no-untyped-def]
+def _rodas(
+    q, since, then, speed, time, state, first, step, work, system, by_time, new, slope, error
+):  # type: ignore[no-untyped-def]
     """One step of the six quantities of a shot with a valve."""
     _derivatives(q, since, then, speed, time, state, system, by_time)
     diagonal, per_step = 1 / (GAMMA * step), 1 / step
@@ -473,8 +515,13 @@ def _earlier_states(history, count, leads, earlier):  # type: ignore[no-untyped-
         share = min(max((moment - first[0]) / width, 0.0), 1.0) if width > 0 else 1.0
         rest = 1 - share
         for c in range(3):
-            value = rest * rest * (1 + 2 * share) * first[1 + c] + share * share * (3 - 2 * share) * second[1 + c]
-            earlier[m, c] = value + share * rest * width * (rest * first[4 + c] - share * second[4 + c])
+            value = (
+                rest * rest * (1 + 2 * share) * first[1 + c]
+                + share * share * (3 - 2 * share) * second[1 + c]
+            )
+            earlier[m, c] = value + share * rest * width * (
+                rest * first[4 + c] - share * second[4 + c]
+            )
 
 
 @njit(nogil=True, error_model="numpy")
@@ -493,7 +540,22 @@ def _moved(  # type: ignore[no-untyped-def]
         if at_corner:
             step = corner - time
         if k == 6:
-            _rodas(q, since, then, speed, time, state, first, step, work, system, by_time, new, slope, error)
+            _rodas(
+                q,
+                since,
+                then,
+                speed,
+                time,
+                state,
+                first,
+                step,
+                work,
+                system,
+                by_time,
+                new,
+                slope,
+                error,
+            )
         else:
             _dormand_prince(q, time, state, first, step, work, new, slope, error)
         total, finite = 0.0, True
@@ -518,7 +580,13 @@ def _moved(  # type: ignore[no-untyped-def]
                 for c in range(k):
                     state[c] = new[c] - late * slope[c]
                 if remembers:
-                    _remember(history[(count + 1) % history.shape[0]], time + step - late, state, slope, tank)
+                    _remember(
+                        history[(count + 1) % history.shape[0]],
+                        time + step - late,
+                        state,
+                        slope,
+                        tank,
+                    )
                     _earlier_states(history, count + 2, leads, earlier)
                 return time + step - late, REACHED
             if gap > 0:

@@ -27,7 +27,9 @@ __all__ = ["GunBench", "Trajectory", "muzzle_velocity", "tank_pressure_for", "tr
 Status = Literal["left", "stopped in the barrel", "did not start"]
 
 
-def muzzle_velocity(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike) -> NDArray[np.float64]:
+def muzzle_velocity(
+    bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike
+) -> NDArray[np.float64]:
     """Muzzle velocity (m/s), broadcast over gauge pressures (Pa) and masses (kg): eq. 2.16 and 2.18.
 
     The work integral, times eta for v:
@@ -74,7 +76,9 @@ class Trajectory:
     status: Status
 
 
-def trajectory(bench: GunBench, tank_pressure_pa: float, bullet_mass_kg: float, *, points: int = 200) -> Trajectory:
+def trajectory(
+    bench: GunBench, tank_pressure_pa: float, bullet_mass_kg: float, *, points: int = 200
+) -> Trajectory:
     """Eq. 2.17 integrated to the vent holes, or to where friction stops it. Raises as `muzzle_velocity`."""
     pressure = float(checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True))
     mass = float(checked("bullet_mass_kg", bullet_mass_kg))
@@ -94,7 +98,9 @@ def trajectory(bench: GunBench, tank_pressure_pa: float, bullet_mass_kg: float, 
     )
 
 
-def _gas_pressure(bench: GunBench, pressure: float, position: NDArray[np.float64]) -> NDArray[np.float64]:
+def _gas_pressure(
+    bench: GunBench, pressure: float, position: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Eq. 2.15."""
     expansion = 1 + bench.projectile_area_m2 * position / bench.tank_volume_m3
     return np.asarray(pressure * expansion**-bench.heat_capacity_ratio)
@@ -141,7 +147,9 @@ def escape_speed_m_s(heat_capacity_ratio: float, temperature_k: float) -> float:
     return math.inf if heat_capacity_ratio == 1 else 2 * speed_of_sound / (heat_capacity_ratio - 1)
 
 
-def barrel_work_j(bench: GunBench, tank_pressure_pa: ArrayLike, opposing_pressure_pa: ArrayLike) -> Floats:
+def barrel_work_j(
+    bench: GunBench, tank_pressure_pa: ArrayLike, opposing_pressure_pa: ArrayLike
+) -> Floats:
     """The most work on the bullet, broadcasting: the gas of the tank expands at the room's temperature, which takes
     heat from the walls and gives more than an adiabatic expansion, against the pressure ahead.
 
@@ -149,16 +157,23 @@ def barrel_work_j(bench: GunBench, tank_pressure_pa: ArrayLike, opposing_pressur
     Where the barrel is long the largest W is the energy of the tank's gas in its surroundings (exergy: Moran and
     Shapiro, ch. 7).
     """
-    gauge, ahead = np.asarray(tank_pressure_pa, dtype=np.float64), np.asarray(opposing_pressure_pa, dtype=np.float64)
+    gauge, ahead = (
+        np.asarray(tank_pressure_pa, dtype=np.float64),
+        np.asarray(opposing_pressure_pa, dtype=np.float64),
+    )
     longest = 1 + bench.projectile_area_m2 * bench.travel_m / bench.tank_volume_m3
     absolute = gauge + ahead
     with np.errstate(divide="ignore", invalid="ignore"):
-        even = np.where(ahead > 0, absolute / ahead, np.inf)  # V / V0 at which both pressures are the same
+        even = np.where(
+            ahead > 0, absolute / ahead, np.inf
+        )  # V / V0 at which both pressures are the same
     growth = np.minimum(even, longest)
     return np.asarray(bench.tank_volume_m3 * (absolute * np.log(growth) - ahead * (growth - 1)))
 
 
-def refuse_faster_than_gas(bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats) -> None:
+def refuse_faster_than_gas(
+    bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats
+) -> None:
     """Raises `ValueError` for the first of n settings at which eq. 2.16 and 2.18 give more than the escape speed."""
     velocity = muzzle_velocity(bench, tank_pressure_pa, bullet_mass_kg)
     most = escape_speed_m_s(bench.heat_capacity_ratio, ROOM_K)
@@ -177,7 +192,9 @@ def beyond_energy(
     return excess_velocity(bench, tank_pressure_pa, bullet_mass_kg, velocity_m_s) > 0
 
 
-def excess_velocity(bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats, velocity_m_s: Floats) -> Floats:
+def excess_velocity(
+    bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats, velocity_m_s: Floats
+) -> Floats:
     """ln of measured velocities (n,) over the fastest that the gas of the tank can give by its work in the barrel."""
     work = np.maximum(barrel_work_j(bench, tank_pressure_pa, 0.0), np.finfo(np.float64).tiny)
     return np.asarray(np.log(velocity_m_s) - np.log(2 * work / bullet_mass_kg) / 2)

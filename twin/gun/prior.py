@@ -62,7 +62,9 @@ class MemberVelocities:
 
     def take(self, rows: NDArray[np.intp]) -> Self:
         """Some of the guns."""
-        return type(self)(self.log[rows], self.least[rows], self.most[rows], self.amplification[rows])
+        return type(self)(
+            self.log[rows], self.least[rows], self.most[rows], self.amplification[rows]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +93,9 @@ class GunPrior:
         ahead = next((effect for effect in self.effects if effect.id == "gun.back_pressure"), None)
         return np.zeros(len(self)) + (0.0 if ahead is None else ahead.atmosphere_pa)  # type: ignore[attr-defined]
 
-    def velocities(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> MemberVelocities:
+    def velocities(
+        self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain
+    ) -> MemberVelocities:
         """For pressures (n,), freed of the sensors' stated errors, and masses (n,)."""
         stated = {effect.id for effect in sensors.effects}
         offset, pressure_gain, velocity_gain = (
@@ -140,7 +144,9 @@ class GunPrior:
         masses, members = self._shares.shape[1:]
         node = (p * masses + m) * members + np.arange(members)[:, None]
         flat = self._shares.reshape(-1)
-        low, high = ((1 - at_m) * flat[i] + at_m * flat[i + members] for i in (node, node + masses * members))
+        low, high = (
+            (1 - at_m) * flat[i] + at_m * flat[i + members] for i in (node, node + masses * members)
+        )
         slopes = (high - low) / np.log(_PRESSURES[1] / _PRESSURES[0])
         return np.asarray((1 - at_p) * low + at_p * high), np.asarray(slopes)
 
@@ -168,10 +174,16 @@ def _fired_shares(guns: GunPrior, pressure_pa: float, mass_kg: float) -> Floats:
     ideal, mass = replace(guns.bench, efficiency=1.0), np.full(len(guns), mass_kg)
     profiles = None if guns.profile is None else [guns.profile] * len(guns)
     try:
-        shots = gun_velocity(ideal, pressure_pa, mass, guns.effects, _COARSER[0], valve_profiles=profiles)
+        shots = gun_velocity(
+            ideal, pressure_pa, mass, guns.effects, _COARSER[0], valve_profiles=profiles
+        )
     except RuntimeError:
-        shots = gun_velocity(ideal, pressure_pa, mass, guns.effects, _COARSER[1], valve_profiles=profiles)
-    return np.asarray(mass * shots.velocity_m_s**2 / 2 / barrel_work_j(guns.bench, pressure_pa, 0.0))
+        shots = gun_velocity(
+            ideal, pressure_pa, mass, guns.effects, _COARSER[1], valve_profiles=profiles
+        )
+    return np.asarray(
+        mass * shots.velocity_m_s**2 / 2 / barrel_work_j(guns.bench, pressure_pa, 0.0)
+    )
 
 
 @lru_cache(maxsize=8)
@@ -187,16 +199,27 @@ def gun_prior(
         guns = gun_prior(bench, stated, members, seed)
         return replace(guns, profile=profile, _shares=np.full(guns._shares.shape, np.nan))
     stated_ids = {effect.id for effect in stated}
-    drawn = [kind for kind in catalogue().values() if issubclass(kind, GunEffect) and kind.id not in stated_ids]
+    drawn = [
+        kind
+        for kind in catalogue().values()
+        if issubclass(kind, GunEffect) and kind.id not in stated_ids
+    ]
     columns = sum(2 + len(kind.parameters()) for kind in drawn) + 3
     z = iter(stratified_normals(members, columns, np.random.default_rng(seed)).T)
     effects = (*stated, *(_drawn_effect(kind, z) for kind in drawn))
     offset, pressure_gain, velocity_gain = (
-        _typical(identity) * next(z) for identity in ("pressure_offset", "pressure_gain", "velocity_gain")
+        _typical(identity) * next(z)
+        for identity in ("pressure_offset", "pressure_gain", "velocity_gain")
     )
     shares = np.full((_PRESSURES.size, _MASSES.size, members), np.nan)
-    unscaled = GunPrior(bench, effects, offset, pressure_gain, velocity_gain, np.zeros(members), None, shares)
-    return unscaled if bench.efficiency == 1 else _with_efficiency(unscaled, stated, np.random.default_rng(seed))
+    unscaled = GunPrior(
+        bench, effects, offset, pressure_gain, velocity_gain, np.zeros(members), None, shares
+    )
+    return (
+        unscaled
+        if bench.efficiency == 1
+        else _with_efficiency(unscaled, stated, np.random.default_rng(seed))
+    )
 
 
 def _drawn_effect(kind: type[GunEffect], z: Any) -> GunEffect:
@@ -204,7 +227,9 @@ def _drawn_effect(kind: type[GunEffect], z: Any) -> GunEffect:
     from scipy.special import ndtr
 
     acts = ndtr(next(z)) < kind.prior_odds / (1 + kind.prior_odds)
-    laws = kind.regimes or (tuple(item.name for item in kind.parameters() if item.likely is not None),)
+    laws = kind.regimes or (
+        tuple(item.name for item in kind.parameters() if item.likely is not None),
+    )
     law = np.minimum((ndtr(next(z)) * len(laws)).astype(int), len(laws) - 1)
     values = {}
     for item in kind.parameters():
@@ -225,12 +250,16 @@ def _likely(item: Parameter, u: Floats) -> Floats:
 
 def _typical(name: str) -> float:
     """Standard deviation of a sensor's error, by data sheets."""
-    (item,) = (error for error in catalogue()[f"sensor.{name}"].parameters() if error.typical is not None)
+    (item,) = (
+        error for error in catalogue()[f"sensor.{name}"].parameters() if error.typical is not None
+    )
     assert item.typical is not None
     return item.typical
 
 
-def _with_efficiency(guns: GunPrior, stated: tuple[GunEffect, ...], rng: np.random.Generator) -> GunPrior:
+def _with_efficiency(
+    guns: GunPrior, stated: tuple[GunEffect, ...], rng: np.random.Generator
+) -> GunPrior:
     """Guns that have the efficiency that their bench states: measured over predicted velocity, at a setting that who
     stated it did not say, so that a gun has it at a setting of its own. Guns that lose much more there are not the
     bench; others take their place."""

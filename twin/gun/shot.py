@@ -40,7 +40,9 @@ class ShotInputs:
     tank_pressure_pa: Floats  # gauge
     bullet_mass_kg: Floats
     tank_volume_m3: Floats
-    dead_volume_m3: Floats  # between tank and projectile, at the atmosphere's pressure until the shot
+    dead_volume_m3: (
+        Floats  # between tank and projectile, at the atmosphere's pressure until the shot
+    )
     area_m2: Floats  # that the gas pushes on
     travel_m: Floats
     bore_diameter_m: Floats
@@ -86,18 +88,25 @@ class ShotInputs:
     @property
     def filled_pressure_pa(self) -> Floats:
         """The law's pressure once tank and dead volume are one: the sum of p V is kept, as no work is done."""
-        energy = self.driving_pressure_pa * self.tank_volume_m3 + self.opposing_pressure_pa * self.dead_volume_m3
+        energy = (
+            self.driving_pressure_pa * self.tank_volume_m3
+            + self.opposing_pressure_pa * self.dead_volume_m3
+        )
         return np.asarray(energy / self.volume_m3)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
         """Some of the shots."""
         values: dict[str, Any] = {item.name: getattr(self, item.name) for item in fields(self)}
-        some = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
+        some = {
+            name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)
+        }
         return replace(self, **cast(dict[str, Any], some))
 
     def but(self, **changed: ArrayLike) -> Self:
         """The same with other values, one for all or one for each. Raises `ValueError` for the wrong number of them."""
-        arrays: dict[str, Any] = {name: self._for_each(name, value) for name, value in changed.items()}
+        arrays: dict[str, Any] = {
+            name: self._for_each(name, value) for name, value in changed.items()
+        }
         return replace(self, **arrays)
 
     def _for_each(self, name: str, value: ArrayLike) -> Floats:
@@ -109,17 +118,22 @@ class ShotInputs:
         return np.broadcast_to(values, (len(self),))
 
 
-def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike) -> ShotInputs:
+def nominal_shot(
+    bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike
+) -> ShotInputs:
     """Shots of the nominal gun: pressures (gauge) and masses broadcast to (n,).
 
     Raises `ValueError` as `muzzle_velocity` does, and for more than one dimension.
     """
     pressure, mass = np.broadcast_arrays(
-        checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True), checked("bullet_mass_kg", bullet_mass_kg)
+        checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True),
+        checked("bullet_mass_kg", bullet_mass_kg),
     )
     pressure, mass = np.atleast_1d(pressure), np.atleast_1d(mass)
     if pressure.ndim != 1:
-        raise ValueError(f"tank pressures and bullet masses have shape {pressure.shape}: expected (n,)")
+        raise ValueError(
+            f"tank pressures and bullet masses have shape {pressure.shape}: expected (n,)"
+        )
 
     def each(value: float) -> Floats:
         return np.broadcast_to(np.float64(value), pressure.shape)
@@ -207,7 +221,10 @@ class GunEffect(Effect):
     @classmethod
     def has_hooks(cls) -> bool:
         """Whether `resistance_n` or `leak_kg_s` is there."""
-        return cls.resistance_n is not GunEffect.resistance_n or cls.leak_kg_s is not GunEffect.leak_kg_s
+        return (
+            cls.resistance_n is not GunEffect.resistance_n
+            or cls.leak_kg_s is not GunEffect.leak_kg_s
+        )
 
     def off(self, shots: int) -> NDArray[np.bool_]:
         """(n,): where every parameter has the value at which the effect does nothing."""

@@ -38,18 +38,29 @@ def net_work_j(shot: ShotInputs, position_m: Floats) -> Floats:
 
     growth = np.log1p(shot.area_m2 * position_m / shot.volume_m3)
     # exprel keeps the digits for large tanks, and is the isothermal law at an index of one.
-    work = shot.filled_pressure_pa * shot.volume_m3 * growth * exprel((1 - shot.polytropic_index) * growth)
-    return np.asarray(work - (shot.opposing_pressure_pa * shot.area_m2 + shot.friction_n) * position_m)
+    work = (
+        shot.filled_pressure_pa
+        * shot.volume_m3
+        * growth
+        * exprel((1 - shot.polytropic_index) * growth)
+    )
+    return np.asarray(
+        work - (shot.opposing_pressure_pa * shot.area_m2 + shot.friction_n) * position_m
+    )
 
 
 def starting_force_n(shot: ShotInputs) -> Floats:
     """On the projectile at rest, (n,)."""
-    return np.asarray((shot.filled_pressure_pa - shot.opposing_pressure_pa) * shot.area_m2 - shot.friction_n)
+    return np.asarray(
+        (shot.filled_pressure_pa - shot.opposing_pressure_pa) * shot.area_m2 - shot.friction_n
+    )
 
 
 def ideal_velocity_m_s(shot: ShotInputs) -> Floats:
     """At the vent holes, (n,), without the efficiency; 0 for a shot that does not get there."""
-    return np.asarray(np.sqrt(np.maximum(2 * net_work_j(shot, shot.travel_m) / shot.bullet_mass_kg, 0.0)))
+    return np.asarray(
+        np.sqrt(np.maximum(2 * net_work_j(shot, shot.travel_m) / shot.bullet_mass_kg, 0.0))
+    )
 
 
 def travel_time_s(shot: ShotInputs) -> Floats:
@@ -72,11 +83,16 @@ def earlier_pressures_pa(shot: ShotInputs, leads_s: Floats) -> Floats:
     energy = net_work_j(shot, shot.travel_m * _WAY[1:, None] ** 2)
     slowness = np.empty((_WAY.size, len(shot)))  # dt / ds, which is finite at rest
     slowness[1:] = 2 * shot.travel_m * _WAY[1:, None] / np.sqrt(2 * energy / shot.bullet_mass_kg)
-    slowness[0] = np.sqrt(2 * shot.travel_m * shot.bullet_mass_kg / np.maximum(starting_force_n(shot), 1e-300))
+    slowness[0] = np.sqrt(
+        2 * shot.travel_m * shot.bullet_mass_kg / np.maximum(starting_force_n(shot), 1e-300)
+    )
     steps = (slowness[1:] + slowness[:-1]) / 2 * np.diff(_WAY)[:, None]
     elapsed = np.concatenate([np.zeros((1, len(shot))), np.cumsum(steps, axis=0)])
     places = np.array(
-        [np.interp(times[-1] - leads, times, _WAY, left=0.0) for times, leads in zip(elapsed.T, leads_s, strict=True)]
+        [
+            np.interp(times[-1] - leads, times, _WAY, left=0.0)
+            for times, leads in zip(elapsed.T, leads_s, strict=True)
+        ]
     ).reshape(leads_s.shape)
     growth = 1 + (shot.area_m2 * shot.travel_m / shot.volume_m3)[:, None] * places**2
     return np.asarray(shot.filled_pressure_pa[:, None] * growth ** -shot.polytropic_index[:, None])
@@ -181,17 +197,27 @@ def gun_velocity(
         shot = effect.prepare(shot)
     if valve_profiles is not None:
         shot = _with_profiles(shot, valve_profiles)
-    leads = np.zeros((len(shot), 0)) if before_exit_s is None else np.asarray(before_exit_s, dtype=np.float64)
+    leads = (
+        np.zeros((len(shot), 0))
+        if before_exit_s is None
+        else np.asarray(before_exit_s, dtype=np.float64)
+    )
     if leads.ndim != 2 or len(leads) != len(shot):
-        raise ValueError(f"before_exit_s has shape {leads.shape}: expected (n, m) for {len(shot)} shots")
+        raise ValueError(
+            f"before_exit_s has shape {leads.shape}: expected (n, m) for {len(shot)} shots"
+        )
     if np.any(leads < 0) and not (outlet_area_m2 is not None and outlet_area_m2 > 0):
-        raise ValueError(f"outlet_area_m2 = {outlet_area_m2!r}: expected a positive one for moments after the exit")
+        raise ValueError(
+            f"outlet_area_m2 = {outlet_area_m2!r}: expected a positive one for moments after the exit"
+        )
     return _fired(shot, acting, bench.efficiency, coarser, Readings(leads, outlet_area_m2 or 0.0))
 
 
 def _with_profiles(shot: ShotInputs, profiles: Sequence[ValveProfile | None]) -> ShotInputs:
     if len(profiles) != len(shot):
-        raise ValueError(f"{len(profiles)} valve profiles: expected one for each of {len(shot)} shots")
+        raise ValueError(
+            f"{len(profiles)} valve profiles: expected one for each of {len(shot)} shots"
+        )
     stated = np.array([profile is not None for profile in profiles], dtype=bool)
     bore_m2 = np.pi / 4 * shot.bore_diameter_m**2
     area = np.where(stated & np.isinf(shot.valve_area_m2), bore_m2, shot.valve_area_m2)
@@ -199,7 +225,11 @@ def _with_profiles(shot: ShotInputs, profiles: Sequence[ValveProfile | None]) ->
 
 
 def _fired(
-    shot: ShotInputs, effects: Sequence[GunEffect], efficiency: float, coarser: float, readings: Readings
+    shot: ShotInputs,
+    effects: Sequence[GunEffect],
+    efficiency: float,
+    coarser: float,
+    readings: Readings,
 ) -> GunShots:
     n = len(shot)
     moving = np.zeros(n, dtype=bool)
@@ -208,18 +238,28 @@ def _fired(
             moving |= ~effect.off(n)
     valve = np.isfinite(shot.valve_area_m2)
     shots = _unfired(n, Status.STOPPED, readings)
-    simulators = ((~moving & ~valve, _closed), (moving & ~valve, _one_chamber), (valve, _two_chambers))
+    simulators = (
+        (~moving & ~valve, _closed),
+        (moving & ~valve, _one_chamber),
+        (valve, _two_chambers),
+    )
     for mask, simulator in simulators:
         rows = np.flatnonzero(mask)
         if rows.size:
-            acting = [effect.take(rows) for effect in effects if effect.has_hooks() and not effect.off(n)[rows].all()]
+            acting = [
+                effect.take(rows)
+                for effect in effects
+                if effect.has_hooks() and not effect.off(n)[rows].all()
+            ]
             shots.put(rows, simulator(shot.take(rows), acting, coarser, readings.take(rows)))
     return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
 
 
 def _unfired(n: int, status: Status, readings: Readings) -> GunShots:
     pressures_pa = np.full(readings.leads_s.shape, np.nan)
-    return GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, status, dtype=np.int_), pressures_pa)
+    return GunShots(
+        np.zeros(n), np.full(n, np.nan), np.full(n, status, dtype=np.int_), pressures_pa
+    )
 
 
 def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float, readings: Readings) -> GunShots:
@@ -246,7 +286,9 @@ def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float, readings: Readi
     return shots
 
 
-def _one_chamber(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, readings: Readings) -> GunShots:
+def _one_chamber(
+    shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, readings: Readings
+) -> GunShots:
     from .chambers import Chamber
 
     # Without a valve the pressure only falls: a projectile that does not start now never does.
@@ -258,7 +300,9 @@ def _one_chamber(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float,
     return shots
 
 
-def _two_chambers(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, readings: Readings) -> GunShots:
+def _two_chambers(
+    shot: ShotInputs, effects: Sequence[GunEffect], coarser: float, readings: Readings
+) -> GunShots:
     from .chambers import TwoChambers
 
     return _shots_of_chamber(TwoChambers(shot, effects, coarser), readings)
@@ -276,7 +320,9 @@ def _kept_back_pa(shot: ShotInputs, position_m: Floats, velocity_m_s: Floats) ->
 def _shots_of_chamber(chamber: Chamber, readings: Readings) -> GunShots:
     ends, earlier = chamber.run(readings.before_s)
     velocity = np.where(ends.reached, ends.state[1], 0.0)
-    status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))
+    status = np.where(
+        ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED)
+    )
     law_pa = earlier[..., 0] + _kept_back_pa(chamber.shot, earlier[..., 1], earlier[..., 2])
     if readings.has_later and (rows := np.flatnonzero(ends.reached)).size:
         from .emptying import chamber_at_exit
@@ -285,5 +331,7 @@ def _shots_of_chamber(chamber: Chamber, readings: Readings) -> GunShots:
         at_exit = chamber_at_exit(chamber.take(rows), ends.state[:, rows])
         readings.take(rows).put_later(later_pa, at_exit, ends.time[rows])
         law_pa[rows] = later_pa
-    gauge = np.where(ends.reached[:, None], law_pa - chamber.shot.opposing_pressure_pa[:, None], np.nan)
+    gauge = np.where(
+        ends.reached[:, None], law_pa - chamber.shot.opposing_pressure_pa[:, None], np.nan
+    )
     return GunShots(velocity, np.where(ends.reached, ends.time, np.nan), status, gauge)

@@ -50,12 +50,22 @@ class GunStage:
 
     def __post_init__(self) -> None:
         if not (0 <= self.velocity_spread < math.inf):
-            raise ValueError(f"velocity_spread = {self.velocity_spread!r}: expected 0 or more, finite")
-        several = [effect.id for effect in self.effects if any(np.ndim(value) for value in vars(effect).values())]
+            raise ValueError(
+                f"velocity_spread = {self.velocity_spread!r}: expected 0 or more, finite"
+            )
+        several = [
+            effect.id
+            for effect in self.effects
+            if any(np.ndim(value) for value in vars(effect).values())
+        ]
         if several and self.unknown_effects:
-            raise ValueError(f"{several[0]} has a parameter with several values: expected one value for all shots")
+            raise ValueError(
+                f"{several[0]} has a parameter with several values: expected one value for all shots"
+            )
         if self.shots is not None and not self.unknown_effects:
-            raise ValueError("shots are given for a gun all effects of which are known: expected unknown_effects")
+            raise ValueError(
+                "shots are given for a gun all effects of which are known: expected unknown_effects"
+            )
 
     @property
     def label(self) -> str:
@@ -82,7 +92,9 @@ class GunStage:
                 velocity[rows] = self.fired(pressure, mass, profile)
         return velocity
 
-    def velocity_draws(self, settings: Sequence[Setting], sensors: SensorChain, z: Floats) -> Floats:
+    def velocity_draws(
+        self, settings: Sequence[Setting], sensors: SensorChain, z: Floats
+    ) -> Floats:
         """True velocities (d, n), m/s, of normals z (d, normals): a draw is one gun for all settings, and 0 where its
         bullet stays in the barrel. Raises as `velocities`."""
         velocity = np.tile(_given_velocities(settings), (len(z), 1))
@@ -90,7 +102,9 @@ class GunStage:
             if self.unknown_effects:
                 velocity[:, rows] = self._shot(pressure, mass, sensors, z, profile)
             else:
-                velocity[:, rows] = self.fired(pressure, mass, profile) * np.exp(self.velocity_spread * z[:, :1])
+                velocity[:, rows] = self.fired(pressure, mass, profile) * np.exp(
+                    self.velocity_spread * z[:, :1]
+                )
         return velocity
 
     def leaving(self, settings: Sequence[Setting], sensors: SensorChain) -> Floats:
@@ -98,7 +112,9 @@ class GunStage:
         probability = np.ones(len(settings))
         for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
-                probability[rows] = np.isfinite(self._guns(pressure, mass, sensors, profile)[0]).mean(axis=0)
+                probability[rows] = np.isfinite(
+                    self._guns(pressure, mass, sensors, profile)[0]
+                ).mean(axis=0)
             else:
                 probability[rows] = self.fired(pressure, mass, profile) > 0
         return probability
@@ -115,23 +131,28 @@ class GunStage:
         measured = np.atleast_1d(np.asarray(measured_m_s, dtype=np.float64))
         uncertainty = np.zeros(measured.size) if measured_u_m_s is None else measured_u_m_s
         given = (tank_pressure_pa, bullet_mass_kg, measured, uncertainty)
-        new_shots = VelocityShots(*(np.atleast_1d(np.asarray(values, dtype=np.float64)) for values in given))
+        new_shots = VelocityShots(
+            *(np.atleast_1d(np.asarray(values, dtype=np.float64)) for values in given)
+        )
         return replace(
-            self, unknown_effects=True, shots=new_shots if self.shots is None else self.shots.beside(new_shots)
+            self,
+            unknown_effects=True,
+            shots=new_shots if self.shots is None else self.shots.beside(new_shots),
         )
 
     def extrapolation(self, settings: Sequence[Setting]) -> list[tuple[Extrapolation, ...]]:
         """For each setting, which of tank pressure and bullet mass lie beyond those of the shots that were learned
         from; empty within them, where the velocity is given, and where nothing was learned."""
-        return [() if self.shots is None else _extrapolations(setting, self.shots) for setting in settings]
+        return [
+            () if self.shots is None else _extrapolations(setting, self.shots)
+            for setting in settings
+        ]
 
     @property
     def sentence(self) -> str:
         """What the velocity rests on, in one plain line."""
         if not self.unknown_effects:
-            return (
-                f"The velocity is that of eq. 2.16 with the stated effects and a spread of {self.velocity_spread:.1%}."
-            )
+            return f"The velocity is that of eq. 2.16 with the stated effects and a spread of {self.velocity_spread:.1%}."
         if self.shots is None:
             return (
                 "The velocity rests on no measured shot: effects of the gun that are not stated are drawn from their "
@@ -141,13 +162,17 @@ class GunStage:
         fired = f"{_range(pressure, 'bar')} and {_range(mass, 'kg')}"
         return f"The velocity rests on {len(self.shots)} measured shots, {fired}."
 
-    def fired(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats, profile: ValveProfile | None = None) -> Floats:
+    def fired(
+        self, tank_pressure_pa: Floats, bullet_mass_kg: Floats, profile: ValveProfile | None = None
+    ) -> Floats:
         """Velocities (n,) of true tank pressures and bullets by the stated effects alone, with a profile of the valve
         where one is stated."""
         from .shots import gun_velocity
 
         profiles = None if profile is None else [profile] * np.size(tank_pressure_pa)
-        shots = gun_velocity(self.bench, tank_pressure_pa, bullet_mass_kg, self.effects, valve_profiles=profiles)
+        shots = gun_velocity(
+            self.bench, tank_pressure_pa, bullet_mass_kg, self.effects, valve_profiles=profiles
+        )
         return shots.velocity_m_s
 
     def _fired_settings(
@@ -167,7 +192,11 @@ class GunStage:
                 yield rows.astype(np.intp), sensors.true_pressure_pa(reading), mass, profile
 
     def _guns(
-        self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain, profile: ValveProfile | None
+        self,
+        pressure_pa: Floats,
+        mass_kg: Floats,
+        sensors: SensorChain,
+        profile: ValveProfile | None,
     ) -> tuple[Floats, Floats, Floats]:
         """(K, n) each: ln of velocities, minus infinity where the bullet stays; the scatter of one shot; the most."""
         guns = gun_prior(self.bench, self.effects, profile=profile)
@@ -176,7 +205,9 @@ class GunStage:
             spread = self.velocity_spread * members.amplification
         else:
             posterior = _posterior(gun_prior(self.bench, self.effects), self.shots, sensors)
-            members, spread = replace(posterior, guns=guns).velocities(pressure_pa, mass_kg, sensors)
+            members, spread = replace(posterior, guns=guns).velocities(
+                pressure_pa, mass_kg, sensors
+            )
         leaves = members.log > members.least
         most = members.most + self._excess()
         return np.where(leaves, np.minimum(members.log, most), -np.inf), spread, most
@@ -191,7 +222,12 @@ class GunStage:
         return excess + _BEYOND_FASTEST if excess > 0 else 0.0
 
     def _shot(
-        self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain, z: Floats, profile: ValveProfile | None
+        self,
+        pressure_pa: Floats,
+        mass_kg: Floats,
+        sensors: SensorChain,
+        z: Floats,
+        profile: ValveProfile | None,
     ) -> Floats:
         """Velocities (d, n): the first normal is the rank of a gun among all, by how fast it is at these settings."""
         from scipy.special import ndtr
@@ -218,8 +254,12 @@ def _central(log_velocity: Floats) -> Floats:
     # Those that stay are the slowest: the median of the others lies above them by half of these.
     ordered, last = np.sort(log_velocity, axis=0), len(log_velocity) - 1
     middle = last - (leaving_guns - 1) / 2
-    ends = (np.clip(end.astype(np.intp), 0, last)[None] for end in (np.floor(middle), np.ceil(middle)))
-    velocity = np.exp(np.stack([np.take_along_axis(ordered, end, axis=0)[0] for end in ends])).mean(axis=0)
+    ends = (
+        np.clip(end.astype(np.intp), 0, last)[None] for end in (np.floor(middle), np.ceil(middle))
+    )
+    velocity = np.exp(np.stack([np.take_along_axis(ordered, end, axis=0)[0] for end in ends])).mean(
+        axis=0
+    )
     return np.asarray(np.where(leaving_guns < _LEAST_LEAVING * len(log_velocity), 0.0, velocity))
 
 
@@ -238,4 +278,8 @@ def _extrapolations(setting: Setting, shots: VelocityShots) -> tuple[Extrapolati
         (name, requested_value, float(measured_values.min()), float(measured_values.max()))
         for name, requested_value, measured_values in compared
     )
-    return tuple(Extrapolation(*row) for row in ranges if not row[2] * (1 - _SAME) <= row[1] <= row[3] * (1 + _SAME))
+    return tuple(
+        Extrapolation(*row)
+        for row in ranges
+        if not row[2] * (1 - _SAME) <= row[1] <= row[3] * (1 + _SAME)
+    )

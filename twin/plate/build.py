@@ -57,9 +57,15 @@ class RayleighDamping:
 
     def __post_init__(self) -> None:
         if not 0 < self.low_hz < self.high_hz:
-            raise ValueError(f"frequencies {self.low_hz!r} and {self.high_hz!r} Hz: expected rising ones above 0")
-        if not (min(self._coefficients()) >= 0 and 0 <= self.low_ratio < 1 and 0 <= self.high_ratio < 1):
-            raise ValueError(f"ratios {self.low_ratio!r} and {self.high_ratio!r}: no Rayleigh damping has them")
+            raise ValueError(
+                f"frequencies {self.low_hz!r} and {self.high_hz!r} Hz: expected rising ones above 0"
+            )
+        if not (
+            min(self._coefficients()) >= 0 and 0 <= self.low_ratio < 1 and 0 <= self.high_ratio < 1
+        ):
+            raise ValueError(
+                f"ratios {self.low_ratio!r} and {self.high_ratio!r}: no Rayleigh damping has them"
+            )
 
     def ratios(self, frequency_hz: Floats) -> Floats:
         alpha, beta = self._coefficients()
@@ -69,7 +75,9 @@ class RayleighDamping:
 
     def _coefficients(self) -> tuple[float, float]:
         low, high = 2 * np.pi * self.low_hz, 2 * np.pi * self.high_hz
-        alpha = 2 * low * high * (self.low_ratio * high - self.high_ratio * low) / (high**2 - low**2)
+        alpha = (
+            2 * low * high * (self.low_ratio * high - self.high_ratio * low) / (high**2 - low**2)
+        )
         return alpha, 2 * (self.high_ratio * high - self.low_ratio * low) / (high**2 - low**2)
 
 
@@ -131,7 +139,9 @@ class PlateBuild:
         for what, named in (("impact_points", self.impact_points), ("sensors", self.sensors)):
             names = [place.name for place in named]
             if not names or len(set(names)) < len(names):
-                raise ValueError(f"{what} has names {names!r}: expected one or more, each of them once")
+                raise ValueError(
+                    f"{what} has names {names!r}: expected one or more, each of them once"
+                )
         for edge in self.edges:
             if not 0 <= edge.side < len(self.outline_m):
                 raise ValueError(f"edge {edge.side!r}: expected 0 to {len(self.outline_m) - 1}")
@@ -152,7 +162,11 @@ class PlateBuild:
     @property
     def rigidity_n_m(self) -> float:
         """E h^3 / (12 (1 - nu^2))."""
-        return self.material.youngs_modulus_pa * self.thickness_m**3 / (12 * (1 - self.material.poisson_ratio**2))
+        return (
+            self.material.youngs_modulus_pa
+            * self.thickness_m**3
+            / (12 * (1 - self.material.poisson_ratio**2))
+        )
 
 
 def _not_negative(name: str, value: float) -> None:

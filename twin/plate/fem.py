@@ -44,9 +44,9 @@ def deflections(basis: Any, points: Floats) -> Floats:
         return out
     at, where = _located(basis.mesh, points)
     for i in range(basis.Nbfun):
-        out[np.arange(len(points)), basis.element_dofs[i, where]] = basis.elem.gbasis(basis.mapping, at, i, where)[0][
-            :, 0
-        ]
+        out[np.arange(len(points)), basis.element_dofs[i, where]] = basis.elem.gbasis(
+            basis.mapping, at, i, where
+        )[0][:, 0]
     return out
 
 
@@ -55,7 +55,9 @@ def _located(mesh: Any, points: Floats) -> tuple[Floats, Any]:
     corners = mesh.p[:, mesh.t]  # (2, 3, triangles)
     edges = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=1)
     local = np.einsum(
-        "tij,jnt->int", np.linalg.inv(edges.transpose(2, 0, 1)), points.T[:, :, None] - corners[:, None, 0]
+        "tij,jnt->int",
+        np.linalg.inv(edges.transpose(2, 0, 1)),
+        points.T[:, :, None] - corners[:, None, 0],
     )
     inside = np.minimum(local.min(axis=0), 1 - local.sum(axis=0))
     where = np.argmax(inside, axis=1)
@@ -89,10 +91,14 @@ def free_unknowns(build: PlateBuild, basis: Any, frame: PlateFrame) -> Any:
             columns.append((dof, count, 1.0))
             count += 1
     rows, cols, values = zip(*columns, strict=True)
-    return coo_matrix((np.array(values), (np.array(rows), np.array(cols))), shape=(basis.N, count)).tocsc()
+    return coo_matrix(
+        (np.array(values), (np.array(rows), np.array(cols))), shape=(basis.N, count)
+    ).tocsc()
 
 
-def _constraints(build: PlateBuild, basis: Any, frame: PlateFrame) -> tuple[dict[int, list[Floats]], set[int]]:
+def _constraints(
+    build: PlateBuild, basis: Any, frame: PlateFrame
+) -> tuple[dict[int, list[Floats]], set[int]]:
     """What is zero at corners of the mesh, by corner, and the slopes across sides that are."""
     rules: dict[int, list[Floats]] = defaultdict(list)
     fixed: set[int] = set()
@@ -144,7 +150,9 @@ class Elements:
 
     def rows(self, points: Sequence[Point]) -> Floats:
         """Deflection at points from the unknowns, (points, u). Raises `ValueError` for a point off the plate."""
-        return deflections(self.basis, self.frame.local(np.array(points, dtype=np.float64).reshape(-1, 2)))
+        return deflections(
+            self.basis, self.frame.local(np.array(points, dtype=np.float64).reshape(-1, 2))
+        )
 
 
 def elements_of(build: PlateBuild, length_m: float, edge_layer_m: float = 0.0) -> Elements:
@@ -198,13 +206,21 @@ def _edge_twist(build: PlateBuild, mesh: Any, frame: PlateFrame) -> Any:
         return 2 * (1 - build.material.poisson_ratio) * a * b
 
     sides = mesh.boundary_facets()
-    held = {side for edge in build.edges for side in on_stretch(middles(mesh), frame.local(stretch(build, edge)))}
+    held = {
+        side
+        for edge in build.edges
+        for side in on_stretch(middles(mesh), frame.local(stretch(build, edge)))
+    }
     ends = mesh.p[:, mesh.facets[:, sides]]
-    long_enough = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=0) > 2 * build.thickness_m / frame.unit_m
+    long_enough = (
+        np.linalg.norm(ends[:, 0] - ends[:, 1], axis=0) > 2 * build.thickness_m / frame.unit_m
+    )
     free = sides[long_enough & ~np.isin(sides, list(held))]
     if not free.size:
         return 0
-    return BilinearForm(twist).assemble(FacetBasis(mesh, ElementTriArgyris(), facets=free, intorder=_ORDER))
+    return BilinearForm(twist).assemble(
+        FacetBasis(mesh, ElementTriArgyris(), facets=free, intorder=_ORDER)
+    )
 
 
 def _across_along(second: Any, normal: Any) -> Any:

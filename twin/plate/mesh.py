@@ -25,7 +25,10 @@ def ears(corners: Floats) -> Indices:
     remaining = list(range(len(corners)))
     cut = []
     while len(remaining) > 3:
-        triples = [(remaining[i - 1], remaining[i], remaining[(i + 1) % len(remaining)]) for i in range(len(remaining))]
+        triples = [
+            (remaining[i - 1], remaining[i], remaining[(i + 1) % len(remaining)])
+            for i in range(len(remaining))
+        ]
         fatness = [_ear_fatness(corners, triple, remaining) for triple in triples]
         best = int(np.argmax(fatness))
         if fatness[best] <= 0:
@@ -105,7 +108,11 @@ def _key(a: int, b: int) -> tuple[int, int]:
 
 
 def _flip(
-    points: Floats, triangles: Indices, sides: dict[tuple[int, int], list[int]], side: tuple[int, int], two: list[int]
+    points: Floats,
+    triangles: Indices,
+    sides: dict[tuple[int, int], list[int]],
+    side: tuple[int, int],
+    two: list[int],
 ) -> list[tuple[int, int]]:
     """Flips a side that is not Delaunay, and tells the four sides around; none where it stays."""
     first, second = two
@@ -133,7 +140,10 @@ def _opposite(triangle: Indices, side: tuple[int, int]) -> int:
 
 def _cotangent(points: Floats, at: int, corner: int, other: int) -> float:
     """Of the angle at a corner; two opposite angles of more than pi together have a negative sum of these."""
-    (ux, uy), (vx, vy) = (points[corner] - points[at]).tolist(), (points[other] - points[at]).tolist()
+    (ux, uy), (vx, vy) = (
+        (points[corner] - points[at]).tolist(),
+        (points[other] - points[at]).tolist(),
+    )
     return float((ux * vx + uy * vy) / max(abs(ux * vy - uy * vx), 1e-300))
 
 
@@ -153,9 +163,13 @@ def mesh_of(build: PlateBuild, length_m: float) -> Any:
     from skfem import MeshTri
 
     sides = np.array(build.outline_m, dtype=np.float64)
-    ends = np.array([point for edge in build.edges for point in stretch(build, edge)]).reshape(-1, 2)
+    ends = np.array([point for edge in build.edges for point in stretch(build, edge)]).reshape(
+        -1, 2
+    )
     corners = with_corners(canonical(sides), ends)
-    mesh = MeshTri(np.ascontiguousarray(corners.T), np.ascontiguousarray(flipped(corners, ears(corners)).T))
+    mesh = MeshTri(
+        np.ascontiguousarray(corners.T), np.ascontiguousarray(flipped(corners, ears(corners)).T)
+    )
     sharp = np.concatenate([ends, _turning_in(canonical(sides))])
     while np.any(large := _longest(mesh) > _target_side(mesh, sharp, length_m)):
         mesh = mesh.refined(np.flatnonzero(large))
@@ -186,7 +200,9 @@ def _improved(mesh: Any) -> Any:
 def _longest(mesh: Any) -> Floats:
     """The longest side of each triangle."""
     a, b, c = mesh.p[:, mesh.t].swapaxes(0, 1)
-    return np.asarray(np.max([np.linalg.norm(x - y, axis=0) for x, y in ((a, b), (b, c), (c, a))], axis=0))
+    return np.asarray(
+        np.max([np.linalg.norm(x - y, axis=0) for x, y in ((a, b), (b, c), (c, a))], axis=0)
+    )
 
 
 def _target_side(mesh: Any, sharp: Floats, length_m: float) -> Floats:
@@ -200,5 +216,8 @@ def _target_side(mesh: Any, sharp: Floats, length_m: float) -> Floats:
 
 def _turning_in(corners: Floats) -> Floats:
     """Corners (k, 2) of more than 180 degrees, of a polygon that goes counter-clockwise."""
-    (ax, ay), (bx, by) = (corners - np.roll(corners, 1, axis=0)).T, (np.roll(corners, -1, axis=0) - corners).T
+    (ax, ay), (bx, by) = (
+        (corners - np.roll(corners, 1, axis=0)).T,
+        (np.roll(corners, -1, axis=0) - corners).T,
+    )
     return np.asarray(corners[ax * by - ay * bx < 0])

@@ -41,22 +41,30 @@ class ModalPlate:
         ):
             values = getattr(self, name)
             if values.shape != expected or not np.all(np.isfinite(values)):
-                raise ValueError(f"{name} has shape {values.shape}: expected {expected}, all finite")
+                raise ValueError(
+                    f"{name} has shape {values.shape}: expected {expected}, all finite"
+                )
         if np.any(self.frequency_hz < 0) or np.any(np.diff(self.frequency_hz) < 0):
             raise ValueError("frequency_hz: expected 0 or more, in rising order")
         if np.any((self.damping_ratio < 0) | (self.damping_ratio >= 1)):
-            raise ValueError(f"damping_ratio up to {self.damping_ratio.max():g}: expected 0 to below 1")
+            raise ValueError(
+                f"damping_ratio up to {self.damping_ratio.max():g}: expected 0 to below 1"
+            )
 
     def point(self, name: str) -> int:
         """The row of an impact point. Raises `LookupError` that names those there are."""
         if name not in self.impact_points:
-            raise LookupError(f"no impact position {name!r} on this plate; there are: {', '.join(self.impact_points)}")
+            raise LookupError(
+                f"no impact position {name!r} on this plate; there are: {', '.join(self.impact_points)}"
+            )
         return self.impact_points.index(name)
 
     def sensor(self, name: str) -> int:
         """The row of a sensor. Raises `LookupError` that names those there are."""
         if name not in self.sensors:
-            raise LookupError(f"no sensor {name!r} on this plate; there are: {', '.join(self.sensors)}")
+            raise LookupError(
+                f"no sensor {name!r} on this plate; there are: {', '.join(self.sensors)}"
+            )
         return self.sensors.index(name)
 
     def sorted(self) -> Self:
@@ -87,7 +95,9 @@ class PlateEffect(Effect):
         super().__post_init__()
         for item in self.parameters():
             if np.ndim(getattr(self, item.name)) and item.owner not in _PARTS:
-                raise ValueError(f"{self.id}: {item.name} is an array; expected one number, a plate is no batch")
+                raise ValueError(
+                    f"{self.id}: {item.name} is an array; expected one number, a plate is no batch"
+                )
 
     def values(self, name: str, parts: str, count: int) -> Floats:
         """(count,): a parameter for each of the plate's `parts` ("modes").

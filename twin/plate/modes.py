@@ -74,7 +74,11 @@ def _inertia_and_shear(build: PlateBuild) -> tuple[float, float, float]:
     """m, J and S."""
     material, h = build.material, build.thickness_m
     modulus = material.youngs_modulus_pa / (2 * (1 + material.poisson_ratio))
-    return build.mass_per_area_kg_m2, material.density_kg_m3 * h**3 / 12, _SHEAR_COEFFICIENT * modulus * h
+    return (
+        build.mass_per_area_kg_m2,
+        material.density_kg_m3 * h**3 / 12,
+        _SHEAR_COEFFICIENT * modulus * h,
+    )
 
 
 #: Triangles in a wavelength of the highest frequency, at least: the highest ones come out some 0.1 % too high.
@@ -204,7 +208,11 @@ def _save(plate: ModalPlate, path: Path) -> None:
     handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
     try:
         with os.fdopen(handle, "wb") as file:
-            np.savez(file, allow_pickle=False, **{name: np.asarray(value) for name, value in vars(plate).items()})
+            np.savez(
+                file,
+                allow_pickle=False,
+                **{name: np.asarray(value) for name, value in vars(plate).items()},
+            )
         Path(name).replace(path)
     except BaseException:
         Path(name).unlink(missing_ok=True)

@@ -28,16 +28,25 @@ def area(corners: Floats) -> float:
 def checked_outline(outline: tuple[Point, ...]) -> None:
     """Raises `ValueError` for fewer than three corners, numbers that are none, and sides that touch or cross."""
     corners = np.array(outline, dtype=np.float64)
-    if corners.ndim != 2 or corners.shape[0] < 3 or corners.shape[1] != 2 or not np.isfinite(corners).all():
+    if (
+        corners.ndim != 2
+        or corners.shape[0] < 3
+        or corners.shape[1] != 2
+        or not np.isfinite(corners).all()
+    ):
         raise ValueError(f"outline_m = {outline!r}: expected three corners (x, y) or more")
     n = len(corners)
     for i in range(n):
         if _fold_back(corners[i - 1], corners[i], corners[(i + 1) % n]):
-            raise ValueError(f"outline_m: the sides at corner {i} fold back; expected a simple polygon")
+            raise ValueError(
+                f"outline_m: the sides at corner {i} fold back; expected a simple polygon"
+            )
     apart = [(i, j) for i in range(n) for j in range(i + 2, n) if (i, j) != (0, n - 1)]
     for i, j in apart:
         if _touch(corners[[i, i + 1]], corners[[j, (j + 1) % n]]):
-            raise ValueError(f"outline_m: sides {i} and {j} touch or cross; expected a simple polygon")
+            raise ValueError(
+                f"outline_m: sides {i} and {j} touch or cross; expected a simple polygon"
+            )
 
 
 def canonical(corners: Floats) -> Floats:
@@ -66,7 +75,10 @@ def _touch(a: Floats, b: Floats) -> bool:
     signs = [np.sign(_cross(s[1] - s[0], r - s[0])) for s, r in ends]
     if signs[0] * signs[1] < 0 and signs[2] * signs[3] < 0:
         return True
-    return any(sign == 0 and np.dot(s[0] - r, s[1] - r) <= 0 for sign, (s, r) in zip(signs, ends, strict=True))
+    return any(
+        sign == 0 and np.dot(s[0] - r, s[1] - r) <= 0
+        for sign, (s, r) in zip(signs, ends, strict=True)
+    )
 
 
 def _fold_back(begin: Floats, corner: Floats, end: Floats) -> bool:
@@ -92,7 +104,9 @@ class Edge(ABC):
 
     def __post_init__(self) -> None:
         if not 0 <= self.start < self.stop <= 1:
-            raise ValueError(f"stretch from {self.start!r} to {self.stop!r}: expected 0 <= start < stop <= 1")
+            raise ValueError(
+                f"stretch from {self.start!r} to {self.stop!r}: expected 0 <= start < stop <= 1"
+            )
 
     @abstractmethod
     def rows(self, along: Floats) -> Floats:
@@ -107,7 +121,9 @@ class SimplySupported(Edge):
 
     def rows(self, along: Floats) -> Floats:
         x, y = along
-        return np.array([[1, 0, 0, 0, 0, 0], [0, x, y, 0, 0, 0], [0, 0, 0, x * x, 2 * x * y, y * y]])
+        return np.array(
+            [[1, 0, 0, 0, 0, 0], [0, x, y, 0, 0, 0], [0, 0, 0, x * x, 2 * x * y, y * y]]
+        )
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,9 @@ _WIDTHS, _MOST_DAMPED = (0.3, 1.0, 2.0, 4.0, 8.0), 0.3
 
 def poles_of(frequency_hz: Floats, damping_ratio: Floats) -> Complexes:
     """-s + i w in 1/s, of the same shape: its magnitude is the undamped circular frequency, s over that the ratio."""
-    return np.asarray(2 * np.pi * frequency_hz * (1j * np.sqrt(1 - damping_ratio**2) - damping_ratio))
+    return np.asarray(
+        2 * np.pi * frequency_hz * (1j * np.sqrt(1 - damping_ratio**2) - damping_ratio)
+    )
 
 
 def frequencies_hz(poles: Complexes) -> Floats:
@@ -100,16 +102,22 @@ class Basis:
         """
         m = self.poles.size
         # a record changes by t Re(-A exp(lambda t)) with s, by t Re(iA exp(lambda t)) with w
-        weights = np.stack([_coefficients(-amplitudes), _coefficients(1j * amplitudes)]).reshape(2, 2, m, -1)
+        weights = np.stack([_coefficients(-amplitudes), _coefficients(1j * amplitudes)]).reshape(
+            2, 2, m, -1
+        )
         flat = weights.transpose(0, 2, 1, 3).reshape(4 * m, -1)  # of (parameter, M, column)
         products = (flat @ flat.T).reshape(2, m, 2, 2, m, 2)
         jtj = np.einsum("pmxqny,xmyn->pmqn", products, self._gram).reshape(2 * m, 2 * m)
         jtr = np.einsum("pxmk,xmk->pm", weights, timed.reshape(2, m, -1)).reshape(2 * m)
-        level = 1e-9 * float(np.trace(jtj)) / (2 * m)  # Levenberg's, for modes that are hardly there
+        level = (
+            1e-9 * float(np.trace(jtj)) / (2 * m)
+        )  # Levenberg's, for modes that are hardly there
         decay, omega = np.linalg.solve(jtj + level * np.eye(2 * m), jtr).reshape(2, m)
         span, width = 1 / (self.modes.shape[0] * self.step_s), -self.poles.real
         most_decay, most_omega = 0.7 * width + 0.2 * span, width + 1.5 * span
-        return 1j * np.clip(omega, -most_omega, most_omega) - np.clip(decay, -most_decay, most_decay), jtj
+        return 1j * np.clip(omega, -most_omega, most_omega) - np.clip(
+            decay, -most_decay, most_decay
+        ), jtj
 
     def shifted(self, amplitudes: Complexes, step: Complexes) -> Complexes:
         """Amplitudes (M, k) that go with poles moved by `step` (M,), to first order."""
@@ -121,7 +129,11 @@ class Basis:
         m = self.poles.size
         spread = noise * np.sqrt(np.maximum(np.diag(np.linalg.pinv(jtj))[:m], 0.0))
         rows = np.linalg.norm(np.linalg.inv(self.r), axis=1)[: 2 * m].reshape(2, m)
-        level = noise * np.sqrt(np.mean(rows**2, axis=0))[:, None] / np.maximum(np.abs(amplitudes), 1e-300)
+        level = (
+            noise
+            * np.sqrt(np.mean(rows**2, axis=0))[:, None]
+            / np.maximum(np.abs(amplitudes), 1e-300)
+        )
         return spread / -self.poles.real, level
 
 
@@ -157,7 +169,9 @@ def refined(poles: Complexes, records: Floats, step_s: float, iterations: int) -
     for _ in range(iterations):
         step, _ = basis.step(*basis.projected(records))
         for halving in range(_HALVINGS):
-            next_basis = Basis.of(stepped_poles(basis.poles, step / 2**halving), records.shape[0], step_s)
+            next_basis = Basis.of(
+                stepped_poles(basis.poles, step / 2**halving), records.shape[0], step_s
+            )
             if (next_size := float(np.sum(next_basis.residual(records) ** 2))) < size:
                 break
         else:
@@ -194,7 +208,9 @@ def search_poles(
     return _rising(refined(poles, records, step_s, _LAST_STEPS)) if poles.size else poles
 
 
-def _loudest_line(residual: Floats, step_s: float, band_hz: tuple[float, float]) -> tuple[float, float, float]:
+def _loudest_line(
+    residual: Floats, step_s: float, band_hz: tuple[float, float]
+) -> tuple[float, float, float]:
     """Frequency and amplitude of the loudest line in a band, and the amplitude of the band's quiet tenth."""
     from scipy.fft import next_fast_len, rfft
 
@@ -208,10 +224,17 @@ def _loudest_line(residual: Floats, step_s: float, band_hz: tuple[float, float])
     return float(frequency[loudest]), float(level[loudest]), float(np.quantile(level[inside], 0.1))
 
 
-def _best_damped(residual: Floats, step_s: float, frequency_hz: float, damping_ratio: float) -> Complexes:
+def _best_damped(
+    residual: Floats, step_s: float, frequency_hz: float, damping_ratio: float
+) -> Complexes:
     """The pole (1,) at a frequency whose damping, of some about a guess, takes most of the residual."""
-    poles = poles_of(np.array([frequency_hz]), np.minimum(damping_ratio * np.array(_WIDTHS), _MOST_DAMPED))
-    columns = [orthonormal(waves(poles[i : i + 1], residual.shape[0], step_s))[0] for i in range(poles.size)]
+    poles = poles_of(
+        np.array([frequency_hz]), np.minimum(damping_ratio * np.array(_WIDTHS), _MOST_DAMPED)
+    )
+    columns = [
+        orthonormal(waves(poles[i : i + 1], residual.shape[0], step_s))[0]
+        for i in range(poles.size)
+    ]
     best = int(np.argmax([float(np.sum((q.T @ residual) ** 2)) for q in columns]))
     return poles[best : best + 1]
 
@@ -220,7 +243,9 @@ def _inside(poles: Complexes, band_hz: tuple[float, float]) -> Complexes:
     """Without those that left the band, fell together, or no longer ring."""
     poles = _rising(poles)
     apart = np.diff(poles.imag, prepend=-np.inf) > -0.1 * poles.real
-    in_band = (frequencies_hz(poles) >= 0.8 * band_hz[0]) & (frequencies_hz(poles) <= 1.1 * band_hz[1])
+    in_band = (frequencies_hz(poles) >= 0.8 * band_hz[0]) & (
+        frequencies_hz(poles) <= 1.1 * band_hz[1]
+    )
     return poles[apart & in_band & (damping_ratios(poles) <= _MOST_DAMPED)]
 
 

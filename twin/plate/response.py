@@ -62,7 +62,11 @@ def _over(numerator: Complexes, x: Complexes, series: tuple[float, ...]) -> Comp
 
 
 def respond(
-    plate: ModalPlate, force_n: Floats, step_s: float, point: str = "#1", sensors: Sequence[str] | None = None
+    plate: ModalPlate,
+    force_n: Floats,
+    step_s: float,
+    point: str = "#1",
+    sensors: Sequence[str] | None = None,
 ) -> Floats:
     """Acceleration in m/s2 at the sensors, all unless told: (sensors, n) for a force (n,), (k, sensors, n) for (k, n).
 
@@ -112,7 +116,9 @@ def weights(plate: ModalPlate, point: str, sensors: Sequence[str] | None) -> Flo
     return np.asarray(plate.shapes[rows] * plate.shape_impact[plate.point(point)])
 
 
-def _add_ringing(plate: ModalPlate, force: Floats, step_s: float, gathered: Floats, out: Floats) -> None:
+def _add_ringing(
+    plate: ModalPlate, force: Floats, step_s: float, gathered: Floats, out: Floats
+) -> None:
 
     elastic = plate.frequency_hz > 0  # a rigid mode's acceleration is the force, and no more
     step = Recursion.of(plate.frequency_hz[elastic], plate.damping_ratio[elastic], step_s)
@@ -136,10 +142,19 @@ class PlateResponse:
     hat: Floats
     jump: Floats
     step_s: float
-    _spectra: dict[int, NDArray[np.complex128]] = field(default_factory=dict, init=False, repr=False)
+    _spectra: dict[int, NDArray[np.complex128]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     @classmethod
-    def of(cls, plate: ModalPlate, point: str, sensors: Sequence[str] | None, step_s: float, samples: int) -> Self:
+    def of(
+        cls,
+        plate: ModalPlate,
+        point: str,
+        sensors: Sequence[str] | None,
+        step_s: float,
+        samples: int,
+    ) -> Self:
         """For records of so many samples; raises what `respond` does."""
         if samples < 2:
             raise ValueError(f"samples = {samples}: expected 2 or more")
@@ -156,7 +171,9 @@ class PlateResponse:
         force = np.asarray(force_n, dtype=np.float64)
         samples = self.hat.shape[1]
         if force.ndim not in (1, 2) or force.shape[-1] > samples or not np.all(np.isfinite(force)):
-            raise ValueError(f"force_n has shape {force.shape}: expected (p,) or (k, p), p up to {samples}, all finite")
+            raise ValueError(
+                f"force_n has shape {force.shape}: expected (p,) or (k, p), p up to {samples}, all finite"
+            )
         rows = np.atleast_2d(force)
         out = self._convolved(rows)
         begun = np.flatnonzero(rows[:, 0])
@@ -172,7 +189,11 @@ class PlateResponse:
         if length not in self._spectra:
             self._spectra[length] = rfft(self.hat, length)
         answers = self._spectra[length]
-        return np.asarray(irfft(spectra[:, None] * answers, length, workers=_WORKERS, overwrite_x=True)[..., :samples])
+        return np.asarray(
+            irfft(spectra[:, None] * answers, length, workers=_WORKERS, overwrite_x=True)[
+                ..., :samples
+            ]
+        )
 
 
 #: Modes that go through one loop over time together: their states stay in registers or the first cache.
@@ -199,7 +220,14 @@ def _ring(
     real, imag = np.empty(BLOCK), np.empty(BLOCK)
     for shot in range(force.shape[0]):
         for b in range(blocks):
-            tr, ti, br, bi, ar, ai = turn_r[b], turn_i[b], before_r[b], before_i[b], after_r[b], after_i[b]
+            tr, ti, br, bi, ar, ai = (
+                turn_r[b],
+                turn_i[b],
+                before_r[b],
+                before_i[b],
+                after_r[b],
+                after_i[b],
+            )
             rate = weights[b]
             # At rest before the first sample: a force that begins with a jump has had no time to act.
             real[:] = 0.0
@@ -217,11 +245,28 @@ def _ring(
                     out[shot, s, n] += total
 
 
-def ring(turn: Complexes, before: Complexes, after: Complexes, weights: Floats, force: Floats, out: Floats) -> None:
+def ring(
+    turn: Complexes,
+    before: Complexes,
+    after: Complexes,
+    weights: Floats,
+    force: Floats,
+    out: Floats,
+) -> None:
     """As `_ring`, for modes (m,) and `weights` (sensors, m) of any number; `out` (k, sensors, n) is added to."""
     blocks = -(-turn.size // BLOCK)
     padding = blocks * BLOCK - turn.size
     parts = (part for z in (turn, before, after) for part in (z.real, z.imag))
     tr, ti, br, bi, ar, ai = (np.pad(part, (0, padding)).reshape(blocks, BLOCK) for part in parts)
     padded = np.pad(weights, ((0, 0), (0, padding))).reshape(len(weights), blocks, BLOCK)
-    _ring(tr, ti, br, bi, ar, ai, np.ascontiguousarray(padded.swapaxes(0, 1)), np.ascontiguousarray(force), out)
+    _ring(
+        tr,
+        ti,
+        br,
+        bi,
+        ar,
+        ai,
+        np.ascontiguousarray(padded.swapaxes(0, 1)),
+        np.ascontiguousarray(force),
+        out,
+    )

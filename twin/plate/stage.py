@@ -32,7 +32,9 @@ class PlateSpread:
 
     def __post_init__(self) -> None:
         if not (0 <= self.frequency < 0.5 and 0 <= self.damping < 2 and self.members >= 0):
-            raise ValueError(f"{self}: expected frequency in [0, 0.5), damping in [0, 2), members of 0 or more")
+            raise ValueError(
+                f"{self}: expected frequency in [0, 0.5), damping in [0, 2), members of 0 or more"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +48,15 @@ class PlateStage:
     effects: tuple[Effect, ...] = ()
     spread: PlateSpread = field(default_factory=PlateSpread)
     label: str = "modes"
-    _ensembles: dict[str, tuple[ModalPlate, ...]] = field(default_factory=dict, init=False, repr=False)
+    _ensembles: dict[str, tuple[ModalPlate, ...]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     def __post_init__(self) -> None:
         if len({plate.sensors for plate in self.plates.values()}) > 1:
-            sensor_lists = "; ".join(f"{name}: {', '.join(plate.sensors)}" for name, plate in self.plates.items())
+            sensor_lists = "; ".join(
+                f"{name}: {', '.join(plate.sensors)}" for name, plate in self.plates.items()
+            )
             raise ValueError(f"plates with different sensors: {sensor_lists}")
         for name in self.plates:
             self.ensemble(name)
@@ -74,17 +80,26 @@ class PlateStage:
     def ensemble(self, name: str) -> tuple[ModalPlate, ...]:
         """The plate itself, then those that it may be as well. Raises `LookupError` naming the plates there are."""
         if name not in self.plates:
-            raise LookupError(f"no modes of a plate of {name!r}; there are: {', '.join(self.plates) or 'none'}")
+            raise LookupError(
+                f"no modes of a plate of {name!r}; there are: {', '.join(self.plates) or 'none'}"
+            )
         if name not in self._ensembles:
             from .modal import with_effects
 
             plate = with_effects(self.plates[name], self.effects)
-            self._ensembles[name] = (plate, *(_other(plate, *factors) for factors in self._factors()))
+            self._ensembles[name] = (
+                plate,
+                *(_other(plate, *factors) for factors in self._factors()),
+            )
         return self._ensembles[name]
 
     def _factors(self) -> Floats:
         """Of frequency and damping, (members, 2)."""
-        z = stratified_normals(self.members, 2, np.random.default_rng(_SEED)) if self.members else np.zeros((0, 2))
+        z = (
+            stratified_normals(self.members, 2, np.random.default_rng(_SEED))
+            if self.members
+            else np.zeros((0, 2))
+        )
         return np.asarray(np.exp(z * (self.spread.frequency, self.spread.damping)))
 
 

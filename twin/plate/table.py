@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...array_types import Floats
-from ...delimited_text import HeadedTable, decode_utf8, table_rows
+from ...files.delimited_text import HeadedTable, decode_utf8, table_rows
 from ...signals.modal_table import SHAPE, modal_columns
 from .modal import ModalPlate
 
@@ -26,10 +26,14 @@ def modal_plate_from_table(columns: Mapping[str, Sequence[float] | Floats]) -> M
     values = {name: np.asarray(column, dtype=np.float64) for name, column in columns.items()}
     for name in ("frequency_hz", "damping_ratio", "shape_impact"):
         _column(values, name)
-    points = {f"#{name_match[1] or 1}": name for name in values if (name_match := _POINT.fullmatch(name))}
+    points = {
+        f"#{name_match[1] or 1}": name for name in values if (name_match := _POINT.fullmatch(name))
+    }
     sensors = {name.removeprefix(SHAPE): name for name in values if _is_sensor(name)}
     if not sensors:
-        raise ValueError(f"no column 'shape_CHANNEL', the shapes at a sensor; there are: {', '.join(values)}")
+        raise ValueError(
+            f"no column 'shape_CHANNEL', the shapes at a sensor; there are: {', '.join(values)}"
+        )
     order = np.argsort(values["frequency_hz"], kind="stable")
     return ModalPlate(
         frequency_hz=values["frequency_hz"][order],
@@ -62,5 +66,7 @@ def _column(values: Mapping[str, Floats], name: str) -> Floats:
     if name not in values:
         raise ValueError(f"no column {name!r}; there are: {', '.join(values)}")
     if values[name].shape != values["frequency_hz"].shape:
-        raise ValueError(f"column {name!r} has shape {values[name].shape}: expected that of frequency_hz")
+        raise ValueError(
+            f"column {name!r} has shape {values[name].shape}: expected that of frequency_hz"
+        )
     return values[name]

@@ -31,18 +31,26 @@ class SensorChain:
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:
         """Gauge pressures from readings: the chain walked backwards."""
-        return reduce(lambda value, each: each.true_pressure_pa(value), reversed(self.effects), reading_pa)
+        return reduce(
+            lambda value, each: each.true_pressure_pa(value), reversed(self.effects), reading_pa
+        )
 
     def measured_pressure_pa(self, pressure_pa: Floats) -> Floats:
         """Readings of gauge pressures, below nothing too."""
-        return reduce(lambda value, each: each.measured_pressure_pa(value), self.effects, pressure_pa)
+        return reduce(
+            lambda value, each: each.measured_pressure_pa(value), self.effects, pressure_pa
+        )
 
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
-        return reduce(lambda value, each: each.measured_velocity_m_s(value), self.effects, velocity_m_s)
+        return reduce(
+            lambda value, each: each.measured_velocity_m_s(value), self.effects, velocity_m_s
+        )
 
     def true_velocity_m_s(self, reading_m_s: Floats) -> Floats:
         """Velocities from readings: the chain walked backwards."""
-        return reduce(lambda value, each: each.true_velocity_m_s(value), reversed(self.effects), reading_m_s)
+        return reduce(
+            lambda value, each: each.true_velocity_m_s(value), reversed(self.effects), reading_m_s
+        )
 
     def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:
         """(..., n) in steps of `dt_s`."""
@@ -50,11 +58,17 @@ class SensorChain:
 
     def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:
         """Forces from readings (n,) in steps of `dt_s`: the chain walked backwards."""
-        return reduce(lambda value, each: each.true_force_n(value, dt_s), reversed(self.effects), reading_n)
+        return reduce(
+            lambda value, each: each.true_force_n(value, dt_s), reversed(self.effects), reading_n
+        )
 
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:
         """(..., n) in steps of `dt_s`."""
-        return reduce(lambda value, each: each.measured_acceleration_m_s2(value, dt_s), self.effects, acceleration_m_s2)
+        return reduce(
+            lambda value, each: each.measured_acceleration_m_s2(value, dt_s),
+            self.effects,
+            acceleration_m_s2,
+        )
 
     def transmissibility(self, poles: Complexes) -> Complexes:
         """(k, K), or (1, K) where all sensors are alike: what it shows of accelerations exp(lambda t), `poles` (K,).

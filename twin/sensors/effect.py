@@ -79,7 +79,9 @@ def along_first(value: Value, series: Floats) -> Value:
     if isinstance(value, float | int) or np.ndim(value) == 0:
         return float(value)
     if series.ndim < 2 or series.shape[0] != np.shape(value)[0]:
-        raise ValueError(f"{np.shape(value)[0]} values of a parameter for series of shape {series.shape}")
+        raise ValueError(
+            f"{np.shape(value)[0]} values of a parameter for series of shape {series.shape}"
+        )
     return np.asarray(value).reshape(-1, *[1] * (series.ndim - 1))
 
 
@@ -96,8 +98,14 @@ def filtered(series: Floats, design: Design, *parameters: Value) -> Floats:
 
     if all(np.ndim(parameter) == 0 for parameter in parameters):
         return np.asarray(lfilter(*design(*map(float, parameters)), series, axis=-1))
-    columns = [np.broadcast_to(np.ravel(along_first(parameter, series)), series.shape[:1]) for parameter in parameters]
-    output, (different, which) = np.empty(series.shape), np.unique(columns, axis=1, return_inverse=True)
+    columns = [
+        np.broadcast_to(np.ravel(along_first(parameter, series)), series.shape[:1])
+        for parameter in parameters
+    ]
+    output, (different, which) = (
+        np.empty(series.shape),
+        np.unique(columns, axis=1, return_inverse=True),
+    )
     for number, row in enumerate(different.T):
         alike = which.ravel() == number
         output[alike] = lfilter(*design(*map(float, row)), series[alike], axis=-1)

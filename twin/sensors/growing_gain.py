@@ -24,7 +24,9 @@ def growth_parameter(reference: str) -> Any:
     """The field of an effect for its growth, whose gain is stated at the `reference`, a size with its unit. It says how
     the gain acts, not whether. Likely: about 1, a characteristic that is right near zero and bends."""
     text = f"change of the gain's error over {reference}, over the error at {reference}"
-    return parameter(text, "", default=0.0, low=0.0, high=1.5, off=0.0, likely=(0.5, 1.5), owner="channel")
+    return parameter(
+        text, "", default=0.0, low=0.0, high=1.5, off=0.0, likely=(0.5, 1.5), owner="channel"
+    )
 
 
 def gain_at(values: Floats, gain: Value, growth: Value, reference: float) -> Floats:

@@ -33,7 +33,9 @@ def sampled(pulses: ForcePulses, step_s: float, most: int | None = None) -> Floa
     force = before + (position - lower_index) * (after - before)
     between = pulses.contact_time_s <= step_s
     force[between] = 0.0
-    force[between, 1] = pulses.impulse_n_s[between] / step_s  # where the sample of a slightly longer contact is
+    force[between, 1] = (
+        pulses.impulse_n_s[between] / step_s
+    )  # where the sample of a slightly longer contact is
     scale = _scale(force.sum(axis=1) * step_s, pulses.impulse_n_s)
     scale[pulses.contact_time_s > time[-1]] = 1.0
     return np.asarray(force * scale[:, None])
@@ -57,9 +59,13 @@ class MeasuredForce:
 
     def __post_init__(self) -> None:
         if self.force_n.ndim != 1 or self.force_n.size < 3 or not np.all(np.isfinite(self.force_n)):
-            raise ValueError(f"force_n has shape {self.force_n.shape}: expected (p,), p of 3 or more, finite")
+            raise ValueError(
+                f"force_n has shape {self.force_n.shape}: expected (p,), p of 3 or more, finite"
+            )
         if not (math.isfinite(self.sampling_rate_hz) and self.sampling_rate_hz > 0):
-            raise ValueError(f"sampling_rate_hz = {self.sampling_rate_hz!r}: expected a positive number")
+            raise ValueError(
+                f"sampling_rate_hz = {self.sampling_rate_hz!r}: expected a positive number"
+            )
 
     def repeated(self, count: int) -> ForcePulses:
         """The same pulse `count` times, from the sample before its first force to that after the last."""
@@ -83,7 +89,9 @@ def measured_pulses(chain: SensorChain, pulses: ForcePulses) -> ForcePulses:
     """
     if not chain.effects:
         return pulses
-    time, force, turn = (x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s))
+    time, force, turn = (
+        x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s)
+    )
     octaves = np.floor(np.log2(pulses.contact_time_s))
     changed = False
     for octave in np.unique(octaves):
@@ -92,12 +100,18 @@ def measured_pulses(chain: SensorChain, pulses: ForcePulses) -> ForcePulses:
         given, measured = _with_room(chain, pulses, rows, step)
         if not np.array_equal(measured, given):
             seen = _cut(measured, step, ForcePulses(time[rows], force[rows], turn[rows]))
-            time[rows], force[rows], turn[rows] = seen.contact_time_s, seen.force_n, seen.compression_time_s
+            time[rows], force[rows], turn[rows] = (
+                seen.contact_time_s,
+                seen.force_n,
+                seen.compression_time_s,
+            )
             changed = True
     return ForcePulses(time, force, turn) if changed else pulses
 
 
-def _with_room(chain: SensorChain, pulses: ForcePulses, rows: Index, step: float) -> tuple[Floats, Floats]:
+def _with_room(
+    chain: SensorChain, pulses: ForcePulses, rows: Index, step: float
+) -> tuple[Floats, Floats]:
     """Forces of the rows in these steps, zeros after them, and what the channel shows of it until nearly nothing."""
     longest = 2 * _STEPS + 2
     force = sampled(pulses, step, longest)  # all rows: an effect may have a value for each

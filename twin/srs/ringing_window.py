@@ -29,6 +29,8 @@ def ringing_spectra(
         lines = frequency_hz[first : first + BLOCK]
         waited = CYCLES / float(lines.min()) + max(pulse_s, _PULSE_S)
         record = acceleration[..., : math.ceil(waited * sampling_rate_hz)]
-        spectrum = shock_response_spectrum(record, sampling_rate_hz, lines, q=q, resample_within=_RESAMPLED_WITHIN)
+        spectrum = shock_response_spectrum(
+            record, sampling_rate_hz, lines, q=q, resample_within=_RESAMPLED_WITHIN
+        )
         out[..., first : first + BLOCK] = spectrum.maximax
     return out

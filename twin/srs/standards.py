@@ -59,7 +59,9 @@ class Tolerance:
 
     def __post_init__(self) -> None:
         if not all(value >= 0 for value in (*self.upper_db, *self.lower_db)):
-            raise ValueError(f"tolerance +{self.upper_db} / -{self.lower_db} dB: expected 0 dB or more, either way")
+            raise ValueError(
+                f"tolerance +{self.upper_db} / -{self.lower_db} dB: expected 0 dB or more, either way"
+            )
 
     def at(self, frequency_hz: Floats) -> tuple[Floats, Floats]:
         """Upper and lower tolerance at the lines, (f,) each."""
@@ -87,13 +89,18 @@ MIL_STD_810H_517 = Tolerance(
     (0.0,),
     (6.0,),
     (3.0,),
-    PassRule("MIL-STD-810H Method 517.3", "test tolerances", 0.8, wider_upper_db=9.0, wider_lower_db=6.0),
+    PassRule(
+        "MIL-STD-810H Method 517.3", "test tolerances", 0.8, wider_upper_db=9.0, wider_lower_db=6.0
+    ),
 )
 #: ECSS-E-HB-32-25A (2015) repeats the shock row of the table of test tolerances of ECSS-E-ST-10-03C (table 4-1, which a
 #: paraphrase of the standard places in clause 4.4.2): -3 / +6 dB of the response spectrum, and half of its amplitudes
 #: above 0 dB.
 ECSS_E_HB_32_25A = Tolerance(
-    (0.0,), (6.0,), (3.0,), PassRule("ECSS-E-HB-32-25A", "test tolerances of ECSS-E-ST-10-03C", share_above=0.5)
+    (0.0,),
+    (6.0,),
+    (3.0,),
+    PassRule("ECSS-E-HB-32-25A", "test tolerances of ECSS-E-ST-10-03C", share_above=0.5),
 )
 
 NAMED_TOLERANCES = {
@@ -117,7 +124,9 @@ def parse_tolerance(text: str) -> Tolerance:
         return NAMED_TOLERANCES[name]
     match = _ONE.fullmatch(text) or _TWO.fullmatch(text)
     if match is None:
-        raise ValueError(f"tolerance is {text!r}; expected one such as 6dB, +9/-6dB or {', '.join(NAMED_TOLERANCES)}")
+        raise ValueError(
+            f"tolerance is {text!r}; expected one such as 6dB, +9/-6dB or {', '.join(NAMED_TOLERANCES)}"
+        )
     return within_db(*(float(number) for number in match.groups()))
 
 
@@ -141,7 +150,9 @@ class RuleResult:
         return f"{self.name}: {int(self.lines[place])} of {self.of} lines, {needed} required, {verdict}"
 
 
-def rule_results(rule: PassRule, error_db: Floats, upper_db: Floats, lower_db: Floats) -> tuple[RuleResult, ...]:
+def rule_results(
+    rule: PassRule, error_db: Floats, upper_db: Floats, lower_db: Floats
+) -> tuple[RuleResult, ...]:
     """Each rule of errors (..., f), dB above the level, with tolerances (f,); an edge belongs to the band."""
     lines = error_db.shape[-1]
 
@@ -153,12 +164,16 @@ def rule_results(rule: PassRule, error_db: Floats, upper_db: Floats, lower_db: F
     within = (error_db < upper_db + _ROUNDING_DB) & (error_db > -lower_db - _ROUNDING_DB)
     results = [RuleResult("within tolerance", counted(within), lines, rule.required_within(lines))]
     if rule.wider_upper_db is not None and rule.wider_lower_db is not None:
-        wider = (error_db < rule.wider_upper_db + _ROUNDING_DB) & (error_db > -rule.wider_lower_db - _ROUNDING_DB)
+        wider = (error_db < rule.wider_upper_db + _ROUNDING_DB) & (
+            error_db > -rule.wider_lower_db - _ROUNDING_DB
+        )
         name = f"within +{rule.wider_upper_db:g}/-{rule.wider_lower_db:g} dB"
         results.append(RuleResult(name, counted(wider | within), lines, lines))
     if rule.share_above > 0:
         above = error_db > -_ROUNDING_DB
-        results.append(RuleResult("at the level or above", counted(above), lines, rule.required_above(lines)))
+        results.append(
+            RuleResult("at the level or above", counted(above), lines, rule.required_above(lines))
+        )
     return tuple(results)
 
 

@@ -38,9 +38,13 @@ class Target:
         for name in ("frequency_hz", "level_m_s2", "upper_db", "lower_db"):
             shape = getattr(self, name).shape
             if k == 0 or shape != (k,):
-                raise ValueError(f"{name} has shape {shape}: expected one entry per frequency, one or more")
+                raise ValueError(
+                    f"{name} has shape {shape}: expected one entry per frequency, one or more"
+                )
         for name in ("frequency_hz", "level_m_s2"):
-            _refuse(name, getattr(self, name), "a positive number", lambda x: np.isfinite(x) & (x > 0))
+            _refuse(
+                name, getattr(self, name), "a positive number", lambda x: np.isfinite(x) & (x > 0)
+            )
         for name in ("upper_db", "lower_db"):
             _refuse(name, getattr(self, name), "0 dB or more", lambda x: x >= 0)
         if (falling := np.flatnonzero(np.diff(self.frequency_hz) <= 0)).size:
@@ -52,7 +56,9 @@ class Target:
     @property
     def slope_db_per_octave(self) -> Floats:
         """Of each stretch between break points, (k - 1,)."""
-        return np.asarray(20 * np.diff(np.log10(self.level_m_s2)) / np.diff(np.log2(self.frequency_hz)))
+        return np.asarray(
+            20 * np.diff(np.log10(self.level_m_s2)) / np.diff(np.log2(self.frequency_hz))
+        )
 
     def covers(self, frequency_hz: Floats) -> NDArray[np.bool_]:
         """Which of the lines (f,) lie in its range; a billionth beyond its ends is rounding."""
@@ -68,7 +74,9 @@ class Target:
             )
         own = np.log(self.frequency_hz)
         level = np.exp(np.interp(np.log(frequency_hz), own, np.log(self.level_m_s2)))
-        row = np.searchsorted(self.frequency_hz, frequency_hz * (1 + 1e-9), side="right").clip(1) - 1
+        row = (
+            np.searchsorted(self.frequency_hz, frequency_hz * (1 + 1e-9), side="right").clip(1) - 1
+        )
         return replace(
             self,
             frequency_hz=frequency_hz,
@@ -108,7 +116,9 @@ def ramps(low_hz: float, level_m_s2: float, *stretches: tuple[float, float]) -> 
     return Target(np.asarray(frequency, dtype=np.float64), np.asarray(level), six, six)
 
 
-def _refuse(name: str, values: Floats, expected: str, good: Callable[[Floats], NDArray[np.bool_]]) -> None:
+def _refuse(
+    name: str, values: Floats, expected: str, good: Callable[[Floats], NDArray[np.bool_]]
+) -> None:
     if not np.all(kept := good(values)):
         at = int(np.flatnonzero(~kept)[0])
         raise ValueError(f"{name} = {values[at]:g} at point {at + 1}: expected {expected}")
@@ -141,10 +151,16 @@ class SpectrumComparison:
     def sentence(self, place: tuple[int, ...] = ()) -> str:
         """What the verdict on the spectrum at `place` (...,) rests on; the rules that are not met stand first."""
         rule = self.target.rule
-        judged = f" ({', '.join(part for part in (rule.name, rule.clause) if part)})" if rule.name else ""
+        judged = (
+            f" ({', '.join(part for part in (rule.name, rule.clause) if part)})"
+            if rule.name
+            else ""
+        )
         results = sorted(self.rules, key=lambda result: bool(result.met[place]))
         verdict = "met" if bool(self.met[place]) else "missed"
-        return f"target {verdict}{judged}: {'; '.join(result.sentence(place) for result in results)}"
+        return (
+            f"target {verdict}{judged}: {'; '.join(result.sentence(place) for result in results)}"
+        )
 
     @property
     def within(self) -> NDArray[np.bool_]:

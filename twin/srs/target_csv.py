@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...delimited_text import decode_utf8, parse_number, table_rows
+from ...files.delimited_text import decode_utf8, parse_number, table_rows
 from .standards import NASA_STD_7003, Tolerance
 from .target import Target
 
@@ -55,7 +55,9 @@ def target_of_csv(content: bytes, source: str, tolerance: Tolerance | None = Non
         levels.append(_level(source, line, row, level, to_m_s2, hz, before))
     upper, lower = (_tolerances(source, rows, columns, name) for name in ("upper_db", "lower_db"))
     try:
-        target = Target(np.asarray(frequency), np.asarray(levels), np.asarray(upper), np.asarray(lower))
+        target = Target(
+            np.asarray(frequency), np.asarray(levels), np.asarray(upper), np.asarray(lower)
+        )
     except ValueError as error:
         raise ValueError(f"{source}: {error}") from error
     stated = any(name in columns for name in _TOLERANCES)
@@ -77,14 +79,22 @@ def _table(content: bytes, source: str) -> tuple[list[str], list[tuple[int, Row]
     rows: list[tuple[int, Row]] = []
     for number, row in lines[1:]:
         if len(row) != len(columns):
-            raise ValueError(f"{source}, line {number}: {len(row)} fields; expected {len(columns)}, as in the header")
+            raise ValueError(
+                f"{source}, line {number}: {len(row)} fields; expected {len(columns)}, as in the header"
+            )
         rows.append((number, dict(zip(columns, row, strict=True))))
     return columns, rows
 
 
 def _column(name: str) -> str:
     """`Level (g)` -> `level_g`, `Frequency [Hz]` -> `frequency_hz`, `maximax m/s²` -> `maximax_m_s2`."""
-    plain = name.strip().lower().replace("m/s^2", "m_s2").replace("m/s2", "m_s2").replace("m/s²", "m_s2")
+    plain = (
+        name.strip()
+        .lower()
+        .replace("m/s^2", "m_s2")
+        .replace("m/s2", "m_s2")
+        .replace("m/s²", "m_s2")
+    )
     plain = re.sub(r"[\s()\[\]_/]+", "_", plain).strip("_")
     return "frequency_hz" if plain in _FREQUENCIES else plain
 
@@ -93,16 +103,26 @@ def _level_column(source: str, columns: list[str]) -> tuple[str, float]:
     for word in _LEVELS:
         level_columns = [name for name in columns if name in {f"{word}_{unit}" for unit in _UNITS}]
         if len(level_columns) > 1:
-            raise ValueError(f"{source}: {' and '.join(level_columns)} both give the level; expected one of them")
+            raise ValueError(
+                f"{source}: {' and '.join(level_columns)} both give the level; expected one of them"
+            )
         if level_columns:
             return level_columns[0], _UNITS[level_columns[0].removeprefix(f"{word}_")]
     bare = next((name for name in columns if name in _LEVELS), None)
-    problem = f"column {bare!r} has no unit" if bare else f"no column of levels in {', '.join(columns)}"
+    problem = (
+        f"column {bare!r} has no unit" if bare else f"no column of levels in {', '.join(columns)}"
+    )
     raise ValueError(f"{source}: {problem}; expected level_g or level_m_s2")
 
 
 def _level(
-    source: str, line: int, row: Row, column: str, to_m_s2: float, hz: float, before: tuple[float, float] | None
+    source: str,
+    line: int,
+    row: Row,
+    column: str,
+    to_m_s2: float,
+    hz: float,
+    before: tuple[float, float] | None,
 ) -> float:
     """m/s2, from the level or the slope since `before` (Hz, m/s2)."""
     if row[column] or not row.get("slope_db_per_octave"):
@@ -119,16 +139,23 @@ def _level(
         ) from error
 
 
-def _tolerances(source: str, rows: list[tuple[int, Row]], columns: list[str], side: str) -> list[float]:
+def _tolerances(
+    source: str, rows: list[tuple[int, Row]], columns: list[str], side: str
+) -> list[float]:
     """One side of every row, dB; -3 below the level is 3 below it. Free where the file gives the other side only."""
     name = side if side in columns else "tolerance_db" if "tolerance_db" in columns else None
     if name is None:
         return [math.inf] * len(rows)
-    values = [_number(source, line, row, name, signed=side == "lower_db", finite=False) for line, row in rows]
+    values = [
+        _number(source, line, row, name, signed=side == "lower_db", finite=False)
+        for line, row in rows
+    ]
     return [abs(value) for value in values] if side == "lower_db" else values
 
 
-def _number(source: str, line: int, row: Row, column: str, *, signed: bool = False, finite: bool = True) -> float:
+def _number(
+    source: str, line: int, row: Row, column: str, *, signed: bool = False, finite: bool = True
+) -> float:
     """A cell's number, positive (0 allowed where infinity is) unless `signed`."""
     try:
         value = math.inf if row[column].lower() in _FREE else parse_number(row[column])

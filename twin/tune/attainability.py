@@ -107,13 +107,17 @@ def attainability(evidence: Evidence, rng: np.random.Generator) -> Attainability
     reached = [p.probability_met for p in evidence.kept]
     best, meeting = max(reached, default=0.0), sum(p >= evidence.at_least for p in reached)
     obstacle = None if meeting else _obstacle(evidence, rng)
-    return Attainability(best, evidence.at_least, meeting, len(reached), _lines(evidence.goal), obstacle)
+    return Attainability(
+        best, evidence.at_least, meeting, len(reached), _lines(evidence.goal), obstacle
+    )
 
 
 def _lines(goal: Goal) -> str:
     lines = "every line of the next shot lies within tolerance"
     if goal.share < 1:
-        lines = f"at least {100 * goal.share:.3g} % of the lines of the next shot lie within tolerance"
+        lines = (
+            f"at least {100 * goal.share:.3g} % of the lines of the next shot lie within tolerance"
+        )
     above = goal.rule.required_above(goal.frequency_hz.size)
     if not above:
         return lines
@@ -123,7 +127,11 @@ def _lines(goal: Goal) -> str:
 def _obstacle(evidence: Evidence, rng: np.random.Generator) -> Obstacle:
     beyond = _bench_obstacles(evidence, rng)
     if not evidence.kept:
-        return beyond[0] if beyond and beyond[0].probability_without >= evidence.at_least else _refused(evidence)
+        return (
+            beyond[0]
+            if beyond and beyond[0].probability_without >= evidence.at_least
+            else _refused(evidence)
+        )
     apart = [*_outside(evidence), *beyond]
     scatter = _unmeasured(evidence)
     best = max((scatter, *apart), key=lambda obstacle: obstacle.probability_without)
@@ -146,7 +154,9 @@ def _bench_obstacles(evidence: Evidence, rng: np.random.Generator) -> list[Obsta
     if not candidates:
         return []
     reasons = {candidate.setting: candidate.refused for candidate in candidates}
-    judged = proposals(candidates, evidence.learned, evidence.goal, rng, draws=len(evidence.normals))
+    judged = proposals(
+        candidates, evidence.learned, evidence.goal, rng, draws=len(evidence.normals)
+    )
     best = max(judged, key=lambda p: (*_promise(p, evidence.goal), -len(reasons[p.setting])))
     limits = reasons[best.setting]
     sentence = (
@@ -161,15 +171,22 @@ def _candidates_beyond(evidence: Evidence) -> Iterator[Candidate]:
     yield from evidence.result.refused
     mounts = best_of_mounts([*evidence.result.best, *evidence.result.refused])[:_MOUNTS]
     low, high = evidence.space.tank_pressure_pa.ends
-    wide = replace(evidence.space, tank_pressure_pa=ContinuousRange(low / _PRESSURE_RATIO, high * _PRESSURE_RATIO))
+    wide = replace(
+        evidence.space,
+        tank_pressure_pa=ContinuousRange(low / _PRESSURE_RATIO, high * _PRESSURE_RATIO),
+    )
     steps = np.geomspace(1.0, _PRESSURE_RATIO, _PRESSURES + 1)[1:]
     masses = evidence.space.impactor_mass_kg.grid(_MASSES).tolist()
-    settings = [replace(mount.setting, impactor_mass_kg=mass) for mount in mounts for mass in masses]
+    settings = [
+        replace(mount.setting, impactor_mass_kg=mass) for mount in mounts for mass in masses
+    ]
     best: list[Candidate] = []
     for pressures in (high * steps, low / steps):
         for pressure in pressures.tolist():
             try:
-                best += _out_of_range(evidence, [replace(s, tank_pressure_pa=pressure) for s in settings])
+                best += _out_of_range(
+                    evidence, [replace(s, tank_pressure_pa=pressure) for s in settings]
+                )
             except ValueError:
                 break  # the model refuses such a pressure, and would refuse those farther out
     best = best_of_mounts(best)[:_JUDGED]
@@ -201,7 +218,9 @@ def _refused(evidence: Evidence) -> Obstacle:
         f"The bench refuses all of {evidence.result.examined} settings. The nearest, {setting_text(nearest.setting)}, "
         f"is refused for: {'; '.join(nearest.refused)}."
     )
-    return Obstacle("bench limit", sentence, 0.0, *_decisive(nearest.level_db, evidence.goal), nearest.refused)
+    return Obstacle(
+        "bench limit", sentence, 0.0, *_decisive(nearest.level_db, evidence.goal), nearest.refused
+    )
 
 
 # --- the model ---
@@ -226,8 +245,14 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
     The sentence is about the line of it that is the least sure today.
     """
     shot_covariance = evidence.learned.prior.shot_covariance_db2()
-    without = [probability_met(p.level_db, shot_covariance, evidence.goal, evidence.normals) for p in evidence.kept]
-    place = max(range(len(without)), key=lambda i: (without[i], _decisive(evidence.kept[i].level_db, evidence.goal)[1]))
+    without = [
+        probability_met(p.level_db, shot_covariance, evidence.goal, evidence.normals)
+        for p in evidence.kept
+    ]
+    place = max(
+        range(len(without)),
+        key=lambda i: (without[i], _decisive(evidence.kept[i].level_db, evidence.goal)[1]),
+    )
     best, margin = evidence.kept[place], evidence.goal.margin_db(evidence.kept[place].level_db)
     half_db = (best.upper_db - best.lower_db) / 2
     line = int(np.argmax(half_db - margin))
@@ -238,7 +263,9 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
         f"{margin[line]:.1f} dB away, and {shots} learned from. With nothing but the scatter from shot to shot the "
         f"probability would be {_percent(without[place])}: measure this setting and name its campaign (--measured)."
     )
-    return Obstacle("measured shots", sentence, without[place], *_decisive(best.level_db, evidence.goal))
+    return Obstacle(
+        "measured shots", sentence, without[place], *_decisive(best.level_db, evidence.goal)
+    )
 
 
 # --- the goal ---
@@ -266,23 +293,42 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
     frequency, margin = _decisive(nearest.level_db, goal)
     further = ""
     if apart is not None and apart.margin_db > margin:
-        what = "beyond the bench's limits" if apart.kind == "bench limit" else "outside of the model's domain"
-        further = f" A setting {what} ({apart.limits[0]}) still misses by {-apart.margin_db:.1f} dB."
+        what = (
+            "beyond the bench's limits"
+            if apart.kind == "bench limit"
+            else "outside of the model's domain"
+        )
+        further = (
+            f" A setting {what} ({apart.limits[0]}) still misses by {-apart.margin_db:.1f} dB."
+        )
     off_db = float(np.median(goal.level_db - nearest.level_db))
     shifted_hz, shifted_db = _decisive(nearest.level_db + off_db, goal)
     if abs(off_db) > -shifted_db:
         low, high = (end / 1e5 for end in evidence.space.tank_pressure_pa.ends)
-        rest = f"; {-shifted_db:.1f} dB would then remain at {shifted_hz:.0f} Hz" if shifted_db < 0 else ""
+        rest = (
+            f"; {-shifted_db:.1f} dB would then remain at {shifted_hz:.0f} Hz"
+            if shifted_db < 0
+            else ""
+        )
         sentence = (
             f"The level stands in the way: the nearest setting, {setting_text(nearest.setting)}, would have to be "
             f"{abs(off_db):.1f} dB {'louder' if off_db > 0 else 'softer'}{rest}. The bench sets {low:.3g} to "
             f"{high:.3g} bar.{further}"
         )
-        return Obstacle("level", sentence, 0.0, frequency, margin, (f"tank pressure {low:.3g} to {high:.3g} bar",))
+        return Obstacle(
+            "level",
+            sentence,
+            0.0,
+            frequency,
+            margin,
+            (f"tank pressure {low:.3g} to {high:.3g} bar",),
+        )
     line, _ = goal.deciding_line(nearest.level_db)
     expected, prescribed = (10 ** (level[line] / 20) for level in (nearest.level_db, goal.level_db))
     within = np.count_nonzero(goal.margin_db(nearest.level_db) >= 0)
-    lines = "every line" if goal.share == 1 else f"{goal.required} of {goal.frequency_hz.size} lines"
+    lines = (
+        "every line" if goal.share == 1 else f"{goal.required} of {goal.frequency_hz.size} lines"
+    )
     sentence = (
         f"The shape of the spectrum stands in the way: of {evidence.result.examined} settings none has {lines} within "
         f"tolerance. The nearest, {setting_text(nearest.setting)}, has {within} of {goal.frequency_hz.size}; at "
@@ -318,9 +364,7 @@ def _beyond(level_db: Floats, goal: Goal) -> str:
 def _reached(proposal: Proposal, goal: Goal) -> str:
     frequency, margin = _decisive(proposal.level_db, goal)
     where = "within" if margin >= 0 else "outside of"
-    return (
-        f"{_percent(proposal.probability_met)} (expected {abs(margin):.1f} dB {where} tolerance at {frequency:.0f} Hz)"
-    )
+    return f"{_percent(proposal.probability_met)} (expected {abs(margin):.1f} dB {where} tolerance at {frequency:.0f} Hz)"
 
 
 def _percent(probability: float) -> str:

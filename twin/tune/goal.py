@@ -37,7 +37,9 @@ class Goal:
         for name in ("level_db", "upper_db", "lower_db"):
             values = getattr(self, name)
             if values.shape != self.frequency_hz.shape or np.any(np.isnan(values)):
-                raise ValueError(f"{name} has shape {values.shape}: expected {self.frequency_hz.shape}, no NaN")
+                raise ValueError(
+                    f"{name} has shape {values.shape}: expected {self.frequency_hz.shape}, no NaN"
+                )
         if not np.all(np.isfinite(self.level_db)):
             raise ValueError("level_db: expected finite levels")
         if np.any(self.upper_db < 0) or np.any(self.lower_db < 0):
@@ -46,7 +48,9 @@ class Goal:
             raise ValueError(f"share = {self.share!r}: expected above 0, at most 1")
 
     @classmethod
-    def even(cls, frequency_hz: Floats, level_m_s2: Floats, tolerance_db: float = 6.0, share: float = 1.0) -> Goal:
+    def even(
+        cls, frequency_hz: Floats, level_m_s2: Floats, tolerance_db: float = 6.0, share: float = 1.0
+    ) -> Goal:
         """The same tolerance above and below at every line."""
         same = np.full(frequency_hz.shape, float(tolerance_db))
         return cls(frequency_hz, 20 * np.log10(level_m_s2), same, same, share)
@@ -80,7 +84,11 @@ class Goal:
         if not (above := self.rule.required_above(self.frequency_hz.size)):
             return within, float(margin[within])
         highest = int(np.argsort(-error, kind="stable")[above - 1])
-        return min((within, float(margin[within])), (highest, float(error[highest])), key=lambda pair: pair[1])
+        return min(
+            (within, float(margin[within])),
+            (highest, float(error[highest])),
+            key=lambda pair: pair[1],
+        )
 
 
 #: For each setting the reasons for which the bench must not fire it; empty where it may.

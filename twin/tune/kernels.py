@@ -38,7 +38,10 @@ class Coordinates:
 
     @classmethod
     def of(cls, settings: Sequence[Setting]) -> Coordinates:
-        numbers = [(s.impact_velocity_m_s or s.tank_pressure_pa, s.impactor_mass_kg, s.tip_radius_m) for s in settings]
+        numbers = [
+            (s.impact_velocity_m_s or s.tank_pressure_pa, s.impactor_mass_kg, s.tip_radius_m)
+            for s in settings
+        ]
         logs = np.log(np.maximum(np.array(numbers, dtype=np.float64), 1e-9))
         return cls(logs, np.array([_words(s) for s in settings]), np.ones(len(settings)))
 
@@ -47,7 +50,9 @@ class Coordinates:
 
     def means(self, groups: NDArray[np.intp]) -> Coordinates:
         """Of the settings of each group (n,), in rising order; a group's words are those of its first setting."""
-        _, first, which, count = np.unique(groups, return_index=True, return_inverse=True, return_counts=True)
+        _, first, which, count = np.unique(
+            groups, return_index=True, return_inverse=True, return_counts=True
+        )
         logs = np.zeros((count.size, self.logs.shape[1]))
         np.add.at(logs, which, self.logs)
         return Coordinates(logs / count[:, None], self.words[first], count.astype(np.float64))

@@ -30,7 +30,9 @@ def fitted(prior: Discrepancy, settings: Sequence[Setting], residual_db: Floats)
         return prior
     from scipy.optimize import minimize
 
-    shots = np.unique(np.linspace(0, len(settings) - 1, min(len(settings), _SHOTS)).round().astype(np.int64))
+    shots = np.unique(
+        np.linspace(0, len(settings) - 1, min(len(settings), _SHOTS)).round().astype(np.int64)
+    )
     at = Coordinates.of([settings[i] for i in shots])
     alike = np.array([term.of_settings(at, at) for term in prior.terms])
     bounds = [(-3.0, 2.5)] * len(prior.terms)
@@ -44,7 +46,9 @@ def fitted(prior: Discrepancy, settings: Sequence[Setting], residual_db: Floats)
         options={"maxiter": 40},
     )
     scaled = zip(prior.terms, np.exp(result.x).tolist(), strict=True)
-    return replace(prior, terms=tuple(replace(term, sd_db=term.sd_db * factor) for term, factor in scaled))
+    return replace(
+        prior, terms=tuple(replace(term, sd_db=term.sd_db * factor) for term, factor in scaled)
+    )
 
 
 def _loss(logs: Floats, stated: Floats, alike: Floats, values: Floats) -> tuple[float, Floats]:
@@ -54,7 +58,9 @@ def _loss(logs: Floats, stated: Floats, alike: Floats, values: Floats) -> tuple[
     residuals of patterns.
     """
     variances = stated * np.exp(2 * logs)[:, None]
-    precision, logarithms = inverted(with_jitter(np.tensordot(variances.T, alike, axes=1), variances))
+    precision, logarithms = inverted(
+        with_jitter(np.tensordot(variances.T, alike, axes=1), variances)
+    )
     weights = np.einsum("fnm,mf->nf", precision, values)
     explained = np.sum(variances * np.sum(weights * (alike @ weights), axis=1), axis=1)
     slopes = np.einsum("tnm,tnm->t", np.tensordot(variances, precision, axes=1), alike) - explained

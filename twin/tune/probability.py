@@ -48,7 +48,8 @@ class Proposal:
     def rank(self) -> tuple[float, ...]:
         """Larger is better. Probabilities to a percent, below which draws do not tell: then the share, the margin."""
         met, within, nearly = (
-            round(p, 2) for p in (self.probability_met, self.probability_within, self.probability_95)
+            round(p, 2)
+            for p in (self.probability_met, self.probability_within, self.probability_95)
         )
         return met, within, nearly, round(self.share_within, 3), self.worst_margin_db
 
@@ -65,12 +66,18 @@ def proposals(
     """Every candidate judged, best first. All see the same draws, so that they differ by what they are."""
     normals = rng.standard_normal((draws, goal.frequency_hz.size))
     beyond = outside or [()] * len(candidates)
-    judged = [_proposal_of(c, learned, goal, normals, o) for c, o in zip(candidates, beyond, strict=True)]
+    judged = [
+        _proposal_of(c, learned, goal, normals, o) for c, o in zip(candidates, beyond, strict=True)
+    ]
     return sorted(judged, key=lambda p: p.rank, reverse=True)
 
 
 def _proposal_of(
-    candidate: Candidate, learned: ShotCorrection, goal: Goal, normals: Floats, outside: tuple[str, ...]
+    candidate: Candidate,
+    learned: ShotCorrection,
+    goal: Goal,
+    normals: Floats,
+    outside: tuple[str, ...],
 ) -> Proposal:
     covariance = learned.covariance_db2(candidate.setting)
     drawn = candidate.level_db + normals @ root(covariance).T

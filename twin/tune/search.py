@@ -52,7 +52,10 @@ class Searcher:
         levels = self.expected_db(settings, what)
         scores = self._scores(levels, settings)
         refused = self.refusals(settings)
-        return [Candidate(*parts) for parts in zip(settings, levels, scores.tolist(), refused, strict=True)]
+        return [
+            Candidate(*parts)
+            for parts in zip(settings, levels, scores.tolist(), refused, strict=True)
+        ]
 
     def expected_db(self, settings: Sequence[Setting], what: str = "settings") -> Floats:
         """Levels (n, f), dB: the model's and what shots have taught."""
@@ -113,7 +116,10 @@ class SearchResult:
 
 
 def search(
-    searcher: Searcher, space: TuningSpace, extra: Iterable[Setting] = (), effort: Effort | None = None
+    searcher: Searcher,
+    space: TuningSpace,
+    extra: Iterable[Setting] = (),
+    effort: Effort | None = None,
 ) -> SearchResult:
     """Candidates of a grid over all mounts, refined about the best; `extra` settings (those fired) among them."""
     effort = effort or Effort()
@@ -121,7 +127,9 @@ def search(
     best = best_of_mounts(c for c in examined if not c.refused)[: effort.finalists]
     refused = best_of_mounts(c for c in examined if c.refused)
     for ratio in effort.ratios if best else ():
-        around = [setting for candidate in best for setting in space.around(candidate.setting, ratio)]
+        around = [
+            setting for candidate in best for setting in space.around(candidate.setting, ratio)
+        ]
         finer = searcher.candidates(around, f"refined by {ratio:g}")
         best = best_of_mounts([*best, *(c for c in finer if not c.refused)])
         examined += finer

@@ -46,7 +46,10 @@ class Term:
 
     def covariance(self, first: Coordinates, second: Coordinates, octaves: Floats) -> Floats:
         """(n f, m f), shots outside and lines inside."""
-        return np.asarray(np.kron(self.sd_db**2 * self.of_settings(first, second), self.of_lines(octaves)), np.float64)
+        return np.asarray(
+            np.kron(self.sd_db**2 * self.of_settings(first, second), self.of_lines(octaves)),
+            np.float64,
+        )
 
 
 #: Before any shot: 3 dB over all settings, 2 dB more from setting to setting, 1 dB from shot to shot.
@@ -84,15 +87,22 @@ class Discrepancy:
     @cached_property
     def patterns(self) -> Floats:
         """Eigenvectors of all correlations of lines, (f, f): lines by patterns."""
-        _, vectors = np.linalg.eigh(smooth(self.octaves) + 2 * self.frequency_hz.size * level(self.octaves))
+        _, vectors = np.linalg.eigh(
+            smooth(self.octaves) + 2 * self.frequency_hz.size * level(self.octaves)
+        )
         return np.asarray(vectors)
 
     @cached_property
     def variances(self) -> Floats:
         """Of each term in each pattern (t, f), dB2: squares of deviations times eigenvalues."""
         of_lines = {term.of_lines: term.of_lines(self.octaves) for term in self.terms}
-        spectra = {key: np.einsum("ik,ij,jk->k", self.patterns, m, self.patterns) for key, m in of_lines.items()}
-        return np.array([term.sd_db**2 * np.maximum(spectra[term.of_lines], 0.0) for term in self.terms])
+        spectra = {
+            key: np.einsum("ik,ij,jk->k", self.patterns, m, self.patterns)
+            for key, m in of_lines.items()
+        }
+        return np.array(
+            [term.sd_db**2 * np.maximum(spectra[term.of_lines], 0.0) for term in self.terms]
+        )
 
     def with_spread(self, draws_db: Floats) -> Discrepancy:
         """The prior with the forward model's own spread, from draws (count, n, f) in dB at settings of interest.
@@ -103,24 +113,38 @@ class Discrepancy:
         """
         apart = draws_db - draws_db.mean(axis=0)
         mean = apart.mean(axis=-1, keepdims=True)
-        extra = {_OF_ALL_LEVEL: float(np.mean(mean**2)), _OF_ALL_COLOUR: float(np.mean((apart - mean) ** 2))}
-        terms = tuple(replace(t, sd_db=float(np.sqrt(t.sd_db**2 + extra.get(t.name, 0.0)))) for t in self.terms)
+        extra = {
+            _OF_ALL_LEVEL: float(np.mean(mean**2)),
+            _OF_ALL_COLOUR: float(np.mean((apart - mean) ** 2)),
+        }
+        terms = tuple(
+            replace(t, sd_db=float(np.sqrt(t.sd_db**2 + extra.get(t.name, 0.0))))
+            for t in self.terms
+        )
         return replace(self, terms=terms)
 
     def of_shots_alone(self) -> Discrepancy:
         """Without what shots share: of a model that has learned that by itself."""
-        own = (t if isinstance(t.of_settings, EachShot) else replace(t, sd_db=0.0) for t in self.terms)
+        own = (
+            t if isinstance(t.of_settings, EachShot) else replace(t, sd_db=0.0) for t in self.terms
+        )
         return replace(self, terms=tuple(own))
 
     def shot_covariance_db2(self) -> Floats:
         """(f, f) of what one shot has for itself: what remains when all that shots share is learned."""
-        parts = (t.sd_db**2 * t.of_lines(self.octaves) for t in self.terms if isinstance(t.of_settings, EachShot))
+        parts = (
+            t.sd_db**2 * t.of_lines(self.octaves)
+            for t in self.terms
+            if isinstance(t.of_settings, EachShot)
+        )
         shared = sum(parts, np.zeros((self.frequency_hz.size, self.frequency_hz.size)))
         return np.asarray(self.scales[:, None] * shared * self.scales)
 
     def after(self, settings: Sequence[Setting], residual_db: Floats) -> ShotCorrection:
         """Conditioned on measured - predicted levels (n, f) of n shots at their settings; none is fine."""
-        return ShotCorrection.of(self, Coordinates.of(settings) if len(settings) else None, residual_db)
+        return ShotCorrection.of(
+            self, Coordinates.of(settings) if len(settings) else None, residual_db
+        )
 
     def in_patterns(self, residual_db: Floats) -> Floats:
         """Residuals (n, f) of lines as those of patterns."""
@@ -140,12 +164,16 @@ class ShotCorrection:
     precision: Floats = field(default_factory=lambda: np.empty((0, 0, 0)))
 
     @classmethod
-    def of(cls, prior: Discrepancy, shots: Coordinates | None, residual_db: Floats) -> ShotCorrection:
+    def of(
+        cls, prior: Discrepancy, shots: Coordinates | None, residual_db: Floats
+    ) -> ShotCorrection:
         if shots is None:
             return cls(prior, None)
         expected = (len(shots), prior.frequency_hz.size)
         if residual_db.shape != expected or not np.all(np.isfinite(residual_db)):
-            raise ValueError(f"residual_db has shape {residual_db.shape}: expected {expected}, all finite")
+            raise ValueError(
+                f"residual_db has shape {residual_db.shape}: expected {expected}, all finite"
+            )
         alike = np.array([term.of_settings(shots, shots) for term in prior.terms])
         joint = np.tensordot(prior.variances.T, alike, axes=1)
         precision, _ = inverted(with_jitter(joint, prior.variances))
@@ -187,7 +215,9 @@ class ShotCorrection:
 
     def covariance_db2(self, setting: Setting) -> Floats:
         """(f, f) of a further shot at a setting, its own scatter included."""
-        root = self.prior.scales[:, None] * self.prior.patterns * np.sqrt(self.variances([setting])[0])
+        root = (
+            self.prior.scales[:, None] * self.prior.patterns * np.sqrt(self.variances([setting])[0])
+        )
         return np.asarray(root @ root.T)
 
     def draws_db(self, settings: Sequence[Setting], normals: Floats) -> Floats:

@@ -43,7 +43,13 @@ class Levels:
 
     def grid(self, count: int) -> Floats:
         owned = np.array(sorted(self.values))
-        return np.asarray(owned[np.unique(np.linspace(0, owned.size - 1, min(count, owned.size)).round().astype(int))])
+        return np.asarray(
+            owned[
+                np.unique(
+                    np.linspace(0, owned.size - 1, min(count, owned.size)).round().astype(int)
+                )
+            ]
+        )
 
     def near(self, value: float, ratio: float) -> Floats:
         owned = np.array(sorted({*self.values, value}))
@@ -63,7 +69,9 @@ class ContinuousRange:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.high) and 0 < self.low < self.high):
-            raise ValueError(f"range from {self.low!r} to {self.high!r}: expected positive and rising ends")
+            raise ValueError(
+                f"range from {self.low!r} to {self.high!r}: expected positive and rising ends"
+            )
 
     def grid(self, count: int) -> Floats:
         """In equal ratios: a spectrum's level follows the logarithm."""
@@ -135,7 +143,11 @@ class TuningSpace:
 
     def grid(self, pressures: int, masses: int) -> list[Setting]:
         """Every mount with `pressures` x `masses` amounts."""
-        amounts = list(itertools.product(self.tank_pressure_pa.grid(pressures), self.impactor_mass_kg.grid(masses)))
+        amounts = list(
+            itertools.product(
+                self.tank_pressure_pa.grid(pressures), self.impactor_mass_kg.grid(masses)
+            )
+        )
         return [self.setting(mount, *amount) for mount in self.mounts() for amount in amounts]
 
     def around(self, setting: Setting, ratio: float) -> list[Setting]:
@@ -143,12 +155,16 @@ class TuningSpace:
         assert setting.tank_pressure_pa is not None  # the space's settings have a pressure
         pressures = self.tank_pressure_pa.near(setting.tank_pressure_pa, ratio)
         masses = self.impactor_mass_kg.near(setting.impactor_mass_kg, ratio)
-        return [self.setting(mount_of(setting), p, m) for p, m in itertools.product(pressures, masses)]
+        return [
+            self.setting(mount_of(setting), p, m) for p, m in itertools.product(pressures, masses)
+        ]
 
 
 def mount_of(setting: Setting) -> Mount:
     """A setting without its pressure and mass."""
-    return Mount(setting.tip, setting.tip_radius_m, setting.anvil, setting.insulator, setting.impact_position)
+    return Mount(
+        setting.tip, setting.tip_radius_m, setting.anvil, setting.insulator, setting.impact_position
+    )
 
 
 def setting_text(setting: Setting) -> str:
@@ -169,4 +185,6 @@ def unlike(first: Setting, second: Setting) -> int:
 
 def amounts(settings: Sequence[Setting]) -> Floats:
     """Pressure (Pa; 0 where a velocity is set) and mass (kg), (n, 2)."""
-    return np.array([(s.tank_pressure_pa or 0.0, s.impactor_mass_kg) for s in settings], dtype=np.float64)
+    return np.array(
+        [(s.tank_pressure_pa or 0.0, s.impactor_mass_kg) for s in settings], dtype=np.float64
+    )

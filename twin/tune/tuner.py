@@ -51,11 +51,18 @@ def alike(first: Proposal, second: Proposal) -> bool:
 
 def set_alike(first: Setting, second: Setting) -> bool:
     """Whether the same parts are mounted, and pressure, mass and radius differ by a step of the bench at most."""
-    parts = [(s.tip, s.anvil, s.plate, s.insulator, s.impact_position, s.boundary_conditions) for s in (first, second)]
-    numbers = np.array([(s.tank_pressure_pa or 0.0, s.impactor_mass_kg, s.tip_radius_m) for s in (first, second)])
+    parts = [
+        (s.tip, s.anvil, s.plate, s.insulator, s.impact_position, s.boundary_conditions)
+        for s in (first, second)
+    ]
+    numbers = np.array(
+        [(s.tank_pressure_pa or 0.0, s.impactor_mass_kg, s.tip_radius_m) for s in (first, second)]
+    )
     steps = np.array([PRESSURE_STEP_PA, MASS_STEP_KG, RADIUS_STEP_M])
     # Rounding must not set apart what lies one step apart.
-    return parts[0] == parts[1] and bool(np.all(np.abs(numbers[0] - numbers[1]) <= steps * (1 + 1e-9)))
+    return parts[0] == parts[1] and bool(
+        np.all(np.abs(numbers[0] - numbers[1]) <= steps * (1 + 1e-9))
+    )
 
 
 #: How near (dB, mean over the lines) a spectrum's level is to the goal's for a setting to look right.
@@ -80,11 +87,15 @@ def settings_to_avoid(
 ) -> list[SettingToAvoid]:
     """The nearest of each kind: `outside` of the model's domain, likely to overtest of those `kept`, `refused`."""
     beyond_bench = [
-        SettingToAvoid(c.setting, f"beyond the bench: {'; '.join(c.refused)}", _level_error_db(c, goal))
+        SettingToAvoid(
+            c.setting, f"beyond the bench: {'; '.join(c.refused)}", _level_error_db(c, goal)
+        )
         for c in refused
     ]
     beyond_model = [
-        SettingToAvoid(p.setting, f"outside of the model: {'; '.join(p.outside)}", _level_error_db(p, goal))
+        SettingToAvoid(
+            p.setting, f"outside of the model: {'; '.join(p.outside)}", _level_error_db(p, goal)
+        )
         for p in outside
     ]
     nearest: list[SettingToAvoid] = []
@@ -105,7 +116,9 @@ def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[SettingToAvoid]:
         line = int(np.argmax(over))
         if proposal.probability_overtest >= OVERTEST and over[line] > 0:
             words = f"{over[line]:.1f} dB above the upper edge at {goal.frequency_hz[line]:.0f} Hz expected"
-            yield SettingToAvoid(proposal.setting, f"overtests: {words}", _level_error_db(proposal, goal))
+            yield SettingToAvoid(
+                proposal.setting, f"overtests: {words}", _level_error_db(proposal, goal)
+            )
 
 
 #: Draws of the forward model at the settings that are nearest without any shot.
@@ -125,7 +138,9 @@ class FiredShots:
     def __add__(self, other: FiredShots) -> FiredShots:
         """Both together, in order."""
         parts = [m.level_db for m in (self, other) if len(m)]
-        return FiredShots((*self.settings, *other.settings), np.concatenate(parts) if parts else np.empty((0, 0)))
+        return FiredShots(
+            (*self.settings, *other.settings), np.concatenate(parts) if parts else np.empty((0, 0))
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,17 +179,25 @@ def tune(
     draws hold all that is not known of its spectra. Raises `ValueError` where the goal's lines are not the model's.
     """
     lines_hz = forward.frequency_hz
-    if goal.frequency_hz.shape != lines_hz.shape or not np.allclose(goal.frequency_hz, lines_hz, rtol=1e-6):
-        raise ValueError("the goal's lines are not those of the model: expected the same frequencies")
+    if goal.frequency_hz.shape != lines_hz.shape or not np.allclose(
+        goal.frequency_hz, lines_hz, rtol=1e-6
+    ):
+        raise ValueError(
+            "the goal's lines are not those of the model: expected the same frequencies"
+        )
     shots = measured or FiredShots()
     learned = learn(forward, goal, shots, rng, space, calibrated=calibrated)
     searcher = Searcher(forward, learned, goal, refusals, progress)
     measured_settings = [
-        s for s in dict.fromkeys(shots.settings) if s.plate == space.plate and s.tank_pressure_pa is not None
+        s
+        for s in dict.fromkeys(shots.settings)
+        if s.plate == space.plate and s.tank_pressure_pa is not None
     ]
     result = search(searcher, space, measured_settings, effort)
     best = result.best
-    ranked = proposals(best, learned, goal, rng, outside=outside([c.setting for c in best]), draws=draws)
+    ranked = proposals(
+        best, learned, goal, rng, outside=outside([c.setting for c in best]), draws=draws
+    )
     kept = [p for p in ranked if extrapolate or not p.outside] or ranked
     stay = {id(proposal) for proposal in kept}
     apart = [p for p in ranked if id(p) not in stay]

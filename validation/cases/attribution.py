@@ -57,11 +57,15 @@ def attribution(kind: str, number: int, cause: ActingCause) -> Attribution:
         if not np.all(np.isfinite(whole)):
             continue
         left_out[stage] = {n: _square(whole - change(frozenset(names) - {n})) for n in names}
-        shapley[stage] = shapley_values(names, lambda some, w=whole, c=change: -_square(w - c(some)))  # type: ignore[misc]
+        shapley[stage] = shapley_values(
+            names, lambda some, w=whole, c=change: -_square(w - c(some))
+        )  # type: ignore[misc]
     return Attribution(left_out, shapley)
 
 
-def shapley_values(names: Sequence[str], value: Callable[[frozenset[str]], float]) -> dict[str, float]:
+def shapley_values(
+    names: Sequence[str], value: Callable[[frozenset[str]], float]
+) -> dict[str, float]:
     """Mean gain of each name over the orders in which all of them can join."""
     gains = dict.fromkeys(names, 0.0)
     orders = _orders(names)
@@ -86,7 +90,9 @@ def _orders(names: Sequence[str]) -> list[tuple[str, ...]]:
     return [sequence for order in drawn for sequence in (order, order[::-1])]
 
 
-def _remembered(kind: str, number: int, cause: ActingCause, stage: str) -> Callable[[frozenset[str]], Floats]:
+def _remembered(
+    kind: str, number: int, cause: ActingCause, stage: str
+) -> Callable[[frozenset[str]], Floats]:
     """Changes of a stage under some of a cause's effects, each set worked out once."""
     changes_by_set: dict[frozenset[str], Floats] = {}
 

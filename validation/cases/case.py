@@ -172,7 +172,9 @@ class ActingCause:
 
     def restricted(self, names: Collection[str]) -> ActingCause:
         """With these of its effects alone."""
-        return replace(self, strengths=tuple((name, value) for name, value in self.strengths if name in names))
+        return replace(
+            self, strengths=tuple((name, value) for name, value in self.strengths if name in names)
+        )
 
     @property
     def table(self) -> dict[str, float]:

@@ -45,7 +45,12 @@ class CasePulse:
             return np.full(3, np.nan)
         above = np.flatnonzero(self.force_n > top / 2)
         first, last = int(above[0]), int(above[-1])
-        width = last - first + _share(self.force_n, first - 1, top / 2) + _share(self.force_n[::-1], -last - 2, top / 2)
+        width = (
+            last
+            - first
+            + _share(self.force_n, first - 1, top / 2)
+            + _share(self.force_n[::-1], -last - 2, top / 2)
+        )
         return np.log([top, self.force_n.sum() * self.step_s, width * self.step_s])
 
     def scaled(self, amplitude: float, time: float) -> CasePulse:
@@ -54,7 +59,9 @@ class CasePulse:
 
     def on(self, time_s: Floats) -> Floats:
         """Force at times (k,), 0 outside."""
-        return np.interp(time_s, self.step_s * np.arange(self.force_n.size), self.force_n, left=0.0, right=0.0)
+        return np.interp(
+            time_s, self.step_s * np.arange(self.force_n.size), self.force_n, left=0.0, right=0.0
+        )
 
 
 def _share(force: Floats, before: int, level: float) -> float:
@@ -66,13 +73,26 @@ def _share(force: Floats, before: int, level: float) -> float:
 
 
 def strikes(
-    settings: Sequence[CaseSetting], speeds_m_s: Floats, strengths: Mapping[str, float], laws: str = ""
+    settings: Sequence[CaseSetting],
+    speeds_m_s: Floats,
+    strengths: Mapping[str, float],
+    laws: str = "",
 ) -> list[CasePulse]:
     """The true pulses of impacts (n) at true speeds (n,)."""
     if laws:
-        bodies = [_impactor(setting) for setting in settings], [_target(setting) for setting in settings]
-        return [_pulse(step, force) for step, force in second_forces(*bodies, strengths, laws, speeds_m_s)]
-    acting = tuple(EffectSwitch(name, strength=v) for name, v in strengths.items() if name.startswith("contact."))
+        bodies = (
+            [_impactor(setting) for setting in settings],
+            [_target(setting) for setting in settings],
+        )
+        return [
+            _pulse(step, force)
+            for step, force in second_forces(*bodies, strengths, laws, speeds_m_s)
+        ]
+    acting = tuple(
+        EffectSwitch(name, strength=v)
+        for name, v in strengths.items()
+        if name.startswith("contact.")
+    )
     forces = contact_forces(
         [_impactor(setting) for setting in settings],
         [_target(setting) for setting in settings],
@@ -105,7 +125,9 @@ def cell_reading(pulse: CasePulse, strengths: Mapping[str, float], laws: str = "
 
 
 def _impactor(setting: CaseSetting) -> Impactor:
-    return Impactor(contact_material(setting.tip_material), setting.tip_radius_mm * 1e-3, setting.mass_kg)
+    return Impactor(
+        contact_material(setting.tip_material), setting.tip_radius_mm * 1e-3, setting.mass_kg
+    )
 
 
 def _target(setting: CaseSetting) -> ImpactTarget:

@@ -50,24 +50,39 @@ class CaseSetting:
             "insulator": self.insulator,
         }
         if self.tank_pressure_bar:
-            return {"tank_pressure_bar": self.tank_pressure_bar, "bullet_mass_kg": self.mass_kg, **cells}
+            return {
+                "tank_pressure_bar": self.tank_pressure_bar,
+                "bullet_mass_kg": self.mass_kg,
+                **cells,
+            }
         cells |= {"hammer_speed": self.hammer_speed, "boundary_conditions": "free"}
-        return cells | ({"impact_position": "#1", "pulse_setting": f"{self.pulse_s * 1e3:g}ms"} if self.pulse_s else {})
+        return cells | (
+            {"impact_position": "#1", "pulse_setting": f"{self.pulse_s * 1e3:g}ms"}
+            if self.pulse_s
+            else {}
+        )
 
 
 @lru_cache(maxsize=64)
 def design(kind: str, number: int) -> tuple[CaseSetting, ...]:
     """The configurations of one plan. Raises `ValueError` for an unknown kind or number."""
     if kind not in _PLANS or number not in range(DESIGNS):
-        raise ValueError(f"design {number!r} of {kind!r}: expected 0 to {DESIGNS - 1} of {', '.join(_PLANS)}")
+        raise ValueError(
+            f"design {number!r} of {kind!r}: expected 0 to {DESIGNS - 1} of {', '.join(_PLANS)}"
+        )
     return _PLANS[kind](np.random.default_rng([number, *kind.encode()]))
 
 
 def _gun(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
     count = int(rng.integers(4, 7))
     pressures = np.geomspace(rng.uniform(0.3, 0.5), rng.uniform(2.0, 4.0), count).round(2)
-    masses = np.sort(rng.choice([0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.0], 3 if count > 4 else 4, replace=False))
-    rows = (CaseSetting(tank_pressure_bar=p, mass_kg=m) for p, m in product(pressures.tolist(), masses.tolist()))
+    masses = np.sort(
+        rng.choice([0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.0], 3 if count > 4 else 4, replace=False)
+    )
+    rows = (
+        CaseSetting(tank_pressure_bar=p, mass_kg=m)
+        for p, m in product(pressures.tolist(), masses.tolist())
+    )
     return tuple(rows)
 
 
@@ -78,14 +93,21 @@ def _hammer(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
     scale = float(rng.choice([0.5, 1.0, 1.5]))
     return tuple(
         CaseSetting(tip, _TIP_RADIUS_MM[tip] * scale, plate, anvil, insulator, hammer_speed=speed)
-        for tip, anvil, insulator, speed in product(tips, anvils, ("none", "polymeric"), HAND_SPEEDS_M_S)
+        for tip, anvil, insulator, speed in product(
+            tips, anvils, ("none", "polymeric"), HAND_SPEEDS_M_S
+        )
     )
 
 
 def _plate(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
-    pulses = rng.choice([0.12e-3, 0.18e-3, 0.25e-3, 0.35e-3, 0.5e-3, 0.8e-3], int(rng.integers(3, 7)), replace=False)
+    pulses = rng.choice(
+        [0.12e-3, 0.18e-3, 0.25e-3, 0.35e-3, 0.5e-3, 0.8e-3], int(rng.integers(3, 7)), replace=False
+    )
     rows = product(np.sort(pulses).tolist(), HAND_SPEEDS_M_S)
-    return tuple(CaseSetting("aluminum", 30.0, "aluminum", hammer_speed=speed, pulse_s=pulse) for pulse, speed in rows)
+    return tuple(
+        CaseSetting("aluminum", 30.0, "aluminum", hammer_speed=speed, pulse_s=pulse)
+        for pulse, speed in rows
+    )
 
 
 def _chain(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
@@ -95,7 +117,15 @@ def _chain(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
     radius, insulators = float(rng.choice([20.0, 30.0, 45.0])), ("none", "polymeric")
     rows = list(product(pressures, masses, tips))
     return tuple(
-        CaseSetting(tip, radius, "steel", "steel", insulators[row % 2 if row // 4 % 2 else 1 - row % 2], pressure, mass)
+        CaseSetting(
+            tip,
+            radius,
+            "steel",
+            "steel",
+            insulators[row % 2 if row // 4 % 2 else 1 - row % 2],
+            pressure,
+            mass,
+        )
         for row, (pressure, mass, tip) in enumerate(rows)
     )
 

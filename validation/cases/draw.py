@@ -62,7 +62,9 @@ def draw_case(
     for _ in range(_DRAW_TRIES):
         case = base_case(kind, tier, rng, rough=rough, number=number)
         case = replace(case, decoys=_decoys(kind, rng, decoy))
-        drawn_case = _CAUSES[cause](case, rng, split) if cause in _CAUSES else with_cause(case, cause, rng)
+        drawn_case = (
+            _CAUSES[cause](case, rng, split) if cause in _CAUSES else with_cause(case, cause, rng)
+        )
         if drawn_case:
             return drawn_case
     raise ValueError(f"no {kind} case found in {_DRAW_TRIES} draws: cause {cause!r}, tier {tier!r}")
@@ -83,7 +85,12 @@ def _check(kind: str, tier: str, cause: str) -> None:
 
 
 def base_case(
-    kind: str, tier: str, rng: np.random.Generator, *, rough: bool = False, number: int | None = None
+    kind: str,
+    tier: str,
+    rng: np.random.Generator,
+    *,
+    rough: bool = False,
+    number: int | None = None,
 ) -> Case:
     """A case without a cause: its plan, background, noise and the order of its runs."""
     return Case(
@@ -94,13 +101,19 @@ def base_case(
         floor=float(rng.uniform(*FLOORS)),
         background=draw_background(rng, rough=rough),
         blocked=bool(rng.random() < 0.5),
-        sampling_rate_hz=float(rng.choice([51_200.0, 102_400.0])) if kind == "hammer" else 102_400.0,
+        sampling_rate_hz=float(rng.choice([51_200.0, 102_400.0]))
+        if kind == "hammer"
+        else 102_400.0,
     )
 
 
 def _decoys(kind: str, rng: np.random.Generator, wanted: bool | None) -> dict[str, float]:
     drawn, stage = bool(rng.random() < _DECOYS), str(rng.choice(STAGES[kind]))
-    name = {"gun": str(rng.choice(["tank_volume_m3", "travel_m"])), "contact": "mass_kg", "plate": "damping_ratio"}
+    name = {
+        "gun": str(rng.choice(["tank_volume_m3", "travel_m"])),
+        "contact": "mass_kg",
+        "plate": "damping_ratio",
+    }
     factor = 1 + float(rng.uniform(-1, 1)) * _DECOY_SPREAD[stage]
     if kind == "chain" and stage == "contact":
         return {}  # a shot's mass stands in its row
@@ -113,7 +126,13 @@ Draw = Callable[[Case, np.random.Generator, str], Case | None]
 def _unknown(case: Case, rng: np.random.Generator, split: str) -> Case | None:
     name = str(rng.choice(families(case.kind, split)))
     setting = FAMILIES[name].varies
-    if setting and len({getattr(configuration, setting) for configuration in design(case.kind, case.design)}) < 2:
+    if (
+        setting
+        and len(
+            {getattr(configuration, setting) for configuration in design(case.kind, case.design)}
+        )
+        < 2
+    ):
         return None
     return _fitting(case, name, rng)
 
@@ -121,7 +140,11 @@ def _unknown(case: Case, rng: np.random.Generator, split: str) -> Case | None:
 def _fitting(case: Case, name: str, rng: np.random.Generator) -> Case | None:
     """None where the cause does not reach the tier."""
     fitting_case = with_cause(case, name, rng)
-    return fitting_case if fitting_case is not None and inside(fitting_case, TIERS[case.tier]) else None
+    return (
+        fitting_case
+        if fitting_case is not None and inside(fitting_case, TIERS[case.tier])
+        else None
+    )
 
 
 def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001 - one signature for all
@@ -138,7 +161,9 @@ def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # no
 
 
 _CAUSES: dict[str, Draw] = {
-    "catalogue": lambda case, rng, _: _fitting(case, str(rng.choice(shown_by(case.kind, case.design))), rng),
+    "catalogue": lambda case, rng, _: _fitting(
+        case, str(rng.choice(shown_by(case.kind, case.design))), rng
+    ),
     "none": lambda case, _rng, _split: case,
     "unknown": _unknown,
     "two": _two,
@@ -195,7 +220,9 @@ def draw_realistic(kind: str, rng: np.random.Generator, *, full_scale: bool = Fa
             case = _enlarged(case, limits[0])
         if limits[0] <= total_gap(case) <= limits[1]:
             return case
-    raise ValueError(f"no realistic {kind} case found in {_TRIES} draws, full_scale = {full_scale!r}")
+    raise ValueError(
+        f"no realistic {kind} case found in {_TRIES} draws, full_scale = {full_scale!r}"
+    )
 
 
 def draw_foreign(kind: str, rng: np.random.Generator, split: str, *, effects: int) -> Case:
@@ -238,7 +265,12 @@ def draw_foreign_bench(kind: str, rng: np.random.Generator, split: str) -> Case:
 
 
 def draw_visible_bench(
-    kind: str, rng: np.random.Generator, split: str, *, effects: tuple[int, int], limits: tuple[float, float]
+    kind: str,
+    rng: np.random.Generator,
+    split: str,
+    *,
+    effects: tuple[int, int],
+    limits: tuple[float, float],
 ) -> Case:
     """A case of so many effects (least and most) that act by second laws of a split, with a gap within `limits`. What
     each effect makes alone is drawn evenly in its logarithm: a weak law is as strong as it has to be to be seen.
@@ -253,7 +285,9 @@ def draw_visible_bench(
         shown = [name for name in shown_by(kind, case.design) if name != ALWAYS]
         count = min(int(rng.integers(effects[0], effects[1] + 1)) - atmosphere, len(shown))
         names = rng.choice(shown, count, replace=False).tolist()
-        strengths = {name: _visible_strength(case, name, ALONE_GAPS[full_scale], rng) for name in names}
+        strengths = {
+            name: _visible_strength(case, name, ALONE_GAPS[full_scale], rng) for name in names
+        }
         if atmosphere:
             strengths[ALWAYS] = float(rng.uniform(RANGES[ALWAYS].low, RANGES[ALWAYS].high))
         case = replace(case, strengths=strengths)
@@ -269,9 +303,17 @@ def draw_outside(kind: str, rng: np.random.Generator, split: str) -> Case:
         case = base_case(kind, "any", rng)
         name = str(rng.choice(families(kind, split)))
         setting = FAMILIES[name].varies
-        if setting and len({getattr(configuration, setting) for configuration in design(kind, case.design)}) < 2:
+        if (
+            setting
+            and len(
+                {getattr(configuration, setting) for configuration in design(kind, case.design)}
+            )
+            < 2
+        ):
             continue
-        wanted = math.exp(rng.uniform(math.log(OUTSIDE_GAP[0] * 1.05), math.log(OUTSIDE_GAP[1] * 0.95)))
+        wanted = math.exp(
+            rng.uniform(math.log(OUTSIDE_GAP[0] * 1.05), math.log(OUTSIDE_GAP[1] * 0.95))
+        )
         case = sized(case, name, 1, wanted / case.floor, rng)
         if OUTSIDE_GAP[0] <= ratio_of(case) * case.floor <= OUTSIDE_GAP[1]:
             return case
@@ -283,13 +325,17 @@ def total_gap(case: Case) -> float:
     does not leave the barrel, and where the bench gives up on it."""
     try:
         moved = changes(case.kind, case.design, whole_cause(case))
-    except RuntimeError:  # too stiff for the integrator of the second laws: such a bench is drawn again
+    except (
+        RuntimeError
+    ):  # too stiff for the integrator of the second laws: such a bench is drawn again
         return math.inf
     widths = {stage: rows.shape[1] for stage, rows in moved.items()}
     sizes = gaps(moved)
     if not np.isfinite(sum(sizes.values())):
         return math.inf
-    return math.sqrt(sum(widths[s] * sizes[s] ** 2 for s in STAGES[case.kind]) / sum(widths.values()))
+    return math.sqrt(
+        sum(widths[s] * sizes[s] ** 2 for s in STAGES[case.kind]) / sum(widths.values())
+    )
 
 
 def _strengths(kind: str, number: int, rng: np.random.Generator) -> dict[str, float]:
@@ -306,13 +352,20 @@ def _strengths(kind: str, number: int, rng: np.random.Generator) -> dict[str, fl
 
 def _strength(name: str, rng: np.random.Generator, laws: str = "") -> float:
     """0.3 to 3 times the bench's default, with a random sign where the effect has one."""
-    size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
+    size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(
+        name, 1.0
+    )
     return int(rng.choice(signs(name, laws))) * size
 
 
-def _visible_strength(case: Case, name: str, gaps: tuple[float, float], rng: np.random.Generator) -> float:
+def _visible_strength(
+    case: Case, name: str, gaps: tuple[float, float], rng: np.random.Generator
+) -> float:
     """At which an effect alone has a drawn gap (tolerances), or the largest that there is."""
-    sign, wanted = int(rng.choice(signs(name, case.laws))), math.exp(rng.uniform(math.log(gaps[0]), math.log(gaps[1])))
+    sign, wanted = (
+        int(rng.choice(signs(name, case.laws))),
+        math.exp(rng.uniform(math.log(gaps[0]), math.log(gaps[1]))),
+    )
     strength = strength_for(case.kind, case.design, name, sign, wanted, laws=case.laws)
     strength = largest(name, sign, case.laws) if strength is None else strength
     most = STRONGEST * BENCH_DEFAULT.get(name, 1.0) if name.startswith("sensor.") else math.inf

@@ -62,7 +62,9 @@ def in_gun(kind: str, number: int, cause: ActingCause) -> Floats:
     plan = design(kind, number)
     nominal = ln_velocity(kind, number, {})
     added = cause.outside(plan).ln_velocity(plan, nominal, cause.places(len(plan)))
-    return np.asarray((ln_velocity(kind, number, cause.table, cause.laws) - nominal + added)[:, None])
+    return np.asarray(
+        (ln_velocity(kind, number, cause.table, cause.laws) - nominal + added)[:, None]
+    )
 
 
 def in_contact(kind: str, number: int, cause: ActingCause) -> Floats:
@@ -80,7 +82,9 @@ def in_plate(kind: str, number: int, cause: ActingCause) -> Floats:
     """(C, d): dB at third octaves of each channel, at the nominal pulses."""
     misread = cause.family in READINGS or cause.touches("sensor.force")
     nominal = nominal_levels(kind, number)
-    if not misread and not cause.touches("plate.", "sensor.acceleration", "sensor.mount", "sensor.zero"):
+    if not misread and not cause.touches(
+        "plate.", "sensor.acceleration", "sensor.mount", "sensor.zero"
+    ):
         return np.zeros_like(nominal)
     shown = _ringing(kind, number, cause)
     if not misread:
@@ -89,11 +93,15 @@ def in_plate(kind: str, number: int, cause: ActingCause) -> Floats:
     return np.asarray(shown - levels_under(kind, number, tuple(recorded)))
 
 
-def _load_cell_pulses(kind: str, number: int, cause: ActingCause, pulses: Sequence[CasePulse]) -> list[CasePulse]:
+def _load_cell_pulses(
+    kind: str, number: int, cause: ActingCause, pulses: Sequence[CasePulse]
+) -> list[CasePulse]:
     """What the load cell shows of true pulses."""
     plan, loudest = design(kind, number), loudest_n(kind, number)
     outside, places = cause.outside(plan), cause.places(len(plan))
-    acted = (outside.pulse(s, p, at, loudest) for s, p, at in zip(plan, pulses, places, strict=True))
+    acted = (
+        outside.pulse(s, p, at, loudest) for s, p, at in zip(plan, pulses, places, strict=True)
+    )
     return [cell_reading(pulse, cause.table, cause.laws) for pulse in acted]
 
 
@@ -104,9 +112,13 @@ def _ringing(kind: str, number: int, cause: ActingCause) -> Floats:
     pulses = nominal_pulses(kind, number)
     for setting, pulse, order in zip(plan, pulses, cause.places(len(plan)), strict=True):
         peak = float(pulse.force_n.max())
-        true = accelerations(outside.modes(modes, peak, loudest, order), pulse, START_S, RATE_HZ, SAMPLES)
+        true = accelerations(
+            outside.modes(modes, peak, loudest, order), pulse, START_S, RATE_HZ, SAMPLES
+        )
         shown = outside.acceleration(setting, true, RATE_HZ, order, peak / loudest)
-        rows.append(levels_db(sensor_readings(shown, RATE_HZ, cause.table, cause.laws), plate, RATE_HZ))
+        rows.append(
+            levels_db(sensor_readings(shown, RATE_HZ, cause.table, cause.laws), plate, RATE_HZ)
+        )
     return np.array(rows)
 
 
@@ -126,7 +138,10 @@ def changed_stage(stage: str, kind: str, number: int, cause: ActingCause) -> Flo
 def gaps(moved: Mapping[str, Floats]) -> dict[str, float]:
     """Root mean square of each stage's changes, in tolerances; infinite where there is no answer."""
     with np.errstate(invalid="ignore", over="ignore"):
-        sizes = {stage: float(np.sqrt(np.mean(rows**2))) / TOLERANCES[stage] for stage, rows in moved.items()}
+        sizes = {
+            stage: float(np.sqrt(np.mean(rows**2))) / TOLERANCES[stage]
+            for stage, rows in moved.items()
+        }
     return {stage: size if np.isfinite(size) else np.inf for stage, size in sizes.items()}
 
 

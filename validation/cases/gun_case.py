@@ -56,7 +56,11 @@ def gun_stage(kind: str, number: int) -> dict[str, Value]:
 
 def ln_velocity(kind: str, number: int, strengths: Mapping[str, float], laws: str = "") -> Floats:
     """ln of the recorded velocity (C,) of a plan's configurations; -inf where a shot does not leave the barrel."""
-    acting = {name: value for name, value in strengths.items() if name.startswith(("gun.", "sensor.pressure"))}
+    acting = {
+        name: value
+        for name, value in strengths.items()
+        if name.startswith(("gun.", "sensor.pressure"))
+    }
     with np.errstate(divide="ignore"):
         true = np.log(np.array(_velocities(kind, number, tuple(sorted(acting.items())), laws)))
     return np.asarray(true + ln_reading(design(kind, number), true, strengths, laws))
@@ -85,17 +89,29 @@ def ln_truth(
 
 
 @lru_cache(maxsize=4096)
-def _velocities(kind: str, number: int, strengths: tuple[tuple[str, float], ...], laws: str) -> tuple[float, ...]:
+def _velocities(
+    kind: str, number: int, strengths: tuple[tuple[str, float], ...], laws: str
+) -> tuple[float, ...]:
     given, gun = dict(strengths), gun_of(kind, number)
     if laws:
         return tuple(
-            muzzle_velocity_m_s(gun, given, laws, true_pressure_pa(s, given, laws), Projectile(s.mass_kg))
+            muzzle_velocity_m_s(
+                gun, given, laws, true_pressure_pa(s, given, laws), Projectile(s.mass_kg)
+            )
             for s in design(kind, number)
         )
-    effects = Effects(tuple(EffectSwitch(name, strength=value) for name, value in strengths if name.startswith("gun.")))
+    effects = Effects(
+        tuple(
+            EffectSwitch(name, strength=value)
+            for name, value in strengths
+            if name.startswith("gun.")
+        )
+    )
     rng = np.random.default_rng(0)
     return tuple(
-        muzzle_velocity(gun, effects, true_pressure_pa(setting, given), Projectile(setting.mass_kg), rng)
+        muzzle_velocity(
+            gun, effects, true_pressure_pa(setting, given), Projectile(setting.mass_kg), rng
+        )
         for setting in design(kind, number)
     )
 

@@ -37,7 +37,13 @@ RATE_HZ = 25_000.0
 NOISE_BAR = 0.0025 * TANK.full_scale
 #: Between which the campaign's figures are drawn, evenly in the logarithm: rest before the drop, lag of the transducer,
 #: rounding of the valve's start, time constant of the tank's wall, how long the valve takes to close.
-REST_S, LAG_S, START_S, WALL_S, CLOSING_S = (0.03, 0.3), (2e-4, 2e-3), (5e-4, 5e-3), (0.5, 3.0), (0.03, 0.2)
+REST_S, LAG_S, START_S, WALL_S, CLOSING_S = (
+    (0.03, 0.3),
+    (2e-4, 2e-3),
+    (5e-4, 5e-3),
+    (0.5, 3.0),
+    (0.03, 0.2),
+)
 #: A valve that is closed begins to close so many times as late as the slowest shot leaves the barrel.
 CLOSES_AFTER = (1.05, 1.6)
 #: How often the valve stays open.
@@ -76,7 +82,9 @@ class Recorder:
             for low, high in (REST_S, LAG_S, START_S, WALL_S, CLOSING_S)
         )
         after = float(rng.uniform(*CLOSES_AFTER))
-        return cls(rest, lag, start, wall, math.inf if rng.random() < STAYS_OPEN else after, closing)
+        return cls(
+            rest, lag, start, wall, math.inf if rng.random() < STAYS_OPEN else after, closing
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,20 +101,26 @@ class ShotRecords:
         return self.channels[0]["tank_pressure"].size
 
 
-def shot_records(runs: CaseRuns, true_m_s: Floats, read_m_s: Floats, rng: np.random.Generator) -> ShotRecords:
+def shot_records(
+    runs: CaseRuns, true_m_s: Floats, read_m_s: Floats, rng: np.random.Generator
+) -> ShotRecords:
     """Tank pressure (V) and laser (V) of runs (R,) with true velocities and velocities as they are read, without the
     noise of the reading."""
     case, plan = runs.case, runs.plan
     rate = RATE_HZ if case.kind == "gun" else case.sampling_rate_hz
     recorder, shots = Recorder.of(case), followed_shots(case)
-    weights = TRACE_TOLERANCE * background(case.background, plan, _WAVES, "trace") / math.sqrt(_WAVES)
+    weights = (
+        TRACE_TOLERANCE * background(case.background, plan, _WAVES, "trace") / math.sqrt(_WAVES)
+    )
     spread = runs.spread("gun")
     base = np.array([shot.muzzle_velocity_m_s for shot in shots])[runs.which]
     deviation = np.log(true_m_s / base)
     deviation = deviation - np.array([deviation[runs.which == c].mean() for c in runs.which])
     share = min(_VELOCITY_OVER_PRESSURE * REGULATOR / spread, 1.0) if spread else 0.0
     alone = math.sqrt(1 - share**2)
-    regulator = share * REGULATOR * deviation / (spread or 1.0) + alone * REGULATOR * rng.standard_normal(len(base))
+    regulator = share * REGULATOR * deviation / (
+        spread or 1.0
+    ) + alone * REGULATOR * rng.standard_normal(len(base))
     longest = max(shot.time_s[-1] for shot in shots) + recorder.rest_s + TRIGGER_S
     time = np.arange(math.ceil(longest * rate)) / rate
     before_pa = [true_pressure_pa(setting, case.strengths, case.laws) for setting in plan]
@@ -127,7 +141,9 @@ def shot_records(runs: CaseRuns, true_m_s: Floats, read_m_s: Floats, rng: np.ran
         rows.append(
             {
                 "tank_pressure": _transducer(gauge, case, recorder.lag_s, rate, rng),
-                "laser": _laser(time.size, rate, exits[-1], float(true_m_s[r]), float(read_m_s[r]), case, rng),
+                "laser": _laser(
+                    time.size, rate, exits[-1], float(true_m_s[r]), float(read_m_s[r]), case, rng
+                ),
             }
         )
     return ShotRecords(tuple(rows), tuple(exits), rate)
@@ -137,7 +153,11 @@ def followed_shots(case: Case) -> tuple[FollowedShot, ...]:
     """The shots (C,) of a case's configurations, without scatter: to the end of the recording. Raises `ValueError` for
     a shot that does not leave the barrel."""
     recorder = Recorder.of(case)
-    strengths = tuple(sorted((n, v) for n, v in case.strengths.items() if n.startswith(("gun.", "sensor.pressure"))))
+    strengths = tuple(
+        sorted(
+            (n, v) for n, v in case.strengths.items() if n.startswith(("gun.", "sensor.pressure"))
+        )
+    )
     return _followed(case.kind, case.design, strengths, case.laws, recorder)
 
 
@@ -155,7 +175,12 @@ def _followed(
 
 
 def _all(
-    kind: str, number: int, strengths: tuple[tuple[str, float], ...], laws: str, closing: ValveClosing, until_s: float
+    kind: str,
+    number: int,
+    strengths: tuple[tuple[str, float], ...],
+    laws: str,
+    closing: ValveClosing,
+    until_s: float,
 ) -> Iterator[FollowedShot]:
     """Up to the exit alone where `until_s` is 0."""
     gun, given = gun_of(kind, number), dict(strengths)
@@ -164,15 +189,27 @@ def _all(
         if laws:
             yield follow_shot(gun, given, laws, pressure, bullet, until_s=until_s, closing=closing)
             continue
-        effects = Effects(tuple(EffectSwitch(name, strength=v) for name, v in strengths if name.startswith("gun.")))
+        effects = Effects(
+            tuple(
+                EffectSwitch(name, strength=v) for name, v in strengths if name.startswith("gun.")
+            )
+        )
         valve_way, valve = None, effects["gun.valve_flow"]
-        if math.isfinite(closing.at_s) and valve >= WEAKEST_VALVE:  # an ideal valve of the bench itself stays open
+        if (
+            math.isfinite(closing.at_s) and valve >= WEAKEST_VALVE
+        ):  # an ideal valve of the bench itself stays open
             opened = gun.valve_opening_time_s
             begin = max(closing.at_s / valve, 1.001 * opened)
-            valve_way = ValveWay((0.0, opened, begin, begin + closing.takes_s / valve), (0.0, 1.0, 1.0, 0.0))
+            valve_way = ValveWay(
+                (0.0, opened, begin, begin + closing.takes_s / valve), (0.0, 1.0, 1.0, 0.0)
+            )
         rng = np.random.default_rng(0)
-        shot = fire(gun, effects, pressure, bullet, rng, until_s=until_s or 1.2, valve_way=valve_way)
-        yield FollowedShot(shot.time_s, shot.tank_pressure_pa, shot.exit_time_s, shot.muzzle_velocity_m_s)
+        shot = fire(
+            gun, effects, pressure, bullet, rng, until_s=until_s or 1.2, valve_way=valve_way
+        )
+        yield FollowedShot(
+            shot.time_s, shot.tank_pressure_pa, shot.exit_time_s, shot.muzzle_velocity_m_s
+        )
 
 
 def _transducer(
@@ -184,11 +221,19 @@ def _transducer(
     read_bar = pressure_read_bar(gauge_pa / 1e5, case.strengths, case.laws)
     decay = math.exp(-1 / (rate_hz * lag_s))
     lagged, _ = lfilter([1 - decay], [1.0, -decay], read_bar, zi=[decay * read_bar[0]])
-    return converted(written(1e5 * (lagged + NOISE_BAR * rng.standard_normal(read_bar.size)), TANK), TANK)
+    return converted(
+        written(1e5 * (lagged + NOISE_BAR * rng.standard_normal(read_bar.size)), TANK), TANK
+    )
 
 
 def _laser(
-    samples: int, rate_hz: float, exit_s: float, true_m_s: float, read_m_s: float, case: Case, rng: np.random.Generator
+    samples: int,
+    rate_hz: float,
+    exit_s: float,
+    true_m_s: float,
+    read_m_s: float,
+    case: Case,
+    rng: np.random.Generator,
 ) -> NDArray[np.float32]:
     """Volts (n,). The bullet is in the beam for its stated length over the velocity that is read: it is shorter than
     stated where the reading is too large."""

@@ -51,7 +51,10 @@ def plate_of(kind: str, number: int) -> CasePlate:
     steps = np.arange(count) + np.concatenate([[0.0], rng.uniform(-0.2, 0.2, count - 1)])
     frequencies = low * ratio**steps
     damping = np.exp(rng.normal(np.log(rng.uniform(0.004, 0.008)), 0.15, count))
-    shapes, supports = 0.45 * rng.standard_normal((2, count)), 0.35 * rng.standard_normal((_SUPPORTS, count))
+    shapes, supports = (
+        0.45 * rng.standard_normal((2, count)),
+        0.35 * rng.standard_normal((_SUPPORTS, count)),
+    )
     impact = rng.choice([-1, 1], count) * rng.uniform(0.15, 0.75, count)
     modes = PlateModes(frequencies, damping, impact[None], shapes, CHANNELS)
     slope = float(rng.uniform(-0.3, 0.3))
@@ -77,7 +80,9 @@ def changed(plate: CasePlate, strengths: Mapping[str, float], laws: str = "") ->
     rigid plate would swing on the springs at its supports. Masses and springs go into an eigenproblem over all modes.
     """
     if laws:
-        return first_modes(changed_modes(plate.modes, plate.supports, strengths, laws), plate.listed)
+        return first_modes(
+            changed_modes(plate.modes, plate.supports, strengths, laws), plate.listed
+        )
     modes = plate.modes
     squares = (2 * np.pi * modes.frequencies_hz) ** 2
     swing = (2 * np.pi * strengths.get("plate.boundary", 0.0)) ** 2
@@ -88,13 +93,16 @@ def changed(plate: CasePlate, strengths: Mapping[str, float], laws: str = "") ->
     tilt = (modes.frequencies_hz / np.median(modes.frequencies_hz)) ** plate.slope
     modes = replace(
         modes,
-        frequencies_hz=modes.frequencies_hz * (1 + 0.01 * strengths.get("plate.stiffness", 0.0) * (1 + plate.bent)),
+        frequencies_hz=modes.frequencies_hz
+        * (1 + 0.01 * strengths.get("plate.stiffness", 0.0) * (1 + plate.bent)),
         damping=np.maximum(modes.damping * (1 + 0.1 * damping * tilt), 1e-4),
     )
     return first_modes(modes, plate.listed)
 
 
-def _coupled(modes: PlateModes, squares: Floats, supports: Floats, swing: float, mass: float) -> PlateModes:
+def _coupled(
+    modes: PlateModes, squares: Floats, supports: Floats, swing: float, mass: float
+) -> PlateModes:
     from scipy.linalg import eigh
 
     # mean stiffness of the springs on a mode is that of a foundation: swing^2

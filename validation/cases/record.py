@@ -52,9 +52,17 @@ def record_case(case: Case, folder: Path, seed: int, *, name: str | None = None)
     if folder.exists() and any(folder.iterdir()):
         raise ValueError(f"{folder}: there is something already; expected a new or empty folder")
     folder.mkdir(parents=True, exist_ok=True)
-    write_runs(folder, [_row(case, number, run, folder) for number, run in enumerate(simulate_case(case, seed), 1)])
+    write_runs(
+        folder,
+        [
+            _row(case, number, run, folder)
+            for number, run in enumerate(simulate_case(case, seed), 1)
+        ],
+    )
     if case.kind in ("plate", "chain"):
-        (folder / "plate_modes.csv").write_text(_modal_table(plate_of(case.kind, case.design), case.decoys))
+        (folder / "plate_modes.csv").write_text(
+            _modal_table(plate_of(case.kind, case.design), case.decoys)
+        )
     write_card(folder, _card(case, name or folder.name))
     return replace(label_of(case, seed), folder_sha256=folder_hash(folder))
 
@@ -133,7 +141,9 @@ def _card(case: Case, name: str) -> CampaignCard:
     if case.kind in GUN_KINDS:
         bench["gun"] = _misstated(gun_stage(case.kind, case.design), case.decoys)
     if case.kind == "hammer":
-        bench["hammer"] = _misstated({"mass_kg": design(case.kind, case.design)[0].mass_kg}, case.decoys)
+        bench["hammer"] = _misstated(
+            {"mass_kg": design(case.kind, case.design)[0].mass_kg}, case.decoys
+        )
     sensors: tuple[SensorBuild, ...] = () if case.kind == "gun" else (_FORCE,)
     if case.kind in ("plate", "chain"):
         bench["plate"] = {"modes": "plate_modes.csv"}
@@ -186,7 +196,11 @@ def open_labels(path: Path, key: bytes, published: Sequence[str] | None = None) 
     """
     try:
         table = json.loads(path.read_text(encoding="utf-8"))
-        nonce, sealed, tag = bytes.fromhex(table["nonce"]), bytes.fromhex(table["sealed"]), str(table["tag"])
+        nonce, sealed, tag = (
+            bytes.fromhex(table["nonce"]),
+            bytes.fromhex(table["sealed"]),
+            str(table["tag"]),
+        )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise SealError(f"{path}: not sealed labels: {error}") from error
     if not hmac.compare_digest(tag, _tag(sealed, key, nonce)):

@@ -69,11 +69,16 @@ def accelerations(
     time = np.arange(samples) / rate_hz
     fine = 1 / (rate_hz * RATIO)
     first = int(start_s / fine) - 1
-    grid = np.asarray((first + np.arange(int(pulse.force_n.size * pulse.step_s / fine) + 4)) * fine, dtype=np.float64)
+    grid = np.asarray(
+        (first + np.arange(int(pulse.force_n.size * pulse.step_s / fine) + 4)) * fine,
+        dtype=np.float64,
+    )
     return respond(modes, grid, pulse.on(grid - start_s), time, bandwidth_hz=np.inf)
 
 
-def sensor_readings(acceleration: Floats, rate_hz: float, strengths: Mapping[str, float], laws: str = "") -> Floats:
+def sensor_readings(
+    acceleration: Floats, rate_hz: float, strengths: Mapping[str, float], laws: str = ""
+) -> Floats:
     """What the accelerometers show (S, n) of true accelerations."""
     if laws:
         return accelerations_read(acceleration, rate_hz, strengths, laws, MOUNT_HZ)

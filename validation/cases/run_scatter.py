@@ -41,19 +41,29 @@ def draw_background(rng: np.random.Generator, *, rough: bool = False) -> Backgro
 def scaled_factors(settings: Sequence[CaseSetting]) -> Floats:
     """Factors (C, k) in standard deviations; words as 0 and 1."""
     numbers = [
-        [np.log(s.tank_pressure_bar or 1.0), np.log(s.mass_kg), np.log(s.tip_radius_mm), np.log(s.pulse_s or 1.0)]
+        [
+            np.log(s.tank_pressure_bar or 1.0),
+            np.log(s.mass_kg),
+            np.log(s.tip_radius_mm),
+            np.log(s.pulse_s or 1.0),
+        ]
         for s in settings
     ]
     words = [(s.tip_material, s.face_material, s.insulator, s.hammer_speed) for s in settings]
     columns = [np.array(column, dtype=np.float64) for column in zip(*numbers, strict=True)]
     for column in zip(*words, strict=True):
-        columns += [np.array([word == level for word in column], dtype=np.float64) for level in sorted(set(column))[1:]]
+        columns += [
+            np.array([word == level for word in column], dtype=np.float64)
+            for level in sorted(set(column))[1:]
+        ]
     spread = [column.std() for column in columns]
     kept = [(c - c.mean()) / s for c, s in zip(columns, spread, strict=True) if s > 1e-9]
     return np.stack(kept, axis=1) if kept else np.zeros((len(settings), 1))
 
 
-def background(what: BackgroundGap, settings: Sequence[CaseSetting], count: int, stream: str) -> Floats:
+def background(
+    what: BackgroundGap, settings: Sequence[CaseSetting], count: int, stream: str
+) -> Floats:
     """`count` independent columns (C, count) in tolerances; another `stream` gives others.
 
     The smooth part is a sum of random Fourier features (Rahimi and Recht, 2007), of a squared-exponential kernel.
@@ -61,7 +71,9 @@ def background(what: BackgroundGap, settings: Sequence[CaseSetting], count: int,
     rng = np.random.default_rng([what.seed, *stream.encode()])
     factors = scaled_factors(settings)
     # ||d|| grows with the number of factors; the length is for one of them
-    waves = rng.standard_normal((factors.shape[1], _FEATURES)) / (what.length * np.sqrt(factors.shape[1]))
+    waves = rng.standard_normal((factors.shape[1], _FEATURES)) / (
+        what.length * np.sqrt(factors.shape[1])
+    )
     phases = rng.uniform(0, 2 * np.pi, _FEATURES)
     features = np.sqrt(2 / _FEATURES) * np.cos(factors @ waves + phases)
     smooth = features @ rng.standard_normal((_FEATURES, count))
@@ -105,7 +117,9 @@ def _alike(rng: np.random.Generator, octaves: Floats, count: int) -> Floats:
     """Normal deviates (count, m) of variance 1. Their correlation falls exponentially over octaves, at a drawn rate."""
     apart = np.abs(octaves[:, None] - octaves[None, :])
     correlation = np.exp(-apart / _even_in_log(rng, *_OCTAVES))
-    return np.asarray(rng.standard_normal((count, octaves.size)) @ np.linalg.cholesky(correlation).T)
+    return np.asarray(
+        rng.standard_normal((count, octaves.size)) @ np.linalg.cholesky(correlation).T
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +140,9 @@ class PlateBackground:
         size, modes = float(np.hypot(what.smooth, what.white)), plate.listed
         octaves = np.log2(plate.table.frequencies_hz)
         smooth, white = what.smooth / size, what.white / size
-        frequency, damping, shape = (_even_in_log(rng, *bounds) for bounds in (FREQUENCY, DAMPING, SHAPE))
+        frequency, damping, shape = (
+            _even_in_log(rng, *bounds) for bounds in (FREQUENCY, DAMPING, SHAPE)
+        )
         shapes = smooth * _alike(rng, octaves, 2) + white * rng.standard_normal((2, modes))
         gains = background(what, design(case.kind, case.design), 2, "plate")
         return cls(
@@ -137,7 +153,9 @@ class PlateBackground:
             spread=case.floor * TOLERANCES["plate"] / _DB * case.repetitions**0.5,
         )
 
-    def applied(self, modes: PlateModes, configuration: int, rng: np.random.Generator) -> PlateModes:
+    def applied(
+        self, modes: PlateModes, configuration: int, rng: np.random.Generator
+    ) -> PlateModes:
         """The modes as one run finds them."""
         scatter = _SPREAD * self.spread * heavy(rng, modes.frequencies_hz.size)
         gain = np.exp(self.configurations[configuration])[:, None]
@@ -158,7 +176,9 @@ def run_order(case: Case) -> NDArray[np.int64]:
     """Configuration and repetition (from 0) of each run (R, 2), in the order of runs."""
     count = len(design(case.kind, case.design))
     rng = np.random.default_rng([case.background.seed, 7])
-    runs = np.stack(np.meshgrid(np.arange(count), np.arange(case.repetitions), indexing="ij"), axis=-1)
+    runs = np.stack(
+        np.meshgrid(np.arange(count), np.arange(case.repetitions), indexing="ij"), axis=-1
+    )
     if case.blocked:
         return np.asarray(runs[rng.permutation(count)].reshape(-1, 2))
     return np.asarray(rng.permutation(runs.reshape(-1, 2)))
@@ -185,7 +205,13 @@ class CaseRuns:
     def of(cls, case: Case) -> CaseRuns:
         """Those of a case."""
         plan, rows = design(case.kind, case.design), run_order(case)
-        return cls(case, plan, rows, np.linspace(0, 1, len(rows)), UnknownEffect(case.unknown or "", case.amount, plan))
+        return cls(
+            case,
+            plan,
+            rows,
+            np.linspace(0, 1, len(rows)),
+            UnknownEffect(case.unknown or "", case.amount, plan),
+        )
 
     @property
     def which(self) -> NDArray[np.int64]:

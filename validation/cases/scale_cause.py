@@ -75,11 +75,17 @@ _CLOSE, _TRIES, _HALVINGS = 0.04, 16, 6
 def shown_by(kind: str, number: int) -> tuple[str, ...]:
     """Effects that a plan can show: a layer's compliance only where there is a layer."""
     layered = any(setting.insulator != "none" for setting in design(kind, number))
-    names = [name for name in RANGES if any(name.startswith(key) and kind in kinds for key, kinds in _SEEN.items())]
+    names = [
+        name
+        for name in RANGES
+        if any(name.startswith(key) and kind in kinds for key, kinds in _SEEN.items())
+    ]
     return tuple(name for name in names if layered or name != "contact.layer_compliance")
 
 
-def cause_of(name: str, strength: float, order: tuple[float, ...] = (), laws: str = "") -> ActingCause:
+def cause_of(
+    name: str, strength: float, order: tuple[float, ...] = (), laws: str = ""
+) -> ActingCause:
     """An effect, or a family outside the catalogue, at a strength; families that drift see the order of runs."""
     if name in FAMILIES:
         return ActingCause((), name, strength, order if FAMILIES[name].drift else ())
@@ -103,7 +109,13 @@ def signs(name: str, laws: str = "") -> tuple[int, ...]:
 
 
 def strength_for(
-    kind: str, number: int, name: str, sign: int, wanted: float, order: tuple[float, ...] = (), laws: str = ""
+    kind: str,
+    number: int,
+    name: str,
+    sign: int,
+    wanted: float,
+    order: tuple[float, ...] = (),
+    laws: str = "",
 ) -> float | None:
     """The strength whose gap is `wanted` (tolerances), within 4 %; None where the physical range does not hold it.
 
@@ -133,7 +145,9 @@ def strength_for(
         now = size(middle)
         if abs(now / wanted - 1) < _CLOSE:
             return middle
-        low, at_low, high, at_high = (middle, now, high, at_high) if now < wanted else (low, at_low, middle, now)
+        low, at_low, high, at_high = (
+            (middle, now, high, at_high) if now < wanted else (low, at_low, middle, now)
+        )
     return None
 
 
@@ -155,7 +169,9 @@ def whole_cause(case: Case) -> ActingCause:
     """What acts in a case."""
     drifting = case.unknown is not None and FAMILIES[case.unknown].drift
     order = run_positions(case) if drifting else ()
-    return ActingCause(tuple(sorted(case.strengths.items())), case.unknown or "", case.amount, order, case.laws)
+    return ActingCause(
+        tuple(sorted(case.strengths.items())), case.unknown or "", case.amount, order, case.laws
+    )
 
 
 def with_cause(case: Case, name: str, rng: np.random.Generator) -> Case | None:
@@ -176,7 +192,9 @@ def sized(case: Case, name: str, sign: int, ratio: float, rng: np.random.Generat
     if name in RANGES and RANGES[name].low > 0:  # what is known of it leaves only the noise free
         strength = float(rng.uniform(RANGES[name].low, RANGES[name].high))
     else:
-        fitted_strength = strength_for(case.kind, case.design, name, sign, ratio * case.floor, order, case.laws)
+        fitted_strength = strength_for(
+            case.kind, case.design, name, sign, ratio * case.floor, order, case.laws
+        )
         strength = fitted_strength or largest(name, sign, case.laws)
     if fitted_strength is None:
         reached = gap(case.kind, case.design, cause_of(name, strength, order, case.laws))

@@ -44,7 +44,11 @@ def recordings(
     if shots is not None:
         gun = gun_of(case.kind, case.design)
         length, beside = shots.samples, list(shots.channels)
-        flights_s = np.array(shots.exit_s) + (gun.travel_m(Projectile()) - gun.vent_position_m) / speeds - START_S
+        flights_s = (
+            np.array(shots.exit_s)
+            + (gun.travel_m(Projectile()) - gun.vent_position_m) / speeds
+            - START_S
+        )
     plate = PlateBackground.of(case) if plated else None
     modes = changed(plate_of(case.kind, case.design), case.strengths, case.laws) if plated else None
     time = np.arange(length) / case.sampling_rate_hz
@@ -54,9 +58,15 @@ def recordings(
         signals = {"force": shown.on(time - start) + noise * rng.standard_normal(length)}
         if plate is not None and modes is not None:
             loud, order = float(pulse.force_n.max()) / loudest, float(runs.order[r])
-            now = runs.outside.modes(plate.applied(modes, int(runs.which[r]), rng), loud * loudest, loudest, order)
-            ringing = accelerations(now, pulse, start, case.sampling_rate_hz, length) * plate.gains(rng)
-            ringing = runs.outside.acceleration(setting, ringing, case.sampling_rate_hz, order, loud)
+            now = runs.outside.modes(
+                plate.applied(modes, int(runs.which[r]), rng), loud * loudest, loudest, order
+            )
+            ringing = accelerations(now, pulse, start, case.sampling_rate_hz, length) * plate.gains(
+                rng
+            )
+            ringing = runs.outside.acceleration(
+                setting, ringing, case.sampling_rate_hz, order, loud
+            )
             felt_by = sensor_readings(ringing, case.sampling_rate_hz, case.strengths, case.laws)
             hiss = ACCELERATION_NOISE * np.abs(felt_by).max(axis=1, keepdims=True)
             felt_by = felt_by + hiss * rng.standard_normal(felt_by.shape)
@@ -83,9 +93,13 @@ def _pulses(
     amplitude = np.exp(tolerance * away[:, 0] + spread * heavy(rng, len(pulses)))
     duration = np.exp(tolerance * away[:, 1] + spread * heavy(rng, len(pulses)))
     true = [
-        warped(p, w, tolerance).scaled(a, t) for p, w, a, t in zip(pulses, shapes, amplitude, duration, strict=True)
+        warped(p, w, tolerance).scaled(a, t)
+        for p, w, a, t in zip(pulses, shapes, amplitude, duration, strict=True)
     ]
-    acted = [runs.outside.pulse(s, p, o, loudest) for s, p, o in zip(runs.settings, true, runs.order, strict=True)]
+    acted = [
+        runs.outside.pulse(s, p, o, loudest)
+        for s, p, o in zip(runs.settings, true, runs.order, strict=True)
+    ]
     read = [cell_reading(p, case.strengths, case.laws) for p in acted]
     return (true if runs.outside.family in READINGS else acted), read
 
@@ -115,9 +129,13 @@ def simulate_case(case: Case, seed: int) -> Iterator[SimulatedCase]:
     u = [READING_U * v if v and case.kind in GUN_KINDS else None for v in recorded]
     shots = None
     if case.traces:
-        own_rng = np.random.default_rng([seed, case.background.seed, 17])  # the same velocities with and without
+        own_rng = np.random.default_rng(
+            [seed, case.background.seed, 17]
+        )  # the same velocities with and without
         shots = shot_records(runs, true, velocities_as_read(runs, true), own_rng)
-    channels: Iterator[Mapping[str, NDArray[Any]]] = iter(shots.channels if shots else [{}] * len(runs.rows))
+    channels: Iterator[Mapping[str, NDArray[Any]]] = iter(
+        shots.channels if shots else [{}] * len(runs.rows)
+    )
     if case.kind != "gun":
         channels = recordings(runs, true, rng, shots)
     for (c, repetition), v, error, signals in zip(runs.rows, recorded, u, channels, strict=True):
@@ -130,8 +148,12 @@ def _speeds(runs: CaseRuns, rng: np.random.Generator) -> tuple[Floats, Floats]:
     reading = READING_U * rng.standard_normal(count)
     acting = case.strengths, case.laws
     if case.kind in ("hammer", "plate"):
-        ln_true = np.log([s.speed_m_s for s in runs.settings]) + HAND_SPREAD * rng.standard_normal(count)
-        return np.exp(ln_true), np.exp(ln_true + ln_reading(runs.settings, ln_true, *acting) + reading)
+        ln_true = np.log([s.speed_m_s for s in runs.settings]) + HAND_SPREAD * rng.standard_normal(
+            count
+        )
+        return np.exp(ln_true), np.exp(
+            ln_true + ln_reading(runs.settings, ln_true, *acting) + reading
+        )
     ln_read = ln_velocity(case.kind, case.design, *acting)[runs.which]
     scatter = max(runs.spread("gun") ** 2 - READING_U**2, 0.0) ** 0.5 * heavy(rng, count)
     added = runs.outside.ln_velocity(runs.settings, ln_read, runs.order)

@@ -63,7 +63,9 @@ class UnknownEffect:
             return np.asarray(self.amount * np.sin(3 * np.pi * self._durations(settings)))
         if self.family == "gun.closing_valve":
             middle = float(np.median(self._durations(self.plan)))
-            return np.asarray(-self.amount / 2 * np.log1p((self._durations(settings) / middle) ** 4))
+            return np.asarray(
+                -self.amount / 2 * np.log1p((self._durations(settings) / middle) ** 4)
+            )
         if self.family == "gun.stiff_grease":
             return np.asarray(-self.amount * np.exp(-order / 0.2) * self._durations(settings))
         return np.zeros_like(ln_v)
@@ -71,13 +73,17 @@ class UnknownEffect:
     def _durations(self, settings: Sequence[CaseSetting]) -> Floats:
         """How long shots (n,) take, sqrt(m / p), over the plan's longest."""
         longest = max((s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in self.plan)
-        return np.asarray(np.array([(s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in settings]) / longest)
+        return np.asarray(
+            np.array([(s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in settings]) / longest
+        )
 
     @property
     def _pressures(self) -> Floats:
         return np.log([s.tank_pressure_bar for s in self.plan])
 
-    def pulse(self, setting: CaseSetting, pulse: CasePulse, order: float, loudest_n: float) -> CasePulse:
+    def pulse(
+        self, setting: CaseSetting, pulse: CasePulse, order: float, loudest_n: float
+    ) -> CasePulse:
         """The pulse that is recorded for a true one; `loudest_n` is the campaign's largest nominal peak."""
         a = self.amount
         if self.family == "contact.oblique":
@@ -92,7 +98,9 @@ class UnknownEffect:
             return replace(pulse, force_n=np.minimum(pulse.force_n, level))
         if self.family == "contact.double_hit":
             return _double(pulse, a)
-        if self.family == "contact.loose_tip" and setting.tip_material == min(s.tip_material for s in self.plan):
+        if self.family == "contact.loose_tip" and setting.tip_material == min(
+            s.tip_material for s in self.plan
+        ):
             return pulse.scaled(1 - a, 1 + a / 2)
         if self.family == "contact.changed_range":
             return pulse.scaled(1 - a * (order > 0.5), 1.0)
@@ -104,22 +112,32 @@ class UnknownEffect:
             return pulse.scaled(1 + a, 1 / (1 + a / 2))
         if self.family == "contact.ringing_handle":
             time = pulse.step_s * np.arange(pulse.force_n.size)
-            return replace(pulse, force_n=pulse.force_n * (1 + a * np.sin(2 * np.pi * _HANDLE_HZ * time)))
+            return replace(
+                pulse, force_n=pulse.force_n * (1 + a * np.sin(2 * np.pi * _HANDLE_HZ * time))
+            )
         if self.family == "contact.cable_charge":
             phase = np.linspace(0, 1, pulse.force_n.size)
-            return replace(pulse, force_n=pulse.force_n + a * pulse.force_n.max() * phase**2 * np.sin(np.pi * phase))
+            return replace(
+                pulse,
+                force_n=pulse.force_n + a * pulse.force_n.max() * phase**2 * np.sin(np.pi * phase),
+            )
         if self.family == "contact.oil_film":
             cushion = 1 - a * np.exp(-pulse.force_n.max() / (_CUSHIONED * loudest_n))
             return pulse.scaled(cushion, 1 / cushion)
         return pulse
 
     def _torn(self, setting: CaseSetting) -> bool:
-        return setting.insulator != "none" and setting.tip_material == max(s.tip_material for s in self.plan)
+        return setting.insulator != "none" and setting.tip_material == max(
+            s.tip_material for s in self.plan
+        )
 
     def modes(self, modes: PlateModes, peak_n: float, loudest_n: float, order: float) -> PlateModes:
         """The plate as it answers a blow with this peak at this place in the order of runs."""
         if self.family == "plate.amplitude_damping":
-            return replace(modes, damping=np.minimum(modes.damping * (1 + self.amount * peak_n / loudest_n), 0.5))
+            return replace(
+                modes,
+                damping=np.minimum(modes.damping * (1 + self.amount * peak_n / loudest_n), 0.5),
+            )
         if self.family == "plate.local_mode":
             return _with_bracket(modes, self.amount)
         if self.family == "plate.loosening_bolts":
@@ -127,20 +145,32 @@ class UnknownEffect:
         if self.family == "plate.tuned_mass":
             return _split(modes, self.amount)
         if self.family == "plate.softening_joint":
-            return replace(modes, frequencies_hz=modes.frequencies_hz * (1 - self.amount * peak_n / loudest_n))
+            return replace(
+                modes, frequencies_hz=modes.frequencies_hz * (1 - self.amount * peak_n / loudest_n)
+            )
         if self.family == "plate.warming_pads":
-            return replace(modes, damping=np.minimum(modes.damping * (1 + self.amount * order), 0.5))
+            return replace(
+                modes, damping=np.minimum(modes.damping * (1 + self.amount * order), 0.5)
+            )
         if self.family == "plate.clamped_mode":
             return _clamped(modes, self.amount)
         if self.family == "plate.moved_sensor" and order > 0.5:
             return _elsewhere(modes, self.amount)
         if self.family == "plate.crack":
-            felt = np.sum(modes.shape_impact**2, axis=0) / np.max(np.sum(modes.shape_impact**2, axis=0))
+            felt = np.sum(modes.shape_impact**2, axis=0) / np.max(
+                np.sum(modes.shape_impact**2, axis=0)
+            )
             damping = np.minimum(modes.damping * (1 + 20 * self.amount * felt), 0.5)
-            return replace(modes, frequencies_hz=modes.frequencies_hz * (1 - self.amount * felt), damping=damping)
+            return replace(
+                modes,
+                frequencies_hz=modes.frequencies_hz * (1 - self.amount * felt),
+                damping=damping,
+            )
         return modes
 
-    def acceleration(self, setting: CaseSetting, a: Floats, rate_hz: float, order: float, loud: float) -> Floats:
+    def acceleration(
+        self, setting: CaseSetting, a: Floats, rate_hz: float, order: float, loud: float
+    ) -> Floats:
         """What is recorded (S, n) of accelerations; `loud` is the blow's peak over the campaign's largest."""
         if self.family == "plate.gain_drift":
             return a * (1 - self.amount * order)
@@ -148,8 +178,12 @@ class UnknownEffect:
             return a + self.amount * np.stack([a[1], np.zeros_like(a[1])])
         if self.family == "plate.cable_whip":
             return a + _whip(a, rate_hz, self.amount * loud)
-        if self.family == "plate.loose_sensor" and setting.pulse_s == min(s.pulse_s for s in self.plan):
-            quiet = setting.pulse_s > 0 or setting.tip_material == min(s.tip_material for s in self.plan)
+        if self.family == "plate.loose_sensor" and setting.pulse_s == min(
+            s.pulse_s for s in self.plan
+        ):
+            quiet = setting.pulse_s > 0 or setting.tip_material == min(
+                s.tip_material for s in self.plan
+            )
             return np.stack([a[0], _loose(a[1], rate_hz, self.amount)]) if quiet else a
         if self.family == "plate.rattle":
             return a + _rattle(a, rate_hz, self.amount * max(loud - 0.3, 0.0))
@@ -232,7 +266,11 @@ def _rattle(a: Floats, rate_hz: float, amount: float) -> Floats:
     """Bursts at 9.7 kHz on both channels, a share of the peak high, every 0.8 ms after the blow and ever smaller."""
     begin = int(np.argmax(np.abs(a[0]) > 0.05 * np.abs(a[0]).max()))
     since = np.maximum(np.arange(a.shape[1]) - begin, 0) / rate_hz
-    burst = np.sin(2 * np.pi * 9700 * since) * np.exp(-(since % 0.8e-3) / 0.15e-3) * np.exp(-since / 3e-3)
+    burst = (
+        np.sin(2 * np.pi * 9700 * since)
+        * np.exp(-(since % 0.8e-3) / 0.15e-3)
+        * np.exp(-since / 3e-3)
+    )
     return np.asarray(amount * np.abs(a).max(axis=1, keepdims=True) * burst * (since > 0))
 
 

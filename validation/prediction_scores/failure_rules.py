@@ -107,15 +107,23 @@ def failures(
     return named + ([] if not rules else _strongest(measure, means, members, rules, rng))
 
 
-def _failure(measure: Measure, rule: str, residual: float, shots: int, p_value: float) -> PredictionFailure:
+def _failure(
+    measure: Measure, rule: str, residual: float, shots: int, p_value: float
+) -> PredictionFailure:
     return PredictionFailure(rule, measure, measure.share(-float(residual)), shots, p_value)
 
 
 def _strongest(
-    measure: Measure, means: Floats, members: NDArray[np.intp], rules: Sequence[_Rule], rng: np.random.Generator
+    measure: Measure,
+    means: Floats,
+    members: NDArray[np.intp],
+    rules: Sequence[_Rule],
+    rng: np.random.Generator,
 ) -> list[PredictionFailure]:
     """The rule of the largest contrast, where chance seldom gives one as large to any rule."""
-    inside = np.array([np.bincount(members, rule.shots, len(means)) > 0 for rule in rules], dtype=np.float64)
+    inside = np.array(
+        [np.bincount(members, rule.shots, len(means)) > 0 for rule in rules], dtype=np.float64
+    )
     contrast = _contrasts(inside, means[:, None])[:, 0]
     mean = inside @ means / inside.sum(axis=1)
     # A rule and its complement have the same contrast; the side that deviates more from 0 is the failure.
@@ -123,7 +131,9 @@ def _strongest(
     best = int(order[-1])
     shuffled = rng.permuted(np.tile(means[:, None], _PERMUTATIONS), axis=0)
     largest = np.abs(_contrasts(inside, shuffled)).max(axis=0)
-    p_value = (1 + int((largest >= np.abs(contrast[best]) * (1 - 1e-9)).sum())) / (1 + _PERMUTATIONS)
+    p_value = (1 + int((largest >= np.abs(contrast[best]) * (1 - 1e-9)).sum())) / (
+        1 + _PERMUTATIONS
+    )
     if p_value > _ERROR_RATE or abs(mean[best]) < _SMALLEST[measure.unit]:
         return []
     return [_failure(measure, rules[best].words, mean[best], int(rules[best].shots.sum()), p_value)]
@@ -136,10 +146,15 @@ def _contrasts(inside: Floats, values: Floats) -> Floats:
     rest, rest_squares = values.sum(axis=0) - sums, (values**2).sum(axis=0) - squares
     spread = squares - sums**2 / count + rest_squares - rest**2 / (total - count)
     variance = np.maximum(spread, 1e-12 * (values**2).sum(axis=0)) / max(total - 2, 1)
-    return np.asarray((sums / count - rest / (total - count)) / np.sqrt(variance * (1 / count + 1 / (total - count))))
+    return np.asarray(
+        (sums / count - rest / (total - count))
+        / np.sqrt(variance * (1 / count + 1 / (total - count)))
+    )
 
 
-def _rules(factors: Sequence[ShotFactor], members: NDArray[np.intp], configurations: int) -> Iterator[_Rule]:
+def _rules(
+    factors: Sequence[ShotFactor], members: NDArray[np.intp], configurations: int
+) -> Iterator[_Rule]:
     """Rules of one condition, then of two of different factors, that hold and leave enough configurations."""
     groups: set[bytes] = set()
     conditions = {factor.name: list(_conditions(factor)) for factor in factors}

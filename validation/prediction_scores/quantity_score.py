@@ -44,8 +44,12 @@ class ComparedValues:
         """From draws (d, n) and measured values (n,). Raises `ValueError` for other shapes and values not finite."""
         crps = ensemble_crps(draws, measured)
         if not (np.isfinite(draws).all() and np.isfinite(measured).all()):
-            raise ValueError("draws and measured values must be finite: leave out what was not measured")
-        low90, low50, median, high50, high90 = np.quantile(draws, _QUANTILES, axis=0, method="hazen")
+            raise ValueError(
+                "draws and measured values must be finite: leave out what was not measured"
+            )
+        low90, low50, median, high50, high90 = np.quantile(
+            draws, _QUANTILES, axis=0, method="hazen"
+        )
         below = (draws < measured).sum(axis=0) + 0.5 * (draws == measured).sum(axis=0)
         # d draws part the line into d + 1 intervals that a further draw hits alike; the middle of one is taken.
         rank = (below + 0.5) / (len(draws) + 1)
@@ -54,7 +58,9 @@ class ComparedValues:
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
         """The values of all parts, one part after the other."""
-        return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
+        return cls(
+            *(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls))
+        )
 
     def __len__(self) -> int:
         return len(self.measured)
@@ -185,7 +191,11 @@ class QuantityScore:
 
     @classmethod
     def of(
-        cls, measure: Measure, values: ComparedValues, shot: NDArray[np.intp], configuration: NDArray[np.intp]
+        cls,
+        measure: Measure,
+        values: ComparedValues,
+        shot: NDArray[np.intp],
+        configuration: NDArray[np.intp],
     ) -> Self:
         """Of values (n,), with the shot (n,) and the configuration (n,) of each. Raises `ValueError` for no value."""
         counts = np.histogram(values.rank, bins=BINS, range=(0.0, 1.0))[0]

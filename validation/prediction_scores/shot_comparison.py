@@ -51,7 +51,9 @@ class QuantityComparison:
         """Of the means over the lines of each shot."""
         rows, place = np.unique(self.shot, return_inverse=True)
         residual = np.bincount(place, self.values.residual) / np.bincount(place)
-        return failures(self.measure, residual, shots.configuration[rows], _factors(shots.take(rows)), rng)
+        return failures(
+            self.measure, residual, shots.configuration[rows], _factors(shots.take(rows)), rng
+        )
 
 
 def compared_shots(
@@ -69,10 +71,14 @@ def compared_shots(
         if np.isfinite(shots.spectra_m_s2[:, number]).any()
     ]
     for number, sensor in sensors:
-        measure = Measure(f"peak_acceleration_{sensor}", f"peak acceleration at {sensor}", "ln", "m/s2")
+        measure = Measure(
+            f"peak_acceleration_{sensor}", f"peak acceleration at {sensor}", "ln", "m/s2"
+        )
         quantities.append((measure, _peak(number)))
     for number, sensor in sensors:
-        quantities.append((Measure(f"srs_{sensor}", f"spectrum at {sensor}", "dB", "m/s2"), _spectrum(number)))
+        quantities.append(
+            (Measure(f"srs_{sensor}", f"spectrum at {sensor}", "dB", "m/s2"), _spectrum(number))
+        )
     comparisons = [_joined(measure, values, shots, draws) for measure, values in quantities]
     return [comparison for comparison in comparisons if comparison is not None]
 
@@ -97,7 +103,11 @@ def _joined(
         return None
     shot = np.concatenate(rows)
     return QuantityComparison(
-        measure, ComparedValues.joined(values), shot, shots.configuration[shot], np.concatenate(lines)
+        measure,
+        ComparedValues.joined(values),
+        shot,
+        shots.configuration[shot],
+        np.concatenate(lines),
     )
 
 
@@ -112,7 +122,9 @@ def _scalar(name: str, rng: np.random.Generator) -> _Values:
     return values
 
 
-def _velocity(shots: MeasuredShots, row: int, draws: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
+def _velocity(
+    shots: MeasuredShots, row: int, draws: Floats, rng: np.random.Generator
+) -> tuple[Floats, Floats]:
     measured, uncertainty = shots.impact_velocity_m_s[row], shots.impact_velocity_u_m_s[row]
     if shots.settings[row].tank_pressure_pa is None or not measured > 0:
         return np.array([np.nan]), draws[:, None]
@@ -128,7 +140,10 @@ def _peak(sensor: int) -> _Values:
 
 
 def _spectrum(sensor: int) -> _Values:
-    return lambda shots, row, draws: (shots.spectra_m_s2[row, sensor], draws.spectra_m_s2[:, sensor])
+    return lambda shots, row, draws: (
+        shots.spectra_m_s2[row, sensor],
+        draws.spectra_m_s2[:, sensor],
+    )
 
 
 def _factors(shots: MeasuredShots) -> list[ShotFactor]:
@@ -145,14 +160,21 @@ def _factors(shots: MeasuredShots) -> list[ShotFactor]:
     factors = [ShotFactor(name, np.array(values)) for name, values in words.items()]
     fired = all(s.tank_pressure_pa is not None for s in settings)
     numbers = [
-        ("bullet_mass" if fired else "impactor_mass", [s.impactor_mass_kg for s in settings], "kg", 1.0),
+        (
+            "bullet_mass" if fired else "impactor_mass",
+            [s.impactor_mass_kg for s in settings],
+            "kg",
+            1.0,
+        ),
         ("tip_radius", [s.tip_radius_m for s in settings], "mm", 1e3),
     ]
     if shots.force_is_given.any():  # mass and velocity stand in for what is not known
         numbers[0] = ("peak_force", shots.peak_force_n.tolist(), "N", 1.0)
         numbers.append(("contact_time", shots.contact_time_s.tolist(), "ms", 1e3))
     elif fired:
-        numbers.append(("tank_pressure", [s.tank_pressure_pa or 0.0 for s in settings], "bar", 1e-5))
+        numbers.append(
+            ("tank_pressure", [s.tank_pressure_pa or 0.0 for s in settings], "bar", 1e-5)
+        )
     else:
         numbers.append(("impact_velocity", shots.impact_velocity_m_s.tolist(), "m/s", 1.0))
     factors += [
@@ -163,10 +185,14 @@ def _factors(shots: MeasuredShots) -> list[ShotFactor]:
     return [factor for factor in factors if len(set(factor.values.tolist())) > 1]
 
 
-def shot_rows(shots: MeasuredShots, comparisons: list[QuantityComparison]) -> Iterator[dict[str, object]]:
+def shot_rows(
+    shots: MeasuredShots, comparisons: list[QuantityComparison]
+) -> Iterator[dict[str, object]]:
     """A row for each shot that was predicted: its setting, and measured and predicted value of each quantity, SI."""
     places = {
-        comparison.measure: dict(zip(comparison.shot.tolist(), range(len(comparison.shot)), strict=True))
+        comparison.measure: dict(
+            zip(comparison.shot.tolist(), range(len(comparison.shot)), strict=True)
+        )
         for comparison in comparisons
         if not comparison.is_spectrum
     }
@@ -176,10 +202,21 @@ def shot_rows(shots: MeasuredShots, comparisons: list[QuantityComparison]) -> It
             place = places.get(comparison.measure, {}).get(row)
             if place is not None:
                 values = comparison.values
-                names = {"measured": "measured", "predicted": "median", "low90": "low90", "high90": "high90"}
-                levels = {key: float(np.exp(getattr(values, name)[place])) for key, name in names.items()}
+                names = {
+                    "measured": "measured",
+                    "predicted": "median",
+                    "low90": "low90",
+                    "high90": "high90",
+                }
+                levels = {
+                    key: float(np.exp(getattr(values, name)[place])) for key, name in names.items()
+                }
                 quantities[comparison.measure.name] = {**levels, "rank": float(values.rank[place])}
-        yield {"shot": row, "configuration": int(shots.configuration[row]), "quantities": quantities}
+        yield {
+            "shot": row,
+            "configuration": int(shots.configuration[row]),
+            "quantities": quantities,
+        }
 
 
 def line_rows(comparison: QuantityComparison) -> list[dict[str, float]]:
@@ -222,13 +259,16 @@ def verdict(scores: Sequence[QuantityScore]) -> PredictionVerdict:
     so that a calibrated twin is called so in 95 of 100 campaigns. Raises `ValueError` without a quantity.
     """
     if not scores:
-        raise ValueError("no quantity was measured in any shot: there is nothing to compare with the predictions")
+        raise ValueError(
+            "no quantity was measured in any shot: there is nothing to compare with the predictions"
+        )
     intervals = [score.coverage90.interval(len(scores)) for score in scores]
     narrow = [score for score, (_, high) in zip(scores, intervals, strict=True) if high < NOMINAL]
     wide = [score for score, (low, _) in zip(scores, intervals, strict=True) if low > NOMINAL]
     if narrow:
         return PredictionVerdict(
-            f"Not calibrated: the 90 % bands hold only {_listed(narrow)}. {_errors(scores)}", calibrated=False
+            f"Not calibrated: the 90 % bands hold only {_listed(narrow)}. {_errors(scores)}",
+            calibrated=False,
         )
     if max(low for low, _ in intervals) < _VAGUE:
         held = f"Too little to judge the 90 % bands, {_size(scores)}: inside lie {_listed(scores)}"
@@ -244,7 +284,9 @@ def _listed(scores: Sequence[QuantityScore]) -> str:
     words: dict[str, list[str]] = {}
     for score in sorted(scores, key=lambda score: score.coverage90.share):
         words.setdefault(f"{100 * score.coverage90.share:.0f} %", []).append(score.measure.words)
-    parts = [f"{share} of the measured values of {' and '.join(names)}" for share, names in words.items()]
+    parts = [
+        f"{share} of the measured values of {' and '.join(names)}" for share, names in words.items()
+    ]
     return ", ".join(parts)
 
 
@@ -262,7 +304,13 @@ def _size(scores: Sequence[QuantityScore]) -> str:
 
 def _errors(scores: Sequence[QuantityScore]) -> str:
     """The median error of the quantity that is predicted worst for each unit."""
-    worst = {score.measure.unit: score for score in sorted(scores, key=lambda score: score.median_abs_error)}
-    parts = [f"the {s.measure.words} is off by {s.measure.error_words(s.median_abs_error)}" for s in worst.values()]
+    worst = {
+        score.measure.unit: score
+        for score in sorted(scores, key=lambda score: score.median_abs_error)
+    }
+    parts = [
+        f"the {s.measure.words} is off by {s.measure.error_words(s.median_abs_error)}"
+        for s in worst.values()
+    ]
     sentence = " and ".join(parts)
     return f"{sentence[0].upper()}{sentence[1:]} in the median."

@@ -65,7 +65,9 @@ def cell(row: Row, column: str, allowed: Sequence[str] = ()) -> str:
     text = str(row.get(column, "")).strip()
     if not text or (allowed and text not in allowed):
         expected = f"one of {', '.join(allowed)}" if allowed else "a value"
-        raise ValueError(f"plan: run {row.get('run', '?')}: {column} is {text!r}; expected {expected}")
+        raise ValueError(
+            f"plan: run {row.get('run', '?')}: {column} is {text!r}; expected {expected}"
+        )
     return text
 
 
@@ -77,7 +79,9 @@ def positive(row: Row, column: str) -> float:
     except ValueError:
         value = float("nan")
     if not 0 < value < float("inf"):
-        raise ValueError(f"plan: run {row.get('run', '?')}: {column} is {text!r}; expected a number above zero")
+        raise ValueError(
+            f"plan: run {row.get('run', '?')}: {column} is {text!r}; expected a number above zero"
+        )
     return value
 
 
@@ -88,5 +92,7 @@ def day_fraction(number: int, per_day: int) -> float:
 
 def cells_of(row: Row, repetition: int) -> dict[str, str]:
     """A plan's row as runs.csv begins it."""
-    rest = {key: value for key, value in row.items() if key not in ("run", "repetition", "recording")}
+    rest = {
+        key: value for key, value in row.items() if key not in ("run", "repetition", "recording")
+    }
     return {"run": str(row["run"]), "repetition": str(repetition), **rest}

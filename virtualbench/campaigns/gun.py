@@ -51,7 +51,11 @@ def plate_of(row: Row) -> Key:
 
 def point_of(row: Row) -> int:
     """The plate's impact point in the optional column `impact_position`; the first without one."""
-    return POSITIONS.index(cell(row, "impact_position", POSITIONS)) if row.get("impact_position") else 0
+    return (
+        POSITIONS.index(cell(row, "impact_position", POSITIONS))
+        if row.get("impact_position")
+        else 0
+    )
 
 
 def valve_way_of(row: Row) -> ValveWay | None:
@@ -91,7 +95,9 @@ def chain_height_of(row: Row) -> float:
     x, y = IMPACT_POINTS_M[point_of(row)]
     corners = zip(OUTLINE_M, (*OUTLINE_M[1:], OUTLINE_M[0]), strict=True)
     if any((x1 - x0) * (y - height - y0) < (y1 - y0) * (x - x0) for (x0, y0), (x1, y1) in corners):
-        raise ValueError(f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}: the bullet misses the plate")
+        raise ValueError(
+            f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}: the bullet misses the plate"
+        )
     return height
 
 
@@ -102,10 +108,14 @@ def impactor_of(row: Row) -> Impactor:
 
 def target_of(row: Row) -> ImpactTarget:
     anvil, insulator = cell(row, "anvil_material"), cell(row, "insulator")
-    return target(cell(row, "plate_material"), THICKNESS_M, anvil_material=anvil, insulator=insulator)
+    return target(
+        cell(row, "plate_material"), THICKNESS_M, anvil_material=anvil, insulator=insulator
+    )
 
 
-def truth_of(shot: ShotTruth, impact: ImpactTruth | None, origin_s: float, start_s: float, length_m: float) -> Truth:
+def truth_of(
+    shot: ShotTruth, impact: ImpactTruth | None, origin_s: float, start_s: float, length_m: float
+) -> Truth:
     """Of a shot whose valve begins to turn at `origin_s` of the recording, and whose impact is at `start_s`."""
     truth: Truth = {
         "tank_pressure_pa": float(shot.tank_pressure_pa[0]),
@@ -228,7 +238,9 @@ class VirtualGunBench:
         bullet = Projectile(positive(task.row, "bullet_mass_kg"), length)
         valve_way, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
         until_s = self._until_s(valve_way)
-        shot = fire(self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=valve_way)
+        shot = fire(
+            self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=valve_way
+        )
         moment = float(rng.standard_normal())
         late = -HAND_S * abs(moment)
         if self.trigger.share is not None:
@@ -239,7 +251,12 @@ class VirtualGunBench:
         signals = self._slow(shot, bullet, late) | self._fast(task.row, impact, start)
         channels = {
             sensor.name: digitised(
-                signals[sensor.name], sensor, RATE_HZ, self.effects, rng, day_fraction=task.day_fraction
+                signals[sensor.name],
+                sensor,
+                RATE_HZ,
+                self.effects,
+                rng,
+                day_fraction=task.day_fraction,
             )
             for sensor in self.sensors
         }
@@ -247,14 +264,24 @@ class VirtualGunBench:
 
     def _until_s(self, valve_way: ValveWay | None) -> float:
         """How long a shot is followed: the recording, and what the valve takes before the trigger."""
-        slowest_s = TRIGGER_S if valve_way is None else max(TRIGGER_S, 1.2 * valve_way.moments_s[-1])
-        return DURATION_S - self.trigger.pre_trigger_s + slowest_s * max(1.0, self.effects["gun.valve_flow"])
+        slowest_s = (
+            TRIGGER_S if valve_way is None else max(TRIGGER_S, 1.2 * valve_way.moments_s[-1])
+        )
+        return (
+            DURATION_S
+            - self.trigger.pre_trigger_s
+            + slowest_s * max(1.0, self.effects["gun.valve_flow"])
+        )
 
     def _pressure(self, task: RecordingTask, rng: np.random.Generator) -> float:
         """The true pressure (Pa, gauge): the operator sets the plan's by the transducer, with its errors."""
         read = positive(task.row, "tank_pressure_bar") * 1e5
-        read *= 1 + SETTING_SPREAD * self.effects["bench.hand_scatter"] * float(rng.standard_normal())
-        true = (read - offset_si(TANK, self.effects, task.day_fraction)) / gain(TANK, self.effects, task.day_fraction)
+        read *= 1 + SETTING_SPREAD * self.effects["bench.hand_scatter"] * float(
+            rng.standard_normal()
+        )
+        true = (read - offset_si(TANK, self.effects, task.day_fraction)) / gain(
+            TANK, self.effects, task.day_fraction
+        )
         return max(0.0, true)
 
     def _impact(self, row: Row, shot: ShotTruth, rng: np.random.Generator) -> ImpactTruth | None:
@@ -264,7 +291,13 @@ class VirtualGunBench:
         struck, plate = target_of(row), self.plates[plate_of(row)]
         echoes = echoes_at(plate, self._point(row), struck) if self.echoes else None
         return strike_many(
-            [impactor_of(row)], [struck], self.effects, [shot.impact_velocity_m_s], rng, tail_s=TAIL_S, echoes=echoes
+            [impactor_of(row)],
+            [struck],
+            self.effects,
+            [shot.impact_velocity_m_s],
+            rng,
+            tail_s=TAIL_S,
+            echoes=echoes,
         )[0]
 
     def _point(self, row: Row) -> int:
@@ -274,10 +307,15 @@ class VirtualGunBench:
     def _slow(self, shot: ShotTruth, bullet: Projectile, late_s: float) -> dict[str, Floats]:
         """Band-limited tank pressure and laser, SI (samples,)."""
         rate = RATE_HZ * SLOW_RATIO
-        signals = shot_signals(shot, bullet, rate, DURATION_S, self.trigger, trigger_offset_s=late_s)
+        signals = shot_signals(
+            shot, bullet, rate, DURATION_S, self.trigger, trigger_offset_s=late_s
+        )
         time = np.arange(round(DURATION_S * rate)) / rate
         pairs = ((TANK, signals["tank_pressure"]), (LASER, signals["laser"]))
-        return {sensor.name: analog(time, signal, sensor, RATE_HZ, self.effects) for sensor, signal in pairs}
+        return {
+            sensor.name: analog(time, signal, sensor, RATE_HZ, self.effects)
+            for sensor, signal in pairs
+        }
 
     def _fast(self, row: Row, impact: ImpactTruth | None, start_s: float) -> dict[str, Floats]:
         """Band-limited forces of the array and accelerations of the plate, SI (samples,)."""
@@ -287,19 +325,38 @@ class VirtualGunBench:
             return out
         for sensor, share in zip(ARRAY, ARRAY_SHARES, strict=True):
             pulse = share * impact.plate_force_n
-            add_pulse(out[sensor.name], start_s, impact.time_s, pulse, sensor, RATE_HZ, RATIO, self.effects)
+            add_pulse(
+                out[sensor.name],
+                start_s,
+                impact.time_s,
+                pulse,
+                sensor,
+                RATE_HZ,
+                RATIO,
+                self.effects,
+            )
         plate, point = self.plates[plate_of(row)], self._point(row)
         settle = settling_s(PLATE, self.effects)
         hit = blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settle)
         shape, response = plate.shape_impact[point], response_at(plate, point)
-        accelerations = ringing_accelerations([hit], samples, plate, shape, response, PLATE, RATE_HZ, self.effects)
+        accelerations = ringing_accelerations(
+            [hit], samples, plate, shape, response, PLATE, RATE_HZ, self.effects
+        )
         return out | {sensor.name: row for sensor, row in zip(PLATE, accelerations, strict=True)}
 
 
-def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> VirtualGunBench:
+def set_up(
+    rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False
+) -> VirtualGunBench:
     """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
-        impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar"), valve_way_of(row)
+        (
+            impactor_of(row),
+            target_of(row),
+            point_of(row),
+            positive(row, "tank_pressure_bar"),
+            valve_way_of(row),
+        )
     heights = tuple(dict.fromkeys((0.0, *map(chain_height_of, rows))))
     plates = solved_plates((plate_of(row) for row in rows), effects, rng, heights)
     return VirtualGunBench(effects, plates, heights_m=heights, echoes=echoes)

@@ -92,7 +92,9 @@ class HammerBench:
 
     def take(self, task: RecordingTask, rng: np.random.Generator) -> Taken:
         impactor, struck = _impactor(task.row), _target(task.row)
-        speeds = [hand_speed(cell(task.row, "hammer_speed"), self.effects, rng) for _ in range(task.hits)]
+        speeds = [
+            hand_speed(cell(task.row, "hammer_speed"), self.effects, rng) for _ in range(task.hits)
+        ]
         impacts = strike_many(
             [impactor] * task.hits,
             [struck] * task.hits,
@@ -104,9 +106,14 @@ class HammerBench:
         )
         starts, duration = moments(task.hits, rng)
         samples = round(duration * RATE_HZ)
-        signals = [*self._at_hammer(impacts, starts, samples), *self._at_plate(task.row, impacts, starts, samples)]
+        signals = [
+            *self._at_hammer(impacts, starts, samples),
+            *self._at_plate(task.row, impacts, starts, samples),
+        ]
         channels = {
-            sensor.name: digitised(signal, sensor, RATE_HZ, self.effects, rng, day_fraction=task.day_fraction)
+            sensor.name: digitised(
+                signal, sensor, RATE_HZ, self.effects, rng, day_fraction=task.day_fraction
+            )
             for sensor, signal in zip(self.sensors, signals, strict=True)
         }
         return Taken(channels, [_truth(*hit) for hit in zip(starts, impacts, strict=True)])
@@ -114,7 +121,9 @@ class HammerBench:
     def _struck_point(self, row: Row) -> tuple[PlateModes, int]:
         return self.plates[_plate(row)], POSITIONS.index(cell(row, "impact_position", POSITIONS))
 
-    def _at_hammer(self, impacts: Sequence[ImpactTruth], starts: Sequence[float], samples: int) -> list[Floats]:
+    def _at_hammer(
+        self, impacts: Sequence[ImpactTruth], starts: Sequence[float], samples: int
+    ) -> list[Floats]:
         """Band-limited force and acceleration of the hammer, SI, each (samples,)."""
         force, rear = np.zeros(samples), np.zeros(samples)
         for impact, start in zip(impacts, starts, strict=True):
@@ -136,10 +145,16 @@ class HammerBench:
             for start, impact in zip(starts, impacts, strict=True)
         ]
         response, shape = response_at(plate, point), plate.shape_impact[point]
-        return list(ringing_accelerations(blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects))
+        return list(
+            ringing_accelerations(
+                blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects
+            )
+        )
 
 
-def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> HammerBench:
+def set_up(
+    rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False
+) -> HammerBench:
     """The bench for a plan of hammer runs, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
         _impactor(row), _target(row)

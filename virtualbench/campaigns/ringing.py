@@ -27,7 +27,13 @@ from ..plate.respond import respond
 from ..recorder import Value
 from ..sensors import SensorBuild, analog
 from ..sensors.chain import corner_hz
-from ..sensors.filters import anti_alias_reach, anti_alias_taps, low_pass_decay_1_s, resonance_hz, transmissibility
+from ..sensors.filters import (
+    anti_alias_reach,
+    anti_alias_taps,
+    low_pass_decay_1_s,
+    resonance_hz,
+    transmissibility,
+)
 
 #: A force below this share of its peak, behind it, is over.
 _OVER = 1e-5
@@ -60,8 +66,12 @@ def add_pulse(
     effects: Mapping[str, float],
 ) -> None:
     """Add what `sensor` makes of a pulse (m,) that begins at `start_s` and ends at zero to a recording `out`, SI."""
-    first, grid = window(start_s, start_s + float(time_s[-1]) + settling_s((sensor,), effects), rate_hz, ratio)
-    add_at(out, first, analog(grid, placed(grid, start_s, time_s, signal), sensor, rate_hz, effects))
+    first, grid = window(
+        start_s, start_s + float(time_s[-1]) + settling_s((sensor,), effects), rate_hz, ratio
+    )
+    add_at(
+        out, first, analog(grid, placed(grid, start_s, time_s, signal), sensor, rate_hz, effects)
+    )
 
 
 def add_at(out: Floats, first: int, values: Floats) -> None:
@@ -95,7 +105,9 @@ class Blow:
     over: int
 
 
-def blow(start_s: float, time_s: Floats, force_n: Floats, rate_hz: float, ratio: int, settle_s: float) -> Blow:
+def blow(
+    start_s: float, time_s: Floats, force_n: Floats, rate_hz: float, ratio: int, settle_s: float
+) -> Blow:
     """A pulse (n,), its times from its own start, put at `start_s` into a recording, with `settle_s` after it."""
     size = np.abs(force_n)
     loud = np.flatnonzero(size > _OVER * size.max())
@@ -135,9 +147,15 @@ def ringing_accelerations(
     for hit in blows:
         # samples of the blow's window that do not see its end through the anti-alias filter
         unaffected = hit.time_s.size // hit.ratio - anti_alias_reach() - 1
-        for row, signal, sensor in zip(out, response(hit.time_s, hit.force_n), sensors, strict=True):
-            add_at(row, hit.first, analog(hit.time_s, signal, sensor, rate_hz, effects)[:unaffected])
-        taken_over = min(max(hit.first + unaffected, 0), samples)  # from here on the modes ring freely
+        for row, signal, sensor in zip(
+            out, response(hit.time_s, hit.force_n), sensors, strict=True
+        ):
+            add_at(
+                row, hit.first, analog(hit.time_s, signal, sensor, rate_hz, effects)[:unaffected]
+            )
+        taken_over = min(
+            max(hit.first + unaffected, 0), samples
+        )  # from here on the modes ring freely
         state = _ring(out, at, taken_over, state, roots, weights, rate_hz)
         state = state + _states_after(hit, roots, (hit.first + unaffected) / rate_hz)
         at = taken_over
@@ -147,7 +165,9 @@ def ringing_accelerations(
 
 def _roots(modes: PlateModes) -> Complex:
     omega = 2 * np.pi * modes.frequencies_hz
-    return np.asarray(-modes.damping * omega + 1j * omega * np.sqrt(1 - modes.damping**2), dtype=np.complex128)
+    return np.asarray(
+        -modes.damping * omega + 1j * omega * np.sqrt(1 - modes.damping**2), dtype=np.complex128
+    )
 
 
 def _weights(
@@ -160,10 +180,15 @@ def _weights(
 ) -> Complex:
     """What a mode's state weighs at each sensor (sensors, m); a mode at 0 Hz does not accelerate on its own."""
     roots = _roots(modes)
-    bare = np.divide(roots**2, roots.imag, out=np.zeros_like(roots), where=roots.imag > 0) * impact_shape
+    bare = (
+        np.divide(roots**2, roots.imag, out=np.zeros_like(roots), where=roots.imag > 0)
+        * impact_shape
+    )
     if blows:
         taps = anti_alias_taps(blows[0].ratio)
-        phase = np.outer(roots.imag / (rate_hz * blows[0].ratio), np.arange(taps.size) - taps.size // 2)
+        phase = np.outer(
+            roots.imag / (rate_hz * blows[0].ratio), np.arange(taps.size) - taps.size // 2
+        )
         bare = bare * (np.cos(phase) @ taps)
     felt_by = [transmissibility(roots, sensor, effects) for sensor in sensors]
     return np.asarray(modes.shapes * np.array(felt_by) * bare, dtype=np.complex128)
@@ -173,11 +198,19 @@ def _states_after(hit: Blow, roots: Complex, at_s: float) -> Complex:
     """The states (m,) that a blow leaves at a time after it: its force under exp(lambda (t - tau)), trapezoid rule."""
     acting = slice(int(np.argmax(hit.force_n != 0)), hit.over + 1)
     period = float(hit.time_s[1] - hit.time_s[0])
-    return np.asarray(np.exp(np.outer(roots, at_s - hit.time_s[acting])) @ hit.force_n[acting] * period)
+    return np.asarray(
+        np.exp(np.outer(roots, at_s - hit.time_s[acting])) @ hit.force_n[acting] * period
+    )
 
 
 def _ring(
-    out: Floats, first: int, stop: int, state: Complex, roots: Complex, weights: Complex, rate_hz: float
+    out: Floats,
+    first: int,
+    stop: int,
+    state: Complex,
+    roots: Complex,
+    weights: Complex,
+    rate_hz: float,
 ) -> Complex:
     """Add free ringing from sample `first` to `stop`; returns the states (m,) there."""
     loudness = np.abs(state) * np.abs(weights).max(axis=0, initial=0.0)
@@ -190,7 +223,9 @@ def _ring(
             break
         since = (start - first + _BLOCK * np.arange(_BLOCKS)) / rate_hz
         phasors = weights[:, None, alive] * (np.exp(np.outer(since, roots[alive])) * state[alive])
-        rows = phasors.reshape(-1, phasors.shape[-1])  # sensors and blocks; the imaginary part of rows times table
+        rows = phasors.reshape(
+            -1, phasors.shape[-1]
+        )  # sensors and blocks; the imaginary part of rows times table
         wave = rows.real.copy() @ sine[alive] + rows.imag.copy() @ cosine[alive]
         part = out[:, start : min(stop, start + _BLOCKS * _BLOCK)]
         part += wave.reshape(len(weights), -1)[:, : part.shape[1]]
@@ -204,11 +239,19 @@ THICKNESS_M = 0.010
 #: The pass band of 51.2 kHz; at 100 kHz the modes beyond are missing, and with them what short pulses excite there.
 MAX_FREQUENCY_HZ = 20e3
 BOUNDARIES: Mapping[str, Boundary] = {"free": "free", "fixed": "fixed"}
-_LIBRARY: tuple[Key, ...] = (("aluminum", "free"), ("aluminum", "fixed"), ("steel", "free"), ("steel", "fixed"))
+_LIBRARY: tuple[Key, ...] = (
+    ("aluminum", "free"),
+    ("aluminum", "fixed"),
+    ("steel", "free"),
+    ("steel", "fixed"),
+)
 
 
 def solved_plates(
-    keys: Iterable[Key], effects: Effects, rng: np.random.Generator, heights_m: Sequence[float] = (0.0,)
+    keys: Iterable[Key],
+    effects: Effects,
+    rng: np.random.Generator,
+    heights_m: Sequence[float] = (0.0,),
 ) -> Mapping[Key, PlateModes]:
     """Modes of the plates asked for, with the impact points of each height at which a plate hangs one after the other:
     a plate that hangs higher is struck lower. Each plate's damping has its own place in `rng`, whichever are asked for.
@@ -218,13 +261,18 @@ def solved_plates(
     wanted = set(keys)
     if unknown := wanted.difference(_LIBRARY):
         library_materials = ", ".join(sorted({material for material, _ in _LIBRARY}))
-        raise ValueError(f"plan: plate_material is {min(unknown)[0]!r}; expected one of {library_materials}")
+        raise ValueError(
+            f"plan: plate_material is {min(unknown)[0]!r}; expected one of {library_materials}"
+        )
     generators = dict(zip(_LIBRARY, rng.spawn(len(_LIBRARY)), strict=True))
     plates = {key: resonant_plate(*key, generators[key]) for key in _LIBRARY if key in wanted}
     for key, plate in plates.items():
         points = tuple((x, y - height) for height in heights_m for x, y in plate.impact_points_m)
         plates[key] = replace(plate, impact_points_m=points)
-    return {key: modes(plate, effects, max_frequency_hz=MAX_FREQUENCY_HZ) for key, plate in plates.items()}
+    return {
+        key: modes(plate, effects, max_frequency_hz=MAX_FREQUENCY_HZ)
+        for key, plate in plates.items()
+    }
 
 
 def response_at(plate: PlateModes, point: int) -> Callable[[Floats, Floats], Floats]:
@@ -242,9 +290,15 @@ def response_at(plate: PlateModes, point: int) -> Callable[[Floats, Floats], Flo
 
 def echoes_at(plate: PlateModes, point: int, target: ImpactTarget) -> PlateEchoes:
     """What a plate sends back to one of its impact points while it is struck there."""
-    return PlateEchoes(plate.frequencies_hz, plate.damping, plate.shape_impact[point], target.plate_impedance_n_s_m)
+    return PlateEchoes(
+        plate.frequencies_hz, plate.damping, plate.shape_impact[point], target.plate_impedance_n_s_m
+    )
 
 
 def plate_stage(material: str) -> dict[str, Value]:
     """`[bench.plate]`: what the lab's drawing says."""
-    return {"material": material, "thickness_m": THICKNESS_M, "outline_m": [list(corner) for corner in OUTLINE_M]}
+    return {
+        "material": material,
+        "thickness_m": THICKNESS_M,
+        "outline_m": [list(corner) for corner in OUTLINE_M],
+    }

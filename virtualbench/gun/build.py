@@ -54,21 +54,29 @@ class GunBuild:
     vent_position_m: float = 0.885  # section 2.3
     vent_count: int = 6
     vent_diameter_m: float = 0.012  # of the safety pins that fit them
-    laser_position_m: float = 0.93  # assumed: the aperture next to the vents, where muzzle velocity is defined
+    laser_position_m: float = (
+        0.93  # assumed: the aperture next to the vents, where muzzle velocity is defined
+    )
     plate_gap_m: float = 0.010  # assumed: the tail of the shortest bullet stays in the barrel
     valve_bore_m: float = 0.050
-    valve_opening_time_s: float = 0.25  # the controller allows 0.1 s and more; tuned on the five shots of Table 3.1
+    valve_opening_time_s: float = (
+        0.25  # the controller allows 0.1 s and more; tuned on the five shots of Table 3.1
+    )
     valve_discharge: float = 0.70  # a port of sharp edges while the ball turns: 0.6 to 0.8
     valve_critical_ratio: float = 0.35  # ISO 6358 b of ball valves: 0.2 to 0.5
     dead_volume_m3: float = 0.25e-3  # assumed: valve body and nipple, 50 mm wide and 130 mm long
     outlet_discharge: float = 0.65  # vents and the gap at the plate: sharp-edged holes, 0.6 to 0.7
     leak_friction_factor: float = 0.030  # Darcy, smooth walls at Re = 1e4 (Blasius)
-    leak_end_losses: float = 3.0  # assumed: inlet 0.5 and outlet 1, twice, for body and tip; tuned with the valve
+    leak_end_losses: float = (
+        3.0  # assumed: inlet 0.5 and outlet 1, twice, for body and tip; tuned with the valve
+    )
     friction_coefficient: float = 0.30  # PLA on steel, dry
     extra_friction_coefficient: float = 0.30  # a printed bullet that rubs askew
     breakaway_force_n: float = 1.5  # assumed, as much as its weight
     stribeck_velocity_m_s: float = 0.10
-    seal_drag_share: float = 0.02  # assumed: friction 0.3 on a land 0.8 mm wide that the gas presses on the wall
+    seal_drag_share: float = (
+        0.02  # assumed: friction 0.3 on a land 0.8 mm wide that the gas presses on the wall
+    )
     tank_heat_transfer_w_m2_k: float = 50.0  # vessels that discharge in a second: 10 to 100
     barrel_heat_transfer_w_m2_k: float = 60.0  # turbulent pipe flow at 15 m/s
     entrance_loss: float = 0.5
@@ -76,11 +84,21 @@ class GunBuild:
     temperature_k: float = 293.15
 
     def __post_init__(self) -> None:
-        losses = {"breakaway_force_n", "seal_drag_share", "entrance_loss", "leak_friction_factor", "dead_volume_m3"}
-        _check_positive(self, frozenset(losses | {"friction_coefficient", "extra_friction_coefficient"}))
+        losses = {
+            "breakaway_force_n",
+            "seal_drag_share",
+            "entrance_loss",
+            "leak_friction_factor",
+            "dead_volume_m3",
+        }
+        _check_positive(
+            self, frozenset(losses | {"friction_coefficient", "extra_friction_coefficient"})
+        )
         stations = (self.vent_position_m, self.laser_position_m, self.barrel_length_m)
         if not stations[0] < stations[1] < stations[2]:
-            raise ValueError(f"vents, laser, muzzle at {stations} m from the valve: expected this order")
+            raise ValueError(
+                f"vents, laser, muzzle at {stations} m from the valve: expected this order"
+            )
         for name in ("valve_discharge", "valve_critical_ratio", "outlet_discharge"):
             if not getattr(self, name) <= 1:
                 raise ValueError(f"{name} = {getattr(self, name)!r}: expected at most 1")
@@ -97,10 +115,14 @@ class GunBuild:
     def travel_m(self, projectile: Projectile) -> float:
         """From the start to the plate. Raises `ValueError` for a projectile that the barrel cannot shoot."""
         if not projectile.diameter_m < self.bore_diameter_m:
-            raise ValueError(f"diameter_m = {projectile.diameter_m!r}: expected less than {self.bore_diameter_m} m")
+            raise ValueError(
+                f"diameter_m = {projectile.diameter_m!r}: expected less than {self.bore_diameter_m} m"
+            )
         travel = self.barrel_length_m + self.plate_gap_m - projectile.length_m
         if not max(self.vent_position_m, self.laser_position_m) < travel:
-            raise ValueError(f"length_m = {projectile.length_m!r}: it would strike before its tail is past the laser")
+            raise ValueError(
+                f"length_m = {projectile.length_m!r}: it would strike before its tail is past the laser"
+            )
         return travel
 
 
@@ -194,14 +216,19 @@ def setting_of(
         ambient=Gas(ambient_pa, gun.temperature_k, ambient_pa / (GAS_CONSTANT * gun.temperature_k)),
         tank_pressure_pa=tank_pressure_pa + ambient_pa,
         merged=valve == 0,
-        valve_area_m2=0.0 if valve == 0 else gun.valve_discharge * math.pi * gun.valve_bore_m**2 / 4 / valve,
+        valve_area_m2=0.0
+        if valve == 0
+        else gun.valve_discharge * math.pi * gun.valve_bore_m**2 / 4 / valve,
         critical_ratio=gun.valve_critical_ratio,
         leak_area_m2=effects["gun.blow_by"] * scatter[1] * leak_area_m2(gun, projectile),
         vent_area_m2=gun.outlet_discharge * gun.vent_area_m2,
         vent_position_m=gun.vent_position_m,
         vent_radius_m=gun.vent_diameter_m / 2,
         muzzle_area_m2=gun.outlet_discharge * gun.muzzle_area_m2,
-        coulomb_force_n=(gun.friction_coefficient * friction + gun.extra_friction_coefficient * extra) * weight,
+        coulomb_force_n=(
+            gun.friction_coefficient * friction + gun.extra_friction_coefficient * extra
+        )
+        * weight,
         breakaway_force_n=extra * gun.breakaway_force_n,
         stribeck_velocity_m_s=gun.stribeck_velocity_m_s,
         seal_area_m2=extra * gun.seal_drag_share * projectile.area_m2,

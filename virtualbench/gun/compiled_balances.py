@@ -35,7 +35,8 @@ def figures_of(setting: GunSetting) -> Floats:
     values[AMBIENT] = ambient.pressure
     valve_way = setting.valve_way
     return np.array(
-        [*values, ambient.temperature, ambient.density, *valve_way.moments_s, *valve_way.positions], dtype=np.float64
+        [*values, ambient.temperature, ambient.density, *valve_way.moments_s, *valve_way.positions],
+        dtype=np.float64,
     )
 
 

@@ -22,20 +22,32 @@ from .integrate import integrate
 from .motion import ENERGY_OUT, HEAT_IN, MASS_OUT, RESISTED, V, X, volumes
 
 
-def position_at(time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats) -> Floats:
+def position_at(
+    time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats
+) -> Floats:
     """Position (k,) at moments (k,), from points (n,); before the first and after the last it stays where it is."""
     k, step, share = _step_of_moment(time_s, moment_s)
     rest = 1 - share
-    ends = rest**2 * (1 + 2 * share) * position_m[k] + share**2 * (3 - 2 * share) * position_m[k + 1]
-    return np.asarray(ends + share * rest * step * (rest * velocity_m_s[k] - share * velocity_m_s[k + 1]))
+    ends = (
+        rest**2 * (1 + 2 * share) * position_m[k] + share**2 * (3 - 2 * share) * position_m[k + 1]
+    )
+    return np.asarray(
+        ends + share * rest * step * (rest * velocity_m_s[k] - share * velocity_m_s[k + 1])
+    )
 
 
-def velocity_at(time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats) -> Floats:
+def velocity_at(
+    time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats
+) -> Floats:
     """The slope of `position_at` (k,)."""
     k, step, share = _step_of_moment(time_s, moment_s)
     rest = 1 - share
     chord = 6 * share * rest * (position_m[k + 1] - position_m[k]) / step
-    return np.asarray(chord + rest * (1 - 3 * share) * velocity_m_s[k] + share * (3 * share - 2) * velocity_m_s[k + 1])
+    return np.asarray(
+        chord
+        + rest * (1 - 3 * share) * velocity_m_s[k]
+        + share * (3 * share - 2) * velocity_m_s[k + 1]
+    )
 
 
 def _step_of_moment(time_s: Floats, moment_s: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
@@ -88,7 +100,9 @@ class ShotTruth:
     exit_time_s: float
     impact_velocity_m_s: float  # when the nose first meets the plate
     impact_time_s: float
-    laser_blocked: tuple[tuple[float, float], ...]  # (start_s, stop_s) of each whole passage, there and back
+    laser_blocked: tuple[
+        tuple[float, float], ...
+    ]  # (start_s, stop_s) of each whole passage, there and back
     laser_position_m: float
     ledger: Ledger
     port_opens_s: float = 0.0  # the ball turns before its port opens; infinite where it never does
@@ -127,7 +141,9 @@ def fire(
         ahead_pressure_pa=ahead,
         position_m=state[:, X],
         velocity_m_s=state[:, V],
-        muzzle_velocity_m_s=float(velocity_at(*projectile_motion, exits[:1])[0]) if exits.size else 0.0,
+        muzzle_velocity_m_s=float(velocity_at(*projectile_motion, exits[:1])[0])
+        if exits.size
+        else 0.0,
         exit_time_s=float(exits[0]) if exits.size else math.nan,
         impact_velocity_m_s=strike.velocity_m_s if strike else 0.0,
         impact_time_s=strike.time_s if strike else math.nan,
@@ -158,12 +174,16 @@ def _gauge_pressures(setting: GunSetting, state: Floats) -> tuple[Floats, Floats
     return first - ambient, second - ambient, energy[2] / ahead - ambient
 
 
-def _passages(motion: tuple[Floats, Floats, Floats], laser: float, length: float) -> tuple[tuple[float, float], ...]:
+def _passages(
+    motion: tuple[Floats, Floats, Floats], laser: float, length: float
+) -> tuple[tuple[float, float], ...]:
     """From one end of the projectile in the beam to the other, whichever way it moves."""
     edges = np.sort(np.concatenate([crossings(*motion, laser - length), crossings(*motion, laser)]))
     middles = position_at(*motion, (edges[:-1] + edges[1:]) / 2)
     inside = (laser - length < middles) & (middles < laser)
-    return tuple((a, b) for (a, b), within in zip(pairwise(edges.tolist()), inside, strict=True) if within)
+    return tuple(
+        (a, b) for (a, b), within in zip(pairwise(edges.tolist()), inside, strict=True) if within
+    )
 
 
 def _ledger(state: Floats) -> Ledger:
@@ -230,7 +250,9 @@ def shot_signals(
         if not (np.isfinite(value) and value > 0):
             raise ValueError(f"{name} = {value!r}: expected a positive number")
     if not trigger.pre_trigger_s < duration_s:
-        raise ValueError(f"pre_trigger_s = {trigger.pre_trigger_s!r}: expected less than {duration_s} s")
+        raise ValueError(
+            f"pre_trigger_s = {trigger.pre_trigger_s!r}: expected less than {duration_s} s"
+        )
     begin = trigger.begin_s(truth) + trigger_offset_s
     moment = begin + np.arange(round(duration_s * sampling_rate_hz)) / sampling_rate_hz
     if moment[-1] > truth.time_s[-1]:
@@ -264,4 +286,6 @@ def _blocked_share(truth: ShotTruth, projectile: Projectile, moment: Floats) -> 
 
     position = position_at(truth.time_s, truth.position_m, truth.velocity_m_s, moment)
     past = (position - truth.laser_position_m) / (BEAM_WIDTH_M / 4)
-    return np.asarray(ndtr(past + projectile.length_m / (BEAM_WIDTH_M / 4)) - ndtr(past), dtype=np.float64)
+    return np.asarray(
+        ndtr(past + projectile.length_m / (BEAM_WIDTH_M / 4)) - ndtr(past), dtype=np.float64
+    )

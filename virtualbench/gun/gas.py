@@ -114,7 +114,13 @@ class ValveWay:
         rising = all(first < second for first, second in pairwise(self.moments_s))
         inside = all(0 <= position <= 1 for position in self.positions)
         finite = all(0 <= moment < math.inf for moment in self.moments_s)
-        if not (self.moments_s and len(self.moments_s) == len(self.positions) and rising and inside and finite):
+        if not (
+            self.moments_s
+            and len(self.moments_s) == len(self.positions)
+            and rising
+            and inside
+            and finite
+        ):
             raise ValueError(
                 f"valve at {self.moments_s} s in {self.positions}: expected rising moments from 0 s on, and as many "
                 "positions of 0 to 1"
@@ -138,8 +144,15 @@ class ValveWay:
         """The moment (s) from which on the port is open; infinite where it never is."""
         begins = (0.0, *self.kinks_s)
         ends = (*begins[1:], math.inf)
-        middles = (begin + (min(end, begin + 1.0) - begin) / 2 for begin, end in zip(begins, ends, strict=True))
-        opened = (begin for begin, middle in zip(begins, middles, strict=True) if open_share(self.position(middle)) > 0)
+        middles = (
+            begin + (min(end, begin + 1.0) - begin) / 2
+            for begin, end in zip(begins, ends, strict=True)
+        )
+        opened = (
+            begin
+            for begin, middle in zip(begins, middles, strict=True)
+            if open_share(self.position(middle)) > 0
+        )
         return next(opened, math.inf)
 
     @property

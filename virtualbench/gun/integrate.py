@@ -43,14 +43,18 @@ def integrate(
     first, phase = None, Phase(held=False, sealed=True)
     stops = [*setting.valve_way.kinks_s, until_s]
     while (start := float(times[-1][-1])) < until_s - CONTACT_S:
-        stop = min(moment for moment in stops if moment > start + CONTACT_S)  # the flow has a kink at each
+        stop = min(
+            moment for moment in stops if moment > start + CONTACT_S
+        )  # the flow has a kink at each
         stop = stop if phase.held else min(stop, start + CHUNK_S)
         time, state = advance(setting, states[-1][-1], start, stop, phase, tightness)
         if phase.sealed and (past := _first(state[:, X] >= setting.vent_position_m)):
             time, state = up_to(setting, time, state, past, setting.vent_position_m, phase)
             phase = Phase(held=False, sealed=False)
         elif not phase.held and (past := _first(_outside(setting, state))):
-            time, state = up_to(setting, time, state, past, setting.travel_m if state[past, V] > 0 else 0.0, phase)
+            time, state = up_to(
+                setting, time, state, past, setting.travel_m if state[past, V] > 0 else 0.0, phase
+            )
             speed = float(state[-1, V])
             if first is None and speed > 0:
                 first, tightness = Strike(float(time[-1]), speed), LOOSER_AFTER * tightness
@@ -85,7 +89,9 @@ def advance(
         mxstep=20_000,
     )
     if solver_report["message"] != "Integration successful.":
-        raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {solver_report['message']}")
+        raise RuntimeError(
+            f"the shot could not be integrated past {start:.4g} s: {solver_report['message']}"
+        )
     return time, np.asarray(run)
 
 
@@ -111,7 +117,9 @@ def up_to(
     step = float(time[past] - time[past - 1])
     onwards = 1 if ends[1][V] > 0 else -1
     low, high = 0.0, 1.0
-    for _ in range(40):  # bisection: the way is monotonous within a step, but may begin with contact
+    for _ in range(
+        40
+    ):  # bisection: the way is monotonous within a step, but may begin with contact
         middle = (low + high) / 2
         beyond = (_between(ends, slopes, step, middle)[X] - end) * onwards >= 0
         low, high = (low, middle) if beyond else (middle, high)
@@ -121,7 +129,9 @@ def up_to(
     return np.append(time[:past], moment), np.vstack([state[:past], last])
 
 
-def _between(ends: tuple[Floats, ...], slopes: tuple[Floats, ...], step: float, share: float) -> Floats:
+def _between(
+    ends: tuple[Floats, ...], slopes: tuple[Floats, ...], step: float, share: float
+) -> Floats:
     """Hermite's cubic at a share of a step: it keeps what the balances keep."""
     rest = 1 - share
     value = rest**2 * (1 + 2 * share) * ends[0] + share**2 * (3 - 2 * share) * ends[1]

@@ -27,12 +27,16 @@ def sliding_friction(setting: GunSetting, velocity: float, pressure_difference: 
     (F_c + F_b exp(-(v / v_s)^2) + k A max(dp, 0)) tanh(v / v0): Coulomb, breakaway hump, and a seal that the gas
     presses on the wall.
     """
-    hump = setting.breakaway_force_n * math.exp(-min((velocity / setting.stribeck_velocity_m_s) ** 2, 700.0))
+    hump = setting.breakaway_force_n * math.exp(
+        -min((velocity / setting.stribeck_velocity_m_s) ** 2, 700.0)
+    )
     seal = setting.seal_area_m2 * max(pressure_difference, 0.0)
     return (setting.coulomb_force_n + hump + seal) * math.tanh(velocity / CREEP_M_S)
 
 
-def column_loss(setting: GunSetting, velocity: float, gas: Gas, length_m: float, minor_loss: float) -> float:
+def column_loss(
+    setting: GunSetting, velocity: float, gas: Gas, length_m: float, minor_loss: float
+) -> float:
     """Force (N) of the wall on an air column that moves with the projectile: (f l / D + K) rho v |v| / 2 A.
 
     Darcy's friction factor by Hagen-Poiseuille and Blasius, whichever is larger.
@@ -62,7 +66,9 @@ def initial_state(setting: GunSetting) -> Floats:
     state = np.zeros(STATES)
     ambient = setting.ambient
     pressures = (setting.tank_pressure_pa, ambient.pressure, ambient.pressure)
-    for chamber, (pressure, volume) in enumerate(zip(pressures, volumes(setting, 0.0), strict=True)):
+    for chamber, (pressure, volume) in enumerate(
+        zip(pressures, volumes(setting, 0.0), strict=True)
+    ):
         state[2 * chamber] = pressure / ambient.pressure * ambient.density * volume
         state[2 * chamber + 1] = state[2 * chamber] * CV * ambient.temperature
     return state
@@ -71,7 +77,11 @@ def initial_state(setting: GunSetting) -> Floats:
 def volumes(setting: GunSetting, position: Position) -> tuple[float, Position, Position]:
     """Volumes (m3) of tank, breech and column ahead; the air that moves at the gap counts as a length of the column."""
     breech = setting.breech_volume_m3 + setting.area_m2 * position
-    return setting.tank_volume_m3, breech, setting.area_m2 * (setting.travel_m + setting.end_m - position)
+    return (
+        setting.tank_volume_m3,
+        breech,
+        setting.area_m2 * (setting.travel_m + setting.end_m - position),
+    )
 
 
 def gases(setting: GunSetting, state: list[float]) -> tuple[Gas, Gas, Gas]:
@@ -112,7 +122,9 @@ def derivative(time: float, array: Floats, setting: GunSetting, phase: Phase) ->
     tank, breech, ahead = gases(setting, state)
     valve, valve_enthalpy = _valve(setting, time, tank, breech)
     leak, leak_enthalpy = exchange(breech, ahead, nozzle_flow, setting.leak_area_m2)
-    (out, out_enthalpy), (end, end_enthalpy) = _outlets(setting, position, breech, ahead, phase.sealed)
+    (out, out_enthalpy), (end, end_enthalpy) = _outlets(
+        setting, position, breech, ahead, phase.sealed
+    )
     heat = _heat(setting, position, tank, breech, ahead)
     force = (breech.pressure - ahead.pressure) * setting.area_m2
     resistance = _resistance(setting, position, velocity, breech, ahead)
@@ -139,12 +151,18 @@ def _swept(setting: GunSetting, position: float, velocity: float) -> tuple[float
     if position > setting.travel_m:
         before *= squeezed(setting.end_m, setting.travel_m + setting.end_m - position)[1]
     if position < 0 and not setting.merged:
-        behind *= squeezed(setting.breech_volume_m3, setting.breech_volume_m3 + setting.area_m2 * position)[1]
+        behind *= squeezed(
+            setting.breech_volume_m3, setting.breech_volume_m3 + setting.area_m2 * position
+        )[1]
     return behind, before
 
 
 def _valve(setting: GunSetting, time: float, tank: Gas, breech: Gas) -> tuple[float, float]:
-    area = 0.0 if setting.merged else setting.valve_area_m2 * open_share(setting.valve_way.position(time))
+    area = (
+        0.0
+        if setting.merged
+        else setting.valve_area_m2 * open_share(setting.valve_way.position(time))
+    )
     if area == 0:
         return 0.0, 0.0
     return exchange(tank, breech, iso6358_flow, area, setting.critical_ratio)
@@ -155,7 +173,10 @@ def _outlets(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """From breech and column to the surroundings: the projectile's ends uncover the vents and cover them."""
     behind = setting.vent_area_m2 * _passed(setting, position)
-    before = setting.vent_area_m2 * (1 - _passed(setting, position + setting.length_m)) + setting.muzzle_area_m2
+    before = (
+        setting.vent_area_m2 * (1 - _passed(setting, position + setting.length_m))
+        + setting.muzzle_area_m2
+    )
     column = exchange(ahead, setting.ambient, nozzle_flow, before)
     if sealed or behind == 0:
         return (0.0, 0.0), column
@@ -164,12 +185,16 @@ def _outlets(
 
 def _passed(setting: GunSetting, edge: float) -> float:
     """Share of the vents (0 to 1) that lies behind an edge, smoothly."""
-    share = (edge - setting.vent_position_m) / (2 * setting.vent_radius_m)  # uncovered from their near rim on
+    share = (edge - setting.vent_position_m) / (
+        2 * setting.vent_radius_m
+    )  # uncovered from their near rim on
     share = min(max(share, 0.0), 1.0)
     return share * share * (3 - 2 * share)
 
 
-def _heat(setting: GunSetting, position: float, tank: Gas, breech: Gas, ahead: Gas) -> tuple[float, float, float]:
+def _heat(
+    setting: GunSetting, position: float, tank: Gas, breech: Gas, ahead: Gas
+) -> tuple[float, float, float]:
     """Heat (W) from the walls; the film's conductance goes with density."""
     if setting.tank_heat_w_k == 0:
         return 0.0, 0.0, 0.0
@@ -183,11 +208,15 @@ def _heat(setting: GunSetting, position: float, tank: Gas, breech: Gas, ahead: G
     )
 
 
-def _resistance(setting: GunSetting, position: float, velocity: float, breech: Gas, ahead: Gas) -> float:
+def _resistance(
+    setting: GunSetting, position: float, velocity: float, breech: Gas, ahead: Gas
+) -> float:
     """Force (N) against the motion."""
     friction = sliding_friction(setting, velocity, breech.pressure - ahead.pressure)
     if setting.column_losses == 0:
         return friction
     behind = column_loss(setting, velocity, breech, position, setting.entrance_loss)
-    before = column_loss(setting, velocity, ahead, setting.muzzle_m - position - setting.length_m, 0.0)
+    before = column_loss(
+        setting, velocity, ahead, setting.muzzle_m - position - setting.length_m, 0.0
+    )
     return friction + behind + before

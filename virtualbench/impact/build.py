@@ -43,9 +43,13 @@ class ContactMaterial:
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(value, float) and not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{field.name} of {self.name} = {value!r}: expected a number above 0")
+                raise ValueError(
+                    f"{field.name} of {self.name} = {value!r}: expected a number above 0"
+                )
         if not self.poisson_ratio < 0.5:
-            raise ValueError(f"poisson_ratio of {self.name} = {self.poisson_ratio!r}: expected less than 0.5")
+            raise ValueError(
+                f"poisson_ratio of {self.name} = {self.poisson_ratio!r}: expected less than 0.5"
+            )
 
     @property
     def compliance_1_pa(self) -> float:
@@ -109,12 +113,29 @@ class Impactor:
         for name in ("tip_mass_kg", "wave_delay_s", "mass_spread", "radius_spread", "rear_damping"):
             _check(name, getattr(self, name), 0 <= getattr(self, name) < math.inf, "0 or more")
         _check("mass_kg", self.mass_kg, math.isfinite(self.mass_kg), "a finite number")
-        _check("rear_fraction", self.rear_fraction, 0 <= self.rear_fraction < 1, "a number from 0 to below 1")
-        _check("rear_damping", self.rear_damping, self.rear_damping < 1, "less than critical damping")
+        _check(
+            "rear_fraction",
+            self.rear_fraction,
+            0 <= self.rear_fraction < 1,
+            "a number from 0 to below 1",
+        )
+        _check(
+            "rear_damping", self.rear_damping, self.rear_damping < 1, "less than critical damping"
+        )
         resonance = self.rear_resonance_hz
-        _check("rear_resonance_hz", resonance, (resonance > 0) == (self.rear_fraction > 0), "above 0 with a rear mass")
+        _check(
+            "rear_resonance_hz",
+            resonance,
+            (resonance > 0) == (self.rear_fraction > 0),
+            "above 0 with a rear mass",
+        )
         front = self.mass_kg * (1 - self.rear_fraction)
-        _check("tip_mass_kg", self.tip_mass_kg, self.tip_mass_kg < front, "less than the front mass it is a part of")
+        _check(
+            "tip_mass_kg",
+            self.tip_mass_kg,
+            self.tip_mass_kg < front,
+            "less than the front mass it is a part of",
+        )
 
 
 @dataclass(frozen=True)
@@ -131,8 +152,15 @@ class Anvil:
 
     def __post_init__(self) -> None:
         for name in ("volume_m3", "joint_stiffness_n_m"):
-            _check(name, getattr(self, name), 0 < getattr(self, name) < math.inf, "a number above 0")
-        _check("joint_damping", self.joint_damping, 0 <= self.joint_damping < 1, "0 to below critical damping")
+            _check(
+                name, getattr(self, name), 0 < getattr(self, name) < math.inf, "a number above 0"
+            )
+        _check(
+            "joint_damping",
+            self.joint_damping,
+            0 <= self.joint_damping < 1,
+            "0 to below critical damping",
+        )
 
     @property
     def mass_kg(self) -> float:
@@ -147,14 +175,24 @@ class Layer:
     """
 
     thickness_m: float = 3e-3
-    oedometric_modulus_pa: float = 1.3e9  # E (1 - nu) / ((1 + nu) (1 - 2 nu)) of E = 0.5 GPa, nu = 0.42
+    oedometric_modulus_pa: float = (
+        1.3e9  # E (1 - nu) / ((1 + nu) (1 - 2 nu)) of E = 0.5 GPa, nu = 0.42
+    )
     retardation_time_s: float = 10e-6
     crushed_share: float = 0.7  # of the thickness, where it is solid
     seating_force_n: float = 20.0  # with which the sheet is held down
 
     def __post_init__(self) -> None:
-        for name in ("thickness_m", "oedometric_modulus_pa", "retardation_time_s", "crushed_share", "seating_force_n"):
-            _check(name, getattr(self, name), 0 < getattr(self, name) < math.inf, "a number above 0")
+        for name in (
+            "thickness_m",
+            "oedometric_modulus_pa",
+            "retardation_time_s",
+            "crushed_share",
+            "seating_force_n",
+        ):
+            _check(
+                name, getattr(self, name), 0 < getattr(self, name) < math.inf, "a number above 0"
+            )
 
 
 @dataclass(frozen=True)
@@ -189,15 +227,21 @@ def target(
     Raises `ValueError` for unknown words and impossible figures.
     """
     plate = contact_material(plate_material)
-    _check("plate_thickness_m", plate_thickness_m, 0 < plate_thickness_m < math.inf, "a number above 0")
-    _check("edge_factor", edge_factor, 0 < edge_factor <= 1, "a share of the impedance far from edges")
+    _check(
+        "plate_thickness_m", plate_thickness_m, 0 < plate_thickness_m < math.inf, "a number above 0"
+    )
+    _check(
+        "edge_factor", edge_factor, 0 < edge_factor <= 1, "a share of the impedance far from edges"
+    )
     if insulator not in ("none", "polymeric"):
         raise ValueError(f"insulator {insulator!r}: expected 'none' or 'polymeric'")
     anvil = None if anvil_material == "none" else Anvil(contact_material(anvil_material))
     rigidity = plate_thickness_m**3 / (12 * plate.compliance_1_pa)
     impedance = 8 * math.sqrt(rigidity * plate.density_kg_m3 * plate_thickness_m)
     layer = Layer() if insulator == "polymeric" else None
-    return ImpactTarget(plate if anvil is None else anvil.material, edge_factor * impedance, anvil, layer)
+    return ImpactTarget(
+        plate if anvil is None else anvil.material, edge_factor * impedance, anvil, layer
+    )
 
 
 def _check(name: str, value: float, fine: bool, expected: str) -> None:
@@ -238,7 +282,13 @@ def projectile(mass_kg: float, tip_material: str, tip_radius_m: float) -> Impact
     tip = contact_material(tip_material)
     height = 0.030 if tip.polymer else math.inf
     return Impactor(
-        tip, tip_radius_m, mass_kg, tip_height_m=height, mass_error=0.01, mass_spread=0.001, radius_spread=0.03
+        tip,
+        tip_radius_m,
+        mass_kg,
+        tip_height_m=height,
+        mass_error=0.01,
+        mass_spread=0.001,
+        radius_spread=0.03,
     )
 
 

@@ -70,7 +70,10 @@ class ContactLaw:
     @cached_property
     def yield_m(self) -> Floats:
         """Indentation d1 at which yield begins: there Hertz's mean pressure is 0.4 of the hardness."""
-        return np.asarray(self.radius_m * (3 * np.pi * ONSET_SHARE * self.hardness_pa / (4 * self.modulus_pa)) ** 2)
+        return np.asarray(
+            self.radius_m
+            * (3 * np.pi * ONSET_SHARE * self.hardness_pa / (4 * self.modulus_pa)) ** 2
+        )
 
     @cached_property
     def plastic_slope(self) -> Floats:
@@ -86,7 +89,9 @@ class ContactLaw:
         depth = np.where(yielding, top / np.where(yielding, self.yield_m, 1.0), 1.0)
         transition = np.minimum((depth - 1) / (FULLY_PLASTIC - 1), 1.0)
         wider = 1 + transition**2 * (3 - 2 * transition)
-        pressure = np.minimum(1 - (1 - ONSET_SHARE) * (1 - np.log(depth) / np.log(FULLY_PLASTIC)), 1.0)
+        pressure = np.minimum(
+            1 - (1 - ONSET_SHARE) * (1 - np.log(depth) / np.log(FULLY_PLASTIC)), 1.0
+        )
         loading = np.where(yielding, self.plastic_slope / 2 * top * wider * pressure, hertz)
         # A Hertzian contact of this radius springs back by as much as it was pressed in: by 3 F / (4 E* a).
         spring_back = top * loading / np.maximum(hertz * np.sqrt(wider), np.finfo(np.float64).tiny)
@@ -157,7 +162,9 @@ class Chain:
     @cached_property
     def mass_kg(self) -> Floats:
         """Of the whole impactor."""
-        rear = np.divide(1.0, self.inverse_rear_1_kg, out=np.zeros_like(self.front_kg), where=~self._rigid)
+        rear = np.divide(
+            1.0, self.inverse_rear_1_kg, out=np.zeros_like(self.front_kg), where=~self._rigid
+        )
         return np.asarray(self.front_kg + rear)
 
     def velocity(self, state: Floats) -> Floats:
@@ -171,7 +178,9 @@ class Chain:
         state[1] = state[3] = velocity_m_s
         return state
 
-    def motion(self, state: Floats, deepest_m: Floats, echo_m_s: Floats | float = 0.0) -> tuple[Floats, Signals]:
+    def motion(
+        self, state: Floats, deepest_m: Floats, echo_m_s: Floats | float = 0.0
+    ) -> tuple[Floats, Signals]:
         """Rates (STATES, impacts) and what is seen, for the deepest indentation before.
 
         `echo_m_s` is the velocity that earlier force has given the plate's surface by its edges.
@@ -184,7 +193,9 @@ class Chain:
         force = np.maximum(elastic + self.relaxing * (elastic - relaxed), 0.0)
         neck = self.neck_n_m * (x_rear - x_front) + self.neck_n_s_m * (v_rear - v_front)
         joint = self.joint_n_m * (x_anvil - x_plate) + self.joint_n_s_m * (v_anvil - echo_m_s)
-        joint = joint / (1 + self.joint_n_s_m * self.plate_mobility_m_n_s)  # its plate end moves with joint / Z
+        joint = joint / (
+            1 + self.joint_n_s_m * self.plate_mobility_m_n_s
+        )  # its plate end moves with joint / Z
         plate = np.where(self._anvil, joint, force)
         front = np.asarray((force - neck) / self.front_kg)
         rear = np.asarray(np.where(self._rigid, front, neck * self.inverse_rear_1_kg))

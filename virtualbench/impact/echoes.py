@@ -43,13 +43,17 @@ class PlateEchoes:
         omega = 2 * np.pi * self.frequencies_hz
         last = omega[-1]
         begin = _TAPER * last
-        window = np.where(omega > begin, 0.5 * (1 + np.cos(np.pi * (omega - begin) / (last - begin))), 1.0)
+        window = np.where(
+            omega > begin, 0.5 * (1 + np.cos(np.pi * (omega - begin) / (last - begin))), 1.0
+        )
         damped = omega * np.sqrt(1 - self.damping**2)
         decay = self.damping * omega
         turns = np.exp(np.outer(time_s, 1j * damped - decay))
         lag = np.divide(decay, damped, out=np.zeros_like(decay), where=damped > 0)
         modes = (turns.real - lag * turns.imag) @ (window * self.shape_1_sqrt_kg**2)
-        return np.asarray(modes - 2 / (np.pi * self.plate_impedance_n_s_m) * _low_pass(time_s, begin, last))
+        return np.asarray(
+            modes - 2 / (np.pi * self.plate_impedance_n_s_m) * _low_pass(time_s, begin, last)
+        )
 
 
 def _low_pass(time_s: Floats, begin: float, end: float) -> Floats:

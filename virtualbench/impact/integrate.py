@@ -29,11 +29,16 @@ def hertz_time(chain: Chain, velocity_m_s: Floats) -> Floats:
 
     That is 2.868 (m^2 / (R E*^2 v))^0.2 (Johnson, Contact Mechanics, 1985, eq. 11.24).
     """
-    return np.asarray(3.218 * (chain.mass_kg / (chain.law.stiffness * np.sqrt(velocity_m_s))) ** 0.4)
+    return np.asarray(
+        3.218 * (chain.mass_kg / (chain.law.stiffness * np.sqrt(velocity_m_s))) ** 0.4
+    )
 
 
 def assemble(
-    impactors: Sequence[Impactor], targets: Sequence[ImpactTarget], effects: Effects, rng: np.random.Generator
+    impactors: Sequence[Impactor],
+    targets: Sequence[ImpactTarget],
+    effects: Effects,
+    rng: np.random.Generator,
 ) -> Chain:
     """One chain of as many impacts as there are impactors, with this strike's scatter of hand and aim.
 
@@ -44,10 +49,14 @@ def assemble(
     leaves no mass.
     """
     scatter = effects["bench.hand_scatter"] * rng.standard_normal((2, len(impactors)))
-    mass = _array([i.mass_kg * (1 + effects["contact.effective_mass"] * i.mass_error) for i in impactors])
+    mass = _array(
+        [i.mass_kg * (1 + effects["contact.effective_mass"] * i.mass_error) for i in impactors]
+    )
     mass = mass * np.exp(scatter[0] * _array([i.mass_spread for i in impactors]))
     if not np.all(mass > 0):
-        raise ValueError(f"strength of contact.effective_mass = {effects['contact.effective_mass']!r} leaves no mass")
+        raise ValueError(
+            f"strength of contact.effective_mass = {effects['contact.effective_mass']!r} leaves no mass"
+        )
     radius = _array([i.tip_radius_m for i in impactors])
     radius = radius * np.exp(scatter[1] * _array([i.radius_spread for i in impactors]))
     share = _array([i.rear_fraction for i in impactors])
@@ -67,11 +76,15 @@ def assemble(
         inverse_anvil_1_kg=inverse_anvil,
         joint_n_m=joint,
         joint_n_s_m=joint_loss,
-        plate_mobility_m_n_s=effects["contact.plate_compliance"] / _array([t.plate_impedance_n_s_m for t in targets]),
-        relaxing=effects["contact.viscous_loss"] * _mixed(impactors, targets, tip_share, "relaxing_fraction"),
+        plate_mobility_m_n_s=effects["contact.plate_compliance"]
+        / _array([t.plate_impedance_n_s_m for t in targets]),
+        relaxing=effects["contact.viscous_loss"]
+        * _mixed(impactors, targets, tip_share, "relaxing_fraction"),
         relaxation_s=_mixed(impactors, targets, tip_share, "relaxation_time_s"),
         layer_share=effects["contact.layer_compliance"] * insulated,
-        layer_n_m2=np.pi * radius * _array([y.oedometric_modulus_pa / y.thickness_m for y in layers]),
+        layer_n_m2=np.pi
+        * radius
+        * _array([y.oedometric_modulus_pa / y.thickness_m for y in layers]),
         layer_seating_n=_array([y.seating_force_n for y in layers]),
         layer_limit_m=_array([y.crushed_share * y.thickness_m for y in layers]),
         retardation_s=np.where(insulated, _array([y.retardation_time_s for y in layers]), np.inf),
@@ -82,7 +95,11 @@ def _law(
     impactors: Sequence[Impactor], targets: Sequence[ImpactTarget], effects: Effects, radius: Floats
 ) -> ContactLaw:
     worn = effects["contact.tip_geometry"]
-    share = -math.expm1(-WEAR_PER_STRENGTH * worn) if worn > 0 else math.expm1(POINT_PER_STRENGTH * worn)
+    share = (
+        -math.expm1(-WEAR_PER_STRENGTH * worn)
+        if worn > 0
+        else math.expm1(POINT_PER_STRENGTH * worn)
+    )
     pairs = list(zip(impactors, targets, strict=True))
     softer = _array([min(i.tip.hardness_pa, t.face.hardness_pa) for i, t in pairs])
     strength = effects["contact.plastic_yield"]
@@ -106,7 +123,11 @@ def _neck(impactors: Sequence[Impactor], mass: Floats, share: Floats) -> tuple[F
 def _anvil(targets: Sequence[ImpactTarget]) -> tuple[Floats, Floats, Floats]:
     """Stiffness, damping and inverse mass, all 0 without an anvil."""
     rows = [
-        (a.joint_stiffness_n_m, 2 * a.joint_damping * (a.joint_stiffness_n_m * a.mass_kg) ** 0.5, 1 / a.mass_kg)
+        (
+            a.joint_stiffness_n_m,
+            2 * a.joint_damping * (a.joint_stiffness_n_m * a.mass_kg) ** 0.5,
+            1 / a.mass_kg,
+        )
         if (a := t.anvil) is not None
         else (0.0, 0.0, 0.0)
         for t in targets
@@ -115,7 +136,9 @@ def _anvil(targets: Sequence[ImpactTarget]) -> tuple[Floats, Floats, Floats]:
     return joint, loss, inverse
 
 
-def _mixed(impactors: Sequence[Impactor], targets: Sequence[ImpactTarget], tip_share: Floats, name: str) -> Floats:
+def _mixed(
+    impactors: Sequence[Impactor], targets: Sequence[ImpactTarget], tip_share: Floats, name: str
+) -> Floats:
     """A property of the pair: each material by its share of the compliance."""
     tip = _array([getattr(i.tip, name) for i in impactors])
     face = _array([getattr(t.face, name) for t in targets])
@@ -184,7 +207,9 @@ def solve(
     history: list[tuple[Floats, ...]] = []
     echo_history = None
     if echoes is not None:
-        echo_history = EchoHistory(echoes, step, chain.plate_mobility_m_n_s * echoes.plate_impedance_n_s_m)
+        echo_history = EchoHistory(
+            echoes, step, chain.plate_mobility_m_n_s * echoes.plate_impedance_n_s_m
+        )
     echo: tuple[Floats | float, Floats | float] = (0.0, 0.0)
     while len(history) <= limit:
         rates, seen = chain.motion(state, deepest, echo[1])
@@ -203,9 +228,13 @@ def solve(
             now = (ends == 0) & over
             final[:, now], ends[now] = state[:, now], len(history)
             if np.all(ends > 0):
-                return ImpactHistories(step, ends, final, *(np.array(column) for column in zip(*history, strict=True)))
+                return ImpactHistories(
+                    step, ends, final, *(np.array(column) for column in zip(*history, strict=True))
+                )
         state = _stepped(chain, state, rates, deepest, step, echo)
-    raise RuntimeError(f"an impact at {velocity_m_s[ends == 0].tolist()} m/s has not ended after {limit} steps")
+    raise RuntimeError(
+        f"an impact at {velocity_m_s[ends == 0].tolist()} m/s has not ended after {limit} steps"
+    )
 
 
 def longest_s(chain: Chain, velocity_m_s: Floats) -> Floats:
@@ -218,10 +247,15 @@ def _pushed_plate(chain: Chain, velocity_m_s: Floats) -> Floats:
     """How fast (1/s) the plate gives way to what pushes it: the joint of an anvil, or the contact at its stiffest."""
     law = chain.law
     deepest = velocity_m_s * np.maximum(
-        hertz_time(chain, velocity_m_s) / 2.943, np.sqrt(2 * chain.mass_kg / np.maximum(law.plastic_slope, 1.0))
+        hertz_time(chain, velocity_m_s) / 2.943,
+        np.sqrt(2 * chain.mass_kg / np.maximum(law.plastic_slope, 1.0)),
     )
-    contact = (1 + chain.relaxing) * law.correction(deepest) * 1.5 * law.stiffness * np.sqrt(deepest)
-    return np.asarray(np.where(chain.joint_n_m > 0, chain.joint_n_m, contact) * chain.plate_mobility_m_n_s)
+    contact = (
+        (1 + chain.relaxing) * law.correction(deepest) * 1.5 * law.stiffness * np.sqrt(deepest)
+    )
+    return np.asarray(
+        np.where(chain.joint_n_m > 0, chain.joint_n_m, contact) * chain.plate_mobility_m_n_s
+    )
 
 
 def _stepped(

@@ -76,7 +76,9 @@ def _contact(indentation: float, deepest: float, f: Floats) -> float:
         wider = 1 + transition**2 * (3 - 2 * transition)
         pressure = min(1 - (1 - ONSET_SHARE) * (1 - math.log(depth) / math.log(FULLY_PLASTIC)), 1.0)
         loading = f[SLOPE_N_M] / 2 * top * wider * pressure
-    spring_back = max(top * loading / max(hertz * math.sqrt(wider), 2.2250738585072014e-308), _SMALLEST_M)
+    spring_back = max(
+        top * loading / max(hertz * math.sqrt(wider), 2.2250738585072014e-308), _SMALLEST_M
+    )
     share = max(1 - (top - indentation) / spring_back, 0.0)
     force: float = loading * share * math.sqrt(share)
     if force == 0.0 or (math.isinf(f[HEIGHT_M]) and f[TIP_SHARE] == 0.0):
@@ -120,7 +122,9 @@ def _moved(state: Floats, step: float, rates: Floats, there: Floats) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def run(f: Floats, speed: float, step: float, limit: int, look: int, creeping: float) -> tuple[int, Floats, Floats]:
+def run(
+    f: Floats, speed: float, step: float, limit: int, look: int, creeping: float
+) -> tuple[int, Floats, Floats]:
     """Steps until an impactor has let go (0: not within `limit`), the state (9,) then, histories (4, steps)."""
     state, k1, k2, k3, k4 = np.zeros(9), np.empty(9), np.empty(9), np.empty(9), np.empty(9)
     seen, unused, there = np.empty(5), np.empty(5), np.empty(9)
@@ -174,8 +178,12 @@ def contact_forces(
     steps = steps_for(chain, velocities_m_s, steps_per_contact)
     limits = (longest_s(chain, velocities_m_s) / steps).astype(np.int64)
     forces = []
-    for figures, speed, step, limit in zip(figures_of(chain), velocities_m_s, steps, limits, strict=True):
-        count, _, history = run(figures, float(speed), float(step), int(limit) + LOOK, LOOK, CREEPING)
+    for figures, speed, step, limit in zip(
+        figures_of(chain), velocities_m_s, steps, limits, strict=True
+    ):
+        count, _, history = run(
+            figures, float(speed), float(step), int(limit) + LOOK, LOOK, CREEPING
+        )
         if not count:
             raise RuntimeError(f"an impact at {speed!r} m/s has not ended after {limit} steps")
         forces.append((float(step), history[0]))

@@ -39,7 +39,9 @@ def ringing(chain: Chain, state: Floats, duration_s: float, step_s: float) -> tu
 
 def _neck(chain: Chain) -> Floats:
     """(impacts, 2, 2) of stretch and its rate: the two masses in free flight."""
-    inverse = chain.inverse_rear_1_kg + np.where(chain.inverse_rear_1_kg > 0, 1 / chain.front_kg, 0.0)
+    inverse = chain.inverse_rear_1_kg + np.where(
+        chain.inverse_rear_1_kg > 0, 1 / chain.front_kg, 0.0
+    )
     matrix = np.zeros((inverse.size, 2, 2))
     matrix[:, 0, 1] = 1.0
     matrix[:, 1, 0], matrix[:, 1, 1] = -inverse * chain.neck_n_m, -inverse * chain.neck_n_s_m
@@ -53,7 +55,10 @@ def _joint(chain: Chain) -> Floats:
     matrix = np.zeros((loss.size, 2, 2))
     matrix[:, 0, 0] = -chain.plate_mobility_m_n_s * stiffness
     matrix[:, 0, 1] = 1 - chain.plate_mobility_m_n_s * damping
-    matrix[:, 1, 0], matrix[:, 1, 1] = -chain.inverse_anvil_1_kg * stiffness, -chain.inverse_anvil_1_kg * damping
+    matrix[:, 1, 0], matrix[:, 1, 1] = (
+        -chain.inverse_anvil_1_kg * stiffness,
+        -chain.inverse_anvil_1_kg * damping,
+    )
     return matrix
 
 
@@ -98,7 +103,11 @@ class ImpactTruth:
 
 
 def strike(
-    impactor: Impactor, target: ImpactTarget, effects: Effects, velocity_m_s: float, rng: np.random.Generator
+    impactor: Impactor,
+    target: ImpactTarget,
+    effects: Effects,
+    velocity_m_s: float,
+    rng: np.random.Generator,
 ) -> ImpactTruth:
     """One impact at a speed (m/s). Raises as `strike_many` does."""
     return strike_many([impactor], [target], effects, [velocity_m_s], rng)[0]
@@ -124,8 +133,14 @@ def strike_many(
     impactors, targets and speeds that differ, and for speeds that are not above 0.
     """
     velocity = np.asarray(velocities_m_s, dtype=np.float64)
-    if not len(impactors) == len(targets) == velocity.size or velocity.ndim != 1 or not len(impactors):
-        raise ValueError(f"{len(impactors)} impactors, {len(targets)} targets, speeds of shape {velocity.shape}")
+    if (
+        not len(impactors) == len(targets) == velocity.size
+        or velocity.ndim != 1
+        or not len(impactors)
+    ):
+        raise ValueError(
+            f"{len(impactors)} impactors, {len(targets)} targets, speeds of shape {velocity.shape}"
+        )
     if not np.all((velocity > 0) & np.isfinite(velocity)):
         raise ValueError(f"velocities_m_s = {velocity.tolist()}: expected finite numbers above 0")
     if steps_per_contact < 20 or not 0 <= tail_s < np.inf:
@@ -136,7 +151,14 @@ def strike_many(
     solution = solve(chain, velocity, steps_per_contact=steps_per_contact, echoes=echoes)
     rear, plate = ringing(chain, solution.state, tail_s, STEP_S)
     return [
-        _truth(index, impactor, float(velocity[index]), chain, solution, (rear[:, index], plate[:, index]))
+        _truth(
+            index,
+            impactor,
+            float(velocity[index]),
+            chain,
+            solution,
+            (rear[:, index], plate[:, index]),
+        )
         for index, impactor in enumerate(impactors)
     ]
 
@@ -157,7 +179,9 @@ def _truth(
 
     def sampled(history: Floats, after: Floats, delay: float = 0.0) -> Floats:
         whole_history = np.concatenate([history[:end, index], after])
-        return np.asarray(np.interp(time - delay, np.concatenate([solved, tail_time]), whole_history, left=0.0))
+        return np.asarray(
+            np.interp(time - delay, np.concatenate([solved, tail_time]), whole_history, left=0.0)
+        )
 
     # In free flight the neck pulls front and rear with equal and opposite forces.
     inverse = float(chain.inverse_rear_1_kg[index])

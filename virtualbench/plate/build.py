@@ -30,7 +30,9 @@ class PlateMaterial:
     def __post_init__(self) -> None:
         _positive(young_modulus_pa=self.young_modulus_pa, density_kg_m3=self.density_kg_m3)
         if not -1 < self.poisson_ratio < 0.5:
-            raise ValueError(f"poisson_ratio = {self.poisson_ratio!r}: expected a number between -1 and 0.5")
+            raise ValueError(
+                f"poisson_ratio = {self.poisson_ratio!r}: expected a number between -1 and 0.5"
+            )
 
     @property
     def shear_modulus_pa(self) -> float:
@@ -66,7 +68,9 @@ class Clamp:
         if self.edge not in range(4):
             raise ValueError(f"edge = {self.edge!r}: expected 0, 1, 2 or 3")
         if not 0 <= self.start < self.stop <= 1:
-            raise ValueError(f"clamp from {self.start!r} to {self.stop!r}: expected 0 <= start < stop <= 1")
+            raise ValueError(
+                f"clamp from {self.start!r} to {self.stop!r}: expected 0 <= start < stop <= 1"
+            )
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,11 @@ class BenchPlate:
     @property
     def rigidity_n_m(self) -> float:
         """E h^3 / (12 (1 - nu^2))."""
-        return self.material.young_modulus_pa * self.thickness_m**3 / (12 * (1 - self.material.poisson_ratio**2))
+        return (
+            self.material.young_modulus_pa
+            * self.thickness_m**3
+            / (12 * (1 - self.material.poisson_ratio**2))
+        )
 
 
 def _positive(**values: float) -> None:
@@ -132,18 +140,29 @@ def _checked_outline(outline: tuple[Point, ...]) -> None:
     corners = np.array(outline, dtype=float)
     if corners.shape != (4, 2) or not np.isfinite(corners).all():
         raise ValueError(f"outline_m = {outline!r}: expected four corners (x, y)")
-    (ax, ay), (bx, by) = (np.roll(corners, -1, axis=0) - corners).T, (np.roll(corners, -2, axis=0) - corners).T
+    (ax, ay), (bx, by) = (
+        (np.roll(corners, -1, axis=0) - corners).T,
+        (np.roll(corners, -2, axis=0) - corners).T,
+    )
     if not np.all(ax * by - ay * bx > 0):
         raise ValueError(f"outline_m = {outline!r}: expected a convex outline, counter-clockwise")
 
 
 #: Thesis, table 4.2.
-MATERIALS = {"aluminum": PlateMaterial(69.9e9, 0.33, 2700.0), "steel": PlateMaterial(200e9, 0.30, 7800.0)}
+MATERIALS = {
+    "aluminum": PlateMaterial(69.9e9, 0.33, 2700.0),
+    "steel": PlateMaterial(200e9, 0.30, 7800.0),
+}
 OUTLINE_M: tuple[Point, Point, Point, Point] = ((0.0, 0.10), (0.62, 0.0), (1.0, 0.38), (0.30, 0.60))
 #: #1, #2 and #3 of a plate that hangs as usual.
 IMPACT_POINTS_M: tuple[Point, ...] = ((0.47, 0.28), (0.31, 0.37), (0.68, 0.22))
 _SUSPENSION = (Spring((0.34, 0.56), 2e3), Spring((0.93, 0.37), 2e3), Spring((0.61, 0.03), 4e3))
-_FIXTURE = (Spring((0.02, 0.11), 2e4), Spring((0.61, 0.01), 2e4), Spring((0.98, 0.38), 2e4), Spring((0.31, 0.59), 2e4))
+_FIXTURE = (
+    Spring((0.02, 0.11), 2e4),
+    Spring((0.61, 0.01), 2e4),
+    Spring((0.98, 0.38), 2e4),
+    Spring((0.31, 0.59), 2e4),
+)
 
 
 def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) -> BenchPlate:
@@ -164,7 +183,10 @@ def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) 
         thickness_m=0.010,
         outline_m=OUTLINE_M,
         impact_points_m=IMPACT_POINTS_M,
-        sensors=(PlateSensor("acceleration_1", (0.22, 0.20)), PlateSensor("acceleration_2", (0.73, 0.37))),
+        sensors=(
+            PlateSensor("acceleration_1", (0.22, 0.20)),
+            PlateSensor("acceleration_2", (0.73, 0.37)),
+        ),
         damping_ratios=tuple(np.exp(rng.uniform(math.log(0.002), math.log(0.01), 1000)).tolist()),
         clamps=(Clamp(0, 0.25, 0.75), Clamp(2, 0.25, 0.75)) if fixed else (),
         springs=_FIXTURE if fixed else _SUSPENSION,

@@ -39,7 +39,9 @@ def basis(degree: int, x: Floats) -> tuple[Floats, Floats]:
     """Values and slopes (n, degree + 1) of the Lagrange polynomials of `lobatto_nodes` at `x` (n,)."""
     to_legendre = np.linalg.inv(legendre.legvander(lobatto_nodes(degree), degree))
     slopes = legendre.legder(np.eye(degree + 1), axis=0)
-    return legendre.legvander(x, degree) @ to_legendre, legendre.legvander(x, degree - 1) @ slopes @ to_legendre
+    return legendre.legvander(x, degree) @ to_legendre, legendre.legvander(
+        x, degree - 1
+    ) @ slopes @ to_legendre
 
 
 def stiffness_matrices(
@@ -61,7 +63,9 @@ def stiffness_matrices(
     return _quadratic(curvature, bending, weights) + _quadratic(shear, shearing, weights)
 
 
-def mass_matrices(values: Floats, weights: Floats, density_kg_m3: float, thickness_m: float) -> Floats:
+def mass_matrices(
+    values: Floats, weights: Floats, density_kg_m3: float, thickness_m: float
+) -> Floats:
     """Mass (elements, 3n, 3n): translation, and rotary inertia h^3 / 12."""
     inertia = density_kg_m3 * np.array([thickness_m, thickness_m**3 / 12, thickness_m**3 / 12])
     scalar = np.einsum("qa,eq,qb->eab", values, weights, values, optimize=True)
@@ -100,7 +104,12 @@ class Mesh:
 
     @classmethod
     def regular(
-        cls, outline_m: tuple[Point, ...], columns: int, rows: int, degree: int, clamps: tuple[Clamp, ...] = ()
+        cls,
+        outline_m: tuple[Point, ...],
+        columns: int,
+        rows: int,
+        degree: int,
+        clamps: tuple[Clamp, ...] = (),
     ) -> Mesh:
         """At least so many columns and rows of about one size, with a line where a clamp begins or ends."""
         breaks: tuple[set[float], set[float]] = ({0.0, 1.0}, {0.0, 1.0})
@@ -126,7 +135,9 @@ class Mesh:
         numbers = np.arange(self.shape[0] * self.shape[1]).reshape(self.shape)
         windows = np.lib.stride_tricks.sliding_window_view(numbers, (p + 1, p + 1))[::p, ::p]
         nodes = windows.reshape(-1, (p + 1) ** 2)
-        return np.asarray((UNKNOWNS * nodes[:, :, None] + np.arange(UNKNOWNS)).reshape(nodes.shape[0], -1))
+        return np.asarray(
+            (UNKNOWNS * nodes[:, :, None] + np.arange(UNKNOWNS)).reshape(nodes.shape[0], -1)
+        )
 
     def edge_nodes(self, clamp: Clamp) -> NDArray[np.intp]:
         """Nodes on a stretch of an edge."""
@@ -134,12 +145,17 @@ class Mesh:
         numbers = np.arange(self.shape[0] * self.shape[1]).reshape(self.shape)
         row = (numbers[:, 0], numbers[-1, :], numbers[:, -1], numbers[0, :])[clamp.edge]
         position = along if clamp.edge < 2 else 1 - along
-        return np.asarray(row[(position > clamp.start - _OUTSIDE) & (position < clamp.stop + _OUTSIDE)])
+        return np.asarray(
+            row[(position > clamp.start - _OUTSIDE) & (position < clamp.stop + _OUTSIDE)]
+        )
 
     def deflection_at(self, point_m: Point) -> tuple[NDArray[np.intp], Floats]:
         """Unknowns and their weights that give the deflection at a point. Raises `ValueError` off the plate."""
         u, v = self.locate(point_m)
-        (i, weights_u), (j, weights_v) = _cell(self.u, u, self.degree), _cell(self.v, v, self.degree)
+        (i, weights_u), (j, weights_v) = (
+            _cell(self.u, u, self.degree),
+            _cell(self.v, v, self.degree),
+        )
         unknowns = self.element_unknowns()[i * (self.v.size - 1) + j, ::UNKNOWNS]
         return unknowns, np.outer(weights_u, weights_v).ravel()
 
@@ -150,7 +166,9 @@ class Mesh:
             position, slopes = bilinear(self.corners_m, at[:1], at[1:])
             at = at + np.linalg.solve(slopes[0].T, target - position[0])
         if not (np.all(at > -_OUTSIDE) and np.all(at < 1 + _OUTSIDE)):
-            raise ValueError(f"point {point_m!r} is off the plate with corners {self.corners_m.tolist()}")
+            raise ValueError(
+                f"point {point_m!r} is off the plate with corners {self.corners_m.tolist()}"
+            )
         return float(np.clip(at[0], 0, 1)), float(np.clip(at[1], 0, 1))
 
 
@@ -165,7 +183,10 @@ def bilinear(corners: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 def _lines(count: int, breaks: set[float]) -> Floats:
     stops = sorted(breaks)
-    parts = [np.linspace(a, b, int(np.ceil((b - a) * count - _OUTSIDE)) + 1)[:-1] for a, b in pairwise(stops)]
+    parts = [
+        np.linspace(a, b, int(np.ceil((b - a) * count - _OUTSIDE)) + 1)[:-1]
+        for a, b in pairwise(stops)
+    ]
     return np.append(np.concatenate(parts), 1.0)
 
 

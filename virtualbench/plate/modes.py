@@ -31,7 +31,15 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ..effects import Effects
 from .build import BenchPlate, PlateMaterial, Point
-from .mesh import SHEAR_CORRECTION, UNKNOWNS, Mesh, basis, bilinear, mass_matrices, stiffness_matrices
+from .mesh import (
+    SHEAR_CORRECTION,
+    UNKNOWNS,
+    Mesh,
+    basis,
+    bilinear,
+    mass_matrices,
+    stiffness_matrices,
+)
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -39,7 +47,9 @@ if TYPE_CHECKING:
     Matrix = csc_array[np.float64]
 
 
-def assemble(mesh: Mesh, material: PlateMaterial, thickness_m: float, stiffer: float = 0.0) -> tuple[Matrix, Matrix]:
+def assemble(
+    mesh: Mesh, material: PlateMaterial, thickness_m: float, stiffer: float = 0.0
+) -> tuple[Matrix, Matrix]:
     """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both (size, size), symmetric.
 
     `stiffer`: by what share the modulus is higher than the material's in the mean over the plate. It grows evenly along
@@ -90,7 +100,10 @@ def _quadrature(mesh: Mesh) -> tuple[Floats, Floats, Floats, Floats]:
     grid_v = np.broadcast_to(v[None, :, None, :], elements).reshape(-1)
     position, jacobian = bilinear(mesh.corners_m, grid_u, grid_v)
     jacobian = jacobian.reshape(elements[0], elements[1], -1, 2, 2) / 2
-    jacobian = jacobian * np.stack(np.broadcast_arrays(du[:, None], dv[None, :]), axis=-1)[:, :, None, :, None]
+    jacobian = (
+        jacobian
+        * np.stack(np.broadcast_arrays(du[:, None], dv[None, :]), axis=-1)[:, :, None, :, None]
+    )
     jacobian = jacobian.reshape(-1, points.size**2, 2, 2)
     gradients = np.linalg.inv(jacobian) @ np.stack([along_u, along_v], axis=1)
     areas = np.linalg.det(jacobian) * np.outer(weights, weights).ravel()
@@ -119,7 +132,9 @@ def _gathered(mesh: Mesh, parts: Floats) -> Matrix:
 _MORE = 1.25
 
 
-def lowest_modes(stiffness: Matrix, mass: Matrix, count: int, *, shift_hz: float) -> tuple[Floats, Floats]:
+def lowest_modes(
+    stiffness: Matrix, mass: Matrix, count: int, *, shift_hz: float
+) -> tuple[Floats, Floats]:
     """Frequencies (count,) in Hz, rising, and mass-normalised shapes (size, count).
 
     `shift_hz` is a frequency of the order of the lowest elastic mode. By rounding, a mode without stiffness comes out
@@ -193,7 +208,9 @@ def modes(plate: BenchPlate, effects: Effects, *, max_frequency_hz: float = 20e3
     _checked(effects, stretch, max_frequency_hz)
     # Damping has no part in the solution: plates that differ by it share one.
     bare = replace(plate, damping_ratios=())
-    solved = _solved(bare, stretch, effects["plate.sensor_mass"], effects["plate.boundary"], max_frequency_hz)
+    solved = _solved(
+        bare, stretch, effects["plate.sensor_mass"], effects["plate.boundary"], max_frequency_hz
+    )
     count = solved.frequencies_hz.size
     if len(plate.damping_ratios) < count:
         raise ValueError(
@@ -202,7 +219,9 @@ def modes(plate: BenchPlate, effects: Effects, *, max_frequency_hz: float = 20e3
     step = DAMPING_STEP * effects["plate.damping"]
     share = 1 + step * (solved.frequencies_hz / DAMPING_HZ) ** DAMPING_POWER
     if np.any(share <= 0):
-        raise ValueError(f"plate.damping at {effects['plate.damping']!r}: expected what leaves every mode some damping")
+        raise ValueError(
+            f"plate.damping at {effects['plate.damping']!r}: expected what leaves every mode some damping"
+        )
     damping = share * np.array(plate.damping_ratios[:count])
     if np.any(damping >= 1):
         raise ValueError(f"damping ratio {damping.max():.3g} under plate.damping: expected below 1")
@@ -221,17 +240,27 @@ def flexural_wavenumber(plate: BenchPlate, frequency_hz: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _solved(plate: BenchPlate, stretch: float, loading: float, support: float, max_hz: float) -> PlateModes:
+def _solved(
+    plate: BenchPlate, stretch: float, loading: float, support: float, max_hz: float
+) -> PlateModes:
     mesh = _mesh(plate, max_hz / stretch)
     stiffness, mass = assemble(mesh, plate.material, plate.thickness_m, stretch**2 - 1)
     springs = deflection_rows(mesh, [spring.position_m for spring in plate.springs])
     sensors = deflection_rows(mesh, [sensor.position_m for sensor in plate.sensors])
     hits = deflection_rows(mesh, plate.impact_points_m)
-    held = at_points(springs, support * np.array([spring.stiffness_n_m for spring in plate.springs]))
+    held = at_points(
+        springs, support * np.array([spring.stiffness_n_m for spring in plate.springs])
+    )
     stiffness = stiffness + held
-    mass = mass + at_points(sensors, loading * np.array([sensor.mass_kg for sensor in plate.sensors]))
+    mass = mass + at_points(
+        sensors, loading * np.array([sensor.mass_kg for sensor in plate.sensors])
+    )
     clamped = [clamped_unknowns(mesh.edge_nodes(clamp)) for clamp in plate.clamps]
-    free = np.setdiff1d(np.arange(mesh.size), np.concatenate(clamped)) if clamped else np.arange(mesh.size)
+    free = (
+        np.setdiff1d(np.arange(mesh.size), np.concatenate(clamped))
+        if clamped
+        else np.arange(mesh.size)
+    )
     frequencies, shapes = modes_below(
         stiffness[free][:, free],
         mass[free][:, free],
@@ -276,9 +305,13 @@ def _checked(effects: Effects, stretch: float, max_hz: float) -> None:
         raise ValueError(f"max_frequency_hz = {max_hz!r}: expected a number above 0")
     if stretch <= _LEAST_STRETCH:
         least = (_LEAST_STRETCH - 1) / FREQUENCY_STEP
-        raise ValueError(f"plate.stiffness at {effects['plate.stiffness']!r}: expected above {least:.3g}")
+        raise ValueError(
+            f"plate.stiffness at {effects['plate.stiffness']!r}: expected above {least:.3g}"
+        )
     if effects["plate.boundary"] < 0:
-        raise ValueError(f"plate.boundary at {effects['plate.boundary']!r}: expected 0 or more, a support cannot push")
+        raise ValueError(
+            f"plate.boundary at {effects['plate.boundary']!r}: expected 0 or more, a support cannot push"
+        )
 
 
 def modal_table(modes: PlateModes, point: int) -> str:

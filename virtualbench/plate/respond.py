@@ -43,7 +43,11 @@ class Oscillators:
     def block(self, step_s: float) -> int:
         """Steps over which no mode decays by more than exp(-5), so that `stepped` may divide by the decay."""
         fastest = float(-self.poles.real.min(initial=0.0)) * step_s
-        return _LONGEST_BLOCK if fastest * _LONGEST_BLOCK <= _MOST_DECAY else max(1, int(_MOST_DECAY / fastest))
+        return (
+            _LONGEST_BLOCK
+            if fastest * _LONGEST_BLOCK <= _MOST_DECAY
+            else max(1, int(_MOST_DECAY / fastest))
+        )
 
     def stepped(self, step_s: float, state: Complexes, samples: Floats) -> Complexes:
         """States (m, samples) at the samples of a force, from the state (m,) at the first; one block at most."""
@@ -60,7 +64,9 @@ class Oscillators:
         x = self.poles[:, None] * since_s
         first = _divided(np.expm1(x), x, 1 + x / 2 + x**2 / 6 + x**3 / 24 + x**4 / 120)
         second = _divided(first - 1, x, 1 / 2 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720)
-        return np.asarray(np.exp(x) * states + level * since_s * first + slope * since_s**2 * second)
+        return np.asarray(
+            np.exp(x) * states + level * since_s * first + slope * since_s**2 * second
+        )
 
     def decaying(self, state: Complexes, delay_s: float, step_s: float, count: int) -> Floats:
         """Accelerations (sensors, count) without a force, from `delay_s` after the states (m,) on.
@@ -68,7 +74,9 @@ class Oscillators:
         exp(lambda (j B + k) step) is a product: two short tables instead of one number for every mode and instant.
         """
         length = math.isqrt(count - 1) + 1
-        starts = np.exp(np.outer(self.poles, delay_s + step_s * length * np.arange(-(-count // length))))
+        starts = np.exp(
+            np.outer(self.poles, delay_s + step_s * length * np.arange(-(-count // length)))
+        )
         within = np.exp(np.outer(self.poles, step_s * np.arange(length)))
         rows = [((reading * state)[:, None] * starts).T @ within for reading in self.readings]
         return np.array([row.imag.ravel()[:count] for row in rows]).reshape(-1, count)
@@ -105,16 +113,22 @@ def respond(
     """
     points = modes.shape_impact.shape[0]
     if point not in range(points):
-        raise ValueError(f"point = {point!r}: expected 0 to {points - 1}, the impact points of these modes")
+        raise ValueError(
+            f"point = {point!r}: expected 0 to {points - 1}, the impact points of these modes"
+        )
     force = _Force.checked(force_time_s, force_n)
     step = _even_step("time_s", time_s)
-    kept = modes.frequencies_hz <= (pulse_bandwidth_hz(force_time_s, force_n) if bandwidth_hz is None else bandwidth_hz)
+    kept = modes.frequencies_hz <= (
+        pulse_bandwidth_hz(force_time_s, force_n) if bandwidth_hz is None else bandwidth_hz
+    )
     weights = modes.shapes[:, kept] * modes.shape_impact[point, kept]
     oscillators = Oscillators.of(modes.frequencies_hz[kept], modes.damping[kept], weights)
     acceleration = np.zeros((weights.shape[0], time_s.size))
     first, after = np.searchsorted(time_s, [force.start_s, force.stop_s], side="left")
     state = _during(oscillators, force, time_s[first:after], acceleration[:, first:after])
-    acceleration[:, first:after] += weights.sum(axis=1)[:, None] * np.interp(time_s[first:after], force.time_s, force.n)
+    acceleration[:, first:after] += weights.sum(axis=1)[:, None] * np.interp(
+        time_s[first:after], force.time_s, force.n
+    )
     if after < time_s.size:
         delay = float(time_s[after]) - force.stop_s
         acceleration[:, after:] = oscillators.decaying(state, delay, step, time_s.size - int(after))
@@ -147,7 +161,9 @@ class _Force:
     @classmethod
     def checked(cls, time_s: Floats, force_n: Floats) -> _Force:
         if force_n.shape != time_s.shape:
-            raise ValueError(f"force_n has shape {force_n.shape}: expected that of force_time_s, {time_s.shape}")
+            raise ValueError(
+                f"force_n has shape {force_n.shape}: expected that of force_time_s, {time_s.shape}"
+            )
         if not np.isfinite(force_n).all():
             raise ValueError("force_n: expected finite numbers")
         return cls(time_s, force_n, _even_step("force_time_s", time_s))
@@ -181,8 +197,12 @@ def _during(oscillators: Oscillators, force: _Force, time_s: Floats, out: Floats
 
 def _even_step(name: str, time_s: Floats) -> float:
     if time_s.ndim != 1 or time_s.size < 2 or not np.isfinite(time_s).all():
-        raise ValueError(f"{name} has shape {time_s.shape}: expected two or more finite times in a row")
+        raise ValueError(
+            f"{name} has shape {time_s.shape}: expected two or more finite times in a row"
+        )
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
-    if step <= 0 or np.abs(np.diff(time_s) - step).max() > _UNIFORM * step + 8 * np.spacing(np.abs(time_s).max()):
+    if step <= 0 or np.abs(np.diff(time_s) - step).max() > _UNIFORM * step + 8 * np.spacing(
+        np.abs(time_s).max()
+    ):
         raise ValueError(f"{name}: expected rising times at one even step")
     return step

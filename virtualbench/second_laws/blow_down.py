@@ -103,7 +103,9 @@ def follow_shot(
     if not math.isfinite(exit_s):
         return FollowedShot(time, tank_gauge_pa(rows, base), math.nan, 0.0)
     if closing.at_s < exit_s:
-        raise ValueError(f"the valve closes at {closing.at_s:.4g} s, before the exit at {exit_s:.4g} s")
+        raise ValueError(
+            f"the valve closes at {closing.at_s:.4g} s, before the exit at {exit_s:.4g} s"
+        )
     velocity = float(velocity_at(time, rows[:, 6], rows[:, 7], np.array([exit_s]))[0])
     inside = int(np.searchsorted(time, exit_s))  # the first point that is not before the exit
     figures = np.append(base, np.zeros(6))
@@ -123,7 +125,9 @@ def follow_shot(
         if figures[MERGED] and start >= figures[CLOSE_AT] - 1e-9:
             state, figures = _separated(state, figures)
         kinks = (figures[OPEN_S], figures[CLOSE_AT], figures[CLOSE_AT] + figures[CLOSE_S])
-        stop = min(start + _CHUNK_S, until_s, *(float(kink) for kink in kinks if kink > start + 1e-6))
+        stop = min(
+            start + _CHUNK_S, until_s, *(float(kink) for kink in kinks if kink > start + 1e-6)
+        )
         time, rows = integrated(emptying_rates, state, start, stop, figures)
         times.append(time[1:])
         gauges.append(tank_gauge_pa(rows[1:], figures))
@@ -136,7 +140,11 @@ def tank_gauge_pa(states: Floats, figures: Floats) -> Floats:
     if figures[MERGED] and figures[HOSE_M3_PA] > 0:
         return np.array([_hose_gauge_pa(state, figures) for state in states])
     if figures[MERGED]:
-        position = states[:, 6] if figures.size <= MUZZLE_AT else np.minimum(states[:, 6], figures[MUZZLE_AT])
+        position = (
+            states[:, 6]
+            if figures.size <= MUZZLE_AT
+            else np.minimum(states[:, 6], figures[MUZZLE_AT])
+        )
         volume = figures[TANK_M3] + figures[BREECH_M3] + figures[AREA] * position
         return np.asarray((GAMMA - 1) * (states[:, 1] + states[:, 3]) / volume - figures[AMBIENT])
     return np.asarray((GAMMA - 1) * states[:, 1] / figures[TANK_M3] - figures[AMBIENT])
@@ -158,11 +166,17 @@ def _separated(state: Floats, figures: Floats) -> tuple[Floats, Floats]:
     mass, energy = state[0] + state[2], state[1] + state[3]
     if f[HOSE_M3_PA] > 0:
         pressure, temperature, _ = hose_state(mass, energy, f[TANK_M3] + barrel, f)
-        after[0], after[1] = pressure * f[TANK_M3] / (GAS_CONSTANT * temperature), pressure * f[TANK_M3] / (GAMMA - 1)
+        after[0], after[1] = (
+            pressure * f[TANK_M3] / (GAS_CONSTANT * temperature),
+            pressure * f[TANK_M3] / (GAMMA - 1),
+        )
         after[2], after[3] = mass - after[0], energy - after[1]
         f[MERGED], f[VALVE_M2], f[OPEN_S] = 0.0, 0.0, 1e-3
         return after, f
-    after[[0, 1]], after[[2, 3]] = (1 - share) * np.array([mass, energy]), share * np.array([mass, energy])
+    after[[0, 1]], after[[2, 3]] = (
+        (1 - share) * np.array([mass, energy]),
+        share * np.array([mass, energy]),
+    )
     f[MERGED], f[VALVE_M2], f[OPEN_S] = 0.0, 0.0, 1e-3
     return after, f
 
@@ -179,7 +193,10 @@ def emptying_rates(time: float, state: Floats, f: Floats) -> Floats:
         now[6], now[7] = f[MUZZLE_AT], 0.0
     rate = rates(time, now, f)
     if gone:
-        rate[6], rate[7] = state[7], 0.0  # it flies on: a rate that stopped here would hold the integrator here
+        rate[6], rate[7] = (
+            state[7],
+            0.0,
+        )  # it flies on: a rate that stopped here would hold the integrator here
     volume = f[BREECH_M3] + f[AREA] * now[6]
     tank = gas_state(now[0], now[1], f[TANK_M3])
     breech = hose_state(now[2], now[3], volume, f)
@@ -195,7 +212,9 @@ def emptying_rates(time: float, state: Floats, f: Floats) -> Floats:
     elif breech[0] < ambient:
         out = -area * _hole(ambient, f[WALL_K], breech[0] / ambient, f)
         energy = out * CP * f[WALL_K]
-    chamber = 0 if f[MERGED] else 2  # of one volume the tank's part is drained, which holds nearly all
+    chamber = (
+        0 if f[MERGED] else 2
+    )  # of one volume the tank's part is drained, which holds nearly all
     rate[chamber] -= out
     rate[chamber + 1] -= energy
     mass = now[0] + now[2] if f[MERGED] else now[0]

@@ -47,7 +47,13 @@ from .owners import tip_value
 from .table import checked_split
 
 #: A of Kuwabara and Kono in s, and the part of the speed lost by Tsuji's damper at strength 1, by tip.
-KUWABARA_KONO_S = {"aluminum": 1.5e-6, "steel": 1.0e-6, "delrin": 1.2e-5, "polyurethane": 1.2e-4, "PLA": 1.2e-5}
+KUWABARA_KONO_S = {
+    "aluminum": 1.5e-6,
+    "steel": 1.0e-6,
+    "delrin": 1.2e-5,
+    "polyurethane": 1.2e-4,
+    "PLA": 1.2e-5,
+}
 LOST_SPEED = {"aluminum": 0.03, "steel": 0.02, "delrin": 0.07, "polyurethane": 0.12, "PLA": 0.08}
 #: Meyer's index and mean pressure at yield over the yield strength, by the softer material.
 MEYER_INDEX = {"aluminum": 2.2, "steel": 2.15, "delrin": 2.35, "polyurethane": 2.4, "PLA": 2.3}
@@ -56,7 +62,13 @@ YIELD_RATIO = {"aluminum": 2.8, "steel": 2.9, "delrin": 2.3, "polyurethane": 2.6
 AREA_SHARE = {"aluminum": 0.08, "steel": 0.075, "delrin": 0.10, "polyurethane": 0.14, "PLA": 0.10}
 LAYER_MODULUS_PA, LAYER_THICKNESS_M, DENSIFIED_STRAIN = 1.0e9, 3e-3, 0.6
 SETTLING_S = 20e-6
-SPRING_N_M = {"aluminum": 1.2e7, "steel": 1.0e7, "delrin": 1.6e7, "polyurethane": 2.5e7, "PLA": 1.6e7}
+SPRING_N_M = {
+    "aluminum": 1.2e7,
+    "steel": 1.0e7,
+    "delrin": 1.6e7,
+    "polyurethane": 2.5e7,
+    "PLA": 1.6e7,
+}
 RETARDATION_S = 30e-6
 #: Local give of a plate's surface, by its material, and how it lags.
 LOCAL_N_M = {"aluminum": 6e8, "steel": 1.5e9, "delrin": 3e7, "polyurethane": 1e6, "PLA": 3e7}
@@ -112,12 +124,19 @@ def contact_forces(
 
 
 def _closing_motion(
-    impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str, speed: float, steps: int
+    impactor: Impactor,
+    target: ImpactTarget,
+    strengths: Mapping[str, float],
+    split: str,
+    speed: float,
+    steps: int,
 ) -> tuple[float, Floats]:
     modulus = 1 / (impactor.tip.compliance_1_pa + target.face.compliance_1_pa)
     stiffness = 4 / 3 * modulus * math.sqrt(impactor.tip_radius_m)
     f = _figures(impactor, target, strengths, split, stiffness)
-    shapes, omega = _plate_modes(target.plate_impedance_n_s_m) if f[MODAL] else (np.zeros(0), np.zeros(0))
+    shapes, omega = (
+        _plate_modes(target.plate_impedance_n_s_m) if f[MODAL] else (np.zeros(0), np.zeros(0))
+    )
     time = 3.218 * (f[MASS] / (stiffness * math.sqrt(speed))) ** 0.4
     deepest = speed * time / 2.943
     rate = strain_rate_1_s(deepest, impactor.tip_radius_m, time) if split == "calibration" else 0.0
@@ -137,7 +156,9 @@ def _rates(f: Floats, contact_n_m: float, omega: Floats) -> list[float]:
     """What the step has to resolve (1/s)."""
     rates = [1e3, math.sqrt(contact_n_m / f[MASS]) / 0.1, f[MOBILITY] * contact_n_m / 0.5]
     if f[LAYER]:
-        rates.append((1 + contact_n_m * f[LAYER] * LAYER_THICKNESS_M / f[SHEET_N]) / SETTLING_S / 0.8)
+        rates.append(
+            (1 + contact_n_m * f[LAYER] * LAYER_THICKNESS_M / f[SHEET_N]) / SETTLING_S / 0.8
+        )
     if f[KELVIN]:
         rates.append((1 + contact_n_m / f[KELVIN_N_M]) / RETARDATION_S / 0.8)
     if f[LOCAL]:
@@ -156,7 +177,11 @@ def _rates(f: Floats, contact_n_m: float, omega: Floats) -> list[float]:
 
 
 def _figures(
-    impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str, stiffness: float
+    impactor: Impactor,
+    target: ImpactTarget,
+    strengths: Mapping[str, float],
+    split: str,
+    stiffness: float,
 ) -> Floats:
     """The figures (19,) of an impact, in the order of the names above; spring rates are over the strength."""
 
@@ -167,7 +192,9 @@ def _figures(
     f = np.zeros(_FIGURES)
     f[MASS] = impactor.mass_kg * (1 + 0.05 * of("effective_mass", first) * tip_value(TIP_MASS, tip))
     if f[MASS] <= 0:
-        raise ValueError(f"strength of contact.effective_mass = {strengths['contact.effective_mass']!r} leaves no mass")
+        raise ValueError(
+            f"strength of contact.effective_mass = {strengths['contact.effective_mass']!r} leaves no mass"
+        )
     f[KONO] = of("viscous_loss", first) * tip_value(KUWABARA_KONO_S, tip)
     restitution = max(1 - of("viscous_loss", last) * tip_value(LOST_SPEED, tip), 0.2)
     f[TSUJI] = tsuji_alpha(restitution) * math.sqrt(f[MASS] * stiffness)
@@ -197,7 +224,11 @@ def tsuji_alpha(restitution: float) -> float:
 
 
 def _curve(
-    impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str, rate_1_s: float
+    impactor: Impactor,
+    target: ImpactTarget,
+    strengths: Mapping[str, float],
+    split: str,
+    rate_1_s: float,
 ) -> LoadingCurve:
     """`rate_1_s`: of strain, where the law of yield asks for it; 0 elsewhere, so that one table serves all speeds."""
     plastic = strengths.get("contact.plastic_yield", 0.0)
@@ -231,7 +262,9 @@ def _tabulated(
         pressure = tip_value(YIELD_RATIO, softer) * yields_pa / plastic
         force, residual = meyer(depth, modulus, radius, pressure, tip_value(MEYER_INDEX, softer))
     elif plastic > 0 and split == "calibration":
-        force, residual = cavity(depth, modulus, radius, dynamic_yield_pa(yields_pa, rate_1_s, softer) / (2 * plastic))
+        force, residual = cavity(
+            depth, modulus, radius, dynamic_yield_pa(yields_pa, rate_1_s, softer) / (2 * plastic)
+        )
     elif plastic > 0:
         force, residual = jackson_green(depth, modulus, radius, yields_pa / plastic, poisson)
     if worn > 0:
@@ -248,7 +281,9 @@ def _tabulated(
     return LoadingCurve(depth, force, residual)
 
 
-def meyer(depth_m: Floats, modulus: float, radius: float, pressure: float, index: float) -> tuple[Floats, Floats]:
+def meyer(
+    depth_m: Floats, modulus: float, radius: float, pressure: float, index: float
+) -> tuple[Floats, Floats]:
     """Force (N) and residual depth (m) beyond the Hertzian onset of yield at a mean `pressure` (Pa)."""
     onset = radius * (math.pi * pressure / (2 * modulus)) ** 2
     stiffness = 4 / 3 * modulus * math.sqrt(radius)
@@ -277,7 +312,9 @@ def jackson_green(
     residual_ratio = 1.02 * (1 - ((relative + 5.9) / 6.9) ** -0.54)
     beyond = relative > 1.9
     force = np.where(beyond, np.minimum(fitted, hertz), hertz)
-    return np.asarray(force), np.asarray(np.where(beyond, np.clip(residual_ratio, 0.0, 0.95) * depth_m, 0.0))
+    return np.asarray(force), np.asarray(
+        np.where(beyond, np.clip(residual_ratio, 0.0, 0.95) * depth_m, 0.0)
+    )
 
 
 def worn_ball(depth_m: Floats, modulus: float, radius: float, flat_m: float) -> Floats:
@@ -310,8 +347,12 @@ def _plate_modes(impedance: float) -> tuple[Floats, Floats]:
     surface = min((78.0, 27.0), key=lambda m: abs(impedance - 8 * math.sqrt(m * m * _SPEEDS[m])))
     rigidity = (impedance / 8) ** 2 / surface
     m, n = np.meshgrid(np.arange(1, 60), np.arange(1, 40), indexing="ij")
-    omega = math.sqrt(rigidity / surface) * math.pi**2 * ((m / SIDES_M[0]) ** 2 + (n / SIDES_M[1]) ** 2)
-    shape = np.sin(m * math.pi * POINT_M[0] / SIDES_M[0]) * np.sin(n * math.pi * POINT_M[1] / SIDES_M[1])
+    omega = (
+        math.sqrt(rigidity / surface) * math.pi**2 * ((m / SIDES_M[0]) ** 2 + (n / SIDES_M[1]) ** 2)
+    )
+    shape = np.sin(m * math.pi * POINT_M[0] / SIDES_M[0]) * np.sin(
+        n * math.pi * POINT_M[1] / SIDES_M[1]
+    )
     shape = shape * 2 / math.sqrt(surface * SIDES_M[0] * SIDES_M[1])
     kept = (omega < 2 * math.pi * HIGHEST_HZ) & (np.abs(shape) > 1e-9)
     return np.ascontiguousarray(shape[kept]), np.ascontiguousarray(omega[kept])
@@ -406,7 +447,9 @@ def _motion(
     rate[5], rate[6] = s[6], -grip / (JOINT_KG if f[JOINT] > 0 else HAND_KG)
     for i in range(n):
         rate[7 + i] = s[7 + n + i]
-        rate[7 + n + i] = shapes[i] * total - omega[i] * (omega[i] * s[7 + i] + 2 * MODAL_LOSS * s[7 + n + i])
+        rate[7 + n + i] = shapes[i] * total - omega[i] * (
+            omega[i] * s[7 + i] + 2 * MODAL_LOSS * s[7 + n + i]
+        )
     return total, depth
 
 

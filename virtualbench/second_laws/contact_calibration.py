@@ -21,7 +21,13 @@ from ...array_types import Floats
 from .owners import tip_value
 
 #: The part of the speed that the damper takes at strength 1 and 1 m/s, by tip.
-LOST_AT_1_M_S = {"aluminum": 0.025, "steel": 0.02, "delrin": 0.08, "polyurethane": 0.15, "PLA": 0.08}
+LOST_AT_1_M_S = {
+    "aluminum": 0.025,
+    "steel": 0.02,
+    "delrin": 0.08,
+    "polyurethane": 0.15,
+    "PLA": 0.08,
+}
 #: D (1/s) and q of Cowper and Symonds by the softer material: mild steel and aluminium as Jones has them, polymers by
 #: the order of magnitude.
 RATE_1_S = {"aluminum": 6500.0, "steel": 40.4, "delrin": 500.0, "polyurethane": 500.0, "PLA": 500.0}
@@ -55,7 +61,9 @@ def strain_rate_1_s(depth_m: float, radius_m: float, time_s: float) -> float:
     return STRAIN_SHARE * math.sqrt(depth_m / radius_m) / (time_s / 2)
 
 
-def cavity(depth_m: Floats, modulus: float, radius: float, yield_pa: float) -> tuple[Floats, Floats]:
+def cavity(
+    depth_m: Floats, modulus: float, radius: float, yield_pa: float
+) -> tuple[Floats, Floats]:
     """Force (N) and residual depth (m) by Johnson's expanding cavity, beyond a mean pressure of 1.1 yield strengths."""
     onset = radius * (3 * math.pi * ONSET_RATIO * yield_pa / (4 * modulus)) ** 2
     contact = np.sqrt(radius * depth_m)
@@ -84,14 +92,19 @@ def on_sheet(
 def worn_crown(depth_m: Floats, modulus: float, radius: float, crown_m: float) -> Floats:
     """Force (N) of a ball with the profile r^4 / (2 R (r^2 + b^2)), b the crown's radius, by Sneddon's integrals."""
     narrow = math.sqrt(radius * depth_m[0])
-    wide = 2 * math.sqrt(radius * depth_m[-1] + crown_m**2) + 2 * (crown_m**2 * radius * depth_m[-1]) ** 0.25
+    wide = (
+        2 * math.sqrt(radius * depth_m[-1] + crown_m**2)
+        + 2 * (crown_m**2 * radius * depth_m[-1]) ** 0.25
+    )
     a = np.geomspace(narrow / 4, wide, 16 * depth_m.size)
     depth = crown_depth_m(a, radius, crown_m)
     slope = 2 * modulus * a  # of force over depth, for any body of revolution
     # below the first point the profile is a power of r, and force the power of depth that its slope has there
     power = 1 + (np.log(a[1]) - np.log(a[0])) / (np.log(depth[1]) - np.log(depth[0]))
     shallow = slope[0] * depth[0] / power
-    force = shallow + np.concatenate([[0.0], np.cumsum((slope[1:] + slope[:-1]) / 2 * np.diff(depth))])
+    force = shallow + np.concatenate(
+        [[0.0], np.cumsum((slope[1:] + slope[:-1]) / 2 * np.diff(depth))]
+    )
     return np.asarray(np.exp(np.interp(np.log(depth_m), np.log(depth), np.log(force))))
 
 
@@ -101,7 +114,9 @@ def crown_depth_m(contact_m: Floats, radius: float, crown_m: float) -> Floats:
         return np.asarray(contact_m**2 / radius)
     share = (contact_m / crown_m) ** 2
     ratio = np.sqrt(share / (1 + share))  # a / sqrt(a^2 + b^2)
-    missing = crown_m**2 / (2 * (1 + share)) * (1 + np.arcsinh(np.sqrt(share)) / (ratio * (1 + share)))
+    missing = (
+        crown_m**2 / (2 * (1 + share)) * (1 + np.arcsinh(np.sqrt(share)) / (ratio * (1 + share)))
+    )
     exact = contact_m**2 - missing * share
     # the difference is all rounding where the contact is far smaller than the crown: its series
     series = 4 / 3 * contact_m**4 / crown_m**2

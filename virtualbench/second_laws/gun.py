@@ -27,7 +27,14 @@ from numba import njit
 
 from ...array_types import Floats
 from ..effects import Effects
-from ..gun.build import SMALLEST_BREECH_M3, VACUUM_PA, WEAKEST_VALVE, GunBuild, Projectile, setting_of
+from ..gun.build import (
+    SMALLEST_BREECH_M3,
+    VACUUM_PA,
+    WEAKEST_VALVE,
+    GunBuild,
+    Projectile,
+    setting_of,
+)
 from ..gun.fire import crossings, velocity_at
 from ..gun.gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONSTANT, HOTTEST_K
 from ..gun.motion import AIR_VISCOSITY_PA_S, CREEP_M_S
@@ -87,7 +94,11 @@ CONTROL_VALVE, DISC_VALVE, POPPET_VALVE = 0.0, 1.0, 2.0
 
 
 def muzzle_velocity_m_s(
-    gun: GunBuild, strengths: Mapping[str, float], split: str, tank_pressure_pa: float, projectile: Projectile
+    gun: GunBuild,
+    strengths: Mapping[str, float],
+    split: str,
+    tank_pressure_pa: float,
+    projectile: Projectile,
 ) -> float:
     """Velocity at the vents (m/s) of a shot from a gauge pressure; 0 where it does not reach them within 1.2 s.
 
@@ -95,16 +106,24 @@ def muzzle_velocity_m_s(
     """
     figures = shot_figures(gun, strengths, split, projectile)
     time, rows, exit_s = run_to_vents(figures, tank_pressure_pa, gun.vent_position_m)
-    return float(velocity_at(time, rows[:, 6], rows[:, 7], np.array([exit_s]))[0]) if math.isfinite(exit_s) else 0.0
+    return (
+        float(velocity_at(time, rows[:, 6], rows[:, 7], np.array([exit_s]))[0])
+        if math.isfinite(exit_s)
+        else 0.0
+    )
 
 
-def run_to_vents(figures: Floats, tank_pressure_pa: float, vent_position_m: float) -> tuple[Floats, Floats, float]:
+def run_to_vents(
+    figures: Floats, tank_pressure_pa: float, vent_position_m: float
+) -> tuple[Floats, Floats, float]:
     """Times (n,) from the valve's opening on, states (n, 8) up to the first ones past the vents, and when the tail
     reaches them: NaN where it does not within 1.2 s. Raises `RuntimeError` where the integrator gives up."""
     state = np.zeros(8)
     ambient, wall = figures[AMBIENT], figures[WALL_K]
     pressures = (tank_pressure_pa + ambient, ambient, ambient)
-    for chamber, (pressure, volume) in enumerate(zip(pressures, figures[[TANK_M3, BREECH_M3, CAVITY_M3]], strict=True)):
+    for chamber, (pressure, volume) in enumerate(
+        zip(pressures, figures[[TANK_M3, BREECH_M3, CAVITY_M3]], strict=True)
+    ):
         state[2 * chamber] = pressure * volume / (GAS_CONSTANT * wall)
         state[2 * chamber + 1] = state[2 * chamber] * CV * wall
     times, states = [np.zeros(1)], [state[None]]
@@ -134,14 +153,26 @@ def integrated(
 
     time = np.linspace(start, stop, max(2, round((stop - start) / _STEP_S) + 1))
     rows, solver_report = odeint(
-        law, state, time, args=(figures,), tfirst=True, full_output=True, rtol=1e-6, atol=_TOLERANCES, mxstep=20_000
+        law,
+        state,
+        time,
+        args=(figures,),
+        tfirst=True,
+        full_output=True,
+        rtol=1e-6,
+        atol=_TOLERANCES,
+        mxstep=20_000,
     )  # type: ignore[call-overload]
     if solver_report["message"] != "Integration successful.":
-        raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {solver_report['message']}")
+        raise RuntimeError(
+            f"the shot could not be integrated past {start:.4g} s: {solver_report['message']}"
+        )
     return time, np.asarray(rows)
 
 
-def shot_figures(gun: GunBuild, strengths: Mapping[str, float], split: str, projectile: Projectile) -> Floats:
+def shot_figures(
+    gun: GunBuild, strengths: Mapping[str, float], split: str, projectile: Projectile
+) -> Floats:
     """The figures (35,) of a shot whose valve stays open, in the order of the names above.
 
     Raises `ValueError` for a split without laws.
@@ -152,7 +183,12 @@ def shot_figures(gun: GunBuild, strengths: Mapping[str, float], split: str, proj
         return strengths.get(name, 0.0) if split == law else 0.0
 
     base = setting_of(gun, Effects.none(), 0.0, projectile, np.random.default_rng(0))
-    first, middle, last, factor = "development", "calibration", "sealed", bullet_factor(projectile.mass_kg)
+    first, middle, last, factor = (
+        "development",
+        "calibration",
+        "sealed",
+        bullet_factor(projectile.mass_kg),
+    )
     valve = strengths.get("gun.valve_flow", 0.0)
     valve = valve if valve >= WEAKEST_VALVE else 0.0
     dead = strengths.get("gun.dead_volume", 0.0) * gun.dead_volume_m3
@@ -169,7 +205,9 @@ def shot_figures(gun: GunBuild, strengths: Mapping[str, float], split: str, proj
     f[AMBIENT] = max(strengths.get("gun.back_pressure", 0.0) * gun.atmosphere_pa, VACUUM_PA)
     f[WALL_K], f[MERGED] = gun.temperature_k, float(valve == 0)
     f[VALVE_M2] = 0.0 if valve == 0 else math.pi * gun.valve_bore_m**2 / 4 / valve
-    f[VALVE_M2] *= 1.0 if split == last else gun.valve_discharge  # Perry's coefficient is in the law
+    f[VALVE_M2] *= (
+        1.0 if split == last else gun.valve_discharge
+    )  # Perry's coefficient is in the law
     slower = THROWN_OPENING if split == middle else SLOWER_OPENING
     f[OPEN_S] = valve * slower * gun.valve_opening_time_s
     f[VALVE_LAW] = {first: CONTROL_VALVE, middle: POPPET_VALVE, last: DISC_VALVE}[split]
@@ -178,7 +216,11 @@ def shot_figures(gun: GunBuild, strengths: Mapping[str, float], split: str, proj
     f[FILM] = film * math.pi * projectile.diameter_m * math.sqrt(FILM_PA_S * LAND_M)
     f[PRESS] = of("gun.sliding_friction", last) * factor * PRESS_FIT_N * PRESS_FRICTION
     f[LEAK_M2], f[LEAK_K], f[LEAK_R] = of("gun.blow_by", first) * ring, friction, choked
-    f[LAMINAR] = of("gun.blow_by", last) * laminar / (24 * AIR_VISCOSITY_PA_S * projectile.length_m * GAS_CONSTANT)
+    f[LAMINAR] = (
+        of("gun.blow_by", last)
+        * laminar
+        / (24 * AIR_VISCOSITY_PA_S * projectile.length_m * GAS_CONSTANT)
+    )
     f[ROUGH], f[WAVE] = of("gun.barrel_loss", first), of("gun.barrel_loss", last)
     f[TURBULENT], f[RELAX] = of("gun.heat_exchange", first), of("gun.heat_exchange", last)
     f[DEAD_W_K] = DEAD_WALL_W_K * of("gun.dead_volume", first)
@@ -210,7 +252,9 @@ def choked_ratio(friction: float) -> float:
     from scipy.optimize import minimize_scalar
 
     best = minimize_scalar(
-        lambda r: -(1 - r * r) / (friction - 2 * math.log(r)), bounds=(1e-6, 1 - 1e-9), method="bounded"
+        lambda r: -(1 - r * r) / (friction - 2 * math.log(r)),
+        bounds=(1e-6, 1 - 1e-9),
+        method="bounded",
     )
     return float(best.x)
 
@@ -276,7 +320,9 @@ def perry_coefficient(ratio: float) -> float:
 @njit(cache=True)
 def _through_valve(time: float, up: tuple[float, float, float], ratio: float, f: Floats) -> float:
     if f[VALVE_LAW] == POPPET_VALVE:
-        lift = min(poppet_lift(time, up[0], f[OPEN_S]), max(1 - (time - f[CLOSE_AT]) / f[CLOSE_S], 0.0))
+        lift = min(
+            poppet_lift(time, up[0], f[OPEN_S]), max(1 - (time - f[CLOSE_AT]) / f[CLOSE_S], 0.0)
+        )
         return float(f[VALVE_M2] * lift * sonic_flow(up[0], up[1], ratio, POPPET_RATIO))
     turned = min(max(time / f[OPEN_S], 0.0), 1.0, max(1 - (time - f[CLOSE_AT]) / f[CLOSE_S], 0.0))
     if f[VALVE_LAW] == CONTROL_VALVE:
@@ -298,7 +344,11 @@ def _leak(gas: tuple[float, float, float], ahead: float, f: Floats) -> float:
             root *= (1 - ratio) / (1 - near)
         flow += f[LEAK_M2] * gas[0] / math.sqrt(GAS_CONSTANT * gas[1]) * root
     if f[LIP_M2_PA] > 0:
-        flow += f[LIP_M2_PA] * (gas[0] - ahead) * sonic_flow(gas[0], gas[1], ahead / gas[0], CRITICAL_RATIO)
+        flow += (
+            f[LIP_M2_PA]
+            * (gas[0] - ahead)
+            * sonic_flow(gas[0], gas[1], ahead / gas[0], CRITICAL_RATIO)
+        )
     return float(flow)
 
 
@@ -318,7 +368,9 @@ def _vent_muzzle(air: tuple[float, float, float], speed: float, f: Floats, rate:
         rate[4] -= out
         rate[5] -= out * CP * air[1]
     elif air[0] < f[AMBIENT]:
-        entering = f[ORIFICE_M2] * sonic_flow(f[AMBIENT], f[WALL_K], air[0] / f[AMBIENT], HOLE_RATIO)
+        entering = f[ORIFICE_M2] * sonic_flow(
+            f[AMBIENT], f[WALL_K], air[0] / f[AMBIENT], HOLE_RATIO
+        )
         rate[4] += entering
         rate[5] += entering * CP * f[WALL_K]
 
@@ -358,7 +410,9 @@ def rates(time: float, state: Floats, f: Floats) -> Floats:
         ahead = shock_pressure(f[AMBIENT], v / math.sqrt(GAMMA * GAS_CONSTANT * f[WALL_K]))
     if f[COLUMN] > 0:
         mass += density * f[AREA] * max(f[TRAVEL] - x, 0.0)
-        ahead = max(ahead + density * v * abs(v) / 2, 0.0)  # a trial step may go backwards faster than sound
+        ahead = max(
+            ahead + density * v * abs(v) / 2, 0.0
+        )  # a trial step may go backwards faster than sound
     if f[ORIFICE_M2] > 0:
         air = gas_state(state[4], state[5], f[AREA] * max(f[TRAVEL] - x, LEAST_ROOM * f[TRAVEL]))
         ahead = air[0]

@@ -83,7 +83,9 @@ def natural_film_w_m2_k(density: float, temperature: float, wall: float) -> floa
     """Film of turbulent natural convection of air, whatever the size: Nu = 0.13 (Gr Pr)^(1/3)."""
     if density <= 0 or temperature <= 0:
         return 0.0
-    buoyancy = GRAVITY_M_S2 * abs(wall - temperature) / temperature * (density / AIR_VISCOSITY_PA_S) ** 2
+    buoyancy = (
+        GRAVITY_M_S2 * abs(wall - temperature) / temperature * (density / AIR_VISCOSITY_PA_S) ** 2
+    )
     film: float = 0.13 * AIR_CONDUCTIVITY_W_M_K * (buoyancy * PRANDTL) ** (1 / 3)
     return film
 

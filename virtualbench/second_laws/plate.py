@@ -36,7 +36,9 @@ FOAM_ORDER = 0.4
 LEAST_DAMPING = 1e-4
 
 
-def changed_modes(modes: PlateModes, supports: Floats, strengths: Mapping[str, float], split: str) -> PlateModes:
+def changed_modes(
+    modes: PlateModes, supports: Floats, strengths: Mapping[str, float], split: str
+) -> PlateModes:
     """All modes of a plate with its `supports` (points, modes), under effects.
 
     Raises `ValueError` for a split without laws.
@@ -106,7 +108,10 @@ def _sealed(modes: PlateModes, supports: Floats, strengths: Mapping[str, float])
     family = np.where(np.arange(f.size) % 2 == 0, 1.0, ACROSS)
     f = f * (1 + 0.01 * strengths.get("plate.stiffness", 0.0) * family)
     # unlike sensors with rotary inertia: f / sqrt(1 + sum m_k phi_k^2 (1 + 0.8 f / f_t))
-    mass = strengths.get("plate.sensor_mass", 0.0) * np.array([1.0, SECOND_SENSOR])[: modes.shapes.shape[0]]
+    mass = (
+        strengths.get("plate.sensor_mass", 0.0)
+        * np.array([1.0, SECOND_SENSOR])[: modes.shapes.shape[0]]
+    )
     f = f / np.sqrt(1 + mass @ modes.shapes**2 * (1 + ROTARY * f / f[-1]))
     # cables: s / 10 zeta_m phi_sensor^2 / mean
     there = np.sum(modes.shapes**2, axis=0)
@@ -129,4 +134,6 @@ def _sealed(modes: PlateModes, supports: Floats, strengths: Mapping[str, float])
 
 
 def _with(modes: PlateModes, frequencies_hz: Floats, damping: Floats) -> PlateModes:
-    return replace(modes, frequencies_hz=frequencies_hz, damping=np.clip(damping, LEAST_DAMPING, 0.5))
+    return replace(
+        modes, frequencies_hz=frequencies_hz, damping=np.clip(damping, LEAST_DAMPING, 0.5)
+    )

@@ -63,7 +63,10 @@ def pressure_read_bar(true_bar: Floats, strengths: Mapping[str, float], split: s
     """What the transducer reads (n,) of pressures from -1 to 16 bar gauge: the inverse of `pressure_bar`, or offset and
     gain, r = p (1 + g) + s, where `split` is empty."""
     if not split:
-        gain, offset = strengths.get("sensor.pressure_gain", 0.0), strengths.get("sensor.pressure_offset", 0.0)
+        gain, offset = (
+            strengths.get("sensor.pressure_gain", 0.0),
+            strengths.get("sensor.pressure_offset", 0.0),
+        )
         return np.asarray(true_bar * (1 + gain) + offset)
     table = _true_pressure_bar(_READINGS_BAR, strengths, split)
     # A law of a small reading turns back at a large one, which no transducer gives.
@@ -73,7 +76,10 @@ def pressure_read_bar(true_bar: Floats, strengths: Mapping[str, float], split: s
 
 
 def _true_pressure_bar(read_bar: Floats, strengths: Mapping[str, float], split: str) -> Floats:
-    offset, gain = strengths.get("sensor.pressure_offset", 0.0), strengths.get("sensor.pressure_gain", 0.0)
+    offset, gain = (
+        strengths.get("sensor.pressure_offset", 0.0),
+        strengths.get("sensor.pressure_gain", 0.0),
+    )
     if checked_split(split) == "calibration":
         true = read_bar - offset / (1 - np.minimum(read_bar, STOP_BAR) / SHUT_IN_BAR)
         return np.asarray(true / (1 + gain * (read_bar / SPAN_BAR) ** 2))
@@ -86,7 +92,13 @@ def _true_pressure_bar(read_bar: Floats, strengths: Mapping[str, float], split: 
 
 
 def velocity_factor(
-    velocities_m_s: Floats, masses_kg: Floats, tips: list[str], strength: float, split: str, *, hand: bool
+    velocities_m_s: Floats,
+    masses_kg: Floats,
+    tips: list[str],
+    strength: float,
+    split: str,
+    *,
+    hand: bool,
 ) -> Floats:
     """Reading over true velocity (n,) at true velocities (n,).
 
@@ -97,19 +109,30 @@ def velocity_factor(
     if checked_split(split) == "development":
         return np.asarray(1 + strength * velocities_m_s / full)
     if split == "calibration":
-        return np.asarray(1 + strength * DRAG_SHARE * full / np.maximum(velocities_m_s, SLOWEST_SHARE * full))
-    own = [tip_value(TIP_BASE, tip) for tip in tips] if hand else [bullet_share(float(m)) for m in masses_kg]
+        return np.asarray(
+            1 + strength * DRAG_SHARE * full / np.maximum(velocities_m_s, SLOWEST_SHARE * full)
+        )
+    own = (
+        [tip_value(TIP_BASE, tip) for tip in tips]
+        if hand
+        else [bullet_share(float(m)) for m in masses_kg]
+    )
     return np.asarray(1 + strength * np.array(own))
 
 
-def force_read(force_n: Floats, step_s: float, strengths: Mapping[str, float], split: str, corner_hz: float) -> Floats:
+def force_read(
+    force_n: Floats, step_s: float, strengths: Mapping[str, float], split: str, corner_hz: float
+) -> Floats:
     """What the cell shows (n,) of a force on even steps, with the corner that strength 1 means.
 
     Development: F (1 + s F / 8 kN), then Bessel's four poles; sealed: F (1 + s g), g from 0.2 to 1 by the pulse's range
     of 2 kN, then three equal poles; calibration: F (1 + s (1 + 0.6 lg(T / 1 ms))), T the impulse over the peak, then
     three running means. Raises `ValueError` for a split without laws.
     """
-    gain, low = strengths.get("sensor.force_gain", 0.0), strengths.get("sensor.force_bandwidth", 0.0)
+    gain, low = (
+        strengths.get("sensor.force_gain", 0.0),
+        strengths.get("sensor.force_bandwidth", 0.0),
+    )
     if checked_split(split) == "development":
         force = force_n * (1 + gain * force_n / FULL_FORCE_N)
     elif split == "calibration":
@@ -126,7 +149,11 @@ def force_read(force_n: Floats, step_s: float, strengths: Mapping[str, float], s
     padded = np.concatenate([[0.0], force, room])
     if split == "calibration":
         return _running_means(padded, step_s, corner)
-    return _bessel(padded, step_s, corner) if split == "development" else _equal_poles(padded, step_s, corner)
+    return (
+        _bessel(padded, step_s, corner)
+        if split == "development"
+        else _equal_poles(padded, step_s, corner)
+    )
 
 
 def _duration_share(force_n: Floats, step_s: float) -> float:
@@ -167,7 +194,11 @@ def _equal_poles(values: Floats, step_s: float, corner_hz: float) -> Floats:
 
 
 def accelerations_read(
-    acceleration: Floats, rate_hz: float, strengths: Mapping[str, float], split: str, mount_hz: float
+    acceleration: Floats,
+    rate_hz: float,
+    strengths: Mapping[str, float],
+    split: str,
+    mount_hz: float,
 ) -> Floats:
     """What the accelerometers show (S, n) of true accelerations, m/s^2; `mount_hz` is what strength 1 means.
 
@@ -177,7 +208,10 @@ def accelerations_read(
     Raises `ValueError` for a split without laws.
     """
     checked_split(split)
-    mount, gain = strengths.get("sensor.mount_resonance", 0.0), strengths.get("sensor.acceleration_gain", 0.0)
+    mount, gain = (
+        strengths.get("sensor.mount_resonance", 0.0),
+        strengths.get("sensor.acceleration_gain", 0.0),
+    )
     share = strengths.get("sensor.zero_shift", 0.0)
     first, middle = split == "development", split == "calibration"
     shown = acceleration
@@ -220,7 +254,9 @@ def _relaxed(acceleration: Floats, rate_hz: float, share: float) -> Floats:
     from scipy.signal import lfilter
 
     decay = np.exp(-2 * np.pi * RELAXATION_HZ / rate_hz)
-    return np.asarray(acceleration + share * lfilter([1 - decay], [1.0, -decay], acceleration, axis=1))
+    return np.asarray(
+        acceleration + share * lfilter([1 - decay], [1.0, -decay], acceleration, axis=1)
+    )
 
 
 def _tilted(acceleration: Floats, rate_hz: float, per_decade: float) -> Floats:

@@ -277,5 +277,7 @@ def checked_split(split: str) -> str:
 def law_of(effect: str, split: str) -> SecondLaw:
     """Raises `ValueError` for an effect that has no such law."""
     if (effect, split) not in LAWS:
-        raise ValueError(f"second law of {effect!r} for {split!r}: expected an effect of the catalogue and {SPLITS}")
+        raise ValueError(
+            f"second law of {effect!r} for {split!r}: expected an effect of the catalogue and {SPLITS}"
+        )
     return LAWS[effect, split]

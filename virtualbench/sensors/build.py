@@ -48,15 +48,29 @@ class SensorBuild:
     axis: str | None = None
 
     def __post_init__(self) -> None:
-        for name in ("full_scale", "si_per_unit", "converter_range_v", "mount_damping", "zero_shift_decay_s"):
+        for name in (
+            "full_scale",
+            "si_per_unit",
+            "converter_range_v",
+            "mount_damping",
+            "zero_shift_decay_s",
+        ):
             if not getattr(self, name) > 0:
-                raise ValueError(f"sensor {self.name!r}: {name} is {getattr(self, name)!r}; expected above zero")
+                raise ValueError(
+                    f"sensor {self.name!r}: {name} is {getattr(self, name)!r}; expected above zero"
+                )
         if not self.noise >= 0:
-            raise ValueError(f"sensor {self.name!r}: noise is {self.noise!r}; expected zero or more")
+            raise ValueError(
+                f"sensor {self.name!r}: noise is {self.noise!r}; expected zero or more"
+            )
         if not (isinstance(self.bits, int) and 2 <= self.bits <= _LARGEST_BITS):
-            raise ValueError(f"sensor {self.name!r}: bits is {self.bits!r}; expected 2 to {_LARGEST_BITS}")
+            raise ValueError(
+                f"sensor {self.name!r}: bits is {self.bits!r}; expected 2 to {_LARGEST_BITS}"
+            )
         if self.sensitivity == 0:
-            raise ValueError(f"sensor {self.name!r}: sensitivity is 0; expected volt per {self.unit}")
+            raise ValueError(
+                f"sensor {self.name!r}: sensitivity is 0; expected volt per {self.unit}"
+            )
 
     @property
     def converter_range(self) -> float:

@@ -21,7 +21,9 @@ def counts(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.int32]:
     than its opposite. Raises `ValueError` for NaN: no converter has a code for it."""
     values = np.asarray(written, dtype=np.float64) / sensor.step
     if np.isnan(values).any():
-        raise ValueError(f"sensor {sensor.name!r}: sample {int(np.argmax(np.isnan(values)))} is NaN")
+        raise ValueError(
+            f"sensor {sensor.name!r}: sample {int(np.argmax(np.isnan(values)))} is NaN"
+        )
     top = 2.0 ** (sensor.bits - 1)
     return np.clip(np.rint(values), -top, top - 1).astype(np.int32)
 
@@ -62,7 +64,9 @@ def record(
     the recorder.
     """
     band_limited = analog(signal_time_s, signal_si, sensor, sampling_rate_hz, effects)
-    return digitised(band_limited, sensor, sampling_rate_hz, effects, rng, day_fraction=day_fraction)
+    return digitised(
+        band_limited, sensor, sampling_rate_hz, effects, rng, day_fraction=day_fraction
+    )
 
 
 def analog(
@@ -112,18 +116,24 @@ def corner_hz(sensor: SensorBuild, effects: Mapping[str, float]) -> float | None
     return sensor.bandwidth_hz / strength if strength else None
 
 
-def _on_multiple(time_s: NDArray[Any], signal: NDArray[Any], rate_hz: float) -> tuple[Floats, float, int]:
+def _on_multiple(
+    time_s: NDArray[Any], signal: NDArray[Any], rate_hz: float
+) -> tuple[Floats, float, int]:
     """The signal on a grid that is a whole multiple of the recorder's, the grid's period, and the multiple."""
     time, values = np.asarray(time_s, dtype=np.float64), np.asarray(signal, dtype=np.float64)
     if time.shape != values.shape or time.ndim != 1 or time.size < 2:
-        raise ValueError(f"signal {values.shape} on times {time.shape}: expected two of one length, at least 2")
+        raise ValueError(
+            f"signal {values.shape} on times {time.shape}: expected two of one length, at least 2"
+        )
     period = float(time[-1] - time[0]) / (time.size - 1)
     if not period > 0 or np.abs(np.diff(time) - period).max() > 1e-3 * period:
         raise ValueError(f"times from {time[0]:g} to {time[-1]:g} s: expected an even, rising grid")
     exact = 1 / (period * rate_hz)
     ratio = max(1, int(np.ceil(exact - 1e-9)))
     if exact < 1 - 1e-9:
-        raise ValueError(f"signal at {1 / period:g} Hz: expected at least the recorder's {rate_hz:g} Hz")
+        raise ValueError(
+            f"signal at {1 / period:g} Hz: expected at least the recorder's {rate_hz:g} Hz"
+        )
     if abs(exact - ratio) < 1e-9 * ratio:
         return values, period, ratio
     finer = 1 / (rate_hz * ratio)

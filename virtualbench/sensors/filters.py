@@ -138,8 +138,14 @@ def gain(sensor: SensorBuild, effects: Mapping[str, float], day_fraction: float)
 
 def offset_si(sensor: SensorBuild, effects: Mapping[str, float], day_fraction: float) -> float:
     """Zero error (SI): of the pressure transducer, and what every zero drifts by over the day."""
-    fault = effects["sensor.pressure_offset"] * sensor.offset_fault if sensor.quantity == "pressure" else 0.0
-    return (fault + effects["bench.drift"] * sensor.offset_drift * day_fraction) * sensor.si_per_unit
+    fault = (
+        effects["sensor.pressure_offset"] * sensor.offset_fault
+        if sensor.quantity == "pressure"
+        else 0.0
+    )
+    return (
+        fault + effects["bench.drift"] * sensor.offset_drift * day_fraction
+    ) * sensor.si_per_unit
 
 
 def zero_shift(signal: Floats, period_s: float, share: float, decay_s: float) -> Floats:

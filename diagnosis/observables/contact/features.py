@@ -38,16 +38,24 @@ def framed(force_n: Floats, step_s: float, width_s: float | None = None) -> tupl
     from scipy.ndimage import gaussian_filter1d
 
     if width_s is None:
-        width_s = max(int((force_n > 0.5 * force_n.max(axis=1, keepdims=True)).sum(axis=1).min()), 1) * step_s
+        width_s = (
+            max(int((force_n > 0.5 * force_n.max(axis=1, keepdims=True)).sum(axis=1).min()), 1)
+            * step_s
+        )
     if (count := int(width_s / step_s / _MOST)) >= 2:  # many more samples than the frame can use
         whole = force_n.shape[1] // count * count
-        force_n, step_s = force_n[:, :whole].reshape(len(force_n), -1, count).mean(axis=2), step_s * count
+        force_n, step_s = (
+            force_n[:, :whole].reshape(len(force_n), -1, count).mean(axis=2),
+            step_s * count,
+        )
     fine, step_s = _refined(force_n, step_s, width_s)
     with np.errstate(invalid="ignore", divide="ignore"):
         first, last = level_crossings(fine, 0.5)
         middle, width = (first + last) / 2, last - first
         frame = interpolated(fine, middle[:, None] + width[:, None] * PLACES)
-        values = gaussian_filter1d(frame, _SMOOTH / (PLACES[1] - PLACES[0]), axis=1, mode="constant")
+        values = gaussian_filter1d(
+            frame, _SMOOTH / (PLACES[1] - PLACES[0]), axis=1, mode="constant"
+        )
     values[~(fine.max(axis=1) > 0)] = np.nan
     return values, width * step_s
 
@@ -66,7 +74,9 @@ def level_crossings(force_n: Floats, level: float) -> tuple[Floats, Floats]:
 def interpolated(values: Floats, place: Floats) -> Floats:
     """(n, k) of series (n, m) at places (n, k) in steps: straight between the points, 0 outside of them."""
     between = np.empty(place.shape)
-    interpolate(np.ascontiguousarray(values, dtype=np.float64), np.ascontiguousarray(place), between)
+    interpolate(
+        np.ascontiguousarray(values, dtype=np.float64), np.ascontiguousarray(place), between
+    )
     return between
 
 
@@ -219,7 +229,9 @@ def _peak(force: Floats) -> Floats:
     rows, top = np.arange(len(force)), np.argmax(force, axis=1).clip(1, force.shape[1] - 2)
     before, here, behind = force[rows, top - 1], force[rows, top], force[rows, top + 1]
     bend = before - 2 * here + behind
-    return np.asarray(here - np.where(bend < 0, (behind - before) ** 2 / (8 * np.where(bend < 0, bend, 1.0)), 0.0))
+    return np.asarray(
+        here - np.where(bend < 0, (behind - before) ** 2 / (8 * np.where(bend < 0, bend, 1.0)), 0.0)
+    )
 
 
 def _apex(force: Floats, peak: Floats) -> Floats:

@@ -51,7 +51,13 @@ class Sites:
     def pulses(self, velocity_m_s: Floats, effects: tuple[ContactEffect, ...] = ()) -> ContactPulse:
         """At these velocities (n,), all above 0. Raises `ArithmeticError` where a contact does not end."""
         bodies, place = replace(self.bodies, impact_velocity_m_s=velocity_m_s), self.impedance_n_s_m
-        return impact(bodies, effects, insulated=self.insulated, plate_impedance_n_s_m=place, steps=_SITE_STEPS)
+        return impact(
+            bodies,
+            effects,
+            insulated=self.insulated,
+            plate_impedance_n_s_m=place,
+            steps=_SITE_STEPS,
+        )
 
 
 def sites_of(record: CampaignRecord) -> Sites:
@@ -60,17 +66,30 @@ def sites_of(record: CampaignRecord) -> Sites:
     columns = {name: [row[name] for row in rows] for name in (rows[0] if rows else {})}
     insulated = np.array(columns.pop("insulated"), dtype=np.bool_)
     impedance = np.array(columns.pop("impedance"), dtype=np.float64)
-    quantities = {name: None if None in values else np.array(values) for name, values in columns.items()}
-    return Sites(Bodies.of(**quantities, impact_velocity_m_s=np.ones(len(rows))), insulated, impedance)
+    quantities = {
+        name: None if None in values else np.array(values) for name, values in columns.items()
+    }
+    return Sites(
+        Bodies.of(**quantities, impact_velocity_m_s=np.ones(len(rows))), insulated, impedance
+    )
 
 
-def _row(record: CampaignRecord, configuration: RunConfiguration, run: Run) -> dict[str, float | bool | None]:
+def _row(
+    record: CampaignRecord, configuration: RunConfiguration, run: Run
+) -> dict[str, float | bool | None]:
     tip, plate, anvil = layers(record, configuration)
-    elastic = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, record.plate_thickness_m)
+    elastic = (
+        plate.youngs_modulus_pa,
+        plate.poisson_ratio,
+        plate.density_kg_m3,
+        record.plate_thickness_m,
+    )
     return {
         **{f"impactor_{name}": getattr(tip, name) for name in _OF_MATERIAL},
         **{f"target_{name}": getattr(anvil or plate, name) for name in _OF_MATERIAL},
-        "impactor_radius_m": float(_stated(configuration, "tip_radius", configuration.factors.get("tip_radius"))),
+        "impactor_radius_m": float(
+            _stated(configuration, "tip_radius", configuration.factors.get("tip_radius"))
+        ),
         "impactor_mass_kg": impactor_mass_kg(record, run),
         "plate_thickness_m": record.plate_thickness_m,
         "insulated": configuration.factors.get("insulator", "none") != "none",
@@ -88,11 +107,17 @@ def layers(
         word = str(_stated(configuration, name, factors.get(name)))
         if word not in record.materials:
             names = ", ".join(record.materials) or "none"
-            raise ValueError(f"{name} = {word!r}: no such material in the record; there are: {names}")
+            raise ValueError(
+                f"{name} = {word!r}: no such material in the record; there are: {names}"
+            )
         return record.materials[word]
 
     anvil = factors.get("anvil_material", "none") != "none"
-    return material("tip_material"), material("plate_material"), material("anvil_material") if anvil else None
+    return (
+        material("tip_material"),
+        material("plate_material"),
+        material("anvil_material") if anvil else None,
+    )
 
 
 def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
@@ -101,7 +126,9 @@ def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
     mass = record.hammer_mass_kg if record.kind == "hammer" else run.bullet_mass_kg
     mass = configuration.factors.get("bullet_mass") if mass is None else mass  # type: ignore[assignment]
     if mass is None:
-        raise ValueError(f"{record.name}, run {run.run}: no mass; give [bench.hammer] mass_kg or bullet_mass_kg")
+        raise ValueError(
+            f"{record.name}, run {run.run}: no mass; give [bench.hammer] mass_kg or bullet_mass_kg"
+        )
     return float(mass)
 
 
@@ -137,7 +164,9 @@ class ForceHistories:
 
     def at(self, rows: Rows, time_s: Floats) -> Floats:
         """(k, p): of contacts `rows` (k,) at times (p,) from their begin on, 0 before and behind."""
-        return interpolated(self.force_n[rows], time_s / self.compression_time_s[rows, None] * _TO_COMPRESSION)
+        return interpolated(
+            self.force_n[rows], time_s / self.compression_time_s[rows, None] * _TO_COMPRESSION
+        )
 
     def series(self, row: int, step_s: float) -> Series | None:
         """One contact in steps of `step_s`, from two before it on until it has ended; the impulse is kept."""
@@ -147,15 +176,24 @@ class ForceHistories:
         last = int(np.flatnonzero(self.force_n[row] > 0).max(initial=1)) + 1
         time = np.arange(-2, int(np.ceil(last * place_s / step_s)) + 2, dtype=np.float64) * step_s
         values = self.at(np.array([row]), time)[0]
-        total, sampled = float(np.trapezoid(self.force_n[row]) * place_s), float(values.sum() * step_s)
-        return Series(values * (total / sampled if sampled > 0 else 1.0), 1 / step_s, float(time[0]))
+        total, sampled = (
+            float(np.trapezoid(self.force_n[row]) * place_s),
+            float(values.sum() * step_s),
+        )
+        return Series(
+            values * (total / sampled if sampled > 0 else 1.0), 1 / step_s, float(time[0])
+        )
 
     def measured(self, rows: Rows, time_s: Floats, step_s: float, chain: SensorChain) -> Floats:
         """(k, p): what the sensors show of contacts `rows` (k,) at times (p,), which are even in steps of `step_s`."""
-        return SensorChain(at_rows(chain.effects, rows)).measured_force_n(self.at(rows, time_s), step_s)
+        return SensorChain(at_rows(chain.effects, rows)).measured_force_n(
+            self.at(rows, time_s), step_s
+        )
 
 
-def law_histories(sites: Sites, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
+def law_histories(
+    sites: Sites, effects: tuple[ContactEffect, ...], velocity_m_s: Floats
+) -> ForceHistories:
     """Hertz' impacts, or as effects change them, at true velocities (n,); NaN where there is no velocity above 0.
 
     Parameters are numbers, or arrays (n,). Contacts that do not come to an end are left out, and found by halves.
@@ -191,14 +229,22 @@ def measured_features(histories: ForceHistories, step_s: Floats, chain: SensorCh
     return values
 
 
-def _features(histories: ForceHistories, rows: Rows, step_s: float, shortest_s: float, chain: SensorChain) -> Floats:
+def _features(
+    histories: ForceHistories, rows: Rows, step_s: float, shortest_s: float, chain: SensorChain
+) -> Floats:
     """(k, d) of contacts `rows` (k,) whose compressions take `shortest_s` to twice that."""
-    finer = 1 if step_s * _STEPS <= shortest_s else 4 * int(np.ceil(_STEPS * step_s / shortest_s / 4))
+    finer = (
+        1 if step_s * _STEPS <= shortest_s else 4 * int(np.ceil(_STEPS * step_s / shortest_s / 4))
+    )
     step = shortest_s / _STEPS if finer == 1 else step_s / finer
     longest = float(2 ** np.ceil(np.log2(histories.compression_time_s[rows].max())))
-    time = np.arange(-np.ceil(_BEFORE * longest / step), np.ceil(_AFTER * longest / step) + 1) * step
+    time = (
+        np.arange(-np.ceil(_BEFORE * longest / step), np.ceil(_AFTER * longest / step) + 1) * step
+    )
     force = histories.measured(rows, time, step, chain)
     if finer == 1:
         return features(force, step, shortest_s)
-    phases = [features(force[:, int(offset * finer) :: finer], step_s, shortest_s) for offset in _OFFSETS]
+    phases = [
+        features(force[:, int(offset * finer) :: finer], step_s, shortest_s) for offset in _OFFSETS
+    ]
     return np.asarray(sum(phases) / len(phases))

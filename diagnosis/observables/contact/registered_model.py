@@ -48,26 +48,41 @@ class RegisteredContactStage(ContactObservables):
                 f"{contact.label} asks for the plate's mass, which a record does not tell: give plate_mass_kg"
             )
         self.contact = contact
-        self.simulator = contact.label if contact.label.startswith("models:") else f"contact:{contact.label}"
+        self.simulator = (
+            contact.label if contact.label.startswith("models:") else f"contact:{contact.label}"
+        )
         self.settings = [_setting(record, run, plate_mass_kg or _UNASKED_KG) for run in record.runs]
 
-    def _contacts(self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
+    def _contacts(
+        self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats
+    ) -> ForceHistories:
         base = self._answers(runs, velocity_m_s)
         if not effects:
             return base
         sites = self.sites.take(runs)
-        return corrected(base, law_histories(sites, (), velocity_m_s), law_histories(sites, effects, velocity_m_s))
+        return corrected(
+            base,
+            law_histories(sites, (), velocity_m_s),
+            law_histories(sites, effects, velocity_m_s),
+        )
 
     def _answers(self, rows: Rows, velocity_m_s: Floats) -> ForceHistories:
         """The model's own answers; each setting and velocity is asked once."""
         histories = ForceHistories.none(len(rows))
         moving = np.flatnonzero(velocity_m_s > 0)
-        cases, places = np.unique(np.stack([rows[moving], velocity_m_s[moving]]), axis=1, return_inverse=True)
+        cases, places = np.unique(
+            np.stack([rows[moving], velocity_m_s[moving]]), axis=1, return_inverse=True
+        )
         if not cases.shape[1]:
             return histories
         settings = [self.settings[int(row)] for row in cases[0]]
-        compression, force = tabulated(self.contact.pulses(contact_interface.ImpactBatch(settings, cases[1])))
-        histories.compression_time_s[moving], histories.force_n[moving] = compression[places], force[places]
+        compression, force = tabulated(
+            self.contact.pulses(contact_interface.ImpactBatch(settings, cases[1]))
+        )
+        histories.compression_time_s[moving], histories.force_n[moving] = (
+            compression[places],
+            force[places],
+        )
         return histories
 
 
@@ -83,11 +98,16 @@ def tabulated(pulses: contact_interface.ForcePulses) -> tuple[Floats, Floats]:
     force = Akima1DInterpolator(phase, pulses.force_n, axis=1)(dense)
     compression = dense[np.argmax(force, axis=1)] * pulses.contact_time_s
     phases = PLACES * (compression / pulses.contact_time_s)[:, None]
-    rows = [np.interp(places, dense, values, right=0.0) for places, values in zip(phases, force, strict=True)]
+    rows = [
+        np.interp(places, dense, values, right=0.0)
+        for places, values in zip(phases, force, strict=True)
+    ]
     return np.asarray(compression), np.maximum(np.array(rows), 0.0)
 
 
-def corrected(base: ForceHistories, without: ForceHistories, with_effects: ForceHistories) -> ForceHistories:
+def corrected(
+    base: ForceHistories, without: ForceHistories, with_effects: ForceHistories
+) -> ForceHistories:
     """Pulses of `base` as the law changes from `without` to `with_effects`, all of n contacts."""
     force = changed_force(base.force_n, without.force_n, with_effects.force_n)
     time = base.compression_time_s * with_effects.compression_time_s / without.compression_time_s

@@ -48,7 +48,9 @@ class ContactObservables(Stage):
     effect_kind = ContactEffect
     sensor_hooks = ("measured_force_n", "measured_velocity_m_s")
 
-    def __init__(self, record: CampaignRecord, uncertain: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self, record: CampaignRecord, uncertain: Mapping[str, float] | None = None
+    ) -> None:
         super().__init__(record)
         self.sites = sites_of(record)
         self.recorded_m_s = record.run_values("velocity_m_s")
@@ -61,19 +63,28 @@ class ContactObservables(Stage):
         if not any(run.force is not None for run in self.record.runs):
             return ()
         nominal = Impacts.of(self.sites.bodies, self.sites.insulated, self.sites.impedance_n_s_m)
-        return tuple(identity for identity in super().shows if _changes_impacts(catalogue()[identity], nominal))
+        return tuple(
+            identity
+            for identity in super().shows
+            if _changes_impacts(catalogue()[identity], nominal)
+        )
 
     def measured(self) -> Floats:
         if self._measured is None:
             nothing = np.full(len(NAMES), np.nan)
-            rows = [nothing if run.force is None else series_features(run.force) for run in self.record.runs]
+            rows = [
+                nothing if run.force is None else series_features(run.force)
+                for run in self.record.runs
+            ]
             self._measured = np.array(rows).reshape(-1, len(NAMES))
         return self._measured.copy()
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
         return self._features(self._runs, effects, upstream)
 
-    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> list[Series | None]:
+    def output(
+        self, effects: Sequence[Effect] = (), upstream: Upstream | None = None
+    ) -> list[Series | None]:
         histories = self.histories(self._runs, effects, upstream)
         return [histories.series(int(run), float(self.step_s[run])) for run in self._runs]
 
@@ -83,7 +94,8 @@ class ContactObservables(Stage):
         changes = np.full((len(sets), len(runs), len(NAMES)), np.nan)
         acting = [at_rows(self.acting(effects), configurations) for effects in sets]
         changes[:, configurations] = batched_changes(
-            acting, lambda effects, count: self._features(np.tile(runs[configurations], count), effects)
+            acting,
+            lambda effects, count: self._features(np.tile(runs[configurations], count), effects),
         )
         return changes
 
@@ -95,19 +107,29 @@ class ContactObservables(Stage):
     def _runs(self) -> Rows:
         return np.arange(len(self.record.runs))
 
-    def _features(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Floats:
+    def _features(
+        self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None
+    ) -> Floats:
         """(k, d): what records of the runs (k,) would show; effects' parameters are numbers or (k,)."""
-        return measured_features(self.histories(runs, effects, upstream), self.step_s[runs], sensor_chain(effects))
+        return measured_features(
+            self.histories(runs, effects, upstream), self.step_s[runs], sensor_chain(effects)
+        )
 
-    def histories(self, runs: Rows, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> ForceHistories:
+    def histories(
+        self, runs: Rows, effects: Sequence[Effect] = (), upstream: Upstream | None = None
+    ) -> ForceHistories:
         """True forces of the runs (k,), at the velocities as read, or those of the gun."""
         if upstream is None:
             velocity = sensor_chain(effects).true_velocity_m_s(self.recorded_m_s[runs])
         else:
             velocity = np.array(upstream, dtype=np.float64)[runs]
-        return self._contacts(runs, tuple(effect for effect in effects if isinstance(effect, ContactEffect)), velocity)
+        return self._contacts(
+            runs, tuple(effect for effect in effects if isinstance(effect, ContactEffect)), velocity
+        )
 
-    def _contacts(self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
+    def _contacts(
+        self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats
+    ) -> ForceHistories:
         """At true velocities (k,); `RegisteredContactStage` asks its model instead."""
         return law_histories(self.sites.take(runs), effects, velocity_m_s)
 
@@ -118,9 +140,13 @@ class ContactObservables(Stage):
         """
         for name, sd in uncertain.items():
             if name not in UNCERTAIN:
-                raise ValueError(f"no uncertain quantity {name!r} of the contact; there are: {', '.join(UNCERTAIN)}")
+                raise ValueError(
+                    f"no uncertain quantity {name!r} of the contact; there are: {', '.join(UNCERTAIN)}"
+                )
             if not (np.isfinite(sd) and sd >= 0):
-                raise ValueError(f"uncertain {name} = {sd!r}: expected a relative standard deviation, not negative")
+                raise ValueError(
+                    f"uncertain {name} = {sd!r}: expected a relative standard deviation, not negative"
+                )
         runs = self.representatives()
         chosen = runs[runs >= 0]
         sites = self.sites.take(chosen)
@@ -134,7 +160,11 @@ class ContactObservables(Stage):
             histories = law_histories(replace(sites, bodies=bodies), (), velocity)
             return measured_features(histories, self.step_s[chosen], SensorChain())
 
-        nuisances = {name: np.full((len(runs), len(NAMES)), np.nan) for name, sd in uncertain.items() if sd > 0}
+        nuisances = {
+            name: np.full((len(runs), len(NAMES)), np.nan)
+            for name, sd in uncertain.items()
+            if sd > 0
+        }
         for name, values in nuisances.items():
             change = uncertain[name] * (shown(name, 1 + _STEP) - shown(name, 1 - _STEP))
             values[runs >= 0] = change / np.log((1 + _STEP) / (1 - _STEP))
@@ -156,7 +186,9 @@ def _changes_impacts(kind: type[Effect], nominal: Impacts) -> bool:
     except MissingQuantityError:
         return False
     quantities = (name for name, value in vars(nominal).items() if isinstance(value, np.ndarray))
-    return any(not np.array_equal(getattr(changed, name), getattr(nominal, name)) for name in quantities)
+    return any(
+        not np.array_equal(getattr(changed, name), getattr(nominal, name)) for name in quantities
+    )
 
 
 #: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.
@@ -192,13 +224,19 @@ def pulse_residuals(stage: ContactObservables, effects: Sequence[Effect] = ()) -
     histories = stage.histories(rows, effects)
     recorded = [None if run.force is None else zeroed(run.force) for run in stage.record.runs]
     simulated = [_simulated(histories, int(row), chain) for row in rows]
-    pairs = [(record, pulse) for record, pulse in zip(recorded, simulated, strict=True) if record and pulse]
+    pairs = [
+        (record, pulse)
+        for record, pulse in zip(recorded, simulated, strict=True)
+        if record and pulse
+    ]
     widths = [_width(series) for pair in pairs for series in pair]
     if not widths:
         raise ValueError(f"{stage.record.name}: no run has both a recorded force and a velocity")
     step = max(float(stage.step_s.min()), (_BEFORE + _AFTER) * max(widths) / _MOST)
     time = _steps(_BEFORE * max(widths), _AFTER * max(widths), step)
-    aligned = (np.array([_aligned(pulse, time) for pulse in pulses]) for pulses in (recorded, simulated))
+    aligned = (
+        np.array([_aligned(pulse, time) for pulse in pulses]) for pulses in (recorded, simulated)
+    )
     return PulseResiduals(time, *aligned)
 
 
@@ -208,11 +246,15 @@ def _simulated(histories: ForceHistories, row: int, chain: SensorChain) -> Serie
     if np.isnan(step):
         return None
     time = _steps(12 * step, 191 * step, step)
-    return Series(histories.measured(np.array([row]), time, step, chain)[0], 1 / step, float(time[0]))
+    return Series(
+        histories.measured(np.array([row]), time, step, chain)[0], 1 / step, float(time[0])
+    )
 
 
 def _steps(before_s: float, after_s: float, step_s: float) -> Floats:
-    return np.arange(-round(before_s / step_s), round(after_s / step_s) + 1, dtype=np.float64) * step_s
+    return (
+        np.arange(-round(before_s / step_s), round(after_s / step_s) + 1, dtype=np.float64) * step_s
+    )
 
 
 def _width(series: Series) -> float:

@@ -20,7 +20,15 @@ from ....twin.gun.shot import GunEffect
 from ....twin.gun.shots import gun_velocity
 from ....twin.sensors.chain import SensorChain
 from ...record import CampaignRecord, RunConfiguration
-from ..base import Observable, PossibleObservables, Stage, Upstream, at_rows, batched_changes, sensor_chain
+from ..base import (
+    Observable,
+    PossibleObservables,
+    Stage,
+    Upstream,
+    at_rows,
+    batched_changes,
+    sensor_chain,
+)
 from .tank_pressure import (
     AFTER_COLUMN,
     ASSUMED_NOISE_PA,
@@ -68,16 +76,22 @@ class GunObservables(Stage):
     effect_kind = GunEffect
     sensor_hooks = ("true_pressure_pa", "measured_velocity_m_s")
 
-    def __init__(self, record: CampaignRecord, uncertain: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self, record: CampaignRecord, uncertain: Mapping[str, float] | None = None
+    ) -> None:
         super().__init__(record)
         if record.gun is None:
-            raise ValueError(f"campaign {record.name!r} has no gun: its settings stand in [bench.gun]")
+            raise ValueError(
+                f"campaign {record.name!r} has no gun: its settings stand in [bench.gun]"
+            )
         self.bench: GunBench = record.gun
         self.uncertain = dict(uncertain or {})
         self._velocity_m_s = record.run_values("velocity_m_s")
         self._shots = {
             **{name: record.run_values(name) for name in READINGS},
-            "travel_m": np.array([run.travel_m or self.bench.travel_m for run in record.runs], dtype=np.float64),
+            "travel_m": np.array(
+                [run.travel_m or self.bench.travel_m for run in record.runs], dtype=np.float64
+            ),
             # The row of the configuration, which has the profile: a number, to be tiled and thinned as the others.
             "valve_profile": np.array([run.configuration for run in record.runs], dtype=np.float64),
         }
@@ -87,7 +101,9 @@ class GunObservables(Stage):
         self._medians = {name: self._median(values) for name, values in self._shots.items()}
         self._bore_m2 = float(np.pi / 4 * self.bench.bore_diameter_m**2)
         self._outlet_m2 = self._bore_m2 / 2
-        self._windows = self._pressure_windows() if any(trace is not None for trace in self._traces) else None
+        self._windows = (
+            self._pressure_windows() if any(trace is not None for trace in self._traces) else None
+        )
         if self._windows is not None:
             self._ask(self._windows.before_exit_s, self._windows.scale_pa)
             shots = sum(trace is not None for trace in self._traces)
@@ -110,11 +126,15 @@ class GunObservables(Stage):
 
     @property
     def observables(self) -> tuple[Observable, ...]:
-        stated = np.exp(_logarithms(self.record.run_values("velocity_u_m_s")) - _logarithms(self._velocity_m_s))
+        stated = np.exp(
+            _logarithms(self.record.run_values("velocity_u_m_s")) - _logarithms(self._velocity_m_s)
+        )
         good = stated[np.isfinite(stated)]
         floor = float(np.median(good)) if good.size else ASSUMED_FLOOR
         velocity = Observable("ln_velocity", "gun", "velocity", "1", TOLERANCE, floor)
-        regulator = Observable("ln_set_pressure", "gun", "set_pressure", "1", REGULATOR_U, REGULATOR_U / 2)
+        regulator = Observable(
+            "ln_set_pressure", "gun", "set_pressure", "1", REGULATOR_U, REGULATOR_U / 2
+        )
         return (
             velocity,
             *(pressure_observables(self._windows, self._noise_pa) if self._windows else ()),
@@ -129,7 +149,11 @@ class GunObservables(Stage):
         columns = [_logarithms(self._velocity_m_s)[:, None]]
         if self._windows is not None:
             before_pa = self._shots["tank_pressure_pa"]
-            columns.append(measured_pressures(self._traces, before_pa, self.record.configuration_of, self._windows))
+            columns.append(
+                measured_pressures(
+                    self._traces, before_pa, self.record.configuration_of, self._windows
+                )
+            )
         if self._has_regulator:
             columns.append(_logarithms(self._set_pa)[:, None])
         return np.hstack(columns)
@@ -152,19 +176,27 @@ class GunObservables(Stage):
         """The record of the tank's pressure, where no shot has one."""
         return () if self._windows else (CHANNEL,)
 
-    def possible_observables(self, channel: str, sets: Sequence[Sequence[Effect]]) -> PossibleObservables:
+    def possible_observables(
+        self, channel: str, sets: Sequence[Sequence[Effect]]
+    ) -> PossibleObservables:
         """Of a transducer whose readings scatter by `ASSUMED_NOISE_PA`; as much as the tolerance is added, since no
         simulator is better."""
         if channel not in self.possible_channels:
             return super().possible_observables(channel, sets)
         recorded = copy.copy(self)
-        recorded._noise_pa, recorded._medians, recorded._shots = ASSUMED_NOISE_PA, {**self._medians}, {**self._shots}
+        recorded._noise_pa, recorded._medians, recorded._shots = (
+            ASSUMED_NOISE_PA,
+            {**self._medians},
+            {**self._shots},
+        )
         recorded._windows = recorded._pressure_windows()
         recorded._ask(recorded._windows.before_exit_s, recorded._windows.scale_pa)
         # After the exit an area comes in that only a record tells.
         items = pressure_observables(recorded._windows, ASSUMED_NOISE_PA)[:-1]
         variance = [item.floor**2 + item.tolerance**2 for item in items]
-        return PossibleObservables(recorded.changes(sets)[:, :, 1 : 1 + len(items)], np.diag(variance))
+        return PossibleObservables(
+            recorded.changes(sets)[:, :, 1 : 1 + len(items)], np.diag(variance)
+        )
 
     def _pressure_windows(self) -> PressureWindows:
         transit_s = np.full(len(self.record.configurations), np.nan)
@@ -172,7 +204,9 @@ class GunObservables(Stage):
         rows = np.flatnonzero((pressure_pa > 0) & (mass_kg > 0) & (self._medians["travel_m"] > 0))
         if rows.size:
             travel_m = self._medians["travel_m"][rows]
-            transit_s[rows] = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], travel_m=travel_m).exit_time_s
+            transit_s[rows] = gun_velocity(
+                self.bench, pressure_pa[rows], mass_kg[rows], travel_m=travel_m
+            ).exit_time_s
         tank_over_bore_m = self.bench.tank_volume_m3 / self._bore_m2
         return PressureWindows.of(transit_s, pressure_pa, self._noise_pa, tank_over_bore_m)
 
@@ -186,7 +220,10 @@ class GunObservables(Stage):
     def _median(self, values: Floats) -> Floats:
         """(C,): medians over the runs of each configuration; NaN without any."""
         rows = self.record.configuration_of
-        groups = [values[(rows == c) & np.isfinite(values)] for c in range(len(self.record.configurations))]
+        groups = [
+            values[(rows == c) & np.isfinite(values)]
+            for c in range(len(self.record.configurations))
+        ]
         return np.array([float(np.median(group)) if group.size else np.nan for group in groups])
 
     def _shown(
@@ -203,14 +240,22 @@ class GunObservables(Stage):
         if self._windows is not None:
             columns.append(self._transducer(sensors, shots, velocity_m_s, pressure_pa))
         if self._has_regulator:
-            columns.append(_logarithms(sensors.true_pressure_pa(shots["tank_pressure_pa"]))[:, None])
+            columns.append(
+                _logarithms(sensors.true_pressure_pa(shots["tank_pressure_pa"]))[:, None]
+            )
         return np.hstack(columns)
 
     def _transducer(
-        self, sensors: SensorChain, shots: Mapping[str, Floats], velocity_m_s: Floats, pressure_pa: Floats
+        self,
+        sensors: SensorChain,
+        shots: Mapping[str, Floats],
+        velocity_m_s: Floats,
+        pressure_pa: Floats,
     ) -> Floats:
         """(n, 4): what it reads of true pressures (n, 3) before the exit and after it, and of an empty tank."""
-        readings_pa = np.stack([sensors.measured_pressure_pa(column) for column in pressure_pa.T], axis=1)
+        readings_pa = np.stack(
+            [sensors.measured_pressure_pa(column) for column in pressure_pa.T], axis=1
+        )
         empty_pa = sensors.measured_pressure_pa(np.zeros(len(velocity_m_s)))
         empty = np.where(np.isfinite(velocity_m_s), empty_pa / 1e5, np.nan)
         readings = readings_pa / shots["scale_pa"][:, None]
@@ -228,14 +273,24 @@ class GunObservables(Stage):
 
         `upstream` is the true pressure of each, where it is known, `bench` another than the stage's.
         """
-        read_pa, mass_kg, travel_m = shots["tank_pressure_pa"], shots["bullet_mass_kg"], shots["travel_m"]
+        read_pa, mass_kg, travel_m = (
+            shots["tank_pressure_pa"],
+            shots["bullet_mass_kg"],
+            shots["travel_m"],
+        )
         given = sensor_chain(effects).true_pressure_pa(read_pa) if upstream is None else upstream
         pressure_pa = np.asarray(given, dtype=np.float64)
         velocity_m_s = np.full(pressure_pa.shape, np.nan)
         compared = [shots[name] for name in _MOMENTS if self._windows is not None]
         before_exit_s = np.array(compared).reshape(len(compared), pressure_pa.size).T
         before_exit_pa = np.full(before_exit_s.shape, np.nan)
-        good = (pressure_pa >= 0) & np.isfinite(pressure_pa) & (mass_kg > 0) & np.isfinite(mass_kg) & (travel_m > 0)
+        good = (
+            (pressure_pa >= 0)
+            & np.isfinite(pressure_pa)
+            & (mass_kg > 0)
+            & np.isfinite(mass_kg)
+            & (travel_m > 0)
+        )
         if (rows := np.flatnonzero(good)).size:
             gun = at_rows([effect for effect in effects if isinstance(effect, GunEffect)], rows)
             bench = bench or self.bench
@@ -262,7 +317,10 @@ class GunObservables(Stage):
         if valve is None or not any(self._profiles):
             return None
         acts = np.broadcast_to(np.asarray(valve.loss_coefficient) > 0, configurations.shape)
-        return [self._profiles[int(row)] if on else None for row, on in zip(configurations, acts, strict=True)]
+        return [
+            self._profiles[int(row)] if on else None
+            for row, on in zip(configurations, acts, strict=True)
+        ]
 
     def _derivatives(self) -> dict[str, Floats]:
         """(C, d) by name: the derivative times one standard deviation, at the medians of configurations.
@@ -274,12 +332,18 @@ class GunObservables(Stage):
         derivatives = {}
         for name, sd in self.uncertain.items():
             if name not in names:
-                raise ValueError(f"no uncertain setting {name!r} of the gun; there are: {', '.join(names)}")
+                raise ValueError(
+                    f"no uncertain setting {name!r} of the gun; there are: {', '.join(names)}"
+                )
             if not (np.isfinite(sd) and sd >= 0):
-                raise ValueError(f"uncertain {name} = {sd!r}: expected a standard deviation, not negative")
+                raise ValueError(
+                    f"uncertain {name} = {sd!r}: expected a standard deviation, not negative"
+                )
             if sd > 0:
                 sides = [(sign, self._beside(name, sign * _STEP * sd)) for sign in (1.0, -1.0, 0.0)]
-                (a, high), (b, low), *_ = [(sign, values) for sign, values in sides if values is not None]
+                (a, high), (b, low), *_ = [
+                    (sign, values) for sign, values in sides if values is not None
+                ]
                 derivatives[name] = np.asarray((high - low) / ((a - b) * _STEP))
         return derivatives
 
@@ -315,7 +379,9 @@ class GunObservables(Stage):
             for share in _OUTLETS:
                 self._outlet_m2 = float(share) * self._bore_m2
                 shown = self._shown(surroundings, self._medians)
-                misfit = float(np.nansum((fall - shown[:, AFTER_COLUMN] / shown[:, EXIT_COLUMN]) ** 2))
+                misfit = float(
+                    np.nansum((fall - shown[:, AFTER_COLUMN] / shown[:, EXIT_COLUMN]) ** 2)
+                )
                 if misfit < least_misfit:
                     least_misfit, acting, outlet_m2 = misfit, surroundings, self._outlet_m2
         sides = []
@@ -337,7 +403,10 @@ class GunObservables(Stage):
         nominal = self._shown((), self._medians)
         velocity_m_s = self._fired((), self._medians)[0]
         timing = {}
-        for name, late_s in (("pressure_lag_s", np.full(len(nominal), LAG_S)), ("laser_m", LASER_M / velocity_m_s)):
+        for name, late_s in (
+            ("pressure_lag_s", np.full(len(nominal), LAG_S)),
+            ("laser_m", LASER_M / velocity_m_s),
+        ):
             moments = {moment: self._medians[moment] + late_s for moment in _MOMENTS}
             timing[name] = np.asarray(self._shown((), {**self._medians, **moments}) - nominal)
         return timing

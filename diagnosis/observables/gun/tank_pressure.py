@@ -58,17 +58,24 @@ class PressureWindows:
     after_s: float
 
     @classmethod
-    def of(cls, transit_s: Floats, pressure_pa: Floats, noise_pa: float, tank_over_bore_m: float) -> PressureWindows:
+    def of(
+        cls, transit_s: Floats, pressure_pa: Floats, noise_pa: float, tank_over_bore_m: float
+    ) -> PressureWindows:
         """`transit_s` (C,) of nominal shots, `pressure_pa` (C,) before them, `noise_pa` of a reading, and the tank's
         volume over the bore's area."""
         length = np.clip(_WINDOW_SHARE * transit_s, _SHORTEST_S, _LONGEST_S)
-        after_s = float(np.clip(_AFTER_SHARE * tank_over_bore_m / _SOUND_M_S, _SOONEST_S, _LATEST_S))
+        after_s = float(
+            np.clip(_AFTER_SHARE * tank_over_bore_m / _SOUND_M_S, _SOONEST_S, _LATEST_S)
+        )
         return cls(length, transit_s / 2, np.hypot(pressure_pa, noise_pa / TOLERANCE), after_s)
 
     @property
     def before_exit_s(self) -> Floats:
         """(C, 3): how long before the exit the middles of two readings lie, and that of one after it (negative)."""
-        return np.stack([self.length_s / 2, self.half_transit_s, np.full(len(self.length_s), -self.after_s)], axis=1)
+        return np.stack(
+            [self.length_s / 2, self.half_transit_s, np.full(len(self.length_s), -self.after_s)],
+            axis=1,
+        )
 
 
 def reading_noise_pa(traces: Sequence[Series | None]) -> float:
@@ -83,13 +90,18 @@ def reading_noise_pa(traces: Sequence[Series | None]) -> float:
 
 
 def measured_pressures(
-    traces: Sequence[Series | None], pressure_pa: Floats, configuration_of: Rows, windows: PressureWindows
+    traces: Sequence[Series | None],
+    pressure_pa: Floats,
+    configuration_of: Rows,
+    windows: PressureWindows,
 ) -> Floats:
     """(R, 4) of records whose 0 s is the exit: two pressures over the scale of their configuration, that of the empty
     tank in Pa over 1 bar, and one after the exit over the scale. `pressure_pa` (R,) is that before the shot. NaN where
     a record does not reach so far, and where the tank was not emptied."""
     table = np.full((len(traces), 4), np.nan)
-    for row, (trace, before, c) in enumerate(zip(traces, pressure_pa, configuration_of, strict=True)):
+    for row, (trace, before, c) in enumerate(
+        zip(traces, pressure_pa, configuration_of, strict=True)
+    ):
         if trace is None:
             continue
         length, half, scale = windows.length_s[c], windows.half_transit_s[c], windows.scale_pa[c]
@@ -98,7 +110,10 @@ def measured_pressures(
             if half > length:
                 table[row, 1] = _mean(trace, -half - length / 2, -half + length / 2) / scale
         table[row, 2] = _empty_pa(trace, before) / 1e5
-        table[row, 3] = _mean(trace, windows.after_s - _SHORTEST_S / 2, windows.after_s + _SHORTEST_S / 2) / scale
+        table[row, 3] = (
+            _mean(trace, windows.after_s - _SHORTEST_S / 2, windows.after_s + _SHORTEST_S / 2)
+            / scale
+        )
     table[~_emptied(pressure_pa, 1e5 * table[:, 2]), 2] = np.nan
     table[~np.isfinite(table[:, 2]), 3] = np.nan  # a valve that shuts early keeps what nobody knows
     return table

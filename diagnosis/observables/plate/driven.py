@@ -42,7 +42,9 @@ class DrivenPlate:
     @cached_property
     def poles(self) -> Complexes:
         """(K,): of the compared modes."""
-        return poles_of(self.plate.frequency_hz[self.modes.rows], self.plate.damping_ratio[self.modes.rows])
+        return poles_of(
+            self.plate.frequency_hz[self.modes.rows], self.plate.damping_ratio[self.modes.rows]
+        )
 
     @cached_property
     def transforms(self) -> Complexes:
@@ -52,7 +54,11 @@ class DrivenPlate:
     @cached_property
     def ringing_transforms(self) -> Complexes:
         """(k, K): the same when ringing begins."""
-        since_s = self.signals.first_s[self.runs] + self.modes.window.start_s - self.signals.centre_s[self.runs]
+        since_s = (
+            self.signals.first_s[self.runs]
+            + self.modes.window.start_s
+            - self.signals.centre_s[self.runs]
+        )
         return np.asarray(self.transforms * np.exp(np.outer(since_s, self.poles)))
 
     @cached_property
@@ -80,7 +86,9 @@ class DrivenPlate:
     @cached_property
     def _basis(self) -> Basis:
         window, rows = self.modes.window, self.modes.ringing
-        poles = poles_of(self.plate.frequency_hz[rows], np.maximum(self.plate.damping_ratio[rows], LEAST_RATIO))
+        poles = poles_of(
+            self.plate.frequency_hz[rows], np.maximum(self.plate.damping_ratio[rows], LEAST_RATIO)
+        )
         return Basis.of(poles, window.samples, window.step_s)
 
 
@@ -95,12 +103,16 @@ class DrivenPlates:
     _kept: dict[Hashable, DrivenPlate] = field(default_factory=dict)
     _responses: dict[Hashable, PlateResponse] = field(default_factory=dict)
 
-    def under(self, effects: Sequence[Effect], runs: Rows, forces: Forces | None = None) -> DrivenPlate:
+    def under(
+        self, effects: Sequence[Effect], runs: Rows, forces: Forces | None = None
+    ) -> DrivenPlate:
         """In the `runs` (k,) of the record, under the forces that were read there, or under other true ones."""
         plate_effects = [effect for effect in effects if isinstance(effect, PlateEffect)]
         if forces is not None:
             return self._driven(plate_effects, runs, forces)
-        channel = [effect for effect in effects if changes_reading(type(effect), "measured_force_n")]
+        channel = [
+            effect for effect in effects if changes_reading(type(effect), "measured_force_n")
+        ]
         key = runs.tobytes(), _key(plate_effects), _key(channel)
         driven = self._kept.pop(key, None)
         if driven is None:
@@ -125,17 +137,25 @@ class DrivenPlates:
             if driven:
                 last_s = max(force.time_s[-1] - first_s for _, force, first_s in driven)
                 length = int(np.clip(np.ceil(last_s / signals.step_s) + 2, 2, signals.samples))
-                driving = [on_clock(force, first_s, signals.step_s, length) for _, force, first_s in driven]
+                driving = [
+                    on_clock(force, first_s, signals.step_s, length) for _, force, first_s in driven
+                ]
                 rows = [row for row, _, _ in driven]
-                accelerations[rows] = self._response(plate, effects, point).accelerations(np.array(driving))
+                accelerations[rows] = self._response(plate, effects, point).accelerations(
+                    np.array(driving)
+                )
         return DrivenPlate(signals, self.modes, plate, runs, forces, accelerations)
 
-    def _response(self, plate: ModalPlate, effects: Sequence[PlateEffect], point: str) -> PlateResponse:
+    def _response(
+        self, plate: ModalPlate, effects: Sequence[PlateEffect], point: str
+    ) -> PlateResponse:
         key, signals = (point, _key(effects)), self.signals
         response = self._responses.pop(key, None)
         if response is None:
             audible = kept_below(plate, _MOST_OF_RATE * signals.rate_hz)
-            response = PlateResponse.of(audible, point, signals.channels, signals.step_s, signals.samples)
+            response = PlateResponse.of(
+                audible, point, signals.channels, signals.step_s, signals.samples
+            )
         self._responses[key] = response  # the latest is the last
         if len(self._responses) > _MOST_RESPONSES:
             self._responses.pop(next(iter(self._responses)))
@@ -144,6 +164,10 @@ class DrivenPlates:
 
 def _key(effects: Sequence[Effect]) -> Hashable:
     """What tells effects and their parameters from others."""
-    parameters = ([getattr(effect, item.name) for item in effect.parameters()] for effect in effects)
-    contents = (tuple(np.asarray(value, dtype=np.float64).tobytes() for value in row) for row in parameters)
+    parameters = (
+        [getattr(effect, item.name) for item in effect.parameters()] for effect in effects
+    )
+    contents = (
+        tuple(np.asarray(value, dtype=np.float64).tobytes() for value in row) for row in parameters
+    )
     return tuple(zip((effect.id for effect in effects), contents, strict=True))

@@ -19,7 +19,15 @@ from numpy.typing import NDArray
 from ....array_types import Floats, Rows
 from ....twin.effects import catalogue
 from ....twin.plate.modal import ModalPlate, PlateEffect
-from ....twin.plate.poles import Basis, damping_ratios, frequencies_hz, poles_of, refined, search_poles, stepped_poles
+from ....twin.plate.poles import (
+    Basis,
+    damping_ratios,
+    frequencies_hz,
+    poles_of,
+    refined,
+    search_poles,
+    stepped_poles,
+)
 from .signals import AccelerationBlock, PlateSignals
 from .spectra import RingingWindow, delays_s, excited, force_transforms, levels
 
@@ -58,14 +66,21 @@ class ModeLines:
             level / np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-300)
             for level in (self.level, lines.level)
         )
-        silent = self.cost_alone[:, None] == 0  # a mode that is not expected takes no line from its neighbours
+        silent = (
+            self.cost_alone[:, None] == 0
+        )  # a mode that is not expected takes no line from its neighbours
         return np.where(silent, np.inf, cost + _PATTERN * (1 - pattern @ other.T))
 
 
 def matched(lines: ModeLines, candidates: Sequence[ModeLines]) -> Rows:
     """(M,): for each mode the line that is it, -1 for none; `candidates` are plates with the same M modes in order."""
-    pair = np.stack([plate.pair_cost(lines) for plate in candidates], axis=2)  # (M, L, plates), as all that follows
-    mode_alone, line_alone = np.stack([plate.cost_alone for plate in candidates], axis=1), lines.cost_alone
+    pair = np.stack(
+        [plate.pair_cost(lines) for plate in candidates], axis=2
+    )  # (M, L, plates), as all that follows
+    mode_alone, line_alone = (
+        np.stack([plate.cost_alone for plate in candidates], axis=1),
+        lines.cost_alone,
+    )
     m, k, _ = pair.shape
     costs = np.zeros((m + 1, k + 1, len(candidates)))
     costs[1:, 0], costs[0, 1:] = np.cumsum(mode_alone, axis=0), np.cumsum(line_alone)[:, None]
@@ -96,7 +111,9 @@ def candidate_plates(nominal: ModalPlate) -> list[ModalPlate]:
     kinds = [kind for kind in catalogue().values() if issubclass(kind, PlateEffect)]
     for effect, item in [(kind, item) for kind in kinds for item in kind.parameters()]:
         if item.likely is not None:
-            low, high = (effect(**{item.name: end}).apply(nominal).frequency_hz for end in item.likely)
+            low, high = (
+                effect(**{item.name: end}).apply(nominal).frequency_hz for end in item.likely
+            )
             elastic = (low > 0) & (high > 0)
             farthest = float(np.max(np.abs(np.log(low[elastic] / high[elastic])), initial=0.0))
             count = min(_MATCH_MOST, int(np.ceil(farthest / _STEP)) + 1)
@@ -167,9 +184,17 @@ class Reading:
         for run, channels, end in zip(runs, measured, ends, strict=True):
             columns = slice(end - channels.sum(), end)
             step, jtj = basis.step(amplitudes[:, columns], timed[:, columns])
-            poles, amplitude = stepped_poles(basis.poles, step), basis.shifted(amplitudes[:, columns], step)
-            self.frequency[run], self.damping[run] = np.log(frequencies_hz(poles)), np.log(damping_ratios(poles))
-            self.level[run, channels] = np.log(np.maximum(np.abs(amplitude), _SILENCE) * scale[columns]).T
+            poles, amplitude = (
+                stepped_poles(basis.poles, step),
+                basis.shifted(amplitudes[:, columns], step),
+            )
+            self.frequency[run], self.damping[run] = (
+                np.log(frequencies_hz(poles)),
+                np.log(damping_ratios(poles)),
+            )
+            self.level[run, channels] = np.log(
+                np.maximum(np.abs(amplitude), _SILENCE) * scale[columns]
+            ).T
             self.phase[run, channels] = np.angle(amplitude).T
             if noisy:
                 noise = float(np.sqrt(np.mean(residual[:, columns] ** 2)))
@@ -200,7 +225,12 @@ class ModeSearch:
     """
 
     def __init__(
-        self, plate: ModalPlate, block: AccelerationBlock, begin: int, configuration: Rows, peak: Floats
+        self,
+        plate: ModalPlate,
+        block: AccelerationBlock,
+        begin: int,
+        configuration: Rows,
+        peak: Floats,
     ) -> None:
         """Of a plate with an elastic mode, in accelerations that ring freely from the sample `begin` on.
 
@@ -209,16 +239,28 @@ class ModeSearch:
         """
         elastic = plate.frequency_hz > 0
         frequency = plate.frequency_hz[elastic]
-        highest = float(frequency.max()) * _BAND[1] if frequency.size <= _MANY else float(frequency[_MANY])
-        self.band_hz = _BAND[0] * float(frequency.min()), min(highest, _MOST_OF_RATE * block.rate_hz)
+        highest = (
+            float(frequency.max()) * _BAND[1]
+            if frequency.size <= _MANY
+            else float(frequency[_MANY])
+        )
+        self.band_hz = (
+            _BAND[0] * float(frequency.min()),
+            min(highest, _MOST_OF_RATE * block.rate_hz),
+        )
         self.damping_ratio = max(float(np.median(plate.damping_ratio[elastic])), _LEAST_DAMPING)
         self.modes: Rows = np.flatnonzero(elastic & (plate.frequency_hz <= self.band_hz[1]))
         self.window = RingingWindow.of(begin, block.samples, block.rate_hz, self.band_hz[1])
         self.ringing = self.window.cut(block.acceleration)
         self.configuration = configuration
-        best = [int(np.argmax(np.where(configuration == c, peak, -1.0))) for c in np.unique(configuration)]
+        best = [
+            int(np.argmax(np.where(configuration == c, peak, -1.0)))
+            for c in np.unique(configuration)
+        ]
         rows = np.array([row for row in best if peak[row] > 0], dtype=np.intp)
-        self.searched: Rows = rows[np.linspace(0, rows.size - 1, min(_SEARCHED, rows.size)).round().astype(np.intp)]
+        self.searched: Rows = rows[
+            np.linspace(0, rows.size - 1, min(_SEARCHED, rows.size)).round().astype(np.intp)
+        ]
 
     def read(self, candidates: Sequence[ModeLines]) -> tuple[Rows, Reading]:
         """The rows in the table (K,) of the modes that ring, and their reading run by run.
@@ -226,7 +268,10 @@ class ModeSearch:
         Modes are named by the candidate plate that fits best, as in `matched`. None where ringing is too short.
         """
         runs, channels, samples = self.ringing.shape
-        step_s, nothing = self.window.step_s, (np.zeros(0, dtype=np.intp), Reading.empty(runs, channels, 0))
+        step_s, nothing = (
+            self.window.step_s,
+            (np.zeros(0, dtype=np.intp), Reading.empty(runs, channels, 0)),
+        )
         if not self.searched.size or samples < _FEWEST_SAMPLES:
             return nothing
         records, _ = scaled(self.ringing[self.searched])
@@ -267,7 +312,9 @@ class MeasuredModes:
     frequency: Floats  # (R, K): natural logarithm, as that of `damping`
     damping: Floats  # (R, K)
     level: Floats  # (R, S, K): ln of the amplitude in m/s2 where ringing begins, NaN where it was not measured
-    clear: NDArray[np.bool_]  # (S, K): at which channels a mode stands out of the noise, and is not near a node
+    clear: NDArray[
+        np.bool_
+    ]  # (S, K): at which channels a mode stands out of the noise, and is not near a node
     delay_s: Floats  # (R, S): by how much later than its force the plate rings,
     weight: Floats  # (S, K): read with this weight from its modes
 
@@ -278,7 +325,9 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
     search = ModeSearch(plate, signals, signals.ringing, configuration, peak)
     modes, reading = search.read(_candidate_lines(plate, signals, search))
     # how much of a force acts on a mode, where it is and where the table has it
-    measured = np.where(np.isfinite(reading.frequency), np.exp(reading.frequency), plate.frequency_hz[modes])
+    measured = np.where(
+        np.isfinite(reading.frequency), np.exp(reading.frequency), plate.frequency_hz[modes]
+    )
     table = np.broadcast_to(plate.frequency_hz[modes], measured.shape)
     share = np.minimum(excited(signals.force, measured), excited(signals.force, table))
     level = np.where((share > _EXCITED)[:, None], reading.level, np.nan)
@@ -287,7 +336,12 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
     clear = (noise < _CLEAR_LEVEL) & (legible.sum(axis=0) > _SELDOM * level.shape[0])
     loudness = np.max(np.where(clear, median(level), -np.inf), axis=0)
     best = best_modes((median(reading.damping_noise) < CLEAR_DAMPING) & clear.any(axis=0), loudness)
-    reading, clear, legible, rows = reading.of_lines(best), clear[:, best], legible[:, :, best], modes[best]
+    reading, clear, legible, rows = (
+        reading.of_lines(best),
+        clear[:, best],
+        legible[:, :, best],
+        modes[best],
+    )
     weight = np.where(clear & (median(share[:, best]) > _PHASED), 1.0, 0.0)
     shapes = np.abs(plate.shapes[[plate.sensor(name) for name in signals.channels]])
     nodes = shapes < _NODE * np.sqrt(np.mean(shapes**2, axis=1, keepdims=True))
@@ -307,21 +361,29 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
     )
 
 
-def _candidate_lines(plate: ModalPlate, signals: PlateSignals, search: ModeSearch) -> list[ModeLines]:
+def _candidate_lines(
+    plate: ModalPlate, signals: PlateSignals, search: ModeSearch
+) -> list[ModeLines]:
     """What candidate plates ring with in the runs that are searched, in shares of what is the loudest in a record."""
     runs, begin_s = search.searched, search.window.start_s
     forces = [signals.force[run] for run in runs]
     size = np.abs(search.ringing[runs]).max(axis=2, keepdims=True, initial=1e-300)
     lines = []
     for candidate in candidate_plates(plate):
-        poles = poles_of(candidate.frequency_hz[search.modes], candidate.damping_ratio[search.modes])
+        poles = poles_of(
+            candidate.frequency_hz[search.modes], candidate.damping_ratio[search.modes]
+        )
         transforms = force_transforms(forces, poles, signals.first_s[runs] + begin_s)
         level = levels(candidate, search.modes, signals, runs, transforms) / size
-        lines.append(ModeLines(candidate.frequency_hz[search.modes], level.reshape(-1, search.modes.size).T))
+        lines.append(
+            ModeLines(candidate.frequency_hz[search.modes], level.reshape(-1, search.modes.size).T)
+        )
     return lines
 
 
-def _delay_s(reading: Reading, signals: PlateSignals, window: RingingWindow, weight: Floats) -> Floats:
+def _delay_s(
+    reading: Reading, signals: PlateSignals, window: RingingWindow, weight: Floats
+) -> Floats:
     """(R, S): by how much later modes begin than under the force that was read."""
     poles = poles_of(np.exp(reading.frequency), np.exp(reading.damping))
     since_s = signals.first_s + window.start_s - signals.centre_s

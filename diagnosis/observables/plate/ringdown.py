@@ -49,10 +49,16 @@ class PlateRingdownStage(Stage):
     def __init__(self, record: CampaignRecord) -> None:
         super().__init__(record)
         if record.plate is None:
-            raise ValueError(f"campaign {record.name!r} has no plate: its modes or its make stand in [bench.plate]")
-        used = np.array([_is_modelled(record, record.configurations[run.configuration]) for run in record.runs])
+            raise ValueError(
+                f"campaign {record.name!r} has no plate: its modes or its make stand in [bench.plate]"
+            )
+        used = np.array(
+            [_is_modelled(record, record.configurations[run.configuration]) for run in record.runs]
+        )
         if not used.any():
-            raise ValueError(f"no run strikes the plate that was solved, {_make(record)} with free edges")
+            raise ValueError(
+                f"no run strikes the plate that was solved, {_make(record)} with free edges"
+            )
         self.records = ringdown_block(record, used)
         self.plate: ModalPlate = kept_below(record.plate, HIGHEST * self.records.rate_hz)
         self._modes, self._measured = self._read()
@@ -67,7 +73,9 @@ class PlateRingdownStage(Stage):
         return mode_observables(self.plate.frequency_hz[self._modes], window_s, *tolerance)
 
     def applies(self, kind: type[Effect]) -> bool:
-        return issubclass(kind, PlateEffect) and (self.record.plate_points_known or not issubclass(kind, SensorMass))
+        return issubclass(kind, PlateEffect) and (
+            self.record.plate_points_known or not issubclass(kind, SensorMass)
+        )
 
     def measured(self) -> Floats:
         return self._measured
@@ -76,7 +84,9 @@ class PlateRingdownStage(Stage):
         return np.where(self._compared[:, None], self._simulated(effects), np.nan)
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
-        changes = np.full((len(sets), len(self.record.configurations), 2 * self._modes.size), np.nan)
+        changes = np.full(
+            (len(sets), len(self.record.configurations), 2 * self._modes.size), np.nan
+        )
         compared = np.unique(self.record.configuration_of[self._compared])
         nominal = self._simulated(())
         for k, effects in enumerate(sets):
@@ -118,7 +128,9 @@ def _is_modelled(record: CampaignRecord, configuration: RunConfiguration) -> boo
     if configuration.factors.get("boundary_conditions") == _FIXED:
         return False
     material = record.plate_material_of(configuration)
-    return None in (material, record.plate_model_material) or material == record.plate_model_material
+    return (
+        None in (material, record.plate_model_material) or material == record.plate_model_material
+    )
 
 
 def _make(record: CampaignRecord) -> str:
@@ -135,7 +147,9 @@ def _assumed(record: CampaignRecord, used: NDArray[np.bool_]) -> list[str]:
             f"nothing says where it was hit and where its sensors stand, {what}: --bench FILE gives these places"
         )
     if not any(run.force is not None and run.accelerations for run in record.runs):
-        sentences.append(f"plate: no force was recorded beside the accelerations: {what}, and no sensor can be judged")
+        sentences.append(
+            f"plate: no force was recorded beside the accelerations: {what}, and no sensor can be judged"
+        )
     if left_out := int((~used).sum()):
         sentences.append(
             f"plate: {left_out} runs on a plate of another material or with fixed edges have no part in it"

@@ -79,7 +79,9 @@ def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floa
     out = np.zeros(samples)
     for index, weight in ((before, 1 - (place - before)), (before + 1, place - before)):
         good = (index >= 0) & (index < samples)
-        np.add.at(out, index[good], (weight * force.values)[good] / (step_s * force.sampling_rate_hz))
+        np.add.at(
+            out, index[good], (weight * force.values)[good] / (step_s * force.sampling_rate_hz)
+        )
     return out
 
 
@@ -127,15 +129,23 @@ class AccelerationBlock:
         return first + begin * self.step_s, first + end * self.step_s
 
     @classmethod
-    def of(cls, channels: tuple[str, ...], series: Sequence[Mapping[str, Series]]) -> AccelerationBlock:
+    def of(
+        cls, channels: tuple[str, ...], series: Sequence[Mapping[str, Series]]
+    ) -> AccelerationBlock:
         """Of the series of each run by channel, at their most frequent rate.
 
         Series of other rates are left out, and runs that are much shorter than usual.
         """
-        rates, counts = np.unique([s.sampling_rate_hz for run in series for s in run.values()], return_counts=True)
+        rates, counts = np.unique(
+            [s.sampling_rate_hz for run in series for s in run.values()], return_counts=True
+        )
         rate = float(rates[np.argmax(counts)])
         runs = [
-            {name: s for name, s in run.items() if math.isclose(s.sampling_rate_hz, rate, rel_tol=1e-6)}
+            {
+                name: s
+                for name, s in run.items()
+                if math.isclose(s.sampling_rate_hz, rate, rel_tol=1e-6)
+            }
             for run in series
         ]
         lengths = np.array([min((s.values.size for s in run.values()), default=0) for run in runs])
@@ -156,20 +166,28 @@ def ringdown_block(record: CampaignRecord, used: NDArray[np.bool_]) -> Accelerat
     Raises `ValueError` where none of them has an acceleration.
     """
     channels = tuple(dict.fromkeys(name for run in record.runs for name in run.accelerations))
-    series = [_after_contact(run) if use else {} for run, use in zip(record.runs, used, strict=True)]
+    series = [
+        _after_contact(run) if use else {} for run, use in zip(record.runs, used, strict=True)
+    ]
     if not any(series):
         raise ValueError("no run has an acceleration of the plate that goes on after the contact")
     return AccelerationBlock.of(channels, series)
 
 
 def _after_contact(run: Run) -> dict[str, Series]:
-    over = _CONTACT_S if run.force is None or not np.any(run.force.values) else end_of(contact(run.force))
+    over = (
+        _CONTACT_S
+        if run.force is None or not np.any(run.force.values)
+        else end_of(contact(run.force))
+    )
     series = {}
     for name, record in run.accelerations.items():
         begin = max(0, math.ceil((over - record.start_s) * record.sampling_rate_hz)) + _CLEAR
         rest = record.values[begin:]
         if rest.size and np.isfinite(rest).all() and np.ptp(rest) > 0:
-            series[name] = Series(rest, record.sampling_rate_hz, record.start_s + begin / record.sampling_rate_hz)
+            series[name] = Series(
+                rest, record.sampling_rate_hz, record.start_s + begin / record.sampling_rate_hz
+            )
     return series
 
 
@@ -189,7 +207,9 @@ class PlateSignals(AccelerationBlock):
     @property
     def peak_n(self) -> Floats:
         """(R,): the largest magnitude of each force; NaN without a force."""
-        return np.array([np.nan if force is None else float(np.abs(force.values).max()) for force in self.force])
+        return np.array(
+            [np.nan if force is None else float(np.abs(force.values).max()) for force in self.force]
+        )
 
     @cached_property
     def centre_s(self) -> Floats:
@@ -203,8 +223,16 @@ class PlateSignals(AccelerationBlock):
     @cached_property
     def contact_s(self) -> float:
         """The usual contact time: how long half sines of the same impulses and peaks last."""
-        forces = [(np.abs(force.values), force.sampling_rate_hz) for force in self.force if force is not None]
-        return float(np.median([0.5 * np.pi * size.sum() / (size.max() * rate_hz) for size, rate_hz in forces]))
+        forces = [
+            (np.abs(force.values), force.sampling_rate_hz)
+            for force in self.force
+            if force is not None
+        ]
+        return float(
+            np.median(
+                [0.5 * np.pi * size.sum() / (size.max() * rate_hz) for size, rate_hz in forces]
+            )
+        )
 
     @classmethod
     def of_record(cls, record: CampaignRecord, plate: ModalPlate) -> PlateSignals:
@@ -212,7 +240,9 @@ class PlateSignals(AccelerationBlock):
 
         And for an impact position that a plate with several has not.
         """
-        channels = tuple(name for name in plate.sensors if any(name in run.accelerations for run in record.runs))
+        channels = tuple(
+            name for name in plate.sensors if any(name in run.accelerations for run in record.runs)
+        )
         series = [_before_contact(run, channels) for run in record.runs]
         if not any(series):
             raise ValueError(
@@ -221,16 +251,25 @@ class PlateSignals(AccelerationBlock):
             )
         block = AccelerationBlock.of(channels, series)
         used = np.isfinite(block.first_s)
-        forces = [contact(run.force) if use and run.force else None for run, use in zip(record.runs, used, strict=True)]
+        forces = [
+            contact(run.force) if use and run.force else None
+            for run, use in zip(record.runs, used, strict=True)
+        ]
         over = max(end_of(force) for force in forces if force is not None)
         points, assumptions = _impact_points(record, plate)
-        assumptions.append(f"accelerations are compared over {block.samples / block.rate_hz * 1e3:.3g} ms")
-        left_out = sum(run.force is not None and bool(run.accelerations) for run in record.runs) - int(used.sum())
+        assumptions.append(
+            f"accelerations are compared over {block.samples / block.rate_hz * 1e3:.3g} ms"
+        )
+        left_out = sum(
+            run.force is not None and bool(run.accelerations) for run in record.runs
+        ) - int(used.sum())
         if left_out:
             assumptions.append(
                 f"{left_out} runs whose accelerations are too short or of another rate have no part in the plate"
             )
-        other_rate = sum(len(run) for run, use in zip(series, used, strict=True) if use) - int(block.good.sum())
+        other_rate = sum(len(run) for run, use in zip(series, used, strict=True) if use) - int(
+            block.good.sum()
+        )
         if other_rate:
             assumptions.append(
                 f"{other_rate} accelerations of another sampling rate than {block.rate_hz:g} Hz are left out"
@@ -264,7 +303,9 @@ def _impact_points(record: CampaignRecord, plate: ModalPlate) -> tuple[tuple[str
 
     A plate with one point is hit there. Raises `ValueError` for a position that a plate with several has not.
     """
-    names = [_point_name(configuration.factors.get(_POINT)) for configuration in record.configurations]
+    names = [
+        _point_name(configuration.factors.get(_POINT)) for configuration in record.configurations
+    ]
     first = plate.impact_points[0]
     if len(plate.impact_points) == 1:
         others = sorted({name for name in names if name is not None} - {first})
@@ -276,7 +317,9 @@ def _impact_points(record: CampaignRecord, plate: ModalPlate) -> tuple[tuple[str
                 f"{configuration.label}: {_POINT} {name!r} is not on the plate; it has {', '.join(plate.impact_points)}"
             )
     missing = f"where no {_POINT} is stated the plate is taken to be hit at {first}"
-    return tuple(names[run.configuration] or first for run in record.runs), [missing] if None in names else []
+    return tuple(names[run.configuration] or first for run in record.runs), [
+        missing
+    ] if None in names else []
 
 
 def _point_name(factor: Factor | None) -> str | None:

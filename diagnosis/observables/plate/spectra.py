@@ -99,7 +99,11 @@ class Spectra:
         periods = (samples - ringing) / rate_hz * float(modes.min())
         parts = _HALVES if periods >= 2 * _PERIODS else _WHOLE if periods >= _PERIODS else ()
         ends = [[ringing + round(share * (samples - ringing)) for share in part] for part in parts]
-        return cls(low * 2 ** (np.arange(count) / PER_OCTAVE), rate_hz, tuple((begin, end) for begin, end in ends))
+        return cls(
+            low * 2 ** (np.arange(count) / PER_OCTAVE),
+            rate_hz,
+            tuple((begin, end) for begin, end in ends),
+        )
 
     def levels_db(self, acceleration: Floats) -> Floats:
         """(..., f): maximax in dB over 1 m/s2, NaN for records that are not numbers or silent."""
@@ -122,7 +126,11 @@ class Spectra:
         size = np.abs(acceleration).max(axis=-1)
         rests = np.zeros((*acceleration.shape[:-1], len(self.windows)))
         for i, (begin, end) in enumerate(self.windows):
-            rests[..., i] = acceleration[..., begin:end] @ _mean_weights(end - begin) / np.where(size > 0, size, np.nan)
+            rests[..., i] = (
+                acceleration[..., begin:end]
+                @ _mean_weights(end - begin)
+                / np.where(size > 0, size, np.nan)
+            )
         return rests
 
 
@@ -150,15 +158,23 @@ def levels(
     """
     poles = poles_of(plate.frequency_hz[modes], plate.damping_ratio[modes])
     gain = np.abs(poles**2 / poles.imag * chain.transmissibility(poles))
-    at_sensors = np.abs(plate.shapes[[plate.sensor(name) for name in signals.channels]][:, modes]) * gain
-    at_points = np.abs(plate.shape_impact[[plate.point(signals.points[run]) for run in runs]][:, modes])
+    at_sensors = (
+        np.abs(plate.shapes[[plate.sensor(name) for name in signals.channels]][:, modes]) * gain
+    )
+    at_points = np.abs(
+        plate.shape_impact[[plate.point(signals.points[run]) for run in runs]][:, modes]
+    )
     return np.asarray(at_sensors * at_points[:, None] * np.abs(transforms)[:, None])
 
 
 def excited(forces: Forces, frequency_hz: Floats) -> Floats:
     """(R, K): how much of each force's impulse acts on a mode at `frequency_hz` (R, K); 1 for a very short contact."""
-    impulse = [np.nan if f is None else float(np.abs(f.values).sum() / f.sampling_rate_hz) for f in forces]
-    transforms = force_transforms(forces, np.asarray(2j * np.pi * frequency_hz), np.zeros(len(forces)))
+    impulse = [
+        np.nan if f is None else float(np.abs(f.values).sum() / f.sampling_rate_hz) for f in forces
+    ]
+    transforms = force_transforms(
+        forces, np.asarray(2j * np.pi * frequency_hz), np.zeros(len(forces))
+    )
     return np.asarray(np.abs(transforms) / np.maximum(impulse, 1e-300)[:, None])
 
 

@@ -47,8 +47,19 @@ def mode_observables(
     `tolerance` of either, as logarithms. They belong to the plate and no sensor alone.
     """
     return tuple(
-        Observable(f"ln {what} of the mode at {f:.4g} Hz", "plate", "plate", "1", within, floor, float(f), ringing_s)
-        for what, within, floor in zip(("frequency", "damping"), tolerance, (_FREQUENCY[1], _DAMPING[1]), strict=True)
+        Observable(
+            f"ln {what} of the mode at {f:.4g} Hz",
+            "plate",
+            "plate",
+            "1",
+            within,
+            floor,
+            float(f),
+            ringing_s,
+        )
+        for what, within, floor in zip(
+            ("frequency", "damping"), tolerance, (_FREQUENCY[1], _DAMPING[1]), strict=True
+        )
         for f in frequency_hz
     )
 
@@ -68,19 +79,46 @@ class Columns:
         for row, channel in enumerate(self.signals.channels):
             modes_hz = self.modes.frequency_hz[self.modes.clear[row]].tolist()
             # name, unit, tolerance and floor, frequency, window, whether it is a detail
-            kinds: list[tuple[str, str, tuple[float, float], float | None, tuple[float, float] | None, bool]] = [
-                *((f"spectrum at {f:.4g} Hz", "dB", _SRS, f, None, False) for f in self.spectra.lines_hz.tolist()),
-                *((f"ln amplitude of the mode at {f:.4g} Hz", "1", _LEVEL, f, ringing_s, False) for f in modes_hz),
-                *((f"rest from {a * 1e3:.3g} to {b * 1e3:.3g} ms", "1", _REST, None, (a, b), True) for a, b in rests_s),
+            kinds: list[
+                tuple[str, str, tuple[float, float], float | None, tuple[float, float] | None, bool]
+            ] = [
+                *(
+                    (f"spectrum at {f:.4g} Hz", "dB", _SRS, f, None, False)
+                    for f in self.spectra.lines_hz.tolist()
+                ),
+                *(
+                    (f"ln amplitude of the mode at {f:.4g} Hz", "1", _LEVEL, f, ringing_s, False)
+                    for f in modes_hz
+                ),
+                *(
+                    (f"rest from {a * 1e3:.3g} to {b * 1e3:.3g} ms", "1", _REST, None, (a, b), True)
+                    for a, b in rests_s
+                ),
                 *([("delay", "1", _DELAY, None, None, True)] if self._shows_delay(row) else []),
             ]
             columns += [
-                Observable(f"{channel} {name}", "plate", channel, unit, *accuracy, frequency_hz, window_s, detail)
+                Observable(
+                    f"{channel} {name}",
+                    "plate",
+                    channel,
+                    unit,
+                    *accuracy,
+                    frequency_hz,
+                    window_s,
+                    detail,
+                )
                 for name, unit, accuracy, frequency_hz, window_s, detail in kinds
             ]
         return tuple(columns)
 
-    def table(self, frequency: Floats, damping: Floats, level: Floats, acceleration: Floats, delay_s: Floats) -> Floats:
+    def table(
+        self,
+        frequency: Floats,
+        damping: Floats,
+        level: Floats,
+        acceleration: Floats,
+        delay_s: Floats,
+    ) -> Floats:
         """(R, d) of (R, K), (R, K), (R, S, K), (R, S, n) and (R, S)."""
         lines_db, rests = self.spectra.levels_db(acceleration), self.spectra.rests(acceleration)
         parts = [frequency, damping]
@@ -93,8 +131,12 @@ class Columns:
     def measured(self) -> Floats:
         """(R, d): as the records show them."""
         modes = self.modes
-        delay_s = np.where(np.abs(modes.delay_s) < _MOST_DELAY * self.signals.contact_s, modes.delay_s, np.nan)
-        return self.table(modes.frequency, modes.damping, modes.level, self.signals.acceleration, delay_s)
+        delay_s = np.where(
+            np.abs(modes.delay_s) < _MOST_DELAY * self.signals.contact_s, modes.delay_s, np.nan
+        )
+        return self.table(
+            modes.frequency, modes.damping, modes.level, self.signals.acceleration, delay_s
+        )
 
     def _shows_delay(self, row: int) -> bool:
         return bool(np.any(self.modes.weight[row] > 0))
@@ -122,7 +164,9 @@ class PlateObservables(Stage):
     def __init__(self, record: CampaignRecord) -> None:
         super().__init__(record)
         if record.plate is None:
-            raise ValueError(f"campaign {record.name!r} has no plate: its modes or its make stand in [bench.plate]")
+            raise ValueError(
+                f"campaign {record.name!r} has no plate: its modes or its make stand in [bench.plate]"
+            )
         self.signals = signals = PlateSignals.of_record(record, record.plate)
         limit_hz = HIGHEST * signals.rate_hz
         self.plate: ModalPlate = kept_below(record.plate, limit_hz)
@@ -149,13 +193,19 @@ class PlateObservables(Stage):
         if not issubclass(kind, PlateEffect):
             channels = self.signals.channels
             shows_acceleration = changes_reading(kind, "measured_acceleration_m_s2")
-            return {"channel": (tuple(range(len(channels))), channels)} if shows_acceleration else {}
+            return (
+                {"channel": (tuple(range(len(channels))), channels)} if shows_acceleration else {}
+            )
         sensors = self.plate.sensors
         owners = {"channel": (tuple(range(len(sensors))), sensors)}
         if self.modes.rows.size < _FEWEST_IN_BANDS:
             return owners
         low, high = self._band_edges_hz
-        names = (f"modes up to {low:.4g} Hz", f"modes up to {high:.4g} Hz", f"modes above {high:.4g} Hz")
+        names = (
+            f"modes up to {low:.4g} Hz",
+            f"modes up to {high:.4g} Hz",
+            f"modes above {high:.4g} Hz",
+        )
         levels = np.searchsorted((low, high), self.plate.frequency_hz)
         return {**owners, "mode band": (tuple(levels.tolist()), names)}
 
@@ -163,13 +213,17 @@ class PlateObservables(Stage):
         if owner == "channel":
             place = {name: level for level, name in enumerate(names)}
             return np.array([place.get(item.channel, -1) for item in self.observables])
-        frequency = np.array([np.nan if o.frequency_hz is None else o.frequency_hz for o in self.observables])
+        frequency = np.array(
+            [np.nan if o.frequency_hz is None else o.frequency_hz for o in self.observables]
+        )
         return np.where(np.isfinite(frequency), np.searchsorted(self._band_edges_hz, frequency), -1)
 
     @cached_property
     def _band_edges_hz(self) -> Floats:
         """(2,): frequencies of compared modes that part them into three bands of as many modes."""
-        return np.quantile(self.plate.frequency_hz[self.modes.rows], (1 / 3, 2 / 3), method="nearest")
+        return np.quantile(
+            self.plate.frequency_hz[self.modes.rows], (1 / 3, 2 / 3), method="nearest"
+        )
 
     def measured(self) -> Floats:
         return self._measured
@@ -197,11 +251,20 @@ class PlateObservables(Stage):
         driven = self._driven.under(effects, np.arange(len(self.record.runs)))
         return _by_channel(sensor_chain(effects), driven.accelerations, self.signals.step_s)
 
-    def _observed(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Floats:
+    def _observed(
+        self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None
+    ) -> Floats:
         """(k, d): NaN where there is no force."""
         modes, signals = self.modes, self.signals
-        forces = None if upstream is None else self._compared(runs, cast(Sequence[Series | None], upstream))
-        driven, chain = self._driven.under(effects, runs, forces), sensor_chain(effects, "measured_acceleration_m_s2")
+        forces = (
+            None
+            if upstream is None
+            else self._compared(runs, cast(Sequence[Series | None], upstream))
+        )
+        driven, chain = (
+            self._driven.under(effects, runs, forces),
+            sensor_chain(effects, "measured_acceleration_m_s2"),
+        )
         plate, poles = driven.plate, driven.poles
         sensed = _by_channel(chain, driven.accelerations, signals.step_s)
         frequency_hz, ratio = plate.frequency_hz[modes.rows], plate.damping_ratio[modes.rows]
@@ -225,7 +288,9 @@ class PlateObservables(Stage):
         angle = np.angle(driven.turn[:, None] * chain.transmissibility(poles))
         count, channels = len(runs), len(signals.channels)
         omega = np.broadcast_to(2 * np.pi * frequency_hz, (count, frequency_hz.size))
-        delay_s = delays_s(np.broadcast_to(angle, (count, channels, frequency_hz.size)), omega, modes.weight)
+        delay_s = delays_s(
+            np.broadcast_to(angle, (count, channels, frequency_hz.size)), omega, modes.weight
+        )
         return self.columns.table(frequency, damping, level, sensed, delay_s)
 
     def _compared(self, runs: Rows, upstream: Sequence[Series | None]) -> Forces:
@@ -238,4 +303,6 @@ def _by_channel(chain: SensorChain, accelerations: Floats, step_s: float) -> Flo
     """(k, S, n): what the channels show of accelerations; parameters of an effect are numbers, or (S,)."""
     if not chain.effects:
         return accelerations
-    return np.swapaxes(chain.measured_acceleration_m_s2(np.swapaxes(accelerations, 0, 1), step_s), 0, 1)
+    return np.swapaxes(
+        chain.measured_acceleration_m_s2(np.swapaxes(accelerations, 0, 1), step_s), 0, 1
+    )

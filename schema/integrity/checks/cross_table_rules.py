@@ -31,7 +31,10 @@ _OF_RECORDING = (Campaign.name.label("campaign"), Recording.path.label("recordin
 _OF_IMPACT = (Campaign.name.label("campaign"), Impact.run, Impact.repetition)
 _OF_SHOT = (Campaign.name.label("campaign"), Shot.run, Shot.repetition)
 _channels = exists().where(RecordedChannel.recording_id == Recording.id)
-_hits = or_(exists().where(Impact.recording_id == Recording.id), exists().where(Shot.recording_id == Recording.id))
+_hits = or_(
+    exists().where(Impact.recording_id == Recording.id),
+    exists().where(Shot.recording_id == Recording.id),
+)
 _recordings = select(*_OF_RECORDING).join(Campaign, Recording.campaign_id == Campaign.id)
 _impacts = select(*_OF_IMPACT).join(Campaign, Impact.campaign_id == Campaign.id)
 _shots = select(*_OF_SHOT).join(Campaign, Shot.campaign_id == Campaign.id)
@@ -104,7 +107,9 @@ def check_belonging(connection: Connection, scope: Scope) -> Iterator[IntegrityF
     A planned run that is done needs no recorded one: it may have been ticked at the bench.
     """
     for rule in RULES:
-        for row in connection.execute(scope.within(rule.query, rule.campaign).limit(_MOST)).mappings():
+        for row in connection.execute(
+            scope.within(rule.query, rule.campaign).limit(_MOST)
+        ).mappings():
             yield IntegrityFinding("counts", rule.message, rule.advice, dict(row))
     if scope.campaign is None:
         yield from _misplaced_levels(connection)
@@ -119,5 +124,8 @@ def _misplaced_levels(connection: Connection) -> Iterator[IntegrityFinding]:
     for key in connection.scalars(query.limit(_MOST)):
         place = {"table": "configuration_levels", "row": key}
         yield IntegrityFinding(
-            "counts", "a configuration has a level under another factor than the level's own", RESTORE, place
+            "counts",
+            "a configuration has a level under another factor than the level's own",
+            RESTORE,
+            place,
         )

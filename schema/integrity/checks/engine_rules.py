@@ -47,7 +47,9 @@ def check_tables(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]
             continue
         columns = {column["name"] for column in there.get_columns(table.name)}
         indices = {index["name"] for index in there.get_indexes(table.name)}
-        missing = [f"column {column.name}" for column in table.columns if column.name not in columns]
+        missing = [
+            f"column {column.name}" for column in table.columns if column.name not in columns
+        ]
         missing += [f"index {index.name}" for index in table.indexes if index.name not in indices]
         for what in sorted(missing):
             yield IntegrityFinding("tables", f"{what} is missing", RESTORE, {"table": table.name})
@@ -91,7 +93,12 @@ def _wrong(column: Column[Any]) -> ColumnElement[bool]:
     if kind == JSON_TEXT:
         wrong.append(and_(column.is_not(None), func.json_valid(column) == 0))
     if kind in _FORMS:
-        wrong.append(and_(raw == "text", or_(func.like(_FORMS[kind], column) == 0, func.julianday(column).is_(None))))
+        wrong.append(
+            and_(
+                raw == "text",
+                or_(func.like(_FORMS[kind], column) == 0, func.julianday(column).is_(None)),
+            )
+        )
     if kind == TRUTH:
         wrong.append(and_(raw == "integer", cast(column, Integer).not_in((0, 1))))
     return or_(*wrong)
@@ -105,7 +112,10 @@ def check_references(connection: Connection, _: Scope) -> Iterator[IntegrityFind
     """Rows that point at a row which is not there."""
     there = tables_there(connection)
     for table in there:
-        keys = sorted((key for key in table.foreign_keys if key.column.table in there), key=lambda key: key.parent.name)
+        keys = sorted(
+            (key for key in table.foreign_keys if key.column.table in there),
+            key=lambda key: key.parent.name,
+        )
         if not keys:
             continue
         joined, orphans = _joined(table, keys)
@@ -130,13 +140,24 @@ def _joined(table: Table, keys: list[ForeignKey]) -> tuple[FromClause, list[Colu
 
 
 def _named(
-    connection: Connection, joined: FromClause, key: ForeignKey, orphan: ColumnElement[bool], count: int
+    connection: Connection,
+    joined: FromClause,
+    key: ForeignKey,
+    orphan: ColumnElement[bool],
+    count: int,
 ) -> Iterator[IntegrityFinding]:
     column, table, target = key.parent, key.parent.table.name, key.column.table.name
-    query = select(*key.parent.table.primary_key.columns, column).select_from(joined).where(orphan).limit(_MOST)
+    query = (
+        select(*key.parent.table.primary_key.columns, column)
+        .select_from(joined)
+        .where(orphan)
+        .limit(_MOST)
+    )
     for *row, value in connection.execute(query):
         place = {"table": table, "row": "/".join(map(str, row))}
-        yield IntegrityFinding("references", f"{column.name} is {value}, and {target} has no such row", RESTORE, place)
+        yield IntegrityFinding(
+            "references", f"{column.name} is {value}, and {target} has no such row", RESTORE, place
+        )
     if count > _MOST:
         message = f"{count - _MOST} further rows whose {column.name} leads nowhere"
         yield IntegrityFinding("references", message, RESTORE, {"table": table})
@@ -169,5 +190,8 @@ def check_sequences(connection: Connection, _: Scope) -> Iterator[IntegrityFindi
         table = key.table.name
         advice = f"run: SELECT setval(pg_get_serial_sequence('{table}', '{key.name}'), {last})"
         yield IntegrityFinding(
-            "sequences", f"the counter stands at {given or 0}, the largest key is {last}", advice, {"table": table}
+            "sequences",
+            f"the counter stands at {given or 0}, the largest key is {last}",
+            advice,
+            {"table": table},
         )

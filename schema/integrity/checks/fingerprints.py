@@ -28,7 +28,9 @@ def check_fingerprints(connection: Connection, _: Scope) -> Iterator[IntegrityFi
     yield from _hash_findings("extraction_settings", _settings(connection))
 
 
-def _hash_findings(table: str, rows: Iterable[tuple[int, str, object]]) -> Iterator[IntegrityFinding]:
+def _hash_findings(
+    table: str, rows: Iterable[tuple[int, str, object]]
+) -> Iterator[IntegrityFinding]:
     for key, fingerprint, content in rows:
         computed = fingerprint_of(content)
         if computed != fingerprint:
@@ -46,7 +48,11 @@ def _configurations(connection: Connection) -> Iterator[tuple[int, str, object]]
     )
     rows = connection.execute(query, execution_options={"yield_per": 1000})
     for (key, fingerprint), levels in groupby(rows, key=lambda row: (row.id, row.fingerprint)):
-        yield key, fingerprint, sorted([row.name, row.label] for row in levels if row.name is not None)
+        yield (
+            key,
+            fingerprint,
+            sorted([row.name, row.label] for row in levels if row.name is not None),
+        )
 
 
 def _parts(connection: Connection, table: Table) -> Iterator[tuple[int, str, object]]:
@@ -56,7 +62,14 @@ def _parts(connection: Connection, table: Table) -> Iterator[tuple[int, str, obj
 
 def _plates(connection: Connection) -> Iterator[tuple[int, str, object]]:
     query = (
-        select(Plate.id, Plate.fingerprint, ModalTable.fingerprint, Material.name, Plate.thickness_m, Plate.outline_m)
+        select(
+            Plate.id,
+            Plate.fingerprint,
+            ModalTable.fingerprint,
+            Material.name,
+            Plate.thickness_m,
+            Plate.outline_m,
+        )
         .outerjoin(ModalTable, Plate.modal_table_id == ModalTable.id)
         .outerjoin(Material, Plate.material_id == Material.id)
     )
@@ -66,12 +79,16 @@ def _plates(connection: Connection) -> Iterator[tuple[int, str, object]]:
 
 def _modal_tables(connection: Connection) -> Iterator[tuple[int, str, object]]:
     for key, fingerprint in connection.execute(select(ModalTable.id, ModalTable.fingerprint)).all():
-        modes = connection.execute(select(Mode.__table__).where(Mode.table_id == key).order_by(Mode.id)).all()
+        modes = connection.execute(
+            select(Mode.__table__).where(Mode.table_id == key).order_by(Mode.id)
+        ).all()
         yield key, fingerprint, [_mode(connection, mode) for mode in modes]
 
 
 def _mode(connection: Connection, mode: Any) -> dict[str, Any]:
-    shapes = select(ModeShape.channel, ModeShape.shape_per_sqrt_kg).where(ModeShape.mode_id == mode.id)
+    shapes = select(ModeShape.channel, ModeShape.shape_per_sqrt_kg).where(
+        ModeShape.mode_id == mode.id
+    )
     return {
         "mode": mode.number,
         "frequency_hz": mode.frequency_hz,
@@ -82,6 +99,12 @@ def _mode(connection: Connection, mode: Any) -> dict[str, Any]:
 
 
 def _settings(connection: Connection) -> Iterator[tuple[int, str, object]]:
-    columns = (ExtractionSettingsRow.id, ExtractionSettingsRow.fingerprint, ExtractionSettingsRow.code_version)
-    for key, fingerprint, *content in connection.execute(select(*columns, ExtractionSettingsRow.settings)):
+    columns = (
+        ExtractionSettingsRow.id,
+        ExtractionSettingsRow.fingerprint,
+        ExtractionSettingsRow.code_version,
+    )
+    for key, fingerprint, *content in connection.execute(
+        select(*columns, ExtractionSettingsRow.settings)
+    ):
         yield key, fingerprint, content

@@ -50,7 +50,11 @@ def _report(value: Any) -> bool:
         return False
     causes, gap = value.get("causes"), value["gap"]
     well_formed = isinstance(causes, list) and bool(causes) and all(map(_cause, causes))
-    return well_formed and isinstance(gap.get("metric"), str) and {"before", "noise_floor"} <= gap.keys()
+    return (
+        well_formed
+        and isinstance(gap.get("metric"), str)
+        and {"before", "noise_floor"} <= gap.keys()
+    )
 
 
 def _cause(value: Any) -> bool:
@@ -74,7 +78,20 @@ SHAPES: dict[str, Callable[[Any], bool]] = {
 
 
 _ADVICE = "ask for another export"
-_NAMES = frozenset({"name", "label", "alias", "path", "channel", "check", "simulator", "method", "quantity", "unit"})
+_NAMES = frozenset(
+    {
+        "name",
+        "label",
+        "alias",
+        "path",
+        "channel",
+        "check",
+        "simulator",
+        "method",
+        "quantity",
+        "unit",
+    }
+)
 _LONGEST = 1000
 
 
@@ -90,9 +107,13 @@ def check_names(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
 def _names(connection: Connection, column: Column[Any]) -> Iterator[IntegrityFinding]:
     for text in connection.scalars(select(column).distinct().where(column.is_not(None))):
         if len(text) > _LONGEST or not text.isprintable():
-            message = f"{column.name} is {text!r:.60}; expected one line of at most {_LONGEST} characters"
+            message = (
+                f"{column.name} is {text!r:.60}; expected one line of at most {_LONGEST} characters"
+            )
             yield IntegrityFinding("names", message, _ADVICE, {"table": column.table.name})
-        elif column.name == "path" and (PurePosixPath(text).is_absolute() or ".." in PurePosixPath(text).parts):
+        elif column.name == "path" and (
+            PurePosixPath(text).is_absolute() or ".." in PurePosixPath(text).parts
+        ):
             message = f"path {text!r:.60} leads out of the campaign's folder"
             yield IntegrityFinding("names", message, _ADVICE, {"table": column.table.name})
 
@@ -117,4 +138,8 @@ def _problem(column: Column[Any], stored: str | None) -> str | None:
         value = from_plain(json.loads(stored))
     except (ValueError, RecursionError, TypeError) as error:
         return f"{column.name} cannot be read: {type(error).__name__}"
-    return None if fits(str(column), value) else f"{column.name} has not the form that is expected there"
+    return (
+        None
+        if fits(str(column), value)
+        else f"{column.name} has not the form that is expected there"
+    )

@@ -29,7 +29,12 @@ def check_pulses(connection: Connection, scope: Scope) -> Iterator[IntegrityFind
     for row in _iter_pulses(connection, scope):
         problem = _problem(row)
         if problem is not None:
-            place = {"campaign": row.campaign, "run": row.run, "repetition": row.repetition, "pulse": row.id}
+            place = {
+                "campaign": row.campaign,
+                "run": row.run,
+                "repetition": row.repetition,
+                "pulse": row.id,
+            }
             yield IntegrityFinding("pulses", problem, ADVICE, place)
 
 
@@ -37,7 +42,9 @@ def _problem(row: PulseRow) -> str | None:
     points = content_bytes(row.fine_force_n) // 8
     fitting = row.contact_time_s / row.fine_period_s + 2 if row.fine_period_s > 0 else 0
     if not 0 < points <= min(fitting, _MOST_POINTS):
-        return f"{points} points of its fine force do not fit a contact of {row.contact_time_s:.3g} s"
+        return (
+            f"{points} points of its fine force do not fit a contact of {row.contact_time_s:.3g} s"
+        )
     try:
         fine = as_floats(row.fine_force_n, "its fine force")
     except SeriesError as error:

@@ -48,7 +48,9 @@ def _altered_rows(connection: Connection, scope: Scope, table: Table) -> Iterato
     except DBAPIError as error:
         if connection.dialect.name == "postgresql":
             raise  # nothing is answered after an error there
-        yield IntegrityFinding("rows", f"cannot be read: {first_line(error)}", RESTORE, {"table": table.name})
+        yield IntegrityFinding(
+            "rows", f"cannot be read: {first_line(error)}", RESTORE, {"table": table.name}
+        )
     for row in altered[:_MOST]:
         key = "/".join(str(row.values[column.name]) for column in table.primary_key.columns)
         place = {**_names(connection, table, row.values), "table": table.name, "row": key}
@@ -77,12 +79,18 @@ def _names(connection: Connection, table: Table, values: Mapping[str, Any]) -> d
     waiting: list[tuple[Table, Mapping[str, Any]]] = [(table, values)]
     while waiting:
         table, values = waiting.pop(0)
-        own = {column.info[NAMES_ROW]: values[column.name] for column in table.columns if NAMES_ROW in column.info}
+        own = {
+            column.info[NAMES_ROW]: values[column.name]
+            for column in table.columns
+            if NAMES_ROW in column.info
+        }
         levels.append({label: name for label, name in own.items() if name is not None})
         if any(column.unique and NAMES_ROW in column.info for column in table.columns):
             continue  # its own name tells it apart
         keys = sorted(table.foreign_keys, key=lambda key: key.parent.name)
-        waiting += [parent for key in keys if (parent := _parent(connection, key, values)) is not None]
+        waiting += [
+            parent for key in keys if (parent := _parent(connection, key, values)) is not None
+        ]
     names: dict[str, Any] = {}
     for level in reversed(levels):
         names |= level  # of two runs, the nearer
@@ -96,7 +104,9 @@ def _parent(
     parent, value = key.column.table, values[key.parent.name]
     if parent.name == _WRITERS or not isinstance(value, int):
         return None
-    wanted = [column for column in parent.columns if NAMES_ROW in column.info or column.foreign_keys]
+    wanted = [
+        column for column in parent.columns if NAMES_ROW in column.info or column.foreign_keys
+    ]
     if not wanted:
         return None
     row = connection.execute(select(*wanted).where(key.column == value)).mappings().one_or_none()

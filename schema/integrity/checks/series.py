@@ -84,7 +84,9 @@ def damages(connection: Connection, row: ChannelRow) -> Iterator[Damage]:
             yield Damage(str(error), number)
     yield from _too_many(connection, row)
     if not lost and digest.hex != row.sha256:
-        yield Damage(f"its samples have the SHA-256 {digest.hex[:12]}…, recorded were {row.sha256[:12]}…")
+        yield Damage(
+            f"its samples have the SHA-256 {digest.hex[:12]}…, recorded were {row.sha256[:12]}…"
+        )
 
 
 def _implausible(row: ChannelRow) -> str | None:
@@ -102,7 +104,9 @@ def _implausible(row: ChannelRow) -> str | None:
 
 def _too_many(connection: Connection, row: ChannelRow) -> Iterator[Damage]:
     expected = -(-row.samples // row.chunk_samples)
-    beyond = select(func.count()).where(SeriesChunk.channel_id == row.id, ~SeriesChunk.number.between(0, expected - 1))
+    beyond = select(func.count()).where(
+        SeriesChunk.channel_id == row.id, ~SeriesChunk.number.between(0, expected - 1)
+    )
     if count := connection.scalar(beyond):
         yield Damage(f"{count} chunks beyond the {expected} of its {row.samples} samples")
 
@@ -113,7 +117,14 @@ def check_chunks(connection: Connection, scope: Scope) -> Iterator[IntegrityFind
     length = RecordedChannel.chunk_samples
     expected = (RecordedChannel.samples + length - 1) // length
     query = (
-        select(Campaign.name, Recording.path, RecordedChannel.name, chunks, RecordedChannel.samples, length)
+        select(
+            Campaign.name,
+            Recording.path,
+            RecordedChannel.name,
+            chunks,
+            RecordedChannel.samples,
+            length,
+        )
         .join(Recording, RecordedChannel.recording_id == Recording.id)
         .join(Campaign, Recording.campaign_id == Campaign.id)
         .outerjoin(SeriesChunk, SeriesChunk.channel_id == RecordedChannel.id)
@@ -124,4 +135,6 @@ def check_chunks(connection: Connection, scope: Scope) -> Iterator[IntegrityFind
         scope.within(query, Recording.campaign_id)
     ):
         place = {"campaign": campaign, "recording": recording, "channel": channel}
-        yield IntegrityFinding("series", f"{frames} chunks; expected {-(-samples // long)}", ADVICE, place)
+        yield IntegrityFinding(
+            "series", f"{frames} chunks; expected {-(-samples // long)}", ADVICE, place
+        )

@@ -37,41 +37,62 @@ def check_tombstones(connection: Connection, _: Scope) -> Iterator[IntegrityFind
         return
     files = _files(connection, {stone.campaign for stone in stones})
     for number, stone in enumerate(stones):
-        later = [tombstone for tombstone in stones[number + 1 :] if tombstone.campaign == stone.campaign]
+        later = [
+            tombstone for tombstone in stones[number + 1 :] if tombstone.campaign == stone.campaign
+        ]
         wrong = _wrong(stone, later, files.get(stone.campaign))
         if wrong is not None:
-            place = {"campaign": stone.campaign, "recording": stone.recording, "table": "tombstones", "row": stone.id}
+            place = {
+                "campaign": stone.campaign,
+                "recording": stone.recording,
+                "table": "tombstones",
+                "row": stone.id,
+            }
             given = {key: value for key, value in place.items() if value is not None}
             yield IntegrityFinding("tombstones", *wrong, given)
 
 
 def _files(connection: Connection, names: set[str]) -> _Files:
     files: dict[str, set[tuple[str, str]]] = {
-        name: set() for name in connection.scalars(select(Campaign.name).where(Campaign.name.in_(names)))
+        name: set()
+        for name in connection.scalars(select(Campaign.name).where(Campaign.name.in_(names)))
     }
     query = select(Campaign.name, Recording.path, Recording.sha256)
-    query = query.join(Recording, Recording.campaign_id == Campaign.id).where(Campaign.name.in_(names))
+    query = query.join(Recording, Recording.campaign_id == Campaign.id).where(
+        Campaign.name.in_(names)
+    )
     for name, path, sha256 in connection.execute(query):
         files[name].add((path, sha256))
     return files
 
 
-def _wrong(stone: Any, later: Sequence[Any], there: set[tuple[str, str]] | None) -> tuple[str, str] | None:
+def _wrong(
+    stone: Any, later: Sequence[Any], there: set[tuple[str, str]] | None
+) -> tuple[str, str] | None:
     """What is wrong with a tombstone, and the advice; `there` are the campaign's files, None where it is not there."""
     if any(tombstone.kind == CAMPAIGN for tombstone in later):
         return None
     files = there or set()
     if stone.kind == CAMPAIGN:
         if stone.restored_at is not None and there is None:
-            return "the campaign was restored by what its tombstone says, and is not in the store", RESTORE
+            return (
+                "the campaign was restored by what its tombstone says, and is not in the store",
+                RESTORE,
+            )
     elif stone.replaced_by is not None:
         gone = any(tombstone.file_sha256 == stone.replaced_by for tombstone in later)
         if not gone and stone.replaced_by not in {sha256 for _, sha256 in files}:
             return "the recording was replaced by a file that is not in the store", RESTORE
     elif not any(tombstone.recording == stone.recording for tombstone in later):
-        present = any(path == stone.recording and stone.file_sha256 in (None, sha256) for path, sha256 in files)
+        present = any(
+            path == stone.recording and stone.file_sha256 in (None, sha256)
+            for path, sha256 in files
+        )
         if stone.restored_at is not None and not present:
-            return "the recording was stored again by what its tombstone says, and is not in the store", RESTORE
+            return (
+                "the recording was stored again by what its tombstone says, and is not in the store",
+                RESTORE,
+            )
         if stone.restored_at is None and present:
             return "the recording was discarded, and is in the store all the same", _AGAIN
     return None

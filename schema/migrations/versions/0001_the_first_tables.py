@@ -29,7 +29,9 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_configurations_written_by_id_provenance")
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_configurations_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_configurations")),
         sa.UniqueConstraint("fingerprint", name=op.f("uq_configurations_fingerprint")),
@@ -42,9 +44,13 @@ def upgrade() -> None:
         sa.Column("definition", sa.JSON(), nullable=False),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.CheckConstraint("length(content_hash) = 64", name=op.f("ck_dataset_snapshots_content_hash_length")),
+        sa.CheckConstraint(
+            "length(content_hash) = 64", name=op.f("ck_dataset_snapshots_content_hash_length")
+        ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_dataset_snapshots_written_by_id_provenance")
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_dataset_snapshots_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_dataset_snapshots")),
         sa.UniqueConstraint("content_hash", name=op.f("uq_dataset_snapshots_content_hash")),
@@ -57,9 +63,13 @@ def upgrade() -> None:
         sa.Column("settings", sa.JSON(), nullable=False),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.CheckConstraint("code_version >= 1", name=op.f("ck_extraction_settings_code_version_positive")),
+        sa.CheckConstraint(
+            "code_version >= 1", name=op.f("ck_extraction_settings_code_version_positive")
+        ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_extraction_settings_written_by_id_provenance")
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_extraction_settings_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_extraction_settings")),
         sa.UniqueConstraint("fingerprint", name=op.f("uq_extraction_settings_fingerprint")),
@@ -71,7 +81,9 @@ def upgrade() -> None:
         sa.Column("description", sa.String(), nullable=True),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_factors_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_factors_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_factors")),
         sa.UniqueConstraint("name", name=op.f("uq_factors_name")),
     )
@@ -88,21 +100,36 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.CheckConstraint(
-            "bore_diameter_m IS NULL OR bore_diameter_m > 0", name=op.f("ck_guns_bore_diameter_positive")
+            "bore_diameter_m IS NULL OR bore_diameter_m > 0",
+            name=op.f("ck_guns_bore_diameter_positive"),
         ),
-        sa.CheckConstraint("efficiency > 0 AND efficiency <= 1", name=op.f("ck_guns_efficiency_share")),
         sa.CheckConstraint(
-            "friction_coefficient IS NULL OR friction_coefficient >= 0", name=op.f("ck_guns_friction_not_negative")
+            "efficiency > 0 AND efficiency <= 1", name=op.f("ck_guns_efficiency_share")
         ),
-        sa.CheckConstraint("heat_capacity_ratio >= 1", name=op.f("ck_guns_heat_capacity_ratio_physical")),
-        sa.CheckConstraint("projectile_diameter_m <= bore_diameter_m", name=op.f("ck_guns_projectile_fits_bore")),
+        sa.CheckConstraint(
+            "friction_coefficient IS NULL OR friction_coefficient >= 0",
+            name=op.f("ck_guns_friction_not_negative"),
+        ),
+        sa.CheckConstraint(
+            "heat_capacity_ratio >= 1", name=op.f("ck_guns_heat_capacity_ratio_physical")
+        ),
+        sa.CheckConstraint(
+            "projectile_diameter_m <= bore_diameter_m", name=op.f("ck_guns_projectile_fits_bore")
+        ),
         sa.CheckConstraint(
             "projectile_diameter_m IS NULL OR projectile_diameter_m > 0",
             name=op.f("ck_guns_projectile_diameter_positive"),
         ),
-        sa.CheckConstraint("tank_volume_m3 IS NULL OR tank_volume_m3 > 0", name=op.f("ck_guns_tank_volume_positive")),
-        sa.CheckConstraint("travel_m IS NULL OR travel_m > 0", name=op.f("ck_guns_travel_positive")),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_guns_written_by_id_provenance")),
+        sa.CheckConstraint(
+            "tank_volume_m3 IS NULL OR tank_volume_m3 > 0",
+            name=op.f("ck_guns_tank_volume_positive"),
+        ),
+        sa.CheckConstraint(
+            "travel_m IS NULL OR travel_m > 0", name=op.f("ck_guns_travel_positive")
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_guns_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_guns")),
         sa.UniqueConstraint("fingerprint", name=op.f("uq_guns_fingerprint")),
     )
@@ -113,7 +140,9 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.CheckConstraint("mass_kg IS NULL OR mass_kg > 0", name=op.f("ck_hammers_mass_positive")),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_hammers_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_hammers_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_hammers")),
         sa.UniqueConstraint("fingerprint", name=op.f("uq_hammers_fingerprint")),
     )
@@ -127,15 +156,20 @@ def upgrade() -> None:
         sa.Column("source", sa.String(), nullable=False),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.CheckConstraint("density_kg_m3 IS NULL OR density_kg_m3 > 0", name=op.f("ck_materials_density_positive")),
         sa.CheckConstraint(
-            "poisson_ratio > -1 AND poisson_ratio < 0.5", name=op.f("ck_materials_poisson_ratio_physical")
+            "density_kg_m3 IS NULL OR density_kg_m3 > 0", name=op.f("ck_materials_density_positive")
         ),
         sa.CheckConstraint(
-            "yield_strength_pa IS NULL OR yield_strength_pa > 0", name=op.f("ck_materials_yield_strength_positive")
+            "poisson_ratio > -1 AND poisson_ratio < 0.5",
+            name=op.f("ck_materials_poisson_ratio_physical"),
         ),
         sa.CheckConstraint(
-            "youngs_modulus_pa IS NULL OR youngs_modulus_pa > 0", name=op.f("ck_materials_youngs_modulus_positive")
+            "yield_strength_pa IS NULL OR yield_strength_pa > 0",
+            name=op.f("ck_materials_yield_strength_positive"),
+        ),
+        sa.CheckConstraint(
+            "youngs_modulus_pa IS NULL OR youngs_modulus_pa > 0",
+            name=op.f("ck_materials_youngs_modulus_positive"),
         ),
         sa.ForeignKeyConstraint(
             ["written_by_id"], ["provenance.id"], name=op.f("fk_materials_written_by_id_provenance")
@@ -149,7 +183,9 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_modal_tables_written_by_id_provenance")
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_modal_tables_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_modal_tables")),
         sa.UniqueConstraint("fingerprint", name=op.f("uq_modal_tables_fingerprint")),
@@ -165,7 +201,9 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.CheckConstraint("kind IN ('hammer', 'gun')", name=op.f("ck_plans_kind_known")),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_plans_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_plans_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_plans")),
         sa.UniqueConstraint("name", name=op.f("uq_plans_name")),
     )
@@ -177,10 +215,16 @@ def upgrade() -> None:
         sa.Column("material_id", sa.Integer(), nullable=True),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.ForeignKeyConstraint(["factor_id"], ["factors.id"], name=op.f("fk_factor_levels_factor_id_factors")),
-        sa.ForeignKeyConstraint(["material_id"], ["materials.id"], name=op.f("fk_factor_levels_material_id_materials")),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_factor_levels_written_by_id_provenance")
+            ["factor_id"], ["factors.id"], name=op.f("fk_factor_levels_factor_id_factors")
+        ),
+        sa.ForeignKeyConstraint(
+            ["material_id"], ["materials.id"], name=op.f("fk_factor_levels_material_id_materials")
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_factor_levels_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_factor_levels")),
         sa.UniqueConstraint("factor_id", "label", name=op.f("uq_factor_levels_factor_id_label")),
@@ -192,16 +236,22 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.ForeignKeyConstraint(
-            ["material_id"], ["materials.id"], name=op.f("fk_material_aliases_material_id_materials")
+            ["material_id"],
+            ["materials.id"],
+            name=op.f("fk_material_aliases_material_id_materials"),
         ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_material_aliases_written_by_id_provenance")
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_material_aliases_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_material_aliases")),
         sa.UniqueConstraint("alias", name=op.f("uq_material_aliases_alias")),
     )
     with op.batch_alter_table("material_aliases", schema=None) as batch_op:
-        batch_op.create_index(batch_op.f("ix_material_aliases_material_id"), ["material_id"], unique=False)
+        batch_op.create_index(
+            batch_op.f("ix_material_aliases_material_id"), ["material_id"], unique=False
+        )
 
     op.create_table(
         "modes",
@@ -212,10 +262,16 @@ def upgrade() -> None:
         sa.Column("shape_impact_per_sqrt_kg", sa.Double(), nullable=False),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.CheckConstraint("damping_ratio >= 0 AND damping_ratio < 1", name=op.f("ck_modes_damping_below_critical")),
+        sa.CheckConstraint(
+            "damping_ratio >= 0 AND damping_ratio < 1", name=op.f("ck_modes_damping_below_critical")
+        ),
         sa.CheckConstraint("frequency_hz >= 0", name=op.f("ck_modes_frequency_not_negative")),
-        sa.ForeignKeyConstraint(["table_id"], ["modal_tables.id"], name=op.f("fk_modes_table_id_modal_tables")),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_modes_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["table_id"], ["modal_tables.id"], name=op.f("fk_modes_table_id_modal_tables")
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_modes_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_modes")),
         sa.UniqueConstraint("table_id", "number", name=op.f("uq_modes_table_id_number")),
     )
@@ -233,23 +289,34 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.CheckConstraint(
-            "status <> 'discarded' OR reason IS NOT NULL", name=op.f("ck_planned_runs_discarded_with_reason")
+            "status <> 'discarded' OR reason IS NOT NULL",
+            name=op.f("ck_planned_runs_discarded_with_reason"),
         ),
-        sa.CheckConstraint("status IN ('planned', 'done', 'discarded')", name=op.f("ck_planned_runs_status_known")),
+        sa.CheckConstraint(
+            "status IN ('planned', 'done', 'discarded')", name=op.f("ck_planned_runs_status_known")
+        ),
         sa.CheckConstraint("repetitions >= 1", name=op.f("ck_planned_runs_repetitions_positive")),
         sa.ForeignKeyConstraint(
-            ["configuration_id"], ["configurations.id"], name=op.f("fk_planned_runs_configuration_id_configurations")
+            ["configuration_id"],
+            ["configurations.id"],
+            name=op.f("fk_planned_runs_configuration_id_configurations"),
         ),
-        sa.ForeignKeyConstraint(["plan_id"], ["plans.id"], name=op.f("fk_planned_runs_plan_id_plans")),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_planned_runs_written_by_id_provenance")
+            ["plan_id"], ["plans.id"], name=op.f("fk_planned_runs_plan_id_plans")
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_planned_runs_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_planned_runs")),
         sa.UniqueConstraint("plan_id", "position", name=op.f("uq_planned_runs_plan_id_position")),
         sa.UniqueConstraint("plan_id", "run", name=op.f("uq_planned_runs_plan_id_run")),
     )
     with op.batch_alter_table("planned_runs", schema=None) as batch_op:
-        batch_op.create_index(batch_op.f("ix_planned_runs_configuration_id"), ["configuration_id"], unique=False)
+        batch_op.create_index(
+            batch_op.f("ix_planned_runs_configuration_id"), ["configuration_id"], unique=False
+        )
         batch_op.create_index("ix_planned_runs_plan_status", ["plan_id", "status"], unique=False)
 
     op.create_table(
@@ -265,12 +332,20 @@ def upgrade() -> None:
             "modal_table_id IS NOT NULL OR (material_id IS NOT NULL AND thickness_m IS NOT NULL)",
             name=op.f("ck_plates_described"),
         ),
-        sa.CheckConstraint("thickness_m IS NULL OR thickness_m > 0", name=op.f("ck_plates_thickness_positive")),
-        sa.ForeignKeyConstraint(["material_id"], ["materials.id"], name=op.f("fk_plates_material_id_materials")),
-        sa.ForeignKeyConstraint(
-            ["modal_table_id"], ["modal_tables.id"], name=op.f("fk_plates_modal_table_id_modal_tables")
+        sa.CheckConstraint(
+            "thickness_m IS NULL OR thickness_m > 0", name=op.f("ck_plates_thickness_positive")
         ),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_plates_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["material_id"], ["materials.id"], name=op.f("fk_plates_material_id_materials")
+        ),
+        sa.ForeignKeyConstraint(
+            ["modal_table_id"],
+            ["modal_tables.id"],
+            name=op.f("fk_plates_modal_table_id_modal_tables"),
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_plates_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_plates")),
         sa.UniqueConstraint("fingerprint", name=op.f("uq_plates_fingerprint")),
     )
@@ -289,8 +364,12 @@ def upgrade() -> None:
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.CheckConstraint("kind IN ('hammer', 'gun')", name=op.f("ck_campaigns_kind_known")),
         sa.ForeignKeyConstraint(["gun_id"], ["guns.id"], name=op.f("fk_campaigns_gun_id_guns")),
-        sa.ForeignKeyConstraint(["hammer_id"], ["hammers.id"], name=op.f("fk_campaigns_hammer_id_hammers")),
-        sa.ForeignKeyConstraint(["plate_id"], ["plates.id"], name=op.f("fk_campaigns_plate_id_plates")),
+        sa.ForeignKeyConstraint(
+            ["hammer_id"], ["hammers.id"], name=op.f("fk_campaigns_hammer_id_hammers")
+        ),
+        sa.ForeignKeyConstraint(
+            ["plate_id"], ["plates.id"], name=op.f("fk_campaigns_plate_id_plates")
+        ),
         sa.ForeignKeyConstraint(
             ["written_by_id"], ["provenance.id"], name=op.f("fk_campaigns_written_by_id_provenance")
         ),
@@ -308,16 +387,26 @@ def upgrade() -> None:
             ["configurations.id"],
             name=op.f("fk_configuration_levels_configuration_id_configurations"),
         ),
-        sa.ForeignKeyConstraint(["factor_id"], ["factors.id"], name=op.f("fk_configuration_levels_factor_id_factors")),
         sa.ForeignKeyConstraint(
-            ["level_id"], ["factor_levels.id"], name=op.f("fk_configuration_levels_level_id_factor_levels")
+            ["factor_id"], ["factors.id"], name=op.f("fk_configuration_levels_factor_id_factors")
         ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_configuration_levels_written_by_id_provenance")
+            ["level_id"],
+            ["factor_levels.id"],
+            name=op.f("fk_configuration_levels_level_id_factor_levels"),
         ),
-        sa.PrimaryKeyConstraint("configuration_id", "level_id", name=op.f("pk_configuration_levels")),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_configuration_levels_written_by_id_provenance"),
+        ),
+        sa.PrimaryKeyConstraint(
+            "configuration_id", "level_id", name=op.f("pk_configuration_levels")
+        ),
         sa.UniqueConstraint(
-            "configuration_id", "factor_id", name=op.f("uq_configuration_levels_configuration_id_factor_id")
+            "configuration_id",
+            "factor_id",
+            name=op.f("uq_configuration_levels_configuration_id_factor_id"),
         ),
     )
     with op.batch_alter_table("configuration_levels", schema=None) as batch_op:
@@ -330,9 +419,13 @@ def upgrade() -> None:
         sa.Column("shape_per_sqrt_kg", sa.Double(), nullable=False),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.ForeignKeyConstraint(["mode_id"], ["modes.id"], name=op.f("fk_mode_shapes_mode_id_modes")),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_mode_shapes_written_by_id_provenance")
+            ["mode_id"], ["modes.id"], name=op.f("fk_mode_shapes_mode_id_modes")
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_mode_shapes_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_mode_shapes")),
         sa.UniqueConstraint("mode_id", "channel", name=op.f("uq_mode_shapes_mode_id_channel")),
@@ -345,7 +438,9 @@ def upgrade() -> None:
         sa.Column("report", sa.JSON(), nullable=False),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.ForeignKeyConstraint(["campaign_id"], ["campaigns.id"], name=op.f("fk_diagnoses_campaign_id_campaigns")),
+        sa.ForeignKeyConstraint(
+            ["campaign_id"], ["campaigns.id"], name=op.f("fk_diagnoses_campaign_id_campaigns")
+        ),
         sa.ForeignKeyConstraint(
             ["written_by_id"], ["provenance.id"], name=op.f("fk_diagnoses_written_by_id_provenance")
         ),
@@ -365,12 +460,21 @@ def upgrade() -> None:
         sa.Column("reason", sa.String(), nullable=True),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.CheckConstraint("status = 'stored' OR reason IS NOT NULL", name=op.f("ck_recordings_set_aside_with_reason")),
-        sa.CheckConstraint("status IN ('stored', 'set aside')", name=op.f("ck_recordings_status_known")),
+        sa.CheckConstraint(
+            "status = 'stored' OR reason IS NOT NULL",
+            name=op.f("ck_recordings_set_aside_with_reason"),
+        ),
+        sa.CheckConstraint(
+            "status IN ('stored', 'set aside')", name=op.f("ck_recordings_status_known")
+        ),
         sa.CheckConstraint("length(sha256) = 64", name=op.f("ck_recordings_sha256_length")),
-        sa.ForeignKeyConstraint(["campaign_id"], ["campaigns.id"], name=op.f("fk_recordings_campaign_id_campaigns")),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_recordings_written_by_id_provenance")
+            ["campaign_id"], ["campaigns.id"], name=op.f("fk_recordings_campaign_id_campaigns")
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_recordings_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_recordings")),
         sa.UniqueConstraint("campaign_id", "path", name=op.f("uq_recordings_campaign_id_path")),
@@ -406,12 +510,16 @@ def upgrade() -> None:
         sa.CheckConstraint("length(sha256) = 64", name=op.f("ck_channels_sha256_length")),
         sa.CheckConstraint("samples > 0", name=op.f("ck_channels_samples_positive")),
         sa.CheckConstraint(
-            "sampling_rate_hz IS NULL OR sampling_rate_hz > 0", name=op.f("ck_channels_sampling_rate_positive")
+            "sampling_rate_hz IS NULL OR sampling_rate_hz > 0",
+            name=op.f("ck_channels_sampling_rate_positive"),
         ),
         sa.CheckConstraint("sensitivity <> 0", name=op.f("ck_channels_sensitivity_not_zero")),
         sa.CheckConstraint("step IS NULL OR step > 0", name=op.f("ck_channels_step_positive")),
         sa.ForeignKeyConstraint(
-            ["recording_id"], ["recordings.id"], name=op.f("fk_channels_recording_id_recordings"), ondelete="CASCADE"
+            ["recording_id"],
+            ["recordings.id"],
+            name=op.f("fk_channels_recording_id_recordings"),
+            ondelete="CASCADE",
         ),
         sa.ForeignKeyConstraint(
             ["written_by_id"], ["provenance.id"], name=op.f("fk_channels_written_by_id_provenance")
@@ -436,10 +544,12 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.CheckConstraint(
-            "(impact_velocity_m_s IS NULL) = (velocity_source IS NULL)", name=op.f("ck_impacts_velocity_with_source")
+            "(impact_velocity_m_s IS NULL) = (velocity_source IS NULL)",
+            name=op.f("ck_impacts_velocity_with_source"),
         ),
         sa.CheckConstraint(
-            "impact_velocity_m_s IS NULL OR impact_velocity_m_s >= 0", name=op.f("ck_impacts_velocity_not_negative")
+            "impact_velocity_m_s IS NULL OR impact_velocity_m_s >= 0",
+            name=op.f("ck_impacts_velocity_not_negative"),
         ),
         sa.CheckConstraint(
             "impact_velocity_u_m_s IS NULL OR impact_velocity_u_m_s >= 0",
@@ -447,22 +557,38 @@ def upgrade() -> None:
         ),
         sa.CheckConstraint("repetition >= 1", name=op.f("ck_impacts_repetition_positive")),
         sa.CheckConstraint("run >= 0", name=op.f("ck_impacts_run_not_negative")),
-        sa.ForeignKeyConstraint(["campaign_id"], ["campaigns.id"], name=op.f("fk_impacts_campaign_id_campaigns")),
         sa.ForeignKeyConstraint(
-            ["configuration_id"], ["configurations.id"], name=op.f("fk_impacts_configuration_id_configurations")
+            ["campaign_id"], ["campaigns.id"], name=op.f("fk_impacts_campaign_id_campaigns")
         ),
         sa.ForeignKeyConstraint(
-            ["planned_run_id"], ["planned_runs.id"], name=op.f("fk_impacts_planned_run_id_planned_runs")
+            ["configuration_id"],
+            ["configurations.id"],
+            name=op.f("fk_impacts_configuration_id_configurations"),
         ),
-        sa.ForeignKeyConstraint(["recording_id"], ["recordings.id"], name=op.f("fk_impacts_recording_id_recordings")),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_impacts_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["planned_run_id"],
+            ["planned_runs.id"],
+            name=op.f("fk_impacts_planned_run_id_planned_runs"),
+        ),
+        sa.ForeignKeyConstraint(
+            ["recording_id"], ["recordings.id"], name=op.f("fk_impacts_recording_id_recordings")
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_impacts_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_impacts")),
-        sa.UniqueConstraint("campaign_id", "run", "repetition", name=op.f("uq_impacts_campaign_id_run_repetition")),
+        sa.UniqueConstraint(
+            "campaign_id", "run", "repetition", name=op.f("uq_impacts_campaign_id_run_repetition")
+        ),
     )
     with op.batch_alter_table("impacts", schema=None) as batch_op:
         batch_op.create_index("ix_impacts_campaign_id_id", ["campaign_id", "id"], unique=False)
-        batch_op.create_index("ix_impacts_configuration_id_id", ["configuration_id", "id"], unique=False)
-        batch_op.create_index(batch_op.f("ix_impacts_planned_run_id"), ["planned_run_id"], unique=False)
+        batch_op.create_index(
+            "ix_impacts_configuration_id_id", ["configuration_id", "id"], unique=False
+        )
+        batch_op.create_index(
+            batch_op.f("ix_impacts_planned_run_id"), ["planned_run_id"], unique=False
+        )
         batch_op.create_index("ix_impacts_recording_id", ["recording_id"], unique=False)
 
     op.create_table(
@@ -493,17 +619,28 @@ def upgrade() -> None:
             name=op.f("ck_pulses_compression_within"),
         ),
         sa.CheckConstraint(
-            "contact_time_s IS NULL OR contact_time_s > 0", name=op.f("ck_pulses_contact_time_positive")
+            "contact_time_s IS NULL OR contact_time_s > 0",
+            name=op.f("ck_pulses_contact_time_positive"),
         ),
-        sa.CheckConstraint("peak_force_n IS NULL OR peak_force_n > 0", name=op.f("ck_pulses_peak_force_positive")),
+        sa.CheckConstraint(
+            "peak_force_n IS NULL OR peak_force_n > 0", name=op.f("ck_pulses_peak_force_positive")
+        ),
         sa.CheckConstraint("samples_in_contact >= 1", name=op.f("ck_pulses_samples_positive")),
-        sa.ForeignKeyConstraint(["impact_id"], ["impacts.id"], name=op.f("fk_pulses_impact_id_impacts")),
         sa.ForeignKeyConstraint(
-            ["settings_id"], ["extraction_settings.id"], name=op.f("fk_pulses_settings_id_extraction_settings")
+            ["impact_id"], ["impacts.id"], name=op.f("fk_pulses_impact_id_impacts")
         ),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_pulses_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["settings_id"],
+            ["extraction_settings.id"],
+            name=op.f("fk_pulses_settings_id_extraction_settings"),
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_pulses_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_pulses")),
-        sa.UniqueConstraint("impact_id", "settings_id", name=op.f("uq_pulses_impact_id_settings_id")),
+        sa.UniqueConstraint(
+            "impact_id", "settings_id", name=op.f("uq_pulses_impact_id_settings_id")
+        ),
     )
     with op.batch_alter_table("pulses", schema=None) as batch_op:
         batch_op.create_index(batch_op.f("ix_pulses_settings_id"), ["settings_id"], unique=False)
@@ -527,23 +664,38 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.CheckConstraint(
-            "severity IN ('note', 'warning', 'reject')", name=op.f("ck_quality_findings_severity_known")
-        ),
-        sa.ForeignKeyConstraint(["channel_id"], ["channels.id"], name=op.f("fk_quality_findings_channel_id_channels")),
-        sa.ForeignKeyConstraint(["impact_id"], ["impacts.id"], name=op.f("fk_quality_findings_impact_id_impacts")),
-        sa.ForeignKeyConstraint(
-            ["recording_id"], ["recordings.id"], name=op.f("fk_quality_findings_recording_id_recordings")
+            "severity IN ('note', 'warning', 'reject')",
+            name=op.f("ck_quality_findings_severity_known"),
         ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_quality_findings_written_by_id_provenance")
+            ["channel_id"], ["channels.id"], name=op.f("fk_quality_findings_channel_id_channels")
+        ),
+        sa.ForeignKeyConstraint(
+            ["impact_id"], ["impacts.id"], name=op.f("fk_quality_findings_impact_id_impacts")
+        ),
+        sa.ForeignKeyConstraint(
+            ["recording_id"],
+            ["recordings.id"],
+            name=op.f("fk_quality_findings_recording_id_recordings"),
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_quality_findings_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_quality_findings")),
     )
     with op.batch_alter_table("quality_findings", schema=None) as batch_op:
-        batch_op.create_index(batch_op.f("ix_quality_findings_channel_id"), ["channel_id"], unique=False)
+        batch_op.create_index(
+            batch_op.f("ix_quality_findings_channel_id"), ["channel_id"], unique=False
+        )
         batch_op.create_index(batch_op.f("ix_quality_findings_check"), ["check"], unique=False)
-        batch_op.create_index(batch_op.f("ix_quality_findings_impact_id"), ["impact_id"], unique=False)
-        batch_op.create_index(batch_op.f("ix_quality_findings_recording_id"), ["recording_id"], unique=False)
+        batch_op.create_index(
+            batch_op.f("ix_quality_findings_impact_id"), ["impact_id"], unique=False
+        )
+        batch_op.create_index(
+            batch_op.f("ix_quality_findings_recording_id"), ["recording_id"], unique=False
+        )
 
     op.create_table(
         "series_chunks",
@@ -552,10 +704,15 @@ def upgrade() -> None:
         sa.Column("frame", sa.LargeBinary(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.ForeignKeyConstraint(
-            ["channel_id"], ["channels.id"], name=op.f("fk_series_chunks_channel_id_channels"), ondelete="CASCADE"
+            ["channel_id"],
+            ["channels.id"],
+            name=op.f("fk_series_chunks_channel_id_channels"),
+            ondelete="CASCADE",
         ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_series_chunks_written_by_id_provenance")
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_series_chunks_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("channel_id", "number", name=op.f("pk_series_chunks")),
     )
@@ -579,14 +736,20 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.CheckConstraint(
-            "(measured_velocity_m_s IS NULL) = (velocity_source IS NULL)", name=op.f("ck_shots_velocity_with_source")
+            "(measured_velocity_m_s IS NULL) = (velocity_source IS NULL)",
+            name=op.f("ck_shots_velocity_with_source"),
         ),
         sa.CheckConstraint(
-            "bullet_length_m IS NULL OR bullet_length_m > 0", name=op.f("ck_shots_bullet_length_positive")
+            "bullet_length_m IS NULL OR bullet_length_m > 0",
+            name=op.f("ck_shots_bullet_length_positive"),
         ),
-        sa.CheckConstraint("bullet_mass_kg IS NULL OR bullet_mass_kg > 0", name=op.f("ck_shots_bullet_mass_positive")),
         sa.CheckConstraint(
-            "measured_velocity_m_s IS NULL OR measured_velocity_m_s >= 0", name=op.f("ck_shots_velocity_not_negative")
+            "bullet_mass_kg IS NULL OR bullet_mass_kg > 0",
+            name=op.f("ck_shots_bullet_mass_positive"),
+        ),
+        sa.CheckConstraint(
+            "measured_velocity_m_s IS NULL OR measured_velocity_m_s >= 0",
+            name=op.f("ck_shots_velocity_not_negative"),
         ),
         sa.CheckConstraint(
             "measured_velocity_u_m_s IS NULL OR measured_velocity_u_m_s >= 0",
@@ -595,25 +758,44 @@ def upgrade() -> None:
         sa.CheckConstraint("repetition >= 1", name=op.f("ck_shots_repetition_positive")),
         sa.CheckConstraint("run >= 0", name=op.f("ck_shots_run_not_negative")),
         sa.CheckConstraint(
-            "tank_pressure_pa IS NULL OR tank_pressure_pa > 0", name=op.f("ck_shots_tank_pressure_positive")
+            "tank_pressure_pa IS NULL OR tank_pressure_pa > 0",
+            name=op.f("ck_shots_tank_pressure_positive"),
         ),
-        sa.ForeignKeyConstraint(["campaign_id"], ["campaigns.id"], name=op.f("fk_shots_campaign_id_campaigns")),
         sa.ForeignKeyConstraint(
-            ["configuration_id"], ["configurations.id"], name=op.f("fk_shots_configuration_id_configurations")
+            ["campaign_id"], ["campaigns.id"], name=op.f("fk_shots_campaign_id_campaigns")
         ),
-        sa.ForeignKeyConstraint(["impact_id"], ["impacts.id"], name=op.f("fk_shots_impact_id_impacts")),
         sa.ForeignKeyConstraint(
-            ["planned_run_id"], ["planned_runs.id"], name=op.f("fk_shots_planned_run_id_planned_runs")
+            ["configuration_id"],
+            ["configurations.id"],
+            name=op.f("fk_shots_configuration_id_configurations"),
         ),
-        sa.ForeignKeyConstraint(["recording_id"], ["recordings.id"], name=op.f("fk_shots_recording_id_recordings")),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_shots_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["impact_id"], ["impacts.id"], name=op.f("fk_shots_impact_id_impacts")
+        ),
+        sa.ForeignKeyConstraint(
+            ["planned_run_id"],
+            ["planned_runs.id"],
+            name=op.f("fk_shots_planned_run_id_planned_runs"),
+        ),
+        sa.ForeignKeyConstraint(
+            ["recording_id"], ["recordings.id"], name=op.f("fk_shots_recording_id_recordings")
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_shots_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_shots")),
-        sa.UniqueConstraint("campaign_id", "run", "repetition", name=op.f("uq_shots_campaign_id_run_repetition")),
+        sa.UniqueConstraint(
+            "campaign_id", "run", "repetition", name=op.f("uq_shots_campaign_id_run_repetition")
+        ),
     )
     with op.batch_alter_table("shots", schema=None) as batch_op:
         batch_op.create_index("ix_shots_campaign_id_id", ["campaign_id", "id"], unique=False)
-        batch_op.create_index("ix_shots_configuration_id_id", ["configuration_id", "id"], unique=False)
-        batch_op.create_index(batch_op.f("ix_shots_planned_run_id"), ["planned_run_id"], unique=False)
+        batch_op.create_index(
+            "ix_shots_configuration_id_id", ["configuration_id", "id"], unique=False
+        )
+        batch_op.create_index(
+            batch_op.f("ix_shots_planned_run_id"), ["planned_run_id"], unique=False
+        )
         batch_op.create_index("ix_shots_recording_id", ["recording_id"], unique=False)
 
     op.create_table(
@@ -621,12 +803,18 @@ def upgrade() -> None:
         sa.Column("snapshot_id", sa.Integer(), nullable=False),
         sa.Column("pulse_id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.ForeignKeyConstraint(["pulse_id"], ["pulses.id"], name=op.f("fk_snapshot_pulses_pulse_id_pulses")),
         sa.ForeignKeyConstraint(
-            ["snapshot_id"], ["dataset_snapshots.id"], name=op.f("fk_snapshot_pulses_snapshot_id_dataset_snapshots")
+            ["pulse_id"], ["pulses.id"], name=op.f("fk_snapshot_pulses_pulse_id_pulses")
         ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_snapshot_pulses_written_by_id_provenance")
+            ["snapshot_id"],
+            ["dataset_snapshots.id"],
+            name=op.f("fk_snapshot_pulses_snapshot_id_dataset_snapshots"),
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_snapshot_pulses_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("snapshot_id", "pulse_id", name=op.f("pk_snapshot_pulses")),
     )
@@ -663,7 +851,11 @@ def downgrade() -> None:
 
     op.drop_table("quality_findings")
     with op.batch_alter_table("pulses", schema=None) as batch_op:
-        batch_op.drop_index("uq_pulses_current", sqlite_where=sa.text("current"), postgresql_where=sa.text("current"))
+        batch_op.drop_index(
+            "uq_pulses_current",
+            sqlite_where=sa.text("current"),
+            postgresql_where=sa.text("current"),
+        )
         batch_op.drop_index(batch_op.f("ix_pulses_settings_id"))
 
     op.drop_table("pulses")

@@ -22,21 +22,31 @@ def upgrade() -> None:
         sa.Column("configuration", sa.JSON(), nullable=False),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.CheckConstraint("version IS NULL OR version > 0", name=op.f("ck_twin_configurations_version_positive")),
-        sa.ForeignKeyConstraint(
-            ["campaign_id"], ["campaigns.id"], name=op.f("fk_twin_configurations_campaign_id_campaigns")
+        sa.CheckConstraint(
+            "version IS NULL OR version > 0", name=op.f("ck_twin_configurations_version_positive")
         ),
         sa.ForeignKeyConstraint(
-            ["diagnosis_id"], ["diagnoses.id"], name=op.f("fk_twin_configurations_diagnosis_id_diagnoses")
+            ["campaign_id"],
+            ["campaigns.id"],
+            name=op.f("fk_twin_configurations_campaign_id_campaigns"),
         ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_twin_configurations_written_by_id_provenance")
+            ["diagnosis_id"],
+            ["diagnoses.id"],
+            name=op.f("fk_twin_configurations_diagnosis_id_diagnoses"),
+        ),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_twin_configurations_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_twin_configurations")),
         sa.UniqueConstraint("version", name=op.f("uq_twin_configurations_version")),
     )
     with op.batch_alter_table("twin_configurations", schema=None) as batch_op:
-        batch_op.create_index(batch_op.f("ix_twin_configurations_campaign_id"), ["campaign_id"], unique=False)
+        batch_op.create_index(
+            batch_op.f("ix_twin_configurations_campaign_id"), ["campaign_id"], unique=False
+        )
 
 
 def downgrade() -> None:

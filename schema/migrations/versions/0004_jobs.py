@@ -49,7 +49,9 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         *(sa.CheckConstraint(rule, name=op.f(f"ck_jobs_{name}")) for name, rule in _RULES.items()),
-        sa.ForeignKeyConstraint(["written_by_id"], ["provenance.id"], name=op.f("fk_jobs_written_by_id_provenance")),
+        sa.ForeignKeyConstraint(
+            ["written_by_id"], ["provenance.id"], name=op.f("fk_jobs_written_by_id_provenance")
+        ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_jobs")),
     )
     with op.batch_alter_table("jobs", schema=None) as batch_op:

@@ -15,7 +15,9 @@ def upgrade() -> None:
     if connection.dialect.name == "postgresql":
         from pyroshock.schema.access.roles import grant_roles
 
-        grant_roles(connection)  # without CREATEROLE there are none: `pyroshock db roles` says so, and makes them
+        grant_roles(
+            connection
+        )  # without CREATEROLE there are none: `pyroshock db roles` says so, and makes them
 
 
 def downgrade() -> None:

@@ -34,7 +34,11 @@ _FIGURES = {
     "pulses": tuple(_PULSE.split()),
     "shots": (*_HIT, *_SHOT.split()),
 }
-_TYPES: dict[str, Any] = {"force_points_n": sa.JSON, "fine_force_n": sa.LargeBinary, "velocity_source": sa.String}
+_TYPES: dict[str, Any] = {
+    "force_points_n": sa.JSON,
+    "fine_force_n": sa.LargeBinary,
+    "velocity_source": sa.String,
+}
 _INTEGERS = ("run", "repetition", "samples_in_contact")
 
 
@@ -53,12 +57,19 @@ def downgrade() -> None:
 
 def _fill(name: str, columns: tuple[str, ...]) -> None:
     connection, after = op.get_bind(), 0
-    own = [sa.column(column, _TYPES.get(column, sa.Integer if column in _INTEGERS else sa.Float)) for column in columns]
-    table = sa.table(name, sa.column("id", sa.Integer), sa.column("figures_sha256", sa.String), *own)
+    own = [
+        sa.column(column, _TYPES.get(column, sa.Integer if column in _INTEGERS else sa.Float))
+        for column in columns
+    ]
+    table = sa.table(
+        name, sa.column("id", sa.Integer), sa.column("figures_sha256", sa.String), *own
+    )
     query = sa.select(table.c.id, *own).order_by(table.c.id).limit(_PAGE)
     write = sa.update(table).where(table.c.id == sa.bindparam("key"))
     while page := connection.execute(query.where(table.c.id > after)).all():
-        connection.execute(write, [{"key": key, "figures_sha256": _hash(columns, row)} for key, *row in page])
+        connection.execute(
+            write, [{"key": key, "figures_sha256": _hash(columns, row)} for key, *row in page]
+        )
         after = page[-1].id
 
 

@@ -27,14 +27,21 @@ def upgrade() -> None:
         sa.Column("stood_on", sa.JSON(), nullable=False),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        sa.CheckConstraint("kind IN ('campaign', 'recording')", name=op.f("ck_tombstones_kind_known")),
-        sa.CheckConstraint("length(content_hash) = 64", name=op.f("ck_tombstones_content_hash_length")),
         sa.CheckConstraint(
-            "(kind = 'recording') = (recording IS NOT NULL)", name=op.f("ck_tombstones_recording_named")
+            "kind IN ('campaign', 'recording')", name=op.f("ck_tombstones_kind_known")
+        ),
+        sa.CheckConstraint(
+            "length(content_hash) = 64", name=op.f("ck_tombstones_content_hash_length")
+        ),
+        sa.CheckConstraint(
+            "(kind = 'recording') = (recording IS NOT NULL)",
+            name=op.f("ck_tombstones_recording_named"),
         ),
         sa.CheckConstraint("length(reason) > 0", name=op.f("ck_tombstones_with_reason")),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_tombstones_written_by_id_provenance")
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_tombstones_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_tombstones")),
     )

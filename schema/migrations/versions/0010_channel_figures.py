@@ -30,7 +30,11 @@ _NUMBERS = (
 def upgrade() -> None:
     if op.get_bind().dialect.name == "postgresql":
         act_as_owner(op.get_bind())  # 0005 may have handed the tables over in this very transaction
-    references = {"impact_id": "impacts.id", "channel_id": "channels.id", "written_by_id": "provenance.id"}
+    references = {
+        "impact_id": "impacts.id",
+        "channel_id": "channels.id",
+        "written_by_id": "provenance.id",
+    }
     op.create_table(
         _TABLE,
         sa.Column("impact_id", sa.Integer(), nullable=False),
@@ -45,18 +49,30 @@ def upgrade() -> None:
         sa.Column("figures_sha256", sa.String(), nullable=True),
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("written_by_id", sa.Integer(), nullable=False),
-        *(sa.CheckConstraint(rule, name=op.f(f"ck_{_TABLE}_{name}")) for name, rule in _RULES.items()),
         *(
-            sa.ForeignKeyConstraint([column], [target], name=op.f(f"fk_{_TABLE}_{column}_{target.split('.')[0]}"))
+            sa.CheckConstraint(rule, name=op.f(f"ck_{_TABLE}_{name}"))
+            for name, rule in _RULES.items()
+        ),
+        *(
+            sa.ForeignKeyConstraint(
+                [column], [target], name=op.f(f"fk_{_TABLE}_{column}_{target.split('.')[0]}")
+            )
             for column, target in references.items()
         ),
         sa.PrimaryKeyConstraint("id", name=op.f(f"pk_{_TABLE}")),
-        sa.UniqueConstraint("impact_id", "channel_id", name=op.f(f"uq_{_TABLE}_impact_id_channel_id")),
+        sa.UniqueConstraint(
+            "impact_id", "channel_id", name=op.f(f"uq_{_TABLE}_impact_id_channel_id")
+        ),
     )
     op.create_index(f"ix_{_TABLE}_channel_id", _TABLE, ["channel_id"])
     largest = sa.text("largest")
     op.create_index(
-        f"uq_{_TABLE}_largest", _TABLE, ["impact_id"], unique=True, sqlite_where=largest, postgresql_where=largest
+        f"uq_{_TABLE}_largest",
+        _TABLE,
+        ["impact_id"],
+        unique=True,
+        sqlite_where=largest,
+        postgresql_where=largest,
     )
 
 

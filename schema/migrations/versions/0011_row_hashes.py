@@ -65,7 +65,13 @@ _FIGURES = {
     ],
     "shots": (
         *_HIT,
-        *["tank_pressure_pa", "recorded_pressure_pa", "recorded_pressure_u_pa", "bullet_mass_kg", "bullet_length_m"],
+        *[
+            "tank_pressure_pa",
+            "recorded_pressure_pa",
+            "recorded_pressure_u_pa",
+            "bullet_mass_kg",
+            "bullet_length_m",
+        ],
         *["measured_velocity_m_s", "measured_velocity_u_m_s", "velocity_source"],
     ),
 }
@@ -82,7 +88,9 @@ def upgrade() -> None:
     for name in _NAMES:
         key = inspector.get_pk_constraint(name)["constrained_columns"]
         op.add_column(name, sa.Column("row_sha256", sa.String(), nullable=True))
-        op.create_index(f"ix_{name}_unsealed", name, key, sqlite_where=_UNSEALED, postgresql_where=_UNSEALED)
+        op.create_index(
+            f"ix_{name}_unsealed", name, key, sqlite_where=_UNSEALED, postgresql_where=_UNSEALED
+        )
     for name in _FIGURES:
         _drop_column(name, "figures_sha256")
     if bind.scalar(sa.select(sa.func.count()).select_from(sa.table("provenance"))) == 0:
@@ -90,7 +98,11 @@ def upgrade() -> None:
     for table in _tables():
         seal_table(bind, table)
         if altered.get(table.name):
-            mark = sa.update(table).where(table.c.id == sa.bindparam("altered")).values(row_sha256=ALTERED)
+            mark = (
+                sa.update(table)
+                .where(table.c.id == sa.bindparam("altered"))
+                .values(row_sha256=ALTERED)
+            )
             bind.execute(mark, [{"altered": key} for key in altered[table.name]])
 
 
@@ -103,7 +115,9 @@ def downgrade() -> None:
         written = sa.update(_table(name)).where(sa.column("id") == sa.bindparam("key"))
         for page in _pages(name):
             hashes = [{"key": row.id, "figures_sha256": _hash(name, row)} for row in page]
-            op.get_bind().execute(written.values(figures_sha256=sa.bindparam("figures_sha256")), hashes)
+            op.get_bind().execute(
+                written.values(figures_sha256=sa.bindparam("figures_sha256")), hashes
+            )
 
 
 def _drop_column(table: str, column: str) -> None:
@@ -160,16 +174,29 @@ _NAMES = (
 
 def _altered(name: str) -> list[int]:
     """Keys of the rows whose figures are not those of their hash. One without a hash is older than these."""
-    return [row.id for page in _pages(name) for row in page if row.figures_sha256 not in (None, _hash(name, row))]
+    return [
+        row.id
+        for page in _pages(name)
+        for row in page
+        if row.figures_sha256 not in (None, _hash(name, row))
+    ]
 
 
 def _table(name: str) -> Any:
-    return sa.table(name, sa.column("id"), sa.column("figures_sha256"), *(sa.column(own) for own in _FIGURES[name]))
+    return sa.table(
+        name,
+        sa.column("id"),
+        sa.column("figures_sha256"),
+        *(sa.column(own) for own in _FIGURES[name]),
+    )
 
 
 def _pages(name: str) -> Any:
     table, after = _table(name), 0
-    own = [sa.cast(column, sa.Text).label(column.name) if column.name in _JSON else column for column in table.c]
+    own = [
+        sa.cast(column, sa.Text).label(column.name) if column.name in _JSON else column
+        for column in table.c
+    ]
     query = sa.select(*own).order_by(table.c.id).limit(_PAGE)
     while page := op.get_bind().execute(query.where(table.c.id > after)).all():
         yield page
@@ -177,7 +204,9 @@ def _pages(name: str) -> Any:
 
 
 def _hash(name: str, row: Any) -> str:
-    lines = (f"{column}={_exact(_decoded(column, getattr(row, column)))}" for column in _FIGURES[name])
+    lines = (
+        f"{column}={_exact(_decoded(column, getattr(row, column)))}" for column in _FIGURES[name]
+    )
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 

@@ -71,7 +71,16 @@ _SIGNATURES = (
     "pyroshock_withdraw_force_sign(integer)",
 )
 #: What an operator might change before.
-_CHANGED = ("recordings", "channels", "series_chunks", "quality_findings", "impacts", "shots", "pulses", "campaigns")
+_CHANGED = (
+    "recordings",
+    "channels",
+    "series_chunks",
+    "quality_findings",
+    "impacts",
+    "shots",
+    "pulses",
+    "campaigns",
+)
 _DELETED_FROM = ("recordings", "series_chunks")
 
 
@@ -114,17 +123,27 @@ def _create_table() -> None:
         sa.Column("written_by_id", sa.Integer(), nullable=False),
         sa.Column("row_sha256", sa.String(), nullable=True),
         sa.CheckConstraint("version > 0", name=op.f("ck_registered_versions_version_positive")),
-        sa.CheckConstraint("length(sha256) = 64", name=op.f("ck_registered_versions_sha256_length")),
-        sa.CheckConstraint("length(dataset_hash) = 64", name=op.f("ck_registered_versions_dataset_hash_length")),
+        sa.CheckConstraint(
+            "length(sha256) = 64", name=op.f("ck_registered_versions_sha256_length")
+        ),
+        sa.CheckConstraint(
+            "length(dataset_hash) = 64", name=op.f("ck_registered_versions_dataset_hash_length")
+        ),
         sa.ForeignKeyConstraint(
-            ["written_by_id"], ["provenance.id"], name=op.f("fk_registered_versions_written_by_id_provenance")
+            ["written_by_id"],
+            ["provenance.id"],
+            name=op.f("fk_registered_versions_written_by_id_provenance"),
         ),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_registered_versions")),
         sa.UniqueConstraint("label", "sha256", name=op.f("uq_registered_versions_label_sha256")),
     )
     op.create_index("ix_registered_versions_dataset_hash", _TABLE, ["dataset_hash"])
     op.create_index(
-        "ix_registered_versions_unsealed", _TABLE, ["id"], sqlite_where=_UNSEALED, postgresql_where=_UNSEALED
+        "ix_registered_versions_unsealed",
+        _TABLE,
+        ["id"],
+        sqlite_where=_UNSEALED,
+        postgresql_where=_UNSEALED,
     )
 
 

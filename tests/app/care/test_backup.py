@@ -67,7 +67,9 @@ def test_store_and_registry_are_back_when_the_originals_are_gone(
         number = 0
         while not stop.is_set():
             number += 1
-            folder = hammer_campaign(tmp_path / f"more-{number}", recordings=1, hits=1, name=f"more-{number}")
+            folder = hammer_campaign(
+                tmp_path / f"more-{number}", recordings=1, hits=1, name=f"more-{number}"
+            )
             result = pyroshock("ingest", folder, "--db", url, "--jobs", "1")
             problems.extend([result.stderr] if result.exit_code else [])
 
@@ -97,7 +99,8 @@ def test_store_and_registry_are_back_when_the_originals_are_gone(
     restored = counts(again)
     assert restored["series_chunks"] > 0
     assert all(
-        0 < restored[table] <= before[table] for table in ("campaigns", "recordings", "impacts", "series_chunks")
+        0 < restored[table] <= before[table]
+        for table in ("campaigns", "recordings", "impacts", "series_chunks")
     )
     run_pyroshock("db", "check", "--db", again)
     back = registry_of(again)
@@ -105,7 +108,9 @@ def test_store_and_registry_are_back_when_the_originals_are_gone(
     assert version.label == "linear@1" and back.damage(version) is None
     assert type(back.load(version).model) is type(predicted)
     _train(back, "configurations")
-    assert len(back.versions()) == 2 and all(back.damage(record) is None for record in back.versions())
+    assert len(back.versions()) == 2 and all(
+        back.damage(record) is None for record in back.versions()
+    )
 
 
 def test_a_backup_that_was_altered_or_has_no_room_is_refused(tmp_path: Path) -> None:
@@ -119,7 +124,10 @@ def test_a_backup_that_was_altered_or_has_no_room_is_refused(tmp_path: Path) -> 
     with pytest.raises(StoreError, match="holds a store already"):
         restore(folder, url)
     changes: tuple[tuple[Callable[[Path], object], str], ...] = (
-        (lambda path: path.write_bytes(path.read_bytes()[:-1] + b"x"), "store.db is not as it was written"),
+        (
+            lambda path: path.write_bytes(path.read_bytes()[:-1] + b"x"),
+            "store.db is not as it was written",
+        ),
         (lambda path: path.with_name("further").write_bytes(b"x"), "further was not in it"),
         (Path.unlink, "store.db is missing"),
         (lambda path: path.with_name("backup.json").write_text("{}"), "is no backup"),
@@ -135,7 +143,9 @@ def test_a_backup_that_was_altered_or_has_no_room_is_refused(tmp_path: Path) -> 
     assert counts(f"sqlite:///{tmp_path / 'other.db'}") == before
 
 
-def test_a_registry_of_another_kind_has_its_own_backup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_registry_of_another_kind_has_its_own_backup(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     run_pyroshock("init", "--db", url)
     monkeypatch.setenv("MLFLOW_TRACKING_URI", "postgresql+psycopg://lab@server/models")

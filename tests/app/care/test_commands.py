@@ -29,10 +29,19 @@ def damaged(care_copy: str) -> str:
 
 def test_check_tells_scripts_and_people(care_copy):
     sound = run("db", "check", "--db", care_copy, "--json")
-    assert json.loads(sound.stdout) == {"sound": True, "findings": []} and "is sound" in sound.stderr
+    assert (
+        json.loads(sound.stdout) == {"sound": True, "findings": []} and "is sound" in sound.stderr
+    )
     flip(care_copy, "series_chunks", "frame", CHUNK, 40)
-    row, finding = json.loads(run("db", "check", "--db", care_copy, "--json", code=1).stdout)["findings"]
-    assert (row["check"], row["table"], row["row"], row["chunk"]) == ("rows", "series_chunks", "1/1", 1)
+    row, finding = json.loads(run("db", "check", "--db", care_copy, "--json", code=1).stdout)[
+        "findings"
+    ]
+    assert (row["check"], row["table"], row["row"], row["chunk"]) == (
+        "rows",
+        "series_chunks",
+        "1/1",
+        1,
+    )
     assert "--repair FOLDER" in row["advice"]
     place = {key: finding[key] for key in ("check", "campaign", "recording", "channel", "chunk")}
     assert place == {
@@ -40,7 +49,9 @@ def test_check_tells_scripts_and_people(care_copy):
     }  # fmt: skip
     assert "--repair FOLDER" in finding["advice"]
     _, line = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
-    assert line.startswith("series: campaign spring, recording recordings/test-01.npz, channel force, chunk 1: ")
+    assert line.startswith(
+        "series: campaign spring, recording recordings/test-01.npz, channel force, chunk 1: "
+    )
     assert run("db", "check", "--fast", "--db", care_copy).stdout == ""
     assert run("db", "check", "--campaign", GUN, "--db", care_copy).stdout == ""
 
@@ -70,12 +81,18 @@ def test_a_dataset_whose_pulses_were_changed_is_named(care_copy):
 def test_a_registered_model_without_its_files_is_named():
     versions = [
         SimpleNamespace(
-            label=f"{name}@1", name=name, run_id=name, split="repetitions", dataset=SimpleNamespace(name="small")
+            label=f"{name}@1",
+            name=name,
+            run_id=name,
+            split="repetitions",
+            dataset=SimpleNamespace(name="small"),
         )
         for name in ("tree", "linear")
     ]
     wrong = {"linear@1": "linear@1: no model.json"}
-    registry = SimpleNamespace(versions=lambda: versions, damage=lambda version: wrong.get(version.label))
+    registry = SimpleNamespace(
+        versions=lambda: versions, damage=lambda version: wrong.get(version.label)
+    )
     (finding,) = damaged_models(registry)
     assert (finding.place, finding.message) == ({"model": "linear@1"}, "linear@1: no model.json")
     assert finding.advice.endswith("pyroshock train small --models linear --split repetitions")
@@ -96,7 +113,10 @@ def test_another_file_repairs_nothing(damaged, care_source, tmp_path):
     folder = shutil.copytree(care_source / HAMMER, tmp_path / HAMMER)
     shutil.copy(folder / "recordings/test-02.mat", folder / "recordings/test-01.npz")
     result = run("db", "check", "--repair", folder, "--db", damaged, code=1)
-    assert "test-01.npz: force: recordings/test-01.npz: the file has changed since it was ingested" in result.stderr
+    assert (
+        "test-01.npz: force: recordings/test-01.npz: the file has changed since it was ingested"
+        in result.stderr
+    )
 
 
 def test_copies_and_archives_say_what_they_made(care_copy, tmp_path, monkeypatch):
@@ -106,22 +126,35 @@ def test_copies_and_archives_say_what_they_made(care_copy, tmp_path, monkeypatch
     result = run("db", "copy", care_copy, target, "--json")
     tables = {table["name"]: table["rows"] for table in json.loads(result.stdout)}
     assert (tables["impacts"], tables["series_chunks"]) == (11, 13)
-    assert f"The models stay in sqlite:///{tmp_path}/lab-models.db. Set MLFLOW_TRACKING_URI" in result.stderr
+    assert (
+        f"The models stay in sqlite:///{tmp_path}/lab-models.db. Set MLFLOW_TRACKING_URI"
+        in result.stderr
+    )
     assert "holds a store already" in run("db", "copy", care_copy, target, code=2).stderr
     run("db", "export", HAMMER, "--out", tmp_path / "s.pyroshock", "--db", care_copy)
     there = url_of(tmp_path / "there.db")
-    report = json.loads(run("db", "import", tmp_path / "s.pyroshock", "--db", there, "--json").stdout)
-    assert (report["campaigns"], report["added"]["impacts"], report["left_behind"]) == ([HAMMER], 10, [])
+    report = json.loads(
+        run("db", "import", tmp_path / "s.pyroshock", "--db", there, "--json").stdout
+    )
+    assert (report["campaigns"], report["added"]["impacts"], report["left_behind"]) == (
+        [HAMMER],
+        10,
+        [],
+    )
     again = run("db", "import", tmp_path / "s.pyroshock", "--db", there)
     assert again.stderr == "spring: all of it was there\n"
     run("db", "check", "--db", there)
-    left = json.loads(run("db", "import", tmp_path / "lab.db", "--db", there, "--json").stdout)["left_behind"]
+    left = json.loads(run("db", "import", tmp_path / "lab.db", "--db", there, "--json").stdout)[
+        "left_behind"
+    ]
     assert left == ["1 rows of dataset_snapshots", "1 rows of jobs", "10 rows of snapshot_pulses",
                     "1 rows of tombstones", "1 rows of twin_configurations"]  # fmt: skip
 
 
 def test_damage_keeps_no_page_from_being_shown(damaged):
-    execute(damaged, "UPDATE pulses SET fine_force_n = :nothing WHERE id IN (2, 13)", nothing=b"x" * 40)
+    execute(
+        damaged, "UPDATE pulses SET fine_force_n = :nothing WHERE id IN (2, 13)", nothing=b"x" * 40
+    )
     with window(damaged) as (client, _):
         broken, other, whole = (client.get(f"/impacts/{key}") for key in (1, 6, 2))
         compared = client.get("/compare?factor=tip_material&campaign=*&rejected=true")
@@ -142,17 +175,35 @@ def test_damage_keeps_no_page_from_being_shown(damaged):
 def test_damage_is_named_by_exports_and_left_out_on_request(damaged, tmp_path):
     out = tmp_path / "series.csv"
     refused = run("export", "series", "--out", out, "--db", damaged, code=2)
-    assert "recording recordings/test-01.npz, channel force: channel 1: chunk 1 is damaged" in refused.stderr
+    assert (
+        "recording recordings/test-01.npz, channel force: channel 1: chunk 1 is damaged"
+        in refused.stderr
+    )
     assert not out.exists()
     told = run("export", "series", "--skip-damaged", "--out", out, "--db", damaged)
-    assert "left out: campaign spring, recording recordings/test-01.npz, channel force" in told.stderr
+    assert (
+        "left out: campaign spring, recording recordings/test-01.npz, channel force" in told.stderr
+    )
     lines = out.read_text().splitlines()
     with opened(damaged) as store, store.reading() as session:
-        total = session.connection().exec_driver_sql("SELECT sum(samples) FROM channels WHERE id <> 1").scalar_one()
+        total = (
+            session.connection()
+            .exec_driver_sql("SELECT sum(samples) FROM channels WHERE id <> 1")
+            .scalar_one()
+        )
     assert len(lines) == 1 + total
     run("impacts", "--db", damaged)
     run("export", "pulses", "--out", tmp_path / "pulses.csv", "--db", damaged)
-    run("export", "series", "--recording", "recordings/test-02.mat", "--out", tmp_path / "x.csv", "--db", damaged)
+    run(
+        "export",
+        "series",
+        "--recording",
+        "recordings/test-02.mat",
+        "--out",
+        tmp_path / "x.csv",
+        "--db",
+        damaged,
+    )
 
 
 @pytest.mark.slow
@@ -163,13 +214,24 @@ def test_a_changed_sample_without_a_checksum_is_found_by_its_hash(care_copy, tmp
 
     with opened(care_copy) as store, store.reading() as session:
         table = metadata.tables["series_chunks"]
-        frame = session.execute(table.select().where(table.c.channel_id == 4, table.c.number == 0)).one().frame
+        frame = (
+            session.execute(table.select().where(table.c.channel_id == 4, table.c.number == 0))
+            .one()
+            .frame
+        )
     samples = decode(frame, "<f4")
     samples[100] = 7.5
     bare = encode(samples)[:-4]
-    execute(care_copy, "UPDATE series_chunks SET frame = :bare WHERE channel_id = 4 AND number = 0", bare=bare)
+    execute(
+        care_copy,
+        "UPDATE series_chunks SET frame = :bare WHERE channel_id = 4 AND number = 0",
+        bare=bare,
+    )
     _, line = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
-    assert "recording recordings/test-02.mat, channel acceleration_1: its samples have the SHA-256" in line
+    assert (
+        "recording recordings/test-02.mat, channel acceleration_1: its samples have the SHA-256"
+        in line
+    )
     refused = run("export", "series", "--recording", "recordings/test-02.mat", "--out", tmp_path / "x.csv", "--db",
                   care_copy, code=2)  # fmt: skip
     assert "its samples have the SHA-256" in refused.stderr

@@ -26,13 +26,19 @@ def drawn(gaps: list[float], units: list[str] | None = None, most: int = 6) -> l
     units = units or ["1"] * len(gaps)
     observables = [observable(f"o{i}", unit=unit) for i, unit in enumerate(units)]
     gap = 0.01 * np.tile(gaps, (4, 1))
-    return [each.name for each in residual_pictures(observables, gap, None, np.full(gap.shape, 1e-4), most)]
+    return [
+        each.name
+        for each in residual_pictures(observables, gap, None, np.full(gap.shape, 1e-4), most)
+    ]
 
 
 def test_largest_gaps_are_drawn_in_their_order_and_what_agrees_is_left_out_but_for_one() -> None:
     assert drawn([2.0, 9.0, 4.0, 5.0], most=2) == ["o1", "o3"] and drawn([0.2, 9.0, 0.3]) == ["o1"]
     assert drawn([0.2, 0.1, 0.3]) == ["o2"]
-    assert drawn([9.0, 8.0, 7.0, 3.0], ["1", "1", "1", "dB"], most=2) == ["o0", "o3"]  # no unit takes all the room
+    assert drawn([9.0, 8.0, 7.0, 3.0], ["1", "1", "1", "dB"], most=2) == [
+        "o0",
+        "o3",
+    ]  # no unit takes all the room
     assert drawn([float("nan"), 2.0]) == ["o1"] and drawn([]) == []
 
 
@@ -40,9 +46,12 @@ def test_planted_effect_closes_the_gap_that_is_drawn() -> None:
     """A gun whose readings of velocity are 5 % high: after the effect the residuals are gone."""
     gain = effect("sensor.velocity_gain", gain=1.05)
     pressures = (0.3e5, 0.6e5, 1.2e5)
-    configurations = tuple(RunConfiguration(f"{p / 1e5:g} bar", {"tank_pressure": p}) for p in pressures)
+    configurations = tuple(
+        RunConfiguration(f"{p / 1e5:g} bar", {"tank_pressure": p}) for p in pressures
+    )
     runs = tuple(
-        Run(i, i, 1, i, p, 0.5, 1.05 * float(muzzle_velocity(BENCH, p, 0.5)), 0.01) for i, p in enumerate(pressures)
+        Run(i, i, 1, i, p, 0.5, 1.05 * float(muzzle_velocity(BENCH, p, 0.5)), 0.01)
+        for i, p in enumerate(pressures)
     )
     record = CampaignRecord("made", "gun", configurations, runs, gun=BENCH)
     stage = GunObservables(record)
@@ -76,7 +85,10 @@ def test_spectra_are_drawn_for_each_channel() -> None:
     record = played([gain])
     stage = PlateObservables(record)
     pictures = pictures_of(GapTable.of(record, [stage]), [stage], [([gain], 1.0)])
-    assert [curve.title.split(",")[0] for curve in pictures.curves] == ["acceleration 1", "acceleration 2"]
+    assert [curve.title.split(",")[0] for curve in pictures.curves] == [
+        "acceleration 1",
+        "acceleration 2",
+    ]
     for curve in pictures.curves:
         assert curve.after is not None and curve.logarithmic
         np.testing.assert_allclose(curve.measured / curve.before, 1.3, rtol=0.02)
@@ -90,7 +102,9 @@ def test_mean_of_choices_is_drawn_by_their_weights_and_its_effects_are_told() ->
     run = Run(0, 0, 1, 0, 0.3e5, 0.5, 1.1 * float(muzzle_velocity(BENCH, 0.3e5, 0.5)), 0.01)
     record = CampaignRecord("made", "gun", configurations, (run,), gun=BENCH)
     stage = GunObservables(record)
-    pictures = pictures_of(GapTable.of(record, [stage]), [stage], [([gains[0]], 0.25), ([gains[1]], 0.75)])
+    pictures = pictures_of(
+        GapTable.of(record, [stage]), [stage], [([gains[0]], 0.25), ([gains[1]], 0.75)]
+    )
     assert pictures.drawn_effects == (("sensor.velocity_gain",), ("sensor.velocity_gain",))
     (picture,) = pictures.residuals
     assert picture.after is not None
@@ -107,7 +121,11 @@ def test_mean_pulse_and_mean_spectrum_are_drawn() -> None:
         gap = GapTable.of(stage.record, [stage])
         first, second, both = (
             pictures_of(gap, [stage], choices).curves[0].after
-            for choices in ([([effects[0]], 1.0)], [([effects[1]], 1.0)], [([own], 0.5) for own in effects])
+            for choices in (
+                [([effects[0]], 1.0)],
+                [([effects[1]], 1.0)],
+                [([own], 0.5) for own in effects],
+            )
         )
         assert first is not None and second is not None and both is not None
         mean = 0.5 * (first + second) if stage is contact else np.sqrt(first * second)

@@ -9,7 +9,14 @@ import pytest
 from pyroshock.app.common.number_format import percent
 from pyroshock.app.diagnose.page_parts import list_row, parts_of
 from pyroshock.app.diagnose.recommendations import next_experiment, recommendations
-from pyroshock.app.diagnose.report import EFFECT_COLUMNS, GAIN, effect_rows, page, sections, verdict_of
+from pyroshock.app.diagnose.report import (
+    EFFECT_COLUMNS,
+    GAIN,
+    effect_rows,
+    page,
+    sections,
+    verdict_of,
+)
 from pyroshock.app.diagnose.report_charts import path_rows, share_rows
 from pyroshock.app.diagnose.service import GapDiagnosis
 from pyroshock.app.diagnose.stored import verdict_from_json, verdict_to_json
@@ -51,7 +58,10 @@ SUBJECTS = "the flow resistance of the barrel or the flow resistance of the valv
 
 def alike(**changed: object) -> Verdict:
     """Valve or bore, which the runs cannot tell apart, and a leak that is established."""
-    drag, loss = Fitted("drag_coefficient", 3.0, "", (2.7, 3.3)), Fitted("steady_loss_coefficient", 21.9, "", (20, 24))
+    drag, loss = (
+        Fitted("drag_coefficient", 3.0, "", (2.7, 3.3)),
+        Fitted("steady_loss_coefficient", 21.9, "", (20, 24)),
+    )
     whole = verdicts.gun(
         causes=(
             Cause((f"{NAMES[0]}+gun.blow_by", f"{NAMES[1]}+gun.blow_by"), 0.84, (), (0.52, 0.48)),
@@ -94,11 +104,17 @@ def test_set_is_named_once_and_alike_everywhere() -> None:
     assert set_name(NAMES) == name
     verdict = alike()
     assert f"{name.capitalize()[0]}{name[1:]} causes 77 % of it (70 to 84 %)" in summary(verdict)
-    assert summary(verdict).endswith("97 % of the error above the noise disappears.")  # where the path ends
+    assert summary(verdict).endswith(
+        "97 % of the error above the noise disappears."
+    )  # where the path ends
     rows = [dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict)]
     assert [row["effect"] for row in rows[:4]] == [" or ".join(NAMES), *NAMES, "gun.blow_by"]
     assert [row["cause"] for row in rows[:5]] == ["yes", "in set 1", "in set 1", "yes", "no"]
-    assert (rows[0]["name"], rows[0]["share"], rows[0]["90 % interval"]) == (name, "77 %", "70 to 84 %")
+    assert (rows[0]["name"], rows[0]["share"], rows[0]["90 % interval"]) == (
+        name,
+        "77 %",
+        "70 to 84 %",
+    )
     short = SUBJECTS.replace("the flow", "flow")
     assert [row.name for row in path_rows(verdict)][1:4] == [
         f"+ {short}", "+ leak past the projectile", "+ effects that are not established"
@@ -119,8 +135,12 @@ def test_set_is_named_once_and_alike_everywhere() -> None:
 def test_mean_of_a_set_is_offered_and_its_channel_is_named() -> None:
     steps = recommendations(alike())
     command = "pyroshock diagnose spring --adopt gun.barrel_loss/gun.valve_flow,gun.blow_by."
-    assert steps[0].startswith("Adopt the mean of what these sets of effects predict") and steps[0].endswith(command)
-    assert steps[1].startswith(f"These runs cannot tell whether {SUBJECTS} acts; to decide, measure the velocity at")
+    assert steps[0].startswith("Adopt the mean of what these sets of effects predict") and steps[
+        0
+    ].endswith(command)
+    assert steps[1].startswith(
+        f"These runs cannot tell whether {SUBJECTS} acts; to decide, measure the velocity at"
+    )
     first, second = alike().sets
     settled = alike(sets=(replace(first, settled_by=SettledBy("tank_pressure", 9.1)), second))
     line = (
@@ -136,13 +156,19 @@ def test_fit_that_no_part_has_is_said_and_not_offered() -> None:
     whole = alike().averaged
     assert whole is not None
     verdict = alike(
-        effects=(bore, *rows[1:]), averaged=AveragedEffects((replace(whole.choices[1], weight=1.0),), 0.055)
+        effects=(bore, *rows[1:]),
+        averaged=AveragedEffects((replace(whole.choices[1], weight=1.0),), 0.055),
     )
     steps = recommendations(verdict)
     assert steps[0].endswith("--adopt gun.valve_flow,gun.blow_by.")
-    assert any("21.7, beyond its range, which ends at 5: this is a miss of the law" in step for step in steps)
+    assert any(
+        "21.7, beyond its range, which ends at 5: this is a miss of the law" in step
+        for step in steps
+    )
     nothing = recommendations(alike(averaged=None))[0]
-    assert nothing.startswith(f"Do not adopt {SUBJECTS}") and nothing.endswith("that the parts can have.")
+    assert nothing.startswith(f"Do not adopt {SUBJECTS}") and nothing.endswith(
+        "that the parts can have."
+    )
     assert offered(alike(averaged=None)) is None
 
 
@@ -159,7 +185,9 @@ def test_larger_sets_are_offered_where_the_smaller_ones_have_no_possible_values(
     best = offered(verdict)
     assert best is not None and best.name == "gun.valve_flow"
     step = recommendations(verdict)[0]
-    assert step.startswith(f"Adopt {effect_subject('gun.valve_flow')}, and not {effect_subject('gun.blow_by')}: ")
+    assert step.startswith(
+        f"Adopt {effect_subject('gun.valve_flow')}, and not {effect_subject('gun.blow_by')}: "
+    )
     assert step.endswith("--adopt gun.valve_flow.")
 
 
@@ -198,8 +226,14 @@ def random_verdict(seed: int) -> Verdict:
         sets.append(EffectSet(tuple(row.effect for row in members), 0.9, share, (0.0, 1.0), 0.5))
     sets.sort(key=lambda own: -own.share)
     number = {name: i for i, own in enumerate(sets, start=1) for name in own.effects}
-    effects = [replace(row, credible_set=number.get(row.effect), named=row.effect in number) for row in effects]
-    first = ["+".join(rng.choice(names, rng.integers(1, 4), replace=False)) for _ in range(rng.integers(1, 4))]
+    effects = [
+        replace(row, credible_set=number.get(row.effect), named=row.effect in number)
+        for row in effects
+    ]
+    first = [
+        "+".join(rng.choice(names, rng.integers(1, 4), replace=False))
+        for _ in range(rng.integers(1, 4))
+    ]
     answers = [(NONE,), (UNKNOWN,), tuple(dict.fromkeys(first)), tuple(dict.fromkeys(first))]
     cause = Cause(answers[rng.integers(len(answers))], 0.7)
     others = [Cause((name,), 0.15) for name in (NONE, UNKNOWN) if cause.effects != (name,)]
@@ -230,8 +264,12 @@ def test_headline_never_contradicts_the_table(seed: int) -> None:
         places = {row["name"]: sentences.lower().find(str(row["name"]).lower()) for row in sets}
         assert places[subject] == min(places.values()) >= 0
         assert sets[0]["name"] == rows[0]["name"] == subject
-        assert path_rows(verdict)[1].name.startswith(f"+ {effect_subject(verdict.sets[0].effects[0])[4:]}")
-        assert share_rows(verdict)[0].name.startswith(effect_subject(verdict.sets[0].effects[0])[4:])
+        assert path_rows(verdict)[1].name.startswith(
+            f"+ {effect_subject(verdict.sets[0].effects[0])[4:]}"
+        )
+        assert share_rows(verdict)[0].name.startswith(
+            effect_subject(verdict.sets[0].effects[0])[4:]
+        )
     # Every set has one row that says yes, and each of its effects is in it; every effect has one row.
     assert len(sets) == len(verdict.sets)
     for number, own in enumerate(verdict.sets, start=1):
@@ -245,26 +283,43 @@ def test_headline_never_contradicts_the_table(seed: int) -> None:
 
 def test_pictures_say_which_effects_they_are_drawn_with() -> None:
     def said(verdict: Verdict, *drawn: tuple[str, ...]) -> str:
-        return drawn_effects_sentence(replace(verdict, pictures=replace(verdict.pictures, drawn_effects=drawn)))
+        return drawn_effects_sentence(
+            replace(verdict, pictures=replace(verdict.pictures, drawn_effects=drawn))
+        )
 
     valve, barrel = (effect_subject(name) for name in ("gun.valve_flow", "gun.barrel_loss"))
-    assert said(verdicts.gun(), ("gun.valve_flow",)) == f"The model with effects has {valve}, fitted to all runs."
+    assert (
+        said(verdicts.gun(), ("gun.valve_flow",))
+        == f"The model with effects has {valve}, fitted to all runs."
+    )
     mean = said(verdicts.gun(), ("gun.valve_flow",), ("gun.barrel_loss",))
     assert "the mean of 2 predictions" in mean and f"with {valve} or with {barrel}." in mean
-    assert said(verdicts.unknown(), ("gun.valve_flow",)).endswith("The data do not establish them as causes.")
+    assert said(verdicts.unknown(), ("gun.valve_flow",)).endswith(
+        "The data do not establish them as causes."
+    )
     assert said(verdicts.gun()) == ""
     verdict = verdicts.gun()
-    verdict = replace(verdict, pictures=replace(verdict.pictures, drawn_effects=(("gun.valve_flow",),)))
+    verdict = replace(
+        verdict, pictures=replace(verdict.pictures, drawn_effects=(("gun.valve_flow",),))
+    )
     assert drawn_effects_sentence(verdict) in page(verdict) and "first cause" not in page(verdict)
-    assert verdict_from_json(*verdict_to_json(verdict)).pictures.drawn_effects == (("gun.valve_flow",),)
+    assert verdict_from_json(*verdict_to_json(verdict)).pictures.drawn_effects == (
+        ("gun.valve_flow",),
+    )
 
 
 def test_figures_of_what_was_not_seen_have_their_units() -> None:
     verdict = verdicts.gun()
-    more = {**verdict.shrinkage[0].more, stage_figure("gun"): (42.0, 1.26), "rms of gun": (0.42, 0.0126)}
+    more = {
+        **verdict.shrinkage[0].more,
+        stage_figure("gun"): (42.0, 1.26),
+        "rms of gun": (0.42, 0.0126),
+    }
     (section,) = [
         section_of_page
-        for section_of_page in sections(replace(verdict, shrinkage=(replace(verdict.shrinkage[0], more=more),)))
+        for section_of_page in sections(
+            replace(verdict, shrinkage=(replace(verdict.shrinkage[0], more=more),))
+        )
         if section_of_page.title == "On configurations that the fit has not seen"
     ]
     (table,) = [block for block in section.blocks if isinstance(block, Table)]
@@ -277,13 +332,17 @@ def test_figures_of_what_was_not_seen_have_their_units() -> None:
     }
 
 
-def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not_the_choice_of_the_folds() -> None:
+def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not_the_choice_of_the_folds() -> (
+    None
+):
     nominal_verdict = verdicts.gun()
     entry = replace(nominal_verdict.shrinkage[0], effects=("gun.barrel_loss",))
     alike = "gun.valve_flow or gun.barrel_loss"
     path = (PathStep(alike, 0.05, 0.88), PathStep(OTHERS, entry.after, 0.97))
     verdict = replace(nominal_verdict, path=path, shrinkage=(entry,))
-    assert shrinkage_line(entry, verdict).startswith(f"{alike}, and {OTHERS}: 0.42 before, 0.0126 after, held out by")
+    assert shrinkage_line(entry, verdict).startswith(
+        f"{alike}, and {OTHERS}: 0.42 before, 0.0126 after, held out by"
+    )
     assert list(GapDiagnosis(verdict).shrinkage["effects"]) == [f"{alike}, and {OTHERS}"]
     assert verdict.as_json()["shrinkage"][0]["effects"] == ["gun.barrel_loss"]
     many = replace(verdict, path=path * 2)
@@ -296,7 +355,10 @@ def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not
 def test_gain_in_the_table_is_not_called_as_the_fraction_of_the_path() -> None:
     """A set takes 99 % after the nominal model and 58 % beside effects that take its place: the table says which."""
     verdict = verdicts.gun(path=(PathStep("gun.valve_flow", 0.0126, 0.97),))
-    assert percent(verdict.effects[0].held_out_gain) == "58 %" and percent(verdict.path[0].fraction) == "97 %"
+    assert (
+        percent(verdict.effects[0].held_out_gain) == "58 %"
+        and percent(verdict.path[0].fraction) == "97 %"
+    )
     html = page(verdict)
     assert f">{GAIN}<" in html and ">held out<" not in html and GAIN in EFFECT_COLUMNS
     assert "adds the first effect to the nominal model" in html

@@ -8,7 +8,12 @@ import pytest
 from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.diagnose.recommendations import next_experiment, recommendations, rest_sentence
 from pyroshock.app.diagnose.report import effect_rows
-from pyroshock.app.diagnose.request import considered_effects, full_name, restriction_sentences, uncertain_numbers
+from pyroshock.app.diagnose.request import (
+    considered_effects,
+    full_name,
+    restriction_sentences,
+    uncertain_numbers,
+)
 from pyroshock.app.diagnose.summary import held_out_fraction, nearest_effects, summary
 from pyroshock.app.diagnose.wording import (
     EFFECT_CHECKS,
@@ -71,7 +76,11 @@ def test_effects_and_observables_have_words_of_their_own() -> None:
 @pytest.mark.parametrize("name", ["ln_velocity", *(item.name for item in OBSERVABLES)])
 def test_features_have_physical_labels(name: str) -> None:
     label = observable_label(name)
-    assert "_" not in label.text and not label.text.startswith("ln ") and label.relative == name.startswith("ln_")
+    assert (
+        "_" not in label.text
+        and not label.text.startswith("ln ")
+        and label.relative == name.startswith("ln_")
+    )
 
 
 # --- `--with` and `--without`: which effects are left, what a report says of it, and what is refused ----------------
@@ -102,7 +111,9 @@ def test_effects_that_cannot_be_considered_are_named(only, without, kind, messag
 def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> None:
     assert restriction_sentences() == ()
     only, without = restriction_sentences(("gun.blow_by",), ("gun.valve_flow", "gun.back_pressure"))
-    assert "only gun.blow_by" in only and "not consider gun.valve_flow, gun.back_pressure" in without
+    assert (
+        "only gun.blow_by" in only and "not consider gun.valve_flow, gun.back_pressure" in without
+    )
     sentences = summary(verdicts.gun())
     assert sentences.startswith(
         "The model error is 42 times the tolerance and 99 times the measurement noise; it arises in the gun."
@@ -124,7 +135,9 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
     ("contact.viscous_loss.loss_s_m (0.4)", "s/m", 0.1, "loss (0.4) = 0.10 s/m (0.09 to 0.11 s/m)"),
     ("seal_share", "", 0.1, "seal share = 0.10 (0.09 to 0.11)"),
 ])  # fmt: skip
-def test_parameters_are_shown_in_the_units_of_the_field(name: str, unit: str, value: float, words: str) -> None:
+def test_parameters_are_shown_in_the_units_of_the_field(
+    name: str, unit: str, value: float, words: str
+) -> None:
     assert fitted_words(Fitted(name, value, unit, (0.9 * value, 1.1 * value))) == words
 
 
@@ -143,12 +156,17 @@ def test_value_that_the_part_cannot_have_is_marked_in_table_and_causes() -> None
         Cause(("gun.barrel_loss",), 0.9, (drag,)),
         Cause(("gun.valve_flow+gun.barrel_loss", "gun.valve_flow"), 0.9, (named,)),
     )
-    assert all(any(marked in line for line in cause_lines(cause)) for cause in (single, alternatives))
+    assert all(
+        any(marked in line for line in cause_lines(cause)) for cause in (single, alternatives)
+    )
 
 
 def test_parameters_are_shown_in_si_where_it_is_asked_for() -> None:
     with shown_in("si"):
-        assert fitted_words(Fitted("opening_time_s", 0.25, "s", (0.2, 0.3))) == "opening time = 0.25 s (0.20 to 0.30 s)"
+        assert (
+            fitted_words(Fitted("opening_time_s", 0.25, "s", (0.2, 0.3)))
+            == "opening time = 0.25 s (0.20 to 0.30 s)"
+        )
 
 
 def test_causes_are_lists_of_effects_without_a_plus_sign() -> None:
@@ -190,7 +208,9 @@ def test_a_slip_is_answered_with_the_nearest_or_all(name: str, answer: str) -> N
 # --- the first sentences say what the verdict holds, in plain words and no more ---
 def in_stages(*shares: float) -> Verdict:
     names = ("gun", "contact", "plate")
-    stages = tuple(StageShare(name, share, (0.0, 1.0), 1.0) for name, share in zip(names, shares, strict=False))
+    stages = tuple(
+        StageShare(name, share, (0.0, 1.0), 1.0) for name, share in zip(names, shares, strict=False)
+    )
     return verdicts.gun(where=Where(stage=stages))
 
 
@@ -200,16 +220,26 @@ def in_stages(*shares: float) -> Verdict:
     ((0.4, 0.6), "; most of it arises in the contact (60 %)."),
     ((), "times the measurement noise."),
 ])  # fmt: skip
-def test_stage_is_named_as_clearly_as_the_shares_allow(shares: tuple[float, ...], words: str) -> None:
+def test_stage_is_named_as_clearly_as_the_shares_allow(
+    shares: tuple[float, ...], words: str
+) -> None:
     assert words in summary(in_stages(*shares))
 
 
 def own_errors(*stages: tuple[str, float, tuple[float, float]]) -> Where:
-    return Where(stage=tuple(StageShare(name, 0.5, (0.0, 1.0), own, own_ci90) for name, own, own_ci90 in stages))
+    return Where(
+        stage=tuple(
+            StageShare(name, 0.5, (0.0, 1.0), own, own_ci90) for name, own, own_ci90 in stages
+        )
+    )
 
 
 def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
-    contact, gun, plate = ("contact", 3.1, (2.6, 3.5)), ("gun", 3.0, (2.7, 3.4)), ("plate", 0.4, (0.1, 0.7))
+    contact, gun, plate = (
+        ("contact", 3.1, (2.6, 3.5)),
+        ("gun", 3.0, (2.7, 3.4)),
+        ("plate", 0.4, (0.1, 0.7)),
+    )
     assert (
         "The contact and the gun are off by nearly the same (3.1 and 3 times their tolerances): these runs cannot rank "
         "them."
@@ -220,7 +250,9 @@ def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
     )
     for other in (plate, ("gun", 2.4, (2.1, 2.7))):
         assert "nearly the same" not in summary(verdicts.gun(where=own_errors(contact, other)))
-    assert "its own error is 3.1 (2.6 to 3.5) tolerances." in "".join(where_lines(own_errors(contact)))
+    assert "its own error is 3.1 (2.6 to 3.5) tolerances." in "".join(
+        where_lines(own_errors(contact))
+    )
 
 
 def test_stage_that_is_off_most_by_itself_is_told_where_another_has_the_larger_share() -> None:
@@ -228,17 +260,23 @@ def test_stage_that_is_off_most_by_itself_is_told_where_another_has_the_larger_s
     gun = StageShare("gun", 0.7, (0.6, 0.8), 23.0, (17.0, 28.0))
     sentences = summary(verdicts.gun(where=Where(stage=(contact, gun))))
     assert (
-        "; most of it arises in the gun (70 %). Given its measured input, the contact is off most (35 tol" in sentences
+        "; most of it arises in the gun (70 %). Given its measured input, the contact is off most (35 tol"
+        in sentences
     )
-    assert "off most" not in summary(verdicts.gun(where=Where(stage=(replace(contact, share=0.8), gun))))
+    assert "off most" not in summary(
+        verdicts.gun(where=Where(stage=(replace(contact, share=0.8), gun)))
+    )
 
 
 def test_cause_that_the_error_hardly_feels_is_told_with_where_it_shows() -> None:
-    families = (FamilyGap("damping", 0.31, 0.01, 0.1, True), FamilyGap("spectrum", 0.32, 0.1, 0.5, False))
-    within = GapSize("rms error of the shock response spectrum (dB)", 0.32, 0.1, 0.5, False, families)
-    sentence = (
-        "It hardly matters for the size of the error, which is within tolerance; it shows in the damping (3.1 times "
+    families = (
+        FamilyGap("damping", 0.31, 0.01, 0.1, True),
+        FamilyGap("spectrum", 0.32, 0.1, 0.5, False),
     )
+    within = GapSize(
+        "rms error of the shock response spectrum (dB)", 0.32, 0.1, 0.5, False, families
+    )
+    sentence = "It hardly matters for the size of the error, which is within tolerance; it shows in the damping (3.1 times "
     assert sentence in summary(verdicts.gun(gap=within))
     assert "hardly matters" not in summary(verdicts.gun())
     # A background beyond its tolerance is no finding, and is said to be one.
@@ -254,7 +292,10 @@ def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
     effects = (valve, replace(atmosphere, named=False), replace(leak, named=False), dead)
     sentences = summary(verdicts.gun(effects=effects))
     assert "the atmosphere" not in sentences
-    assert "effects that the data do not establish account for 36 % and 3 % (1 to 6 %) remains unexplained" in sentences
+    assert (
+        "effects that the data do not establish account for 36 % and 3 % (1 to 6 %) remains unexplained"
+        in sentences
+    )
     barrel = EffectShare("gun.barrel_loss", 0.4, 0.1, (0.0, 0.6), 0.1, valve.credible_set)
     alike_two = verdicts.gun(effects=(replace(valve, share=0.51), atmosphere, barrel, leak))
     assert [len(own.effects) for own in alike_two.cause_sets] == [2, 1, 1]
@@ -272,7 +313,9 @@ def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
 
 def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
     sentences = summary(verdicts.none())
-    assert sentences.startswith("Model and measurement agree: the model error is 0.8 times the tolerance")
+    assert sentences.startswith(
+        "Model and measurement agree: the model error is 0.8 times the tolerance"
+    )
     assert sentences.endswith("No effect is needed to explain it (97 %).")
     sentences = summary(verdicts.unknown())
     assert "most of it arises in the contact (80 %)" in sentences
@@ -281,8 +324,13 @@ def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
         in sentences
     )
     assert "disappears" not in sentences
-    sentences = summary(verdicts.gun(causes=(Cause(("unknown",), 0.7), Cause(("none",), 0.3)), unexplained=None))
-    assert "explain only a part of it (unknown: 70 %). The flow resistance of the valve causes 61 %" in sentences
+    sentences = summary(
+        verdicts.gun(causes=(Cause(("unknown",), 0.7), Cause(("none",), 0.3)), unexplained=None)
+    )
+    assert (
+        "explain only a part of it (unknown: 70 %). The flow resistance of the valve causes 61 %"
+        in sentences
+    )
 
 
 @pytest.mark.parametrize(("cause", "words"), [
@@ -309,16 +357,29 @@ def test_unknown_noise_is_left_out_and_fractions_are_held_out() -> None:
     nothing = summary(verdicts.gun(gap=GapSize("rms", float("nan"), float("nan"), 0.01, True)))
     assert nothing.startswith("The model error is of unknown size; ")
     nearest = [effect.effect for effect in nearest_effects(verdicts.unknown())]
-    assert nearest == ["contact.viscous_loss", "contact.plastic_yield"] and held_out_fraction(verdicts.gun()) == 0.97
-    assert held_out_fraction(verdicts.verdict()) == 0.94 and held_out_fraction(verdicts.verdict(shrinkage=())) is None
-    sentences = summary(verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5))))
+    assert (
+        nearest == ["contact.viscous_loss", "contact.plastic_yield"]
+        and held_out_fraction(verdicts.gun()) == 0.97
+    )
+    assert (
+        held_out_fraction(verdicts.verdict()) == 0.94
+        and held_out_fraction(verdicts.verdict(shrinkage=())) is None
+    )
+    sentences = summary(
+        verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5)))
+    )
     assert sentences.count("39 % (30 to 50 %) remains unexplained") == 1
 
 
 # --- what to do next: two to five full sentences, and under unknown always an experiment ---
 BARE = Where()
 UNKNOWN_ALONE = replace(
-    verdicts.unknown(), effects=(), unexplained=None, path=(), where=BARE, causes=(Cause(("unknown",), 1.0),)
+    verdicts.unknown(),
+    effects=(),
+    unexplained=None,
+    path=(),
+    where=BARE,
+    causes=(Cause(("unknown",), 1.0),),
 )
 MADE = {
     "gun": verdicts.gun(),
@@ -348,16 +409,23 @@ def test_unknown_has_an_experiment_and_a_measurement(made: Verdict) -> None:
 def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
     command = "pyroshock diagnose spring --adopt gun.valve_flow,gun.back_pressure,gun.blow_by."
     assert recommendations(verdicts.gun())[0].endswith(command)
-    assert "pyroshock diagnose 'spring 2' --adopt" in recommendations(verdicts.gun(campaign="spring 2"))[0]
+    assert (
+        "pyroshock diagnose 'spring 2' --adopt"
+        in recommendations(verdicts.gun(campaign="spring 2"))[0]
+    )
     path = (replace(verdicts.gun().path[0], fraction=0.2),)  # does not predict
-    assert recommendations(verdicts.gun(path=path))[0].startswith("Do not adopt the flow resistance of the valve, ")
+    assert recommendations(verdicts.gun(path=path))[0].startswith(
+        "Do not adopt the flow resistance of the valve, "
+    )
     (line,) = next_experiment(verdicts.verdict())
     assert line == (
         "Fire 4 runs at tank pressure 0.3 bar, bullet mass 1 kg and tip material steel: this separates the "
         "compliance of the insulating layer from the plate that gives way under the impact."
     )
     (line, *_) = next_experiment(verdicts.verdict(next_runs=()))
-    assert line.startswith("These runs cannot tell whether the compliance of the insulating layer or the plate that")
+    assert line.startswith(
+        "These runs cannot tell whether the compliance of the insulating layer or the plate that"
+    )
     assert effect_check("contact.layer_compliance") in line
 
 
@@ -379,7 +447,9 @@ def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
         "Fire 1 run at tank pressure 0.9 bar: this shows whether the leak past the projectile acts.",
     ),
 ])  # fmt: skip
-def test_run_that_cannot_decide_says_what_to_measure_instead(why: str, runs: int, line: str) -> None:
+def test_run_that_cannot_decide_says_what_to_measure_instead(
+    why: str, runs: int, line: str
+) -> None:
     run = NextRun(why, {"tank_pressure_bar": 0.9}, runs)
     assert next_experiment(verdicts.verdict(next_runs=(run,))) == (line,)
 
@@ -387,11 +457,22 @@ def test_run_that_cannot_decide_says_what_to_measure_instead(why: str, runs: int
 def test_large_rest_says_where_it_lies_in_its_main_stage() -> None:
     where = verdicts.unknown().where
     steps = recommendations(verdicts.gun(unexplained=Unexplained(0.3, (0.2, 0.4)), where=where))
-    assert any("where striker = 254 mm" in step and "peak force of the contact falls" in step for step in steps)
+    assert any(
+        "where striker = 254 mm" in step and "peak force of the contact falls" in step
+        for step in steps
+    )
     assert not any("striker" in step for step in recommendations(verdicts.gun(where=where)))
     contact = verdicts.unknown().where
-    assert "in the force from 0.1 to 0.4 ms and in the force from 800 to 4000 Hz" in rest_sentence(verdicts.unknown())
-    gun = replace(contact, stage=(StageShare("gun", 0.9, (0.8, 1.0), 9.0), StageShare("contact", 0.1, (0.0, 0.2), 1.0)))
+    assert "in the force from 0.1 to 0.4 ms and in the force from 800 to 4000 Hz" in rest_sentence(
+        verdicts.unknown()
+    )
+    gun = replace(
+        contact,
+        stage=(
+            StageShare("gun", 0.9, (0.8, 1.0), 9.0),
+            StageShare("contact", 0.1, (0.0, 0.2), 1.0),
+        ),
+    )
     assert "force from" not in rest_sentence(verdicts.unknown(where=gun))
 
 
@@ -402,12 +483,20 @@ def test_ends_of_ranges_repetitions_and_nearest_effects_are_said() -> None:
     miss = "The loss coefficient of the flow resistance of the valve is fitted as 10000, beyond its range"
     assert any(step.startswith(miss) and "not offered for adoption" in step for step in steps)
     assert not any("miss of the law" in step for step in recommendations(verdicts.gun()))
-    note = "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets'"
-    assert any(step.startswith("Repeat three") for step in recommendations(verdicts.gun(assumptions=(note,))))
+    note = (
+        "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets'"
+    )
+    assert any(
+        step.startswith("Repeat three")
+        for step in recommendations(verdicts.gun(assumptions=(note,)))
+    )
     assert not any(step.startswith("Repeat three") for step in recommendations(verdicts.gun()))
     first = recommendations(verdicts.unknown())[0]
     assert "the damping of the contact, which takes 31 % of the error away" in first
-    assert "the plastic yield of tip or target 14 %; the effects of the path together take 38 %" in first
+    assert (
+        "the plastic yield of tip or target 14 %; the effects of the path together take 38 %"
+        in first
+    )
     bare = replace(verdicts.unknown(), effects=(), path=(), unexplained=None)
     sentence = "The nearest answer of the catalogue is the flow resistance of the valve (8 %)."
     assert recommendations(bare)[0] == sentence

@@ -45,7 +45,9 @@ def count(store: Store) -> int:
 
 
 def asked_ingest(store: Store, folder: Path) -> int:
-    return ask(store, INGEST, "Ingest", IngestArguments(str(folder), ExtractionSettings().as_json())).key
+    return ask(
+        store, INGEST, "Ingest", IngestArguments(str(folder), ExtractionSettings().as_json())
+    ).key
 
 
 def begun(store: Store, key: int, url: str, folder: Path) -> subprocess.Popen[str]:
@@ -66,7 +68,9 @@ def test_a_killed_workers_ingest_is_finished_by_the_next(tmp_path: Path, sqlite_
         worker.communicate()
         assert count(store) < RECORDINGS
         assert get_job(store, key).state == RUNNING  # nobody was left to say otherwise
-        run_pyroshock("work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent)
+        run_pyroshock(
+            "work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent
+        )
         found = get_job(store, key)
     assert (found.state, found.attempt) == (DONE, 2) and found.result["impacts"] == RECORDINGS
     assert content(sqlite_url) == content(undisturbed)
@@ -86,7 +90,9 @@ def test_a_worker_that_is_told_to_end_gives_its_job_back(tmp_path: Path, sqlite_
 
 
 @pytest.mark.slow
-def test_a_worker_that_slept_through_its_lease_changes_nothing(tmp_path: Path, sqlite_url: str) -> None:
+def test_a_worker_that_slept_through_its_lease_changes_nothing(
+    tmp_path: Path, sqlite_url: str
+) -> None:
     folder = hammer_campaign(tmp_path / "spring", RECORDINGS, 1)
     undisturbed = f"sqlite:///{tmp_path / 'undisturbed.db'}"
     ingested(undisturbed, folder)
@@ -95,13 +101,19 @@ def test_a_worker_that_slept_through_its_lease_changes_nothing(tmp_path: Path, s
         worker = begun(store, key, sqlite_url, folder)
         try:
             worker.send_signal(signal.SIGSTOP)
-            run_pyroshock("work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent)
+            run_pyroshock(
+                "work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent
+            )
             before = get_job(store, key)
             assert (before.state, before.attempt) == (DONE, 2)
             following = ask(store, PLAN, "Plan", PLANNED).key
             worker.send_signal(signal.SIGCONT)
-            until(lambda: get_job(store, following).ended)  # it lives, and is through with the one it slept over
-            assert get_job(store, following).worker != before.worker and get_job(store, key) == before
+            until(
+                lambda: get_job(store, following).ended
+            )  # it lives, and is through with the one it slept over
+            assert (
+                get_job(store, following).worker != before.worker and get_job(store, key) == before
+            )
         finally:
             worker.kill()
             _, told = worker.communicate()
@@ -111,10 +123,15 @@ def test_a_worker_that_slept_through_its_lease_changes_nothing(tmp_path: Path, s
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-def test_workers_killed_at_any_moment_leave_every_effect_once(tmp_path: Path, database_url: str) -> None:
+def test_workers_killed_at_any_moment_leave_every_effect_once(
+    tmp_path: Path, database_url: str
+) -> None:
     """Four kinds of jobs; each worker is killed after a while, twice a job at most, till all is done."""
     folder = hammer_campaign(tmp_path / "autumn", RECORDINGS, 2, "autumn")
-    known = hammer_campaign(tmp_path / "spring", RECORDINGS, 1, "spring"), gun_campaign(tmp_path / "gun", 6, "gun")
+    known = (
+        hammer_campaign(tmp_path / "spring", RECORDINGS, 1, "spring"),
+        gun_campaign(tmp_path / "gun", 6, "gun"),
+    )
     threshold = ExtractionSettings(threshold=0.01)
     undisturbed = f"sqlite:///{tmp_path / 'undisturbed.db'}"
     ingested(undisturbed, folder, *known)
@@ -127,19 +144,26 @@ def test_workers_killed_at_any_moment_leave_every_effect_once(tmp_path: Path, da
         ask(store, DIAGNOSE, "Diagnosis", DiagnoseArguments("gun", seed=1))
         deaths = 0
         for moment in (2.0, 3.1, 4.3, 2.6, 3.7, 5.2):
-            worker = start_cli("work", "--db", database_url, "--lease", "1s", "--data", folder.parent)
+            worker = start_cli(
+                "work", "--db", database_url, "--lease", "1s", "--data", folder.parent
+            )
             time.sleep(moment)
             deaths += worker.poll() is None
             os.kill(worker.pid, signal.SIGKILL)
             worker.communicate()
             if any(job.attempt >= 3 and not job.ended for job in list_jobs(store)):
                 break
-        last = start_cli("work", "--db", database_url, "--once", "--lease", "1s", "--data", folder.parent)
+        last = start_cli(
+            "work", "--db", database_url, "--once", "--lease", "1s", "--data", folder.parent
+        )
         _, told = last.communicate(timeout=300)
         assert last.returncode == 0, told
         assert deaths >= 3 and [job.error for job in list_jobs(store) if job.state != DONE] == []
         with store.reading() as session:
-            kept = [session.scalar(select(func.count()).select_from(table)) for table in (Diagnosis, Plan)]
+            kept = [
+                session.scalar(select(func.count()).select_from(table))
+                for table in (Diagnosis, Plan)
+            ]
         assert kept == [1, 1]
     assert measured(database_url) == measured(undisturbed)
 

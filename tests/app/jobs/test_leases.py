@@ -43,10 +43,14 @@ __all__ = ["odd"]
 
 def fenced_registry(file_store: Store, lease: Lease) -> FencedRegistry:
     url = file_store.engine.url.render_as_string(False)
-    return FencedRegistry(RunningJob(lease.job, FencedStore(file_store, lease, "test"), url, lambda *_: None))
+    return FencedRegistry(
+        RunningJob(lease.job, FencedStore(file_store, lease, "test"), url, lambda *_: None)
+    )
 
 
-def test_only_the_holder_registers_and_nobody_twice(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
+def test_only_the_holder_registers_and_nobody_twice(
+    file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
+):
     registered: list[Any] = []
 
     def record(self: Registry, trained: Any, session: str | None = None) -> Any:
@@ -105,12 +109,20 @@ def test_a_late_worker_changes_nothing(store: Store) -> None:
     before, key = rows(store, Plan), ask(store, PLAN, "Plan spring", PLANNED).key
     late = claimed(store, "late").lease
     second = take_over(store, hand("second"), running(store, hand())[0])
-    assert second is not None and (second.lease.attempt, get_job(store, key).worker) == (2, "second")
+    assert second is not None and (second.lease.attempt, get_job(store, key).worker) == (
+        2,
+        "second",
+    )
     _try_everything(store, late.job, late)
     assert attempt(WorkerContext(store, "", LEASE_S), second)
     _try_everything(store, late.job, late)
     found = get_job(store, key)
-    assert (found.state, found.error, found.attempt, rows(store, Plan)) == (DONE, None, 2, before + 1)
+    assert (found.state, found.error, found.attempt, rows(store, Plan)) == (
+        DONE,
+        None,
+        2,
+        before + 1,
+    )
 
 
 def _try_everything(store: Store, key: int, late: Lease) -> None:
@@ -118,13 +130,26 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
     with pytest.raises(LeaseLostError), fenced.writing() as session:
         session.add(Plan(name="late", kind="gun", factors="", method="lhs"))
     with pytest.raises(LeaseLostError):
-        fenced.write(lambda session: session.add(Plan(name="late", kind="gun", factors="", method="lhs")))
+        fenced.write(
+            lambda session: session.add(Plan(name="late", kind="gun", factors="", method="lhs"))
+        )
     with pytest.raises(LeaseLostError):
-        fenced.end(lambda session: heartbeat.finish(session, late, Result("/late"), heartbeat.JobProgress()))
-    for late_end in (lambda: fail(store, late, "late"), lambda: stopped(store, late), lambda: give_back(store, late)):
+        fenced.end(
+            lambda session: heartbeat.finish(
+                session, late, Result("/late"), heartbeat.JobProgress()
+            )
+        )
+    for late_end in (
+        lambda: fail(store, late, "late"),
+        lambda: stopped(store, late),
+        lambda: give_back(store, late),
+    ):
         with pytest.raises(LeaseLostError):
             late_end()
-    assert not send_heartbeat(store, late, heartbeat.JobProgress(9, 9, "late")).held and not look(store, late).held
+    assert (
+        not send_heartbeat(store, late, heartbeat.JobProgress(9, 9, "late")).held
+        and not look(store, late).held
+    )
     assert get_job(store, key) == before
 
 
@@ -209,7 +234,9 @@ class Backwards(datetime):
         return datetime(2026, 3, 29, 3, tzinfo=tz) - timedelta(hours=cls.looks)
 
 
-def test_a_clock_that_goes_backwards_changes_nothing(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
+def test_a_clock_that_goes_backwards_changes_nothing(
+    file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
+):
     for module in (claims, queue, heartbeat):
         monkeypatch.setattr(module, "datetime", Backwards)
     monkeypatch.setattr(time, "time", lambda: 1e9 - Backwards.looks)
@@ -220,7 +247,9 @@ def test_a_clock_that_goes_backwards_changes_nothing(file_store: Store, odd: Odd
     assert work_off(file_store) == 1
     found = get_job(file_store, key)
     assert (found.state, found.attempt) == (DONE, 2)
-    assert found.ended_at is not None and found.ended_at < found.asked_at, "the clock did not go backwards"
+    assert found.ended_at is not None and found.ended_at < found.asked_at, (
+        "the clock did not go backwards"
+    )
 
 
 def test_a_lease_is_measured_by_the_watchs_own_stopwatch() -> None:
@@ -255,7 +284,9 @@ def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: O
     assert found.state == FAILED and "3 workers in turn were killed at it" in str(found.error)
 
 
-def test_a_worker_that_wakes_too_late_ends_quietly(file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch):
+def test_a_worker_that_wakes_too_late_ends_quietly(
+    file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
+):
     """It sleeps in the midst of its work, and its beats with it; then it goes on as if nothing had been."""
     asleep, wake, steps_taken = threading.Event(), threading.Event(), []
 
@@ -264,7 +295,9 @@ def test_a_worker_that_wakes_too_late_ends_quietly(file_store: Store, odd: Odd, 
             asleep.set()
             assert wake.wait(20)
         with work.store.writing() as session:
-            session.add(Plan(name=f"odd {work.store.lease.attempt}", kind="gun", factors="", method="lhs"))
+            session.add(
+                Plan(name=f"odd {work.store.lease.attempt}", kind="gun", factors="", method="lhs")
+            )
         steps_taken.append(work.store.lease.attempt)
 
     def away(*_: object) -> None:
@@ -276,7 +309,9 @@ def test_a_worker_that_wakes_too_late_ends_quietly(file_store: Store, odd: Odd, 
         patch.setattr(heartbeat, "send_heartbeat", away)
         patch.setattr(heartbeat, "look", away)
         over: list[bool] = []
-        sleeper = threading.Thread(target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first)))
+        sleeper = threading.Thread(
+            target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first))
+        )
         sleeper.start()
         assert asleep.wait(20)
         second, watch = None, Watch()
@@ -292,11 +327,15 @@ def test_a_worker_that_wakes_too_late_ends_quietly(file_store: Store, odd: Odd, 
         assert session.scalars(select(Plan.name).where(Plan.name.like("odd %"))).all() == ["odd 2"]
 
 
-def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_diagnosis_and_a_plan_are_kept_once(
+    store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Two workers die: one when the work is done and before it is stored, one as its row is written, not committed."""
     url = store.engine.url.render_as_string(False)
     ingested(url, hammer_campaign(tmp_path / "spring", 1, 1, "spring"))
-    monkeypatch.setattr("pyroshock.app.diagnose.diagnosing.run_diagnosis", lambda *_: verdict(campaign="spring"))
+    monkeypatch.setattr(
+        "pyroshock.app.diagnose.diagnosing.run_diagnosis", lambda *_: verdict(campaign="spring")
+    )
     before = rows(store, Diagnosis), rows(store, Plan)
     asked = [
         ask(store, DIAGNOSE, "Diagnosis of spring", DiagnoseArguments("spring")).key,

@@ -40,7 +40,9 @@ def until_ended(store: Store, key: int) -> JobView:
     return found
 
 
-def test_jobs_are_done_in_the_order_asked_unless_stopped_or_of_another_machine(store: Store, odd: Odd) -> None:
+def test_jobs_are_done_in_the_order_asked_unless_stopped_or_of_another_machine(
+    store: Store, odd: Odd
+) -> None:
     order: list[str] = []
     odd.do = lambda _, word: order.append(word)
     for word in "abcde":
@@ -48,15 +50,24 @@ def test_jobs_are_done_in_the_order_asked_unless_stopped_or_of_another_machine(s
     assert work_off(store) == 5 and order == list("abcde")
     listed_jobs = [(job.label, job.state, job.attempt) for job in list_jobs(store, 2)]
     assert listed_jobs == [("odd e", DONE, 1), ("odd d", DONE, 1)]
-    assert [job.label for job in list_jobs(store, 2, before=list_jobs(store, 1)[0].key)] == ["odd d", "odd c"]
+    assert [job.label for job in list_jobs(store, 2, before=list_jobs(store, 1)[0].key)] == [
+        "odd d",
+        "odd c",
+    ]
     done: list[str] = []
     odd.do = lambda _, word: done.append(word)
     first, second = odd.ask(store, "a"), odd.ask(store, "b")
     assert stop(store, first.key).state == STOPPED
     work_off(store)
-    assert (done, get_job(store, second.key).state) == (["b"], DONE) and stop(store, second.key).state == DONE
+    assert (done, get_job(store, second.key).state) == (["b"], DONE) and stop(
+        store, second.key
+    ).state == DONE
     key = odd.ask(store, host="another").key
-    assert work_off(store) == 0 and get_job(store, key).state == WAITING and work_off(store, host="another") == 1
+    assert (
+        work_off(store) == 0
+        and get_job(store, key).state == WAITING
+        and work_off(store, host="another") == 1
+    )
     assert get_job(store, key).state == DONE
     for command in (get_job, stop):
         with pytest.raises(UnknownJobError, match="no job 1234"):
@@ -101,11 +112,20 @@ def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
     odd.do = do
     with working(store):
         key = odd.ask(store).key
-        assert begun.wait(20) and stop(store, key).state == RUNNING and until_ended(store, key).state == STOPPED
+        assert (
+            begun.wait(20)
+            and stop(store, key).state == RUNNING
+            and until_ended(store, key).state == STOPPED
+        )
 
 
-def test_errors_of_the_user_keep_their_words_and_ours_say_so(store: Store, odd: Odd, caplog: pytest.LogCaptureFixture):
-    errors: dict[str, Exception] = {"his": ValueError("tip radius is 0; expected above 0"), "ours": KeyError("secret")}
+def test_errors_of_the_user_keep_their_words_and_ours_say_so(
+    store: Store, odd: Odd, caplog: pytest.LogCaptureFixture
+):
+    errors: dict[str, Exception] = {
+        "his": ValueError("tip radius is 0; expected above 0"),
+        "ours": KeyError("secret"),
+    }
     errors["password"] = ValueError("cannot reach postgresql://lab:hunter2@server/lab")
 
     def do(_work: RunningJob, word: str) -> None:
@@ -122,7 +142,9 @@ def test_errors_of_the_user_keep_their_words_and_ours_say_so(store: Store, odd: 
 
 
 @pytest.mark.parametrize("lacking", [NotHereError, MissingExtraError])
-def test_what_one_worker_lacks_another_does(store: Store, odd: Odd, lacking: type[Exception]) -> None:
+def test_what_one_worker_lacks_another_does(
+    store: Store, odd: Odd, lacking: type[Exception]
+) -> None:
     able: list[int] = []
 
     def do(_work: RunningJob, _word: str) -> None:
@@ -133,13 +155,18 @@ def test_what_one_worker_lacks_another_does(store: Store, odd: Odd, lacking: typ
     key = odd.ask(store).key
     assert work_off(store) == 1
     found = get_job(store, key)
-    assert (found.state, found.what) == (WAITING, "waits for another worker: torch is not installed")
+    assert (found.state, found.what) == (
+        WAITING,
+        "waits for another worker: torch is not installed",
+    )
     able.append(1)
     work_off(store)
     assert get_job(store, key).state == DONE
 
 
-def test_a_job_of_another_version_says_so(store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_job_of_another_version_says_so(
+    store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from pyroshock.app.jobs.kind import Kind
 
     newer: dict[str, Any] = {"word": "a", "depth": 3}
@@ -185,7 +212,10 @@ def url(sqlite_url: str, tmp_path: Path) -> str:
 def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path) -> None:
     refused = pyroshock("work", "--once", "--lease", "0.1s", "--db", url)
     assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
-    assert "--lease is 0.1s; expected 1s or more" in refused.stderr and "30s" in pyroshock("work", "--help").stdout
+    assert (
+        "--lease is 0.1s; expected 1s or more" in refused.stderr
+        and "30s" in pyroshock("work", "--help").stdout
+    )
     assert "no job 7 in the store" in pyroshock("jobs", "stop", "7", "--db", url).stderr
     result = pyroshock("work", "--once", "--db", url, "--data", tmp_path)
     assert (result.exit_code, result.stdout) == (0, "")
@@ -193,11 +223,16 @@ def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path)
     table = pyroshock("jobs", "--db", url).stdout
     assert "no campaign 'autumn'" in table and "2 shots" in table
     job_rows = json.loads(pyroshock("jobs", "--last", "1", "--json", "--db", url).stdout)
-    assert [(job["id"], job["state"], job["kind"]) for job in job_rows] == [(2, "failed", "extract")]
+    assert [(job["id"], job["state"], job["kind"]) for job in job_rows] == [
+        (2, "failed", "extract")
+    ]
     with opened(url) as store:
         waiting = ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
         result = pyroshock("jobs", "--db", url, "stop", waiting.key)
-        assert "Extraction of spring: stopped" in result.stderr and get_job(store, waiting.key).state == "stopped"
+        assert (
+            "Extraction of spring: stopped" in result.stderr
+            and get_job(store, waiting.key).state == "stopped"
+        )
 
 
 def test_a_job_that_an_older_version_was_asked_for_is_done(tmp_path: Path) -> None:

@@ -12,7 +12,14 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from support.records.campaigns import FS_HZ, blows, force_record, hammer_campaign, hammer_rows, write_runs
+from support.records.campaigns import (
+    FS_HZ,
+    blows,
+    force_record,
+    hammer_campaign,
+    hammer_rows,
+    write_runs,
+)
 
 #: No `if __name__ == "__main__"`: a process that imports the program would run it again, and print another line.
 PROGRAM = """
@@ -44,7 +51,9 @@ def hdf5_campaign(folder: Path, *, damaged: bool = False) -> Path:
     if damaged:
         (folder / "recordings" / "three.h5").write_bytes(gzip.decompress(ENDLESS.read_bytes()))
     names = {1: "one.h5", 2: "two.mat", 3: "three.h5"}
-    write_runs(folder, [{**row, "recording": f"recordings/{names[int(str(row['run']))]}"} for row in rows])
+    write_runs(
+        folder, [{**row, "recording": f"recordings/{names[int(str(row['run']))]}"} for row in rows]
+    )
     return folder
 
 
@@ -59,7 +68,13 @@ def printed(way: str, program: str, folder: Path) -> list[Any]:
         "notebook": (["-"], NOTEBOOK.format(program=program)),
     }[way]
     done = subprocess.run(
-        [sys.executable, *arguments], input=text, cwd=folder, capture_output=True, text=True, check=False, timeout=200
+        [sys.executable, *arguments],
+        input=text,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=200,
     )
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
@@ -72,7 +87,9 @@ SLOW = [pytest.param(way, marks=pytest.mark.slow) for way in ("-c", "module", "n
 
 @pytest.mark.parametrize("way", ["standard input", "script", *SLOW])
 def test_a_program_is_run_once_and_ingests_hdf5(way, tmp_path):
-    program = PROGRAM.format(url=f"sqlite:///{tmp_path / 'lab.db'}", folder=str(hdf5_campaign(tmp_path / "c")))
+    program = PROGRAM.format(
+        url=f"sqlite:///{tmp_path / 'lab.db'}", folder=str(hdf5_campaign(tmp_path / "c"))
+    )
     assert printed(way, program, tmp_path) == [2, []]
 
 

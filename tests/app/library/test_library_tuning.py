@@ -31,13 +31,17 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with opened(f"sqlite:///{folder / 'lab.db'}", create=True):
         pass
     (folder / "spec.csv").write_text(SPEC)
-    text = shipped_factors("gun").replace('levels = ["PLA", "aluminum", "steel"]', 'levels = ["PLA", "steel"]')
+    text = shipped_factors("gun").replace(
+        'levels = ["PLA", "aluminum", "steel"]', 'levels = ["PLA", "steel"]'
+    )
     (folder / "own.toml").write_text(text.replace("levels = [30, 45, 60]", "levels = [30, 60]"))
     return folder
 
 
 @pytest.fixture
-def store(lab: Path, notebook: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[ps.ExperimentStore]:
+def store(
+    lab: Path, notebook: None, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[ps.ExperimentStore]:
     monkeypatch.setattr(twins, "solved", partial(unsolved, points=1))
     with ps.open(lab / "lab.db", create=False) as store:
         yield store
@@ -48,7 +52,10 @@ def test_targets_and_masses_in_every_form(tmp_path: Path) -> None:
     frame = pd.DataFrame({"frequency_hz": frequency, "level_m_s2": level})
     frame.to_csv(tmp_path / "spec.csv", index=False)
     series = pd.Series(level, index=frequency)
-    targets = [target_of(given, "6dB") for given in (tmp_path / "spec.csv", series, frame, (frequency, level))]
+    targets = [
+        target_of(given, "6dB")
+        for given in (tmp_path / "spec.csv", series, frame, (frequency, level))
+    ]
     targets.append(target_of(targets[0]))
     for target in targets:
         np.testing.assert_allclose(target.level_m_s2, targets[0].level_m_s2)
@@ -66,22 +73,35 @@ def test_targets_and_masses_in_every_form(tmp_path: Path) -> None:
 @pytest.fixture
 def tuned(store: ps.ExperimentStore, lab: Path) -> TunedSettings:
     twin = store.twin(contact="hertz")
-    return twin.tune(lab / "spec.csv", tolerance=20, factors=lab / "own.toml", at_least=0.01, progress=False)
+    return twin.tune(
+        lab / "spec.csv", tolerance=20, factors=lab / "own.toml", at_least=0.01, progress=False
+    )
 
 
-def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.ExperimentStore, lab: Path) -> None:
+def test_settings_are_those_of_the_service(
+    tuned: TunedSettings, store: ps.ExperimentStore, lab: Path
+) -> None:
     target = target_of(lab / "spec.csv", "20dB")
     request = TwinRequest(contact="hertz", frequency_hz=tuple(target.lines().tolist()))
-    session = session_of(store.store, store.url, Ask(target, request, read_space(lab / "own.toml"), at_least=0.01))
+    session = session_of(
+        store.store, store.url, Ask(target, request, read_space(lab / "own.toml"), at_least=0.01)
+    )
     expected = session.run()
-    assert tuned.to_json() == [proposal_json(each, rank) for rank, each in enumerate(expected.proposals[:10], 1)]
+    assert tuned.to_json() == [
+        proposal_json(each, rank) for rank, each in enumerate(expected.proposals[:10], 1)
+    ]
     assert tuned.sentence == expected.attainability.sentence
     assert tuned.attainable and tuned.probability == expected.proposals[0].probability_met
 
     table = tuned.to_frame()
     assert table["rank"].tolist() == list(range(1, len(table) + 1))
-    assert table["probability_within"].tolist() == [row["probability_within"] for row in tuned.to_json()]
-    assert table.attrs["units"]["tank_pressure_pa"] == "Pa" and len(tuned.alternatives) == table["alternatives"].sum()
+    assert table["probability_within"].tolist() == [
+        row["probability_within"] for row in tuned.to_json()
+    ]
+    assert (
+        table.attrs["units"]["tank_pressure_pa"] == "Pa"
+        and len(tuned.alternatives) == table["alternatives"].sum()
+    )
     assert tuned._repr_html_().startswith(f"<p><b>{tuned.sentence}")
 
     spectra = tuned.spectra
@@ -89,7 +109,10 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     assert spectra.loc[200.0, "tolerance_upper"] == pytest.approx(2000.0)
     assert spectra["expected_1"].tolist() == pytest.approx(tuned.to_json()[0]["expected_m_s2"])
     axes = tuned.plot()
-    assert axes.get_xlabel() == "natural frequency (Hz)" and axes.get_ylabel() == "maximax acceleration (g)"
+    assert (
+        axes.get_xlabel() == "natural frequency (Hz)"
+        and axes.get_ylabel() == "maximax acceleration (g)"
+    )
     prescribed = next(line for line in axes.lines if line.get_label() == "prescribed")
     assert prescribed.get_ydata()[0] == pytest.approx(spectra["target"].iloc[0] / 9.80665)
 
@@ -102,7 +125,9 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     ({"sensor": "nose"}, "no sensor 'nose'"),
     ({"measured": "autumn"}, "autumn"),
 ])  # fmt: skip
-def test_error_names_the_argument(store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str):
+def test_error_names_the_argument(
+    store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str
+):
     with pytest.raises(ps.PyroshockError) as caught:
         store.twin(contact="hertz").tune(lab / "spec.csv", progress=False, **options)
     assert message in str(caught.value)

@@ -49,7 +49,9 @@ def shot(twin: LaboratoryTwin) -> ShotPrediction:
 
 
 def printed(*words: str) -> dict:  # JSON
-    result = CliRunner().invoke(predict, [*words, "--frequencies", LINES, "--draws", str(FEW), "--json"])
+    result = CliRunner().invoke(
+        predict, [*words, "--frequencies", LINES, "--draws", str(FEW), "--json"]
+    )
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
 
@@ -57,9 +59,23 @@ def printed(*words: str) -> dict:  # JSON
 def test_twin_without_a_store_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, effects="plate.damping:factor=2")
     found = twin.predict(velocity="8 m/s", tip="delrin", draws=FEW).to_json()
-    assert found == printed("--velocity", "8m/s", "--tip", "delrin", "--effect", "plate.damping:factor=2")
-    twin = ps.shipped_twin(frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25)
-    words = ("--contact", "hertz", "--coupled", "--sensor-at", "0.3,0.3", "--sensor-at", "0.6,0.3", "--q", "25")
+    assert found == printed(
+        "--velocity", "8m/s", "--tip", "delrin", "--effect", "plate.damping:factor=2"
+    )
+    twin = ps.shipped_twin(
+        frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25
+    )
+    words = (
+        "--contact",
+        "hertz",
+        "--coupled",
+        "--sensor-at",
+        "0.3,0.3",
+        "--sensor-at",
+        "0.6,0.3",
+        "--q",
+        "25",
+    )
     shot = twin.predict(velocity=2.0, draws=FEW)
     assert shot.to_json() == printed("--velocity", "2m/s", *words)
     with pytest.raises(ps.NotFoundError, match="no sensor 'roof'"):
@@ -67,7 +83,13 @@ def test_twin_without_a_store_is_that_of_the_command_line() -> None:
 
 
 def test_numbers_and_series_have_bands_and_units(shot: ShotPrediction) -> None:
-    units = {"velocity": "m/s", "peak_force": "N", "contact_time": "s", "compression_time": "s", "impulse": "N s"}
+    units = {
+        "velocity": "m/s",
+        "peak_force": "N",
+        "contact_time": "s",
+        "compression_time": "s",
+        "impulse": "N s",
+    }
     for series in (shot.force, *shot.srs.values(), *shot.acceleration.values()):
         assert np.all(series.lower <= series.upper)
     for name, unit in units.items():
@@ -79,7 +101,12 @@ def test_numbers_and_series_have_bands_and_units(shot: ShotPrediction) -> None:
     shot_json, frame = shot.to_json(), shot.srs["acceleration_1"].to_frame()
     assert frame["mean"].tolist() == shot_json["srs"]["acceleration_1"]["mean"]
     assert frame.index.tolist() == shot_json["srs"]["frequency_hz"]
-    assert frame.attrs["units"] == {"frequency_hz": "Hz", "mean": "m/s2", "lower": "m/s2", "upper": "m/s2"}
+    assert frame.attrs["units"] == {
+        "frequency_hz": "Hz",
+        "mean": "m/s2",
+        "lower": "m/s2",
+        "upper": "m/s2",
+    }
     assert shot.force.to_frame()["upper"].tolist() == shot_json["force"]["upper"]
     both = shot.srs.to_frame()
     assert list(both.columns.names) == ["sensor", "value"]
@@ -141,8 +168,12 @@ def test_many_shots_are_each_as_alone(twin: LaboratoryTwin) -> None:
     assert found.attrs["units"]["predicted_peak_force_n"] == "N"
 
 
-def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, twin: LaboratoryTwin) -> None:
-    table = pd.DataFrame({"run": [1, 2], "tank_pressure_bar": [0.5, 1.0], "bullet_mass_kg": [0.5, 1.0]})
+def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(
+    url: str, twin: LaboratoryTwin
+) -> None:
+    table = pd.DataFrame(
+        {"run": [1, 2], "tank_pressure_bar": [0.5, 1.0], "bullet_mass_kg": [0.5, 1.0]}
+    )
     table.assign(tip_material="steel", tip_radius_mm=45).to_csv("shots.csv", index=False)
     result = CliRunner().invoke(
         predict,
@@ -150,12 +181,19 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
          "--frequencies", LINES],
     )  # fmt: skip
     assert result.exit_code == 0, result.stderr
-    found, printed_table = twin.predict_many(table, draws=FEW, progress=False), pd.read_csv("out.csv")
+    found, printed_table = (
+        twin.predict_many(table, draws=FEW, progress=False),
+        pd.read_csv("out.csv"),
+    )
     columns = [name for name in printed_table if str(name).startswith("predicted_")]
     assert columns and (found[columns] == printed_table[columns]).all(axis=None)
     assert "no column tip_material: steel" in found.attrs["notes"]
-    in_si = pd.DataFrame({"tank_pressure_pa": [5e4, 1e5], "bullet_mass_kg": [0.5, 1.0], "tip_radius_m": 0.045})
-    assert (twin.predict_many(in_si, draws=FEW, progress=False)[columns] == found[columns]).all(axis=None)
+    in_si = pd.DataFrame(
+        {"tank_pressure_pa": [5e4, 1e5], "bullet_mass_kg": [0.5, 1.0], "tip_radius_m": 0.045}
+    )
+    assert (twin.predict_many(in_si, draws=FEW, progress=False)[columns] == found[columns]).all(
+        axis=None
+    )
 
 
 @pytest.mark.parametrize(("function", "arguments", "message"), [
@@ -174,7 +212,9 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
     ("twin", {"campaign": "autumn"}, "autumn"),
     ("twin", {"chain_height": "10 mm"}, "chain height 10 mm"),
 ])  # fmt: skip
-def test_error_names_the_argument(store: ps.ExperimentStore, twin: LaboratoryTwin, function, arguments, message):
+def test_error_names_the_argument(
+    store: ps.ExperimentStore, twin: LaboratoryTwin, function, arguments, message
+):
     with pytest.raises(ps.PyroshockError) as caught:
         (twin.predict if function == "predict" else store.twin)(**arguments)
     assert message in str(caught.value) and "--" not in str(caught.value)
@@ -190,7 +230,9 @@ def test_error_names_the_argument(store: ps.ExperimentStore, twin: LaboratoryTwi
     ({"run": [7], "bullet_mass_kg": [1.0]}, "shots, run 7: expected tank_pressure_bar or impact_velocity_m_s"),
     ({"tank_pressure": []}, "shots has no row to predict"),
 ])  # fmt: skip
-def test_error_of_a_table_names_row_and_column(twin: LaboratoryTwin, table: dict[str, list[object]], message: str):
+def test_error_of_a_table_names_row_and_column(
+    twin: LaboratoryTwin, table: dict[str, list[object]], message: str
+):
     with pytest.raises(ps.InvalidValueError) as caught:
         twin.predict_many(pd.DataFrame(table), progress=False)
     assert message in str(caught.value)
@@ -198,15 +240,33 @@ def test_error_of_a_table_names_row_and_column(twin: LaboratoryTwin, table: dict
 
 def test_commands_keep_their_options_and_no_public_name_is_a_package() -> None:
     text = "give --tank-pressure, or --impact-at; else: pyroshock promote hybrid@3 --force"
-    assert argument_names(text) == "give tank_pressure, or impact_points; else: pyroshock promote hybrid@3 --force"
+    assert (
+        argument_names(text)
+        == "give tank_pressure, or impact_points; else: pyroshock promote hybrid@3 --force"
+    )
     root = Path(ps.__file__).parent
-    assert not [name for name in ps.__all__ if (root / name).is_dir() or (root / f"{name}.py").is_file()]
+    assert not [
+        name for name in ps.__all__ if (root / name).is_dir() or (root / f"{name}.py").is_file()
+    ]
 
 
-def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.ExperimentStore) -> None:
+def test_plan_is_predicted_as_the_command_line_predicts_it(
+    url: str, store: ps.ExperimentStore
+) -> None:
     plan = store.plan.lhs("summer", runs=3, repetitions=1, seed=1).to_frame()
     twin = store.twin(campaign="first-shots", frequencies="200:400:3")
-    words = ("--plan", "summer", "--campaign", "first-shots", "--db", url, "--frequencies", "200:400:3", "--draws", "4")
+    words = (
+        "--plan",
+        "summer",
+        "--campaign",
+        "first-shots",
+        "--db",
+        url,
+        "--frequencies",
+        "200:400:3",
+        "--draws",
+        "4",
+    )
     result = CliRunner().invoke(predict, [*words, "--json"])
     assert result.exit_code == 0, result.stderr
     expected = pd.DataFrame(json.loads(result.stdout))
@@ -218,18 +278,28 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.E
 # --- validation: the scores, sentence and plot of the command ---
 def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> None:
     validation = store.validate("first-shots", draws=20, progress=False)
-    result = CliRunner().invoke(validate, ["first-shots", "--draws", "20", "--db", store.url, "--json"])
+    result = CliRunner().invoke(
+        validate, ["first-shots", "--draws", "20", "--db", store.url, "--json"]
+    )
     expected, data = json.loads(result.stdout), validation.to_json()
     assert {**data, "seconds": 0} == {**expected, "seconds": 0}
-    assert (validation.sentence, validation.calibrated) == (expected["verdict"], expected["calibrated"])
+    assert (validation.sentence, validation.calibrated) == (
+        expected["verdict"],
+        expected["calibrated"],
+    )
 
     (row,) = expected["quantities"]
     scores = validation.scores
     assert scores.loc["velocity", "coverage90"] == row["coverage90"]
-    assert list(scores.loc["velocity", ["coverage90_low", "coverage90_high"]]) == row["coverage90_ci95"]
+    assert (
+        list(scores.loc["velocity", ["coverage90_low", "coverage90_high"]])
+        == row["coverage90_ci95"]
+    )
     shots = validation.shots
     assert isinstance(shots, pd.DataFrame) and len(shots) == row["shots"]
-    assert shots["measured"].tolist() == [shot["quantities"]["velocity"]["measured"] for shot in expected["shots"]]
+    assert shots["measured"].tolist() == [
+        shot["quantities"]["velocity"]["measured"] for shot in expected["shots"]
+    ]
     assert validation.failures == tuple(failure["sentence"] for failure in expected["failures"])
     assert validation.sentence.partition(":")[0] in validation._repr_html_()
 
@@ -243,6 +313,8 @@ def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> No
     ("first-shots", {"folds": 1}, ps.InvalidValueError, "folds = 1"),
     ("first-shots", {"contact": "hybrid@3"}, ps.NotFoundError, "hybrid@3"),
 ])  # fmt: skip
-def test_validation_says_what_there_is_not(store: ps.ExperimentStore, campaign, options, kind, message):
+def test_validation_says_what_there_is_not(
+    store: ps.ExperimentStore, campaign, options, kind, message
+):
     with pytest.raises(kind, match=message):
         store.validate(campaign, progress=False, **options)

@@ -27,7 +27,11 @@ def lab(tmp_path_factory):
         without_figures(patch)
         store.ingest(full_campaign(folder / "spring"), progress=False)
         data = store.dataset("spring-1", campaigns=["spring"])
-        yield store, data, store.train(data, models=["linear", "reed"], splits="repetitions", progress=False)
+        yield (
+            store,
+            data,
+            store.train(data, models=["linear", "reed"], splits="repetitions", progress=False),
+        )
 
 
 def _printed(store, *words):
@@ -45,7 +49,9 @@ def test_trained_models_are_those_of_the_command_line_and_are_trained_once(lab):
     for label, row in printed.items():
         assert frame["force_nrmse"][label] == row["metrics"]["force_nrmse"]
     axes = runs.plot()
-    assert [tick.get_text() for tick in axes.get_yticklabels()][-1].startswith(frame["force_nrmse"].idxmin())
+    assert [tick.get_text() for tick in axes.get_yticklabels()][-1].startswith(
+        frame["force_nrmse"].idxmin()
+    )
     assert "linear@1" in runs._repr_html_()
     store, data, _ = lab
     again = store.train(data, models="linear", splits=["repetitions"], progress=False)
@@ -67,7 +73,9 @@ def test_a_model_predicts_the_pulses_of_a_frame_with_what_the_bench_says(lab):
     direct = answer.prediction
     np.testing.assert_array_equal(predicted["contact_time_s"], direct.contact_time_s)
     np.testing.assert_array_equal(predicted["force_spread_20_n"], direct.force_spread_n[:, 19])
-    assert [bool(sentence) for sentence in predicted["extrapolation"]] == [bool(each) for each in answer.outside]
+    assert [bool(sentence) for sentence in predicted["extrapolation"]] == [
+        bool(each) for each in answer.outside
+    ]
     assert len(pulses.plot().get_lines()) == len(frame)
     store, data, _ = lab
     frame = data.to_frame().head(1).assign(impact_velocity_m_s=50.0)
@@ -82,9 +90,9 @@ def test_a_comparison_says_what_the_command_says(lab):
     (verdict,) = (row["verdict"] for row in rows if "verdict" in row)
     (unusable,) = (row["not_usable"] for row in rows if row.get("not_usable"))
     assert unusable.startswith("reed@1 is not usable: its force error")
-    assert comparison.sentences[:2] == [f"{unusable}.", verdict] and set(comparison.to_frame()["model"]) == set(
-        runs.labels
-    )
+    assert comparison.sentences[:2] == [f"{unusable}.", verdict] and set(
+        comparison.to_frame()["model"]
+    ) == set(runs.labels)
     assert comparison.plot().get_xlabel().startswith("force_nrmse of")
 
 
@@ -135,7 +143,9 @@ def test_drawn_band_holds_nine_of_ten_pulses() -> None:
     from matplotlib.figure import Figure
 
     force_n, spread_n = np.full((1, 20), 4e3), np.full((1, 20), 500.0)
-    pulses = ContactPulses("tree@1", force_n, np.array([1e-3]), spread_n, None, ("",), pd.RangeIndex(1))
+    pulses = ContactPulses(
+        "tree@1", force_n, np.array([1e-3]), spread_n, None, ("",), pd.RangeIndex(1)
+    )
     axes = pulses.plot(Figure().add_subplot())
     edges_kn = axes.collections[0].get_paths()[0].vertices[:, 1]
     lower, upper = norm.interval(0.9, loc=4.0, scale=0.5)

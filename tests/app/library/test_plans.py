@@ -41,16 +41,30 @@ def store(tmp_path: Path):
 def test_plan_is_a_frame_in_si_with_units(store) -> None:
     plan = store.plan.lhs("summer", runs=24, seed=1, repetitions=3)
     frame = plan.to_frame()
-    assert (plan.name, plan.method, plan.seed, len(plan), len(frame)) == ("summer", "lhs", 1, 24, 24)
-    assert frame.attrs["units"] == {"tip_radius_m": "m", "bullet_mass_kg": "kg", "tank_pressure_pa": "Pa"}
+    assert (plan.name, plan.method, plan.seed, len(plan), len(frame)) == (
+        "summer",
+        "lhs",
+        1,
+        24,
+        24,
+    )
+    assert frame.attrs["units"] == {
+        "tip_radius_m": "m",
+        "bullet_mass_kg": "kg",
+        "tank_pressure_pa": "Pa",
+    }
     assert sorted(frame["tip_radius_m"].unique()) == [0.03, 0.045, 0.06]
-    assert frame["tank_pressure_pa"].between(1e3, 8e5).all() and frame["repetitions"].unique().tolist() == [3]
+    assert frame["tank_pressure_pa"].between(1e3, 8e5).all() and frame[
+        "repetitions"
+    ].unique().tolist() == [3]
 
 
 def test_plan_comes_back_from_the_store(store) -> None:
     made = store.plan.lhs("summer", runs=12, seed=1)
     assert store.plan.open("summer").to_frame().equals(made.to_frame())
-    assert store.plan.list()[["name", "method", "runs", "planned"]].values.tolist() == [["summer", "lhs", 12, 12]]
+    assert store.plan.list()[["name", "method", "runs", "planned"]].values.tolist() == [
+        ["summer", "lhs", 12, 12]
+    ]
     with pytest.raises(ps.InvalidValueError, match="in the store already"):
         store.plan.lhs("summer", runs=12)
     with pytest.raises(ps.NotFoundError, match="no plan 'winter' in the store; there: summer"):
@@ -61,11 +75,17 @@ def test_quality_is_a_frame_and_a_picture(store) -> None:
     plan = store.plan.lhs("summer", runs=24, seed=1)
     quality = plan.quality()
     frame = quality.to_frame()
-    assert frame.loc["runs", "value"] == 24 and frame.loc["changeovers_plate_material", "value"] == 1
+    assert (
+        frame.loc["runs", "value"] == 24 and frame.loc["changeovers_plate_material", "value"] == 1
+    )
     assert frame.loc["d_efficiency", "better"] == "more"
     axes = Figure().subplots(2)
     assert quality.plot(axes[0]) is axes[0] and plan.plot(axes[1]) is axes[1] and axes[0].images
-    assert axes[1].images and "<table" in quality._repr_html_() and "24 runs, lhs, seed 1" in plan._repr_html_()
+    assert (
+        axes[1].images
+        and "<table" in quality._repr_html_()
+        and "24 runs, lhs, seed 1" in plan._repr_html_()
+    )
 
 
 def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
@@ -85,13 +105,20 @@ def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
 )
 def test_limits_are_numbers_in_si_texts_and_quantities(store, low, high) -> None:
     plan = store.plan.sobol("s", runs=8, seed=1, ranges={"tank_pressure": (low, high)})
-    assert plan.stored.space.factors[-1].limits == pytest.approx((1, 6)) and "velocity_level" not in plan.to_frame()
+    assert (
+        plan.stored.space.factors[-1].limits == pytest.approx((1, 6))
+        and "velocity_level" not in plan.to_frame()
+    )
 
 
 def test_numbers_are_in_the_unit_of_their_column_and_aliases_are_told(store) -> None:
     ranges = {"tank_pressure_bar": (1, 6, 0.5), "tip_radius_mm": ("30 mm", "6 cm")}
-    by_name = {f.name: f for f in store.plan.sobol("s", runs=8, seed=1, ranges=ranges).stored.space.factors}
-    assert by_name["tank_pressure"].levels[:3] == ("1", "1.5", "2") and by_name["tip_radius"].limits == (30, 60)
+    by_name = {
+        f.name: f for f in store.plan.sobol("s", runs=8, seed=1, ranges=ranges).stored.space.factors
+    }
+    assert by_name["tank_pressure"].levels[:3] == ("1", "1.5", "2") and by_name[
+        "tip_radius"
+    ].limits == (30, 60)
     plan = store.plan.fractional_factorial("p", factors=FEW, generators="a b c ab ac")
     assert "bullet_mass = plate_material*tip_material" in plan.aliases()
     assert store.plan.lhs("l", runs=12, factors=FEW).aliases() == []
@@ -135,15 +162,23 @@ def test_table_is_a_file_or_a_frame(store, tmp_path: Path) -> None:
 
 
 def test_contradictions_and_runs_beyond_the_bench_are_refused(store) -> None:
-    both = FEW + '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\n'
-    with pytest.raises(ps.InvalidValueError, match="and either tank_pressure_bar, or velocity_level"):
+    both = (
+        FEW + '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\n'
+    )
+    with pytest.raises(
+        ps.InvalidValueError, match="and either tank_pressure_bar, or velocity_level"
+    ):
         store.plan.lhs("p", runs=8, factors=both)
     with pytest.raises(ps.InvalidValueError, match="tank pressure 900,000 Pa, allowed 800,000"):
         store.plan.factorial("p", ranges={"tank_pressure_bar": (7, 9)}, levels=2)
-    with pytest.raises(ps.InvalidValueError, match=r"tank_pressure_bar is 0\.001, which drives no .* out"):
+    with pytest.raises(
+        ps.InvalidValueError, match=r"tank_pressure_bar is 0\.001, which drives no .* out"
+    ):
         store.plan.factorial("p", ranges={"tank_pressure_bar": (0.001, 5.001)}, levels=2)
     assert store.plan.list().empty
-    functions = {"import": "from_table"} | {name: name.replace("-", "_") for name in METHODS if name != "import"}
+    functions = {"import": "from_table"} | {
+        name: name.replace("-", "_") for name in METHODS if name != "import"
+    }
     for name, function in functions.items():
         assert callable(getattr(store.plan, function)), name
 
@@ -166,22 +201,37 @@ def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, mo
     monkeypatch.setattr("pyroshock.app.plan.rehearsal.simulate", fake)
     plan = store.plan.lhs("summer", runs=2, seed=1, factors=FEW)
     effects = {"gun.blow_by": 3, "plate.damping": 0}
-    more = {"echoes": True, "name": "b", "repetitions": 2, "trigger": 0.1, "pre_trigger": 0.5, "jobs": 2}
+    more = {
+        "echoes": True,
+        "name": "b",
+        "repetitions": 2,
+        "trigger": 0.1,
+        "pre_trigger": 0.5,
+        "jobs": 2,
+    }
     folder = plan.simulate(str(tmp_path / "a"), seed=3, effects=effects, **more)
     words = (
         "--effect gun.blow_by=3 --effect plate.damping=0 --echoes --name b --repetitions 2 "
         "--trigger 10% --pre-trigger 500ms --jobs 2 --seed 3"
     )
-    result = pyroshock("simulate", "summer", "--out", tmp_path / "a", "--db", store.url, *words.split())
+    result = pyroshock(
+        "simulate", "summer", "--out", tmp_path / "a", "--db", store.url, *words.split()
+    )
     assert result.exit_code == 0, result.output
-    assert folder == tmp_path / "a" and calls[0] == calls[1] and calls[0][3]["effects"]["gun.blow_by"] == 3
+    assert (
+        folder == tmp_path / "a"
+        and calls[0] == calls[1]
+        and calls[0][3]["effects"]["gun.blow_by"] == 3
+    )
 
 
 @pytest.mark.slow
 def test_fired_plan_is_ingested(store, tmp_path: Path) -> None:
     plan = store.plan.lhs("summer", kind="hammer", runs=2, repetitions=1, seed=1)
     folder = plan.simulate(tmp_path / "summer", seed=3, jobs=1, progress=False)
-    assert (tmp_path / "summer.sealed.json").is_file() and store.ingest(folder, progress=False).added["impacts"] == 2
+    assert (tmp_path / "summer.sealed.json").is_file() and store.ingest(
+        folder, progress=False
+    ).added["impacts"] == 2
     assert store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 2
 
 
@@ -215,7 +265,9 @@ def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) ->
     ingest_folder(store.store, folder)
     links = link_campaign(store.store, "summer", "summer")
     recorded = store.plan.open("summer").to_frame()
-    assert links.mismatches == () and (recorded["recorded"] + recorded["rejected"]).tolist() == [1] * 3
+    assert (
+        links.mismatches == () and (recorded["recorded"] + recorded["rejected"]).tolist() == [1] * 3
+    )
     assert (recorded["status"] == "done").tolist() == (recorded["recorded"] == 1).tolist()
 
 
@@ -234,5 +286,7 @@ def test_pressure_beyond_the_tolerance_is_not_linked(store, tmp_path: Path) -> N
     write_runs(folder, rows)
     ingest_folder(store.store, folder)
     (mismatch,) = link_campaign(store.store, "gun", "gun").mismatches
-    assert mismatch["run"] == plan.stored.runs[3].run and "tank_pressure is" in str(mismatch["reason"])
+    assert mismatch["run"] == plan.stored.runs[3].run and "tank_pressure is" in str(
+        mismatch["reason"]
+    )
     assert store.plan.open("gun").to_frame()["status"].tolist() == ["done"] * 3 + ["planned"]

@@ -18,7 +18,9 @@ from pyroshock.schema.listings import iter_impacts
 from support.stores.large_store import fill
 
 
-@pytest.mark.parametrize("value", [5e5, "5bar", "5 bar", "0,5 MPa", pint.UnitRegistry().Quantity(5, "bar")])
+@pytest.mark.parametrize(
+    "value", [5e5, "5bar", "5 bar", "0,5 MPa", pint.UnitRegistry().Quantity(5, "bar")]
+)
 def test_one_pressure_given_five_ways(value):
     assert si(value, "Pa", "tank_pressure") == pytest.approx(5e5)
 
@@ -46,8 +48,12 @@ def test_what_is_no_pressure_is_refused_by_name(value):
     ("30", "s", "--timeout", "30s"), ("100", "Hz", "--rate", "100kHz"), ("51200", "Hz", "--rate", "51200Hz"),
     ("500", "m/s**2", "--range", "500g"), ("4.4", "kg/m^3", "--density", "4.4g/cm3"), ("1", "V", "--reading-u", "1V"),
 ])  # fmt: skip
-def test_a_bare_number_is_refused_with_the_quantity_that_was_probably_meant(number, si_unit, name, meant):
-    with pytest.raises(ValueError, match=f"expected a number with a unit: did you mean {re.escape(meant)}\\?"):
+def test_a_bare_number_is_refused_with_the_quantity_that_was_probably_meant(
+    number, si_unit, name, meant
+):
+    with pytest.raises(
+        ValueError, match=f"expected a number with a unit: did you mean {re.escape(meant)}\\?"
+    ):
         parse_quantity(number, si_unit, name)
     assert parse_quantity(meant, si_unit, name) > 0  # what is suggested is understood
 
@@ -74,24 +80,34 @@ RATE = 50_000.0
 def decaying_wave():
     time = np.arange(2000) / RATE
     return pd.Series(
-        1e3 * np.exp(-400 * time) * np.sin(2 * np.pi * 1500 * time), index=pd.Index(time, name="time_s"), name="a1"
+        1e3 * np.exp(-400 * time) * np.sin(2 * np.pi * 1500 * time),
+        index=pd.Index(time, name="time_s"),
+        name="a1",
     )
 
 
 def test_the_same_as_pyyeti(decaying_wave):
     lines = np.geomspace(100, 4000, 12)
     ours = ps.srs(decaying_wave.to_numpy(), RATE, q=10, frequencies=lines)
-    theirs = peer.srs(decaying_wave.to_numpy(), RATE, lines, 10, ic="zero", peak="abs", stype="absacce")
+    theirs = peer.srs(
+        decaying_wave.to_numpy(), RATE, lines, 10, ic="zero", peak="abs", stype="absacce"
+    )
     np.testing.assert_allclose(ours.to_numpy(), theirs, rtol=0.02)
     assert ours.index.name == "frequency_hz"
 
 
 def test_a_series_has_its_time_and_unit_and_a_frame_a_column_for_each_record(decaying_wave):
     pd.testing.assert_series_equal(
-        ps.srs(decaying_wave), ps.srs(decaying_wave.to_numpy(), RATE), check_names=False, check_index=True, rtol=1e-9
+        ps.srs(decaying_wave),
+        ps.srs(decaying_wave.to_numpy(), RATE),
+        check_names=False,
+        check_index=True,
+        rtol=1e-9,
     )
     assert ps.srs(decaying_wave).name == "a1"
-    spectra = ps.srs(pd.DataFrame({"x": decaying_wave, "y": 2 * decaying_wave}), frequencies="200:3200:3")
+    spectra = ps.srs(
+        pd.DataFrame({"x": decaying_wave, "y": 2 * decaying_wave}), frequencies="200:3200:3"
+    )
     assert list(spectra.columns) == ["x", "y"]
     np.testing.assert_allclose(spectra["y"], 2 * spectra["x"])
     np.testing.assert_allclose(spectra["x"], ps.srs(decaying_wave, frequencies="200:3200:3"))
@@ -127,16 +143,29 @@ def test_many_impacts_are_those_of_the_listing_and_absent_figures_are_numbers(la
     frame = large_store.impacts()
     numbers = [name for name in frame.columns if frame.attrs["units"].get(name)]
     assert {"peak_acceleration_m_s2", "peak_force_n", "tip_radius_m"} <= set(numbers)
-    assert all(frame[name].dtype == "float64" for name in numbers) and frame["peak_acceleration_m_s2"].isna().all()
+    assert (
+        all(frame[name].dtype == "float64" for name in numbers)
+        and frame["peak_acceleration_m_s2"].isna().all()
+    )
     frame = large_store.impacts()
     with large_store.store.reading() as session:
         listed = list(iter_impacts(session))
-    for name in ("id", "campaign", "tip_material", "tip_radius_m", "peak_force_n", "velocity_kind", "quality"):
+    for name in (
+        "id",
+        "campaign",
+        "tip_material",
+        "tip_radius_m",
+        "peak_force_n",
+        "velocity_kind",
+        "quality",
+    ):
         assert frame[name].tolist() == [row[name] for row in listed]
 
 
 def test_what_is_not_there_has_its_columns(large_store):
-    frame = large_store.impacts(where="peak_force_n > 1e12", columns=["id", "tip_material"], sort="tip_radius_m")
+    frame = large_store.impacts(
+        where="peak_force_n > 1e12", columns=["id", "tip_material"], sort="tip_radius_m"
+    )
     assert frame.empty and list(frame.columns) == ["id", "tip_material"]
     with pytest.raises(ps.NotFoundError, match="no column 'tip_colour'"):
         large_store.impacts(columns=["tip_colour"])

@@ -59,13 +59,19 @@ def _assert_same_rows(frame, printed):
 
 
 def test_frames_have_chosen_columns_units_and_order(lab):
-    frame = lab.impacts(columns=["id", "peak_force_n", "tip_radius_m"], sort="-peak_force_n", limit=3)
+    frame = lab.impacts(
+        columns=["id", "peak_force_n", "tip_radius_m"], sort="-peak_force_n", limit=3
+    )
     assert list(frame.columns) == ["id", "peak_force_n", "tip_radius_m"]
     assert frame.attrs["units"] == {"peak_force_n": "N", "tip_radius_m": "m"}
     assert list(frame["peak_force_n"]) == sorted(lab.impacts()["peak_force_n"], reverse=True)[:3]
     frame = lab.campaigns()
     assert list(frame["name"]) == ["spring"] and list(frame["impacts"]) == [4 * HITS]
-    assert "lab.db" in repr(lab) and "spring" in lab._repr_html_() and lab.impacts(where="peak_force_n>1e12").empty
+    assert (
+        "lab.db" in repr(lab)
+        and "spring" in lab._repr_html_()
+        and lab.impacts(where="peak_force_n>1e12").empty
+    )
 
 
 def test_a_dry_run_stores_nothing_and_a_dataset_is_frozen_once(lab, tmp_path):
@@ -76,7 +82,9 @@ def test_a_dry_run_stores_nothing_and_a_dataset_is_frozen_once(lab, tmp_path):
         lab.ingest(tmp_path / "winter", progress=False)
     data, again = lab.dataset("spring-1", campaigns=["spring"]), lab.dataset("spring-1")
     assert data.hash == again.hash and len(data) == len(data.to_frame()) > 10
-    assert list(lab.datasets()["name"]) == ["spring-1"] and "contact_time_s" in data.to_frame().columns
+    assert (
+        list(lab.datasets()["name"]) == ["spring-1"] and "contact_time_s" in data.to_frame().columns
+    )
     assert "spring-1" in data._repr_html_()
     with pytest.raises(ps.PyroshockError, match="autumn"):
         lab.dataset("autumn")
@@ -102,7 +110,11 @@ def test_a_pulse_has_the_figures_of_the_listing(lab):
     assert np.trapezoid(pulse.force_n, pulse.time_s) == pytest.approx(row["impulse_n_s"], rel=0.02)
     assert pulse.to_frame().attrs["units"] == {"time_s": "s", "force_n": "N"}
     axes = pulse.plot()
-    assert "(ms)" in axes.get_xlabel() and "(kN)" in axes.get_ylabel() and "peak_force_n" in pulse._repr_html_()
+    assert (
+        "(ms)" in axes.get_xlabel()
+        and "(kN)" in axes.get_ylabel()
+        and "peak_force_n" in pulse._repr_html_()
+    )
 
 
 def test_restitution_of_a_pulse_is_its_impulse_over_that_of_the_impact(lab):
@@ -149,7 +161,9 @@ def test_channels_by_name_and_windows_of_times(lab):
     assert list(recording) == ["force"] and recording.to_frame().iloc[0]["unit"] == "N"
     with pytest.raises(ps.NotFoundError, match=r"no channel 'strain'.*there are: force"):
         recording["strain"]
-    with pytest.raises(ps.InvalidValueError, match="channel of force; a spectrum needs an acceleration"):
+    with pytest.raises(
+        ps.InvalidValueError, match="channel of force; a spectrum needs an acceleration"
+    ):
         recording["force"].srs()
     assert recording.plot()[-1].get_xlabel() == "time (ms)"
 
@@ -176,7 +190,17 @@ def test_a_store_that_is_not_there(tmp_path):
 
 
 # --- the import, and the public names ---
-_HEAVY = {"numpy", "pandas", "scipy", "sqlalchemy", "torch", "mlflow", "matplotlib", "sklearn", "click"}
+_HEAVY = {
+    "numpy",
+    "pandas",
+    "scipy",
+    "sqlalchemy",
+    "torch",
+    "mlflow",
+    "matplotlib",
+    "sklearn",
+    "click",
+}
 
 
 def test_every_public_name_is_there_and_errors_are_what_python_users_expect():
@@ -185,7 +209,9 @@ def test_every_public_name_is_there_and_errors_are_what_python_users_expect():
         assert getattr(ps, name).__doc__ and name in dir(ps)
     with pytest.raises(AttributeError, match="no attribute 'opne'"):
         ps.opne  # noqa: B018
-    assert issubclass(ps.InvalidValueError, ValueError) and issubclass(ps.NotFoundError, LookupError)
+    assert issubclass(ps.InvalidValueError, ValueError) and issubclass(
+        ps.NotFoundError, LookupError
+    )
     assert issubclass(ps.StorageError, OSError)
     kinds = (ps.InvalidValueError, ps.NotFoundError, ps.StorageError)
     assert all(issubclass(kind, ps.PyroshockError) for kind in kinds)
@@ -193,7 +219,9 @@ def test_every_public_name_is_there_and_errors_are_what_python_users_expect():
 
 def test_the_import_alone_loads_nothing_heavy():
     code = "import sys, pyroshock; print(*sorted(name for name in sys.modules if '.' not in name))"
-    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    printed = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert not _HEAVY & set(printed)
 
 
@@ -236,9 +264,26 @@ def test_a_typed_project_passes_mypy_strict(tmp_path):
     packages = tmp_path / "packages"  # the folder of a clone may have any name
     packages.mkdir()
     (packages / "pyroshock").symlink_to(Path(ps.__file__).parent)
-    command = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "--follow-imports=silent", "analysis.py"]
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--strict",
+        "--config-file=",
+        "--follow-imports=silent",
+        "analysis.py",
+    ]
     done = subprocess.run(
-        command, cwd=tmp_path, capture_output=True, text=True, check=False, env={"MYPYPATH": str(packages), "PATH": ""}
+        command,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"MYPYPATH": str(packages), "PATH": ""},
     )
-    errors = [line for line in done.stdout.splitlines() if "error" in line and line.startswith("analysis.py")]
+    errors = [
+        line
+        for line in done.stdout.splitlines()
+        if "error" in line and line.startswith("analysis.py")
+    ]
     assert len(errors) == 1 and "Too many positional arguments" in errors[0], done.stdout

@@ -34,7 +34,16 @@ from support.records.campaigns import (
 )
 from support.stores.care_stores import GUN, HAMMER, OTHER, WHEN, copied, execute
 from support.stores.hammer_stores import HITS, full_campaign, rows_of
-from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock, refusal, run_pyroshock
+from support.stores.stores import (
+    content,
+    counts,
+    ingest,
+    ingested,
+    opened,
+    pyroshock,
+    refusal,
+    run_pyroshock,
+)
 
 # --- datasets, models and predictions whose data were taken out of the store say so; damage is no withdrawal --------
 FIRST = "recordings/test-01.npz"
@@ -58,12 +67,18 @@ def test_list_of_datasets_tells_what_was_withdrawn_and_more_than_that_is_damage(
     assert json.loads(done(care_store, "dataset", "--json").stdout)[0]["withdrawn"] == 0
     discard(care_store)
     output = done(care_store, "dataset")
-    assert f"{HITS} of the {2 * HITS} pulses of dataset small" in output.stderr and REASON in output.stderr
+    assert (
+        f"{HITS} of the {2 * HITS} pulses of dataset small" in output.stderr
+        and REASON in output.stderr
+    )
     assert json.loads(done(care_store, "dataset", "--json").stdout)[0]["withdrawn"] == HITS
     shown = done(care_store, "dataset", "show", "small", code=2).stderr
     assert f"pyroshock ingest FOLDER --again {FIRST}" in shown
     sound(care_store)
-    execute(care_store, "DELETE FROM snapshot_pulses WHERE pulse_id = (SELECT max(pulse_id) FROM snapshot_pulses)")
+    execute(
+        care_store,
+        "DELETE FROM snapshot_pulses WHERE pulse_id = (SELECT max(pulse_id) FROM snapshot_pulses)",
+    )
     assert done(care_store, "db", "check", code=1).stdout.startswith("datasets: dataset small: ")
 
 
@@ -88,12 +103,18 @@ def test_tombstone_that_says_what_is_not_so_is_a_fault(care_store, statement, me
 @pytest.mark.slow
 def test_models_of_such_a_dataset_and_what_they_predict_say_so(care_copy):
     done(care_copy, "train", "small", "--models", "hann,hertz")
-    for words in (["models"], ["compare", "hann", "hertz"], ["predict", "--velocity", "1m/s", "--contact", "hann@1"]):
+    for words in (
+        ["models"],
+        ["compare", "hann", "hertz"],
+        ["predict", "--velocity", "1m/s", "--contact", "hann@1"],
+    ):
         assert "no longer whole" not in pyroshock(*words, "--db", care_copy).stderr
     discard(care_copy)
     output = done(care_copy, "models")
     assert "trained on data that is no longer whole" in output.stderr and REASON in output.stderr
-    assert {row["withdrawn_pulses"] for row in json.loads(done(care_copy, "models", "--json").stdout)} == {HITS}
+    assert {
+        row["withdrawn_pulses"] for row in json.loads(done(care_copy, "models", "--json").stdout)
+    } == {HITS}
     predicted = done(care_copy, "predict", "--velocity", "1m/s", "--contact", "hann@1")
     assert "hann@1 was trained on data that is no longer whole" in predicted.stderr
     assert REASON in pyroshock("compare", "hann", "hertz", "--db", care_copy).stderr
@@ -101,9 +122,24 @@ def test_models_of_such_a_dataset_and_what_they_predict_say_so(care_copy):
 
 # --- `campaigns delete`: what was the campaign's own goes, all else stays, and a tombstone tells what stood on it
 #: Of the campaign HAMMER in the stores of `care_stores`: two recordings of five hits, cut twice.
-ROWS = {"recordings": 2, "impacts": 2 * HITS, "pulses": 4 * HITS, "snapshot_pulses": 2 * HITS, "diagnoses": 1}
+ROWS = {
+    "recordings": 2,
+    "impacts": 2 * HITS,
+    "pulses": 4 * HITS,
+    "snapshot_pulses": 2 * HITS,
+    "diagnoses": 1,
+}
 #: What all campaigns share, or is nobody's.
-SHARED = ("configurations", "factor_levels", "guns", "hammers", "plates", "modal_tables", "materials", "plans")
+SHARED = (
+    "configurations",
+    "factor_levels",
+    "guns",
+    "hammers",
+    "plates",
+    "modal_tables",
+    "materials",
+    "plans",
+)
 
 
 def run(url, *arguments, code=0):
@@ -131,7 +167,11 @@ def test_models_of_its_datasets_are_named_and_stay(care_copy):
     assert {model["model"] for model in stone["stood_on"]["models"]} == labels
     assert {model["dataset"] for model in stone["stood_on"]["models"]} == {"small"}
     sound(care_copy)
-    assert len(json.loads(pyroshock("models", "--json", "--db", care_copy).stdout)) == len(registered) > 0
+    assert (
+        len(json.loads(pyroshock("models", "--json", "--db", care_copy).stdout))
+        == len(registered)
+        > 0
+    )
 
 
 def test_deleted_campaign_alone_is_gone_and_its_tombstone_names_what_stood_on_it(care_store):
@@ -144,19 +184,36 @@ def test_deleted_campaign_alone_is_gone_and_its_tombstone_names_what_stood_on_it
         digest = read_snapshot(store, "small").hash
     stone = deleted(care_store)
     stood = stone["stood_on"]
-    assert stood["datasets"] == [{"name": "small", "hash": digest, "pulses": 2 * HITS, "before": 2 * HITS}]
-    assert [(diagnosis["simulator"], diagnosis["id"]) for diagnosis in stood["diagnoses"]] == [("hertz", 1)]
+    assert stood["datasets"] == [
+        {"name": "small", "hash": digest, "pulses": 2 * HITS, "before": 2 * HITS}
+    ]
+    assert [(diagnosis["simulator"], diagnosis["id"]) for diagnosis in stood["diagnoses"]] == [
+        ("hertz", 1)
+    ]
     assert [adopted["version"] for adopted in stood["adopted"]] == [1]
     assert stood["reopened"] == [{"plan": HAMMER, "run": 1}, {"plan": HAMMER, "run": 2}]
-    assert len(stone["content_hash"]) == 64 and json.loads(run(care_store, "deleted", "--json").stdout)[1:] == [stone]
-    assert f"dataset 'small' (hash {digest[:12]}) stood on campaign 'spring', which was deleted" in sound(care_store)
+    assert len(stone["content_hash"]) == 64 and json.loads(
+        run(care_store, "deleted", "--json").stdout
+    )[1:] == [stone]
+    assert (
+        f"dataset 'small' (hash {digest[:12]}) stood on campaign 'spring', which was deleted"
+        in sound(care_store)
+    )
     shown = done(care_store, "dataset", "show", "small", code=2).stderr
     assert REASON in shown and stone["content_hash"][:12] in shown
     after = counts(care_store)
-    assert names(care_store) == {GUN, OTHER} and {table: stone["counts"][table] for table in ROWS} == ROWS
-    gone = {table: before[table] - after[table] for table in before if before[table] != after[table]}
+    assert (
+        names(care_store) == {GUN, OTHER}
+        and {table: stone["counts"][table] for table in ROWS} == ROWS
+    )
+    gone = {
+        table: before[table] - after[table] for table in before if before[table] != after[table]
+    }
     assert {table: number for table, number in gone.items() if number > 0} == stone["counts"]
-    assert {table: number for table, number in gone.items() if number < 0} == {"tombstones": -1, "provenance": -1}
+    assert {table: number for table, number in gone.items() if number < 0} == {
+        "tombstones": -1,
+        "provenance": -1,
+    }
     assert all(before[table] == after[table] for table in (*SHARED, "dataset_snapshots", "shots"))
     with opened(care_store) as store, store.reading() as session:
         assert session.scalars(select(Diagnosis)).all() == []
@@ -172,12 +229,16 @@ def test_deleted_campaign_alone_is_gone_and_its_tombstone_names_what_stood_on_it
 def test_refused_without_a_reason_or_a_campaign(care_copy):
     before = counts(care_copy)
     assert "Missing option '--reason'" in run(care_copy, "delete", HAMMER, code=2).stderr
-    assert "the reason is empty" in run(care_copy, "delete", HAMMER, "--reason", "  ", code=2).stderr
+    assert (
+        "the reason is empty" in run(care_copy, "delete", HAMMER, "--reason", "  ", code=2).stderr
+    )
     assert "known: " in run(care_copy, "delete", "winter", "--reason", "r", code=2).stderr
     assert counts(care_copy) == before
 
 
-def test_same_content_again_has_the_same_hash_and_gives_its_dataset_back(sqlite_url, care_source, tables_url):
+def test_same_content_again_has_the_same_hash_and_gives_its_dataset_back(
+    sqlite_url, care_source, tables_url
+):
     hashes, folder = [], care_source / HAMMER
     for url in (sqlite_url, tables_url):
         ingested(url, folder)
@@ -193,7 +254,9 @@ def test_same_content_again_has_the_same_hash_and_gives_its_dataset_back(sqlite_
     assert len(set(hashes)) == 1
 
 
-def test_other_content_has_another_hash_and_a_name_is_free_again_for_another_bench(sqlite_url, tmp_path):
+def test_other_content_has_another_hash_and_a_name_is_free_again_for_another_bench(
+    sqlite_url, tmp_path
+):
     hashes = set()
     for seed in (1, 2):
         folder = hammer_campaign(tmp_path / str(seed), seed=seed)
@@ -220,7 +283,9 @@ def test_deletion_that_would_change_other_predictions_is_refused(tables_url, tmp
     assert "contact.effective_mass" in message and "pyroshock diagnose b --adopt" in message
     assert counts(tables_url) == before
     _adopt(tables_url, 2, "b")
-    assert [adopted["version"] for adopted in deleted(tables_url, "a")["stood_on"]["adopted"]] == [1]
+    assert [adopted["version"] for adopted in deleted(tables_url, "a")["stood_on"]["adopted"]] == [
+        1
+    ]
 
 
 # --- `campaigns archive` and `campaigns restore`: out of the store into a file, and back as it was ------------------
@@ -250,23 +315,31 @@ def test_archived_and_restored_campaign_is_as_before(care_store, tmp_path):
     stone = archived(care_store, out)
     assert stone["archive_path"] == str(out.resolve())
     assert stone["archive_sha256"] == hashlib.sha256(out.read_bytes()).hexdigest()
-    assert f"pyroshock campaigns restore {out.resolve()}" in refusal("dataset", "show", "small", "--db", care_store)
+    assert f"pyroshock campaigns restore {out.resolve()}" in refusal(
+        "dataset", "show", "small", "--db", care_store
+    )
     sound(care_store)
     back = restored(care_store, out)
     assert (back["returned"], back["notes"]) == ({"small": 10}, [])
-    assert but_tombstones(care_store) == before, "also diagnoses, adopted effects, links to the plan and the dataset"
+    assert but_tombstones(care_store) == before, (
+        "also diagnoses, adopted effects, links to the plan and the dataset"
+    )
     with opened(care_store) as store:
         assert read_snapshot(store, "small").hash == digest
     assert json.loads(run(care_store, "deleted", "--json").stdout)[-1]["restored_at"] is not None
     sound(care_store)
 
 
-def test_any_file_of_the_content_restores_it_again_and_a_tombstone_what_the_file_lacks(care_copy, tmp_path):
+def test_any_file_of_the_content_restores_it_again_and_a_tombstone_what_the_file_lacks(
+    care_copy, tmp_path
+):
     first = archived(care_copy, tmp_path / "1")
     restored(care_copy, tmp_path / "1")
     second = archived(care_copy, tmp_path / "2")
     assert first["content_hash"] == second["content_hash"]
-    assert restored(care_copy, tmp_path / "1")["id"] == second["id"], "any file of the content will do"
+    assert restored(care_copy, tmp_path / "1")["id"] == second["id"], (
+        "any file of the content will do"
+    )
     sound(care_copy)
     before, out = but_tombstones(care_copy), exported(care_copy, tmp_path)
     run(care_copy, "delete", HAMMER, "--reason", REASON)
@@ -274,11 +347,16 @@ def test_any_file_of_the_content_restores_it_again_and_a_tombstone_what_the_file
     assert but_tombstones(care_copy) == before
     with opened(care_copy) as store, store.writing() as session:
         key = session.scalar(select(Diagnosis.campaign_id))
-        session.add(Diagnosis(campaign_id=key, simulator="hunt", diagnosed_at=WHEN, report={"causes": []}))
+        session.add(
+            Diagnosis(campaign_id=key, simulator="hunt", diagnosed_at=WHEN, report={"causes": []})
+        )
     run(care_copy, "delete", HAMMER, "--reason", REASON)
     restored(care_copy, out)
     with opened(care_copy) as store, store.reading() as session:
-        assert session.scalars(select(Diagnosis.simulator).order_by(Diagnosis.id)).all() == ["hertz", "hunt"]
+        assert session.scalars(select(Diagnosis.simulator).order_by(Diagnosis.id)).all() == [
+            "hertz",
+            "hunt",
+        ]
 
 
 def test_version_of_the_twin_whose_number_was_taken_is_told(care_copy, tmp_path):
@@ -303,9 +381,13 @@ def test_restored_on_the_other_engine(care_copy, tmp_path, postgres_database):
     assert but_tombstones(postgres_database) == before
 
 
-def test_nothing_is_deleted_where_the_file_cannot_be_written_or_holds_something_else(care_copy, tmp_path, monkeypatch):
+def test_nothing_is_deleted_where_the_file_cannot_be_written_or_holds_something_else(
+    care_copy, tmp_path, monkeypatch
+):
     before = counts(care_copy)
-    message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "no" / "file", "--reason", REASON, code=2).stderr
+    message = run(
+        care_copy, "archive", HAMMER, "--out", tmp_path / "no" / "file", "--reason", REASON, code=2
+    ).stderr
     assert "no" in message
     (tmp_path / "text").write_text("not a store")
     run(care_copy, "archive", HAMMER, "--out", tmp_path / "text", "--reason", REASON, code=2)
@@ -313,7 +395,10 @@ def test_nothing_is_deleted_where_the_file_cannot_be_written_or_holds_something_
     assert pyroshock("db", "export", "autumn", "--out", other, "--db", care_copy).exit_code == 0
     message = run(care_copy, "archive", HAMMER, "--out", other, "--reason", REASON, code=2).stderr
     assert "nothing was deleted" in message
-    assert "the reason is empty" in run(care_copy, "archive", HAMMER, "--out", "f", "--reason", " ", code=2).stderr
+    assert (
+        "the reason is empty"
+        in run(care_copy, "archive", HAMMER, "--out", "f", "--reason", " ", code=2).stderr
+    )
     assert counts(care_copy) == before and (tmp_path / "text").read_text() == "not a store"
 
     def torn(store, campaign, out, progress=None):
@@ -323,7 +408,9 @@ def test_nothing_is_deleted_where_the_file_cannot_be_written_or_holds_something_
 
     monkeypatch.setattr("pyroshock.schema.transfer.export.export_campaign", torn)
     before = counts(care_copy)
-    message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
+    message = run(
+        care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2
+    ).stderr
     assert "is refused" in message and counts(care_copy) == before
 
 
@@ -334,20 +421,27 @@ def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_
         return archive
 
     monkeypatch.setattr("pyroshock.app.ingest.archiving.write_archive", and_then)
-    message = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
+    message = run(
+        care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2
+    ).stderr
     assert "changed while it was written" in message and counts(care_copy)["recordings"] == 3
 
 
 def test_restore_refuses_what_was_not_deleted(care_copy, tmp_path, sqlite_url):
     out, before = exported(care_copy, tmp_path), counts(care_copy)
-    assert "is in the store" in run(care_copy, "restore", out, code=2).stderr and counts(care_copy) == before
+    assert (
+        "is in the store" in run(care_copy, "restore", out, code=2).stderr
+        and counts(care_copy) == before
+    )
     ingested(sqlite_url, hammer_campaign(tmp_path / "elsewhere", name="elsewhere"))
     assert "no campaign of this name was deleted" in run(sqlite_url, "restore", out, code=2).stderr
     run(care_copy, "delete", HAMMER, "--reason", REASON)
     other = tmp_path / "other.pyroshock"
     shutil.copyfile(out, other)
     execute(f"sqlite:///{other}", "DELETE FROM diagnoses")
-    assert restored(care_copy, other)["campaign"] == HAMMER, "a diagnosis is no content, and comes from the tombstone"
+    assert restored(care_copy, other)["campaign"] == HAMMER, (
+        "a diagnosis is no content, and comes from the tombstone"
+    )
     run(care_copy, "delete", HAMMER, "--reason", REASON)
     execute(f"sqlite:///{other}", "UPDATE campaigns SET date = '1999-01-01'")
     assert (
@@ -358,7 +452,9 @@ def test_restore_refuses_what_was_not_deleted(care_copy, tmp_path, sqlite_url):
     assert "db import" in run(care_copy, "restore", other, code=2).stderr
 
 
-def test_archive_is_completed_after_a_kill_and_restored_after_its_upgrade_changed_the_file(care_copy, tmp_path):
+def test_archive_is_completed_after_a_kill_and_restored_after_its_upgrade_changed_the_file(
+    care_copy, tmp_path
+):
     out = exported(care_copy, tmp_path)  # and killed before the deletion
     assert archived(care_copy, out)["archive_path"] == str(out)
     execute(f"sqlite:///{out}", "CREATE TABLE other (id INTEGER)", "DROP TABLE other")
@@ -379,7 +475,10 @@ def discarded_store(tables_url, tmp_path) -> tuple[str, Path]:
 def test_import_that_brings_a_discarded_recording_back_says_so(discarded_store):
     url, out = discarded_store
     output = pyroshock("db", "import", out, "--db", url)
-    assert "was discarded here, and is back with the file: hammer, recordings/test-01.npz" in output.stderr
+    assert (
+        "was discarded here, and is back with the file: hammer, recordings/test-01.npz"
+        in output.stderr
+    )
     assert json.loads(run(url, "deleted", "--json").stdout)[0]["restored_at"] is not None
     sound(url)
 
@@ -397,11 +496,17 @@ FIRST, SECOND = recording_name(1), recording_name(2)
 
 
 def discarded(url, campaign, *more):
-    return json.loads(done(url, "runs", "discard", campaign, *more, "--reason", REASON, "--json").stdout)
+    return json.loads(
+        done(url, "runs", "discard", campaign, *more, "--reason", REASON, "--json").stdout
+    )
 
 
 def replaced(url, campaign, recording, *more):
-    return json.loads(done(url, "runs", "replace", campaign, recording, *more, "--reason", REASON, "--json").stdout)
+    return json.loads(
+        done(
+            url, "runs", "replace", campaign, recording, *more, "--reason", REASON, "--json"
+        ).stdout
+    )
 
 
 def paths(url):
@@ -431,15 +536,26 @@ def hammer(request, ingested_hammer, tmp_path):
 
 def test_discarded_recording_goes_with_its_hits_and_a_dry_run_changes_nothing(care_store):
     whole = content(care_store)
-    output = done(care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run").stderr
+    output = done(
+        care_store, "runs", "discard", HAMMER, FIRST, "--reason", REASON, "--dry-run"
+    ).stderr
     assert "dry run, nothing is deleted; would delete" in output
     assert f"stood on it: dataset small ({HITS} pulses" in output and content(care_store) == whole
     before, stone = counts(care_store), discarded(care_store, HAMMER, FIRST)
     after = counts(care_store)
     gone = {table: before[table] - after[table] for table in before if before[table] > after[table]}
     assert gone == stone["counts"]
-    assert (gone["recordings"], gone["impacts"], gone["pulses"], gone["snapshot_pulses"]) == (1, HITS, 2 * HITS, HITS)
-    assert (stone["kind"], stone["recording"], len(stone["file_sha256"])) == ("recording", FIRST, 64)
+    assert (gone["recordings"], gone["impacts"], gone["pulses"], gone["snapshot_pulses"]) == (
+        1,
+        HITS,
+        2 * HITS,
+        HITS,
+    )
+    assert (stone["kind"], stone["recording"], len(stone["file_sha256"])) == (
+        "recording",
+        FIRST,
+        64,
+    )
     assert stone["stood_on"]["reopened"] == [{"plan": HAMMER, "run": 1}]
     assert [dataset["pulses"] for dataset in stone["stood_on"]["datasets"]] == [HITS]
     assert "dataset 'small'" in sound(care_store)
@@ -451,7 +567,10 @@ def test_ingest_of_the_same_folder_does_not_bring_it_back(hammer):
     discarded(url, "hammer", FIRST)
     again = ingest(url, folder)
     assert again.exit_code == 0 and "nothing new" in again.stderr
-    assert f"recording {FIRST} was discarded on 20" in again.stderr and f"because {REASON}" in again.stderr
+    assert (
+        f"recording {FIRST} was discarded on 20" in again.stderr
+        and f"because {REASON}" in again.stderr
+    )
     assert f"--again {FIRST}" in again.stderr and paths(url) == [SECOND]
     run_pyroshock("ingest", folder, "--again", FIRST, "--db", url)
     assert but_tombstones(url) == whole
@@ -467,7 +586,10 @@ def test_another_file_in_the_place_of_a_discarded_one_must_be_asked_for(hammer):
     refused = ingest(url, folder)
     assert refused.exit_code == 2
     assert "another file is in its place" in refused.stderr and f"--again {FIRST}" in refused.stderr
-    assert paths(url) == [SECOND] and pyroshock("ingest", folder, "--again", FIRST, "--db", url).exit_code == 0
+    assert (
+        paths(url) == [SECOND]
+        and pyroshock("ingest", folder, "--again", FIRST, "--db", url).exit_code == 0
+    )
     assert paths(url) == [FIRST, SECOND]
     (stone,) = tombstones(url)
     assert (stone["restored_at"], stone["replaced_by"] == stone["file_sha256"]) == (None, False)
@@ -478,29 +600,47 @@ def test_another_file_in_the_place_of_a_discarded_one_must_be_asked_for(hammer):
 def test_discarded_of_a_campaign_that_was_deleted_says_nothing_of_other_files_of_the_next(hammer):
     url, folder = hammer
     discarded(url, "hammer", FIRST)
-    assert pyroshock("campaigns", "delete", "hammer", "--reason", REASON, "--db", url).exit_code == 0
+    assert (
+        pyroshock("campaigns", "delete", "hammer", "--reason", REASON, "--db", url).exit_code == 0
+    )
     assert FIRST in ingested(url, folder).stderr, "the very same file stays out"
     assert paths(url) == [SECOND]
-    assert pyroshock("campaigns", "delete", "hammer", "--reason", REASON, "--db", url).exit_code == 0
+    assert (
+        pyroshock("campaigns", "delete", "hammer", "--reason", REASON, "--db", url).exit_code == 0
+    )
     write_recording(folder / FIRST, {"force": force_record(blows(1, 2), np.random.default_rng(9))})
     ingested(url, folder)
     assert paths(url) == [FIRST, SECOND]
     sound(url)
 
 
-def test_recordings_are_listed_and_discarded_by_their_runs_and_a_dry_run_keeps_the_tombstone_open(hammer):
+def test_recordings_are_listed_and_discarded_by_their_runs_and_a_dry_run_keeps_the_tombstone_open(
+    hammer,
+):
     url, _ = hammer
     rows = json.loads(done(url, "runs", "list", "hammer", "--json").stdout)
     assert [(row["recording"], row["status"], row["runs"]) for row in rows] == [
         (FIRST, "stored", ["1 (1-2)"]), (SECOND, "stored", ["2 (1-2)"])
     ]  # fmt: skip
     output = done(
-        url, "runs", "discard", "hammer", "--run", "1", "--repetition", "2", "--reason", REASON, code=2
+        url,
+        "runs",
+        "discard",
+        "hammer",
+        "--run",
+        "1",
+        "--repetition",
+        "2",
+        "--reason",
+        REASON,
+        code=2,
     ).stderr
     assert "run 1, repetition 1" in output and "name every run" in output
     assert discarded(url, "hammer", "--run", "2")["recording"] == SECOND and paths(url) == [FIRST]
     url, folder = hammer
-    assert "no row names this recording" in refusal("ingest", folder, "--again", "recordings/test-99.npz", "--db", url)
+    assert "no row names this recording" in refusal(
+        "ingest", folder, "--again", "recordings/test-99.npz", "--db", url
+    )
     discarded(url, "hammer", FIRST)
     before = content(url)
     output = pyroshock("ingest", folder, "--again", FIRST, "--dry-run", "--db", url)
@@ -508,22 +648,44 @@ def test_recordings_are_listed_and_discarded_by_their_runs_and_a_dry_run_keeps_t
 
 
 def test_run_that_shares_its_recording_is_refused_unless_all_are_meant(tables_url, tmp_path):
-    rows = [{**row, "run": run, "repetition": 1} for row, run in zip(hammer_rows(), (11, 12, 21, 22), strict=True)]
+    rows = [
+        {**row, "run": run, "repetition": 1}
+        for row, run in zip(hammer_rows(), (11, 12, 21, 22), strict=True)
+    ]
     folder = hammer_campaign(tmp_path / "campaign")
     write_runs(folder, rows)
     ingested(tables_url, folder)
     before = counts(tables_url)
-    output = done(tables_url, "runs", "discard", "hammer", "--run", "11", "--reason", REASON, code=2).stderr
+    output = done(
+        tables_url, "runs", "discard", "hammer", "--run", "11", "--reason", REASON, code=2
+    ).stderr
     assert "holds other hits too: run 12, repetition 1" in output
     output = done(
-        tables_url, "runs", "discard", "hammer", "--run", "11", "--run", "21", "--reason", REASON, code=2
+        tables_url,
+        "runs",
+        "discard",
+        "hammer",
+        "--run",
+        "11",
+        "--run",
+        "21",
+        "--reason",
+        REASON,
+        code=2,
     ).stderr
     assert FIRST in output and SECOND in output
-    assert "no run 7" in done(tables_url, "runs", "discard", "hammer", "--run", "7", "--reason", REASON, code=2).stderr
+    assert (
+        "no run 7"
+        in done(
+            tables_url, "runs", "discard", "hammer", "--run", "7", "--reason", REASON, code=2
+        ).stderr
+    )
     assert counts(tables_url) == before
     assert discarded(tables_url, "hammer", "--run", "12", "--run", "11")["recording"] == FIRST
     ingested(tables_url, gun_campaign(tmp_path / "gun"))
-    output = done(tables_url, "runs", "discard", "gun", "--run", "1", "--reason", REASON, code=2).stderr
+    output = done(
+        tables_url, "runs", "discard", "gun", "--run", "1", "--reason", REASON, code=2
+    ).stderr
     assert "a row without a recording" in output
 
 
@@ -538,14 +700,25 @@ def test_what_cannot_be_discarded_is_named(hammer, words, said):
     url, _ = hammer
     before = counts(url)
     assert said in done(url, "runs", "discard", *words, "--reason", REASON, code=2).stderr
-    assert "the reason is empty" in done(url, "runs", "discard", "hammer", FIRST, "--reason", " ", code=2).stderr
+    assert (
+        "the reason is empty"
+        in done(url, "runs", "discard", "hammer", FIRST, "--reason", " ", code=2).stderr
+    )
     assert counts(url) == before
 
 
-def test_corrected_row_and_new_file_are_refused_by_ingest_with_the_way_out_and_replaced(hammer, tmp_path):
+def test_corrected_row_and_new_file_are_refused_by_ingest_with_the_way_out_and_replaced(
+    hammer, tmp_path
+):
     url, folder = hammer
     row = hammer_rows()[0]
-    write_runs(folder, [{**run, "tip_radius_mm": 45} if run["run"] == row["run"] else run for run in hammer_rows()])
+    write_runs(
+        folder,
+        [
+            {**run, "tip_radius_mm": 45} if run["run"] == row["run"] else run
+            for run in hammer_rows()
+        ],
+    )
     refused = ingest(url, folder)
     assert refused.exit_code == 2
     assert f"pyroshock runs replace hammer {FIRST} --from FOLDER --reason TEXT" in refused.stderr
@@ -561,9 +734,14 @@ def test_corrected_row_and_new_file_are_refused_by_ingest_with_the_way_out_and_r
     url, folder = hammer
     write_recording(folder / FIRST, {"force": force_record(blows(1, 2), np.random.default_rng(9))})
     refused = ingest(url, folder)
-    assert refused.exit_code == 2 and f"pyroshock runs replace hammer {FIRST} --from FOLDER" in refused.stderr
+    assert (
+        refused.exit_code == 2
+        and f"pyroshock runs replace hammer {FIRST} --from FOLDER" in refused.stderr
+    )
     before = content(url)
-    dry = done(url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, "--dry-run")
+    dry = done(
+        url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, "--dry-run"
+    )
     assert "would be stored in its place" in dry.stderr and content(url) == before
     stone = replaced(url, "hammer", FIRST, "--from", folder)
     assert len(stone["replaced_by"]) == 64 and stone["replaced_by"] != stone["file_sha256"]
@@ -602,7 +780,9 @@ def _unreadable(folder):
 
 def _run_of_another(folder):
     rows = with_cell(hammer_rows(), "run", 2)
-    write_runs(folder, with_cell([row for row in rows if row["recording"] == FIRST], "run", 2, row=1))
+    write_runs(
+        folder, with_cell([row for row in rows if row["recording"] == FIRST], "run", 2, row=1)
+    )
 
 
 @pytest.mark.parametrize(("change", "words"), [
@@ -614,17 +794,26 @@ def test_what_cannot_take_the_place_replaces_nothing(hammer, change, words):
     url, folder = hammer
     change(folder)
     before = counts(url)
-    assert words in done(url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, code=2).stderr
+    assert (
+        words
+        in done(
+            url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, code=2
+        ).stderr
+    )
     assert counts(url) == before
 
 
 def test_folder_of_another_campaign_or_without_the_rows_replaces_nothing(hammer, tmp_path):
     url, folder = hammer
     other = hammer_campaign(tmp_path / "other", name="other")
-    output = done(url, "runs", "replace", "hammer", FIRST, "--from", other, "--reason", REASON, code=2).stderr
+    output = done(
+        url, "runs", "replace", "hammer", FIRST, "--from", other, "--reason", REASON, code=2
+    ).stderr
     assert "campaign.name is 'other'" in output
     write_runs(folder, [row for row in hammer_rows() if row["recording"] != FIRST])
-    output = done(url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, code=2).stderr
+    output = done(
+        url, "runs", "replace", "hammer", FIRST, "--from", folder, "--reason", REASON, code=2
+    ).stderr
     assert "no row of runs.csv names recording" in output
     stray = tmp_path / "stray.npz"
     shutil.copyfile(folder / FIRST, stray)
@@ -637,18 +826,25 @@ def test_planned_run_is_done_again_by_what_replaces_it(care_store, care_source, 
     rng = np.random.default_rng(77)
     force = force_record(blows(1, HITS), rng)
     write_recording(
-        folder / FIRST, {"force": force, "acceleration_1": rng.standard_normal(force.size).astype(np.float32)}
+        folder / FIRST,
+        {"force": force, "acceleration_1": rng.standard_normal(force.size).astype(np.float32)},
     )
     assert replaced(care_store, HAMMER, FIRST, "--from", folder)["stood_on"]["reopened"] == []
     with opened(care_store) as store, store.reading() as session:
-        assert session.scalars(select(run_status()).order_by(PlannedRun.run)).all()[:2] == ["done", "done"]
+        assert session.scalars(select(run_status()).order_by(PlannedRun.run)).all()[:2] == [
+            "done",
+            "done",
+        ]
     sound(care_store)
 
 
 def test_dataset_reads_again_only_when_the_very_same_content_is_back(tables_url, tmp_path):
     folder = full_campaign(tmp_path / "spring", "spring", 2)
     ingested(tables_url, folder)
-    assert pyroshock("dataset", "build", "small", "--from", "spring", "--db", tables_url).exit_code == 0
+    assert (
+        pyroshock("dataset", "build", "small", "--from", "spring", "--db", tables_url).exit_code
+        == 0
+    )
     with opened(tables_url) as store:
         digest = read_snapshot(store, "small").hash
     write_runs(folder, [{**r, "tip_radius_mm": 45} if r["run"] == 1 else r for r in rows_of(2)])

@@ -9,7 +9,15 @@ import pytest
 from pyroshock.app.common.nominal_velocity import with_predictions
 from pyroshock.app.common.number_format import signed_percent
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.documents.document import Bullets, Cell, ChartRow, Document, Figure, Paragraph, Table
+from pyroshock.app.documents.document import (
+    Bullets,
+    Cell,
+    ChartRow,
+    Document,
+    Figure,
+    Paragraph,
+    Table,
+)
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.ingest.planned_achieved import planned_achieved_rows
@@ -39,7 +47,11 @@ def tables(content: Document) -> dict[str, Table]:
 
 
 def achieved_table(content: Document) -> Table:
-    return next(table for caption, table in tables(content).items() if caption.startswith("Runs and recordings"))
+    return next(
+        table
+        for caption, table in tables(content).items()
+        if caption.startswith("Runs and recordings")
+    )
 
 
 def bullets(content: Document) -> list[str]:
@@ -66,7 +78,11 @@ def test_runs_are_counted_by_state_and_a_discarded_one_has_its_reason(planned: s
     ) in told(content)
     assert bullets(content) == [f"Run {RUNS} of plan spring is discarded: the anvil <b>broke</b>."]
     table = achieved_table(content)
-    of_mass = [dict(zip(table.columns, row, strict=True)) for row in table.rows if row[0] == "bullet mass (kg)"]
+    of_mass = [
+        dict(zip(table.columns, row, strict=True))
+        for row in table.rows
+        if row[0] == "bullet mass (kg)"
+    ]
     assert sum(int(row["done"]) for row in of_mass) == FIRED
     assert sum(int(row["shots"]) for row in of_mass) == FIRED * REPETITIONS
 
@@ -85,7 +101,12 @@ def test_a_factor_of_many_levels_has_one_row(tmp_path: Path) -> None:
         for i in range(1, 13)
     ]
     (row,) = planned_achieved_rows(levels, [])
-    assert (row["level"], row["planned"], row["done"], row["shots"]) == ("1 to 12 (12 levels)", 12, 24, 36)
+    assert (row["level"], row["planned"], row["done"], row["shots"]) == (
+        "1 to 12 (12 levels)",
+        12,
+        24,
+        36,
+    )
     assert len(planned_achieved_rows(levels[:8], [])) == 8
 
 
@@ -101,10 +122,15 @@ def test_planned_and_achieved_settings_stand_in_one_table(planned: str) -> None:
     for row in table.rows:
         deviations.setdefault(row[0], set()).add(row[list(table.columns).index("mean deviation")])
     assert deviations["tank pressure (bar)"] <= {"+2.0 %", "–", None}
-    assert deviations["recorded pressure (bar)"] == {"+1.0 %"} and deviations["impact velocity (m/s)"] == {"+10.0 %"}
+    assert deviations["recorded pressure (bar)"] == {"+1.0 %"} and deviations[
+        "impact velocity (m/s)"
+    ] == {"+10.0 %"}
     assert deviations["bullet mass (kg)"] == {"0.0 %"}
     charts = {figure.title for figure in figures(content)}
-    assert {"Recorded pressure, achieved against planned", "Impact velocity, achieved against planned"} <= charts
+    assert {
+        "Recorded pressure, achieved against planned",
+        "Impact velocity, achieved against planned",
+    } <= charts
     assert "Bullet mass, achieved against planned" not in charts  # nothing differs
 
 
@@ -116,7 +142,9 @@ def test_pressure_of_a_shot_without_a_plan_is_beside_the_one_set(tmp_path: Path)
             session.scalars(select(Shot)).first().recorded_pressure_pa = 33_000.0
         content = document(store, "gun")
     off = signed_percent(33 / 25 - 1)
-    assert f"differs from the one that was set by {off} on average and {off} at most (run" in told(content)
+    assert f"differs from the one that was set by {off} on average and {off} at most (run" in told(
+        content
+    )
 
 
 def test_shots_are_told_beside_the_nominal_gun(planned: str) -> None:
@@ -141,13 +169,19 @@ def test_shots_that_were_not_repeated_are_listed_with_their_uncertainty(tmp_path
                 shot.measured_velocity_m_s, shot.measured_velocity_u_m_s = 13.8, 0.19
         content = document(store, "gun")
     shots = tables(content)["Each shot, with the standard uncertainty of its velocity."]
-    assert {row[list(shots.columns).index("measured velocity (m/s)")] for row in shots.rows} == {"13.80 ± 0.19"}
+    assert {row[list(shots.columns).index("measured velocity (m/s)")] for row in shots.rows} == {
+        "13.80 ± 0.19"
+    }
 
 
-def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways(hits: Store) -> None:
+def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways(
+    hits: Store,
+) -> None:
     with hits.reading() as session:
         pulses, rows = pulses_of(session, "hits"), list(iter_impacts(session, "hits"))
-        points = session.scalars(select(Pulse.force_points_n).where(Pulse.current).order_by(Pulse.impact_id)).all()
+        points = session.scalars(
+            select(Pulse.force_points_n).where(Pulse.current).order_by(Pulse.impact_id)
+        ).all()
     assert [len(group) for group in pulses.groups] == [HITS] * len(CONFIGURATIONS)
     first = pulses.groups[0]
     own = [i for i, row in enumerate(rows) if row["run"] == 1]
@@ -160,7 +194,9 @@ def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways
     assert (pulses.rejected, pulses.without) == (0, 0)
     assert telling_factor(type(pulses)(pulses.groups * 3, 0, 0)) in pulses.varied
     assert telling_factor(type(pulses)(pulses.groups[:1], 0, 0)) is None
-    content = tables(document(hits, "hits"))["Mean ± standard deviation over the pulses of a configuration."]
+    content = tables(document(hits, "hits"))[
+        "Mean ± standard deviation over the pulses of a configuration."
+    ]
     cells = dict(zip(content.columns, content.rows[0], strict=True))
     # 0.61 to 0.65 m/s in the first run, in steps of 0.01
     assert (cells["impact velocity (m/s)"], cells["tip radius (mm)"]) == ("0.630 ± 0.016", "30")
@@ -190,18 +226,33 @@ def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
     assert list(aside.rows) == [["recordings/torn.mat", "it ends early"]]
     assert "Impacts that are left out: 1 rejected." in told(content)
     table = tables(content)["Mean ± standard deviation over the pulses of a configuration."]
-    assert [row[list(table.columns).index("pulses")] for row in table.rows] == [HITS - 1, HITS, HITS, HITS]
+    assert [row[list(table.columns).index("pulses")] for row in table.rows] == [
+        HITS - 1,
+        HITS,
+        HITS,
+        HITS,
+    ]
     findings = tables(content)["Findings of the quality checks by cause, the most serious first."]
     cause, severity, number, _, impacts, example, action = findings.rows[0]
     assert (cause, severity, number, impacts) == ("The hammer touched twice", "reject", 1, "1")
-    assert example == "run 1, repetition 1: two blows <script>" and action == "Leave the impact out, or repeat it."
-    assert content.lead.endswith("cause: the hammer touched twice (run 1). Leave the impact out, or repeat it.")
-    assert "1 is rejected" in content.lead and "1 could not be read and was set aside" in content.lead
+    assert (
+        example == "run 1, repetition 1: two blows <script>"
+        and action == "Leave the impact out, or repeat it."
+    )
+    assert content.lead.endswith(
+        "cause: the hammer touched twice (run 1). Leave the impact out, or repeat it."
+    )
+    assert (
+        "1 is rejected" in content.lead and "1 could not be read and was set aside" in content.lead
+    )
     assert content.sections[0].title == "Quality"
 
 
 def test_the_worst_of_many_findings_is_the_example(hits: Store) -> None:
-    assert document(hits, "hits").lead == "All 4 recordings are accepted. No recording has to be repeated."
+    assert (
+        document(hits, "hits").lead
+        == "All 4 recordings are accepted. No recording has to be repeated."
+    )
     with hits.writing() as session:
         recording = session.scalars(select(Recording).order_by(Recording.id)).first()
         assert recording is not None
@@ -214,8 +265,12 @@ def test_the_worst_of_many_findings_is_the_example(hits: Store) -> None:
                 )
             )  # fmt: skip
     content = document(hits, "hits")
-    assert content.lead.startswith("All 4 recordings are accepted; 1 of the accepted recordings has warnings. The most")
-    row = tables(content)["Findings of the quality checks by cause, the most serious first."].rows[0]
+    assert content.lead.startswith(
+        "All 4 recordings are accepted; 1 of the accepted recordings has warnings. The most"
+    )
+    row = tables(content)["Findings of the quality checks by cause, the most serious first."].rows[
+        0
+    ]
     assert (row[2], row[5]) == (3, f"{path}: number 1")
 
 
@@ -240,14 +295,26 @@ def test_only_factors_tell_configurations_apart(hits: Store) -> None:
     with hits.writing() as session:
         for number, impact in enumerate(session.scalars(select(Impact)).all()):
             channel = session.scalars(
-                select(RecordedChannel.id).where(RecordedChannel.recording_id == impact.recording_id)
+                select(RecordedChannel.id).where(
+                    RecordedChannel.recording_id == impact.recording_id
+                )
             ).first()
-            numbers = dict.fromkeys(_CHANNEL_NUMBERS, 0.01) | {"peak_acceleration_m_s2": 100.0 + number}
+            numbers = dict.fromkeys(_CHANNEL_NUMBERS, 0.01) | {
+                "peak_acceleration_m_s2": 100.0 + number
+            }
             spectrum = {"srs_frequency_hz": [10.0], "srs_maximax_m_s2": [1.0]}
-            session.add(ChannelFigures(impact_id=impact.id, channel_id=channel, largest=True, **numbers, **spectrum))
+            session.add(
+                ChannelFigures(
+                    impact_id=impact.id, channel_id=channel, largest=True, **numbers, **spectrum
+                )
+            )
     with hits.reading() as session:
-        assert len({row["peak_acceleration_m_s2"] for row in iter_impacts(session, "hits")}) > len(CONFIGURATIONS)
-        assert [len(group) for group in pulses_of(session, "hits").groups] == [HITS] * len(CONFIGURATIONS)
+        assert len({row["peak_acceleration_m_s2"] for row in iter_impacts(session, "hits")}) > len(
+            CONFIGURATIONS
+        )
+        assert [len(group) for group in pulses_of(session, "hits").groups] == [HITS] * len(
+            CONFIGURATIONS
+        )
 
 
 def test_empty_campaign_has_a_report_too(tmp_path: Path) -> None:

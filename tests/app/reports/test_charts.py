@@ -13,7 +13,15 @@ from hypothesis import strategies as st
 from pyroshock.app.diagnose.report_charts import path_chart, path_rows, share_chart, share_rows
 from pyroshock.app.documents.line_styles import SERIES, STYLE, css, light, series_styles
 from pyroshock.app.documents.pdf import drawing_of
-from pyroshock.app.documents.svg import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
+from pyroshock.app.documents.svg import (
+    MOST_POINTS,
+    Cloud,
+    Curve,
+    agreement_chart,
+    dot_keys,
+    line_chart,
+    line_keys,
+)
 from pyroshock.diagnosis.verdict import EffectShare, GapSize, PathStep, Unexplained, Verdict
 from support.checks.well_formed import Page
 from support.records import verdicts
@@ -40,7 +48,9 @@ def test_equal_quantities_lie_on_the_diagonal_and_points_are_thinned() -> None:
         x, y = float(dot["cx"] or 0), float(dot["cy"] or 0)
         assert y == pytest.approx(ay + (by - ay) * (x - ax) / (bx - ax), abs=0.2)
     numbers = np.array([1.0, 2.0, -3.0, np.nan, 5.0])
-    svg = agreement_chart("v", [cloud(numbers, np.array([1.0, 0.0, 1.0, 1.0, 4.0]))], "a", "b", logarithmic=True)
+    svg = agreement_chart(
+        "v", [cloud(numbers, np.array([1.0, 0.0, 1.0, 1.0, 4.0]))], "a", "b", logarithmic=True
+    )
     assert len(Page(svg).of("circle")) == 2
     many = np.linspace(0, 1, 50_000)
     svg = agreement_chart("v", [cloud(many, many), cloud(many, many)], "a", "b")
@@ -67,7 +77,10 @@ def test_spread_legend_and_colours_are_those_of_the_curves() -> None:
     assert shade["class"] == "spread-2" and len(heights) == 2
     curves = [Curve("b", X, X, 1), Curve("a", X, X, 0), Curve("b", X, X, 1)]
     assert line_keys(curves) == (("line-0", "a"), ("line-1", "b")) and dot_keys([cloud(X, X)]) == ()
-    assert dot_keys([cloud(X, X, "a", 0), cloud(X, X, "b", SERIES)]) == (("dot-0", "a"), ("dot-0", "b"))
+    assert dot_keys([cloud(X, X, "a", 0), cloud(X, X, "b", SERIES)]) == (
+        ("dot-0", "a"),
+        ("dot-0", "b"),
+    )
     for name, colour in light().items():
         assert f"--{name}: {colour}" in STYLE + css()
     assert series_styles()["before"].stroke == light()["before"]
@@ -89,12 +102,16 @@ def test_paper_shows_the_marks_where_the_screen_does() -> None:
     assert (drawing.width, drawing.height) == (180.0, pytest.approx(110.0))
     assert (scale, down, top) == (0.5, -0.5, pytest.approx(110.0))
     drawn = [shape.points for shape in group.contents if type(shape).__name__ == "PolyLine"]
-    assert [number for pair in points(svg, "line-0") for number in pair] in [list(each) for each in drawn]
+    assert [number for pair in points(svg, "line-0") for number in pair] in [
+        list(each) for each in drawn
+    ]
     words = [text_of(shape) for shape in group.contents if type(shape).__name__ == "Group"]
     assert {"t", "f", "0.5"} <= set(words)
 
 
-@pytest.mark.parametrize("bad", ['<rect class="grid"/>', '<line class="strange" x1="0" x2="1" y1="0" y2="1"/>'])
+@pytest.mark.parametrize(
+    "bad", ['<rect class="grid"/>', '<line class="strange" x1="0" x2="1" y1="0" y2="1"/>']
+)
 def test_what_paper_does_not_know_is_refused(bad: str) -> None:
     with pytest.raises(ValueError, match=r"rect|strange"):
         drawing_of(f'<svg viewBox="0 0 360 220">{bad}</svg>', "Helvetica", 100.0)
@@ -128,16 +145,27 @@ def test_waterfall_goes_to_what_remains_and_bars_are_shares() -> None:
         (0.0, pytest.approx((0.0, 2.0))),
         (3.0, pytest.approx((1.0, 6.0))),
     ]
-    assert [row.kind for row in rows] == ["bar-named", "bar-named", "bar-named", "bar-other", "bar-error"]
+    assert [row.kind for row in rows] == [
+        "bar-named",
+        "bar-named",
+        "bar-named",
+        "bar-other",
+        "bar-error",
+    ]
     assert rows[-1].name == "unexplained"
-    chart = share_chart(verdicts.gun(effects=(replace(verdicts.gun().effects[0], effect="gun.<magic>"),)))
+    chart = share_chart(
+        verdicts.gun(effects=(replace(verdicts.gun().effects[0], effect="gun.<magic>"),))
+    )
     assert "gun.&lt;magic&gt;" in chart and "gun.<magic>" not in chart
 
 
 @pytest.mark.parametrize("made", [verdicts.gun(), verdicts.unknown()], ids=["gun", "unknown"])
 def test_charts_are_well_formed_and_drawn_on_paper(made: Verdict) -> None:
     for chart in (path_chart(made), share_chart(made)):
-        assert Page(chart).of("svg")[0]["aria-label"] and drawing_of(chart, "Helvetica", 300.0).width == 300.0
+        assert (
+            Page(chart).of("svg")[0]["aria-label"]
+            and drawing_of(chart, "Helvetica", 300.0).width == 300.0
+        )
 
 
 @given(
@@ -146,7 +174,10 @@ def test_charts_are_well_formed_and_drawn_on_paper(made: Verdict) -> None:
     st.floats(-1, 2) | st.just(NAN),
 )
 def test_bars_stay_in_the_frame(shares: list[float], before: float, after: float) -> None:
-    effects = tuple(EffectShare(f"gun.{i}", 0.5, share, (share - 1, share + 1), 0.0) for i, share in enumerate(shares))
+    effects = tuple(
+        EffectShare(f"gun.{i}", 0.5, share, (share - 1, share + 1), 0.0)
+        for i, share in enumerate(shares)
+    )
     made = verdicts.gun(
         gap=GapSize("rms", before, 0.5 * before, 0.01, True),
         effects=effects,

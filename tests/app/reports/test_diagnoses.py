@@ -11,7 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.diagnose.diagnosing import keep, report_json
-from pyroshock.app.diagnose.report import diagnosis_document, document_of, page, verdict_of, write_page
+from pyroshock.app.diagnose.report import (
+    diagnosis_document,
+    document_of,
+    page,
+    verdict_of,
+    write_page,
+)
 from pyroshock.app.diagnose.summary import summary
 from pyroshock.app.documents.document import Bars, ChartRow, Paragraph
 from pyroshock.app.documents.page import html_of
@@ -39,20 +45,37 @@ PARTS = (
 def test_page_is_whole_and_begins_with_what_to_do_next() -> None:
     parsed_page = Page(page(verdicts.verdict()))
     assert not {tag for tag, _ in parsed_page.elements} & {"script", "link", "img", "iframe"}
-    assert not any(key in ("src", "href") for _, attributes in parsed_page.elements for key in attributes)
+    assert not any(
+        key in ("src", "href") for _, attributes in parsed_page.elements for key in attributes
+    )
     assert [part for part in PARTS if part not in parsed_page.text] == []
-    kinds = [attributes.get("class") for tag, attributes in parsed_page.elements if tag in ("polygon", "circle")]
+    kinds = [
+        attributes.get("class")
+        for tag, attributes in parsed_page.elements
+        if tag in ("polygon", "circle")
+    ]
     assert kinds.count("floor") == 1
-    assert kinds.count("before") == kinds.count("after") == 5  # the sixth configuration was not measured
+    assert (
+        kinds.count("before") == kinds.count("after") == 5
+    )  # the sixth configuration was not measured
     sentence = "The diagnosis considers only gun.valve_flow (--with), and no other effect."
     whole = Page(page(verdicts.gun(assumptions=(sentence,)))).text
     text = " ".join(whole.split())
     assert f"Restriction {sentence}" in text
     body = text.partition("Diagnosis spring ")[2]
-    assert body.startswith("The model error is 42 times the tolerance and 99 times the measurement noise; it arises in")
+    assert body.startswith(
+        "The model error is 42 times the tolerance and 99 times the measurement noise; it arises in"
+    )
     assert body.partition("What to do next")[2].startswith(" Adopt these effects")
-    assert "3 effects together" in text and "gun.valve_flow, the flow resistance of the valve: loss coefficient" in text
-    assert text.index("What to do next") < text.index("+ flow resistance of the valve") < text.index("Causes")
+    assert (
+        "3 effects together" in text
+        and "gun.valve_flow, the flow resistance of the valve: loss coefficient" in text
+    )
+    assert (
+        text.index("What to do next")
+        < text.index("+ flow resistance of the valve")
+        < text.index("Causes")
+    )
     for part in (
         "the dead volume between valve and projectile",
         "the atmosphere ahead of the projectile",
@@ -71,9 +94,14 @@ def test_residuals_are_per_cent_and_agreement_divides_by_nothing() -> None:
     chart = Page(page(verdicts.verdict(pictures=Pictures((), (picture,)))))
     assert "measured over simulated (%)" in chart.text and "configuration 1: 100" in chart.text
     missing = replace(picture, before=np.full(6, np.nan))
-    assert "nan" not in page(verdicts.verdict(pictures=Pictures((), (missing,)))).replace("finance", "")
+    assert "nan" not in page(verdicts.verdict(pictures=Pictures((), (missing,)))).replace(
+        "finance", ""
+    )
     text = Page(page(replace(verdicts.none(), gap=GapSize("rms", 0.0, 0.0, 0.01, False)))).text
-    assert "No pictures are kept with this diagnosis." in text and "rms: 0; measurement noise 0," in text
+    assert (
+        "No pictures are kept with this diagnosis." in text
+        and "rms: 0; measurement noise 0," in text
+    )
     assert "Above the noise" not in text
     assert (
         "Above the noise, in tolerances: peak, impulse, width 4.1 and shape 0.51."
@@ -111,7 +139,9 @@ def test_page_suits_a_telephone(tmp_path: Path) -> None:
 
 
 # --- A kept diagnosis is told as it was made; of an older store, from its report alone ------------------------------
-EVERY = pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()])
+EVERY = pytest.mark.parametrize(
+    "made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()]
+)
 
 
 @EVERY
@@ -132,11 +162,19 @@ def test_pictures_and_bars_are_drawn_of_what_is_kept() -> None:
         "gun.valve_flow", "gun.back_pressure", "gun.blow_by"
     ]  # fmt: skip
     report = document_of(verdicts.verdict(), "3", None)
-    (figures,) = (block for section in report.sections for block in section.blocks if isinstance(block, ChartRow))
+    (figures,) = (
+        block
+        for section in report.sections
+        for block in section.blocks
+        if isinstance(block, ChartRow)
+    )
     assert len(figures.figures) == 3 and ("measured", "measured") in figures.keys
     without = document_of(verdicts.verdict(pictures=Pictures()), "3", None)
     paragraphs = [
-        block.text for section in without.sections for block in section.blocks if isinstance(block, Paragraph)
+        block.text
+        for section in without.sections
+        for block in section.blocks
+        if isinstance(block, Paragraph)
     ]
     assert "No pictures are kept with this diagnosis." in paragraphs
     report = document_of(verdicts.verdict(), "3", None)
@@ -175,7 +213,10 @@ def test_kept_diagnoses_are_read_with_and_without_details(tmp_path) -> None:
                 diagnosis_document(session, 99)
     titles = {section.title: section for section in bare.sections}
     for section in whole.sections:
-        same = section.title not in ("Residuals before and after", "What to do next")  # why, is a detail
+        same = section.title not in (
+            "Residuals before and after",
+            "What to do next",
+        )  # why, is a detail
         assert (section.blocks == titles[section.title].blocks) is same, section.title
 
 
@@ -188,8 +229,13 @@ def test_a_printed_report_draws_the_largest_residuals_and_says_how_many_it_leave
     pictures = verdicts.pictures()
     sizes = np.linspace(0.01, 0.2, 9)
     many = tuple(
-        replace(pictures.residuals[0], name=f"observable {i}", before=np.full(6, size)) for i, size in enumerate(sizes)
+        replace(pictures.residuals[0], name=f"observable {i}", before=np.full(6, size))
+        for i, size in enumerate(sizes)
     )
     document = document_of(verdicts.verdict(pictures=replace(pictures, residuals=many)), "3", None)
     text = Page(html_of(document)).text
-    assert "observable 8" in text and "observable 0" not in text and "smaller residuals are drawn" in text
+    assert (
+        "observable 8" in text
+        and "observable 0" not in text
+        and "smaller residuals are drawn" in text
+    )

@@ -57,7 +57,9 @@ HOSTILE = "<script>alert('x')</script>&\"quoted\" <b> \x00\x1b ]]>"
 def chart(name: str = "steel") -> Figure:
     x = np.linspace(0, 1, 30)
     curves = [Curve(name, x, np.sin(3 * x), 0, np.full(30, 0.1)), Curve("brass", x, x, 1)]
-    return Figure(f"pulse of {name}", line_chart(name, curves, "time (ms)", "force (kN)"), line_keys(curves))
+    return Figure(
+        f"pulse of {name}", line_chart(name, curves, "time (ms)", "force (kN)"), line_keys(curves)
+    )
 
 
 def document(word: str = "spring", rows: int = 3) -> Document:
@@ -69,12 +71,24 @@ def document(word: str = "spring", rows: int = 3) -> Document:
         facts={"Operator": word},
         sections=(
             Section(word, (Paragraph(f"said of {word}"), Paragraph("remark", quiet=True))),
-            Section("Lines", (Bullets((f"first of {word}", "second"), "none"), Bullets((), "nothing here"))),
-            Section("Table", (Table(word, ("name", word), [(word, float(i)) for i in range(rows)]),)),
+            Section(
+                "Lines",
+                (Bullets((f"first of {word}", "second"), "none"), Bullets((), "nothing here")),
+            ),
+            Section(
+                "Table", (Table(word, ("name", word), [(word, float(i)) for i in range(rows)]),)
+            ),
             Section("Empty", (Table("of nothing", ("a", "b"), (), "No rows."),)),
             Section(
                 "Bars",
-                (Bars((ShareBar(word, "93 %", 0.0, 0.93, "named", word), ShareBar("x", "1", -1.0, 2.0, "floor"))),),
+                (
+                    Bars(
+                        (
+                            ShareBar(word, "93 %", 0.0, 0.93, "named", word),
+                            ShareBar("x", "1", -1.0, 2.0, "floor"),
+                        )
+                    ),
+                ),
             ),
             Section("One chart", (ChartRow((chart(word),), (("line-0", word),)),)),
             Section("Charts", (ChartRow((chart(), chart(), chart())),)),
@@ -113,9 +127,12 @@ def test_pdf_has_its_date_its_letters_and_long_tables() -> None:
 
 def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> None:
     def box(columns: int) -> bool:
-        table = Table("wide", [f"column-{i}" for i in range(columns)], [["incompressible"] * columns])
+        table = Table(
+            "wide", [f"column-{i}" for i in range(columns)], [["incompressible"] * columns]
+        )
         found = re.search(
-            rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf_of(Document("K", "t", "", {}, [Section("s", [table])]))
+            rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]",
+            pdf_of(Document("K", "t", "", {}, [Section("s", [table])])),
         )
         assert found is not None
         return bool(max(found.groups(), key=float) == found[1])
@@ -126,7 +143,9 @@ def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> N
         return 5.0 * len(text)
 
     assert sum(column_widths([["a", "b"], ["one", "two"]], 500, wide, wide)) < 60
-    assert sum(column_widths([["a", "b"], ["word " * 200, "two"]], 500, wide, wide)) == pytest.approx(500)
+    assert sum(
+        column_widths([["a", "b"], ["word " * 200, "two"]], 500, wide, wide)
+    ) == pytest.approx(500)
     assert sum(column_widths([["a"] * 40, ["wording"] * 40], 500, wide, wide)) == pytest.approx(500)
     fonts = ("Helvetica", "Helvetica-Bold")
     number, words = (Table("t", ("a",), [[cell]]) for cell in ("5.62 ± 0.11", "five or less"))
@@ -135,7 +154,11 @@ def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> N
     def of_numbers(*cells: float | str | None) -> bool:
         return Table("t", ("a",), [[cell] for cell in cells]).is_number(0)
 
-    assert of_numbers(1.0, None, 2) and of_numbers("5.62 ± 0.11", "7") and of_numbers("0.1 to 0.2", "-3")
+    assert (
+        of_numbers(1.0, None, 2)
+        and of_numbers("5.62 ± 0.11", "7")
+        and of_numbers("0.1 to 0.2", "-3")
+    )
     assert not (of_numbers("steel", 3.0) or of_numbers("2026-11-22 08:09") or of_numbers(None))
     texts = {None: "–", 0.123456: "0.1235", 123456.0: "123500", 12: "12", 1.2e9: "1.2×10⁹"}
     assert {cell: cell_text(cell) for cell in texts} == texts and cell_text(float("nan")) == "–"
@@ -152,30 +175,47 @@ def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.Monkey
 
     monkeypatch.delitem(sys.modules, "pyroshock.app.documents.pdf_sheet", raising=False)
     monkeypatch.setitem(sys.modules, "reportlab", None)
-    for name in [name for name in sys.modules if name.startswith(("reportlab.", "pyroshock.app.documents.pdf"))]:
-        monkeypatch.setitem(sys.modules, name, None) if name.startswith("reportlab.") else monkeypatch.delitem(
-            sys.modules, name
-        )
+    for name in [
+        name
+        for name in sys.modules
+        if name.startswith(("reportlab.", "pyroshock.app.documents.pdf"))
+    ]:
+        monkeypatch.setitem(sys.modules, name, None) if name.startswith(
+            "reportlab."
+        ) else monkeypatch.delitem(sys.modules, name)
     with pytest.raises(MissingPdfError, match=r"pyroshock\[web\]"):
         pdf_module.pdf_of(document())
 
 
 # --- settings and figures are told in the units of the bench --------------------------------------------------------
 def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() -> None:
-    assert level_words("tip_radius_m", 0.045) == "45 mm" and level_words("tank_pressure_pa", 38080.0) == "0.3808 bar"
+    assert (
+        level_words("tip_radius_m", 0.045) == "45 mm"
+        and level_words("tank_pressure_pa", 38080.0) == "0.3808 bar"
+    )
     assert (
         named_level("paint_job", "green") == "paint job green"
         and named_level("tip_radius_m", 0.03) == "tip radius 30 mm"
     )
     assert settings_words({"insulator": "none", "tip_material": "steel"}) == "no insulator, steel"
     assert named_level("insulator", "none") == "no insulator" and settings_words({}) == "all alike"
-    texts = {(5.5, 5.6, 5.7): "5.60 ± 0.10", (5.6,): "5.6", (5.6, 5.6): "5.6", (1000.0, 1200.0): "1100 ± 140"}
+    texts = {
+        (5.5, 5.6, 5.7): "5.60 ± 0.10",
+        (5.6,): "5.6",
+        (5.6, 5.6): "5.6",
+        (1000.0, 1200.0): "1100 ± 140",
+    }
     texts |= {(np.nan, 2.0): "2", (np.nan,): None, (): None}
-    assert [mean_and_spread("mass_kg", np.array(v, dtype=np.float64)) for v in texts] == list(texts.values())
+    assert [mean_and_spread("mass_kg", np.array(v, dtype=np.float64)) for v in texts] == list(
+        texts.values()
+    )
     assert mean_and_spread("peak_force_n", np.array([5600.0, 5800.0])) == "5.70 ± 0.14"
     with shown_in("si"):
         assert mean_and_spread("peak_force_n", np.array([5600.0, 5800.0])) == "5700 ± 140"
-        assert level_words("tip_radius_m", 0.045) == "0.045 m" and shown_unit("m/s2") == ("m/s²", 1.0)
+        assert level_words("tip_radius_m", 0.045) == "0.045 m" and shown_unit("m/s2") == (
+            "m/s²",
+            1.0,
+        )
     sentence = shrinkage_line(verdicts.gun().shrinkage[0], verdicts.gun())
     assert sentence.endswith(
         "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
@@ -190,7 +230,9 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
     shares = {1.0: "100 %", 0.999: "> 99 %", 0.93: "93 %", 0.001: "< 1 %", 0.0: "0 %"}
     assert {share: percent(share) for share in shares} == shares
     numbers = {4000.0: "4000", 0.0123456: "0.0123", 2.9e7: "29000000", 3.4e-8: "3.4×10⁻⁸"}
-    assert {value: number(value) for value in numbers} == numbers and percent_range(0.52, 0.68) == "52 to 68 %"
+    assert {value: number(value) for value in numbers} == numbers and percent_range(
+        0.52, 0.68
+    ) == "52 to 68 %"
     intervals = {
         (9.84, 7.841, 12.46): "9.8, 7.8, 12.5",
         (5351.2, 4098.0, 7559.0): "5400, 4100, 7600",
@@ -218,7 +260,12 @@ def test_numbers_are_told_as_ranges(numbers: tuple[int, ...], words: str) -> Non
 
 
 def test_a_value_has_the_digits_that_its_uncertainty_leaves() -> None:
-    pairs = {(5.6234, 0.1123): "5.62 ± 0.11", (1234.5, 37.0): "1234 ± 37", (5.6, 0.0): "5.6", (2.0, float("nan")): "2"}
+    pairs = {
+        (5.6234, 0.1123): "5.62 ± 0.11",
+        (1234.5, 37.0): "1234 ± 37",
+        (5.6, 0.0): "5.6",
+        (2.0, float("nan")): "2",
+    }
     assert {pair: measured_text(*pair) for pair in pairs} == pairs
 
 

@@ -14,7 +14,14 @@ import numpy as np
 import pytest
 from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.diagnose.report import document_of
-from pyroshock.app.documents.document import Bullets, ChartRow, Document, Paragraph, Table, cell_text
+from pyroshock.app.documents.document import (
+    Bullets,
+    ChartRow,
+    Document,
+    Paragraph,
+    Table,
+    cell_text,
+)
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.documents.pdf_sheet import MARGIN
@@ -32,7 +39,15 @@ from support.stores.report_stores import ModelLab
 from support.stores.stores import ingested, opened
 
 #: Report -> pages that it may have.
-PAGES = {"campaign": 2, "shots": 2, "many": 4, "model": 2, "law": 2, "diagnosis": 2, "validation": 3}
+PAGES = {
+    "campaign": 2,
+    "shots": 2,
+    "many": 4,
+    "model": 2,
+    "law": 2,
+    "diagnosis": 2,
+    "validation": 3,
+}
 LONG = "a-name-of-a-level-that-is-much-longer-than-any-column-of-a-table-can-be-wide"
 Reports = Callable[[str], Document]
 
@@ -53,12 +68,20 @@ def _with_findings(store: Store) -> None:
     message = "full scale (98066.5 m/s2) reached: run of 3 samples at -98066.5 m/s2 from 0.4145 s: only a bound"
     with store.writing() as session:
         recordings = session.scalars(select(Recording.id).order_by(Recording.id)).all()
-        for number, check in enumerate(("saturation", "clipping", "zero-shift", "velocity", "double-hit")):
+        for number, check in enumerate(
+            ("saturation", "clipping", "zero-shift", "velocity", "double-hit")
+        ):
             severity = ("reject", "warning", "note")[number % 3]
             for key in recordings[number::2]:
                 evidence = {"share": 0.1}
                 session.add(
-                    QualityFinding(recording_id=key, check=check, severity=severity, message=message, evidence=evidence)
+                    QualityFinding(
+                        recording_id=key,
+                        check=check,
+                        severity=severity,
+                        message=message,
+                        evidence=evidence,
+                    )
                 )
 
 
@@ -80,7 +103,9 @@ def reports(fired: Path, filled: Path, many: str, lab: ModelLab, tmp_path: Path)
         "many": lambda: campaign(many, "many"),
         "model": lambda: model("linear@1"),
         "law": lambda: model("hann@1"),
-        "diagnosis": lambda: document_of(verdicts.gun(pictures=verdicts.pictures()), "1", dt.date(2026, 3, 2)),
+        "diagnosis": lambda: document_of(
+            verdicts.gun(pictures=verdicts.pictures()), "1", dt.date(2026, 3, 2)
+        ),
         "validation": lambda: validation_document(validation_data()),
     }
     return lambda name: kinds[name]()
@@ -99,7 +124,12 @@ def validation_data() -> dict[str, Any]:
         "median_abs_error": 0.041, "bias": -0.0001, "sharpness90": 0.2, "pit_histogram": [0.1] * 10,
     }  # fmt: skip
     quantities = [
-        {"name": name, "unit": "dB" if name.startswith("srs") else "ln", "quantity_unit": unit, **score}
+        {
+            "name": name,
+            "unit": "dB" if name.startswith("srs") else "ln",
+            "quantity_unit": unit,
+            **score,
+        }
         for name, (unit, _) in units.items()
     ]
     shots = []
@@ -116,7 +146,10 @@ def validation_data() -> dict[str, Any]:
         }
         shots.append({"shot": number, "configuration": number, "quantities": values})
     frequency = np.geomspace(100, 1e4, 41).tolist()
-    lines = [{"frequency_hz": f, "coverage90": 0.8, "median_abs_error": 0.3 + 1e-4 * f} for f in frequency]
+    lines = [
+        {"frequency_hz": f, "coverage90": 0.8, "median_abs_error": 0.3 + 1e-4 * f}
+        for f in frequency
+    ]
     return {
         "campaign": "spring", "calibrated": False, "verdict": "Not calibrated: the 90 % bands hold only 40 %.",
         "quantities": quantities, "failures": [{"sentence": "all shots: the peak force is predicted 36 % too high"}],
@@ -137,7 +170,9 @@ def test_paper_holds_every_cell_whole_on_few_pages(reports: Reports, name: str) 
     (width, height), lines = lines_of(pdf)
     assert width < height, "no table needs a page on its side"
     for line in lines:
-        assert line.left_x >= MARGIN - 1 and line.right_x <= width - MARGIN + 1, f"{line.text!r} is beyond the margin"
+        assert line.left_x >= MARGIN - 1 and line.right_x <= width - MARGIN + 1, (
+            f"{line.text!r} is beyond the margin"
+        )
         assert line.top >= MARGIN - 1, f"{line.text!r} is above the page"
         assert line.bottom <= height - MARGIN / 4, f"{line.text!r} is below the page"
     assert max(line.page for line in lines) <= PAGES[name]
@@ -149,13 +184,21 @@ def test_no_title_stands_over_another_text(reports: Reports, name: str) -> None:
     titles = {document.title, *(section.title for section in document.sections)}
     titles |= {figure.title for row in charts(document) for figure in row.figures}
     _, lines = lines_of(pdf_of(document))
-    first_lines = [line for line in lines if any(line.text.startswith(title.split(" ")[0]) for title in titles)]
+    first_lines = [
+        line for line in lines if any(line.text.startswith(title.split(" ")[0]) for title in titles)
+    ]
     heads = [line for line in first_lines if any(_part_of(line.text, title) for title in titles)]
     assert heads
-    for first, second in combinations(sorted(titles), 2):  # what stands too near is one line to a reader
-        assert not any(f"{first} {second}" in line.text or f"{second} {first}" in line.text for line in lines)
+    for first, second in combinations(
+        sorted(titles), 2
+    ):  # what stands too near is one line to a reader
+        assert not any(
+            f"{first} {second}" in line.text or f"{second} {first}" in line.text for line in lines
+        )
     for head in heads:
-        covering = [line for line in lines if line is not head and _middle(head).overlaps(_middle(line))]
+        covering = [
+            line for line in lines if line is not head and _middle(head).overlaps(_middle(line))
+        ]
         assert not covering, f"{head.text!r} and {covering[0].text!r}"
 
 
@@ -167,18 +210,24 @@ def _part_of(text: str, title: str) -> bool:
 def _middle(line: PlacedLine) -> PlacedLine:
     """Its letters without the room above and below that the font leaves for others."""
     room = 0.25 * (line.bottom - line.top)
-    return PlacedLine(line.page, line.text, line.left_x, line.top + room, line.right_x, line.bottom - room)
+    return PlacedLine(
+        line.page, line.text, line.left_x, line.top + room, line.right_x, line.bottom - room
+    )
 
 
 def test_two_titles_that_touch_are_found() -> None:
     """The test above can fail: without room between figures their titles run into each other."""
     near = [PlacedLine(1, "pulses", 10, 10, 60, 20), PlacedLine(1, "shots", 59, 10, 80, 20)]
-    assert near[0].overlaps(near[1]) and not near[0].overlaps(PlacedLine(1, "shots", 61, 10, 80, 20))
+    assert near[0].overlaps(near[1]) and not near[0].overlaps(
+        PlacedLine(1, "shots", 61, 10, 80, 20)
+    )
     assert not near[0].overlaps(PlacedLine(2, "shots", 10, 10, 60, 20))
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_numbers_are_in_the_units_of_the_bench_and_in_one_format(reports: Reports, name: str) -> None:
+def test_numbers_are_in_the_units_of_the_bench_and_in_one_format(
+    reports: Reports, name: str
+) -> None:
     document = reports(name)
     for text in (words_of(pdf_of(document)), " ".join(_words(document))):
         assert not re.search(r"\de[+-]\d\d", text), "a number with an exponent"
@@ -205,7 +254,12 @@ def tables(document: Document) -> Iterator[Table]:
 
 
 def charts(document: Document) -> Iterator[ChartRow]:
-    yield from (block for section in document.sections for block in section.blocks if isinstance(block, ChartRow))
+    yield from (
+        block
+        for section in document.sections
+        for block in section.blocks
+        if isinstance(block, ChartRow)
+    )
 
 
 def _words(document: Document) -> Iterator[str]:
@@ -217,7 +271,10 @@ def _words(document: Document) -> Iterator[str]:
             case Bullets():
                 yield from block.lines
             case Table():
-                yield from (*block.columns, *(cell_text(cell) for row in block.rows for cell in row))
+                yield from (
+                    *block.columns,
+                    *(cell_text(cell) for row in block.rows for cell in row),
+                )
 
 
 def _squeezed(text: str) -> str:

@@ -42,13 +42,17 @@ def document_with(word: str, place: str) -> Document:
     chart = line_chart("label", [], words["chart"], "f")
     table = Table("of it", (words["heading"],), [[words["cell"]]])
     section = Section("s", [table, Bullets([words["bullet"]], ""), ChartRow([Figure("x", chart)])])
-    return Document("Campaign", words["title"], words["lead"], {"Operator": words["fact"]}, [section])
+    return Document(
+        "Campaign", words["title"], words["lead"], {"Operator": words["fact"]}, [section]
+    )
 
 
 @pytest.fixture(autouse=True)
 def no_font_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whoever asks the machine for its fonts fails."""
-    monkeypatch.setattr("matplotlib.font_manager.findSystemFonts", lambda *_, **__: pytest.fail("asked the machine"))
+    monkeypatch.setattr(
+        "matplotlib.font_manager.findSystemFonts", lambda *_, **__: pytest.fail("asked the machine")
+    )
 
 
 @pytest.mark.parametrize("word", LANGUAGES.values(), ids=LANGUAGES)
@@ -63,7 +67,9 @@ def test_what_is_seen_is_ink_in_the_shape_of_each_letter(word: str) -> None:
     """Letters that PDFium finds in the text could still be empty boxes, all alike."""
     pdf = report_content(document(word), ".pdf")
     (_, lines), picture = lines_of(pdf), picture_of(pdf)
-    title = max((line for line in lines if line.text == word), key=lambda line: line.bottom - line.top)
+    title = max(
+        (line for line in lines if line.text == word), key=lambda line: line.bottom - line.top
+    )
     ink = picture[_pixels(title.top, title.bottom), _pixels(title.left_x, title.right_x)] < 160
     letters = [part.mean(axis=0).tobytes() for part in np.array_split(ink, len(word), axis=1)]
     assert 0.1 < ink.mean() < 0.7 and len(set(letters)) == len(word)
@@ -91,7 +97,10 @@ def test_every_part_of_a_report_takes_any_letter(word: str, place: str) -> None:
 def test_a_letter_that_no_font_has_is_a_box_and_is_named(word: str) -> None:
     text = words_of(report_content(document(word), ".pdf"))
     squeezed = " ".join(text.split())
-    assert pdf_fonts.PLACEHOLDER in text and "stands in this PDF for characters that its fonts lack" in squeezed
+    assert (
+        pdf_fonts.PLACEHOLDER in text
+        and "stands in this PDF for characters that its fonts lack" in squeezed
+    )
     letter = next(letter for letter in word if ord(letter) > 0xFF)
     assert f"U+{ord(letter):04X} {unicodedata.name(letter, 'without a name')}" in squeezed
 
@@ -103,14 +112,22 @@ def test_many_missing_letters_are_counted_after_the_first() -> None:
 
 
 def test_joiners_and_selectors_that_have_no_picture_leave_no_box() -> None:
-    shown = "".join(piece for _, piece in pdf_fonts.font_runs("a\u200db\ufe0fc\u202e\U000e0100d", "DejaVuSans"))
-    assert pdf_fonts.PLACEHOLDER not in shown and shown.replace("\u200d", "").replace("\u202e", "").startswith("ab")
+    shown = "".join(
+        piece for _, piece in pdf_fonts.font_runs("a\u200db\ufe0fc\u202e\U000e0100d", "DejaVuSans")
+    )
+    assert pdf_fonts.PLACEHOLDER not in shown and shown.replace("\u200d", "").replace(
+        "\u202e", ""
+    ).startswith("ab")
 
 
 def test_letters_from_right_to_left_are_shown_and_the_reader_is_told() -> None:
     text = " ".join(words_of(report_content(document("اختبار"), ".pdf")).split())
     assert "Arabic and Hebrew letters stand unjoined" in text and pdf_fonts.PLACEHOLDER not in text
-    assert pdf_fonts.remarks_on_letters("Größe 冲击 충격") == [] == pdf_fonts.remarks_on_letters("plain")
+    assert (
+        pdf_fonts.remarks_on_letters("Größe 冲击 충격")
+        == []
+        == pdf_fonts.remarks_on_letters("plain")
+    )
 
 
 def test_accents_that_stand_apart_are_joined() -> None:
@@ -121,8 +138,14 @@ def test_accents_that_stand_apart_are_joined() -> None:
 
 
 def test_letters_bear_the_font_that_has_them_in_regular_and_bold() -> None:
-    assert pdf_fonts.marked_letters("a 冲 b", "DejaVuSans") == ('a <font name="NotoSansCJK">冲</font> b', True)
-    assert pdf_fonts.marked_letters("冲", "DejaVuSans-Bold") == ('<font name="NotoSansCJK-Bold">冲</font>', True)
+    assert pdf_fonts.marked_letters("a 冲 b", "DejaVuSans") == (
+        'a <font name="NotoSansCJK">冲</font> b',
+        True,
+    )
+    assert pdf_fonts.marked_letters("冲", "DejaVuSans-Bold") == (
+        '<font name="NotoSansCJK-Bold">冲</font>',
+        True,
+    )
     assert pdf_fonts.marked_letters("a ≤ ü", "DejaVuSans") == ("a ≤ ü", False)
 
 
@@ -133,9 +156,16 @@ def test_the_same_letters_give_the_same_bytes_whatever_was_printed_before() -> N
 
 
 def test_reports_that_are_made_at_once_have_their_own_letters() -> None:
-    words = [LANGUAGES["Japanese"], CHINESE, LANGUAGES["Korean"], LANGUAGES["traditional Chinese"]] * 2
+    words = [
+        LANGUAGES["Japanese"],
+        CHINESE,
+        LANGUAGES["Korean"],
+        LANGUAGES["traditional Chinese"],
+    ] * 2
     with ThreadPoolExecutor(4) as pool:
-        for word, pdf in zip(words, pool.map(lambda word: report_content(document(word), ".pdf"), words), strict=True):
+        for word, pdf in zip(
+            words, pool.map(lambda word: report_content(document(word), ".pdf"), words), strict=True
+        ):
             assert words_of(pdf).count(word) >= 4
 
 

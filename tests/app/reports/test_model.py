@@ -44,9 +44,13 @@ def test_figures_are_those_of_the_registry_and_a_law_has_none_of_coverage(lab: M
     ]
     row = next(row for row in table.rows if row[0] == "rms error of the force, of its range")
     estimate = version.metrics["force_nrmse"]
-    floor = floor_metrics(registry.floors(version.dataset.hash, version.seed)["repetitions"], "configuration")
+    floor = floor_metrics(
+        registry.floors(version.dataset.hash, version.seed)["repetitions"], "configuration"
+    )
     expected = share_with_range({"mean": estimate.mean, "ci90": [estimate.low, estimate.high]})
-    assert list(row[:3]) == [row[0], expected, share(floor["force_nrmse"].mean)] and row[-1] == share(0.9932)
+    assert list(row[:3]) == [row[0], expected, share(floor["force_nrmse"].mean)] and row[
+        -1
+    ] == share(0.9932)
     force = next(row for row in table.rows if row[0] == "rms error of the force")
     newton = version.metrics["force_rmse_n"].mean
     assert str(force[1]).startswith(f"{format_number(1e-3 * newton, 2)} kN (")
@@ -57,7 +61,9 @@ def test_figures_are_those_of_the_registry_and_a_law_has_none_of_coverage(lab: M
     (table,) = blocks(report(lab, "hann@1"), "Figures by split")
     assert isinstance(table, Table) and not any("band" in str(row[0]) for row in table.rows)
     held_out = blocks(report(lab, "hann@1"), "On the pulses held out")
-    assert any("gives no spread" in block.text for block in held_out if isinstance(block, Paragraph))
+    assert any(
+        "gives no spread" in block.text for block in held_out if isinstance(block, Paragraph)
+    )
 
 
 def test_report_begins_with_what_the_model_is_good_for(lab: ModelLab) -> None:
@@ -67,10 +73,14 @@ def test_report_begins_with_what_the_model_is_good_for(lab: ModelLab) -> None:
     assert lead.endswith("It is the model in use for a hammer.")
     law = report(lab, "hann@1")
     assert "It gives no bands. linear@1 is in use for a hammer. " in law.lead
-    assert re.search(r"(linear@1 is better than hann@1|hann@1 is better than linear@1) by [\d.]+ %", law.lead)
+    assert re.search(
+        r"(linear@1 is better than hann@1|hann@1 is better than linear@1) by [\d.]+ %", law.lead
+    )
     (table,) = blocks(law, "Compared with the model in use")
     assert isinstance(table, Table) and table.columns[1:3] == ("hann@1", "linear@1 (in use)")
-    assert "Compared with the model in use" not in [section.title for section in report(lab, "linear@1").sections]
+    assert "Compared with the model in use" not in [
+        section.title for section in report(lab, "linear@1").sections
+    ]
 
 
 @pytest.mark.parametrize(("interval", "words"), [
@@ -78,17 +88,25 @@ def test_report_begins_with_what_the_model_is_good_for(lab: ModelLab) -> None:
     ((0.95, 0.97, 0.99), "they are wider than necessary for the force points"),
     ((0.8, 0.88, 0.95), "this agrees with the nominal 90 %"),
 ])  # fmt: skip
-def test_coverage_is_judged_by_its_interval(lab: ModelLab, interval: tuple[float, ...], words: str) -> None:
+def test_coverage_is_judged_by_its_interval(
+    lab: ModelLab, interval: tuple[float, ...], words: str
+) -> None:
     low, mean, high = interval
     version = chosen(lab[0].versions(), "linear@1")
-    metrics = {name: estimate for name, estimate in version.metrics.items() if name != "time_covered"}
+    metrics = {
+        name: estimate for name, estimate in version.metrics.items() if name != "time_covered"
+    }
     version = replace(version, metrics=metrics | {"force_covered": Estimate(mean, low, high)})
     assert words in model_document(lab[0], version, lab[1]).lead
 
 
 def test_predictions_stand_beside_measurements(lab: ModelLab) -> None:
     registry, _ = lab
-    (charts,) = [b for b in blocks(report(lab, "linear@1"), "On the pulses held out") if isinstance(b, ChartRow)]
+    (charts,) = [
+        b
+        for b in blocks(report(lab, "linear@1"), "On the pulses held out")
+        if isinstance(b, ChartRow)
+    ]
     count = len(registry.held_out(chosen(registry.versions(), "linear@1")).keys)
     _, contact_time, coverage = charts.figures
     assert len(Page(contact_time.drawing).of("circle")) == count < MOST_POINTS
@@ -107,12 +125,17 @@ def test_decisions_origin_and_splits_are_those_of_the_registry(lab: ModelLab) ->
     assert len(blocks(report(lab, "hann@1"), "Decisions")[0].rows) == 2
     model_report, version = report(lab, "linear@1"), chosen(lab[0].versions(), "linear@1")
     (origin,) = blocks(model_report, "Origin")
-    assert isinstance(origin, Bullets) and any(version.dataset.hash in line for line in origin.lines)
+    assert isinstance(origin, Bullets) and any(
+        version.dataset.hash in line for line in origin.lines
+    )
     assert model_report.facts["Judged on"] == "repetitions, configurations"
     versions = lab[0].versions()
     for first, second in (("repetitions", "configurations"), ("configurations", "repetitions")):
         records = of_all_splits(versions, chosen(versions, "hann@1", first))
-        assert [(record.label, record.split) for record in records] == [("hann@1", first), ("hann@1", second)]
+        assert [(record.label, record.split) for record in records] == [
+            ("hann@1", first),
+            ("hann@1", second),
+        ]
 
 
 def test_report_is_written_both_ways_and_missing_pulses_are_said(lab: ModelLab) -> None:
@@ -124,4 +147,8 @@ def test_report_is_written_both_ways_and_missing_pulses_are_said(lab: ModelLab) 
     assert isinstance(said, Paragraph) and "no dataset 5555" in said.text
     found = report(lab, "linear@1")
     page = html_of(found)
-    assert needs_nothing(Page(page)) and "<i>try</i>" not in page and pdf_of(found) == pdf_of(report(lab, "linear@1"))
+    assert (
+        needs_nothing(Page(page))
+        and "<i>try</i>" not in page
+        and pdf_of(found) == pdf_of(report(lab, "linear@1"))
+    )

@@ -73,7 +73,9 @@ def folds_of(shots: MeasuredShots, folds: int = 5) -> tuple[int, list[list[int]]
         made.append(list(configurations))
         return SimpleNamespace(twin=Twin(HalfSine()))
 
-    number, draws, missing = predicted_folds(shots, twin_without, ValidationRequest("x", folds=folds))
+    number, draws, missing = predicted_folds(
+        shots, twin_without, ValidationRequest("x", folds=folds)
+    )
     assert missing == []
     return number, made, draws
 
@@ -96,7 +98,9 @@ def test_every_configuration_is_left_out_once_and_shots_have_random_numbers_of_t
         return SimpleNamespace(twin=Twin(HalfSine()))
 
     _, draws, missing = predicted_folds(shots_of([1, 2]), twin_without, ValidationRequest("x"))
-    assert list(draws) == [1] and missing == ["shot 1 is not predicted: the bullet does not leave the barrel"]
+    assert list(draws) == [1] and missing == [
+        "shot 1 is not predicted: the bullet does not leave the barrel"
+    ]
 
 
 @pytest.mark.parametrize("wrong", [{"folds": 1}, {"draws": 5}])
@@ -119,7 +123,10 @@ def db(hammer_store: Path, quick_twins: Path) -> str:
 
 def test_campaign_is_scored(db: str) -> None:
     with opened(db) as store:
-        data, again = (run_validation(store, db, ValidationRequest("spring", contact="hertz")).as_json() for _ in "ab")
+        data, again = (
+            run_validation(store, db, ValidationRequest("spring", contact="hertz")).as_json()
+            for _ in "ab"
+        )
         with store.reading() as session:
             stored = sorted(session.scalars(select(Pulse.spline_peak_force_n)))
     assert data["quantities"] == again["quantities"] and data["failures"] == again["failures"]
@@ -129,13 +136,19 @@ def test_campaign_is_scored(db: str) -> None:
     assert {"contact_time", "peak_force", "impulse"} <= scores.keys()
     assert "velocity" not in scores  # a hammer's velocity is given to the twin
     assert scores["peak_force"]["shots"] == 20 and scores["peak_force"]["configurations"] == 4
-    assert data["calibrated"] != data["verdict"].startswith("Not calibrated") and len(data["shots"]) == 20
+    assert (
+        data["calibrated"] != data["verdict"].startswith("Not calibrated")
+        and len(data["shots"]) == 20
+    )
 
 
-def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_campaign_without_a_shot_to_predict_says_why(
+    db: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     reasons = tuple(f"run {run}, repetition 1: no mass of the impactor" for run in (1, 2))
     monkeypatch.setattr(
-        "pyroshock.app.validate.validation.campaign_shots", lambda *_: (shots_of([1]).take([]), reasons)
+        "pyroshock.app.validate.validation.campaign_shots",
+        lambda *_: (shots_of([1]).take([]), reasons),
     )
     with opened(db) as store:
         with pytest.raises(LookupError, match="winter"):
@@ -152,7 +165,12 @@ def with_model(db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     with opened(db) as store:
         build_snapshot(store, "pulses", ["spring"])
         registry = fresh_registry(tmp_path)
-        train(registry, context_of(store, "pulses", registry, 0, "reduced"), ["linear"], ["repetitions"])
+        train(
+            registry,
+            context_of(store, "pulses", registry, 0, "reduced"),
+            ["linear"],
+            ["repetitions"],
+        )
     return db
 
 
@@ -168,7 +186,9 @@ def test_model_is_refitted_without_configurations_and_the_output_says_so(with_mo
         left_out = np.unique(table.configuration)[:1]
         with store.reading() as session:
             keys = sorted(set(session.scalars(select(Impact.configuration_id))))
-            (key,) = [key for key in keys if configuration_names(session, [key]) == {str(left_out[0])}]
+            (key,) = [
+                key for key in keys if configuration_names(session, [key]) == {str(left_out[0])}
+            ]
         refitted, seen = UnseenContact(store, with_model, contact).without([key])
         trained_on = registry_of(with_model).held_out(contact.registered.version).trained_on
     assert seen == REFITTED
@@ -178,11 +198,17 @@ def test_model_is_refitted_without_configurations_and_the_output_says_so(with_mo
     np.testing.assert_allclose(found.force_n, expected.force_n)
     assert not np.allclose(found.force_n, contact.registered.model.predict(table.inputs).force_n)
     with opened(with_model) as store:
-        validation = run_validation(store, with_model, ValidationRequest("spring", contact="linear@1"))
-    assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
+        validation = run_validation(
+            store, with_model, ValidationRequest("spring", contact="linear@1")
+        )
+    assert (
+        "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
+    )
 
 
-def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called_seen(with_model: str, monkeypatch):
+def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called_seen(
+    with_model: str, monkeypatch
+):
     def gone(*_: object) -> None:
         raise LookupError("no dataset")
 
@@ -215,14 +241,25 @@ def data_of(result: Result) -> dict:  # JSON
     return json.loads(result.stdout)
 
 
-def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(validate_lab, tmp_path: Path) -> None:
+def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(
+    validate_lab, tmp_path: Path
+) -> None:
     page = tmp_path / "validation.html"
     data = data_of(validate_lab("spring", "--contact", "hertz", "--json", "--out", str(page)))
     text = page.read_text(encoding="utf-8")
     for words in ("Validation", "peak force", "Ranks of the measured values", "<svg"):
         assert words in text
     assert {"quantities", "failures", "verdict", "seen"} <= data.keys()
-    keys = {"name", "unit", "shots", "coverage50", "coverage90", "coverage90_ci95", "crps", "median_abs_error"}
+    keys = {
+        "name",
+        "unit",
+        "shots",
+        "coverage50",
+        "coverage90",
+        "coverage90_ci95",
+        "crps",
+        "median_abs_error",
+    }
     for row in data["quantities"]:
         assert keys <= row.keys()
         assert 0 <= row["coverage90_ci95"][0] <= row["coverage90"] <= row["coverage90_ci95"][1] <= 1
@@ -232,7 +269,9 @@ def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(validate_l
     (velocity,) = data["quantities"]
     assert (velocity["name"], velocity["shots"], velocity["configurations"]) == ("velocity", 5, 5)
     assert data["folds"] == 5
-    assert data["verdict"].startswith("Too little to judge the 90 % bands, 5 shots of 5 configurations")
+    assert data["verdict"].startswith(
+        "Too little to judge the 90 % bands, 5 shots of 5 configurations"
+    )
     result = validate_lab("winter")
     assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "winter" in result.stderr
 
@@ -240,9 +279,15 @@ def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(validate_l
 def test_a_report_that_cannot_be_written_is_refused_before_the_work(
     validate_lab, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("pyroshock.app.validate.service.validate_twin", lambda *_: pytest.fail("worked before"))
+    monkeypatch.setattr(
+        "pyroshock.app.validate.service.validate_twin", lambda *_: pytest.fail("worked before")
+    )
     result = validate_lab("spring", "--out", str(tmp_path / "page.docx"))
-    assert result.exit_code == 2 and ".html or .pdf" in result.stderr and result.stderr.count("\n") == 1
+    assert (
+        result.exit_code == 2
+        and ".html or .pdf" in result.stderr
+        and result.stderr.count("\n") == 1
+    )
 
 
 def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(
@@ -251,7 +296,9 @@ def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(
     result = validate_lab("first-shots")
     assert result.exit_code == 0 and result.stdout.startswith("first-shots: Too little to judge")
     assert "inside 90 % band" in result.stdout
-    overconfident = PredictionVerdict("Not calibrated: the 90 % bands hold only 40 %.", calibrated=False)
+    overconfident = PredictionVerdict(
+        "Not calibrated: the 90 % bands hold only 40 %.", calibrated=False
+    )
     monkeypatch.setattr("pyroshock.app.validate.validation.verdict", lambda _: overconfident)
     result = validate_lab("first-shots")
     assert result.exit_code == 1 and "Not calibrated" in result.stdout

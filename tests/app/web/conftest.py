@@ -39,7 +39,9 @@ def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         run_pyroshock("demo", "--out", out, "--chapters", "2")
         run_pyroshock("dataset", "build", "guns", "--from", "rehearsal", "--db", url)
-        run_pyroshock("train", "guns", "--models", "linear,hann", "--split", "configurations", "--db", url)
+        run_pyroshock(
+            "train", "guns", "--models", "linear,hann", "--split", "configurations", "--db", url
+        )
     with opened(url) as store:
         keep(store, verdict(campaign="first-shots"))
     return out

@@ -53,41 +53,75 @@ def test_campaigns_are_those_of_the_command_line_and_every_route_is_described(fi
     assert len({path for path in document["paths"] if "{" not in path}) > 10
 
 
-@pytest.mark.parametrize(("what", "limit"), [*(("impacts", n) for n in (1, 4, 7, 1000)), ("shots", 2)])
-def test_pages_of_impacts_and_shots_join_to_the_command_line_s(filled: Lab, what: str, limit: int) -> None:
+@pytest.mark.parametrize(
+    ("what", "limit"), [*(("impacts", n) for n in (1, 4, 7, 1000)), ("shots", 2)]
+)
+def test_pages_of_impacts_and_shots_join_to_the_command_line_s(
+    filled: Lab, what: str, limit: int
+) -> None:
     rows = list(walked(filled, f"/api/{what}", "id", limit))
-    assert rows == told(filled, what) and (len(rows) == IMPACTS if what == "impacts" else len(rows) >= SHOTS)
+    assert rows == told(filled, what) and (
+        len(rows) == IMPACTS if what == "impacts" else len(rows) >= SHOTS
+    )
 
 
-@pytest.mark.parametrize("where", ["tip_material=delrin", "peak_force_n>1200", "tip_radius_mm=15", "run!=1"])
+@pytest.mark.parametrize(
+    "where", ["tip_material=delrin", "peak_force_n>1200", "tip_radius_mm=15", "run!=1"]
+)
 def test_conditions_are_those_of_the_command_line(filled: Lab, where: str) -> None:
     rows = filled.client.get("/api/impacts", params={"where": where}).json()
     assert rows == told(filled, "impacts", "--where", where) and 0 < len(rows) < IMPACTS
 
 
 def test_a_prediction_is_that_of_the_command_line_by_query_and_body(filled: Lab) -> None:
-    words = ("--tank-pressure", "5bar", "--bullet-mass", "0.2kg", "--tip", "aluminum", "--contact", "hertz")
+    words = (
+        "--tank-pressure",
+        "5bar",
+        "--bullet-mass",
+        "0.2kg",
+        "--tip",
+        "aluminum",
+        "--contact",
+        "hertz",
+    )
     ours = filled.client.get(
         "/api/predict",
-        params={"tank_pressure_pa": 5e5, "bullet_mass_kg": 0.2, "tip_material": "aluminum", "contact": "hertz"},
+        params={
+            "tank_pressure_pa": 5e5,
+            "bullet_mass_kg": 0.2,
+            "tip_material": "aluminum",
+            "contact": "hertz",
+        },
     ).json()
     assert ours == told(filled, "predict", *words)
     low, high = ours["velocity_m_s"]["ci90"]
     assert 0 < low < ours["velocity_m_s"]["mean"] < high
     question = {"impact_velocity_m_s": 8.0, "contact": "hertz", "draws": 16, "seed": 3}
     coupled = question | {"coupled": True, "contact": "hertz"}
-    assert post_json(filled.client, "/api/predict", coupled).json()["models"]["contact"] == "hertz + modes of the plate"
+    assert (
+        post_json(filled.client, "/api/predict", coupled).json()["models"]["contact"]
+        == "hertz + modes of the plate"
+    )
     assert post_json(filled.client, "/api/predict", question).json() == (
         filled.client.get("/api/predict", params=question).json()
     )
 
 
 def test_a_diagnosis_takes_the_effects_to_consider_that_there_are(filled: Lab) -> None:
-    question = {"campaign": GUN, "with": ["gun.valve_flow", "gun.blow_by"], "without": ["gun.blow_by"]}
+    question = {
+        "campaign": GUN,
+        "with": ["gun.valve_flow", "gun.blow_by"],
+        "without": ["gun.blow_by"],
+    }
     job = ended(filled.client, post_json(filled.client, "/api/diagnoses", question))
-    assert job["label"] == f"Diagnosis of {GUN} with gun.valve_flow, gun.blow_by without gun.blow_by"
+    assert (
+        job["label"] == f"Diagnosis of {GUN} with gun.valve_flow, gun.blow_by without gun.blow_by"
+    )
     assert (job["state"], job["error"]) == ("done", None)
-    assert job["result"]["assumptions"][1] == "The diagnosis does not consider gun.blow_by (--without)."
+    assert (
+        job["result"]["assumptions"][1]
+        == "The diagnosis does not consider gun.blow_by (--without)."
+    )
     jobs = len(filled.client.get("/api/jobs").json())
     answer = post_json(filled.client, "/api/diagnoses", {"campaign": GUN, "with": ["gun.magic"]})
     assert (answer.status_code, "gun.magic" in answer.json()["detail"]) == (404, True)
@@ -109,7 +143,12 @@ def test_stored_data_come_as_they_are_and_a_spectrum_is_the_closed_form(filled: 
     time = np.arange(4000) / rate
     pulse = np.where(time < length, 100.0 * np.sin(np.pi * time / length), 0.0)
     lines = [50.0, 2000.0]
-    body = {"acceleration_m_s2": pulse.tolist(), "sampling_rate_hz": rate, "frequency_hz": lines, "q": 1000}
+    body = {
+        "acceleration_m_s2": pulse.tolist(),
+        "sampling_rate_hz": rate,
+        "frequency_hz": lines,
+        "q": 1000,
+    }
     found = post_json(filled.client, "/api/srs", body).json()
     ours = shock_response_spectrum(pulse, rate, np.array(lines), q=1000)
     for side in ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s"):
@@ -143,7 +182,9 @@ def test_stored_data_come_as_they_are_and_a_spectrum_is_the_closed_form(filled: 
     ("/api/jobs/99", 404, "99"),
     ("/api/nowhere", 404, "Not Found"),
 ])  # fmt: skip
-def test_a_bad_question_is_answered_in_words(filled: Lab, address: str, status: int, words: str) -> None:
+def test_a_bad_question_is_answered_in_words(
+    filled: Lab, address: str, status: int, words: str
+) -> None:
     answer = filled.client.get(address)
     assert answer.status_code == status, answer.text
     assert words in answer.json()["detail"]
@@ -180,7 +221,9 @@ def test_a_bad_question_is_answered_in_words(filled: Lab, address: str, status: 
     ("/api/diagnoses", '{"campaign": "first-shots", "with": "gun.valve_flow"}', "with"),
     ("/api/models/tree/1/promote", '{"force": true}', "reason"),
 ])  # fmt: skip
-def test_a_bad_write_is_answered_in_words_and_changes_nothing(filled: Lab, address: str, body: str, words: str) -> None:
+def test_a_bad_write_is_answered_in_words_and_changes_nothing(
+    filled: Lab, address: str, body: str, words: str
+) -> None:
     before, jobs = filled.rows(), len(filled.client.get("/api/jobs").json())
     headers = {"X-CSRF-Token": token(filled.client), "content-type": "application/json"}
     answer = filled.client.post(address, content=body.encode(), headers=headers)
@@ -201,7 +244,11 @@ def with_known(case: Any) -> bool:
     """Point a case at what is in the store; whether there was anything to point."""
     names = {"name": quote(NAMES.get(case.path.split("/")[2], HAMMER), safe="")}
     changed = False
-    for values, known in ((case.path_parameters, KNOWN | names), (case.query, KNOWN), (case.body, KNOWN)):
+    for values, known in (
+        (case.path_parameters, KNOWN | names),
+        (case.query, KNOWN),
+        (case.body, KNOWN),
+    ):
         if not isinstance(values, dict) or (values is case.body and "name" in values):
             continue
         for name in values.keys() & known.keys():
@@ -229,8 +276,14 @@ def asked_with_anything(filled: Lab, examples: int) -> list[str]:
 
     filled.client.get("/api/csrf")
     cookies = "; ".join(f"{name}={value}" for name, value in filled.client.cookies.items())
-    headers = {"host": ADDRESS.removeprefix("http://"), "cookie": cookies, "X-CSRF-Token": token(filled.client)}
-    document = schemathesis.openapi.from_asgi("/api/openapi.json", filled.client.app, headers=headers)
+    headers = {
+        "host": ADDRESS.removeprefix("http://"),
+        "cookie": cookies,
+        "X-CSRF-Token": token(filled.client),
+    }
+    document = schemathesis.openapi.from_asgi(
+        "/api/openapi.json", filled.client.app, headers=headers
+    )
     held = [
         not_a_server_error,
         checks.status_code_conformance,
@@ -240,7 +293,9 @@ def asked_with_anything(filled: Lab, examples: int) -> list[str]:
     wrong: list[str] = []
 
     def ask(case: Any) -> None:
-        case.validate_response(case.call(base_url=ADDRESS, headers=headers, timeout=60), checks=held)
+        case.validate_response(
+            case.call(base_url=ADDRESS, headers=headers, timeout=60), checks=held
+        )
 
     def check(case: Any) -> None:
         with_little_work(case)
@@ -250,15 +305,21 @@ def asked_with_anything(filled: Lab, examples: int) -> list[str]:
 
     for operation in (found.ok() for found in document.get_all_operations()):
         for mode in GenerationMode:
-            if mode.is_negative and not (operation.path_parameters or operation.query or operation.body):
+            if mode.is_negative and not (
+                operation.path_parameters or operation.query or operation.body
+            ):
                 continue
-            wrong += _failure(operation.label, check, operation.as_strategy(generation_mode=mode), examples)
+            wrong += _failure(
+                operation.label, check, operation.as_strategy(generation_mode=mode), examples
+            )
     return wrong
 
 
 def _failure(label: str, check: Callable[[Any], None], strategy: Any, examples: int) -> list[str]:
     quiet = {"deadline": None, "database": None, "suppress_health_check": list(HealthCheck)}
-    run = seed(7)(settings(max_examples=examples, phases=[Phase.generate], **quiet)(given(strategy)(check)))
+    run = seed(7)(
+        settings(max_examples=examples, phases=[Phase.generate], **quiet)(given(strategy)(check))
+    )
     try:
         run()
     except Exception as error:  # noqa: BLE001 - the next operation is asked, too
@@ -269,11 +330,16 @@ def _failure(label: str, check: Callable[[Any], None], strategy: Any, examples: 
 def errors_of_ours(filled: Lab) -> list[str]:
     """Jobs that ended in a bug."""
     found = filled.client.get("/api/jobs").json()
-    return [f"{job['label']}: {job['error']}" for job in found if "error of pyroshock itself" in (job["error"] or "")]
+    return [
+        f"{job['label']}: {job['error']}"
+        for job in found
+        if "error of pyroshock itself" in (job["error"] or "")
+    ]
 
 
 @pytest.mark.parametrize(
-    "examples", [1, pytest.param(100, marks=[pytest.mark.slow, pytest.mark.timeout(3600)], id="many")]
+    "examples",
+    [1, pytest.param(100, marks=[pytest.mark.slow, pytest.mark.timeout(3600)], id="many")],
 )
 def test_no_value_is_a_server_s_error(filled: Lab, examples: int) -> None:
     assert asked_with_anything(filled, examples) == [] and errors_of_ours(filled) == []

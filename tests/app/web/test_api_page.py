@@ -21,7 +21,9 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
 def test_every_route_has_its_place_on_the_page(client: TestClient) -> None:
     document = client.get("/api/openapi.json").json()
     page = Page(client.get("/api").text)
-    operations = [(method, path) for path, methods in document["paths"].items() for method in methods]
+    operations = [
+        (method, path) for path, methods in document["paths"].items() for method in methods
+    ]
     topics = routes_by_topic(document, "http://lab")
     routes = [route for topic in topics.values() for route in topic]
     assert sorted((route.method.lower(), route.path) for route in routes) == sorted(operations)
@@ -43,7 +45,10 @@ def test_a_route_has_units_and_examples(client: TestClient) -> None:
 
 
 def test_a_guarded_server_says_that_every_request_needs_its_token(tmp_path: Path) -> None:
-    with window(sqlite(tmp_path), works=False, token="only-for-this-test") as (client, _):  # of this test alone
+    with window(sqlite(tmp_path), works=False, token="only-for-this-test") as (
+        client,
+        _,
+    ):  # of this test alone
         answer = client.get("/api", headers={"Authorization": "Bearer only-for-this-test"})
     assert "This server was started with" in answer.text and "only-for-this-test" not in answer.text
 

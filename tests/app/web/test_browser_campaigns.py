@@ -22,7 +22,8 @@ def stored(lab: Lab, campaign: str) -> tuple[int, ...]:
     with lab.reading() as session:
         key = select(Campaign.id).where(Campaign.name == campaign).scalar_subquery()
         return tuple(
-            session.scalar(select(func.count()).where(table.campaign_id == key)) or 0 for table in (Recording, Impact)
+            session.scalar(select(func.count()).where(table.campaign_id == key)) or 0
+            for table in (Recording, Impact)
         )
 
 
@@ -73,7 +74,10 @@ _DROP = """async (files) => {
 def dropped(page: Any, folder: Path) -> str:
     """Drop a folder, and wait for what its check says."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
-    content = [[f"{folder.name}/{f.relative_to(folder)}", base64.b64encode(f.read_bytes()).decode()] for f in files]
+    content = [
+        [f"{folder.name}/{f.relative_to(folder)}", base64.b64encode(f.read_bytes()).decode()]
+        for f in files
+    ]
     page.evaluate(_DROP, content)
     page.wait_for_url("**/ingest/checks/*")
     return verdict(page)
@@ -87,7 +91,9 @@ def verdict(page: Any) -> str:
 def error_at(page: Any, field: str) -> str:
     """The message beside a field, which is marked."""
     page.wait_for_selector(f"{field}[aria-invalid]")
-    return str(page.locator(".field", has=page.locator(field)).last.locator(".field-error").inner_text())
+    return str(
+        page.locator(".field", has=page.locator(field)).last.locator(".field-error").inner_text()
+    )
 
 
 def test_dropped_folder_is_checked_then_stored(browser, lab, tmp_path):
@@ -119,7 +125,10 @@ def test_dropped_folder_with_faults_names_all_of_them(browser, lab, tmp_path):
         at(page, "/ingest")
         assert "faults" in dropped(page, folder)
         faults = page.locator(".faults li").all_inner_texts()
-        assert any("knid" in fault for fault in faults) and sum("'x'" in f or "'one'" in f for f in faults) == 2
+        assert (
+            any("knid" in fault for fault in faults)
+            and sum("'x'" in f or "'one'" in f for f in faults) == 2
+        )
         assert page.locator("#store").count() == 0
         job = page.url.rsplit("/", 1)[1]
         page.click("#again")
@@ -146,12 +155,16 @@ def test_folder_that_is_dropped_by_hand_is_mended_and_stored(browser, lab, tmp_p
         at(page, "/ingest")
         drop_by_hand(page, folder / "runs.csv")
         page.wait_for_selector("#upload .field-error")
-        assert "campaign.toml" in page.inner_text("#upload .field-error") and stored(lab, "by-hand") == (0, 0)
+        assert "campaign.toml" in page.inner_text("#upload .field-error") and stored(
+            lab, "by-hand"
+        ) == (0, 0)
         at(page, "/ingest")
         drop_by_hand(page, folder)
         page.wait_for_url("**/ingest/checks/*")
         assert (
-            "1 fault" in verdict(page) and "'x'" in page.inner_text(".faults") and page.locator("#store").count() == 0
+            "1 fault" in verdict(page)
+            and "'x'" in page.inner_text(".faults")
+            and page.locator("#store").count() == 0
         )
         (folder / "runs.csv").write_text(good, encoding="utf-8")
         page.click("#again")
@@ -195,7 +208,9 @@ def test_campaign_is_ingested_by_its_path(browser, lab):
         assert "6 impacts would be stored" in verdict(page) and stored(lab, "by-path") == (0, 0)
         page.click("#store button")
         job = ended(page)
-        assert (job["state"], job["done"], job["total"]) == ("done", 3, 3) and stored(lab, "by-path") == (3, 6)
+        assert (job["state"], job["done"], job["total"]) == ("done", 3, 3) and stored(
+            lab, "by-path"
+        ) == (3, 6)
         page.click("#job-result")
         assert "6 impacts, 0 shots, 3 recordings" in page.inner_text("#counts")
 
@@ -237,7 +252,9 @@ def test_blank_reason_is_refused_at_its_field(browser, lab, page_name, field):
     ("/campaigns/rehearsal/extract", "#smoothing", "7", "#try button", "smoothing is 7"),
     ("/campaigns/rehearsal/export", "#where", "hardness=3", "#export button", "hardness"),
 ])  # fmt: skip
-def test_form_that_only_asks_shows_the_fault_at_its_field(browser, lab, address, field, typed, button, words):
+def test_form_that_only_asks_shows_the_fault_at_its_field(
+    browser, lab, address, field, typed, button, words
+):
     with page_of(browser, lab) as page:
         at(page, address)
         page.fill(field, typed)
@@ -285,7 +302,12 @@ def test_telephone_shows_name_impacts_and_quality(browser, lab):
                 "all => all.filter(h => h.offsetWidth).map(h => h.innerText)"
             )
             assert heads == ["campaign", "impacts", "quality"]
-            assert page.evaluate("table => document.querySelector(table).getBoundingClientRect().right", table) <= 390
+            assert (
+                page.evaluate(
+                    "table => document.querySelector(table).getBoundingClientRect().right", table
+                )
+                <= 390
+            )
         page.click("[data-unfold]")
         assert page.locator("#campaigns thead th").last.is_visible()
 
@@ -293,7 +315,9 @@ def test_telephone_shows_name_impacts_and_quality(browser, lab):
 def test_first_page_leads_to_where_one_acts(browser, lab):
     with lab.store.writing() as session:
         campaign = select(Campaign.id).where(Campaign.name == "rehearsal").scalar_subquery()
-        recording = session.scalars(select(Recording.id).where(Recording.campaign_id == campaign).limit(1)).one()
+        recording = session.scalars(
+            select(Recording.id).where(Recording.campaign_id == campaign).limit(1)
+        ).one()
         finding = {"check": "clipping", "severity": "reject", "message": "clipped", "evidence": {}}
         session.add(QualityFinding(recording_id=recording, **finding))
     with page_of(browser, lab) as page:

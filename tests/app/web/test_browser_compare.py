@@ -29,7 +29,10 @@ def test_overlay_has_each_level_with_its_pulses(browser, lab):
         page.select_option("#factor", "tip_radius")
         page.click("#filter button")
         wait_drawn(page)
-        assert all(row.split("\t")[0].endswith("mm") for row in page.locator("#groups tbody tr").all_inner_texts())
+        assert all(
+            row.split("\t")[0].endswith("mm")
+            for row in page.locator("#groups tbody tr").all_inner_texts()
+        )
 
 
 def test_spectra_are_those_of_the_api_with_bands_and_decibels(browser, lab):
@@ -50,7 +53,9 @@ def test_spectra_are_those_of_the_api_with_bands_and_decibels(browser, lab):
         each = found["spectra"][0]
         curve = paper[f"impact {each['impact']}, {each['channel']}"]
         assert curve["y"] == pytest.approx(each["pseudo_velocity_m_s"], rel=1e-5)
-        assert any(name.endswith(" g") for name in paper) and any(name.endswith("mm") for name in paper)
+        assert any(name.endswith(" g") for name in paper) and any(
+            name.endswith("mm") for name in paper
+        )
 
 
 def test_sides_and_a_specification_are_shown(browser, lab):

@@ -29,7 +29,9 @@ def test_diagnosis_is_run_and_kept(browser, lab):
         page.select_option("#campaign", "first-shots")
         page.click("#diagnose button")
         job = ended(page, 300)
-        assert (job["state"], job["error"]) == ("done", None) and count(lab, Diagnosis) == before + 1
+        assert (job["state"], job["error"]) == ("done", None) and count(
+            lab, Diagnosis
+        ) == before + 1
         page.click("#job-result")
         key = int(page.url.rsplit("/", 1)[1])
         with lab.reading() as session:
@@ -46,11 +48,19 @@ def test_page_shows_stages_causes_residuals_and_shrinkage(browser, lab):
     with page_of(browser, lab) as page:
         at(page, f"/diagnoses/{KEPT}")
         text = page.inner_text("main").lower()
-        for word in ("what to do next", "stage", "contact.layer_compliance", "93 %", "peak force", "configuration"):
+        for word in (
+            "what to do next",
+            "stage",
+            "contact.layer_compliance",
+            "93 %",
+            "peak force",
+            "configuration",
+        ):
             assert word in text, word
         assert page.locator("#report svg").count() >= 3
         assert (
-            page.locator("#report svg").first.get_attribute("aria-label") or page.locator("#report svg title").count()
+            page.locator("#report svg").first.get_attribute("aria-label")
+            or page.locator("#report svg title").count()
         )
 
 
@@ -98,13 +108,23 @@ def test_adopted_effect_is_a_version_of_the_twin(browser, lab):
         ] and newest.diagnosis_id == KEPT
 
 
-@pytest.mark.parametrize("of", ["campaign/rehearsal", "campaign/first-shots", f"diagnosis/{KEPT}", "model/linear/1"])
+@pytest.mark.parametrize(
+    "of", ["campaign/rehearsal", "campaign/first-shots", f"diagnosis/{KEPT}", "model/linear/1"]
+)
 def test_reports_are_one_file_each(browser, lab, of):
     with page_of(browser, lab) as page:
         assert at(page, f"/reports/{of}.html").status == 200
         html = page.request.get(f"/reports/{of}.html").text()
-        assert re.findall(r"""(?:src|href)\s*=\s*["'](?!#|data:)[^"']*|@import|url\((?!["']?data:)[^)]*""", html) == []
-        assert page.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
+        assert (
+            re.findall(
+                r"""(?:src|href)\s*=\s*["'](?!#|data:)[^"']*|@import|url\((?!["']?data:)[^)]*""",
+                html,
+            )
+            == []
+        )
+        assert page.evaluate(
+            "document.documentElement.scrollWidth <= document.documentElement.clientWidth"
+        )
         page.set_viewport_size({"width": 390, "height": 844})
         wide = "[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth).length"
         assert page.evaluate(wide) == 0, "the main columns of a table are wider than a telephone"

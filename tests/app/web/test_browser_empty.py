@@ -64,7 +64,9 @@ def test_page_of_an_empty_store_says_what_to_do_next(browser, nothing, address):
     with page_of(browser, nothing, width=390, height=844) as page:
         assert at(page, address).status == 200
         assert sentence in " ".join(page.inner_text("main").split())
-        assert not page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth")
+        assert not page.evaluate(
+            "document.documentElement.scrollWidth > document.documentElement.clientWidth"
+        )
         link = page.locator(f'main a[href="{target}"]').last
         assert link.is_visible()
         link.click()

@@ -52,7 +52,9 @@ def elsewhere() -> Iterator[tuple[str, list[str]]]:
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_no_control_of_a_page_leads_to_another_server(browser: Any, lab: Any, address: Any, name: str) -> None:
+def test_no_control_of_a_page_leads_to_another_server(
+    browser: Any, lab: Any, address: Any, name: str
+) -> None:
     """Every button is clicked, those that plotly.js adds to its charts among them. `page_of` fails for every request
     to another server."""
     with page_of(browser, lab, accept_downloads=True) as page:
@@ -60,11 +62,15 @@ def test_no_control_of_a_page_leads_to_another_server(browser: Any, lab: Any, ad
         popups: list[str] = []
         page.context.on("page", lambda popup: popups.append(popup.url))
         at(page, address(name))
-        foreign = [a for a in page.evaluate(_ADDRESSES) if not a.startswith((f"{lab.origin}/", "#", "/"))]
+        foreign = [
+            a for a in page.evaluate(_ADDRESSES) if not a.startswith((f"{lab.origin}/", "#", "/"))
+        ]
         assert [a for a in foreign if a != lab.origin] == []
         page.evaluate(_CLICK_ALL)
         page.wait_for_timeout(300)
-        assert page.locator("[class*=plotly-cloud]").count() == 0 and page.url.startswith(f"{lab.origin}/")
+        assert page.locator("[class*=plotly-cloud]").count() == 0 and page.url.startswith(
+            f"{lab.origin}/"
+        )
         wait_drawn(page)
         assert popups == [] and page.evaluate("window.opened") == []
 
@@ -78,7 +84,9 @@ def test_charts_have_buttons_and_none_of_them_shares(browser: Any, lab: Any, add
                 button.click()
             assert download.value.url.startswith(("blob:", "data:"))
         titles = page.locator(".modebar-btn").evaluate_all("all => all.map(b => b.dataset.title)")
-        assert "Zoom" in titles and not [title for title in titles if "hare" in title or "Plotly" in title]
+        assert "Zoom" in titles and not [
+            title for title in titles if "hare" in title or "Plotly" in title
+        ]
 
 
 #: Ways in which markup or a script of a page asks another server.
@@ -112,7 +120,9 @@ def test_a_page_that_tries_to_reach_another_server_is_stopped(
     assert requested_addresses == [] and any("Content Security Policy" in text for text in refused)
 
 
-def test_the_other_server_is_reached_without_a_policy(browser: Any, elsewhere: tuple[str, list[str]]) -> None:
+def test_the_other_server_is_reached_without_a_policy(
+    browser: Any, elsewhere: tuple[str, list[str]]
+) -> None:
     """The tests above and below can fail."""
     url, requested_addresses = elsewhere
     context = browser.new_context()

@@ -21,7 +21,11 @@ SHOWN = "key => document.querySelector(`[data-channel='${key}']`)"
 
 def hit(lab: Lab) -> int:
     with lab.reading() as session:
-        query = select(Impact.id).join(Campaign, Impact.campaign_id == Campaign.id).where(Campaign.name == HIT)
+        query = (
+            select(Impact.id)
+            .join(Campaign, Impact.campaign_id == Campaign.id)
+            .where(Campaign.name == HIT)
+        )
         return session.scalars(query).one()
 
 
@@ -40,7 +44,9 @@ def test_zooming_fetches_every_sample_as_it_is_stored(browser, lab):
             RecordedChannel.recording_id == recording, RecordedChannel.samples > 50_000
         )
         channel = session.scalars(long.order_by(RecordedChannel.name)).first()
-        stored = read_slice(session.connection(), channel.id, layout_of(channel), 0, channel.samples)
+        stored = read_slice(
+            session.connection(), channel.id, layout_of(channel), 0, channel.samples
+        )
         key, begin, rate = channel.id, channel.start_s, channel.sampling_rate_hz
     with page_of(browser, lab) as page:
         at(page, f"/impacts/{impact}")
@@ -82,7 +88,9 @@ def test_preview_stores_nothing_and_storing_it_makes_the_version_in_use(browser,
         page.press("#threshold", "Enter")
         page.wait_for_selector("#preview")
         wait_drawn(page)
-        assert [t["name"] for t in drawn(page, "segmentation") if t["mode"] == "lines"][-1] == "preview"
+        assert [t["name"] for t in drawn(page, "segmentation") if t["mode"] == "lines"][
+            -1
+        ] == "preview"
         told = page.inner_text("[data-figure-key=contact_time_s]")
         assert versions(lab, impact) == before
         screenshot(page, "impact", 1150)
@@ -120,7 +128,10 @@ def test_ticked_impacts_are_compared_and_an_empty_choice_stays_on_the_page(brows
         page.click("#bulk-reject")
         page.wait_for_selector("#reason-error")
         assert "Say why" in page.locator("#reason-error").inner_text()
-        assert page.locator("#reason").get_attribute("aria-invalid") == "true" and boxes.nth(2).is_checked()
+        assert (
+            page.locator("#reason").get_attribute("aria-invalid") == "true"
+            and boxes.nth(2).is_checked()
+        )
         page.click("#bulk-compare")
         page.wait_for_url(f"**/compare/spectra?impacts={keys[0]},{keys[1]}")
         wait_drawn(page)
@@ -175,6 +186,9 @@ def test_conditions_narrow_the_list_as_the_api_does(browser, lab):
         page.locator("#filter select").filter(has=steel).select_option("tip_material=steel")
         page.click("#filter button")
         page.wait_for_url("**/impacts?where=tip_material%3Dsteel")
-        few = [int(api_row) for api_row in page.locator("#rows tbody tr td:first-child a").all_inner_texts()]
+        few = [
+            int(api_row)
+            for api_row in page.locator("#rows tbody tr td:first-child a").all_inner_texts()
+        ]
         found = asked(page, "/api/impacts?where=tip_material%3Dsteel")
         assert few == [api_row["id"] for api_row in found] and 0 < len(few) < every

@@ -48,7 +48,9 @@ def test_empty_list_says_what_will_be_there_and_a_wrong_state_is_marked(browser,
         page.wait_for_url("**/jobs?state=failed")
         assert "No job is failed." in page.inner_text("main")
         assert at(page, "/jobs?state=lost").status == 422
-        assert page.get_attribute("#state", "aria-invalid") == "true" and "lost" in page.inner_text("#state-error")
+        assert page.get_attribute("#state", "aria-invalid") == "true" and "lost" in page.inner_text(
+            "#state-error"
+        )
 
 
 def test_running_job_shows_progress_and_then_its_result(browser, fresh, odd):
@@ -67,9 +69,16 @@ def test_running_job_shows_progress_and_then_its_result(browser, fresh, odd):
             at(page, f"/jobs/{key}")
             assert begun.wait(60)
             page.wait_for_selector("#job-progress[value='3'][max='12']")
-            assert page.inner_text("#job-count") == "3 of 12" and page.inner_text("#job-what") == "recordings"
-            assert "It has run for" in page.inner_text("#job-times") and "remain" in page.inner_text("#job-times")
-            assert page.locator("#job-result").count() == 0 and page.locator("#job-stop").is_visible()
+            assert (
+                page.inner_text("#job-count") == "3 of 12"
+                and page.inner_text("#job-what") == "recordings"
+            )
+            assert "It has run for" in page.inner_text(
+                "#job-times"
+            ) and "remain" in page.inner_text("#job-times")
+            assert (
+                page.locator("#job-result").count() == 0 and page.locator("#job-stop").is_visible()
+            )
             at(page, "/jobs")
             assert "running" in page.locator("#jobs tbody tr", has_text="odd reading").inner_text()
             assert not page.evaluate(_SCROLLS)
@@ -77,8 +86,13 @@ def test_running_job_shows_progress_and_then_its_result(browser, fresh, odd):
             page.wait_for_selector("#job[data-state=running]")
             proceed.set()
             state(page, "done")
-            assert page.inner_text("#job-words") == "12 recordings were read." and "It took" in page.inner_text("#job")
-            assert not page.locator("#job-stop").is_visible() and page.locator("#job-progress").count() == 0
+            assert page.inner_text(
+                "#job-words"
+            ) == "12 recordings were read." and "It took" in page.inner_text("#job")
+            assert (
+                not page.locator("#job-stop").is_visible()
+                and page.locator("#job-progress").count() == 0
+            )
             page.click("#job-result")
             page.wait_for_url("**/plans")
     finally:
@@ -94,7 +108,10 @@ def test_failed_job_says_why_and_is_tried_again(browser, fresh, odd):
     with page_of(browser, fresh, **TELEPHONE) as page:
         at(page, f"/jobs/{key}")
         state(page, "failed")
-        assert "the tolerance is 0" in page.inner_text("#job-error") and page.locator("#job-result").count() == 0
+        assert (
+            "the tolerance is 0" in page.inner_text("#job-error")
+            and page.locator("#job-result").count() == 0
+        )
         assert "Correct what the message names." in page.inner_text("#job-next")
         at(page, "/jobs?state=failed")
         assert page.locator("#jobs tbody tr").count() == 1
@@ -139,12 +156,23 @@ def refilled(page: Any, lab: Lab, kind: Any, arguments: Any) -> None:
 
 def test_form_of_a_plan_is_filled_with_its_long_texts_and_options(browser, fresh):
     factors = 'name = "broken"\nkind = "hammer"\n' + "# " + "x" * 20_000
-    wanted = PlanArguments("winter", "lhs", "hammer", 12, 3, 7, factors, "", "cold hall", {"criterion": "maximin"})
+    wanted = PlanArguments(
+        "winter", "lhs", "hammer", 12, 3, 7, factors, "", "cold hall", {"criterion": "maximin"}
+    )
     with page_of(browser, fresh) as page:
         refilled(page, fresh, PLAN, wanted)
         assert page.url.split("?")[1].startswith("kind=hammer&again=")
-        typed = {name: page.input_value(f"#{name}") for name in ("name", "method", "runs", "repetitions", "seed")}
-        assert typed == {"name": "winter", "method": "lhs", "runs": "12", "repetitions": "3", "seed": "7"}
+        typed = {
+            name: page.input_value(f"#{name}")
+            for name in ("name", "method", "runs", "repetitions", "seed")
+        }
+        assert typed == {
+            "name": "winter",
+            "method": "lhs",
+            "runs": "12",
+            "repetitions": "3",
+            "seed": "7",
+        }
         assert page.input_value("#factors") == factors and page.locator("#factors").is_visible()
         assert page.locator("[name='lhs.criterion']").input_value() == "maximin"
         assert page.input_value("#description") == "cold hall"
@@ -153,9 +181,20 @@ def test_form_of_a_plan_is_filled_with_its_long_texts_and_options(browser, fresh
 def test_form_of_an_ingest_is_filled_with_folder_and_settings(browser, fresh):
     gone = fresh.folder / "gone"
     with page_of(browser, fresh) as page:
-        refilled(page, fresh, INGEST, IngestArguments(str(gone), {"segmentation": "mask", "threshold": 0.03}))
-        assert page.input_value("#path") == str(gone) and page.input_value("#path-segmentation") == "mask"
-        assert page.input_value("#path-threshold") == "0.03" and page.locator("#path-threshold").is_visible()
+        refilled(
+            page,
+            fresh,
+            INGEST,
+            IngestArguments(str(gone), {"segmentation": "mask", "threshold": 0.03}),
+        )
+        assert (
+            page.input_value("#path") == str(gone)
+            and page.input_value("#path-segmentation") == "mask"
+        )
+        assert (
+            page.input_value("#path-threshold") == "0.03"
+            and page.locator("#path-threshold").is_visible()
+        )
 
 
 def test_form_of_a_training_is_filled_with_its_models(browser, lab):

@@ -47,7 +47,10 @@ def test_versions_are_picked_where_none_or_an_unknown_one_is_named(browser, lab)
         page.locator("#promote-1 input[name=reason]").fill(" ")
         page.click("#promote-1 button")
         page.wait_for_selector("#promote-1 .field-error")
-        assert "no reason given" in page.inner_text("#promote-1 .field-error") and "/models/compare" in page.url
+        assert (
+            "no reason given" in page.inner_text("#promote-1 .field-error")
+            and "/models/compare" in page.url
+        )
 
 
 def test_a_dataset_is_built_and_a_training_started_after_wrong_inputs(browser, lab):
@@ -106,7 +109,9 @@ def test_a_promotion_without_reason_stays_on_the_form(browser, lab):
         page.check("#promote input[name=force]")
         page.click("#promote button")
         page.wait_for_selector("#reason-error")
-        assert "no reason given" in page.inner_text("#reason-error") and page.is_checked("#promote input[name=force]")
+        assert "no reason given" in page.inner_text("#reason-error") and page.is_checked(
+            "#promote input[name=force]"
+        )
 
 
 def test_a_dataset_in_use_is_refused_and_a_spare_one_deleted(browser, lab):
@@ -132,13 +137,18 @@ def test_a_dataset_in_use_is_refused_and_a_spare_one_deleted(browser, lab):
 
 def test_trials_of_a_search_are_drawn_beside_the_importance_of_their_settings(browser, lab):
     """The search of kernel ridge regression has 30 trials of two settings."""
-    run_pyroshock("train", "guns", "--models", "kernel-ridge", "--split", "configurations", "--db", lab.db)
+    run_pyroshock(
+        "train", "guns", "--models", "kernel-ridge", "--split", "configurations", "--db", lab.db
+    )
     with page_of(browser, lab) as page:
         at(page, "/models/kernel-ridge/1")
         lines = drawn(page, "search-1")
         assert lines[-1]["name"] == "best trial"
         assert sum(trace["x"].count(None) for trace in lines) == 30
-        assert "the grid search tried 30 combinations" in page.locator(".search-sentence").first.inner_text()
+        assert (
+            "the grid search tried 30 combinations"
+            in page.locator(".search-sentence").first.inner_text()
+        )
         page.locator("summary:has-text('All 30 trials')").first.click()
         assert page.locator("#trials-1 tbody tr").count() == 30
         at(page, "/models/kernel-ridge/1/delete")
@@ -153,7 +163,9 @@ def test_trials_of_a_search_are_drawn_beside_the_importance_of_their_settings(br
 def test_pages_of_models_fit_a_telephone(browser, lab, address):
     with page_of(browser, lab, width=390, height=844) as page:
         at(page, address)
-        assert page.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
+        assert page.evaluate(
+            "document.documentElement.scrollWidth <= document.documentElement.clientWidth"
+        )
 
 
 def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
@@ -168,14 +180,19 @@ def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
         page.wait_for_selector("#decision")
         refused = page.inner_text("#decision")
         law = "without a model the contact law updated by the measured shots"
-        assert refused.startswith(f"Refused: {law} predicts unseen configurations better than {better}")
+        assert refused.startswith(
+            f"Refused: {law} predicts unseen configurations better than {better}"
+        )
         assert in_use(lab) == []
         at(page, f"/models/{better.replace('@', '/')}")
         page.fill("#reason", "the best of the <b>rehearsal</b>")
         page.check("#promote input[name=force]")
         page.click("#promote button")
         page.wait_for_selector("#decision")
-        assert page.inner_text("#decision").startswith("Promoted") and page.locator("#in-use").count() == 1
+        assert (
+            page.inner_text("#decision").startswith("Promoted")
+            and page.locator("#in-use").count() == 1
+        )
         assert in_use(lab) == [better]
         at(page, f"/models/{worse.replace('@', '/')}")
         page.fill("#reason", "for a try")
@@ -184,9 +201,18 @@ def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
         assert page.inner_text("#decision").startswith("Refused") and in_use(lab) == [better]
         at(page, "/models")
         kept = page.locator("#promotions tbody tr").all_inner_texts()
-    told = [(each.candidate, each.promoted, each.reason) for each in registry_of(lab.db).decisions()]
-    assert [each[:2] for each in told] == [(worse, False), (better, True), (better, False)]  # the newest first
-    assert "the best of the <b>rehearsal</b>" in told[1][2] and "the best of the <b>rehearsal</b>" in kept[-1]
+    told = [
+        (each.candidate, each.promoted, each.reason) for each in registry_of(lab.db).decisions()
+    ]
+    assert [each[:2] for each in told] == [
+        (worse, False),
+        (better, True),
+        (better, False),
+    ]  # the newest first
+    assert (
+        "the best of the <b>rehearsal</b>" in told[1][2]
+        and "the best of the <b>rehearsal</b>" in kept[-1]
+    )
     assert "refused" in kept[0] and "for a try" in kept[0]
 
 

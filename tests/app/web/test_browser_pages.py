@@ -34,8 +34,12 @@ _FOCUS = """() => { const e = document.activeElement, s = getComputedStyle(e), r
 def _in(page: Any, scheme: str) -> str:
     """Show a page in light or dark, its charts too; gives the colour behind them."""
     page.emulate_media(color_scheme=scheme)
-    card = page.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--card').trim()")
-    behind = "[...document.querySelectorAll('[data-figure]')].map(each => each.layout.paper_bgcolor)"
+    card = page.evaluate(
+        "getComputedStyle(document.documentElement).getPropertyValue('--card').trim()"
+    )
+    behind = (
+        "[...document.querySelectorAll('[data-figure]')].map(each => each.layout.paper_bgcolor)"
+    )
     until(lambda: set(page.evaluate(behind)) <= {card})
     assert set(page.evaluate(behind)) <= {card}
     return card
@@ -54,14 +58,20 @@ def test_page_is_read_by_everyone_at_any_width(browser, lab, address, name):
             assert found.violations_count == 0, f"{scheme}: {found.generate_report()}"
             for width, height in WIDTHS.items() if name not in OF_PAPER else ():
                 page.set_viewport_size({"width": width, "height": height})
-                until(lambda: not page.evaluate(_SCROLLS), 10 * SLOW)  # charts follow the window in a moment
-                assert not page.evaluate(_SCROLLS), f"{scheme}, {width} wide: the page scrolls sideways"
+                until(
+                    lambda: not page.evaluate(_SCROLLS), 10 * SLOW
+                )  # charts follow the window in a moment
+                assert not page.evaluate(_SCROLLS), (
+                    f"{scheme}, {width} wide: the page scrolls sideways"
+                )
                 until(lambda: page.evaluate(_FOLLOWED), 10 * SLOW)
                 if PICTURES and width != 1920:
                     page.screenshot(path=f"{PICTURES}/{name}-{width}-{scheme}.png", full_page=True)
 
 
-@pytest.mark.parametrize("name", ["campaigns", "impact", "compare", "twin", "plan-new", "diagnosis"])
+@pytest.mark.parametrize(
+    "name", ["campaigns", "impact", "compare", "twin", "plan-new", "diagnosis"]
+)
 def test_keys_alone_reach_everything(browser, lab, address, name):
     """Skip link, menu, then every control of the page in its order; each shows where one is."""
     with page_of(browser, lab) as page:
@@ -78,9 +88,23 @@ def test_keys_alone_reach_everything(browser, lab, address, name):
             assert here["outline"], f"no outline around {here}"
             seen.append(here)
         texts = [each["text"] for each in seen]
-        menu = ["pyroshock", "Campaigns", "Impacts", "Compare", "Models", "Twin", "Plans", "Diagnoses", "Jobs"]
+        menu = [
+            "pyroshock",
+            "Campaigns",
+            "Impacts",
+            "Compare",
+            "Models",
+            "Twin",
+            "Plans",
+            "Diagnoses",
+            "Jobs",
+        ]
         assert texts[: len(menu)] == menu
-        reached = [each for each in seen if each["tag"] in ("A", "BUTTON", "INPUT", "SELECT", "TEXTAREA", "SUMMARY")]
+        reached = [
+            each
+            for each in seen
+            if each["tag"] in ("A", "BUTTON", "INPUT", "SELECT", "TEXTAREA", "SUMMARY")
+        ]
         assert len(reached) >= len(menu) + controls
 
 

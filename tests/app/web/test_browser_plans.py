@@ -26,10 +26,16 @@ def test_design_is_made_and_judged(browser, lab):
         page.click("#new-plan")
         assert "aluminum, steel" in page.inner_text("#factors-shown")
         assert (
-            page.is_visible("#runs") and not page.is_visible("#table") and not page.is_visible("[id='optimal.degree']")
+            page.is_visible("#runs")
+            and not page.is_visible("#table")
+            and not page.is_visible("[id='optimal.degree']")
         )
         page.select_option("#method", "import")
-        assert page.is_visible("#table") and not page.is_visible("#runs") and not page.is_visible("#blocks")
+        assert (
+            page.is_visible("#table")
+            and not page.is_visible("#runs")
+            and not page.is_visible("#blocks")
+        )
         page.fill("#name", "autumn")
         page.click("#make button")
         page.locator("#table-error").wait_for()
@@ -40,7 +46,12 @@ def test_design_is_made_and_judged(browser, lab):
         page.locator("#blocks-error").wait_for()
         assert page.input_value("#name") == "autumn"
         page.select_option("#order", "split-plot")
-        for name, value in (("name", "autumn"), ("runs", "20"), ("repetitions", "2"), ("seed", "3")):
+        for name, value in (
+            ("name", "autumn"),
+            ("runs", "20"),
+            ("repetitions", "2"),
+            ("seed", "3"),
+        ):
             page.fill(f"#{name}", value)
         page.press("#seed", "Enter")
         job = ended(page, 300)
@@ -49,9 +60,13 @@ def test_design_is_made_and_judged(browser, lab):
         wait_drawn(page)
         made = plan(lab, "autumn")
         assert (len(made.runs), made.seed, {run.repetitions for run in made.runs}) == (20, 3, {2})
-        assert page.locator("#runs tbody tr").count() == 20 and "20 to do" in page.inner_text("#counts")
+        assert page.locator("#runs tbody tr").count() == 20 and "20 to do" in page.inner_text(
+            "#counts"
+        )
         assert page.locator("#quality tbody tr").count() >= 3
-        changes = [row.split("\t") for row in page.locator("#changeovers tbody tr").all_inner_texts()]
+        changes = [
+            row.split("\t") for row in page.locator("#changeovers tbody tr").all_inner_texts()
+        ]
         assert changes and all(0 <= int(row[1]) < 20 for row in changes)
         assert "The plan is" in page.inner_text("#verdict")
         (pairs,) = drawn(page, "pairs")
@@ -90,14 +105,24 @@ def test_the_next_run_is_large_with_what_to_repeat(browser, lab, winter):
         assert page.inner_text("#shown-title").split("\n")[0].startswith("Next: run 2")
         assert "repeat 1 of 3: repetition 2 is rejected" in page.inner_text("#shown-title")
         assert page.inner_text("#boxes") == "☑↻☑" and "1 to repeat" in page.inner_text("#progress")
-        assert page.locator("#run-1.run-done").count() == 1 and page.locator("ol.sheet li").count() == 4
-        assert not page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth")
+        assert (
+            page.locator("#run-1.run-done").count() == 1
+            and page.locator("ol.sheet li").count() == 4
+        )
+        assert not page.evaluate(
+            "document.documentElement.scrollWidth > document.documentElement.clientWidth"
+        )
         targets = page.locator("#shown :is(summary, a.button, form > button):visible").all()
-        assert len(targets) >= 4 and all(target.bounding_box()["height"] >= 44 for target in targets)
+        assert len(targets) >= 4 and all(
+            target.bounding_box()["height"] >= 44 for target in targets
+        )
         assert all(link.bounding_box()["height"] >= 44 for link in page.locator("ol.sheet a").all())
         page.locator("#later").tap()
         page.wait_for_url("**?run=3")
-        assert "2 of 3 recorded" in page.inner_text("#shown-title") and page.inner_text("#boxes") == "☑☑☐"
+        assert (
+            "2 of 3 recorded" in page.inner_text("#shown-title")
+            and page.inner_text("#boxes") == "☑☑☐"
+        )
         stored = plan(lab, winter).runs
         changed = page.locator("#shown dd:has(strong)").all_inner_texts()
         assert changed == _changed(stored[1], stored[2])
@@ -106,7 +131,8 @@ def test_the_next_run_is_large_with_what_to_repeat(browser, lab, winter):
 def _changed(before: StoredRun, run: StoredRun) -> list[str]:
     """Settings of a run that differ from the run before, as the sheet writes them."""
     rows = [
-        {**stored.row, **{key: f"{value:.4g}" for key, value in stored.settings.items()}} for stored in (before, run)
+        {**stored.row, **{key: f"{value:.4g}" for key, value in stored.settings.items()}}
+        for stored in (before, run)
     ]
     return [value for key, value in rows[1].items() if value != rows[0][key]]
 
@@ -126,12 +152,14 @@ def test_run_is_done_when_it_is_recorded_and_not_when_somebody_says_so(browser, 
         page.fill("#enough", "the barrel is worn")
         page.locator("#done button").tap()
         page.locator("#run-3.run-done").wait_for()
-        assert "done with 2 of 3" in page.inner_text("#run-3") and "the barrel is worn" in page.inner_text("#run-3")
+        assert "done with 2 of 3" in page.inner_text(
+            "#run-3"
+        ) and "the barrel is worn" in page.inner_text("#run-3")
         record_run(lab.store, winter, 2, (4,))
         page.reload()
-        assert page.locator("#run-2.run-done").count() == 1 and page.inner_text("#shown-title").startswith(
-            "Next: run 4"
-        )
+        assert page.locator("#run-2.run-done").count() == 1 and page.inner_text(
+            "#shown-title"
+        ).startswith("Next: run 4")
 
 
 def test_a_discard_asks_for_its_reason_in_place(browser, lab, winter):
@@ -141,16 +169,25 @@ def test_a_discard_asks_for_its_reason_in_place(browser, lab, winter):
         page.locator("#discard summary").tap()
         page.locator("#discard button").tap()
         page.locator("#why-error").wait_for()
-        assert "say why" in page.inner_text("#why-error") and plan(lab, winter).runs[3].status == "planned"
+        assert (
+            "say why" in page.inner_text("#why-error")
+            and plan(lab, winter).runs[3].status == "planned"
+        )
         page.fill("#why", "the tip broke")
         page.press("#why", "Enter")
         page.locator("#run-4.run-discarded").wait_for()
-        assert (plan(lab, winter).runs[3].status, plan(lab, winter).runs[3].reason) == ("discarded", "the tip broke")
+        assert (plan(lab, winter).runs[3].status, plan(lab, winter).runs[3].reason) == (
+            "discarded",
+            "the tip broke",
+        )
         assert "Every run is done or discarded." in page.inner_text("main")
         at(page, f"/plans/{winter}/sheet?run=4")
         page.locator("#reopen button").tap()
         page.locator("#run-4:not(.run-discarded)").wait_for()
-        assert (plan(lab, winter).runs[3].status, plan(lab, winter).runs[3].reason) == ("planned", None)
+        assert (plan(lab, winter).runs[3].status, plan(lab, winter).runs[3].reason) == (
+            "planned",
+            None,
+        )
         assert page.locator("#done").count() == 1
 
 
@@ -169,7 +206,10 @@ def test_list_of_plans_shows_states_on_a_telephone(browser, lab, winter):
         row = page.locator("#plans tr", has_text=winter)
         counts = run_counts(plan(lab, winter))
         assert f"{counts['done']} of {counts['done'] + counts['planned']} done" in row.inner_text()
-        assert row.locator(".states").is_visible() and not row.locator("td", has_text="lhs").is_visible()
+        assert (
+            row.locator(".states").is_visible()
+            and not row.locator("td", has_text="lhs").is_visible()
+        )
         assert not page.evaluate(
             "(e => e.scrollWidth > e.clientWidth)(document.querySelector('#plans').closest('.scroll'))"
         )

@@ -11,11 +11,22 @@ import pytest
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.prediction import RestsOn
-from support.processes.browsers import SLOW, asked, at, drawn, ended, page_of, screenshot, wait_drawn
+from support.processes.browsers import (
+    SLOW,
+    asked,
+    at,
+    drawn,
+    ended,
+    page_of,
+    screenshot,
+    wait_drawn,
+)
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 
-SPECIFICATION = Path(__file__).resolve().parents[3] / "examples" / "specifications" / "component.csv"
+SPECIFICATION = (
+    Path(__file__).resolve().parents[3] / "examples" / "specifications" / "component.csv"
+)
 #: A number of the page has the digits that its band leaves.
 SHOWN = 0.02
 BULLET = "/twin?campaign=first-shots&tip_material=PLA&bullet_mass_kg=0.2&tank_pressure_pa=50000"
@@ -40,7 +51,10 @@ def test_slider_changes_the_numbers_to_those_of_the_api(browser, lab):
         before = numbers(page)
         moved(page, "tank_pressure_pa", "ArrowRight")
         after = numbers(page)
-        assert after["impact velocity"] > before["impact velocity"] and after["peak force"] > before["peak force"]
+        assert (
+            after["impact velocity"] > before["impact velocity"]
+            and after["peak force"] > before["peak force"]
+        )
         query = page.url.split("?", 1)[1]
         assert "tank_pressure_pa=55000" in query
         told = asked(page, f"/api/predict?{query}")
@@ -60,7 +74,9 @@ def test_valve_profile_that_is_typed_slows_the_bullet(browser, lab):
         page.press("#valve_profile", "Enter")
         page.wait_for_selector("#shot[data-answers]")
         api = asked(page, f"/api/predict?{page.url.split('?', 1)[1]}")
-        assert numbers(page)["impact velocity"] == pytest.approx(api["velocity_m_s"]["mean"], rel=SHOWN)
+        assert numbers(page)["impact velocity"] == pytest.approx(
+            api["velocity_m_s"]["mean"], rel=SHOWN
+        )
         assert numbers(page)["impact velocity"] < before
         page.reload()
         assert page.input_value("#valve_profile") == profile
@@ -73,7 +89,9 @@ def test_twenty_moves_are_answered_in_under_200_ms(browser, lab):
         took = [moved(page, "tank_pressure_pa", "ArrowRight") for _ in range(20)]
     middle = statistics.median(took)
     told = f"median {middle:.0f} ms, {min(took):.0f} to {max(took):.0f} ms, of 20 moves"
-    assert middle < 200 * SLOW, f"{told}; PYROSHOCK_SLOW=3 allows three times as much on a busy machine"
+    assert middle < 200 * SLOW, (
+        f"{told}; PYROSHOCK_SLOW=3 allows three times as much on a busy machine"
+    )
     print(told)
 
 
@@ -82,7 +100,9 @@ def test_page_says_what_lies_outside_the_models_domain(browser, lab):
         at(page, f"{BULLET}&contact=hann@1&tip_radius_m=0.03")
         sliders = asked(page, "/api/twin?campaign=first-shots&contact=hann@1")["numbers"]
         low, high = sliders["impact_velocity_m_s"]["domain"]
-        assert low <= numbers(page)["impact velocity"] <= high and "Impact velocity" not in _warnings(page)
+        assert low <= numbers(page)[
+            "impact velocity"
+        ] <= high and "Impact velocity" not in _warnings(page)
         moved(page, "tank_pressure_pa", "End")
         assert numbers(page)["impact velocity"] > high and "Impact velocity" in _warnings(page)
 
@@ -97,8 +117,14 @@ def test_visible_words_are_those_of_the_api_while_a_slider_moves(browser, lab, m
 
     def learned(twin: Any, setting: Any, **options: Any) -> Any:
         prediction, pressure = predict(twin, setting, **options), setting.tank_pressure_pa
-        beyond = (Extrapolation("tank_pressure_pa", pressure, 2e4, 6e4),) if pressure and pressure > 6e4 else ()
-        rests_on = RestsOn(5, "hertz", f"The bands rest on 5 shots; this shot is fired with {pressure:.0f} Pa.")
+        beyond = (
+            (Extrapolation("tank_pressure_pa", pressure, 2e4, 6e4),)
+            if pressure and pressure > 6e4
+            else ()
+        )
+        rests_on = RestsOn(
+            5, "hertz", f"The bands rest on 5 shots; this shot is fired with {pressure:.0f} Pa."
+        )
         return replace(prediction, extrapolation=beyond, rests_on=rests_on)
 
     monkeypatch.setattr(Twin, "predict", learned)
@@ -110,12 +136,19 @@ def test_visible_words_are_those_of_the_api_while_a_slider_moves(browser, lab, m
             api = asked(page, f"/api/predict?{page.url.split('?', 1)[1]}")
             assert page.locator("#rests-on").inner_text() == api["rests_on"]["sentence"]
             assert page.locator("#warnings li").all_inner_texts() == api["warnings"]
-            assert page.locator("#notes li").all_text_contents() == api["notes"]  # folded below Assumptions
+            assert (
+                page.locator("#notes li").all_text_contents() == api["notes"]
+            )  # folded below Assumptions
             beside = page.locator("#tank_pressure_pa-warning")
             assert beside.is_visible() == bool(api["extrapolation"])
             if api["extrapolation"]:
-                assert beside.inner_text().startswith("Tank pressure 0.") and beside.inner_text() in api["warnings"]
-            assert numbers(page)["peak force"] == pytest.approx(api["peak_force_n"]["mean"] / 1e3, rel=SHOWN)
+                assert (
+                    beside.inner_text().startswith("Tank pressure 0.")
+                    and beside.inner_text() in api["warnings"]
+                )
+            assert numbers(page)["peak force"] == pytest.approx(
+                api["peak_force_n"]["mean"] / 1e3, rel=SHOWN
+            )
 
 
 def test_wrong_lines_of_a_specification_are_named_beside_their_field(browser, lab):
@@ -132,12 +165,19 @@ def test_wrong_lines_of_a_specification_are_named_beside_their_field(browser, la
 def test_specification_is_drawn_while_it_is_typed_and_its_faults_are_named(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/tune?campaign=first-shots")
-        assert page.input_value("#campaign") == "first-shots" and page.locator("#no-target").is_visible()
+        assert (
+            page.input_value("#campaign") == "first-shots"
+            and page.locator("#no-target").is_visible()
+        )
         page.fill("#text", "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n")
         page.fill("#tolerance", "3dB")
         page.wait_for_selector("#target-sentence:has-text('+3/−3 dB')")
-        (prescribed,) = [trace for trace in drawn(page, "target") if trace.get("name") == "prescribed"]
-        assert prescribed["y"][0] == pytest.approx(30 * 9.80665 / (2 * 3.141592653589793 * 100), rel=1e-3)
+        (prescribed,) = [
+            trace for trace in drawn(page, "target") if trace.get("name") == "prescribed"
+        ]
+        assert prescribed["y"][0] == pytest.approx(
+            30 * 9.80665 / (2 * 3.141592653589793 * 100), rel=1e-3
+        )
         width = page.evaluate("document.querySelector('#target .plot .main-svg').clientWidth")
         assert width == page.evaluate("document.querySelector('#target .plot').clientWidth")
         page.fill("#text", "frequency_hz,level_g\n100,30\n1000,loud\n")
@@ -167,7 +207,10 @@ def test_unknown_contact_of_a_validation_stands_at_its_field(browser, lab):
         page.click("#validate button")
         page.wait_for_selector("#contact-error")
         assert "granite" in page.inner_text("#contact-error")
-        assert page.input_value("#contact") == "granite@7" and page.input_value("#campaign") == "first-shots"
+        assert (
+            page.input_value("#contact") == "granite@7"
+            and page.input_value("#campaign") == "first-shots"
+        )
 
 
 def test_bad_value_of_the_address_is_named_until_its_slider_moves(browser, lab):
@@ -183,7 +226,9 @@ def test_nearest_measured_shots_follow_the_slider(browser, lab):
         at(page, BULLET)
         moved(page, "tank_pressure_pa", "ArrowRight")
         assert page.locator("#nearest tbody tr").count() == 5
-        assert page.locator("#nearest tbody a").count() == 0  # these shots were measured by their velocity alone
+        assert (
+            page.locator("#nearest tbody a").count() == 0
+        )  # these shots were measured by their velocity alone
         assert "measured shot" in page.locator("#velocity-basis").inner_text()
         at(page, BULLET.replace("first-shots", "rehearsal"))
         assert page.locator("#nearest tbody a").first.get_attribute("href").startswith("/impacts/")
@@ -193,7 +238,9 @@ def test_target_that_is_too_loud_is_refused_in_words(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/tune?campaign=first-shots&contact=hertz")
         loud = "frequency_hz,level_g\n100,2000\n1000,4000000\n10000,4000000\n"
-        page.set_input_files("#specification", {"name": "loud.csv", "mimeType": "text/csv", "buffer": loud.encode()})
+        page.set_input_files(
+            "#specification", {"name": "loud.csv", "mimeType": "text/csv", "buffer": loud.encode()}
+        )
         page.click("#begin-search")
         job = ended(page, 600)
         assert (job["state"], job["error"]) == ("done", None)
@@ -201,7 +248,9 @@ def test_target_that_is_too_loud_is_refused_in_words(browser, lab):
         wait_drawn(page)
         sentence = page.locator("#attainability").inner_text()
         assert sentence == job["words"] == job["result"]["attainability"]["sentence"]
-        assert sentence.startswith("No setting meets the target") and "stands in the way" in sentence
+        assert (
+            sentence.startswith("No setting meets the target") and "stands in the way" in sentence
+        )
 
 
 def test_shot_that_stays_in_the_barrel_is_told_in_words(browser, lab):

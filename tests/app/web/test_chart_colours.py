@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from pyroshock.app.web.figures_base import COLOURS, DASHES
 
-CSS = (Path(__file__).resolve().parents[3] / "app" / "web" / "static" / "style.css").read_text(encoding="utf-8")
+CSS = (Path(__file__).resolve().parents[3] / "app" / "web" / "static" / "style.css").read_text(
+    encoding="utf-8"
+)
 #: Machado, Oliveira and Fernandes (2009), severity 1, on linear RGB.
 BLINDNESS = {
     "none": np.eye(3),
@@ -53,7 +55,9 @@ def lab(rgb: np.ndarray) -> np.ndarray:
 def test_first_five_colours_are_told_apart(scheme: str, kind: str) -> None:
     colours = schemes()[scheme]
     seen = {name: lab(BLINDNESS[kind] @ linear(colours[name])) for name in COLOURS[:5]}
-    nearest = min((float(np.linalg.norm(seen[a] - seen[b])), a, b) for a, b in combinations(seen, 2))
+    nearest = min(
+        (float(np.linalg.norm(seen[a] - seen[b])), a, b) for a, b in combinations(seen, 2)
+    )
     assert nearest[0] > 10, nearest  # 2.3 is just noticeable
 
 

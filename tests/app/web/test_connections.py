@@ -33,9 +33,17 @@ async def _app(scope: Any, receive: Any, send: Any) -> None:
         taken += len(message["body"])
         more = message.get("more_body", False)
     body = (
-        bytes(30_000_000) if scope["path"] == "/large" else f"{scope['client'][0]} {scope['scheme']} {taken}".encode()
+        bytes(30_000_000)
+        if scope["path"] == "/large"
+        else f"{scope['client'][0]} {scope['scheme']} {taken}".encode()
     )
-    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"%d" % len(body))]})
+    await send(
+        {
+            "type": "http.response.start",
+            "status": 200,
+            "headers": [(b"content-length", b"%d" % len(body))],
+        }
+    )
     await send({"type": "http.response.body", "body": body})
 
 
@@ -44,7 +52,12 @@ def _served(bounds: BoundedConnections, **options: Any) -> Iterator[tuple[str, i
     settings = Settings("sqlite://", **options)
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
-        config = {**server_options(settings), "http": bounds.protocol(), "lifespan": "off", "log_level": "critical"}
+        config = {
+            **server_options(settings),
+            "http": bounds.protocol(),
+            "lifespan": "off",
+            "log_level": "critical",
+        }
         server = uvicorn.Server(uvicorn.Config(_app, **config))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
@@ -66,7 +79,9 @@ def _connected(address: tuple[str, int]) -> socket.socket:
     return socket.create_connection(address, timeout=PATIENCE_S)
 
 
-def _closed_after(connection: socket.socket, drip: bytes, pause_s: float = 0.1) -> tuple[float, bytes]:
+def _closed_after(
+    connection: socket.socket, drip: bytes, pause_s: float = 0.1
+) -> tuple[float, bytes]:
     """Seconds until the server ends a connection that brings a byte now and then, and what it answered."""
     begin, answer = time.monotonic(), b""
     connection.settimeout(pause_s)
@@ -170,7 +185,11 @@ def test_all_connections_are_bounded_also_those_of_a_proxy() -> None:
     assert [bounds.admit("127.0.0.1") for _ in range(6)] == [True] * 5 + [False]
     for _ in range(5):
         bounds.release("127.0.0.1")
-    assert [bounds.admit("2001:db8::1"), bounds.admit("2001:db8::2"), bounds.admit("2001:db8::3")] == [
+    assert [
+        bounds.admit("2001:db8::1"),
+        bounds.admit("2001:db8::2"),
+        bounds.admit("2001:db8::3"),
+    ] == [
         True,
         True,
         False,
@@ -185,9 +204,16 @@ def test_all_connections_are_bounded_also_those_of_a_proxy() -> None:
     (("10.0.0.1",), b"127.0.0.1 http"),
     (("127.0.0.0/8",), b"198.51.100.7 https"),
 ])  # fmt: skip
-def test_only_a_proxy_that_was_named_tells_another_address(trusted: tuple[str, ...], seen: bytes) -> None:
-    with _served(_bounds(head_s=PATIENCE_S), trusted_proxies=trusted) as address, _connected(address) as connection:
-        connection.sendall(HEAD + b"X-Forwarded-For: 203.0.113.9, 198.51.100.7\r\nX-Forwarded-Proto: https\r\n\r\n")
+def test_only_a_proxy_that_was_named_tells_another_address(
+    trusted: tuple[str, ...], seen: bytes
+) -> None:
+    with (
+        _served(_bounds(head_s=PATIENCE_S), trusted_proxies=trusted) as address,
+        _connected(address) as connection,
+    ):
+        connection.sendall(
+            HEAD + b"X-Forwarded-For: 203.0.113.9, 198.51.100.7\r\nX-Forwarded-Proto: https\r\n\r\n"
+        )
         assert _answer_with(seen, connection)
 
 

@@ -79,7 +79,9 @@ class Walk:
 
 
 def told(walk: Walk, job: str, most_clicks: int) -> None:
-    print(f"{job}: {walk.clicks} clicks, {walk.choices} choices, {len(walk.words)} typed, {walk.looked_up} looked up")
+    print(
+        f"{job}: {walk.clicks} clicks, {walk.choices} choices, {len(walk.words)} typed, {walk.looked_up} looked up"
+    )
     assert walk.looked_up == []
     assert walk.clicks <= most_clicks
 
@@ -143,7 +145,13 @@ def test_campaign_of_105_runs_is_planned(browser, lab):
         walk.name("#name", "summer")
         walk.click("#make button")
         walk.job()
-        walk.reads("the plan is usable", "drift of the bench", "--blocks 2", "best possible", "print the sheet")
+        walk.reads(
+            "the plan is usable",
+            "drift of the bench",
+            "--blocks 2",
+            "best possible",
+            "print the sheet",
+        )
         walk.click("text=Print the sheet")
         assert page.locator("tbody tr").count() == 105
     told(walk, "plan 105 runs", 5)

@@ -49,7 +49,9 @@ def faults(client: TestClient, address: str, form: dict[str, Any]) -> list[dict[
     ({"campaign": "spring", "simulator": "hybrid"}, "simulator", "NAME@VERSION"),
     ({"campaign": "spring", "simulator": "models:/hybrid@9"}, "simulator", "hybrid"),
 ])  # fmt: skip
-def test_a_wrong_value_is_named_at_its_field(pages: Window, form: dict[str, str], field: str, words: str) -> None:
+def test_a_wrong_value_is_named_at_its_field(
+    pages: Window, form: dict[str, str], field: str, words: str
+) -> None:
     (fault,) = faults(pages[0], "/diagnoses", form)
     assert fault["field"] == field and words in fault["message"]
 
@@ -75,7 +77,11 @@ def test_the_list_shows_sentence_shares_and_causes(pages: Window) -> None:
 
 
 def test_the_form_is_filled_with_the_values_of_the_address(pages: Window) -> None:
-    text = pages[0].get("/diagnoses?campaign=spring&gun=2&simulator=models:/gp@1&uncertain=gun.x%3D1").text
+    text = (
+        pages[0]
+        .get("/diagnoses?campaign=spring&gun=2&simulator=models:/gp@1&uncertain=gun.x%3D1")
+        .text
+    )
     for part in (
         'name="gun" inputmode="decimal" size="6" placeholder="1" value="2"',
         'value="models:/gp@1"',
@@ -86,9 +92,15 @@ def test_the_form_is_filled_with_the_values_of_the_address(pages: Window) -> Non
 
 def test_the_page_begins_with_its_sentence_and_the_path_from_gun_to_sensors(pages: Window) -> None:
     text = pages[0].get("/diagnoses/1").text
-    order = [text.index(f'id="{name}"') for name in ("sentence", "path", "adopt", "report", "effects", "assumptions")]
+    order = [
+        text.index(f'id="{name}"')
+        for name in ("sentence", "path", "adopt", "report", "effects", "assumptions")
+    ]
     assert order == sorted(order)
-    assert '<details id="assumptions">' in text and "+gun.back_pressure" not in text.partition('id="report"')[2]
+    assert (
+        '<details id="assumptions">' in text
+        and "+gun.back_pressure" not in text.partition('id="report"')[2]
+    )
 
 
 def test_stages_that_were_not_compared_have_no_share() -> None:

@@ -46,7 +46,10 @@ NAME = " ".join(EVIL)
 #: As long as a form takes a name.
 SHORT = " ".join(EVIL[:4])
 #: Elements that our pages are made of no instance of.
-_ACTIONS = ("/impacts/reject", "/impacts/dataset")  # the only buttons that send their form elsewhere
+_ACTIONS = (
+    "/impacts/reject",
+    "/impacts/dataset",
+)  # the only buttons that send their form elsewhere
 _STRANGE = {"iframe", "object", "embed", "base", "img"}
 
 
@@ -57,7 +60,10 @@ class ShownPage(Page):
         self.scripts: list[str] = []
         super().__init__(text)
         self.links = [
-            str(given[name]) for _, given in self.elements for name in ("href", "action", "src") if name in given
+            str(given[name])
+            for _, given in self.elements
+            for name in ("href", "action", "src")
+            if name in given
         ]
         self.wrong = [(tag, given) for tag, given in self.elements if not _is_ours(tag, given)]
 
@@ -78,7 +84,9 @@ def _is_ours(tag: str, given: dict[str, str | None]) -> bool:
     if given.get("formaction", _ACTIONS[0]) not in _ACTIONS:
         return False
     return (
-        tag != "script" or str(given.get("src", "")).startswith("/static/") or given.get("type") == "application/json"
+        tag != "script"
+        or str(given.get("src", "")).startswith("/static/")
+        or given.get("type") == "application/json"
     )
 
 
@@ -88,7 +96,9 @@ def checked(client: Any, address: str) -> ShownPage:
     assert answer.status_code == 200, (address, answer.text[:2000])
     page = ShownPage(answer.text)
     assert page.wrong == [], address
-    assert not [each for each in page.links if re.match(r"\s*(javascript|data|vbscript):", each, re.I)], address
+    assert not [
+        each for each in page.links if re.match(r"\s*(javascript|data|vbscript):", each, re.I)
+    ], address
     for script in page.scripts:
         json.loads(script)
     return page
@@ -104,10 +114,14 @@ def evil(tmp_path_factory: pytest.TempPathFactory, quick_plates: None) -> Iterat
     folder = tmp_path_factory.mktemp("evil")
     with window(sqlite(folder), folders=(folder,)) as (client, store):
         campaign = hammer_campaign(folder / "spring", 2, 2, "spring")
-        replace_in(campaign / "campaign.toml", 'date = "2026-03-02"', 'date = "2026-03-02"\noperator = "o"')
+        replace_in(
+            campaign / "campaign.toml", 'date = "2026-03-02"', 'date = "2026-03-02"\noperator = "o"'
+        )
         ingest_folder(store, campaign, jobs=1)
         ingest_folder(store, hammer_campaign(folder / "damaged", 1, 1, "damaged", seed=2), jobs=1)
-        make_plan(store, "factorial", NAME, kind="hammer", factors=FACTORS, seed=1, description=NAME)
+        make_plan(
+            store, "factorial", NAME, kind="hammer", factors=FACTORS, seed=1, description=NAME
+        )
         keep(store, verdicts.verdict(campaign="spring", assumptions=(NAME,), simulator=NAME))
         _spoil(store)
         yield client, store
@@ -117,18 +131,33 @@ def _spoil(store: Any) -> None:
     with store.writing() as session:
         spring = session.scalars(select(Campaign.id).where(Campaign.name == "spring")).one()
         session.execute(
-            update(Campaign).where(Campaign.id == spring).values(name=NAME, description=NAME, operator=NAME)
+            update(Campaign)
+            .where(Campaign.id == spring)
+            .values(name=NAME, description=NAME, operator=NAME)
         )
         session.execute(update(RecordedChannel).values(name=NAME, position=NAME))
-        session.execute(update(Recording).where(Recording.campaign_id == spring).values(path=NAME + Recording.path))
+        session.execute(
+            update(Recording)
+            .where(Recording.campaign_id == spring)
+            .values(path=NAME + Recording.path)
+        )
         aside = {"status": "set aside", "reason": NAME}
-        session.execute(update(Recording).where(Recording.campaign_id != spring).values(path=NAME, **aside))
+        session.execute(
+            update(Recording).where(Recording.campaign_id != spring).values(path=NAME, **aside)
+        )
         session.execute(update(Factor).where(Factor.name == "hammer_speed").values(name=NAME))
         session.execute(update(FactorLevel).where(FactorLevel.label == "low").values(label=NAME))
-        recording = session.scalars(select(Recording.id).where(Recording.campaign_id == spring)).first()
+        recording = session.scalars(
+            select(Recording.id).where(Recording.campaign_id == spring)
+        ).first()
         session.add(
             QualityFinding(
-                recording_id=recording, impact_id=1, check=NAME, severity="warning", message=NAME, evidence={}
+                recording_id=recording,
+                impact_id=1,
+                check=NAME,
+                severity="warning",
+                message=NAME,
+                evidence={},
             )
         )
         row = session.get_one(Diagnosis, 1)
@@ -200,7 +229,9 @@ def test_charts_take_no_markup_of_a_name(evil: tuple[Any, Any]) -> None:
     def words(data: Any) -> Iterator[str]:
         if isinstance(data, str):
             yield data
-        for each in data.values() if isinstance(data, dict) else data if isinstance(data, list) else ():
+        for each in (
+            data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()
+        ):
             yield from words(each)
 
     for address in (CAMPAIGN, "/impacts/1", f"/compare?factor={quote(NAME)}"):
@@ -230,7 +261,9 @@ def test_names_with_slashes_reach_their_routes_and_notes_come_back(evil: tuple[A
     for ending in ("csv", "xlsx", "html"):
         answer = client.get(f"{PLANNED}/sheet.{ending}")
         assert answer.status_code == 200 and "\n" not in answer.headers["content-disposition"]
-    assert client.get(f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.pdf").content.startswith(b"%PDF")
+    assert client.get(
+        f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.pdf"
+    ).content.startswith(b"%PDF")
     with store.reading() as session:
         assert read_plan(session, NAME).name == NAME
     client, store = evil
@@ -240,18 +273,33 @@ def test_names_with_slashes_reach_their_routes_and_notes_come_back(evil: tuple[A
         assert read_plan(session, NAME).runs[0].reason == NAME or NAME in [
             run.reason for run in read_plan(session, NAME).runs
         ]
-    assert post_json(client, f"/api{PLANNED}/runs/2", {"status": "discarded", "note": NAME}).json()["reason"] == NAME
+    assert (
+        post_json(client, f"/api{PLANNED}/runs/2", {"status": "discarded", "note": NAME}).json()[
+            "reason"
+        ]
+        == NAME
+    )
     assert checked(client, f"{PLANNED}/sheet").text.count("Note: <script>") == 2
     assert f"{PLANNED}/sheet" in checked(client, "/plans").links
 
 
 #: Three levels of the bullet's mass, and a range of pressures.
-FACED = with_ranges(shipped_factors("gun"), {"tank_pressure_bar": (1, 6), "tip_radius_mm": (30, 60)})
+FACED = with_ranges(
+    shipped_factors("gun"), {"tank_pressure_bar": (1, 6), "tip_radius_mm": (30, 60)}
+)
 
 
-def test_a_plan_made_here_may_have_any_name_and_the_options_of_its_method(evil: tuple[Any, Any]) -> None:
+def test_a_plan_made_here_may_have_any_name_and_the_options_of_its_method(
+    evil: tuple[Any, Any],
+) -> None:
     client, store = evil
-    form = {"name": SHORT, "method": "factorial", "kind": "hammer", "factors": FACTORS, "description": NAME}
+    form = {
+        "name": SHORT,
+        "method": "factorial",
+        "kind": "hammer",
+        "factors": FACTORS,
+        "description": NAME,
+    }
     answer = post(client, "/plans", form)
     job = ended(client, answer)
     assert (job["state"], job["address"]) == ("done", f"/plans/{quote(SHORT, safe='')}")
@@ -261,8 +309,18 @@ def test_a_plan_made_here_may_have_any_name_and_the_options_of_its_method(evil: 
         assert session.scalar(select(Plan.description).where(Plan.name == SHORT)) == NAME
     # Fields of other methods, which the form sends too, are left alone.
     client, store = evil
-    form = {"name": "faced", "method": "central-composite", "central-composite.categorical": "cross", "kind": "gun"}
-    form |= {"central-composite.centre": "1", "lhs.criterion": "maximin", "factors": FACED, "repetitions": "1"}
+    form = {
+        "name": "faced",
+        "method": "central-composite",
+        "central-composite.categorical": "cross",
+        "kind": "gun",
+    }
+    form |= {
+        "central-composite.centre": "1",
+        "lhs.criterion": "maximin",
+        "factors": FACED,
+        "repetitions": "1",
+    }
     job = ended(client, post(client, "/plans", form))
     assert (job["state"], job["error"]) == ("done", None)
     with store.reading() as session:
@@ -274,13 +332,17 @@ def test_a_plan_made_here_may_have_any_name_and_the_options_of_its_method(evil: 
 
 
 def test_file_names_of_an_upload_are_words(evil: tuple[Any, Any], tmp_path: Path) -> None:
-    answer = post(evil[0], "/ingest/upload", files=[("files", ('"><img src=x onerror=alert(1)>', b"x"))])
+    answer = post(
+        evil[0], "/ingest/upload", files=[("files", ('"><img src=x onerror=alert(1)>', b"x"))]
+    )
     assert answer.status_code == 422 and ShownPage(answer.text).wrong == []
 
 
 def test_reasons_of_promotions_and_names_of_effects_are_words(filled: Lab) -> None:
     post(filled.client, "/models/linear/1/promote", {"reason": NAME, "force": "true"})
-    assert shown(checked(filled.client, "/models")) and shown(checked(filled.client, "/models/linear/1"))
+    assert shown(checked(filled.client, "/models")) and shown(
+        checked(filled.client, "/models/linear/1")
+    )
     checked(filled.client, "/reports/model/linear/1.html")
     checked(filled.client, f"/plans/{quote(PLAN, safe='')}")
     answer = post(filled.client, "/diagnoses/1/adopt", {"effect": EVIL[0]})

@@ -20,14 +20,21 @@ _OWN = {"'none'", "'self'", "'unsafe-inline'", "data:", "blob:"}
 
 def policy_of(text: str) -> dict[str, set[str]]:
     """Directive -> sources."""
-    return {name: set(sources) for name, *sources in (part.split() for part in text.split(";") if part.strip())}
+    return {
+        name: set(sources)
+        for name, *sources in (part.split() for part in text.split(";") if part.strip())
+    }
 
 
-@pytest.mark.parametrize("path", ["/", "/campaigns", "/api/campaigns", "/api", "/static/style.css", "/jobs/none", "/x"])
+@pytest.mark.parametrize(
+    "path", ["/", "/campaigns", "/api/campaigns", "/api", "/static/style.css", "/jobs/none", "/x"]
+)
 def test_every_answer_allows_no_foreign_address(empty: Lab, path: str) -> None:
     policy = policy_of(empty.client.get(path).headers["content-security-policy"])
     assert policy["default-src"] == {"'none'"} and policy["base-uri"] == {"'none'"}
-    assert policy["frame-ancestors"] == {"'none'"} and policy["form-action"] == policy["connect-src"] == {"'self'"}
+    assert policy["frame-ancestors"] == {"'none'"} and policy["form-action"] == policy[
+        "connect-src"
+    ] == {"'self'"}
     assert policy["script-src"] == {"'self'"} and set().union(*policy.values()) <= _OWN
 
 
@@ -37,23 +44,40 @@ def test_a_report_in_a_file_allows_no_address_at_all() -> None:
     assert policy_of(text) == {
         "default-src": {"'none'"}, "style-src": {"'unsafe-inline'"}, "form-action": {"'none'"}, "base-uri": {"'none'"}
     }  # fmt: skip
-    assert page.index("http-equiv") < page.index("<title>"), "a policy holds for what stands after it"
+    assert page.index("http-equiv") < page.index("<title>"), (
+        "a policy holds for what stands after it"
+    )
 
 
-@pytest.mark.parametrize("file", sorted([*WEB.glob("static/*"), *WEB.glob("templates/*")]), ids=lambda file: file.name)
+@pytest.mark.parametrize(
+    "file", sorted([*WEB.glob("static/*"), *WEB.glob("templates/*")]), ids=lambda file: file.name
+)
 def test_our_own_scripts_styles_and_templates_name_no_server(file: Path) -> None:
-    addresses = re.findall(r"(?:https?:)?//[a-z0-9][\w.-]*\.[a-z]{2,}[^\s\"'`)]*", file.read_text(encoding="utf-8"))
+    addresses = re.findall(
+        r"(?:https?:)?//[a-z0-9][\w.-]*\.[a-z]{2,}[^\s\"'`)]*", file.read_text(encoding="utf-8")
+    )
     assert [address for address in addresses if not address.startswith(_NAMESPACES)] == []
 
 
 def test_every_setting_of_plotly_that_names_a_server_is_replaced_by_ours() -> None:
     """A newer plotly.js that adds a way out fails here."""
-    script, plotly = (WEB / "static" / "charts.js").read_text(), plotly_file().read_text(encoding="utf-8")
+    script, plotly = (
+        (WEB / "static" / "charts.js").read_text(),
+        plotly_file().read_text(encoding="utf-8"),
+    )
     (config,) = re.findall(r"const CONFIG = \{(.*?)\};", script, re.S)
     foreign = set(re.findall(r"(\w+):\{[^{}]*dflt:\"https?://", plotly))
     assert "plotlyServerURL" in foreign and all(f"{name}:" in config for name in foreign)
-    assert "http" not in config and "showSendToCloud: false" in config and "displaylogo: false" in config
-    switches = {name for name in re.findall(r"(\w+):\{valType:\"boolean\",dflt:!0\}", plotly) if "loud" in name}
+    assert (
+        "http" not in config
+        and "showSendToCloud: false" in config
+        and "displaylogo: false" in config
+    )
+    switches = {
+        name
+        for name in re.findall(r"(\w+):\{valType:\"boolean\",dflt:!0\}", plotly)
+        if "loud" in name
+    }
     assert switches == {"showSendToCloud"}
 
 
@@ -61,6 +85,8 @@ def test_every_chart_is_drawn_with_those_settings() -> None:
     calls = [
         call
         for file in WEB.glob("static/*.js")
-        for call in re.findall(r"Plotly\.(?:react|newPlot|plot)\([^;]*?\)\s*\n", file.read_text(encoding="utf-8"))
+        for call in re.findall(
+            r"Plotly\.(?:react|newPlot|plot)\([^;]*?\)\s*\n", file.read_text(encoding="utf-8")
+        )
     ]
     assert calls and all(call.rstrip().endswith("CONFIG)") for call in calls)

@@ -11,7 +11,14 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.ingest.uploads import PathError, UploadError, campaigns_below, confined, safe_path, unpacked
+from pyroshock.app.ingest.uploads import (
+    PathError,
+    UploadError,
+    campaigns_below,
+    confined,
+    safe_path,
+    unpacked,
+)
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.session import Store, count_rows
 from starlette.testclient import TestClient
@@ -47,8 +54,12 @@ def test_loopback_needs_none(host: str) -> None:
     assert Settings("sqlite://", host).token is None
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "[", "10.0.0.1"])
-def test_a_foreign_name_of_this_machine_is_refused_and_own_ones_taken(client: TestClient, host: str) -> None:
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "[", "10.0.0.1"]
+)
+def test_a_foreign_name_of_this_machine_is_refused_and_own_ones_taken(
+    client: TestClient, host: str
+) -> None:
     answer = client.get("/jobs", headers={"host": host})
     assert (answer.status_code, "pyroshock serve" in answer.text) == (421, True)
     for own in ("127.0.0.1:8000", "localhost", "[::1]:99", "LOCALHOST:1"):
@@ -59,8 +70,16 @@ def _tries(client: TestClient) -> list[int]:
     """A write without a token, with a made-up one, with one of another session, and from another page."""
     other = TestClient(client.app, base_url="http://127.0.0.1:8000")
     elsewhere = {"X-CSRF-Token": token(client), "origin": "http://evil.example"}
-    headers: tuple[dict[str, str], ...] = ({}, {"X-CSRF-Token": "0" * 64}, {"X-CSRF-Token": token(other)}, elsewhere)
-    sent = [client.post("/api/ingest", json={"path": "x"}, headers=request_headers) for request_headers in headers]
+    headers: tuple[dict[str, str], ...] = (
+        {},
+        {"X-CSRF-Token": "0" * 64},
+        {"X-CSRF-Token": token(other)},
+        elsewhere,
+    )
+    sent = [
+        client.post("/api/ingest", json={"path": "x"}, headers=request_headers)
+        for request_headers in headers
+    ]
     sent += [client.post("/ingest/path", data={"path": "x"} | more) for more in ({}, {"csrf": "é"})]
     return [answer.status_code for answer in sent]
 
@@ -68,13 +87,26 @@ def _tries(client: TestClient) -> list[int]:
 def test_a_write_needs_the_token_of_its_session(tmp_path: Path) -> None:
     with window(sqlite(tmp_path), folders=(tmp_path,)) as (client, store):
         before = count_rows(store)
-        assert _tries(client) == [403] * 6 and client.get("/api/jobs").json() == [] and count_rows(store) == before
+        assert (
+            _tries(client) == [403] * 6
+            and client.get("/api/jobs").json() == []
+            and count_rows(store) == before
+        )
         # with it, the same write reaches the folder's check
         assert post_json(client, "/api/ingest", {"path": "x"}).status_code == 422
 
 
-def test_without_the_token_of_the_server_nothing_is_told_and_a_browser_keeps_it(guarded: TestClient) -> None:
-    for address in ("/jobs", "/api/jobs", "/static/style.css", "/api/openapi.json", "/api/csrf", "/nowhere"):
+def test_without_the_token_of_the_server_nothing_is_told_and_a_browser_keeps_it(
+    guarded: TestClient,
+) -> None:
+    for address in (
+        "/jobs",
+        "/api/jobs",
+        "/static/style.css",
+        "/api/openapi.json",
+        "/api/csrf",
+        "/nowhere",
+    ):
         answer = guarded.get(address, headers={"host": "lab-server:8000"})
         assert (answer.status_code, "campaign" in answer.text.lower()) == (401, False), address
     for wrong in ("", "x", WORD + "x", WORD[:-1], WORD.upper()):
@@ -92,24 +124,39 @@ def test_without_the_token_of_the_server_nothing_is_told_and_a_browser_keeps_it(
     assert answer.headers["location"] == "/evil.example/"
 
 
-def test_pages_carry_the_token_and_every_route_that_writes_asks_for_it(client: TestClient, tmp_path: Path) -> None:
+def test_pages_carry_the_token_and_every_route_that_writes_asks_for_it(
+    client: TestClient, tmp_path: Path
+) -> None:
     page = client.get("/ingest")
     assert token_in(page.text) == token(client)
     headers, policy = page.headers, page.headers["content-security-policy"]
     assert "default-src 'none'" in policy and "frame-ancestors 'none'" in policy
     assert "unsafe" not in policy.split("script-src")[1].split(";")[0]
     assert headers["x-content-type-options"] == "nosniff" and headers["cache-control"] == "no-store"
-    assert client.get("/api/jobs/7").status_code == 404 and "no job 7" in client.get("/api/jobs/7").json()["detail"]
+    assert (
+        client.get("/api/jobs/7").status_code == 404
+        and "no job 7" in client.get("/api/jobs/7").json()["detail"]
+    )
     page = client.get("/jobs/7")
-    assert page.status_code == 404 and "no job 7" in page.text and client.get("/jobs/x").status_code == 422
+    assert (
+        page.status_code == 404
+        and "no job 7" in page.text
+        and client.get("/jobs/x").status_code == 422
+    )
     sent = {"X-CSRF-Token": token(client)}
-    assert client.post("/api/jobs/1/stop", content=b"x" * 1_000_001, headers=sent).status_code == 413
+    assert (
+        client.post("/api/jobs/1/stop", content=b"x" * 1_000_001, headers=sent).status_code == 413
+    )
     parts, sent = (b"a" * 100_000 for _ in range(30)), sent | {"content-type": "application/json"}
     assert client.post("/api/diagnoses", content=parts, headers=sent).status_code == 413
     store: Store = client.app.app.state.store  # type: ignore[attr-defined]
     before, files = count_rows(store), [("files", ("../../campaign.toml", b"x"))]
     answer = client.post("/ingest/upload", data={"csrf": token(client)}, files=files)
-    assert answer.status_code == 422 and count_rows(store) == before and client.get("/api/jobs").json() == []
+    assert (
+        answer.status_code == 422
+        and count_rows(store) == before
+        and client.get("/api/jobs").json() == []
+    )
     # Whatever is added later, too.
     routes = client.get("/api/openapi.json").json()["paths"]
     written = [path for path, methods in routes.items() if set(methods) - {"get"}]
@@ -144,18 +191,27 @@ def _nothing_written(target: Path) -> bool:
 
 
 def test_a_folder_is_written_as_the_browser_names_it(tmp_path: Path) -> None:
-    files = [("spring/campaign.toml", io.BytesIO(TOML)), ("spring/recordings/1.mat", io.BytesIO(b"abc"))]
+    files = [
+        ("spring/campaign.toml", io.BytesIO(TOML)),
+        ("spring/recordings/1.mat", io.BytesIO(b"abc")),
+    ]
     folder = unpacked(files, tmp_path, 1000)
-    assert folder == tmp_path / "spring" and (folder / "recordings" / "1.mat").read_bytes() == b"abc"
+    assert (
+        folder == tmp_path / "spring" and (folder / "recordings" / "1.mat").read_bytes() == b"abc"
+    )
     for second in ("CAMPAIGN.toml", "campaign.toml", "campaign.toml/x"):
         with pytest.raises(UploadError, match="same name"):
-            unpacked([("campaign.toml", io.BytesIO(TOML)), (second, io.BytesIO(b""))], tmp_path, 1000)
+            unpacked(
+                [("campaign.toml", io.BytesIO(TOML)), (second, io.BytesIO(b""))], tmp_path, 1000
+            )
 
 
 @pytest.mark.parametrize("top", ["", "spring/"])
 def test_a_zip_is_unpacked(tmp_path: Path, top: str) -> None:
     content = _zip({f"{top}campaign.toml": TOML, f"{top}recordings/1.mat": b"abc"})
-    assert (unpacked([("spring.ZIP", content)], tmp_path, 1000) / "recordings" / "1.mat").read_bytes() == b"abc"
+    assert (
+        unpacked([("spring.ZIP", content)], tmp_path, 1000) / "recordings" / "1.mat"
+    ).read_bytes() == b"abc"
 
 
 _BAD_NAMES = (
@@ -191,7 +247,9 @@ def test_no_name_leaves_the_folder(name: str) -> None:
     ([("runs.csv", io.BytesIO(b""))], 1000, r"no campaign\.toml"),
     ([], 1000, "no file was sent"),
 ], ids=["link", "bomb", "too much", "empty", "no zip", "text", "no campaign", "nothing"])  # fmt: skip
-def test_what_is_no_campaign_of_the_allowed_size_is_refused(tmp_path: Path, files: list, allowed: int, reason: str):
+def test_what_is_no_campaign_of_the_allowed_size_is_refused(
+    tmp_path: Path, files: list, allowed: int, reason: str
+):
     with pytest.raises(UploadError, match=reason):
         unpacked(files, tmp_path, allowed)
     if files and files[0][0] == "a.zip":
@@ -215,14 +273,19 @@ def test_paths_stay_below_their_folders(tmp_path: Path) -> None:
         with pytest.raises(PathError) as error:
             confined(path, (data,))
         refusals.add(str(error.value).replace(repr(path), "PATH"))
-    assert len(refusals - {"PATH is no path"}) == 1  # nothing tells whether there is something outside
+    assert (
+        len(refusals - {"PATH is no path"}) == 1
+    )  # nothing tells whether there is something outside
 
 
 def test_campaign_folders_are_suggested(tmp_path: Path) -> None:
     inside = _campaign(tmp_path / "data" / "2026" / "spring")
     _campaign(tmp_path / "data" / ".hidden")
     (tmp_path / "data" / "link").symlink_to(_campaign(tmp_path / "outside"))
-    assert campaigns_below((tmp_path / "data",)) == [str(inside)] and campaigns_below((tmp_path / "nowhere",)) == []
+    assert (
+        campaigns_below((tmp_path / "data",)) == [str(inside)]
+        and campaigns_below((tmp_path / "nowhere",)) == []
+    )
 
 
 def _with_bytes(content: io.BytesIO, at: int, new: bytes) -> io.BytesIO:
@@ -234,7 +297,9 @@ def _with_bytes(content: io.BytesIO, at: int, new: bytes) -> io.BytesIO:
 _TEXT = bytes(range(32, 127)) * 40
 _DAMAGED = {
     "packed bytes": lambda: _with_bytes(_zip({"campaign.toml": _TEXT}), 60, b"\xff" * 20),
-    "place of the list of members": lambda: _with_bytes(_zip({"campaign.toml": _TEXT}), -6, b"\xff\xff\xff\x7f"),
+    "place of the list of members": lambda: _with_bytes(
+        _zip({"campaign.toml": _TEXT}), -6, b"\xff\xff\xff\x7f"
+    ),
     "a member without a name": lambda: _zip({"": TOML}),
     "a name longer than any": lambda: _zip({"x" * 300: TOML}),
 }

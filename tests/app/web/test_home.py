@@ -31,7 +31,11 @@ def sentences(lab: Lab, versions: Any = (), now: dt.datetime | None = None) -> d
 def test_the_campaigns_stored_last_come_with_counts_and_quality(filled: Lab) -> None:
     with filled.store.reading() as session:
         rows = {row["campaign"]: row for row in list_recent_campaigns(session)}
-    assert (rows[HAMMER]["impacts"], rows[GUN]["shots"], rows[GUN]["quality"]) == (20, 5, "no recordings")
+    assert (rows[HAMMER]["impacts"], rows[GUN]["shots"], rows[GUN]["quality"]) == (
+        20,
+        5,
+        "no recordings",
+    )
 
 
 def test_rejected_and_set_aside_recordings_need_attention(filled: Lab) -> None:
@@ -40,15 +44,22 @@ def test_rejected_and_set_aside_recordings_need_attention(filled: Lab) -> None:
         first, second = session.scalars(select(Recording).limit(2)).all()
         second.status, second.reason = SET_ASIDE, "cut off"
         session.add(
-            QualityFinding(recording_id=first.id, check="clipping", severity="reject", message="clipped", evidence={})
+            QualityFinding(
+                recording_id=first.id,
+                check="clipping",
+                severity="reject",
+                message="clipped",
+                evidence={},
+            )
         )
     addresses = sentences(filled)
-    sentence = (
-        f"{HAMMER}: 1 recording could not be read and was set aside; 1 recording was rejected by the quality checks."
-    )
+    sentence = f"{HAMMER}: 1 recording could not be read and was set aside; 1 recording was rejected by the quality checks."
     assert addresses[sentence] == f"/campaigns/{HAMMER}#quality"
     page = filled.client.get(f"/campaigns/{HAMMER}").text
-    assert "2 of 3 recordings are accepted, 1 is rejected; 1 could not be read and was set aside." in page
+    assert (
+        "2 of 3 recordings are accepted, 1 is rejected; 1 could not be read and was set aside."
+        in page
+    )
     assert "The record is cut off at its extreme" in page and "repeat the run" in page
     assert "1 rejected, 1 set aside" in filled.client.get("/campaigns").text
 
@@ -69,10 +80,14 @@ def test_a_model_in_use_that_is_older_than_its_data_is_named(filled: Lab) -> Non
     with filled.store.reading() as session:
         digest = next(row["hash"] for row in list_snapshots(session) if row["name"] == DATASET)
     dataset = SimpleNamespace(hash=digest)
-    model = SimpleNamespace(label="tree@1", name="tree", version=1, champion_of="hammer", dataset=dataset)
+    model = SimpleNamespace(
+        label="tree@1", name="tree", version=1, champion_of="hammer", dataset=dataset
+    )
     (sentence,) = [words for words in sentences(filled, [model]) if "tree@1" in words]
     assert "has not learned from 1 pulse that came after dataset pulses was frozen" in sentence
-    assert not any("tree@1" in words for words in sentences(filled, [SimpleNamespace(champion_of=None)]))
+    assert not any(
+        "tree@1" in words for words in sentences(filled, [SimpleNamespace(champion_of=None)])
+    )
 
 
 def test_a_drift_of_the_newest_diagnosis_is_told(filled: Lab) -> None:
@@ -81,7 +96,11 @@ def test_a_drift_of_the_newest_diagnosis_is_told(filled: Lab) -> None:
             report = session.scalars(select(Diagnosis.report)).first()
             changed = {**report, "where": {**report["where"], "drift": list(words)}}
             session.execute(update(Diagnosis).values(report=changed))
-        return {words: address for words, address in sentences(filled).items() if "changes while" in words}
+        return {
+            words: address
+            for words, address in sentences(filled).items()
+            if "changes while" in words
+        }
 
     sentence = f"{GUN} changes while the campaign goes on: the force falls by 4 %."
     assert drifting("the force falls by 4 %", "and more") == {sentence: "/diagnoses/1"}
@@ -94,7 +113,9 @@ def test_a_failed_job_stays_until_the_same_succeeds_or_a_week_is_over(filled: La
     def add(state: str, error: str | None) -> None:
         with filled.store.writing() as session:
             ended = {"ended_at": now, "asked_at": now, "address": "/", "error": error}
-            session.add(Job(kind="ingest", label="Ingest of monday", arguments={}, state=state, **ended))
+            session.add(
+                Job(kind="ingest", label="Ingest of monday", arguments={}, state=state, **ended)
+            )
 
     add(FAILED, "runs.csv: 1 fault\n  row 2")
     assert "“Ingest of monday” failed: runs.csv: 1 fault" in sentences(filled)
@@ -113,15 +134,24 @@ def test_running_and_waiting_jobs_are_shown_with_their_progress(tmp_path) -> Non
         with store.writing() as session:
             session.execute(update(Job).where(Job.id == 1).values(done=3, total=4))
         with store.reading() as session:
-            assert [job.label for job in list_running(session)] == ["Extraction of spring", "Extraction of autumn"]
+            assert [job.label for job in list_running(session)] == [
+                "Extraction of spring",
+                "Extraction of autumn",
+            ]
         page = client.get("/").text
         assert "3 of 4" in page and "waits" in page and '<progress max="4" value="3"' in page
 
 
-def test_a_registry_that_cannot_be_read_is_told_and_hides_nothing(filled: Lab, monkeypatch: Any) -> None:
+def test_a_registry_that_cannot_be_read_is_told_and_hides_nothing(
+    filled: Lab, monkeypatch: Any
+) -> None:
     def broken(_: str) -> None:
         raise ValueError("the registry is of another version")
 
     monkeypatch.setattr("pyroshock.app.home.pages.registry_at", broken)
     page = filled.client.get("/")
-    assert page.status_code == 200 and "the registry is of another version" in page.text and HAMMER in page.text
+    assert (
+        page.status_code == 200
+        and "the registry is of another version" in page.text
+        and HAMMER in page.text
+    )

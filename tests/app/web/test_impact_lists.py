@@ -29,21 +29,31 @@ def stored(lab: Lab) -> list[dict]:
         return list(iter_impacts(session))
 
 
-@pytest.mark.parametrize("column", ["peak_force_n", "contact_time_s", "tip_radius_m", "tip_material", "quality", "run"])
-def test_list_is_sorted_by_any_column_and_impacts_without_a_value_come_last(filled: Lab, column: str) -> None:
+@pytest.mark.parametrize(
+    "column", ["peak_force_n", "contact_time_s", "tip_radius_m", "tip_material", "quality", "run"]
+)
+def test_list_is_sorted_by_any_column_and_impacts_without_a_value_come_last(
+    filled: Lab, column: str
+) -> None:
     rows = {row["id"]: row for row in stored(filled)}
     ranks = {"ok": 0, "not judged": 0, "warning": 1, "reject": 2}
     for sort, falling in ((column, False), (f"-{column}", True)):
         keys = shown(filled, f"/impacts?sort={sort}")
         assert sorted(keys) == sorted(rows)
         values = [rows[key].get(column) for key in keys]
-        there = [ranks.get(value, 0) if column == "quality" else value for value in values if value is not None]
+        there = [
+            ranks.get(value, 0) if column == "quality" else value
+            for value in values
+            if value is not None
+        ]
         assert there == sorted(there, reverse=falling)
         if column != "quality":
             assert values[len(there) :] == [None] * (len(values) - len(there))
 
 
-def test_sorted_list_goes_through_all_impacts_page_by_page(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sorted_list_goes_through_all_impacts_page_by_page(
+    filled: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("pyroshock.app.impacts.list_pages.PAGE", 6)
     address, keys = "/impacts?sort=-peak_force_n", []
     while address:
@@ -77,11 +87,18 @@ def test_columns_are_chosen_and_a_bad_condition_keeps_the_page(filled: Lab) -> N
         "peak force (kN)",
     ]
     answer = filled.client.get("/impacts?where=hardness%3D3&where=tip_material%3Dsteel")
-    assert answer.status_code == 400 and 'value="hardness=3"' in answer.text and "field-error" in answer.text
+    assert (
+        answer.status_code == 400
+        and 'value="hardness=3"' in answer.text
+        and "field-error" in answer.text
+    )
 
 
 def test_thumbnail_is_as_high_as_its_peak_and_as_wide_as_its_contact() -> None:
-    points = [tuple(map(float, pair.split(","))) for pair in thumbnail_points([0.0, 50.0, 100.0, 0.0]).split()]
+    points = [
+        tuple(map(float, pair.split(",")))
+        for pair in thumbnail_points([0.0, 50.0, 100.0, 0.0]).split()
+    ]
     assert points[0] == (0.0, 23.0) and points[2][1] == 1.0 and points[-1] == (76.0, 23.0)
     assert thumbnail_points([]) == thumbnail_points([0.0, 0.0]) == ""
 
@@ -89,15 +106,30 @@ def test_thumbnail_is_as_high_as_its_peak_and_as_wide_as_its_contact() -> None:
 def test_ticked_impacts_are_compared_and_rejected_with_a_reason(filled: Lab) -> None:
     first, second = shown(filled, f"/impacts?campaign={HAMMER}")[:2]
     answer = post(filled.client, "/impacts/compare", {"impact": [first, second]})
-    assert answer.status_code == 303 and answer.headers["location"] == f"/compare/spectra?impacts={first},{second}"
+    assert (
+        answer.status_code == 303
+        and answer.headers["location"] == f"/compare/spectra?impacts={first},{second}"
+    )
     form = {"X-Pyroshock-Form": "1"}
-    refused = post(filled.client, "/impacts/reject", {"impact": [first], "reason": " "}, headers=form)
+    refused = post(
+        filled.client, "/impacts/reject", {"impact": [first], "reason": " "}, headers=form
+    )
     assert refused.status_code == 422 and refused.json()["faults"][0]["field"] == "reason"
     refused = post(filled.client, "/impacts/reject", {"reason": "double hit"}, headers=form)
-    assert refused.status_code == 422 and "No impact is ticked" in refused.json()["faults"][0]["message"]
-    refused = post(filled.client, "/impacts/dataset", {"impact": [first], "dataset": " "}, headers=form)
+    assert (
+        refused.status_code == 422
+        and "No impact is ticked" in refused.json()["faults"][0]["message"]
+    )
+    refused = post(
+        filled.client, "/impacts/dataset", {"impact": [first], "dataset": " "}, headers=form
+    )
     assert refused.status_code == 422 and refused.json()["faults"][0]["field"] == "dataset"
-    frozen = post(filled.client, "/impacts/dataset", {"impact": [first, second], "dataset": "a pair"}, headers=form)
+    frozen = post(
+        filled.client,
+        "/impacts/dataset",
+        {"impact": [first, second], "dataset": "a pair"},
+        headers=form,
+    )
     assert frozen.json() == {"location": "/datasets/a%20pair"}
     snapshot = read_snapshot(filled.store, "a pair")
     assert snapshot.definition["impacts"] == [first, second] and len(snapshot.table) == 2
@@ -105,7 +137,9 @@ def test_ticked_impacts_are_compared_and_rejected_with_a_reason(filled: Lab) -> 
     with filled.store.reading() as session:
         recording = session.get_one(Impact, first).recording_id
         together = session.scalar(select(func.count()).where(Impact.recording_id == recording))
-    gone = post(filled.client, "/impacts/reject", {"impact": [first], "reason": "double hit"}, headers=form)
+    gone = post(
+        filled.client, "/impacts/reject", {"impact": [first], "reason": "double hit"}, headers=form
+    )
     assert gone.status_code == 200 and gone.json() == {"location": "/impacts"}
     after = {row["id"] for row in stored(filled)}
     assert first not in after and len(before - after) == together

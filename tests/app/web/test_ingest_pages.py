@@ -10,7 +10,11 @@ from typing import Any
 
 import pytest
 from pyroshock.app.ingest.job import make_scratch
-from pyroshock.app.ingest.planned_achieved import bench_facts, constant_settings, planned_achieved_rows
+from pyroshock.app.ingest.planned_achieved import (
+    bench_facts,
+    constant_settings,
+    planned_achieved_rows,
+)
 from support.processes.browsers import until
 from support.processes.web_client import ended, post, token
 from support.records.campaigns import gun_campaign, hammer_campaign, recording_name
@@ -28,7 +32,10 @@ def _own_scratch(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.M
 
 def sent(folder: Path) -> list[Any]:
     files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return [("files", (f"{folder.name}/{path.relative_to(folder)}", path.read_bytes())) for path in files]
+    return [
+        ("files", (f"{folder.name}/{path.relative_to(folder)}", path.read_bytes()))
+        for path in files
+    ]
 
 
 def checked(lab: Lab, folder: Path, **form: str) -> tuple[str, str]:
@@ -40,11 +47,19 @@ def checked(lab: Lab, folder: Path, **form: str) -> tuple[str, str]:
 
 
 def scratches() -> set[Path]:
-    return {path for name in ("checked", "upload") for path in Path(tempfile.gettempdir()).glob(f"pyroshock-{name}-*")}
+    return {
+        path
+        for name in ("checked", "upload")
+        for path in Path(tempfile.gettempdir()).glob(f"pyroshock-{name}-*")
+    }
 
 
 def test_a_checked_upload_is_stored_once(empty: Lab, tmp_path: Path) -> None:
-    folder, before, files = hammer_campaign(tmp_path / "spring", 3, 2, "spring"), empty.rows(), scratches()
+    folder, before, files = (
+        hammer_campaign(tmp_path / "spring", 3, 2, "spring"),
+        empty.rows(),
+        scratches(),
+    )
     damaged = folder / recording_name(2)
     damaged.write_bytes(damaged.read_bytes()[:100])
     page, address = checked(empty, folder)
@@ -53,8 +68,14 @@ def test_a_checked_upload_is_stored_once(empty: Lab, tmp_path: Path) -> None:
     assert "1 damaged recording would be set aside" in page and recording_name(2) in page
     assert f'href="{address}"' in empty.client.get("/").text  # the first page reminds of it
     job = ended(empty.client, post(empty.client, f"{address}/store"))
-    assert (job["state"], job["address"], empty.added(before)["impacts"]) == ("done", "/campaigns/spring", 4)
-    until(lambda: scratches() == files)  # a folder goes after its job's end is stored: a crash between loses no file
+    assert (job["state"], job["address"], empty.added(before)["impacts"]) == (
+        "done",
+        "/campaigns/spring",
+        4,
+    )
+    until(
+        lambda: scratches() == files
+    )  # a folder goes after its job's end is stored: a crash between loses no file
     assert scratches() == files and 'id="gone"' in empty.client.get(address).text
     assert post(empty.client, f"{address}/store").status_code == 404
 
@@ -66,11 +87,17 @@ def test_a_discarded_check_leaves_nothing(empty: Lab, tmp_path: Path) -> None:
     assert scratches() == files and empty.added(before) == {}
 
 
-def test_a_folder_with_faults_is_told_whole_and_cannot_be_stored(empty: Lab, tmp_path: Path) -> None:
+def test_a_folder_with_faults_is_told_whole_and_cannot_be_stored(
+    empty: Lab, tmp_path: Path
+) -> None:
     folder, files = gun_campaign(tmp_path / "wrong", 2, "wrong"), scratches()
     (folder / "runs.csv").write_text("run,repetition\nx,1\n1,one\n", encoding="utf-8")
     page, address = checked(empty, folder)
-    assert "faults; nothing of it can be stored" in page and "&#39;x&#39;" in page and "&#39;one&#39;" in page
+    assert (
+        "faults; nothing of it can be stored" in page
+        and "&#39;x&#39;" in page
+        and "&#39;one&#39;" in page
+    )
     assert 'id="store"' not in page and scratches() == files
     assert post(empty.client, f"{address}/store").status_code == 422
 
@@ -82,8 +109,13 @@ def test_a_folder_of_the_server_is_checked_and_stored(filled: Lab) -> None:
     assert ended(filled.client, answer)["state"] == "done" and filled.added(before) == {}
     page = filled.client.get(answer.headers["location"]).text
     assert "2 shots would be stored" in page and "Do not store it" in page
-    assert ended(filled.client, post(filled.client, f"{answer.headers['location']}/store"))["state"] == "done"
-    assert filled.added(before)["shots"] == 2 and (filled.folder / "campaigns" / "by-check").is_dir()
+    assert (
+        ended(filled.client, post(filled.client, f"{answer.headers['location']}/store"))["state"]
+        == "done"
+    )
+    assert (
+        filled.added(before)["shots"] == 2 and (filled.folder / "campaigns" / "by-check").is_dir()
+    )
 
 
 @pytest.mark.parametrize(("form", "field"), [
@@ -93,13 +125,18 @@ def test_a_folder_of_the_server_is_checked_and_stored(filled: Lab) -> None:
     ({"path": HAMMER, "segmentation": "guess"}, "segmentation"),
     ({"path": HAMMER, "plan": "winter"}, "plan"),
 ])  # fmt: skip
-def test_a_fault_of_the_form_stands_at_its_field(filled: Lab, form: dict[str, str], field: str) -> None:
+def test_a_fault_of_the_form_stands_at_its_field(
+    filled: Lab, form: dict[str, str], field: str
+) -> None:
     (fault,) = post(filled.client, "/ingest/path", form, headers=FORM).json()["faults"]
     assert fault["field"] == field and fault["message"]
 
 
 def test_faults_of_uploads_stand_at_their_field(filled: Lab) -> None:
-    for address, name, field in (("/ingest/upload", "files", "files"), ("/ingest/restore", "other", "file")):
+    for address, name, field in (
+        ("/ingest/upload", "files", "files"),
+        ("/ingest/restore", "other", "file"),
+    ):
         files = [(name, ("notes.txt", b"x"))]
         (fault,) = post(filled.client, address, files=files, headers=FORM).json()["faults"]
         assert fault["field"] == field
@@ -122,13 +159,18 @@ def test_a_campaign_is_archived_and_restored_from_the_pages(filled: Lab) -> None
     gun_campaign(filled.folder / "campaigns" / "shelf", 2, "shelf")
     ended(filled.client, post(filled.client, "/ingest/path", {"path": "shelf"}))
     saved = filled.client.get("/campaigns/shelf/copy").content
-    job = ended(filled.client, post(filled.client, "/campaigns/shelf/archive", {"reason": "finished"}))
+    job = ended(
+        filled.client, post(filled.client, "/campaigns/shelf/archive", {"reason": "finished"})
+    )
     assert (job["state"], job["error"]) == ("done", None) and Path(job["result"]["file"]).is_file()
     assert filled.client.get("/campaigns/shelf").status_code == 404
     page = filled.client.get("/deleted").text
     assert "finished" in page and 'action="/deleted/1/restore"' in page
     assert filled.client.get("/deleted/1/file").content.startswith(b"SQLite format 3")
-    assert ended(filled.client, post(filled.client, "/deleted/1/restore"))["address"] == "/campaigns/shelf"
+    assert (
+        ended(filled.client, post(filled.client, "/deleted/1/restore"))["address"]
+        == "/campaigns/shelf"
+    )
     assert filled.client.get("/campaigns/shelf").status_code == 200
     post(filled.client, "/campaigns/shelf/delete", {"reason": "again"})
     answer = post(filled.client, "/ingest/restore", files=[("file", ("shelf.pyroshock", saved))])
@@ -136,11 +178,15 @@ def test_a_campaign_is_archived_and_restored_from_the_pages(filled: Lab) -> None
     assert filled.client.get("/campaigns/shelf").status_code == 200
 
 
-@pytest.mark.parametrize(("what", "format"), [("impacts", "csv"), ("pulses", "parquet"), ("series", "csv")])
+@pytest.mark.parametrize(
+    ("what", "format"), [("impacts", "csv"), ("pulses", "parquet"), ("series", "csv")]
+)
 def test_tables_are_saved_by_the_browser(filled: Lab, what: str, format: str) -> None:
     answer = filled.client.get(f"/campaigns/{HAMMER}/export?what={what}&format={format}")
     assert f"{HAMMER}-{what}.{format}" in answer.headers["content-disposition"]
-    assert answer.content.startswith(b"PAR1" if format == "parquet" else (b"id," if what == "impacts" else b"campaign"))
+    assert answer.content.startswith(
+        b"PAR1" if format == "parquet" else (b"id," if what == "impacts" else b"campaign")
+    )
 
 
 def test_a_campaign_is_extracted_again_as_a_job(filled: Lab) -> None:
@@ -176,7 +222,11 @@ def test_planned_and_achieved_stand_in_one_table() -> None:
 def test_a_bench_is_told_with_units_and_words() -> None:
     bench = {
         "gun": {"tank_volume_m3": 0.0095, "travel_m": 0.885, "efficiency": None},
-        "plate": {"outline_m": [[0.0, 0.1], [1.0, 0.6]], "measured_modes": False, "material": "aluminum"},
+        "plate": {
+            "outline_m": [[0.0, 0.1], [1.0, 0.6]],
+            "measured_modes": False,
+            "material": "aluminum",
+        },
     }
     assert dict(bench_facts(bench)) == {
         "Gun: tank volume": "9.5 L",

@@ -53,7 +53,11 @@ def fail(store: Store, odd: Odd) -> int:
 def test_a_waiting_job_has_no_button_to_its_result(pages: Window, odd: Odd) -> None:
     client, store = pages
     text = client.get(f"/jobs/{odd.ask(store, 'a').key}").text
-    assert 'id="job-result"' not in text and 'id="job-stop"' in text and "You can leave this page" in text
+    assert (
+        'id="job-result"' not in text
+        and 'id="job-stop"' in text
+        and "You can leave this page" in text
+    )
 
 
 def test_a_done_job_says_what_its_button_opens(pages: Window, odd: Odd) -> None:
@@ -94,7 +98,9 @@ def test_a_failed_diagnosis_leads_back_to_its_form_with_the_same_values(pages: W
     work_off(store)
     page = Page(client.get(f"/jobs/{key}").text)
     (link,) = (item["href"] for item in page.of("a") if item.get("id") == "job-form")
-    assert link.startswith("/diagnoses?campaign=spring&simulator=models%3A%2Fgp%401&gun=2&plate=0.5&")
+    assert link.startswith(
+        "/diagnoses?campaign=spring&simulator=models%3A%2Fgp%401&gun=2&plate=0.5&"
+    )
     assert fields_of(vars(arguments))["uncertain"] == "gun.friction_coefficient=0.05"
 
 
@@ -104,8 +110,12 @@ ASKED: dict[str, Any] = {
     "ingest": IngestArguments("/lab/spring", {"segmentation": "mask", "threshold": 0.03}, "winter"),
     "check": IngestArguments("/lab/spring", {"segmentation": "mask", "threshold": 0.03}, "winter"),
     "archive": ArchiveArguments(HAMMER, "the bench was rebuilt"),
-    "extract": ExtractArguments(HAMMER, {"segmentation": "mask", "threshold": 0.03, "smoothing": 0.2}),
-    "plan": PlanArguments("winter", "lhs", "hammer", 12, 3, 7, FACTORS, "a,b\n1,2\n", "cold", {"criterion": "maximin"}),
+    "extract": ExtractArguments(
+        HAMMER, {"segmentation": "mask", "threshold": 0.03, "smoothing": 0.2}
+    ),
+    "plan": PlanArguments(
+        "winter", "lhs", "hammer", 12, 3, 7, FACTORS, "a,b\n1,2\n", "cold", {"criterion": "maximin"}
+    ),
     "train": TrainArguments(DATASET, ["linear", "gp"], "repetitions", 5, "full"),
     "tune": TuneArguments(SPECIFICATION, "6dB", [HAMMER], GUN, share=0.9, at_least=0.8),
     "validate": ValidateArguments(GUN, "hertz"),
@@ -136,7 +146,12 @@ def test_every_kind_of_job_has_a_form_that_takes_its_values_back(unworked: Windo
         page = Page(client.get(address.partition("#")[0]).text)
         values = client.get(f"/jobs/{key}/form").json()
         assert bool(values["fields"]) == (f"again={key}" in address)
-        controls = {item["name"] for tag in ("input", "select", "textarea") for item in page.of(tag) if "name" in item}
+        controls = {
+            item["name"]
+            for tag in ("input", "select", "textarea")
+            for item in page.of(tag)
+            if "name" in item
+        }
         if values["fields"]:
             assert values["form"] in {form.get("id") for form in page.of("form")}
             missing += [f"{name}: {field}" for field in set(values["fields"]) - controls]
@@ -151,20 +166,40 @@ def test_form_of_a_job_has_the_texts_that_were_typed(unworked: Window) -> None:
         values: dict[str, Any] = client.get(f"/jobs/{key}/form").json()["fields"]
         return values
 
-    plan = {"name": "winter", "runs": "12", "repetitions": "3", "seed": "7", "factors": FACTORS, "table": "a,b\n1,2\n"}
+    plan = {
+        "name": "winter",
+        "runs": "12",
+        "repetitions": "3",
+        "seed": "7",
+        "factors": FACTORS,
+        "table": "a,b\n1,2\n",
+    }
     assert plan.items() <= fields("plan").items() and fields("plan")["lhs.criterion"] == "maximin"
     assert fields("train")["models"] == ["linear", "gp"] and fields("tune")["text"] == SPECIFICATION
-    assert fields("check") == {"path": "/lab/spring", "segmentation": "mask", "threshold": "0.03", "plan": "winter"}
+    assert fields("check") == {
+        "path": "/lab/spring",
+        "segmentation": "mask",
+        "threshold": "0.03",
+        "plan": "winter",
+    }
     extract = ask(store, KINDS["extract"], "e", ASKED["extract"]).key
     stop_job(store, extract)
     text = client.get(f"/jobs/{extract}").text
-    assert f"/campaigns/{HAMMER}/extract?segmentation=mask&amp;threshold=0.03&amp;smoothing=0.2" in text
+    assert (
+        f"/campaigns/{HAMMER}/extract?segmentation=mask&amp;threshold=0.03&amp;smoothing=0.2"
+        in text
+    )
     assert client.get("/jobs/999/form").status_code == 404
 
 
 def test_an_upload_that_failed_is_sent_anew(pages: Window, tmp_path: Path) -> None:
     client, store = pages
-    key = ask(store, INGEST, "Ingest", IngestArguments(str(tmp_path), {}, scratch=str(tmp_path / "scratch"))).key
+    key = ask(
+        store,
+        INGEST,
+        "Ingest",
+        IngestArguments(str(tmp_path), {}, scratch=str(tmp_path / "scratch")),
+    ).key
     post(client, f"/jobs/{key}/stop")
     text = client.get(f"/jobs/{key}").text
     assert 'id="job-again"' not in text and f'href="/ingest?again={key}"' in text
@@ -180,7 +215,11 @@ def test_jobs_are_filtered_by_state(pages: Window, odd: Odd) -> None:
     assert f'href="/jobs/{failed}"' in text and f'href="/jobs/{waiting}"' not in text
     assert "No job is running." in client.get("/jobs?state=running").text
     wrong = client.get("/jobs?state=lost")
-    assert wrong.status_code == 422 and 'id="state-error"' in wrong.text and "<option selected>lost" in wrong.text
+    assert (
+        wrong.status_code == 422
+        and 'id="state-error"' in wrong.text
+        and "<option selected>lost" in wrong.text
+    )
 
 
 # --- words ----------------------------------------------------------------------------------------------------------
@@ -236,4 +275,7 @@ def test_durations_and_next_steps_are_sentences() -> None:
     texts = {0.42: "0.4 s", 59.4: "59 s", 200: "3 min 20 s", 7500: "2 h 5 min"}
     assert {seconds: duration_words(seconds) for seconds in texts} == texts
     fault = view(state="failed", error="an error of pyroshock itself, KeyError: x")
-    assert "whoever operates" in next_step_words(fault, True) and next_step_words(view(state="done"), True) == ""
+    assert (
+        "whoever operates" in next_step_words(fault, True)
+        and next_step_words(view(state="done"), True) == ""
+    )

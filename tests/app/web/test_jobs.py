@@ -35,7 +35,9 @@ def until(true: Callable[[], bool]) -> None:
 
 def sent(tmp_path: Path) -> dict[str, Any]:
     folder = gun_campaign(tmp_path / "sent", 2, "sent")
-    return {"files": [("files", (f"sent/{path.name}", path.read_bytes())) for path in folder.iterdir()]}
+    return {
+        "files": [("files", (f"sent/{path.name}", path.read_bytes())) for path in folder.iterdir()]
+    }
 
 
 @pytest.fixture
@@ -91,47 +93,68 @@ def test_a_job_is_stopped_from_its_page(tmp_path: Path, odd: Odd) -> None:
         assert 'id="job-stop"' not in client.get(address).text
 
 
-def test_a_tunings_page_is_drawn_from_the_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tunings_page_is_drawn_from_the_store(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     import numpy as np
 
     lines, level = np.array([100.0, 1e4]), np.array([50.0, 80.0])
-    goal = SimpleNamespace(frequency_hz=lines, level_db=level, lower_db=np.full(2, 6.0), upper_db=np.full(2, np.inf))
-    obstacle = Obstacle("bench limit", "The bench refuses all of 648 settings.", 0.0, 1e4, -np.inf, ("closed",))
+    goal = SimpleNamespace(
+        frequency_hz=lines, level_db=level, lower_db=np.full(2, 6.0), upper_db=np.full(2, np.inf)
+    )
+    obstacle = Obstacle(
+        "bench limit", "The bench refuses all of 648 settings.", 0.0, 1e4, -np.inf, ("closed",)
+    )
     refusal = Attainability(0.0, 0.5, 0, 0, "every line lies within tolerance", obstacle)
     found = SimpleNamespace(proposals=[], avoid=[], attainability=refusal)
     session = SimpleNamespace(goal=goal, notes=("learned from none",), run=lambda step: found)
     monkeypatch.setattr("pyroshock.app.tune.session.session_of", lambda *_: session)
     with window(sqlite(tmp_path)) as (client, _):
-        job = ended(client, post_json(client, "/api/tune", {"target": SPECIFICATION, "tolerance": "3dB"}))
+        job = ended(
+            client, post_json(client, "/api/tune", {"target": SPECIFICATION, "tolerance": "3dB"})
+        )
         assert (job["state"], job["error"], job["address"]) == (DONE, None, f"/tune/{job['id']}")
         # the job, its result and its page say the same
         sentence = "No setting meets the target. The bench refuses all of 648 settings."
         assert job["words"] == job["result"]["attainability"]["sentence"] == sentence
-        assert job["result"]["attainability"]["obstacle"]["margin_db"] is None  # JSON knows no infinity
+        assert (
+            job["result"]["attainability"]["obstacle"]["margin_db"] is None
+        )  # JSON knows no infinity
     with window(sqlite(tmp_path)) as (client, _):
         page = client.get(job["address"])
         assert page.status_code == 200 and "learned from none" in page.text
-        assert re.search(rf'id="attainability">{re.escape(sentence)}', page.text) and 'id="proposals"' not in page.text
+        assert (
+            re.search(rf'id="attainability">{re.escape(sentence)}', page.text)
+            and 'id="proposals"' not in page.text
+        )
         assert client.get(f"/api/jobs/{job['id']}").json() == job
 
 
-def test_pages_alone_leave_jobs_to_workers(tmp_path: Path, scratches: Callable[[], list[Path]]) -> None:
+def test_pages_alone_leave_jobs_to_workers(
+    tmp_path: Path, scratches: Callable[[], list[Path]]
+) -> None:
     with window(sqlite(tmp_path), works=False) as (client, store):
         answer = post(client, "/ingest/upload", **sent(tmp_path))
         key = int(answer.headers["location"].rsplit("/", 1)[1])
         time.sleep(0.2)
-        assert get_job(store, key).state == WAITING and len(scratches()) == 1 and work_off(store) == 1
+        assert (
+            get_job(store, key).state == WAITING and len(scratches()) == 1 and work_off(store) == 1
+        )
         job = ended(client, answer)
         assert (job["state"], job["result"]["shots"]) == (DONE, 2)
     assert scratches() == []
 
 
-def test_an_upload_is_removed_however_its_job_ends(tmp_path: Path, scratches: Callable[[], list[Path]]) -> None:
+def test_an_upload_is_removed_however_its_job_ends(
+    tmp_path: Path, scratches: Callable[[], list[Path]]
+) -> None:
     upload = sent(tmp_path)
     with window(sqlite(tmp_path), works=False) as (client, store):
 
         def asked() -> int:
-            return int(post(client, "/ingest/upload", **upload).headers["location"].rsplit("/", 1)[1])
+            return int(
+                post(client, "/ingest/upload", **upload).headers["location"].rsplit("/", 1)[1]
+            )
 
         stopped = asked()
         assert post(client, f"/jobs/{stopped}/stop").status_code == 303 and scratches() == []
@@ -145,7 +168,9 @@ def test_an_upload_is_removed_however_its_job_ends(tmp_path: Path, scratches: Ca
         assert get_job(store, orphaned).attempt == 2 and scratches() == []
 
 
-def test_no_row_makes_a_worker_remove_what_is_no_upload(tmp_path, scratches: Callable[[], list[Path]], monkeypatch):
+def test_no_row_makes_a_worker_remove_what_is_no_upload(
+    tmp_path, scratches: Callable[[], list[Path]], monkeypatch
+):
     precious, upload = tmp_path / "pyroshock-upload-precious", make_scratch()
     precious.mkdir()
     (link := upload.parent / "pyroshock-upload-link").symlink_to(precious)
@@ -157,7 +182,9 @@ def test_no_row_makes_a_worker_remove_what_is_no_upload(tmp_path, scratches: Cal
     assert not upload.exists()
 
 
-def test_a_folder_beyond_those_of_a_worker_is_not_read_and_scripts_name_what_there_is(tmp_path: Path) -> None:
+def test_a_folder_beyond_those_of_a_worker_is_not_read_and_scripts_name_what_there_is(
+    tmp_path: Path,
+) -> None:
     from pyroshock.app.ingest.job import INGEST, IngestArguments
 
     folder = gun_campaign(tmp_path / "data" / "spring", 2, "spring")
@@ -172,4 +199,7 @@ def test_a_folder_beyond_those_of_a_worker_is_not_read_and_scripts_name_what_the
     with window(sqlite(tmp_path)) as (client, _):
         assert post_json(client, "/api/campaigns/unknown/extract", {}).status_code == 404
         assert post_json(client, "/api/train", {"dataset": "unknown"}).status_code == 404
-        assert "no-such-model" in post_json(client, "/api/train", {"dataset": "a", "models": "no-such-model"}).text
+        assert (
+            "no-such-model"
+            in post_json(client, "/api/train", {"dataset": "a", "models": "no-such-model"}).text
+        )

@@ -117,7 +117,9 @@ def _ask(client: TestClient, address: str, word: str) -> Any:
     return client.get(address + query)
 
 
-@pytest.mark.parametrize("word", MALFORMED, ids=lambda word: quote(word, errors="surrogatepass")[:40])
+@pytest.mark.parametrize(
+    "word", MALFORMED, ids=lambda word: quote(word, errors="surrogatepass")[:40]
+)
 def test_a_malformed_filter_is_400_with_a_line(client: TestClient, word: str) -> None:
     for address in _addresses():
         answer = _ask(client, address, word)
@@ -126,15 +128,25 @@ def test_a_malformed_filter_is_400_with_a_line(client: TestClient, word: str) ->
             assert len(answer.json()["detail"].splitlines()) == 1
 
 
-@given(st.one_of(_TEXT, _PIECES, _TEXT.map("peak force>1 ".__add__), _PIECES.map("peak force>1 ".__add__)))
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.one_of(
+        _TEXT, _PIECES, _TEXT.map("peak force>1 ".__add__), _PIECES.map("peak force>1 ".__add__)
+    )
+)
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 def test_no_filter_is_a_fault_of_the_server(client: TestClient, word: str) -> None:
     for address in ("/api/impacts?", "/impacts?", "/api/shots?"):
         answer = _ask(client, address, word)
         assert answer.status_code in (200, 400, 404, 422), (address, answer.text[:300])
 
 
-@given(st.one_of(_TEXT, _PIECES, _TEXT.map("tip radius=1".__add__), _PIECES.map("tip radius=1 ".__add__)))
+@given(
+    st.one_of(
+        _TEXT, _PIECES, _TEXT.map("tip radius=1".__add__), _PIECES.map("tip radius=1 ".__add__)
+    )
+)
 @settings(max_examples=2_000, deadline=None)
 def test_any_text_is_a_condition_or_an_error_that_says_so(word: str) -> None:
     try:

@@ -62,14 +62,19 @@ def seconds(client: Any, address: str, times: int = 3) -> tuple[float, float]:
 
 
 def test_no_page_takes_a_second(client: Any) -> None:
-    rows = sorted({address: seconds(client, address) for address in PAGES}.items(), key=lambda row: -row[1][0])
-    table = "\n".join(f"{cpu * 1e3:6.0f} ms {clock * 1e3:6.0f} ms  {address}" for address, (cpu, clock) in rows)
+    rows = sorted(
+        {address: seconds(client, address) for address in PAGES}.items(), key=lambda row: -row[1][0]
+    )
+    table = "\n".join(
+        f"{cpu * 1e3:6.0f} ms {clock * 1e3:6.0f} ms  {address}" for address, (cpu, clock) in rows
+    )
     print(table)
     assert rows[0][1][0] < LIMIT_S, table
 
 
 @pytest.mark.parametrize(
-    ("listing", "last"), [("/impacts", 99_800), ("/shots", 19_800), ("/impacts?where=tip_material=steel", 99_000)]
+    ("listing", "last"),
+    [("/impacts", 99_800), ("/shots", 19_800), ("/impacts?where=tip_material=steel", 99_000)],
 )
 def test_the_last_page_costs_as_much_as_the_first(client: Any, listing: str, last: int) -> None:
     first, _ = seconds(client, listing, 7)
@@ -80,7 +85,9 @@ def test_the_last_page_costs_as_much_as_the_first(client: Any, listing: str, las
 
 def test_pages_go_through_all_impacts_once(client: Any) -> None:
     seen, after = 0, 0
-    while rows := client.get(f"/api/impacts?limit=2000&after={after}" if after else "/api/impacts?limit=2000").json():
+    while rows := client.get(
+        f"/api/impacts?limit=2000&after={after}" if after else "/api/impacts?limit=2000"
+    ).json():
         assert rows[0]["id"] > after
         seen, after = seen + len(rows), rows[-1]["id"]
     assert seen == IMPACTS + 2

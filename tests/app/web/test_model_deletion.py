@@ -32,7 +32,9 @@ def test_dataset_with_models_is_refused_with_the_models(own: Lab) -> None:
     before, models = own.rows(), labels(own)
     page = own.client.get(f"/datasets/{DATASET}/delete").text
     assert 'id="refusal"' in page and 'id="delete"' not in page
-    assert all(f'<a href="/models/{label.replace("@", "/")}">{label}</a>' in page for label in models)
+    assert all(
+        f'<a href="/models/{label.replace("@", "/")}">{label}</a>' in page for label in models
+    )
     answer = post(own.client, f"/datasets/{DATASET}/delete")
     assert answer.status_code in (409, 422) and models[0] in answer.text
     assert own.rows() == before
@@ -56,7 +58,9 @@ def test_version_goes_and_the_one_in_use_is_refused(own: Lab) -> None:
     address = f"/models/{first.replace('@', '/')}"
     assert f'href="{address}/delete"' in own.client.get(address).text
     registry = registry_of(own.db)
-    version = next(entry for entry in registry.versions() if entry.label == first and entry.is_served)
+    version = next(
+        entry for entry in registry.versions() if entry.label == first and entry.is_served
+    )
     registry.set_champion(version)
     page = own.client.get(f"{address}/delete").text
     assert 'id="refusal"' in page and "it is the model in use" in page and 'id="delete"' not in page

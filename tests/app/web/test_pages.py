@@ -105,11 +105,21 @@ def test_a_filled_store_is_shown(filled: Lab, address: str, words: str) -> None:
     assert words in answer.text
 
 
-@pytest.mark.parametrize("address", ["/models/tree/1", "/models/compare?version=tree@1&version=linear@1"])
-def test_settings_of_a_training_are_shown(filled: Lab, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "address", ["/models/tree/1", "/models/compare?version=tree@1&version=linear@1"]
+)
+def test_settings_of_a_training_are_shown(
+    filled: Lab, address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     settings = {"force.kernel": "matern <5/2>", "force.noise": 0.0125, "force.ard": True}
-    monkeypatch.setattr(Registry, "fit_settings", lambda _, version: settings if version.name == "tree" else {})
-    table = filled.client.get(address).text.partition('<table id="settings">')[2].partition("</table>")[0]
+    monkeypatch.setattr(
+        Registry, "fit_settings", lambda _, version: settings if version.name == "tree" else {}
+    )
+    table = (
+        filled.client.get(address)
+        .text.partition('<table id="settings">')[2]
+        .partition("</table>")[0]
+    )
     for words in ("force.kernel", "matern &lt;5/2&gt;", "0.0125", "True"):
         assert words in table
     assert ("<td>–</td>" in table) == ("linear" in address)
@@ -121,10 +131,14 @@ def test_a_velocity_stands_with_its_uncertainty(filled: Lab, address: str) -> No
     assert ">10.37 ± 0.13</td>" in page and "uncertainty of the velocity" not in page
 
 
-@pytest.mark.parametrize("address", [f"campaign/{HAMMER}", f"campaign/{GUN}", "diagnosis/1", "model/tree/1"])
+@pytest.mark.parametrize(
+    "address", [f"campaign/{HAMMER}", f"campaign/{GUN}", "diagnosis/1", "model/tree/1"]
+)
 def test_reports_are_saved_as_pdf(filled: Lab, address: str) -> None:
     answer = filled.client.get(f"/reports/{address}.pdf")
-    assert answer.content.startswith(b"%PDF-") and answer.headers["content-type"] == "application/pdf"
+    assert (
+        answer.content.startswith(b"%PDF-") and answer.headers["content-type"] == "application/pdf"
+    )
     assert answer.headers["content-disposition"].startswith("attachment")
 
 
@@ -181,7 +195,9 @@ def test_a_sheet_is_saved_as_a_table_and_a_damaged_model_is_marked(filled: Lab) 
     ("/nowhere", 404, "Not Found"),
     ("/static/%2e%2e/settings.py", 404, "Not Found"),
 ])  # fmt: skip
-def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: int, words: str) -> None:
+def test_a_bad_address_is_answered_in_words(
+    filled: Lab, address: str, status: int, words: str
+) -> None:
     answer = filled.client.get(address)
     assert answer.status_code == status, answer.text
     assert words in answer.text and ('id="error"' in answer.text or "field-error" in answer.text)
@@ -195,7 +211,9 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
     ("tip_radius_m=0", 422, "tip_radius_m", "Tip radius is &#39;0&#39;"),
     ("tip_material=butter", 200, "tip_material", "expected one of"),
 ])  # fmt: skip
-def test_the_twin_names_a_bad_value_at_its_control_and_lives(filled: Lab, query, status, field, words) -> None:
+def test_the_twin_names_a_bad_value_at_its_control_and_lives(
+    filled: Lab, query, status, field, words
+) -> None:
     answer = filled.client.get(f"/twin?contact=hertz&bullet_mass_kg=0.25&{query}")
     assert answer.status_code == status
     assert f'id="{field}-error"' in answer.text and words in answer.text
@@ -236,7 +254,9 @@ def test_a_fault_of_a_search_stands_at_its_field(filled: Lab, form, field, words
 
 
 def test_forms_are_filled_with_the_values_of_their_address(filled: Lab) -> None:
-    form = filled.client.get("/tune", params={"text": SPECIFICATION, "campaign": GUN, "contact": "gp@<9>"}).text
+    form = filled.client.get(
+        "/tune", params={"text": SPECIFICATION, "campaign": GUN, "contact": "gp@<9>"}
+    ).text
     assert SPECIFICATION in form and f"<option selected>{GUN}</option>" in form
     assert '<option value="gp@&lt;9&gt;" selected>gp@&lt;9&gt;</option>' in form
     form = filled.client.get("/models/train", params={"dataset": DATASET}).text
@@ -248,7 +268,10 @@ def test_forms_are_filled_with_the_values_of_their_address(filled: Lab) -> None:
 def test_a_specification_is_drawn_before_the_search(filled: Lab) -> None:
     answer = post_json(filled.client, "/tune/target", {"text": SPECIFICATION, "tolerance": "3dB"})
     assert answer.status_code == 200 and "+3/−3 dB" in answer.json()["sentence"]
-    assert {trace.get("name") for trace in answer.json()["figure"]["data"]} > {"prescribed", "tolerance"}
+    assert {trace.get("name") for trace in answer.json()["figure"]["data"]} > {
+        "prescribed",
+        "tolerance",
+    }
     csrf = filled.client.get("/tune").text.split('name="csrf" value="')[1].split('"')[0]
     headers = {"X-Pyroshock-Form": "1", "X-CSRF-Token": csrf}
     wrong = {"text": "frequency_hz,level_g\n100,30\n1000,loud\n"}
@@ -263,7 +286,9 @@ def test_an_unknown_contact_of_a_validation_stands_at_its_field(filled: Lab, con
     answer = post(filled.client, "/validations", form, headers={"X-Pyroshock-Form": "1"})
     (fault,) = answer.json()["faults"]
     assert (
-        answer.status_code in (404, 422) and fault["field"] == "contact" and contact.split("@")[0] in fault["message"]
+        answer.status_code in (404, 422)
+        and fault["field"] == "contact"
+        and contact.split("@")[0] in fault["message"]
     )
 
 
@@ -328,11 +353,17 @@ def test_an_unknown_contact_of_a_validation_stands_at_its_field(filled: Lab, con
     ("/tune", {"text": SPECIFICATION, "at_least": "2"}, 422, "at_least"),
     ("/jobs/999/stop", {}, 404, "999"),
 ])  # fmt: skip
-def test_a_bad_form_is_answered_in_words_and_changes_nothing(filled: Lab, address, form, status, words) -> None:
+def test_a_bad_form_is_answered_in_words_and_changes_nothing(
+    filled: Lab, address, form, status, words
+) -> None:
     before, jobs = filled.rows(), len(filled.client.get("/api/jobs").json())
     answer = post(filled.client, address, form)
     assert answer.status_code == status, answer.text
-    assert words in answer.text and filled.rows() == before and len(filled.client.get("/api/jobs").json()) == jobs
+    assert (
+        words in answer.text
+        and filled.rows() == before
+        and len(filled.client.get("/api/jobs").json()) == jobs
+    )
 
 
 def done(filled: Lab, answer: Any) -> dict[str, Any]:
@@ -350,7 +381,9 @@ def ready(filled: Lab) -> Path:
     return filled.folder / "campaigns"
 
 
-def test_a_folder_is_ingested_by_its_path_and_a_damaged_one_stores_nothing(filled: Lab, ready: Path) -> None:
+def test_a_folder_is_ingested_by_its_path_and_a_damaged_one_stores_nothing(
+    filled: Lab, ready: Path
+) -> None:
     folder, before = gun_campaign(ready / "by-path", 2, "by-path"), filled.rows()
     job = done(filled, post(filled.client, "/ingest/path", {"path": "by-path"}))
     added = filled.added(before)
@@ -363,7 +396,9 @@ def test_a_folder_is_ingested_by_its_path_and_a_damaged_one_stores_nothing(fille
     (folder / "runs.csv").write_text("run,repetition\n1,one\n", encoding="utf-8")
     job = ended(filled.client, post(filled.client, "/ingest/path", {"path": "damaged"}))
     assert job["state"] == "failed" and "runs.csv" in job["error"]
-    assert job["error"] in filled.client.get(f"/jobs/{job['id']}").text.replace("&#39;", "'").replace("&#34;", '"')
+    assert job["error"] in filled.client.get(f"/jobs/{job['id']}").text.replace(
+        "&#39;", "'"
+    ).replace("&#34;", '"')
     assert filled.added(before) == {}
 
 
@@ -378,7 +413,10 @@ def test_a_campaign_is_uploaded(filled: Lab, tmp_path: Path, packed: bool) -> No
             for path, content in sent.items():
                 archive.writestr(path, content)
         sent = {"campaign.zip": out.getvalue()}
-    job = done(filled, post(filled.client, "/ingest/upload", files=[("files", each) for each in sent.items()]))
+    job = done(
+        filled,
+        post(filled.client, "/ingest/upload", files=[("files", each) for each in sent.items()]),
+    )
     added = filled.added(before)
     assert (added["campaigns"], added["shots"]) == (1, 3) and job["address"] == f"/campaigns/{name}"
 
@@ -391,7 +429,9 @@ def pulses(filled: Lab, impact: int) -> list[tuple[int, bool]]:
 
 def test_an_extraction_is_previewed_and_then_stored(filled: Lab) -> None:
     before, versions = filled.rows(), pulses(filled, 2)
-    page = filled.client.get("/impacts/2?preview=true&segmentation=walk&threshold=0.03&smoothing=0.98").text
+    page = filled.client.get(
+        "/impacts/2?preview=true&segmentation=walk&threshold=0.03&smoothing=0.98"
+    ).text
     assert 'name="threshold" value="0.03"' in page
     assert filled.rows() == before  # a preview is no write
     form = {"segmentation": "walk", "threshold": "0.03", "smoothing": "0.98"}
@@ -399,16 +439,28 @@ def test_an_extraction_is_previewed_and_then_stored(filled: Lab) -> None:
     assert (answer.status_code, answer.headers["location"]) == (303, "/impacts/2")
     added = filled.added(before)
     assert (added["pulses"], added["extraction_settings"]) == (5, 1)  # all hits of the recording
-    assert pulses(filled, 2)[:-1] == [(key, False) for key, _ in versions]  # the old version stays, and is not in use
+    assert pulses(filled, 2)[:-1] == [
+        (key, False) for key, _ in versions
+    ]  # the old version stays, and is not in use
     assert pulses(filled, 2)[-1][1]
 
 
 def test_a_plan_is_made_and_runs_are_ticked_at_the_bench(filled: Lab) -> None:
     before = filled.rows()
-    form = {"name": "winter/2", "method": "factorial", "kind": "hammer", "factors": FACTORS, "repetitions": "3"}
-    job = done(filled, post(filled.client, "/plans", {**form, "seed": "5", "description": "cold hall"}))
+    form = {
+        "name": "winter/2",
+        "method": "factorial",
+        "kind": "hammer",
+        "factors": FACTORS,
+        "repetitions": "3",
+    }
+    job = done(
+        filled, post(filled.client, "/plans", {**form, "seed": "5", "description": "cold hall"})
+    )
     added = filled.added(before)
-    assert (added["plans"], added["planned_runs"]) == (1, 4) and job["address"] == "/plans/winter%2F2"
+    assert (added["plans"], added["planned_runs"]) == (1, 4) and job[
+        "address"
+    ] == "/plans/winter%2F2"
     with filled.store.reading() as session:
         plan = read_plan(session, "winter/2")
         signed = set(session.scalars(select(Provenance.command)))
@@ -421,7 +473,10 @@ def test_a_plan_is_made_and_runs_are_ticked_at_the_bench(filled: Lab) -> None:
     seen = []
     for status, note, query in [("discarded", "tip cracked", ""), ("planned", "", "?run=2")]:
         answer = post(filled.client, f"/plans/{AT}/runs/2", {"status": status, "note": note})
-        assert (answer.status_code, answer.headers["location"]) == (303, f"/plans/{AT}/sheet{query}")
+        assert (answer.status_code, answer.headers["location"]) == (
+            303,
+            f"/plans/{AT}/sheet{query}",
+        )
         seen.append(run(filled, 2))
     assert seen == [("discarded", "tip cracked"), ("planned", None)] and filled.added(before) == {}
     record_run(filled.store, PLAN, 2, (1,))
@@ -431,7 +486,9 @@ def test_a_plan_is_made_and_runs_are_ticked_at_the_bench(filled: Lab) -> None:
 
 def run(filled: Lab, number: int) -> tuple[str, str | None]:
     with filled.store.reading() as session:
-        planned_run = next(stored_run for stored_run in read_plan(session, PLAN).runs if stored_run.run == number)
+        planned_run = next(
+            stored_run for stored_run in read_plan(session, PLAN).runs if stored_run.run == number
+        )
         return planned_run.status, planned_run.reason
 
 
@@ -439,14 +496,20 @@ def test_a_model_is_promoted_and_another_not_judged_by_few_configurations(filled
     post(filled.client, "/models/tree/1/promote", {"reason": "the first one", "force": "true"})
     answer = post(filled.client, "/models/linear/1/promote", {"reason": "for a try"})
     page = filled.client.get(answer.headers["location"]).text
-    assert "Not enough to judge: 4 configurations are not enough" in page and 'id="in-use"' not in page
+    assert (
+        "Not enough to judge: 4 configurations are not enough" in page and 'id="in-use"' not in page
+    )
 
 
-def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_is_promoted_and_a_worse_one_refused(
+    filled: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(gate, "LEAST_CONFIGURATIONS", 4)  # as many as the store has
     decisions = len(filled.client.get("/api/models/promotions").json())
     better, worse = "tree", "linear"
-    answer = post(filled.client, f"/models/{better}/1/promote", {"reason": "the first one", "force": "true"})
+    answer = post(
+        filled.client, f"/models/{better}/1/promote", {"reason": "the first one", "force": "true"}
+    )
     page = filled.client.get(answer.headers["location"]).text
     assert answer.status_code == 303 and 'id="in-use"' in page and "Promoted: the first one" in page
     answer = post(filled.client, f"/models/{worse}/1/promote", {"reason": "for a try"})
@@ -454,15 +517,24 @@ def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab, monkeypatch: p
     assert "Refused" in page, "a tree that memorised 16 pulses was to be better than a line"
     assert 'id="in-use"' not in page
     told = filled.client.get("/api/models/promotions").json()
-    assert [each["promoted"] for each in told[: len(told) - decisions]] == [False, True]  # the newest first
+    assert [each["promoted"] for each in told[: len(told) - decisions]] == [
+        False,
+        True,
+    ]  # the newest first
     page = filled.client.get("/models").text
     assert 0 < page.index("for a try") < page.index("the first one")
 
 
-def test_the_model_in_use_stands_first_with_its_error_and_the_differences_to_it(filled: Lab) -> None:
+def test_the_model_in_use_stands_first_with_its_error_and_the_differences_to_it(
+    filled: Lab,
+) -> None:
     post(filled.client, "/models/tree/1/promote", {"reason": "the first one", "force": "true"})
     page = filled.client.get("/models").text
-    assert page.index('id="in-use"') < page.index("tree@1 predicts the force within") < page.index('id="models"')
+    assert (
+        page.index('id="in-use"')
+        < page.index("tree@1 predicts the force within")
+        < page.index('id="models"')
+    )
     assert 'id="differences-data"' in page and '<span class="badge">in use: hammer</span>' in page
 
 
@@ -487,23 +559,41 @@ def test_a_comparison_says_in_percent_which_version_is_better(filled: Lab) -> No
 
 def test_a_dataset_is_built_once_and_shown_with_what_was_left_out(filled: Lab) -> None:
     form = {"name": "winter pulses", "campaigns": HAMMER, "quality": "none"}
-    answers = [post(filled.client, "/datasets", {**form, "name": name}) for name in ("winter pulses", "other name")]
+    answers = [
+        post(filled.client, "/datasets", {**form, "name": name})
+        for name in ("winter pulses", "other name")
+    ]
     addresses = [answer.headers["location"] for answer in answers]
-    assert [answer.status_code for answer in answers] == [303, 303] and addresses[1].endswith("?existing=true")
+    assert [answer.status_code for answer in answers] == [303, 303] and addresses[1].endswith(
+        "?existing=true"
+    )
     assert addresses[0].partition("?")[0] == addresses[1].partition("?")[0]
     page = filled.client.get(addresses[1]).text
-    assert 'id="existing"' in page and 'id="left-out"' in page and HAMMER in page and 'id="files"' in page
+    assert (
+        'id="existing"' in page
+        and 'id="left-out"' in page
+        and HAMMER in page
+        and 'id="files"' in page
+    )
 
 
 def test_the_form_of_a_training_starts_its_job(filled: Lab) -> None:
-    answer = post(filled.client, "/models/train", {"dataset": DATASET, "models": "linear", "split": "repetitions"})
+    answer = post(
+        filled.client,
+        "/models/train",
+        {"dataset": DATASET, "models": "linear", "split": "repetitions"},
+    )
     assert answer.status_code == 303 and answer.headers["location"].startswith("/jobs/")
     assert done(filled, answer)["words"] == "0 trained, 1 found as they were trained before"
 
 
-def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_options(filled: Lab) -> None:
+def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_options(
+    filled: Lab,
+) -> None:
     rows = filled.rows()
-    job = done(filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"}))
+    job = done(
+        filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"})
+    )
     assert filled.added(rows) == {"diagnoses": 1}
     page = filled.client.get(job["address"])
     assert page.status_code == 200 and GUN in page.text
@@ -519,12 +609,23 @@ def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_
     assert after == {**before, "with_effects": boxes["with"], "without_effects": boxes["without"]}
     assert "gun.barrel_loss" not in str(report["causes"])
     restricted = Page(filled.client.get(f"/diagnoses/{second}").text)
-    ticked = sorted((box["name"], box["value"]) for box in restricted.of("input") if "checked" in box)
-    assert ticked == [("with", "gun.blow_by"), ("with", "gun.valve_flow"), ("without", "gun.blow_by")]
-    assert "The diagnosis considers only gun.valve_flow, gun.blow_by (--with), and no other effect." in restricted.text
+    ticked = sorted(
+        (box["name"], box["value"]) for box in restricted.of("input") if "checked" in box
+    )
+    assert ticked == [
+        ("with", "gun.blow_by"),
+        ("with", "gun.valve_flow"),
+        ("without", "gun.blow_by"),
+    ]
+    assert (
+        "The diagnosis considers only gun.valve_flow, gun.blow_by (--with), and no other effect."
+        in restricted.text
+    )
 
 
-def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopts(filled: Lab) -> None:
+def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopts(
+    filled: Lab,
+) -> None:
     key = keep(filled.store, verdicts.gun(campaign=GUN))
     page = Page(filled.client.get(f"/diagnoses/{key}").text)
     assert summary(verdicts.gun()) in page.text
@@ -546,10 +647,15 @@ def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopt
     for effect in ("gun.valve_flow", "none"):
         before = filled.rows()
         answer = post(filled.client, "/diagnoses/1/adopt", {"effect": effect})
-        assert (answer.status_code, answer.headers["location"]) == (303, f"/diagnoses?campaign={GUN}")
+        assert (answer.status_code, answer.headers["location"]) == (
+            303,
+            f"/diagnoses?campaign={GUN}",
+        )
         assert filled.added(before) == {"twin_configurations": 1}
         with filled.store.reading() as session:
-            newest = session.scalars(select(TwinVersion).order_by(TwinVersion.version.desc())).first()
+            newest = session.scalars(
+                select(TwinVersion).order_by(TwinVersion.version.desc())
+            ).first()
         assert newest is not None and (effect in newest.reason or effect == "none")
     assert "adopted" in filled.client.get("/diagnoses").text
 
@@ -583,31 +689,54 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
         return SimpleNamespace(goal=goal, notes=("a note",), run=search)
 
     monkeypatch.setattr("pyroshock.app.tune.session.session_of", session_of)
-    monkeypatch.setattr("pyroshock.app.tune.bench_adapter.proposal_json", lambda each, rank: {"rank": rank, **each})
+    monkeypatch.setattr(
+        "pyroshock.app.tune.bench_adapter.proposal_json", lambda each, rank: {"rank": rank, **each}
+    )
     before = filled.rows()
     sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
     fields = {"tolerance": "3dB", "contact": "hertz", "at_least": "0.6", "share": "0.95"}
     job = done(filled, post(filled.client, "/tune", fields, files=sent))
-    assert (asked[0].request.contact, len(asked[0].target.lines())) == ("hertz", len(asked[0].request.frequency_hz))
+    assert (asked[0].request.contact, len(asked[0].target.lines())) == (
+        "hertz",
+        len(asked[0].request.frequency_hz),
+    )
     page = filled.client.get(job["address"])
-    assert page.status_code == 200 and "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
+    assert (
+        page.status_code == 200 and "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
+    )
     likely = "has a probability of 90 % that every line lies within tolerance."
     sentence = f"One proposal meets the target: the setting {likely}"
     assert job["words"] == sentence and sentence in page.text
-    assert "With 4 bar, 0.5 kg, steel tip of 45 mm radius, no anvil, position #1, every line" in page.text
-    assert "The worst line is 100 Hz: the expected level is" in page.text and "What to try next" in page.text
+    assert (
+        "With 4 bar, 0.5 kg, steel tip of 45 mm radius, no anvil, position #1, every line"
+        in page.text
+    )
+    assert (
+        "The worst line is 100 Hz: the expected level is" in page.text
+        and "What to try next" in page.text
+    )
     assert "titanium, 45 mm, 0.5 kg, 4 bar, anvil none, #1" in page.text
     assert (asked[0].at_least, asked[0].share) == (0.6, 0.95) and filled.added(before) == {}
 
 
 def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
     before = filled.rows()
-    assert f'href="/validations?campaign={HAMMER}"' in filled.client.get(f"/campaigns/{HAMMER}").text
-    job = done(filled, post(filled.client, "/validations", {"campaign": HAMMER, "contact": "hertz"}))
+    assert (
+        f'href="/validations?campaign={HAMMER}"' in filled.client.get(f"/campaigns/{HAMMER}").text
+    )
+    job = done(
+        filled, post(filled.client, "/validations", {"campaign": HAMMER, "contact": "hertz"})
+    )
     assert job["address"] == f"/validations/{job['id']}"
     page = filled.client.get(job["address"])
     assert page.status_code == 200
-    for words in (job["result"]["verdict"], "peak force", 'id="coverage-data"', 'id="ranks-data"', "comparison-1-data"):
+    for words in (
+        job["result"]["verdict"],
+        "peak force",
+        'id="coverage-data"',
+        'id="ranks-data"',
+        "comparison-1-data",
+    ):
         assert words in page.text
     report = filled.client.get(f"{job['address']}/report.html")
     assert report.status_code == 200 and job["result"]["verdict"] in report.text
@@ -622,7 +751,11 @@ def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
 def test_jobs_cut_pulses_anew_and_train_models_once(filled: Lab) -> None:
     address, before = f"/api/campaigns/{HAMMER}/extract", filled.rows()
     job = ended(filled.client, post_json(filled.client, address, {"threshold": 0.02}))
-    assert (job["state"], job["address"], job["result"]["added"]) == ("done", f"/campaigns/{HAMMER}", 20)
+    assert (job["state"], job["address"], job["result"]["added"]) == (
+        "done",
+        f"/campaigns/{HAMMER}",
+        20,
+    )
     assert filled.added(before)["pulses"] == 20
     job = ended(filled.client, post_json(filled.client, address, {}))
     assert (job["result"]["added"], job["result"]["reused"]) == (0, 20)
@@ -631,4 +764,7 @@ def test_jobs_cut_pulses_anew_and_train_models_once(filled: Lab) -> None:
         job = ended(filled.client, post_json(filled.client, "/api/train", asked))
         assert (job["state"], job["error"], job["address"]) == ("done", None, "/models")
         assert job["words"] == f"{trained} trained, {2 - trained} found as they were trained before"
-        assert [(row["model"], row["version"]) for row in job["result"]] == [("linear", 1), ("hann", 1)]
+        assert [(row["model"], row["version"]) for row in job["result"]] == [
+            ("linear", 1),
+            ("hann", 1),
+        ]

@@ -89,7 +89,11 @@ def recorded(monkeypatch: pytest.MonkeyPatch) -> None:
         if mass > HEAVIEST_KG:
             beyond.append(Extrapolation("bullet_mass_kg", mass, 0.2, HEAVIEST_KG))
         prediction = predict(twin, setting, **options)
-        return replace(prediction, extrapolation=tuple(beyond), rests_on=RestsOn(5, twin.contact.label, SENTENCE))
+        return replace(
+            prediction,
+            extrapolation=tuple(beyond),
+            rests_on=RestsOn(5, twin.contact.label, SENTENCE),
+        )
 
     monkeypatch.setattr(Twin, "predict", with_ranges)
 
@@ -100,7 +104,9 @@ _answers: dict[tuple[str, ...], Any] = {}
 def of_command(filled: Lab, name: str, *more: str) -> Any:
     """What the command prints of a shot; asked once, for it builds its twin anew each time."""
     if (name, *more) not in _answers:
-        result = run_pyroshock("predict", *shlex.split(SHOTS[name][0]), *more, "--seed", "3", "--db", filled.db)
+        result = run_pyroshock(
+            "predict", *shlex.split(SHOTS[name][0]), *more, "--seed", "3", "--db", filled.db
+        )
         _answers[name, *more] = json.loads(result.stdout) if more else result
     return _answers[name, *more]
 
@@ -126,13 +132,19 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
     for key in command:
         assert api[key] == command[key], key
         assert body[key] == command[key], key
-    assert page == {key: value for key, value in command.items() if key not in ("force", "acceleration", "srs")}
+    assert page == {
+        key: value for key, value in command.items() if key not in ("force", "acceleration", "srs")
+    }
     figures = answer["figures"]
     (force,) = [trace for trace in figures["force"]["data"] if trace.get("name") == "mean"]
     assert 1e3 * np.array(force["y"]) == pytest.approx(command["force"]["mean"], rel=1e-4, abs=1e-2)
     for sensor in ("acceleration_1", "acceleration_2"):
-        (spectrum,) = [trace for trace in figures["spectrum"]["data"] if trace.get("name") == sensor]
-        assert spectrum["y"] == pytest.approx([level / G for level in command["srs"][sensor]["mean"]], rel=1e-4)
+        (spectrum,) = [
+            trace for trace in figures["spectrum"]["data"] if trace.get("name") == sensor
+        ]
+        assert spectrum["y"] == pytest.approx(
+            [level / G for level in command["srs"][sensor]["mean"]], rel=1e-4
+        )
     acceleration = command["acceleration"]["acceleration_1"]
     lowest_hz, highest_hz = acceleration["band_hz"]
     peak = f"peak acceleration_1, {1e-3 * lowest_hz:g} to {1e-3 * highest_hz:.3g} kHz"
@@ -163,17 +175,25 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
 
 
 def test_warning_stands_beside_the_number_and_beside_the_slider(filled: Lab) -> None:
-    pressure = "Tank pressure 50 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
+    pressure = (
+        "Tank pressure 50 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
+    )
     mass = "Bullet mass 1.2 kg is beyond the 0.2 to 0.8 kg of the shots that were learned from."
     name = "beyond pressure and mass"
-    (line,) = [row for row in of_command(filled, name).stdout.splitlines() if row.startswith("impact velocity")]
+    (line,) = [
+        row
+        for row in of_command(filled, name).stdout.splitlines()
+        if row.startswith("impact velocity")
+    ]
     assert pressure in line and mass in line
     assert of_page(filled, name)["beside"] == {"tank_pressure_pa": pressure, "bullet_mass_kg": mass}
     html = filled.client.get("/twin", params=question(name)).text
     assert f'id="tank_pressure_pa-warning" role="status">{pressure}</span>' in html
     assert f'id="bullet_mass_kg-warning" role="status">{mass}</span>' in html
     assert of_page(filled, "within")["beside"] == {}
-    assert not any("beyond the" in sentence for sentence in of_command(filled, "within", "--json")["warnings"])
+    assert not any(
+        "beyond the" in sentence for sentence in of_command(filled, "within", "--json")["warnings"]
+    )
     assert of_command(filled, name, "--json")["extrapolation"] == [
         {"quantity": "tank_pressure_pa", "asked": 5e6, "low": LOWEST_PA, "high": HIGHEST_PA},
         {"quantity": "bullet_mass_kg", "asked": 1.2, "low": 0.2, "high": HEAVIEST_KG},
@@ -185,7 +205,9 @@ def campaigns_of(html: str) -> Iterator[str]:
     yield from select[: select.index("</select>")].split("<option")[1:]
 
 
-def test_twin_is_chosen_by_campaign_and_a_table_has_what_the_bands_rest_on(filled: Lab, tmp_path: Any) -> None:
+def test_twin_is_chosen_by_campaign_and_a_table_has_what_the_bands_rest_on(
+    filled: Lab, tmp_path: Any
+) -> None:
     options = list(campaigns_of(filled.client.get("/twin", params={"contact": "hertz"}).text))
     assert any(f'value="{HAMMER}"' in option and "(hammer)" in option for option in options)
     assert any(f'value="{GUN}"' in option and "(gun)" in option for option in options)
@@ -197,11 +219,17 @@ def test_twin_is_chosen_by_campaign_and_a_table_has_what_the_bands_rest_on(fille
     words = ("--shots", str(table), "--contact", "hertz", "--draws", "4", "--db", filled.db)
     rows = json.loads(run_pyroshock("predict", *words, "--json").stdout)
     assert [row["rests_on_shots"] for row in rows] == [5, 5]
-    beyond = "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
-    assert [row["extrapolation"] for row in rows] == ["", beyond] and beyond in pyroshock("predict", *words).stdout
+    beyond = (
+        "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
+    )
+    assert [row["extrapolation"] for row in rows] == ["", beyond] and beyond in pyroshock(
+        "predict", *words
+    ).stdout
 
 
-def test_bench_without_a_gun_is_asked_by_its_velocity(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bench_without_a_gun_is_asked_by_its_velocity(
+    filled: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
     get = TwinCache.get
 
     def gunless(shelf: TwinCache, request: TwinRequest) -> BuiltTwin:
@@ -211,7 +239,9 @@ def test_bench_without_a_gun_is_asked_by_its_velocity(filled: Lab, monkeypatch: 
     monkeypatch.setattr(TwinCache, "get", gunless)
     html = filled.client.get("/twin", params={"campaign": HAMMER, "contact": "hertz"}).text
     assert 'id="impact_velocity_m_s"' in html and 'id="tank_pressure_pa"' not in html
-    answer = filled.client.get("/twin/answer", params={"campaign": HAMMER, "contact": "hertz"}).json()
+    answer = filled.client.get(
+        "/twin/answer", params={"campaign": HAMMER, "contact": "hertz"}
+    ).json()
     assert answer["prediction"]["velocity_m_s"]["mean"] == pytest.approx(VELOCITY_M_S)
 
 
@@ -219,7 +249,9 @@ def peak_m_s2(answer: dict[str, Any]) -> float:
     return float(answer["acceleration"]["acceleration_1"]["peak_m_s2"]["mean"])
 
 
-def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(filled: Lab, monkeypatch: pytest.MonkeyPatch):
+def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(
+    filled: Lab, monkeypatch: pytest.MonkeyPatch
+):
     """A plate whose answer is as high as the place of impact: 112 mm lower of some 280 mm."""
 
     def by_height(drawing: Any, *others: Any) -> Any:
@@ -230,9 +262,22 @@ def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(filled: Lab
     monkeypatch.setattr(building, "solved", by_height)
     shot = {"impact_velocity_m_s": 8.0, "contact": "hertz", "q": 12.5, "seed": 3}
     usual, higher = (
-        filled.client.get("/api/predict", params={**shot, "chain_height_m": height}).json() for height in (0.0, 0.112)
+        filled.client.get("/api/predict", params={**shot, "chain_height_m": height}).json()
+        for height in (0.0, 0.112)
     )
-    words = ("predict", "--velocity", "8m/s", "--contact", "hertz", "--q", "12.5", "--seed", "3", "--db", filled.db)
+    words = (
+        "predict",
+        "--velocity",
+        "8m/s",
+        "--contact",
+        "hertz",
+        "--q",
+        "12.5",
+        "--seed",
+        "3",
+        "--db",
+        filled.db,
+    )
     command = json.loads(pyroshock(*words, "--chain-height", "112mm", "--json").stdout)
     with filled.store.reading() as session:
         y = bench_of_campaign(session, None).drawing.impact_points["#1"][1]
@@ -240,10 +285,15 @@ def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(filled: Lab
     assert command["srs"] == higher["srs"]
 
 
-def test_valve_and_held_plate_change_the_prediction_and_fields_stand_where_they_apply(filled: Lab) -> None:
+def test_valve_and_held_plate_change_the_prediction_and_fields_stand_where_they_apply(
+    filled: Lab,
+) -> None:
     def told(name: str, without: str) -> tuple[dict[str, Any], dict[str, Any]]:
         other = {key: value for key, value in question(name).items() if key != without}
-        return tuple(filled.client.get("/api/predict", params=params).json() for params in (question(name), other))
+        return tuple(
+            filled.client.get("/api/predict", params=params).json()
+            for params in (question(name), other)
+        )
 
     with_valve, open_tank = told("valve profile", "valve_profile")
     assert with_valve["velocity_m_s"]["mean"] < open_tank["velocity_m_s"]["mean"] - 0.2
@@ -259,16 +309,29 @@ def test_valve_and_held_plate_change_the_prediction_and_fields_stand_where_they_
 
     html = filled.client.get("/twin", params=question("plate that hangs higher")).text
     assert re.search(r'<option value="0\.112" selected>112</option>', html)
-    assert filled.client.get("/twin", params=question("valve profile")).text.count(f'value="{PROFILE}"') == 1
+    assert (
+        filled.client.get("/twin", params=question("valve profile")).text.count(
+            f'value="{PROFILE}"'
+        )
+        == 1
+    )
     html = filled.client.get("/twin", params=question("hammer, held plate, registered model")).text
     assert '<option value="fixed" selected>' in html
     assert fields(contact="hertz") == {"chain_height_m", "valve_profile"}
     assert fields(contact="hertz", impact_velocity_m_s=8.0) == {"chain_height_m"}
     assert fields(campaign=HAMMER, contact="hertz", impact_velocity_m_s=1.5) == set()
-    assert fields(campaign=HAMMER, contact="linear@1", impact_velocity_m_s=1.5) == {"boundary_conditions"}
+    assert fields(campaign=HAMMER, contact="linear@1", impact_velocity_m_s=1.5) == {
+        "boundary_conditions"
+    }
 
 
-@pytest.mark.parametrize(("height_m", "words"), [(0.1, "expected a multiple of 56"), (0.56, "outside of the plate")])
-def test_height_that_the_plate_cannot_hang_at_is_refused(filled: Lab, height_m: float, words: str) -> None:
-    answer = filled.client.get("/api/predict", params={"contact": "hertz", "chain_height_m": height_m})
+@pytest.mark.parametrize(
+    ("height_m", "words"), [(0.1, "expected a multiple of 56"), (0.56, "outside of the plate")]
+)
+def test_height_that_the_plate_cannot_hang_at_is_refused(
+    filled: Lab, height_m: float, words: str
+) -> None:
+    answer = filled.client.get(
+        "/api/predict", params={"contact": "hertz", "chain_height_m": height_m}
+    )
     assert answer.status_code == 422 and words in answer.text

@@ -29,7 +29,11 @@ def own(filled_lab: Path, quick_plates: None, tmp_path: Path) -> Iterator[Lab]:
 
 def first_impact(lab: Lab) -> int:
     with lab.store.reading() as session:
-        query = select(Impact.id).join(Recording, Impact.recording_id == Recording.id).where(Recording.path == FIRST)
+        query = (
+            select(Impact.id)
+            .join(Recording, Impact.recording_id == Recording.id)
+            .where(Recording.path == FIRST)
+        )
         key = session.scalar(query.order_by(Impact.id).limit(1))
     assert key is not None
     return key
@@ -39,7 +43,12 @@ def test_page_shows_what_stands_on_a_campaign_and_deletes_it(own: Lab) -> None:
     before = own.rows()
     assert f'href="/campaigns/{HAMMER}/delete"' in own.client.get(f"/campaigns/{HAMMER}").text
     shown = own.client.get(f"/campaigns/{HAMMER}/delete").text
-    assert f"dataset {DATASET}" in shown and "model " in shown and token_in(shown) and own.rows() == before
+    assert (
+        f"dataset {DATASET}" in shown
+        and "model " in shown
+        and token_in(shown)
+        and own.rows() == before
+    )
     assert post(own.client, f"/campaigns/{HAMMER}/delete", {"reason": " "}).status_code == 422
     assert own.rows() == before
     answer = post(own.client, f"/campaigns/{HAMMER}/delete", {"reason": REASON})
@@ -65,20 +74,35 @@ def test_api_tells_what_stands_on_it_and_discards_and_deletes(own: Lab) -> None:
     address, before = f"/api/campaigns/{HAMMER}", own.rows()
     standing = own.client.get(f"{address}/standing?recording={quote(FIRST)}").json()
     assert standing["counts"]["recordings"] == 1
-    assert [dataset["name"] for dataset in standing["stood_on"]["datasets"]] == [DATASET] and own.rows() == before
-    stone = post_json(own.client, f"{address}/discard", {"recording": FIRST, "reason": REASON}).json()
+    assert [dataset["name"] for dataset in standing["stood_on"]["datasets"]] == [
+        DATASET
+    ] and own.rows() == before
+    stone = post_json(
+        own.client, f"{address}/discard", {"recording": FIRST, "reason": REASON}
+    ).json()
     assert (stone["recording"], stone["counts"]) == (FIRST, standing["counts"])
-    assert post_json(own.client, f"{address}/discard", {"recording": FIRST, "reason": REASON}).status_code == 404
+    assert (
+        post_json(
+            own.client, f"{address}/discard", {"recording": FIRST, "reason": REASON}
+        ).status_code
+        == 404
+    )
     assert post_json(own.client, f"{address}/delete", {"reason": ""}).status_code == 422
-    assert post_json(own.client, f"{address}/delete", {"reason": REASON}).json()["kind"] == "campaign"
+    assert (
+        post_json(own.client, f"{address}/delete", {"reason": REASON}).json()["kind"] == "campaign"
+    )
     assert post_json(own.client, f"{address}/delete", {"reason": REASON}).status_code == 404
     assert len(own.client.get(f"/api/deleted?campaign={HAMMER}").json()) == 2
 
 
 @pytest.mark.parametrize(
-    "address", [f"/campaigns/{HAMMER}/delete", "/impacts/1/discard", f"/api/campaigns/{HAMMER}/delete"]
+    "address",
+    [f"/campaigns/{HAMMER}/delete", "/impacts/1/discard", f"/api/campaigns/{HAMMER}/delete"],
 )
 def test_write_without_the_token_is_refused(own: Lab, address: str) -> None:
     before = own.rows()
     assert own.client.post(address, data={"reason": REASON}).status_code == 403
-    assert own.client.post(address, json={"reason": REASON}).status_code == 403 and own.rows() == before
+    assert (
+        own.client.post(address, json={"reason": REASON}).status_code == 403
+        and own.rows() == before
+    )

@@ -46,7 +46,10 @@ class Server:
 
     def client(self, host: str = "192.0.2.1", scheme: str = "http") -> TestClient:
         return TestClient(
-            self.app, base_url=f"{scheme}://127.0.0.1:8000", follow_redirects=False, client=(host, 50_000)
+            self.app,
+            base_url=f"{scheme}://127.0.0.1:8000",
+            follow_redirects=False,
+            client=(host, 50_000),
         )
 
 
@@ -59,7 +62,9 @@ def server(tmp_path: Path) -> Iterator[Server]:
 
 def signed_in(client: TestClient, word: str = WORD, address: str = "/jobs") -> Any:
     form = client.get("/sign-in", headers=HTML)
-    return client.post("/sign-in", data={"csrf": token_in(form.text), "token": word, "address": address})
+    return client.post(
+        "/sign-in", data={"csrf": token_in(form.text), "token": word, "address": address}
+    )
 
 
 def bearer(client: TestClient, word: str) -> int:
@@ -82,7 +87,9 @@ def test_wrong_tokens_wait_twice_as_long_each_time_and_the_tenth_locks_the_addre
     assert attempts.wait_s("192.0.2.1") == 0
 
 
-def test_guessing_is_locked_by_address_whichever_door_is_tried_and_open_sessions_go_on(server: Server) -> None:
+def test_guessing_is_locked_by_address_whichever_door_is_tried_and_open_sessions_go_on(
+    server: Server,
+) -> None:
     inside, guesser, other = server.client(), server.client(), server.client("192.0.2.9")
     signed_in(inside)
     doors = (
@@ -99,7 +106,10 @@ def test_guessing_is_locked_by_address_whichever_door_is_tried_and_open_sessions
     answer = guesser.get("/api/jobs", headers={"authorization": f"Bearer {WORD}"})
     assert answer.status_code == 429 and int(answer.headers["retry-after"]) > 0
     assert "too many wrong tokens from 192.0.2.1" in answer.json()["detail"]
-    assert signed_in(guesser).status_code == 429 and guesser.get(f"/jobs?token={WORD}").status_code == 429
+    assert (
+        signed_in(guesser).status_code == 429
+        and guesser.get(f"/jobs?token={WORD}").status_code == 429
+    )
     assert inside.get("/jobs").status_code == 200 and bearer(other, WORD) == 200
     server.clock.now += LOCK_S
     assert bearer(guesser, WORD) == 200
@@ -144,7 +154,11 @@ def test_a_forwarded_address_is_not_believed(server: Server) -> None:
     for number in range(LOCKED_FROM + 20):
         client.get(
             "/api/jobs",
-            headers={"authorization": "Bearer wrong", "x-forwarded-for": f"198.51.100.{number}", "forwarded": "for=x"},
+            headers={
+                "authorization": "Bearer wrong",
+                "x-forwarded-for": f"198.51.100.{number}",
+                "forwarded": "for=x",
+            },
         )
     assert bearer(client, WORD) == 429 and bearer(server.client("198.51.100.3"), WORD) == 200
 
@@ -169,9 +183,19 @@ def test_the_scheme_is_written_in_any_case(server: Server) -> None:
 def test_a_browser_gets_a_form_that_leads_on_to_the_page_it_came_for(server: Server) -> None:
     client = server.client()
     answer = client.get("/jobs?state=done", headers=HTML)
-    assert answer.status_code == 401 and 'value="/jobs?state=done"' in answer.text and "Campaigns" not in answer.text
-    wrong = client.post("/sign-in", data={"csrf": token_in(answer.text), "token": "wrong", "address": "/jobs"})
-    assert wrong.status_code == 401 and "this is not the server" in wrong.text and "wrong" not in wrong.headers
+    assert (
+        answer.status_code == 401
+        and 'value="/jobs?state=done"' in answer.text
+        and "Campaigns" not in answer.text
+    )
+    wrong = client.post(
+        "/sign-in", data={"csrf": token_in(answer.text), "token": "wrong", "address": "/jobs"}
+    )
+    assert (
+        wrong.status_code == 401
+        and "this is not the server" in wrong.text
+        and "wrong" not in wrong.headers
+    )
     right = signed_in(client, address="/jobs?state=done")
     assert (right.status_code, right.headers["location"]) == (303, "/jobs?state=done")
     assert client.get("/jobs", headers=HTML).status_code == 200
@@ -240,10 +264,16 @@ def test_signing_out_ends_one_session_or_all(server: Server) -> None:
     assert second.get("/jobs").status_code == third.get("/jobs").status_code == 401
 
 
-def test_cookies_are_closed_to_scripts_and_strangers_and_to_plain_http_behind_tls(server: Server) -> None:
+def test_cookies_are_closed_to_scripts_and_strangers_and_to_plain_http_behind_tls(
+    server: Server,
+) -> None:
     for scheme in ("http", "https"):
         client = server.client(scheme=scheme)
-        for answer in (client.get("/sign-in"), signed_in(client), server.client(scheme=scheme).get(f"/?token={WORD}")):
+        for answer in (
+            client.get("/sign-in"),
+            signed_in(client),
+            server.client(scheme=scheme).get(f"/?token={WORD}"),
+        ):
             cookie = answer.headers["set-cookie"]
             assert {"HttpOnly", "SameSite=strict", "Path=/"} <= set(cookie.split("; "))
             assert ("Secure" in cookie.split("; ")) is (scheme == "https")
@@ -260,4 +290,7 @@ def test_a_server_without_a_token_has_nothing_to_sign_out_of(tmp_path: Path) -> 
     db = sqlite(tmp_path)
     with open_store(db, Writer("test", "0"), create=True) as store:
         client = TestClient(application(Settings(db), store), base_url="http://127.0.0.1:8000")
-        assert "Sign out" not in client.get("/jobs").text and "needs no token" in client.get("/sign-in").text
+        assert (
+            "Sign out" not in client.get("/jobs").text
+            and "needs no token" in client.get("/sign-in").text
+        )

@@ -44,8 +44,12 @@ def oracle(stages, kinds, rng, scales=None):
     """What the right effects achieve: it knows their kinds, and fits their parameters on the same folds."""
     problem = InferenceProblem.of(GapTable.of(stages[0].record, stages), stages, kinds)
     library = search(problem)
-    together = max((fit for fit in library.fits.values() if len(fit.laws) == len(kinds)), key=library.log_joint)
-    return shrinkage(stages, lambda rows: fit_fold(library, rows, only=[together]), rng, scales, pulses=False)
+    together = max(
+        (fit for fit in library.fits.values() if len(fit.laws) == len(kinds)), key=library.log_joint
+    )
+    return shrinkage(
+        stages, lambda rows: fit_fold(library, rows, only=[together]), rng, scales, pulses=False
+    )
 
 
 def as_given(stages, *effects):
@@ -54,7 +58,9 @@ def as_given(stages, *effects):
     return SimpleNamespace(likeliest=effects, averaged=change, corrected=change)
 
 
-@pytest.mark.parametrize("effect", [ToyMass(1.25), ToyLeak(0.1), ToyLayer(0.3), ToyDamping(3.0)], ids=lambda e: e.id)
+@pytest.mark.parametrize(
+    "effect", [ToyMass(1.25), ToyLeak(0.1), ToyLayer(0.3), ToyDamping(3.0)], ids=lambda e: e.id
+)
 def test_right_effect_removes_the_gap(effect) -> None:
     for entry in oracle(_toy((effect,)), [type(effect)], np.random.default_rng(1)):
         assert entry.effects == (effect.id,)
@@ -72,7 +78,10 @@ def test_wrong_effect_or_no_cause_leaves_the_gap() -> None:
 
 
 def test_no_gap_to_shrink_where_scatter_alone_makes_one() -> None:
-    fractions = [oracle(_toy((), seed)[:1], [ToyLoss], np.random.default_rng(seed))[0].fraction for seed in range(10)]
+    fractions = [
+        oracle(_toy((), seed)[:1], [ToyLoss], np.random.default_rng(seed))[0].fraction
+        for seed in range(10)
+    ]
     assert sum(each is None for each in fractions) >= 8
     gaps = [Gaps.of(_toy((), seed)) for seed in range(20)]
     assert np.mean([g.squares().mean() for g in gaps]) == pytest.approx(
@@ -83,12 +92,18 @@ def test_no_gap_to_shrink_where_scatter_alone_makes_one() -> None:
 def test_choice_never_sees_what_is_held_out() -> None:
     seen: list[np.ndarray] = []
     stages = _toy((ToyMass(1.25),))
-    shrinkage(stages, lambda rows: (seen.append(rows), as_given(stages, ToyMass(1.25)))[1], np.random.default_rng(0))
+    shrinkage(
+        stages,
+        lambda rows: (seen.append(rows), as_given(stages, ToyMass(1.25)))[1],
+        np.random.default_rng(0),
+    )
     held = [np.setdiff1d(np.arange(24), rows) for rows in seen]
     assert np.array_equal(np.sort(np.concatenate(held[:-1])), np.arange(24))
     assert 6 <= len(held[-1]) <= 8
     answers = iter([ToyLoss(0.1), *[ToyMass(1.25)] * 5])
-    entry, _ = shrinkage(stages, lambda rows: as_given(stages, next(answers)), np.random.default_rng(0))
+    entry, _ = shrinkage(
+        stages, lambda rows: as_given(stages, next(answers)), np.random.default_rng(0)
+    )
     assert entry.effects == ("contact.toy_mass",)
 
 
@@ -103,14 +118,21 @@ def test_corner_is_an_extrapolation() -> None:
 
 
 def test_corner_takes_a_second_factor_and_needs_numbers() -> None:
-    configurations = Design(pressures_bar=(1.0, 4.0), masses_kg=(0.25, 1.0), insulators=tuple("abc")).configurations()
+    configurations = Design(
+        pressures_bar=(1.0, 4.0), masses_kg=(0.25, 1.0), insulators=tuple("abc")
+    ).configurations()
     size = np.array(
-        [float(each.factors["tank_pressure"]) - 1e4 * float(each.factors["bullet_mass"]) for each in configurations]
+        [
+            float(each.factors["tank_pressure"]) - 1e4 * float(each.factors["bullet_mass"])
+            for each in configurations
+        ]
     )
     split = corner(configurations, np.arange(12), size)
     assert split.name == "corner: tank_pressure_bar > 2 and bullet_mass_kg <= 0.6"
     assert len(split.held_out) == 3
-    configurations = Design(pressures_bar=(1.0,), masses_kg=(0.5,), insulators=tuple("abcdef")).configurations()
+    configurations = Design(
+        pressures_bar=(1.0,), masses_kg=(0.5,), insulators=tuple("abcdef")
+    ).configurations()
     assert corner(configurations, np.arange(6), np.arange(6.0)) is None
     split = by_configuration(np.array([3, 5, 7]))
     assert len(split.folds) == 3
@@ -119,14 +141,21 @@ def test_corner_takes_a_second_factor_and_needs_numbers() -> None:
 
 def test_error_of_a_stage_alone_is_in_its_tolerances_whatever_the_unit_of_the_gap() -> None:
     stages = _toy((ToyLoss(0.1), ToyMass(1.25)))
-    tolerance = {stage.name: np.array([item.tolerance for item in stage.observables]) for stage in stages}
+    tolerance = {
+        stage.name: np.array([item.tolerance for item in stage.observables]) for stage in stages
+    }
     gaps = Gaps.of(stages)
     names = [item.stage for item in gaps.observables]
     for scales in (None, {name: np.ones(own.size) for name, own in tolerance.items()}):
         for factor in (1.0, 2.0):
             given = {name: factor * own for name, own in tolerance.items()}
             entry, *_ = shrinkage(
-                stages, lambda _: as_given(stages), np.random.default_rng(0), scales, False, stage_tolerances=given
+                stages,
+                lambda _: as_given(stages),
+                np.random.default_rng(0),
+                scales,
+                False,
+                stage_tolerances=given,
             )
             for stage in ("gun", "contact"):
                 columns = np.flatnonzero([name == stage for name in names])

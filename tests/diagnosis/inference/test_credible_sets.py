@@ -5,12 +5,20 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.diagnosis.inference.credible_sets import ESTABLISHED, Weighted, credible_sets, inclusion
+from pyroshock.diagnosis.inference.credible_sets import (
+    ESTABLISHED,
+    Weighted,
+    credible_sets,
+    inclusion,
+)
 
 
 def posterior(**weights: float) -> Weighted:
     """By the letters of the effects that act: "ab" for two, "none" for no effect."""
-    return [(frozenset("" if acting == "none" else acting), weight) for acting, weight in weights.items()]
+    return [
+        (frozenset("" if acting == "none" else acting), weight)
+        for acting, weight in weights.items()
+    ]
 
 
 @pytest.mark.parametrize(("weighted", "sets"), [
@@ -24,7 +32,9 @@ def posterior(**weights: float) -> Weighted:
     (posterior(none=1.0), []),
     ([], []),
 ])  # fmt: skip
-def test_effects_that_act_instead_of_each_other_are_one_set(weighted: Weighted, sets: list[tuple[str, ...]]) -> None:
+def test_effects_that_act_instead_of_each_other_are_one_set(
+    weighted: Weighted, sets: list[tuple[str, ...]]
+) -> None:
     assert credible_sets(weighted) == sets
 
 

@@ -21,15 +21,33 @@ from support.records.contact_campaigns import hammer_record
 from support.records.gun_campaigns import gun_record
 
 #: Three configurations with two levels of every owner.
-OWNER_NAMES = ("bench", "bullet", "tip", "face", "layer", "plate", "mode band", "channel", "session")
+OWNER_NAMES = (
+    "bench",
+    "bullet",
+    "tip",
+    "face",
+    "layer",
+    "plate",
+    "mode band",
+    "channel",
+    "session",
+)
 OWNERS = dict.fromkeys(OWNER_NAMES, ((0, 1, 0), ("first", "second")))
-KINDS = [kind for kind in catalogue().values() if any(item.likely is not None for item in kind.parameters())]
+KINDS = [
+    kind
+    for kind in catalogue().values()
+    if any(item.likely is not None for item in kind.parameters())
+]
 #: Effects of plates and sensors take numbers alone.
 LAWS = [
-    law for kind in KINDS for law in laws_of(kind, LawRanges(), OWNERS if kind.stage() in ("gun", "contact") else {})
+    law
+    for kind in KINDS
+    for law in laws_of(kind, LawRanges(), OWNERS if kind.stage() in ("gun", "contact") else {})
 ]
 SINGLE = [law for law in LAWS if not law.levels]
-BY_LEVEL = pytest.mark.parametrize("law", [law for law in LAWS if law.levels], ids=lambda law: law.key)
+BY_LEVEL = pytest.mark.parametrize(
+    "law", [law for law in LAWS if law.levels], ids=lambda law: law.key
+)
 ALL_KINDS = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.id)
 
 
@@ -56,7 +74,9 @@ def test_laws_of_a_kind_are_told_apart_and_share_its_prior(kind):
     for law in of_kind(kind, SINGLE):
         for coordinate in law.coordinates:
             for place in (-1.0, -0.3, 0.0, 0.7, 1.0):
-                assert coordinate.place(float(coordinate.value(np.array(place)))) == pytest.approx(place, abs=1e-9)
+                assert coordinate.place(float(coordinate.value(np.array(place)))) == pytest.approx(
+                    place, abs=1e-9
+                )
     for law in of_kind(kind):
         effect = law.effect(np.zeros(law.size))
         searched = {coordinate.parameter.name for coordinate in law.coordinates}
@@ -87,7 +107,9 @@ def test_levels_share_what_their_law_has_in_common(law):
             values = np.asarray(law.values(u.ravel())[coordinate.parameter.name])
             slopes.append([coordinate.place(float(value)) / 0.5 for value in values])
         table = np.array(slopes)  # (1 + L, C)
-        expected = np.array([[1, COMMON_SHARE, 1], [COMMON_SHARE, 1, COMMON_SHARE], [1, COMMON_SHARE, 1]])
+        expected = np.array(
+            [[1, COMMON_SHARE, 1], [COMMON_SHARE, 1, COMMON_SHARE], [1, COMMON_SHARE, 1]]
+        )
         np.testing.assert_allclose(table.T @ table, expected, atol=1e-6)
     # With no part of their own all levels have the value of the common law at its common part.
     u = np.zeros((len(law.coordinates), 1 + len(law.level_names)))
@@ -105,9 +127,13 @@ def test_levels_share_what_their_law_has_in_common(law):
     assert not u[1:].any()
 
 
-@pytest.mark.parametrize("stage", [GunObservables(gun_record()), ContactObservables(hammer_record(repetitions=1))])
+@pytest.mark.parametrize(
+    "stage", [GunObservables(gun_record()), ContactObservables(hammer_record(repetitions=1))]
+)
 def test_off_does_nothing(stage):
-    effects = [[law.off()] for law in {law.id: law for law in LAWS}.values() if law.id in stage.shows]
+    effects = [
+        [law.off()] for law in {law.id: law for law in LAWS}.values() if law.id in stage.shows
+    ]
     assert len(effects) >= 5
     changes, tolerance = stage.changes(effects), [item.tolerance for item in stage.observables]
     assert np.nanmax(np.abs(changes) / tolerance) < 0.02
@@ -124,7 +150,13 @@ def test_parameter_that_is_off_at_zero_begins_at_its_smallest_visible_value():
     laws = laws_of(catalogue()["sensor.pressure_offset"], LawRanges(), {})
     assert not any(law.coordinates[0].one_sided for law in laws)
     size = parameter("of nothing", "", default=1.0, low=0.0, high=2.0, off=0.0)
-    kind = make_dataclass("Fixed", [("size", float, size)], bases=(Effect,), namespace={"id": "gun.fixed"}, frozen=True)
+    kind = make_dataclass(
+        "Fixed",
+        [("size", float, size)],
+        bases=(Effect,),
+        namespace={"id": "gun.fixed"},
+        frozen=True,
+    )
     with pytest.raises(ValueError, match=r"gun\.fixed: no parameter has a likely range"):
         laws_of(kind, LawRanges(), {})
     # The test above looks at some.
@@ -132,7 +164,9 @@ def test_parameter_that_is_off_at_zero_begins_at_its_smallest_visible_value():
 
 
 def test_shape_that_may_have_either_sign_is_searched_about_nothing():
-    laws = {law.name: law for law in laws_of(catalogue()["sensor.acceleration_gain"], LawRanges(), {})}
+    laws = {
+        law.name: law for law in laws_of(catalogue()["sensor.acceleration_gain"], LawRanges(), {})
+    }
     assert set(laws) == {"gain", "gain (gross)", "gain+fall", "gain+fall (gross)"}
     for name, spread in (("gain+fall", 0.025), ("gain+fall (gross)", 0.15)):
         gain, fall = laws[name].coordinates
@@ -145,9 +179,24 @@ def test_shape_that_may_have_either_sign_is_searched_about_nothing():
 def test_owners_are_told_by_the_factors():
     owners = owners_of(
         [
-            {"bullet_mass": 0.25, "tip_material": "steel", "plate_material": "aluminum", "insulator": "polymeric"},
-            {"bullet_mass": 1.0, "tip_material": "steel", "plate_material": "steel", "insulator": "rubber"},
-            {"bullet_mass": 0.25, "tip_material": "steel", "plate_material": "steel", "insulator": "rubber"},
+            {
+                "bullet_mass": 0.25,
+                "tip_material": "steel",
+                "plate_material": "aluminum",
+                "insulator": "polymeric",
+            },
+            {
+                "bullet_mass": 1.0,
+                "tip_material": "steel",
+                "plate_material": "steel",
+                "insulator": "rubber",
+            },
+            {
+                "bullet_mass": 0.25,
+                "tip_material": "steel",
+                "plate_material": "steel",
+                "insulator": "rubber",
+            },
         ]
     )
     assert owners == {
@@ -167,7 +216,9 @@ def test_owners_are_told_by_the_factors():
     owners = {"bench": ((0, 0), ("one",))}
     assert all(not law.levels for kind in KINDS for law in laws_of(kind, LawRanges(), owners))
     # Seldom: it is said to belong to the bullet. What belongs to the target is not split by the tip.
-    laws = {law.name: law for law in laws_of(catalogue()["contact.effective_mass"], LawRanges(), OWNERS)}
+    laws = {
+        law.name: law for law in laws_of(catalogue()["contact.effective_mass"], LawRanges(), OWNERS)
+    }
     common, bullet, tip = (laws[f"mass_factor{end}"] for end in ("", " by bullet", " by tip"))
     assert len(laws) == 3
     assert common.log_prior > bullet.log_prior > tip.log_prior

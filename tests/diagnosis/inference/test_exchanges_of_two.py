@@ -7,7 +7,12 @@ import itertools
 import numpy as np
 import pytest
 from pyroshock.diagnosis.inference.exchanges_of_two import exchanges_of_two
-from pyroshock.diagnosis.inference.model_search import ModelLibrary, _exchange, _exchange_two, fit_sets
+from pyroshock.diagnosis.inference.model_search import (
+    ModelLibrary,
+    _exchange,
+    _exchange_two,
+    fit_sets,
+)
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.inference.subset_fit import no_effects
 from support.records.linear_problems import linear_problem
@@ -46,7 +51,9 @@ def test_screening_ranks_sets_of_a_linear_problem_as_their_evidence_does(seed):
     # Two for one and for two, one for two, and two more.
     others = names(2, 3, 4, 5)
     expected = {frozenset(pair) for pair in itertools.combinations(others, 2)}
-    expected |= {frozenset((old, *pair)) for old in names(0, 1) for pair in itertools.combinations(others, 2)}
+    expected |= {
+        frozenset((old, *pair)) for old in names(0, 1) for pair in itertools.combinations(others, 2)
+    }
     expected |= {frozenset((*names(0, 1), *pair)) for pair in itertools.combinations(others, 2)}
     expected |= {frozenset([name]) for name in others}
     assert set(scores) == expected
@@ -65,14 +72,18 @@ def hill_problem() -> InferenceProblem:
     basis = np.linalg.qr(rng.standard_normal((SHAPE[0], 6)))[0].T[:, :, None]
     first, second, apart, own = 8 * basis[0], 8 * basis[1], 40 * basis[2], 4 * basis[3]
     half = (first + second) / 2
-    responses = np.array([first, second, half + apart, half - apart + own, 3 * basis[4], 3 * basis[5]])
+    responses = np.array(
+        [first, second, half + apart, half - apart + own, 3 * basis[4], 3 * basis[5]]
+    )
     gap = responses[2] + responses[3] + NOISE * rng.standard_normal(SHAPE)
     return linear_problem(responses, gap, NOISE**2 * np.eye(SHAPE[0]))
 
 
 def test_pair_beyond_a_hill_is_found_by_two_exchanges_at_once_and_not_by_single_ones():
     problem = hill_problem()
-    library = library_of(problem, *((name,) for name in problem.effects), names(0, 1), names(0, 1, 4))
+    library = library_of(
+        problem, *((name,) for name in problem.effects), names(0, 1), names(0, 1, 4)
+    )
     _exchange(problem, library, lambda _: None)
     assert set(library.best().effects) == set(names(0, 1))
     before = library.log_joint(library.best())

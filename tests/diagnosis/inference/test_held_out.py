@@ -87,7 +87,9 @@ def correlated_problem(seed: int = 3, kappa: float = 0.4) -> InferenceProblem:
     responses = 4 * rng.standard_normal((3, COUNT, 2))
     gap = np.tensordot((1.0, -0.8, 0.1), responses, axes=1)
     size = 2 * COUNT
-    noise = NOISE**2 * np.eye(size) + kappa * np.exp(-np.abs(np.subtract.outer(np.arange(size), np.arange(size))) / 4)
+    noise = NOISE**2 * np.eye(size) + kappa * np.exp(
+        -np.abs(np.subtract.outer(np.arange(size), np.arange(size))) / 4
+    )
     return linear_problem(responses, gap + 0.5 * rng.standard_normal(gap.shape), noise)
 
 
@@ -104,13 +106,19 @@ def refitted(problem: InferenceProblem, fit: SubsetFit, groups: list[np.ndarray]
         inside = np.isin(block.configuration, group)
         out, rest = np.flatnonzero(inside), np.flatnonzero(~inside)
         weighted = np.linalg.solve(matrix[np.ix_(rest, rest)], responses[rest])
-        size = np.linalg.solve(np.eye(len(fit.u)) + responses[rest].T @ weighted, weighted.T @ block.z[rest])
+        size = np.linalg.solve(
+            np.eye(len(fit.u)) + responses[rest].T @ weighted, weighted.T @ block.z[rest]
+        )
         left[out] = block.z[out] - responses[out] @ size
     return left
 
 
-@pytest.mark.parametrize("groups", [EACH, [np.array([7, 8, 9])], [np.array([0, 4]), np.array([1, 9, 5])]])
-def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them(groups: list[np.ndarray]):
+@pytest.mark.parametrize(
+    "groups", [EACH, [np.array([7, 8, 9])], [np.array([0, 4]), np.array([1, 9, 5])]]
+)
+def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them(
+    groups: list[np.ndarray],
+):
     problem = correlated_problem()
     library = library_of(problem, list(problem.effects), ["gun.linear_0"])
     cells = np.isin(problem.blocks[0].configuration, np.concatenate(groups))
@@ -124,7 +132,9 @@ def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them(gr
 
 def test_corner_is_the_end_of_the_factor_with_the_larger_gap_among_the_configurations_of_a_problem():
     count = 20
-    problem = linear_problem(np.ones((1, count, 1)), np.linspace(1, 9, count)[:, None], NOISE**2 * np.eye(count))
+    problem = linear_problem(
+        np.ones((1, count, 1)), np.linspace(1, 9, count)[:, None], NOISE**2 * np.eye(count)
+    )
     rows, inside = corner_rows(problem), corner_rows(problem.only(np.arange(count - 5)))
     assert rows is not None
     assert inside is not None
@@ -144,20 +154,25 @@ def test_stacking_weights_predict_best_what_is_left_out():
     # Each configuration from all others, and the corner from what is outside of it.
     single_residuals = np.column_stack([refitted(problem, fit, EACH) for fit in fits])
     extrapolated = np.column_stack([refitted(problem, fit, [corner]) for fit in fits])
-    all_residuals = np.vstack([single_residuals, extrapolated[np.isin(problem.blocks[0].configuration, corner)]])
+    all_residuals = np.vstack(
+        [single_residuals, extrapolated[np.isin(problem.blocks[0].configuration, corner)]]
+    )
     # A weight that is far from the posterior's has to predict ten configurations better.
     shares = np.linspace(0, 1, 1001)
     price = 10 * (all_residuals**2).sum(axis=0).min() / COUNT
     for prior in (0.0, 0.3, 1.0):
         squares = [
-            float(((all_residuals @ [share, 1 - share]) ** 2).sum()) + 2 * price * (share - prior) ** 2
+            float(((all_residuals @ [share, 1 - share]) ** 2).sum())
+            + 2 * price * (share - prior) ** 2
             for share in shares
         ]
         weights = stacking_weights(problem, fits, np.array([prior, 1 - prior]))
         assert weights.sum() == pytest.approx(1.0)
         assert weights[0] == pytest.approx(shares[int(np.argmin(squares))], abs=2e-3)
         assert 0.05 < weights[0] < 0.95  # neither set alone
-    fold = fit_fold(library, np.arange(1, COUNT), [fit for fit in library.fits.values() if fit.laws])
+    fold = fit_fold(
+        library, np.arange(1, COUNT), [fit for fit in library.fits.values() if fit.laws]
+    )
     assert fold.weights.sum() == pytest.approx(1.0)
     assert fold.weights.max() < 0.99  # neither is enough by itself
     predicted = library.problem.simulator.changes([fit.point() for fit in fold.fits])
@@ -183,7 +198,9 @@ def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
     noise = 0.02 * np.eye(COUNT)
     problem = linear_problem(responses, responses[0] + smooth, noise)
     block = problem.blocks[0]
-    object.__setattr__(block, "covariances", np.stack([noise, noise + kernel]))  # the bank's first has none
+    object.__setattr__(
+        block, "covariances", np.stack([noise, noise + kernel])
+    )  # the bank's first has none
     library = library_of(problem, ["gun.linear_0"])
     for out in range(1, COUNT - 1):
         fold = fit_fold(library, np.delete(np.arange(COUNT), out), [whole(library)])
@@ -192,7 +209,12 @@ def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
         assert corrected < max(0.25 * alone, 0.15)
     from pyroshock.diagnosis.inference.held_out import _answered
 
-    tables = np.array([[[-0.2, 0.1], [-0.9, np.nan], [np.nan, -0.3]], [[np.nan, 0.0], [np.nan, 0.1], [np.nan, 0.2]]])
+    tables = np.array(
+        [
+            [[-0.2, 0.1], [-0.9, np.nan], [np.nan, -0.3]],
+            [[np.nan, 0.0], [np.nan, 0.1], [np.nan, 0.2]],
+        ]
+    )
     filled = _answered(tables)
     assert filled[0].tolist() == [[-0.2, 0.1], [-0.9, -0.3], [-0.9, -0.3]]
     assert filled[1, :, 0].tolist() == [0.0, 0.0, 0.0]
@@ -202,15 +224,20 @@ def test_cell_is_averaged_over_the_sets_that_have_an_answer():
     """Of two sets the first has no answer in the second configuration, and none has one in the third."""
     changes = np.array([[[1.0], [np.nan], [np.nan]], [[2.0], [4.0], [np.nan]]])
     np.testing.assert_allclose(
-        cell_weights(np.array([0.75, 0.25]), changes)[..., 0], [[0.75, 0.0, 0.75], [0.25, 1.0, 0.25]]
+        cell_weights(np.array([0.75, 0.25]), changes)[..., 0],
+        [[0.75, 0.0, 0.75], [0.25, 1.0, 0.25]],
     )
 
 
-def test_stacking_prefers_exact_laws_where_their_fit_predicts_better(monkeypatch: pytest.MonkeyPatch):
+def test_stacking_prefers_exact_laws_where_their_fit_predicts_better(
+    monkeypatch: pytest.MonkeyPatch,
+):
     """A set that leaves half of what its law does to the law's error, on data that the law makes exactly."""
     problem = problem_of()
     (block,) = problem.blocks
-    problem = replace(problem, blocks=(replace(block, discrepancy=np.ones_like(block.discrepancy)),))
+    problem = replace(
+        problem, blocks=(replace(block, discrepancy=np.ones_like(block.discrepancy)),)
+    )
     library = library_of(problem, list(problem.effects))
     loose = replace(whole(library), errors=(ErrorSize(discrepancy=6),))
     training = np.arange(1, COUNT)

@@ -26,7 +26,9 @@ FACTORS = [
     for speed in (1.0, 1.5, 2.0)
     for pressure in (1.0, 4.0, 16.0)
 ]
-PULSE = tuple(Observable(name, "contact", "force", "1", 0.03, 0.02) for name in ("ln_peak", "ln_width"))
+PULSE = tuple(
+    Observable(name, "contact", "force", "1", 0.03, 0.02) for name in ("ln_peak", "ln_width")
+)
 
 
 def kernels(observables=PULSE) -> ErrorKernels:
@@ -45,7 +47,10 @@ def test_distances_add_over_shares_of_the_factors_ranges():
     np.testing.assert_array_equal(squared_distances(rows), [[0, 1], [1, 0]])
     total = sum(squared_distances([{name: row[name]} for row in FACTORS]) for name in FACTORS[0])
     np.testing.assert_allclose(squared_distances(FACTORS), total)
-    rows = [{"tip": tip, "speed": speed, "plate": "x"} for tip, speed in (("a", 1.0), ("a", 2.0), ("b", 2.0))]
+    rows = [
+        {"tip": tip, "speed": speed, "plate": "x"}
+        for tip, speed in (("a", 1.0), ("a", 2.0), ("b", 2.0))
+    ]
     np.testing.assert_array_equal(same_levels(rows), [[1, 0.5, 0], [0.5, 1, 0.5], [0, 0.5, 1]])
     np.testing.assert_array_equal(same_levels([{"plate": "x"}] * 2), np.ones((2, 2)))
 
@@ -62,7 +67,9 @@ def test_observables_share_errors_by_octaves_and_parts():
     # An impulse is a height times a length, and has a little of its own beside them.
     parts = (("height",), ("length",), ("height", "length"))
     own = [Observable(str(part), "contact", "force", "1", 0.03, 0.02, parts=part) for part in parts]
-    np.testing.assert_allclose(observable_kernel(own), [[1 + OWN, 0, 1], [0, 1 + OWN, 1], [1, 1, 2 + OWN]])
+    np.testing.assert_allclose(
+        observable_kernel(own), [[1 + OWN, 0, 1], [0, 1 + OWN, 1], [1, 1, 2 + OWN]]
+    )
 
 
 def test_background_is_the_sum_of_its_amplitudes_squared():

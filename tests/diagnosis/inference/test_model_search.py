@@ -46,7 +46,9 @@ def test_effects_that_only_together_pay_are_in_the_best_set():
     common = 10 * np.ones(SHAPE)
     away = rng.standard_normal((2, *SHAPE))
     away -= away.mean(axis=1, keepdims=True)
-    responses = np.array([common + 2 * away[0], common + 2 * away[1], 4 * rng.standard_normal(SHAPE)])
+    responses = np.array(
+        [common + 2 * away[0], common + 2 * away[1], 4 * rng.standard_normal(SHAPE)]
+    )
     gap = responses[0] - responses[1]
     problem = linear_problem(responses, gap, 0.01 * np.eye(SHAPE[0]))
     assert set(search(problem).best().effects) == {"gun.linear_0", "gun.linear_1"}
@@ -54,15 +56,21 @@ def test_effects_that_only_together_pay_are_in_the_best_set():
 
 def test_search_finds_the_best_of_all_sets():
     """All 2^5 of them fitted one by one."""
-    problem = problem_of({"gun.linear_0": 0.5, "gun.linear_2": -0.4, "gun.linear_4": 0.15}, seed=7, effects=5)
+    problem = problem_of(
+        {"gun.linear_0": 0.5, "gun.linear_2": -0.4, "gun.linear_4": 0.15}, seed=7, effects=5
+    )
     library = search(problem)
     everything = ModelLibrary(problem)
     everything.add([no_effects(problem)])
-    sets = [names for size in range(1, 6) for names in itertools.combinations(problem.effects, size)]
+    sets = [
+        names for size in range(1, 6) for names in itertools.combinations(problem.effects, size)
+    ]
     fit_sets(problem, everything, sets)
     assert len(everything.fits) == 32
     assert set(library.best().effects) == set(everything.best().effects)
-    assert library.log_joint(library.best()) == pytest.approx(everything.log_joint(everything.best()), abs=0.1)
+    assert library.log_joint(library.best()) == pytest.approx(
+        everything.log_joint(everything.best()), abs=0.1
+    )
 
 
 def test_sets_that_do_the_same_are_compared_by_the_same_background():
@@ -70,19 +78,27 @@ def test_sets_that_do_the_same_are_compared_by_the_same_background():
     rng, noise = np.random.default_rng(11), 0.3
     response = 4 * rng.standard_normal(SHAPE)
     smooth = np.linspace(-2, 2, SHAPE[0])[:, None]
-    problem = linear_problem(np.array([response, response]), response + smooth, noise**2 * np.eye(SHAPE[0]))
+    problem = linear_problem(
+        np.array([response, response]), response + smooth, noise**2 * np.eye(SHAPE[0])
+    )
     plain = noise**2 * np.eye(SHAPE[0])
-    object.__setattr__(problem.blocks[0], "covariances", np.stack([plain, plain + smooth @ smooth.T]))
+    object.__setattr__(
+        problem.blocks[0], "covariances", np.stack([plain, plain + smooth @ smooth.T])
+    )
     library = ModelLibrary(problem)
     library.add([no_effects(problem)])
     fit_sets(problem, library, [["gun.linear_0"], ["gun.linear_1"]])
     first, second = (library.fits[f"gun.linear_{i}/size",] for i in (0, 1))
     assert first.errors[0].background == 1
-    worse = with_evidence(problem, replace(second, errors=(replace(second.errors[0], background=0),)))
+    worse = with_evidence(
+        problem, replace(second, errors=(replace(second.errors[0], background=0),))
+    )
     library.fits["gun.linear_1/size",] = worse
     assert worse.log_evidence < first.log_evidence - 5
     library.compare_backgrounds()
-    assert library.fits["gun.linear_1/size",].log_evidence == pytest.approx(first.log_evidence, abs=1e-6)
+    assert library.fits["gun.linear_1/size",].log_evidence == pytest.approx(
+        first.log_evidence, abs=1e-6
+    )
 
 
 def test_weights_are_the_tempered_joint_s_within_occams_window():
@@ -92,7 +108,9 @@ def test_weights_are_the_tempered_joint_s_within_occams_window():
     share = np.array([weight for _, weight in weighted])
     assert share.sum() == pytest.approx(1.0)
     assert np.all(np.diff(share) <= 0)
-    np.testing.assert_allclose(np.log(share) - np.log(share[0]), library.temper * (joint - joint[0]), atol=1e-9)
+    np.testing.assert_allclose(
+        np.log(share) - np.log(share[0]), library.temper * (joint - joint[0]), atol=1e-9
+    )
     assert joint.min() > joint.max() - WINDOW
     left_out = [fit for fit in library.fits.values() if fit not in [kept for kept, _ in weighted]]
     assert all(library.log_joint(fit) <= joint.max() - WINDOW for fit in left_out)

@@ -43,7 +43,9 @@ COUNT = 10
 def gun_posterior(planted: Effect | None = None, seed: int = 3) -> HypothesisPosterior:
     record = gun_record([planted] if planted else [], seed=seed)
     stage = GunObservables(record)
-    return HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS])
+    return HypothesisPosterior.of(
+        GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS]
+    )
 
 
 @cache
@@ -51,20 +53,27 @@ def toy_posterior(*planted: Effect) -> HypothesisPosterior:
     """Gun and contact of the toy bench."""
     scatter = Scatter(run=(0.004, 0.01, 0.1))
     record = campaign(
-        planted, np.random.default_rng(1), Design((0.5, 2.0), (0.25, 1.0), ("none", "polymeric"), 2), scatter
+        planted,
+        np.random.default_rng(1),
+        Design((0.5, 2.0), (0.25, 1.0), ("none", "polymeric"), 2),
+        scatter,
     )
     stages = stages_of(record)[:2]
     kinds = (ToyLoss, ToyMass, ToyLayer)
     return HypothesisPosterior.of(GapTable.of(record, stages), stages, kinds)
 
 
-def linear_posterior(responses: np.ndarray, gap: np.ndarray, sets: Sequence[Sequence[str]]) -> HypothesisPosterior:
+def linear_posterior(
+    responses: np.ndarray, gap: np.ndarray, sets: Sequence[Sequence[str]]
+) -> HypothesisPosterior:
     """Of effects with these responses (m, C) to a gap (C,) in tolerances; these sets alone are in the library."""
     problem = linear_problem(responses[:, :, None], gap[:, None], 0.01 * np.eye(COUNT))
     library = ModelLibrary(problem, {(): no_effects(problem)})
     for names in sets:  # one by one: each from what is the best so far
         fit_sets(problem, library, [names])
-    return HypothesisPosterior(problem.gap, library, GapMetric.of(problem.gap), tuple(library.weights()))
+    return HypothesisPosterior(
+        problem.gap, library, GapMetric.of(problem.gap), tuple(library.weights())
+    )
 
 
 DEAD_VOLUME = effect("gun.dead_volume", volume_m3=1e-3)
@@ -76,7 +85,9 @@ def test_planted_effect_is_in_the_best_set_within_its_interval(planted: Effect):
     posterior = gun_posterior(planted)
     assert posterior.major(posterior.best)[0] == planted.id
     others = [posterior.inclusion(name) for name in posterior.effects if name != planted.id]
-    assert posterior.inclusion(planted.id) > max(0.75, *others)  # evidence counts for less than it says
+    assert posterior.inclusion(planted.id) > max(
+        0.75, *others
+    )  # evidence counts for less than it says
     assert posterior.taken(posterior.best) > 0.9
     (own,) = gun_posterior(planted).parameters(planted.id)
     item = next(item for item in planted.parameters() if item.name == own.name)
@@ -101,7 +112,9 @@ def test_best_set_is_known_without_each_of_its_effects():
     }
 
 
-@pytest.mark.parametrize("planted", [(ToyLoss(0.15),), (ToyMass(1.4), ToyLayer(0.3))], ids=["one", "two"])
+@pytest.mark.parametrize(
+    "planted", [(ToyLoss(0.15),), (ToyMass(1.4), ToyLayer(0.3))], ids=["one", "two"]
+)
 def test_effects_between_stages_are_told_apart(planted: tuple[Effect, ...]):
     posterior = toy_posterior(*planted)
     assert set(posterior.major(posterior.best)) == {each.id for each in planted}
@@ -123,7 +136,11 @@ def test_inclusion_is_the_weight_of_the_sets_that_have_it():
     assert posterior.taken(posterior.library.fits[()]) == pytest.approx(0.0)
     (row,) = posterior.parameters("gun.dead_volume")
     fit = next(fit for fit, _ in posterior.weighted if "gun.dead_volume" in fit.effects)
-    (own,) = [fitted_effect for fitted_effect in fitted_effects(fit) if fitted_effect.id == "gun.dead_volume"]
+    (own,) = [
+        fitted_effect
+        for fitted_effect in fitted_effects(fit)
+        if fitted_effect.id == "gun.dead_volume"
+    ]
     assert own.as_json()["volume_m3"] == pytest.approx(row.value)
 
 
@@ -164,8 +181,12 @@ def test_none_is_asked_of_every_family_of_observables():
     assert posterior.set_probabilities()["gun.linear_0",] > 0.99
 
 
-@pytest.mark.parametrize(("size", "low", "high"), [(0.9, 0.99, 1.0), (1.6, 0.5, 0.75), (2.5, 0.0, 0.15)])
-def test_gap_that_no_effect_explains_is_none_only_as_far_as_a_background_makes_it(size: float, low: float, high: float):
+@pytest.mark.parametrize(
+    ("size", "low", "high"), [(0.9, 0.99, 1.0), (1.6, 0.5, 0.75), (2.5, 0.0, 0.15)]
+)
+def test_gap_that_no_effect_explains_is_none_only_as_far_as_a_background_makes_it(
+    size: float, low: float, high: float
+):
     """Alternating from configuration to configuration; the effect is the same in all, so that no set moves anything."""
     gap = size * (-1.0) ** np.arange(COUNT)
     posterior = linear_posterior(np.full((1, COUNT), 2.0), gap, [["gun.linear_0"]])
@@ -175,15 +196,23 @@ def test_gap_that_no_effect_explains_is_none_only_as_far_as_a_background_makes_i
 
 def test_rough_shares_are_the_parts_of_the_squared_gap():
     # Two linear responses that are orthogonal have their own squares, alone and after the other.
-    responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[9.0], [4.0]]
+    responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [
+        [9.0],
+        [4.0],
+    ]
     names = ("gun.linear_0", "gun.linear_1")
     posterior = linear_posterior(responses, responses.sum(axis=0), [names])
     shares = posterior.rough_shares(posterior.best)
     assert shares["gun.linear_0"] == pytest.approx((81 / 97, 81 / 97), abs=0.02)
     assert shares["gun.linear_1"] == pytest.approx((16 / 97, 16 / 97), abs=0.02)
     assert posterior.major(posterior.best) == names
-    responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[20.0], [3.0]]
-    posterior = linear_posterior(responses, responses.sum(axis=0), [("gun.linear_0", "gun.linear_1")])
+    responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [
+        [20.0],
+        [3.0],
+    ]
+    posterior = linear_posterior(
+        responses, responses.sum(axis=0), [("gun.linear_0", "gun.linear_1")]
+    )
     assert set(posterior.best.effects) == {"gun.linear_0", "gun.linear_1"}
     assert posterior.major(posterior.best) == ("gun.linear_0",)
     assert posterior.representative(["gun.linear_0"]) is posterior.best
@@ -223,7 +252,9 @@ def test_more_unexplained_evidence_makes_unknown_likelier():
 def test_parameters_of_levels_bear_their_names_and_their_own_intervals():
     record = gun_record([DEAD_VOLUME], seed=3)
     stage = GunObservables(record)
-    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
+    posterior = HypothesisPosterior.of(
+        GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]]
+    )
     law = next((law for law in posterior.problem.laws if law.levels), None)
     assert law is not None, "friction belongs to the bullet, of which the campaign has two"
     u = law.starts()[1]
@@ -239,14 +270,20 @@ def test_parameters_of_levels_bear_their_names_and_their_own_intervals():
     (split,), (common,) = fitted_effects(fit), common_effects(fit)
     name = law.coordinates[0].parameter.name
     assert np.shape(getattr(split, name)) == (len(record.configurations),)
-    np.testing.assert_allclose(getattr(common, name), getattr(split, name))  # levels have nothing of their own at u
+    np.testing.assert_allclose(
+        getattr(common, name), getattr(split, name)
+    )  # levels have nothing of their own at u
     # What levels have in common and what each has of its own lean against each other: only their sum is known.
-    sharp = 100.0 * law.placing.T @ law.placing + np.eye(law.size)  # a measurement of each level's place, sd 0.1
+    sharp = 100.0 * law.placing.T @ law.placing + np.eye(
+        law.size
+    )  # a measurement of each level's place, sd 0.1
     fit = replace(posterior.library.fits[()], laws=(law,), u=u, precision=sharp)
     spread = np.sqrt(np.diag(law.placing @ np.linalg.inv(sharp) @ law.placing.T))
     assert np.all(spread < 0.1)
     coordinates = [coordinate for coordinate in law.coordinates for _ in law.level_names]
     rows = fitted_parameters(fit, law.id)
-    for row, coordinate, place, width in zip(rows, coordinates, law.placing @ fit.u, spread, strict=True):
+    for row, coordinate, place, width in zip(
+        rows, coordinates, law.placing @ fit.u, spread, strict=True
+    ):
         ends = coordinate.value(place + 1.6449 * width * np.array([-1.0, 1.0]))
         assert row.ci90 == pytest.approx(tuple(np.sort(ends)), rel=1e-4)

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.effect_laws import EffectLaw, LawRanges, laws_of
-from pyroshock.diagnosis.inference.problem import InferenceProblem, JointSimulator, StageBlock, negligible_places
+from pyroshock.diagnosis.inference.problem import (
+    InferenceProblem,
+    JointSimulator,
+    StageBlock,
+    negligible_places,
+)
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.observables.plate.stage import PlateObservables
 from pyroshock.twin.effects import catalogue
@@ -38,7 +43,9 @@ def table(scatter: float = 0.2) -> GapTable:
 
 def test_noise_of_a_mean_falls_with_its_repetitions():
     gap = table()
-    doubled = replace(gap, observables=tuple(replace(item, tolerance=2.0) for item in gap.observables))
+    doubled = replace(
+        gap, observables=tuple(replace(item, tolerance=2.0) for item in gap.observables)
+    )
     block = StageBlock.of(doubled, "gun")
     np.testing.assert_allclose(block.z, gap.mean[block.configuration, block.observable] / 2.0)
     # Scatter squared over four, two, two and one runs, beside a fiftieth of a tolerance squared.
@@ -58,7 +65,9 @@ def test_noise_of_a_mean_falls_with_its_repetitions():
     count = gap.count.copy()
     count[2, 1] = 0
     block = StageBlock.of(replace(gap, count=count), "gun")
-    assert (2, 1) not in set(zip(block.configuration.tolist(), block.observable.tolist(), strict=True))
+    assert (2, 1) not in set(
+        zip(block.configuration.tolist(), block.observable.tolist(), strict=True)
+    )
     assert len(block.z) == 7
 
 
@@ -68,8 +77,12 @@ def test_noise_that_cells_share_is_in_their_covariance():
     count = gap.count.copy()
     count[0] = (4, 1)
     noise = np.array([[0.09, 0.03], [0.03, 0.16]])
-    block = StageBlock.of(replace(gap, count=count, noise=replace(gap.noise, covariance=noise)), "gun")
-    np.testing.assert_allclose(block.covariances[0][:2, :2], [[0.09 / 4 + 0.02, 0.03 / 2], [0.03 / 2, 0.16 + 0.02]])
+    block = StageBlock.of(
+        replace(gap, count=count, noise=replace(gap.noise, covariance=noise)), "gun"
+    )
+    np.testing.assert_allclose(
+        block.covariances[0][:2, :2], [[0.09 / 4 + 0.02, 0.03 / 2], [0.03 / 2, 0.16 + 0.02]]
+    )
     moved = np.random.default_rng(1).standard_normal((1, 4, 2))
     block = StageBlock.of(replace(gap, nuisances=moved), "gun")
     own = moved[0, block.configuration, block.observable]
@@ -80,7 +93,9 @@ def test_noise_that_cells_share_is_in_their_covariance():
 def test_laws_are_those_of_effects_that_a_stage_shows():
     record = campaign([], np.random.default_rng(0), Design(repetitions=2))
     stages = stages_of(record)[:1]
-    problem = InferenceProblem.of(GapTable.of(record, stages), stages, (ToyLayer, ToyLeak, ToyLoss, ToyVelocityGain))
+    problem = InferenceProblem.of(
+        GapTable.of(record, stages), stages, (ToyLayer, ToyLeak, ToyLoss, ToyVelocityGain)
+    )
     assert set(problem.effects) == {"gun.toy_leak", "gun.toy_loss", "sensor.toy_velocity_gain"}
     record = campaign([], np.random.default_rng(0), Design(repetitions=2))
     stages = stages_of(record)[:2]
@@ -103,7 +118,9 @@ def test_search_of_an_effect_begins_where_it_moves_the_gap_by_a_tolerance(name: 
     rest = dict(law.fixed)
     for value, beyond in ((size, True), (size / 3, False)):
         effect = law.kind(**{**rest, law.coordinates[0].parameter.name: value})
-        rms = float(np.sqrt(np.mean((stage.changes([[effect]]) / stage.observables[0].tolerance) ** 2)))
+        rms = float(
+            np.sqrt(np.mean((stage.changes([[effect]]) / stage.observables[0].tolerance) ** 2))
+        )
         assert (rms > 1.0) == beyond
 
 
@@ -111,18 +128,25 @@ def test_law_by_channel_tells_of_the_plate_s_cells_alone():
     """In a chain the gun's cells belong to no channel of the plate, and changes of both stages are simulated."""
     played_record, gun = played(noise=0.003), gun_record()
     runs = tuple(
-        replace(run, tank_pressure_pa=1e5, bullet_mass_kg=0.5, velocity_m_s=10.0 + 0.1 * run.repetition)
+        replace(
+            run, tank_pressure_pa=1e5, bullet_mass_kg=0.5, velocity_m_s=10.0 + 0.1 * run.repetition
+        )
         for run in played_record.runs
     )
     record = replace(played_record, gun=gun.gun, runs=runs)
     stages = [GunObservables(record), PlateObservables(record)]
-    kinds = [catalogue()[name] for name in ("gun.valve_flow", "sensor.acceleration_gain", "plate.damping")]
+    kinds = [
+        catalogue()[name]
+        for name in ("gun.valve_flow", "sensor.acceleration_gain", "plate.damping")
+    ]
     gap = GapTable.of(record, stages)
     problem = InferenceProblem.of(gap, stages, kinds)
     law = next(law for law in problem.laws if law.owner == "channel")
     for block in problem.blocks:
         channels = [gap.observables[column].channel for column in block.observable]
-        expected = [law.level_names.index(name) if name in law.level_names else -1 for name in channels]
+        expected = [
+            law.level_names.index(name) if name in law.level_names else -1 for name in channels
+        ]
         assert problem.cell_levels(law, block).tolist() == expected
     gun_change, plate_change = problem.changes([((law, law.level_start(np.array([1.0, -1.0]))),)])
     assert np.all(gun_change == 0)
@@ -147,7 +171,9 @@ def test_changes_are_the_stage_s(names):
     """Effects that are off beside them change nothing."""
     point = tuple(pair(name) for name in names)
     expected = STAGE.changes([[law.effect(u) for law, u in point]])
-    np.testing.assert_allclose(simulator().changes([point]), expected, atol=1e-3 * STAGE.observables[0].tolerance)
+    np.testing.assert_allclose(
+        simulator().changes([point]), expected, atol=1e-3 * STAGE.observables[0].tolerance
+    )
 
 
 def test_nothing_is_simulated_twice_or_below_its_negligible_place():
@@ -187,16 +213,25 @@ def test_stages_stand_beside_each_other():
 
 def test_shot_that_stays_in_the_barrel_has_no_answer():
     """Where the seal holds the projectile the velocity is missing; the other shots have theirs."""
-    law = next(law for law in laws_of(catalogue()["gun.sliding_friction"], LawRanges(), {}) if "seal" in law.name)
+    law = next(
+        law
+        for law in laws_of(catalogue()["gun.sliding_friction"], LawRanges(), {})
+        if "seal" in law.name
+    )
     place = next(c.place(100.0) for c in law.coordinates if c.parameter.name == "seal_force_n")
     u = np.array([place if c.parameter.name == "seal_force_n" else -9.0 for c in law.coordinates])
     changes = JointSimulator([STAGE], [law]).changes([((law, u),)])
-    stuck = [float(configuration.factors["tank_pressure"]) < 0.5e5 for configuration in STAGE.record.configurations]
+    stuck = [
+        float(configuration.factors["tank_pressure"]) < 0.5e5
+        for configuration in STAGE.record.configurations
+    ]
     np.testing.assert_array_equal(np.isnan(changes[0, :, 0]), stuck)
 
 
 def test_negligible_is_what_moves_nothing_by_a_twentieth_of_its_tolerance():
-    own = JointSimulator([STAGE], [law for name in IDS for law in laws_of(catalogue()[name], LawRanges(), {})])
+    own = JointSimulator(
+        [STAGE], [law for name in IDS for law in laws_of(catalogue()[name], LawRanges(), {})]
+    )
     tolerance = np.array([item.tolerance for item in STAGE.observables])
     places = negligible_places(own, tolerance)
     assert places
@@ -208,4 +243,6 @@ def test_negligible_is_what_moves_nothing_by_a_twentieth_of_its_tolerance():
                 u[0] = place
                 sizes.append(np.nanmax(np.abs(STAGE.changes([[law.effect(u)]])) / tolerance))
             assert sizes[0] < 0.05 <= sizes[1] or places[law.key] == 0.0
-    assert all(not key.startswith("sensor.") for key in places)  # an offset of either sign is not near off at -4
+    assert all(
+        not key.startswith("sensor.") for key in places
+    )  # an offset of either sign is not near off at -4

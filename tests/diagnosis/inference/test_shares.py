@@ -71,7 +71,9 @@ def test_values_sum_to_the_whole_reduction():
     z, own = problem.blocks[0].z, fit.u[:, None] * responses
     alone = (z**2).sum() - ((z - own[0]) ** 2).sum()
     second = ((z - own[1]) ** 2).sum() - ((z - own.sum(axis=0)) ** 2).sum()
-    assert shares._shapley(problem, fit, WEIGHTS, float((z**2).sum()))[0] == pytest.approx((alone + second) / 2)
+    assert shares._shapley(problem, fit, WEIGHTS, float((z**2).sum()))[0] == pytest.approx(
+        (alone + second) / 2
+    )
 
 
 def test_two_identical_effects_share_equally():
@@ -80,15 +82,25 @@ def test_two_identical_effects_share_equally():
     responses, sizes = np.array([response[0], response[0], response[1]]), np.array([0.7, 0.7, 0.7])
     problem = problem_of(responses, sizes @ responses)
     library = library_of(problem, fit_at(problem, sizes))
-    drawn = [gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(seed)).share for seed in range(8)]
-    first, second, other = (np.mean([share[f"gun.linear_{i}"] for share in drawn]) for i in range(3))
+    drawn = [
+        gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(seed)).share
+        for seed in range(8)
+    ]
+    first, second, other = (
+        np.mean([share[f"gun.linear_{i}"] for share in drawn]) for i in range(3)
+    )
     assert first == pytest.approx(second, abs=0.03)
     assert first > other
     rng = np.random.default_rng(3)
     responses, sizes = 3 * rng.standard_normal((4, COUNT)), np.array([1.0, -0.6, 0.05, 0.8])
     effect_shares = of_all(responses, sizes, 0.3 * rng.standard_normal(COUNT))
-    rows = [(effect_shares.share[name], effect_shares.interval[name]) for name in effect_shares.share]
-    for mean, (low, high) in [*rows, (effect_shares.unexplained, effect_shares.unexplained_interval)]:
+    rows = [
+        (effect_shares.share[name], effect_shares.interval[name]) for name in effect_shares.share
+    ]
+    for mean, (low, high) in [
+        *rows,
+        (effect_shares.unexplained, effect_shares.unexplained_interval),
+    ]:
         assert low <= mean <= high
 
 
@@ -119,7 +131,9 @@ def test_shares_and_unexplained_sum_to_one():
     squares = (sizes**2) * (responses**2).sum(axis=1)
     effect_shares = of_all(responses, sizes)
     for i, square in enumerate(squares):
-        assert effect_shares.share[f"gun.linear_{i}"] == pytest.approx(square / squares.sum(), abs=0.02)
+        assert effect_shares.share[f"gun.linear_{i}"] == pytest.approx(
+            square / squares.sum(), abs=0.02
+        )
 
 
 def test_effects_without_a_part_share_nothing():
@@ -144,7 +158,9 @@ def test_effects_without_a_part_share_nothing():
     assert found.share["gun.linear_0"] == pytest.approx(1.0, abs=0.02)
 
 
-def test_shares_are_of_the_likeliest_sets_where_very_many_are_alike(monkeypatch: pytest.MonkeyPatch):
+def test_shares_are_of_the_likeliest_sets_where_very_many_are_alike(
+    monkeypatch: pytest.MonkeyPatch,
+):
     problem = problem_of(orthogonal(3), orthogonal(3)[0])
     library = library_of(problem)
     fits = [(fit, 1e-3) for fit in library.fits.values()]
@@ -172,5 +188,8 @@ def test_effect_that_works_against_a_larger_one_has_a_negative_share():
     responses, sizes = np.array([rows[0], rows[0] + orthogonal(2)[1]]), np.array([2.0, -0.5])
     shares = of_all(responses, sizes)
     assert shares.share["gun.linear_1"] < 0 < shares.share["gun.linear_0"]
-    assert shares.share["gun.linear_0"] > 1 and shares.interval["gun.linear_1"][0] < shares.share["gun.linear_1"]
+    assert (
+        shares.share["gun.linear_0"] > 1
+        and shares.interval["gun.linear_1"][0] < shares.share["gun.linear_1"]
+    )
     assert sum(shares.share.values()) + shares.unexplained == pytest.approx(1.0)

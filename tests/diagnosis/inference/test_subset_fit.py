@@ -65,7 +65,9 @@ def test_evidence_is_that_of_the_gaussian_problem(chosen):
     responses = columns_of(problem, own.effects)
     block = problem.blocks[0]
     total = block.covariances[0] + responses @ responses.T
-    assert own.log_evidence == pytest.approx(multivariate_normal(cov=total).logpdf(block.z), abs=1e-2)
+    assert own.log_evidence == pytest.approx(
+        multivariate_normal(cov=total).logpdf(block.z), abs=1e-2
+    )
 
 
 def test_mode_and_precision_are_those_of_ridge_regression(monkeypatch: pytest.MonkeyPatch):
@@ -83,14 +85,18 @@ def test_mode_and_precision_are_those_of_ridge_regression(monkeypatch: pytest.Mo
     again = polished(problem, [own])[0]
     assert again.polished
     np.testing.assert_allclose(again.u, own.u, atol=0.03)
-    np.testing.assert_allclose(again.contributions[0].T, columns_of(problem, own.effects) * again.u, atol=0.1)
+    np.testing.assert_allclose(
+        again.contributions[0].T, columns_of(problem, own.effects) * again.u, atol=0.1
+    )
     monkeypatch.setattr(subset_fit, "_SETTLED", 1e-9)
     expected = np.linalg.solve(np.eye(2) + responses.T @ whitened, whitened.T @ block.z)
     np.testing.assert_allclose(own.u, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_mode_of_a_bent_problem_is_that_of_a_general_minimiser(seed, monkeypatch: pytest.MonkeyPatch):
+def test_mode_of_a_bent_problem_is_that_of_a_general_minimiser(
+    seed, monkeypatch: pytest.MonkeyPatch
+):
     monkeypatch.setattr(subset_fit, "_SETTLED", 1e-6)
     problem = problem_of(bend=0.15, seed=seed)
     laws = [linear_law(0), linear_law(2)]
@@ -98,7 +104,10 @@ def test_mode_of_a_bent_problem_is_that_of_a_general_minimiser(seed, monkeypatch
     block, precision = problem.blocks[0], np.linalg.inv(problem.blocks[0].covariances[0])
 
     def cost(u: np.ndarray) -> float:
-        away = block.z - problem.changes([tuple((law, u[i : i + 1]) for i, law in enumerate(laws))])[0][0]
+        away = (
+            block.z
+            - problem.changes([tuple((law, u[i : i + 1]) for i, law in enumerate(laws))])[0][0]
+        )
         return float(away @ precision @ away + u @ u)
 
     expected = minimize(cost, np.full(2, 0.3), tol=1e-10)
@@ -117,7 +126,9 @@ def test_exact_laws_together_fit_best_where_a_general_minimiser_ends(seed: int):
         return float(u @ u + (block.z - change) @ precision @ (block.z - change))
 
     place = least_squares_place(problem, laws, np.full(3, 0.3))
-    peer = minimize(cost, np.zeros(3), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-10})
+    peer = minimize(
+        cost, np.zeros(3), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-10}
+    )
     np.testing.assert_allclose(place, peer.x, atol=5e-3)  # derivatives are differences
 
 
@@ -128,7 +139,8 @@ def test_several_starts_are_fitted_as_if_they_were_alone():
     change, jacobian = linearised(problem, sets, places)
     contributions = leave_one_out(problem, sets, places, change)
     starts = [
-        Start(laws, places[k], contributions[k], (ErrorSize(),), change[k], jacobian[k]) for k, laws in enumerate(sets)
+        Start(laws, places[k], contributions[k], (ErrorSize(),), change[k], jacobian[k])
+        for k, laws in enumerate(sets)
     ]
     for together, laws in zip(fit_subsets(problem, starts, iterations=20), sets, strict=True):
         alone = fit(problem, laws)
@@ -172,13 +184,17 @@ def test_law_that_is_wrong_by_half_has_a_discrepancy():
     noise, kernel = 0.05 * np.eye(20), np.eye(20)
     off = 1 + 0.5 * rng.standard_normal(shape)
     right = fit(linear_problem(responses, responses[0], noise, discrepancy=kernel), [linear_law(0)])
-    wrong = fit(linear_problem(responses, responses[0] * off, noise, discrepancy=kernel), [linear_law(0)])
+    wrong = fit(
+        linear_problem(responses, responses[0] * off, noise, discrepancy=kernel), [linear_law(0)]
+    )
     assert DISCREPANCIES[right.errors[0].discrepancy] <= 0.03
     assert 0.25 <= DISCREPANCIES[wrong.errors[0].discrepancy] <= 1.0
 
 
 @pytest.mark.parametrize(("size", "cost"), [(0.5, 0.0), (3.0, 0.5 * (2.0 / 0.4) ** 2)])
-def test_background_beyond_tolerance_is_unlikely(size: float, cost: float, monkeypatch: pytest.MonkeyPatch):
+def test_background_beyond_tolerance_is_unlikely(
+    size: float, cost: float, monkeypatch: pytest.MonkeyPatch
+):
     """Two tolerances above the first one are five standard deviations of what a background may be beyond it."""
     noise = 0.01
     gap = np.full(SHAPE, np.sqrt(size**2 + noise))
@@ -188,14 +204,18 @@ def test_background_beyond_tolerance_is_unlikely(size: float, cost: float, monke
     assert free - no_effects(problem).log_evidence == pytest.approx(cost)
 
 
-def test_factor_of_a_covariance_is_reckoned_once_for_what_acts_alike(monkeypatch: pytest.MonkeyPatch):
+def test_factor_of_a_covariance_is_reckoned_once_for_what_acts_alike(
+    monkeypatch: pytest.MonkeyPatch,
+):
     block = problem_of().blocks[0]
     contributions = np.random.default_rng(3).standard_normal((2, len(block.z)))
     idle = np.vstack([contributions[:1], np.zeros((1, len(block.z))), contributions[1:]])
     error = ErrorSize(discrepancy=3)
     first = covariance_factor(block, contributions, error)
     np.testing.assert_allclose(first @ first.T, covariance(block, contributions, error), rtol=1e-12)
-    assert covariance_factor(block, idle, error) is first  # an effect of another stage changes nothing here
+    assert (
+        covariance_factor(block, idle, error) is first
+    )  # an effect of another stage changes nothing here
     for other, size in ((2 * contributions, error), (contributions, ErrorSize(discrepancy=4))):
         lower = covariance_factor(block, other, size)
         np.testing.assert_allclose(lower @ lower.T, covariance(block, other, size), rtol=1e-12)
@@ -207,4 +227,6 @@ def test_factor_of_a_covariance_is_reckoned_once_for_what_acts_alike(monkeypatch
 def test_evidence_of_a_search_for_errors_is_that_of_the_errors_it_found():
     problem = problem_of(bend=0.3)
     fitted_set = fit(problem, [linear_law(0), linear_law(2)])
-    assert with_evidence(problem, fitted_set).log_evidence == pytest.approx(fitted_set.log_evidence, abs=1e-9)
+    assert with_evidence(problem, fitted_set).log_evidence == pytest.approx(
+        fitted_set.log_evidence, abs=1e-9
+    )

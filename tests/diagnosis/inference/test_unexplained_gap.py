@@ -26,12 +26,16 @@ FACTORS = [
 COUNT, REPETITIONS, SCATTER = len(FACTORS), 3, 0.3
 
 
-def evidence_of(gap: np.ndarray, *, drift: float = 0.0, seed: int = 0, columns: int = 1) -> UnexplainedEvidence:
+def evidence_of(
+    gap: np.ndarray, *, drift: float = 0.0, seed: int = 0, columns: int = 1
+) -> UnexplainedEvidence:
     """Beside no effects, of a gap (C,) in tolerances and a drift from the first to the last run."""
     rng = np.random.default_rng(seed)
     order = rng.permutation(np.tile(np.arange(COUNT), REPETITIONS))
     time = np.linspace(0, 1, order.size)
-    residuals = (gap[order] + drift * (time - 0.5))[:, None] + SCATTER * rng.standard_normal((order.size, columns))
+    residuals = (gap[order] + drift * (time - 0.5))[:, None] + SCATTER * rng.standard_normal(
+        (order.size, columns)
+    )
     table = gap_of(residuals, order, FACTORS, SCATTER)
     return _beside_nothing(table)
 
@@ -44,16 +48,24 @@ def _beside_nothing(table: GapTable) -> UnexplainedEvidence:
 
 
 def where(**wanted) -> np.ndarray:
-    return np.array([all(row[name] == value for name, value in wanted.items()) for row in FACTORS], dtype=float)
+    return np.array(
+        [all(row[name] == value for name, value in wanted.items()) for row in FACTORS], dtype=float
+    )
 
 
 @pytest.mark.parametrize(
     ("rule", "inside"),
-    [("tip = delrin", {"tip": "delrin"}), ("mass = 1.0", {"mass": 1.0}), ("pressure = 2.0", {"pressure": 2.0})],
+    [
+        ("tip = delrin", {"tip": "delrin"}),
+        ("mass = 1.0", {"mass": 1.0}),
+        ("pressure = 2.0", {"pressure": 2.0}),
+    ],
 )
 def test_gap_of_one_level_is_named_by_its_rule(rule: str, inside: dict):
     evidence = evidence_of(8.0 * where(**inside))
-    names = {name for name, rows in factor_levels(FACTORS) if np.array_equal(rows, where(**inside) > 0)}
+    names = {
+        name for name, rows in factor_levels(FACTORS) if np.array_equal(rows, where(**inside) > 0)
+    }
     assert evidence.pattern in names | {rule}
     assert evidence.stage == "gun"
     assert evidence.gain > 10
@@ -77,11 +89,17 @@ def test_noise_has_no_gain_and_a_planted_drift_is_over_the_order_of_runs(seed: i
 
 
 def test_rules_hold_for_two_configurations_and_leave_two():
-    factors = [{"tip": tip, "run": float(i)} for i, tip in enumerate(["steel"] * 3 + ["delrin"] * 2 + ["brass"])]
+    factors = [
+        {"tip": tip, "run": float(i)}
+        for i, tip in enumerate(["steel"] * 3 + ["delrin"] * 2 + ["brass"])
+    ]
     rules = dict(factor_levels(factors))
     assert set(rules) == {"tip = steel", "tip = delrin"}
     assert rules["tip = delrin"].tolist() == [False, False, False, True, True, False]
-    together = [{"operator": name, "tip": tip} for name, tip in [("a", "x"), ("a", "x"), ("b", "y"), ("b", "y")]]
+    together = [
+        {"operator": name, "tip": tip}
+        for name, tip in [("a", "x"), ("a", "x"), ("b", "y"), ("b", "y")]
+    ]
     assert len(factor_levels(together)) == 2
 
 
@@ -101,7 +119,9 @@ def test_patterns_have_variance_one_where_they_act():
     order = np.arange(COUNT)
     table = gap_of(np.zeros((COUNT, 1)), order, FACTORS)
     object.__setattr__(table, "loudness", {"gun": np.linspace(0, 1, COUNT)})
-    by_name = {p.name: p.covariance for p in configuration_patterns(table, "gun", RunOrderDrift.of(table))}
+    by_name = {
+        p.name: p.covariance for p in configuration_patterns(table, "gun", RunOrderDrift.of(table))
+    }
     for share in (0.25, 0.5, 0.75):
         acting = np.diag(by_name[f"beyond the quantile {share:g} of how hard runs are"]) > 0
         assert acting.sum() == np.sum(np.linspace(0, 1, COUNT) > share + 1e-6)

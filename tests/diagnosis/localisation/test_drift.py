@@ -33,11 +33,19 @@ def sentences(
     `repetition` from a setting's first run to its last; `order` (R,) are places of the runs, setting by setting."""
     rng = np.random.default_rng(seed)
     of = np.repeat(np.arange(len(configurations)), order.size // len(configurations))
-    kind = np.array([STRIKERS.index(str(configuration.factors["striker"])) for configuration in configurations])
+    kind = np.array(
+        [STRIKERS.index(str(configuration.factors["striker"])) for configuration in configurations]
+    )
     number = np.argsort(np.argsort(order.reshape(len(configurations), -1), axis=1), axis=1).ravel()
-    gap = drifted * order / max(1, order.max()) + striker * kind[of] + repetition * number / max(1, number.max())
+    gap = (
+        drifted * order / max(1, order.max())
+        + striker * kind[of]
+        + repetition * number / max(1, number.max())
+    )
     residual = gap + 0.004 * rng.standard_normal(order.size)
-    return drift(residual[:, None], of, order, VELOCITY, rng, permutations=199, configurations=configurations)
+    return drift(
+        residual[:, None], of, order, VELOCITY, rng, permutations=199, configurations=configurations
+    )
 
 
 IN_BLOCKS = settings([STRIKERS[i // 4] for i in range(CELLS)])
@@ -50,23 +58,35 @@ def shuffled(seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("configurations", [IN_BLOCKS, MIXED], ids=["blocks", "mixed"])
-def test_shuffled_runs_tell_a_drift_and_steady_runs_nothing(configurations: list[RunConfiguration]) -> None:
+def test_shuffled_runs_tell_a_drift_and_steady_runs_nothing(
+    configurations: list[RunConfiguration],
+) -> None:
     (sentence,) = sentences(shuffled(0), configurations, drifted=0.04, striker=0.1)
-    assert sentence.startswith("gun: measured less simulated ln_velocity rises by 0.04 from the first run to the last")
+    assert sentence.startswith(
+        "gun: measured less simulated ln_velocity rises by 0.04 from the first run to the last"
+    )
     assert "cannot be told apart" not in sentence
     assert sum(bool(sentences(IN_A_ROW, configurations, seed=seed)) for seed in range(20)) <= 4
 
 
 def test_a_striker_makes_no_drift_of_shuffled_runs() -> None:
-    assert sum(bool(sentences(shuffled(seed), IN_BLOCKS, striker=0.1, seed=seed)) for seed in range(20)) <= 3
+    assert (
+        sum(
+            bool(sentences(shuffled(seed), IN_BLOCKS, striker=0.1, seed=seed)) for seed in range(20)
+        )
+        <= 3
+    )
     # Trettel's shots: five pressures in rising order, 14 or 15 shots each, whose gap falls with the pressure.
     counts, gap = np.array([14, 15, 15, 15, 15]), np.array([-1.25, -0.99, -0.92, -0.92, -0.81])
     settings = [
-        RunConfiguration(str(i), {"tank_pressure": p}) for i, p in enumerate((207e3, 276e3, 345e3, 414e3, 483e3))
+        RunConfiguration(str(i), {"tank_pressure": p})
+        for i, p in enumerate((207e3, 276e3, 345e3, 414e3, 483e3))
     ]
     of, rng = np.repeat(np.arange(5), counts), np.random.default_rng(0)
     residual = gap[of] + 0.05 * rng.standard_normal(of.size)
-    *_, sentence = drift(residual[:, None], of, np.arange(of.size), VELOCITY, rng, configurations=settings)
+    *_, sentence = drift(
+        residual[:, None], of, np.arange(of.size), VELOCITY, rng, configurations=settings
+    )
     assert "order of runs and tank_pressure_bar cannot be told apart" in sentence
 
 
@@ -84,7 +104,10 @@ def test_a_factor_that_was_run_in_blocks_is_named_beside_the_order() -> None:
 
 @pytest.mark.parametrize(("count", "repeats"), [(CELLS, REPEATS), (5, 15), (7, 1)])
 def test_a_number_that_rises_with_the_order_is_named_beside_it(count: int, repeats: int) -> None:
-    rising = [RunConfiguration(str(i), {"striker": "254 mm", "tank_pressure": 1e5 * (1 + i)}) for i in range(count)]
+    rising = [
+        RunConfiguration(str(i), {"striker": "254 mm", "tank_pressure": 1e5 * (1 + i)})
+        for i in range(count)
+    ]
     *_, sentence = sentences(np.arange(count * repeats), rising, drifted=0.15)
     assert "order of runs and tank_pressure_bar cannot be told apart" in sentence
 

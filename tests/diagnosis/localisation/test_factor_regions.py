@@ -14,14 +14,18 @@ from support.records.toy_bench import Scatter, ToyLayer, ToyLoss, ToyMass, campa
 _BACKGROUND = Scatter(background=(0.005, 0.015, 0.25))
 
 
-def _regions(effects, seed, stage=1, scatter=_BACKGROUND, permutations=199, shuffled=False) -> tuple[Region, ...]:
+def _regions(
+    effects, seed, stage=1, scatter=_BACKGROUND, permutations=199, shuffled=False
+) -> tuple[Region, ...]:
     rng = np.random.default_rng(seed)
     record = campaign(effects, rng, scatter=scatter)
     own = stages_of(record)[stage]
     configurations = list(record.configurations)
     if shuffled:
         rng.shuffle(configurations)
-    return factor_regions(own.residuals(), record.configuration_of, configurations, own.observables, rng, permutations)
+    return factor_regions(
+        own.residuals(), record.configuration_of, configurations, own.observables, rng, permutations
+    )
 
 
 def test_planted_layer_is_found_again_and_again() -> None:
@@ -41,8 +45,12 @@ def test_a_region_of_two_conditions() -> None:
     residual = stage.residuals().copy()
     for row, run in enumerate(record.runs):
         factors = record.configurations[run.configuration].factors
-        residual[row] += 0.3 * (factors["insulator"] == "polymeric" and float(factors["tank_pressure"]) > 1.5e5)
-    found = factor_regions(residual, record.configuration_of, record.configurations, stage.observables, rng)
+        residual[row] += 0.3 * (
+            factors["insulator"] == "polymeric" and float(factors["tank_pressure"]) > 1.5e5
+        )
+    found = factor_regions(
+        residual, record.configuration_of, record.configurations, stage.observables, rng
+    )
     assert found[0].rule in (
         "tank_pressure_bar > 1.5 and insulator = polymeric",
         "insulator = polymeric and tank_pressure_bar > 1.5",
@@ -62,7 +70,9 @@ def test_a_gap_of_one_level_of_a_text(word: str, confounded: bool) -> None:
     configurations = [replace(each, factors={**each.factors, **own}) for each, own in pairs]
     struck = np.array([each == word for each in words])[record.configuration_of]
     residual = stage.residuals() + 0.3 * struck[:, None]
-    found = factor_regions(residual, record.configuration_of, configurations, stage.observables, rng, 199)
+    found = factor_regions(
+        residual, record.configuration_of, configurations, stage.observables, rng, 199
+    )
     expected = {f"striker = {word}"} | ({f"bullet = no {word}"} if confounded else set())
     assert {each.rule for each in found} == expected
 
@@ -76,24 +86,45 @@ def test_no_region_without_an_effect(background: float) -> None:
     tolerance = np.array([item.tolerance for item in observables])
     named = 0
     for _ in range(100):
-        gap = 2.0 * rng.standard_normal((of.size, 3)) + background * rng.standard_normal((24, 3))[of]
-        named += bool(factor_regions(gap * tolerance, of, record.configurations, observables, rng, permutations=99))
+        gap = (
+            2.0 * rng.standard_normal((of.size, 3)) + background * rng.standard_normal((24, 3))[of]
+        )
+        named += bool(
+            factor_regions(
+                gap * tolerance, of, record.configurations, observables, rng, permutations=99
+            )
+        )
     assert named <= 5
 
 
 def test_shuffled_factors_give_chance_and_everywhere_is_no_region() -> None:
     named = sum(
-        any(each.rule == "insulator = polymeric" for each in _regions((ToyLayer(0.15),), seed, shuffled=True))
+        any(
+            each.rule == "insulator = polymeric"
+            for each in _regions((ToyLayer(0.15),), seed, shuffled=True)
+        )
         for seed in range(20)
     )
     assert named <= 2
     everywhere = ((ToyMass(1.2), 1), (ToyLoss(0.1), 0))
-    assert sum(bool(_regions((effect,), seed, stage)) for seed in range(5) for effect, stage in everywhere) <= 1
+    assert (
+        sum(
+            bool(_regions((effect,), seed, stage))
+            for seed in range(5)
+            for effect, stage in everywhere
+        )
+        <= 1
+    )
     rng = np.random.default_rng(0)
     record = campaign((ToyLayer(0.2),), rng)
     contact = stages_of(record)[1]
     residual = np.where(record.configuration_of[:, None] < 3, contact.residuals(), np.nan)
-    assert factor_regions(residual, record.configuration_of, record.configurations, contact.observables, rng) == ()
+    assert (
+        factor_regions(
+            residual, record.configuration_of, record.configurations, contact.observables, rng
+        )
+        == ()
+    )
 
 
 @pytest.mark.bench

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.diagnosis.localisation.drift import drift
-from pyroshock.diagnosis.localisation.windows import amplitude_residual_db, frequency_bands, spans, time_windows
+from pyroshock.diagnosis.localisation.windows import (
+    amplitude_residual_db,
+    frequency_bands,
+    spans,
+    time_windows,
+)
 from support.records.toy_bench import Scatter, ToyGun, campaign, stages_of
 
 CONFIGURATION = np.repeat(np.arange(12), 3)
@@ -48,7 +53,9 @@ def test_stretch_is_found_whatever_its_sign_and_the_records() -> None:
 def test_chance_makes_no_stretch_and_steady_campaigns_no_drift() -> None:
     # Family-wise five per cent of 100: up to 11 with a probability of 99 %.
     rng = np.random.default_rng(0)
-    assert sum(bool(spans(_chance(rng), CONFIGURATION, 0.0, rng, flips=99)) for _ in range(100)) <= 11
+    assert (
+        sum(bool(spans(_chance(rng), CONFIGURATION, 0.0, rng, flips=99)) for _ in range(100)) <= 11
+    )
     assert sum(bool(_drift(0.0, seed)) for seed in range(40)) <= 6
 
 
@@ -67,13 +74,17 @@ def test_time_window_and_frequency_band_have_their_units() -> None:
     residual = 0.3 * rng.standard_normal((CONFIGURATION.size, 24))
     residual[:, 9:15] += 3.0
     (band,) = frequency_bands(lines, residual, CONFIGURATION, "acceleration_1", rng)
-    assert (band.from_hz, band.to_hz) == pytest.approx((lines[9] * 2 ** (-1 / 6), lines[14] * 2 ** (1 / 6)))
+    assert (band.from_hz, band.to_hz) == pytest.approx(
+        (lines[9] * 2 ** (-1 / 6), lines[14] * 2 ** (1 / 6))
+    )
 
 
 def test_amplitude_spectrum_of_a_gain() -> None:
     """Twice the force: 6.02 dB wherever the pulse has any content; a short pulse goes further than a long one."""
     time_s = np.arange(2048) * 1e-5
-    pulses = np.array([np.where(time_s < w, np.sin(np.pi * np.minimum(time_s, w) / w), 0.0) for w in (1e-3, 4e-3)])
+    pulses = np.array(
+        [np.where(time_s < w, np.sin(np.pi * np.minimum(time_s, w) / w), 0.0) for w in (1e-3, 4e-3)]
+    )
     spectrum = np.abs(np.fft.rfft(pulses, axis=1))
     lines, level = amplitude_residual_db(np.fft.rfftfreq(2048, 1e-5), 2 * spectrum, spectrum)
     assert np.allclose(level[np.isfinite(level)], 20 * np.log10(2))
@@ -86,7 +97,9 @@ def _drift(drifted: float, seed: int = 0) -> tuple[str, ...]:
     record = campaign((), rng, scatter=Scatter(drift=drifted))
     stage = ToyGun(record)
     order = np.array([run.order for run in record.runs])
-    return drift(stage.residuals(), record.configuration_of, order, stage.observables, rng, permutations=199)
+    return drift(
+        stage.residuals(), record.configuration_of, order, stage.observables, rng, permutations=199
+    )
 
 
 def test_drift_is_told_with_its_size_and_needs_repetitions() -> None:
@@ -94,7 +107,10 @@ def test_drift_is_told_with_its_size_and_needs_repetitions() -> None:
     assert sentence.startswith("gun: measured less simulated ln_velocity falls by 0.04")
     assert "(p = 0.005)" in sentence
     record = campaign((), np.random.default_rng(0), scatter=Scatter(drift=0.1))
-    stage, (first,) = stages_of(record)[0], [np.unique(record.configuration_of, return_index=True)[1]]
+    stage, (first,) = (
+        stages_of(record)[0],
+        [np.unique(record.configuration_of, return_index=True)[1]],
+    )
     order = np.array([run.order for run in record.runs])[first]
     residual, of = stage.residuals()[first], record.configuration_of[first]
     assert drift(residual, of, order, stage.observables, np.random.default_rng(0)) == ()

@@ -44,7 +44,9 @@ def _shares(effects, seed=0, **other):
     return stage_shares(stages_of(campaign(effects, rng, **other)), rng)
 
 
-@pytest.mark.parametrize(("effect", "stage"), _PLANTED, ids=lambda value: getattr(value, "id", value))
+@pytest.mark.parametrize(
+    ("effect", "stage"), _PLANTED, ids=lambda value: getattr(value, "id", value)
+)
 def test_planted_stage_is_first(effect, stage) -> None:
     shares = _shares((effect,), scatter=_BACKGROUND)
     assert shares[0].name == stage
@@ -78,7 +80,10 @@ class _DetailedContact(ToyContact):
 
     observables = (
         *ToyContact.observables,
-        *(Observable(f"shape_{i}", "contact", "force", "1", 0.02, 0.005, detail=True) for i in range(10)),
+        *(
+            Observable(f"shape_{i}", "contact", "force", "1", 0.02, 0.005, detail=True)
+            for i in range(10)
+        ),
     )
 
     def measured(self) -> np.ndarray:
@@ -107,15 +112,21 @@ def test_stages_are_compared_by_the_observables_of_the_gaps_size() -> None:
     """The contact is three and more tolerances off, the plate's spectrum one; its damping and the pulse's ten shapes
     are for telling causes apart, and change nothing of what either stage is off by."""
     record = campaign((ToyMass(1.2), ToyDamping(0.35)), np.random.default_rng(0))
-    plain = stage_shares([ToyGun(record), ToyContact(record), ToyPlate(record)], np.random.default_rng(1))
-    detailed = stage_shares([ToyGun(record), _DetailedContact(record), _ModalPlate(record)], np.random.default_rng(1))
+    plain = stage_shares(
+        [ToyGun(record), ToyContact(record), ToyPlate(record)], np.random.default_rng(1)
+    )
+    detailed = stage_shares(
+        [ToyGun(record), _DetailedContact(record), _ModalPlate(record)], np.random.default_rng(1)
+    )
     assert detailed == plain
     assert [entry.name for entry in plain][:2] == ["contact", "plate"]
     gap = GapTable.of(record, [ToyGun(record), _DetailedContact(record), _ModalPlate(record)])
     sizes = GapMetric.of(gap).by_stage(gap)
     assert [sizes[entry.name] for entry in plain] == sorted(sizes.values(), reverse=True)
     for entry in plain:
-        assert entry.own == pytest.approx(sizes[entry.name], abs=0.15)  # noise by the data sheets, or drawn towards it
+        assert entry.own == pytest.approx(
+            sizes[entry.name], abs=0.15
+        )  # noise by the data sheets, or drawn towards it
 
 
 def test_own_gap_has_an_interval_that_holds_the_true_one_as_often_as_it_says() -> None:
@@ -123,7 +134,11 @@ def test_own_gap_has_an_interval_that_holds_the_true_one_as_often_as_it_says() -
     true = np.hypot(4.0, 0.5)
     inside = []
     for seed in range(60):
-        record = campaign((ToyLoss(0.04),), np.random.default_rng(seed), scatter=Scatter(background=(0.005, 0.0, 0.0)))
+        record = campaign(
+            (ToyLoss(0.04),),
+            np.random.default_rng(seed),
+            scatter=Scatter(background=(0.005, 0.0, 0.0)),
+        )
         (entry,) = stage_shares([ToyGun(record)], np.random.default_rng(seed))
         assert entry.own_ci90 is not None
         assert entry.own_ci90[0] <= entry.own <= entry.own_ci90[1]
@@ -133,8 +148,15 @@ def test_own_gap_has_an_interval_that_holds_the_true_one_as_often_as_it_says() -
 
 def test_two_stages_that_are_off_alike_are_a_near_tie_and_unequal_ones_are_none() -> None:
     rng = np.random.default_rng(2)
-    alike = Where(stage=_shares((ToyLoss(0.03), ToyMass(1.115)), scatter=Scatter(background=(0.01, 0.03, 0.0))))
-    assert {alike.stage[0].name, *(stage.name for stage in alike.nearly_largest)} == {"gun", "contact"}
+    alike = Where(
+        stage=_shares(
+            (ToyLoss(0.03), ToyMass(1.115)), scatter=Scatter(background=(0.01, 0.03, 0.0))
+        )
+    )
+    assert {alike.stage[0].name, *(stage.name for stage in alike.nearly_largest)} == {
+        "gun",
+        "contact",
+    }
     unequal_stages = Where(stage=_shares((ToyLoss(0.08), ToyMass(1.1)), scatter=_BACKGROUND))
     assert unequal_stages.nearly_largest == ()
     (only,) = stage_shares([ToyGun(campaign((), rng, Design((1.0,), (0.5,), ("none",))))], rng)
@@ -155,7 +177,10 @@ def test_velocity_errors_blame_nobody() -> None:
         )
         for run in record.runs
     ]
-    shares = {entry.name: entry.own for entry in stage_shares(stages_of(replace(record, runs=tuple(runs))), rng)}
+    shares = {
+        entry.name: entry.own
+        for entry in stage_shares(stages_of(replace(record, runs=tuple(runs))), rng)
+    }
     assert shares["contact"] < 0.7
 
 

@@ -44,9 +44,14 @@ def test_elastic_campaign_has_no_gap() -> None:
 
 
 def without_plate_material(record: CampaignRecord) -> CampaignRecord:
-    kept = [{k: v for k, v in each.factors.items() if k != "plate_material"} for each in record.configurations]
+    kept = [
+        {k: v for k, v in each.factors.items() if k != "plate_material"}
+        for each in record.configurations
+    ]
     pairs = zip(record.configurations, kept, strict=True)
-    return replace(record, configurations=tuple(replace(each, factors=factors) for each, factors in pairs))
+    return replace(
+        record, configurations=tuple(replace(each, factors=factors) for each, factors in pairs)
+    )
 
 
 def test_plate_is_that_of_the_runs_or_of_the_bench() -> None:
@@ -66,7 +71,12 @@ def test_planted_effect_leaves_no_gap_once_it_is_added(each: Effect) -> None:
 
 def test_mass_and_sensors_change_features_by_their_powers() -> None:
     change = STAGE.changes([[effect("contact.effective_mass", mass_factor=1.2)]])[0]
-    for name, power in (("ln_impulse", 1.0), ("ln_peak", 0.6), ("ln_width_half", 0.4), ("ln_width_tenth", 0.4)):
+    for name, power in (
+        ("ln_impulse", 1.0),
+        ("ln_peak", 0.6),
+        ("ln_width_half", 0.4),
+        ("ln_width_tenth", 0.4),
+    ):
         assert column(change, name) == pytest.approx(power * np.log(1.2), abs=2e-3)
     change = STAGE.changes([[effect("sensor.force_gain", gain=0.9)]])[0]
     assert column(change, "ln_peak") == pytest.approx(np.log(0.9), abs=1e-9)
@@ -91,7 +101,9 @@ def test_mass_and_sensors_change_features_by_their_powers() -> None:
 def test_changes_are_differences_of_simulations() -> None:
     sets = [*([each] for each in SHOWN), [MILD, SHOWN[0]], [SHOWN[0], MILD], [SHOWN[-1], MILD]]
     together = STAGE.changes(sets)
-    assert together == pytest.approx(np.concatenate([STAGE.changes([one]) for one in sets]), abs=1e-3)
+    assert together == pytest.approx(
+        np.concatenate([STAGE.changes([one]) for one in sets]), abs=1e-3
+    )
     chosen, nominal = STAGE.representatives(), STAGE.simulated()
     for each in SHOWN:
         expected = (STAGE.simulated([each]) - nominal)[chosen]
@@ -115,7 +127,9 @@ def test_what_was_not_recorded_is_nan() -> None:
     gone = np.isnan(lacking.residuals()).all(axis=1)
     assert np.flatnonzero(gone).tolist() == [0, 1]
     assert not np.isnan(lacking.residuals()[2:]).any()
-    runs = tuple(replace(run, velocity_m_s=None) if run.configuration == 2 else run for run in CLEAN.runs)
+    runs = tuple(
+        replace(run, velocity_m_s=None) if run.configuration == 2 else run for run in CLEAN.runs
+    )
     stage = ContactObservables(replace(CLEAN, runs=runs), {"impactor_mass_kg": 0.1})
     for values in (stage.changes([[MILD]])[0], stage.nuisances()["impactor_mass_kg"]):
         assert np.isnan(values).all(axis=1).tolist() == [False, False, True, False]
@@ -132,18 +146,26 @@ def test_output_is_the_true_force_and_carries_the_momentum() -> None:
     faster = STAGE.simulated((), twice) - STAGE.simulated()
     assert column(faster, "ln_impulse") == pytest.approx(np.log(2.0), abs=3e-3)
     forces = STAGE.output()
-    given = [float(each.values.sum()) / each.sampling_rate_hz for each in forces if isinstance(each, Series)]
+    given = [
+        float(each.values.sum()) / each.sampling_rate_hz
+        for each in forces
+        if isinstance(each, Series)
+    ]
     assert given == pytest.approx(2 * MASS_KG * STAGE.recorded_m_s, rel=2e-3)
     true, seen = STAGE.output()[0], STAGE.output([effect("sensor.force_gain", gain=2.0)])[0]
     assert isinstance(true, Series) and isinstance(seen, Series)
     assert seen.values == pytest.approx(true.values)
     shots = tuple(replace(run, bullet_mass_kg=2 * MASS_KG) for run in CLEAN.runs)
-    heavier = ContactObservables(replace(CLEAN, kind="gun", runs=shots)).simulated() - STAGE.simulated()
+    heavier = (
+        ContactObservables(replace(CLEAN, kind="gun", runs=shots)).simulated() - STAGE.simulated()
+    )
     assert column(heavier, "ln_impulse") == pytest.approx(np.log(2.0), abs=3e-3)
 
 
 def test_uncertain_mass_is_a_nuisance() -> None:
-    column_of_mass = ContactObservables(CLEAN, {"impactor_mass_kg": 0.05}).nuisances()["impactor_mass_kg"]
+    column_of_mass = ContactObservables(CLEAN, {"impactor_mass_kg": 0.05}).nuisances()[
+        "impactor_mass_kg"
+    ]
     assert column(column_of_mass, "ln_impulse") == pytest.approx(0.05, abs=5e-4)
     assert column(column_of_mass, "ln_peak") == pytest.approx(0.03, abs=5e-4)
     with pytest.raises(ValueError, match=r"no uncertain quantity 'colour'.*impactor_mass_kg"):
@@ -158,7 +180,9 @@ def test_uncertain_mass_is_a_nuisance() -> None:
 def test_example_has_more_impulse_than_its_mass(examples: Path) -> None:
     from pyroshock.diagnosis.reading.campaign import read_folder
 
-    gap = (ContactObservables(read_folder(examples / "hammer-effective-mass")).residuals() / TOLERANCE).mean(axis=0)
+    gap = (
+        ContactObservables(read_folder(examples / "hammer-effective-mass")).residuals() / TOLERANCE
+    ).mean(axis=0)
     assert column(gap, "ln_impulse") > 5
     assert column(gap, "ln_peak") / column(gap, "ln_impulse") == pytest.approx(0.6, abs=0.05)
     assert np.abs(gap[4:]).max() < 0.3
@@ -170,8 +194,14 @@ RECORD = hammer_record([HEAVY], repetitions=1)
 
 def test_missing_mass_shows_in_time_and_at_low_frequency() -> None:
     residuals = pulse_residuals(ContactObservables(RECORD))
-    assert np.all((residuals.measured - residuals.simulated).max(axis=1) > 0.1 * residuals.measured.max(axis=1))
-    ratio = residuals.spectrum_n_s(residuals.measured)[:, 0] / residuals.spectrum_n_s(residuals.simulated)[:, 0]
+    assert np.all(
+        (residuals.measured - residuals.simulated).max(axis=1)
+        > 0.1 * residuals.measured.max(axis=1)
+    )
+    ratio = (
+        residuals.spectrum_n_s(residuals.measured)[:, 0]
+        / residuals.spectrum_n_s(residuals.simulated)[:, 0]
+    )
     assert ratio == pytest.approx(1.3, rel=5e-3)
     at = int(np.argmin(np.abs(residuals.time_s)))
     for force in (residuals.measured, residuals.simulated):
@@ -183,7 +213,9 @@ def test_missing_mass_shows_in_time_and_at_low_frequency() -> None:
 
 
 def test_missing_run_is_nan() -> None:
-    residuals = pulse_residuals(ContactObservables(without(without(RECORD, 0, velocity_m_s=None), 1, force=None)))
+    residuals = pulse_residuals(
+        ContactObservables(without(without(RECORD, 0, velocity_m_s=None), 1, force=None))
+    )
     assert np.isnan(residuals.simulated).all(axis=1).tolist() == [True, False, False, False]
     assert np.isnan(residuals.measured).all(axis=1).tolist() == [False, True, False, False]
     silent = replace(RECORD, runs=tuple(replace(run, force=None) for run in RECORD.runs))
@@ -192,14 +224,21 @@ def test_missing_run_is_nan() -> None:
 
 
 RATE_HZ = 102_400.0
-BARE = (("aluminum", 0.03, "none", "none"), ("delrin", 0.03, "none", "none"), ("steel", 0.015, "none", "none"))
+BARE = (
+    ("aluminum", 0.03, "none", "none"),
+    ("delrin", 0.03, "none", "none"),
+    ("steel", 0.015, "none", "none"),
+)
 
 
 def played(strengths: Mapping[str, float]) -> CampaignRecord:
     """The runs of an elastic campaign, struck again on the virtual bench: a rigid impactor and a face without mass."""
     record, rng = hammer_record(settings=BARE, repetitions=2), np.random.default_rng(0)
     tips = [contact_material(BARE[run.configuration][0]) for run in record.runs]
-    strikers = [Impactor(tip, BARE[run.configuration][1], MASS_KG) for tip, run in zip(tips, record.runs, strict=True)]
+    strikers = [
+        Impactor(tip, BARE[run.configuration][1], MASS_KG)
+        for tip, run in zip(tips, record.runs, strict=True)
+    ]
     acting = Effects(tuple(Played(name, strength=value) for name, value in strengths.items()))
     speeds = [run.velocity_m_s for run in record.runs if run.velocity_m_s is not None]
     targets: list[ImpactTarget] = [target("aluminum", 0.01)] * len(strikers)
@@ -212,7 +251,11 @@ def played(strengths: Mapping[str, float]) -> CampaignRecord:
 def sampled(force_n: np.ndarray, rng: np.random.Generator) -> Series:
     last = force_n.size * STEP_S
     time = (np.arange(-20, int(1.3 * last * RATE_HZ) + 20) + rng.random()) / RATE_HZ
-    return Series(np.interp(time, STEP_S * np.arange(force_n.size), force_n, left=0, right=0), RATE_HZ, float(time[0]))
+    return Series(
+        np.interp(time, STEP_S * np.arange(force_n.size), force_n, left=0, right=0),
+        RATE_HZ,
+        float(time[0]),
+    )
 
 
 def residual(strengths: Mapping[str, float], effects: list[Effect]) -> np.ndarray:

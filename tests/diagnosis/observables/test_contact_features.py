@@ -74,7 +74,9 @@ def test_sampling_phase_makes_no_gap_of_its_own(samples: int) -> None:
 def test_anti_alias_filter_makes_no_gap_of_its_own(samples: int) -> None:
     step, finer = float(_PULSE.contact_time_s[0]) / samples, 32
     rng = np.random.default_rng(samples)
-    fine = [(np.arange(-60 * finer, 60 * finer) + rng.integers(finer)) * step / finer for _ in range(10)]
+    fine = [
+        (np.arange(-60 * finer, 60 * finer) + rng.integers(finer)) * step / finer for _ in range(10)
+    ]
     found = np.array([features(decimated(hertz_at(time), finer)[None], step)[0] for time in fine])
     assert np.abs((found.mean(axis=0) - EXACT) / TOLERANCE).max() < 0.3
 
@@ -100,7 +102,9 @@ def test_pulse_backwards_has_the_opposite_skew() -> None:
     step = TIME_S / 400
     pulse_features = named(features(half_sine(np.arange(-200, 1000) * step)[None], step)[0])
     assert pulse_features["ln_peak"] == pytest.approx(np.log(PEAK_N), abs=0.003)
-    assert pulse_features["ln_impulse"] == pytest.approx(np.log(2 * PEAK_N * TIME_S / np.pi), abs=0.003)
+    assert pulse_features["ln_impulse"] == pytest.approx(
+        np.log(2 * PEAK_N * TIME_S / np.pi), abs=0.003
+    )
     assert pulse_features["ln_width_half"] == pytest.approx(np.log(TIME_S * 2 / 3), abs=0.003)
     assert pulse_features["ln_width_tenth"] == pytest.approx(
         np.log(TIME_S * (1 - 2 * np.arcsin(0.1) / np.pi)), abs=0.003
@@ -111,12 +115,16 @@ def test_pulse_backwards_has_the_opposite_skew() -> None:
 
 def test_strongest_pulse_counts_and_no_force_has_no_features() -> None:
     time = np.arange(-30, 120) * TIME_S / 40
-    there, shifted = (Series(half_sine(time) + offset, 40 / TIME_S, float(time[0])) for offset in (0.0, 20.0))
+    there, shifted = (
+        Series(half_sine(time) + offset, 40 / TIME_S, float(time[0])) for offset in (0.0, 20.0)
+    )
     assert series_features(shifted) == pytest.approx(series_features(there), abs=1e-12)
     assert zeroed(shifted).values[-1] == 0.0
     time = np.arange(-100, 600) * TIME_S / 40
     one, two = half_sine(time), half_sine(time) + 0.6 * half_sine(time - 4 * TIME_S)
-    assert features(two[None], TIME_S / 40) == pytest.approx(features(one[None], TIME_S / 40), abs=1e-3)
+    assert features(two[None], TIME_S / 40) == pytest.approx(
+        features(one[None], TIME_S / 40), abs=1e-3
+    )
     assert np.isnan(features(np.zeros((1, 50)), 1e-5)).all()
     assert np.isnan(series_features(Series(np.full(50, np.nan), 1e5, 0.0))).all()
 
@@ -126,7 +134,9 @@ def test_noise_of_a_hundredth_stays_within_half_a_tolerance(samples: int) -> Non
     rng, step = np.random.default_rng(1), TIME_S / samples
     clean = half_sine(np.arange(-samples, 3 * samples) * step)
     noisy = clean + 0.01 * PEAK_N * rng.standard_normal((60, clean.size))
-    off = (np.vstack([features(row[None], step) for row in noisy]) - features(clean[None], step)) / TOLERANCE
+    off = (
+        np.vstack([features(row[None], step) for row in noisy]) - features(clean[None], step)
+    ) / TOLERANCE
     assert off.std(axis=0).max() < 0.6
     assert np.abs(off.mean(axis=0)).max() < 0.5
 
@@ -137,17 +147,22 @@ def test_spline_of_even_samples_is_that_of_scipy(samples: int, finer: int, seed:
     values = np.random.default_rng(seed).standard_normal((4, samples))
     place = np.arange((samples - 1) * finer + 1) / finer
     expected = make_interp_spline(np.arange(samples), values, k=min(5, samples - 1), axis=1)(place)
-    np.testing.assert_allclose(_Spline.of(samples, finer).finer(values), expected, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        _Spline.of(samples, finer).finer(values), expected, atol=1e-9 * np.abs(expected).max()
+    )
 
 
 @given(st.integers(2, 40), st.integers(0, 2**32 - 1))
 @settings(max_examples=40, deadline=None)
-def test_between_points_a_series_is_straight_and_outside_of_them_nothing(samples: int, seed: int) -> None:
+def test_between_points_a_series_is_straight_and_outside_of_them_nothing(
+    samples: int, seed: int
+) -> None:
     rng = np.random.default_rng(seed)
     values = rng.standard_normal((3, samples))
     place = rng.uniform(-2, samples + 1, (3, 50))
     place[:, :4] = 0.0, samples - 1.0, np.nan, samples - 1 + 1e-9
     expected = [
-        np.interp(p, np.arange(samples), row, left=0.0, right=0.0) for p, row in zip(place, values, strict=True)
+        np.interp(p, np.arange(samples), row, left=0.0, right=0.0)
+        for p, row in zip(place, values, strict=True)
     ]
     np.testing.assert_allclose(interpolated(values, place), np.nan_to_num(expected), atol=1e-12)

@@ -34,10 +34,20 @@ def record(repeats: int = 3, **changed: object) -> CampaignRecord:
     """Six settings; the pressure of a repetition is off by 1 % of it, the middle one is on it."""
     at = [(p, m) for p in PRESSURES for m in MASSES]
     configurations = tuple(
-        RunConfiguration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in at
+        RunConfiguration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m})
+        for p, m in at
     )
     runs = tuple(
-        Run(c, 6 * j + c, j + 1, 6 * j + c, p * (1 + 0.01 * (j - repeats // 2)), m, 10.0 + c, 0.05 * (10.0 + c))
+        Run(
+            c,
+            6 * j + c,
+            j + 1,
+            6 * j + c,
+            p * (1 + 0.01 * (j - repeats // 2)),
+            m,
+            10.0 + c,
+            0.05 * (10.0 + c),
+        )
         for j in range(repeats)
         for c, (p, m) in enumerate(at)
     )
@@ -63,7 +73,9 @@ TRAVELS = {0.25: 0.885, 1.0: 0.6}
 
 
 def with_travels(of: CampaignRecord) -> CampaignRecord:
-    return replace(of, runs=tuple(replace(run, travel_m=TRAVELS[run.bullet_mass_kg]) for run in of.runs))
+    return replace(
+        of, runs=tuple(replace(run, travel_m=TRAVELS[run.bullet_mass_kg]) for run in of.runs)
+    )
 
 
 def of_bullet(values: np.ndarray, of: CampaignRecord, mass_kg: float) -> np.ndarray:
@@ -91,11 +103,22 @@ def test_nominal_is_eq_2_16_with_each_bullet_s_travel() -> None:
     shown = GunObservables(with_travels(six)).simulated()[:, 0]
     for mass, travel in TRAVELS.items():
         rows = masses(six) == mass
-        expected = np.log(muzzle_velocity(replace(BENCH, travel_m=travel), pressures(six)[rows], masses(six)[rows]))
+        expected = np.log(
+            muzzle_velocity(
+                replace(BENCH, travel_m=travel), pressures(six)[rows], masses(six)[rows]
+            )
+        )
         assert shown[rows] == pytest.approx(expected, rel=1e-12)
-    assert GunObservables(record()).measured()[:6, 0] == pytest.approx(np.log(np.arange(10.0, 16.0)))
-    runs = tuple(replace(run, velocity_m_s=v) for run, v in zip(six.runs, GunObservables(six).output(), strict=True))
-    assert GunObservables(replace(six, runs=runs)).residuals() == pytest.approx(np.zeros((18, 1)), abs=1e-12)
+    assert GunObservables(record()).measured()[:6, 0] == pytest.approx(
+        np.log(np.arange(10.0, 16.0))
+    )
+    runs = tuple(
+        replace(run, velocity_m_s=v)
+        for run, v in zip(six.runs, GunObservables(six).output(), strict=True)
+    )
+    assert GunObservables(replace(six, runs=runs)).residuals() == pytest.approx(
+        np.zeros((18, 1)), abs=1e-12
+    )
 
 
 def test_floor_is_the_stated_uncertainty_or_assumed() -> None:
@@ -132,20 +155,31 @@ def test_effects_are_the_guns_over_each_bullet_s_travel(each: Effect) -> None:
 def test_pressure_is_undone_backwards_and_velocity_shown_last() -> None:
     six = record()
     true_pressure = (pressures(six) - 4e3) / 1.1
-    expected = gun_velocity(BENCH, true_pressure, masses(six), [effect("gun.back_pressure")]).velocity_m_s
+    expected = gun_velocity(
+        BENCH, true_pressure, masses(six), [effect("gun.back_pressure")]
+    ).velocity_m_s
     stage, effects = GunObservables(six), [*SENSORS, effect("gun.back_pressure")]
     assert stage.simulated(effects)[:, 0] == pytest.approx(np.log(0.9 * expected), rel=1e-12)
     assert stage.output(effects) == pytest.approx(expected, rel=1e-12)
     expected = muzzle_velocity(BENCH, pressures(six) + 5e3, masses(six))
     given_pressures = [float(p) for p in pressures(six) + 5e3]
-    assert GunObservables(six).output(SENSORS, given_pressures) == pytest.approx(expected, rel=1e-12)
+    assert GunObservables(six).output(SENSORS, given_pressures) == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 def test_shot_that_stays_in_the_barrel_is_nan() -> None:
     stage = GunObservables(record(1))
     stuck = [effect("gun.sliding_friction", seal_force_n=100.0)]
     assert list(np.isnan(stage.simulated(stuck)[:, 0])) == [True, True, False, False, False, False]
-    assert list(np.isnan(stage.changes([stuck])[0, :, 0])) == [True, True, False, False, False, False]
+    assert list(np.isnan(stage.changes([stuck])[0, :, 0])) == [
+        True,
+        True,
+        False,
+        False,
+        False,
+        False,
+    ]
     assert list(np.isnan(stage.output(stuck))) == [True, True, False, False, False, False]
 
 
@@ -158,7 +192,10 @@ def test_run_without_a_reading_is_nan(name: str) -> None:
 def test_arrays_of_parameters_go_with_the_runs() -> None:
     six, share = without(record(1), 2, tank_pressure_pa=None), np.linspace(0, 1, 6)
     together = GunObservables(six).simulated([effect("gun.heat_exchange", share=share)])
-    alone = [GunObservables(six).simulated([effect("gun.heat_exchange", share=s)])[c, 0] for c, s in enumerate(share)]
+    alone = [
+        GunObservables(six).simulated([effect("gun.heat_exchange", share=s)])[c, 0]
+        for c, s in enumerate(share)
+    ]
     assert together[:, 0] == pytest.approx(alone, rel=1e-12, nan_ok=True)
 
 
@@ -170,7 +207,11 @@ def test_changes_of_mixed_sets_are_those_one_by_one() -> None:
         [effect("sensor.pressure_offset", offset_pa=-2e3), effect("gun.blow_by")],
         [effect("contact.viscous_loss")],
         [effect("gun.blow_by"), effect("sensor.pressure_offset", offset_pa=5e3)],
-        [effect("gun.blow_by", wear_m=4e-4), effect("contact.viscous_loss"), effect("sensor.force_gain")],
+        [
+            effect("gun.blow_by", wear_m=4e-4),
+            effect("contact.viscous_loss"),
+            effect("sensor.force_gain"),
+        ],
         [effect("gun.valve_flow", loss_coefficient=3.0)],
     ]
     alone = [(stage.simulated(effects) - stage.simulated())[6:12] for effects in sets]
@@ -227,7 +268,13 @@ def test_shown_are_the_guns_and_three_sensors_effects() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "sd"), [("friction_coefficient", 0.05), ("tank_volume_m3", 1e-4), ("travel_m", 0.01), ("efficiency", 0.02)]
+    ("name", "sd"),
+    [
+        ("friction_coefficient", 0.05),
+        ("tank_volume_m3", 1e-4),
+        ("travel_m", 0.01),
+        ("efficiency", 0.02),
+    ],
 )
 def test_nuisance_is_a_standard_deviations_change(name: str, sd: float) -> None:
     six, h = record(), 1e-3
@@ -240,22 +287,34 @@ def test_nuisance_is_a_standard_deviations_change(name: str, sd: float) -> None:
 
 def test_uncertain_mass_and_efficiency_have_closed_forms() -> None:
     free = replace(BENCH, friction_coefficient=0.0)
-    columns = GunObservables(replace(record(), gun=free), {"bullet_mass_kg": 0.01, "tank_pressure_pa": 1e3}).nuisances()
+    columns = GunObservables(
+        replace(record(), gun=free), {"bullet_mass_kg": 0.01, "tank_pressure_pa": 1e3}
+    ).nuisances()
     mass, pressure = masses(record())[:6], np.repeat(PRESSURES, 2)
     assert columns["bullet_mass_kg"][:, 0] == pytest.approx(-0.005 / mass, rel=1e-4)
     assert columns["tank_pressure_pa"][:, 0] == pytest.approx(500 / pressure, rel=1e-4)
     ideal = replace(record(), gun=replace(BENCH, efficiency=1.0))
-    assert GunObservables(ideal, {"efficiency": 0.02}).nuisances()["efficiency"] == pytest.approx(0.02, rel=1e-3)
-    assert GunObservables(record()).nuisances() == GunObservables(record(), {"travel_m": 0.0}).nuisances() == {}
+    assert GunObservables(ideal, {"efficiency": 0.02}).nuisances()["efficiency"] == pytest.approx(
+        0.02, rel=1e-3
+    )
+    assert (
+        GunObservables(record()).nuisances()
+        == GunObservables(record(), {"travel_m": 0.0}).nuisances()
+        == {}
+    )
 
 
-@pytest.mark.parametrize("uncertain", [{"tank_volume": 1e-4}, {"travel_m": -0.01}, {"travel_m": float("nan")}])
+@pytest.mark.parametrize(
+    "uncertain", [{"tank_volume": 1e-4}, {"travel_m": -0.01}, {"travel_m": float("nan")}]
+)
 def test_unknown_uncertainties_are_refused(uncertain: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(uncertain))):
         GunObservables(record(), uncertain)
 
 
-@pytest.mark.parametrize("identity", [*(e.id for e in GUN), "sensor.pressure_gain", "sensor.pressure_offset"])
+@pytest.mark.parametrize(
+    "identity", [*(e.id for e in GUN), "sensor.pressure_gain", "sensor.pressure_offset"]
+)
 def test_likely_values_are_allowed_and_few(identity: str) -> None:
     kind = catalogue()[identity]
     searched = {item.name: item.likely for item in kind.parameters() if item.likely is not None}
@@ -269,12 +328,17 @@ def test_the_valve_opens_and_closes_by_each_configuration_s_profile() -> None:
     """By `gun_velocity` with the profile of one configuration; without a valve the law stays the nominal one."""
     six, text = record(), "0:0 0.1:1 0.12:1 0.16:0"
     first, *others = six.configurations
-    stated = replace(six, configurations=(replace(first, factors={**first.factors, "valve_profile": text}), *others))
+    stated = replace(
+        six,
+        configurations=(replace(first, factors={**first.factors, "valve_profile": text}), *others),
+    )
     valve = effect("gun.valve_flow", loss_coefficient=20.0, opening_time_s=0.3)
     shown, usual = (GunObservables(of).simulated([valve])[:, 0] for of in (stated, six))
     rows = stated.configuration_of == 0
     profiles = [ValveProfile.parse(text)] * int(rows.sum())
-    expected = gun_velocity(BENCH, pressures(six)[rows], masses(six)[rows], [valve], valve_profiles=profiles)
+    expected = gun_velocity(
+        BENCH, pressures(six)[rows], masses(six)[rows], [valve], valve_profiles=profiles
+    )
     assert shown[rows] == pytest.approx(np.log(expected.velocity_m_s), rel=1e-5)
     assert shown[~rows] == pytest.approx(usual[~rows], rel=1e-12)
     assert np.abs(shown[rows] - usual[rows]).min() > 1e-3
@@ -297,12 +361,16 @@ def test_value_of_a_configuration_is_that_of_its_runs():
     assert own[0].as_json()["volume_m3"] == [3e-4, 1e-4, 1e-4, 2e-4]
     effects = (effect("gun.dead_volume", volume_m3=1e-4), effect("sensor.velocity_gain", gain=1.1))
     assert at_rows(effects, ROWS) == effects
-    valve = effect("gun.valve_flow", loss_coefficient=np.array([1.0, 2.0, 3.0]), opening_time_s=0.01)
+    valve = effect(
+        "gun.valve_flow", loss_coefficient=np.array([1.0, 2.0, 3.0]), opening_time_s=0.01
+    )
     parameters = at_rows([valve], ROWS)[0].as_json()
     assert parameters["loss_coefficient"] == [3.0, 1.0, 1.0, 2.0]
     assert parameters["opening_time_s"] == 0.01
     assert at_rows([], ROWS) == ()
-    sets = stacked([[effect("sensor.velocity_gain", gain=g)] for g in (1.1, np.array([1.2, 1.3]))], 2)
+    sets = stacked(
+        [[effect("sensor.velocity_gain", gain=g)] for g in (1.1, np.array([1.2, 1.3]))], 2
+    )
     assert sets[0].as_json()["gain"] == pytest.approx([1.1, 1.1, 1.2, 1.3])
 
 
@@ -310,9 +378,18 @@ def test_simulated_runs_have_their_configuration_s_value():
     """Run by run as if the whole campaign had the value of the run's configuration."""
     record = gun_record(pressures_pa=(0.5e5, 2e5), scatter=0.0)
     stage, gains = GunObservables(record), np.array([0.9, 1.0, 1.1, 1.2])
-    together = stage.simulated(at_rows([effect("sensor.velocity_gain", gain=gains)], record.configuration_of))
-    alone = np.array([stage.simulated([effect("sensor.velocity_gain", gain=float(gain))])[:, 0] for gain in gains])
-    np.testing.assert_allclose(together[:, 0], alone[record.configuration_of, np.arange(len(record.runs))])
+    together = stage.simulated(
+        at_rows([effect("sensor.velocity_gain", gain=gains)], record.configuration_of)
+    )
+    alone = np.array(
+        [
+            stage.simulated([effect("sensor.velocity_gain", gain=float(gain))])[:, 0]
+            for gain in gains
+        ]
+    )
+    np.testing.assert_allclose(
+        together[:, 0], alone[record.configuration_of, np.arange(len(record.runs))]
+    )
 
 
 def test_sets_of_the_same_kinds_are_observed_together():
@@ -326,7 +403,9 @@ def test_sets_of_the_same_kinds_are_observed_together():
 
     loss, gain = effect("gun.dead_volume", volume_m3=2e-3), effect("sensor.velocity_gain", gain=1.1)
     sets = [[loss], [], [gain, loss], [effect("gun.dead_volume", volume_m3=1e-3)], [loss, gain]]
-    assert batched_changes(sets, observed)[:, 0, 0] == pytest.approx([0.002, 0.0, 1.102, 0.001, 1.102])
+    assert batched_changes(sets, observed)[:, 0, 0] == pytest.approx(
+        [0.002, 0.0, 1.102, 0.001, 1.102]
+    )
     assert calls == [
         ([], 1),
         (["gun.dead_volume"], 2),

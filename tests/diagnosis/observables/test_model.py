@@ -24,7 +24,11 @@ from support.records.contact_campaigns import MASS_KG, hammer_record
 from support.records.pulse_tables import pulse_table
 
 TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])
-BARE = (("aluminum", 0.03, "none", "none"), ("delrin", 0.03, "steel", "polymeric"), ("steel", 0.02, "aluminum", "none"))
+BARE = (
+    ("aluminum", 0.03, "none", "none"),
+    ("delrin", 0.03, "steel", "polymeric"),
+    ("steel", 0.02, "aluminum", "none"),
+)
 RECORD = hammer_record(settings=BARE)
 RECORD_OF_TABLE = hammer_record(settings=BARE[:2])
 LAW = RegisteredContactStage(RECORD, LawContact())
@@ -43,7 +47,9 @@ class OneMass:
         hammer = [replace(setting, impactor_mass_kg=MASS_KG) for setting in strikes.settings]
         law_pulses = LawContact().pulses(ImpactBatch(hammer, strikes.impact_velocity_m_s), z)
         return ForcePulses(
-            law_pulses.contact_time_s, self.factor * law_pulses.force_n[:, ::4], law_pulses.compression_time_s
+            law_pulses.contact_time_s,
+            self.factor * law_pulses.force_n[:, ::4],
+            law_pulses.compression_time_s,
         )
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
@@ -52,7 +58,9 @@ class OneMass:
 
 def shots(mass_kg: float) -> CampaignRecord:
     """Bullets of another mass, whose true pulses are Hertz'."""
-    heavier = hammer_record([effect("contact.effective_mass", mass_factor=mass_kg / MASS_KG)], settings=BARE)
+    heavier = hammer_record(
+        [effect("contact.effective_mass", mass_factor=mass_kg / MASS_KG)], settings=BARE
+    )
     runs = tuple(replace(run, bullet_mass_kg=mass_kg) for run in heavier.runs)
     return replace(heavier, kind="gun", runs=runs)
 
@@ -69,8 +77,12 @@ def test_bias_of_the_model_is_its_gap() -> None:
     assert stage.simulator == "models:/few-phases@champion"
     stage = RegisteredContactStage(shots(0.5), OneMass(factor=1.0))
     ratio = 0.5 / MASS_KG
-    assert stage.residuals().mean(axis=0)[NAMES.index("ln_impulse")] == pytest.approx(np.log(ratio), abs=0.01)
-    heavier = stage.measured() - stage.simulated([effect("contact.effective_mass", mass_factor=ratio)])
+    assert stage.residuals().mean(axis=0)[NAMES.index("ln_impulse")] == pytest.approx(
+        np.log(ratio), abs=0.01
+    )
+    heavier = stage.measured() - stage.simulated(
+        [effect("contact.effective_mass", mass_factor=ratio)]
+    )
     assert np.abs((heavier / TOLERANCE).mean(axis=0)).max() < 0.4
 
 
@@ -90,9 +102,13 @@ def test_what_a_model_asks_for_must_be_given() -> None:
     class Asking(OneMass):
         registered = SimpleNamespace(predictors=[SimpleNamespace(name="plate_mass")])
 
-    with pytest.raises(ValueError, match=r"few-phases.* asks for the plate's mass.*give plate_mass_kg"):
+    with pytest.raises(
+        ValueError, match=r"few-phases.* asks for the plate's mass.*give plate_mass_kg"
+    ):
         RegisteredContactStage(RECORD, Asking())
-    assert RegisteredContactStage(RECORD, Asking(), plate_mass_kg=8.0).settings[0].plate_mass_kg == 8.0
+    assert (
+        RegisteredContactStage(RECORD, Asking(), plate_mass_kg=8.0).settings[0].plate_mass_kg == 8.0
+    )
     unknown = hammer_record(settings=(("delrin", 0.03, "none", "polymeric"),))
     with pytest.raises(ValueError, match="insulator = 'polymeric' without an anvil"):
         RegisteredContactStage(unknown, LawContact())

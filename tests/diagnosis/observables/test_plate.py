@@ -44,7 +44,9 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.nanmean(values**2)))
 
 
-def left(record_effects: Sequence[Effect], noise: float = NOISE) -> tuple[PlateObservables, np.ndarray, np.ndarray]:
+def left(
+    record_effects: Sequence[Effect], noise: float = NOISE
+) -> tuple[PlateObservables, np.ndarray, np.ndarray]:
     """Stage, gap before and gap after the planted effects are added, both in tolerances."""
     stage = PlateObservables(played(record_effects, noise=noise))
     after = stage.measured() - stage.simulated(record_effects)
@@ -78,7 +80,10 @@ def test_planted_effect_closes_its_own_gap_and_changes_are_differences(
 
 def test_two_effects_close_their_gap() -> None:
     _, before, after = left(
-        [effect("plate.stiffness", frequency_factor=1.07), effect("sensor.acceleration_gain", gain=1.2)]
+        [
+            effect("plate.stiffness", frequency_factor=1.07),
+            effect("sensor.acceleration_gain", gain=1.2),
+        ]
     )
     assert rms(after) < 0.35 < 5 < rms(before)
 
@@ -99,18 +104,27 @@ def test_two_effects_close_their_gap() -> None:
 def test_gap_goes_the_effects_way(
     name: str, parameter: str, values: tuple[float, float], part: str, rising: bool
 ) -> None:
-    stages = [PlateObservables(played([effect(name, **{parameter: value})], noise=NOISE)) for value in values]
+    stages = [
+        PlateObservables(played([effect(name, **{parameter: value})], noise=NOISE))
+        for value in values
+    ]
     sizes = [float(np.nanmean(in_tolerances(stage, stage.residuals(), part))) for stage in stages]
     assert np.all(np.diff(sizes) > 0) == rising
     assert np.all(np.diff(sizes) < 0) != rising
 
 
-@pytest.mark.parametrize("identity", ["plate.damping", "plate.stiffness", "plate.boundary", "sensor.acceleration_gain"])
+@pytest.mark.parametrize(
+    "identity", ["plate.damping", "plate.stiffness", "plate.boundary", "sensor.acceleration_gain"]
+)
 def test_changes_are_monotone_over_what_is_likely(nominal: PlateObservables, identity: str) -> None:
     kind = catalogue()[identity]
-    name, likely = next((item.name, item.likely) for item in kind.parameters() if item.likely is not None)
+    name, likely = next(
+        (item.name, item.likely) for item in kind.parameters() if item.likely is not None
+    )
     changes = nominal.changes([[kind(**{name: float(value)})] for value in np.linspace(*likely, 9)])
-    part = {"plate.damping": "ln damping", "sensor.acceleration_gain": "spectrum"}.get(identity, "ln frequency")
+    part = {"plate.damping": "ln damping", "sensor.acceleration_gain": "spectrum"}.get(
+        identity, "ln frequency"
+    )
     columns = [i for i, each in enumerate(nominal.observables) if part in each.name]
     assert np.all(np.diff(changes[:, :, columns], axis=0) > 0)
 
@@ -122,10 +136,16 @@ def test_sets_at_once_are_those_one_by_one(nominal: PlateObservables) -> None:
 
 
 def test_effects_that_do_nothing_here_change_nothing(nominal: PlateObservables) -> None:
-    others = [effect("gun.blow_by"), effect("contact.viscous_loss"), effect("sensor.velocity_gain", gain=1.1)]
+    others = [
+        effect("gun.blow_by"),
+        effect("contact.viscous_loss"),
+        effect("sensor.velocity_gain", gain=1.1),
+    ]
     assert np.all(nominal.changes([others]) == 0)
     off = [
-        catalogue()[identity](**{item.name: item.off for item in catalogue()[identity].parameters()})
+        catalogue()[identity](
+            **{item.name: item.off for item in catalogue()[identity].parameters()}
+        )
         for identity in nominal.shows
     ]
     assert nominal.changes([[each] for each in off]) == pytest.approx(0, abs=1e-9)
@@ -136,9 +156,12 @@ def test_true_force_from_upstream_passes_no_sensor(nominal: PlateObservables) ->
     gain = [effect("sensor.force_gain", gain=1.3)]
     assert nominal.simulated(gain, forces) == pytest.approx(nominal.simulated((), forces))
     twice = [
-        None if run.force is None else replace(run.force, values=2 * run.force.values) for run in nominal.record.runs
+        None if run.force is None else replace(run.force, values=2 * run.force.values)
+        for run in nominal.record.runs
     ]
-    gap = nominal.simulated((), twice) - nominal.simulated((), [run.force for run in nominal.record.runs])
+    gap = nominal.simulated((), twice) - nominal.simulated(
+        (), [run.force for run in nominal.record.runs]
+    )
     columns = [i for i, each in enumerate(nominal.observables) if each.unit == "dB"]
     assert gap[:, columns] == pytest.approx(20 * np.log10(2))
     coarse = [run.force for run in nominal.record.runs]
@@ -165,7 +188,9 @@ def test_missing_channels_and_runs_leave_the_others() -> None:
     half = Series(slow.values[::2], slow.sampling_rate_hz / 2, slow.start_s)
     changed = replace(first, accelerations={**first.accelerations, "acceleration_2": half})
     stage = PlateObservables(replace(record, runs=(changed, *record.runs[1:])))
-    told = f"1 accelerations of another sampling rate than {slow.sampling_rate_hz:g} Hz are left out"
+    told = (
+        f"1 accelerations of another sampling rate than {slow.sampling_rate_hz:g} Hz are left out"
+    )
     assert told in stage.assumptions
     stage = PlateObservables(played(rate_hz=10_000.0))
     assert "1 modes of the plate above 4500 Hz are left out: records end there" in stage.assumptions
@@ -175,11 +200,16 @@ def test_record_that_does_not_fit_the_plate_is_refused() -> None:
     with pytest.raises(ValueError, match="no plate"):
         PlateObservables(replace(played(), plate=None))
     record = played()
-    runs = tuple(replace(run, accelerations={"a": run.accelerations["acceleration_1"]}) for run in record.runs)
+    runs = tuple(
+        replace(run, accelerations={"a": run.accelerations["acceleration_1"]})
+        for run in record.runs
+    )
     with pytest.raises(ValueError, match="name the channels as the modal table does"):
         PlateObservables(replace(record, runs=runs))
     table = plate()
-    two = replace(table, shape_impact=np.vstack([table.shape_impact] * 2), impact_points=("#1", "#2"))
+    two = replace(
+        table, shape_impact=np.vstack([table.shape_impact] * 2), impact_points=("#1", "#2")
+    )
     record = played(bench=two)
     wrong = replace(record.configurations[0], factors={"impact_position": "#7"})
     with pytest.raises(ValueError, match="'#7' is not on the plate; it has #1, #2"):
@@ -187,7 +217,10 @@ def test_record_that_does_not_fit_the_plate_is_refused() -> None:
 
 
 def test_force_sensors_are_undone() -> None:
-    effects = [effect("sensor.force_gain", gain=0.8), effect("sensor.force_bandwidth", time_constant_s=2e-5)]
+    effects = [
+        effect("sensor.force_gain", gain=0.8),
+        effect("sensor.force_bandwidth", time_constant_s=2e-5),
+    ]
     force = _resampled(played().runs[0].force, 8.0)
     reading = force.values
     for each in effects:
@@ -201,20 +234,30 @@ def test_force_sensors_are_undone() -> None:
 
 def test_slow_force_channel_makes_the_plate_early() -> None:
     """It tells it from a mounting that resonates, which lifts the same lines."""
-    slow = PlateObservables(played([effect("sensor.force_bandwidth", time_constant_s=4e-5)], noise=NOISE))
-    mounted = PlateObservables(played([effect("sensor.mount_resonance", period_s=1.2e-4)], noise=NOISE))
+    slow = PlateObservables(
+        played([effect("sensor.force_bandwidth", time_constant_s=4e-5)], noise=NOISE)
+    )
+    mounted = PlateObservables(
+        played([effect("sensor.mount_resonance", period_s=1.2e-4)], noise=NOISE)
+    )
     # a low pass delays what oscillates at w by atan(w tau) / w: at high modes by less than tau
     omega, weight = 2 * np.pi * slow.modes.frequency_hz, slow.modes.weight
-    early = -(weight * omega * np.arctan(4e-5 * omega)).sum(axis=1) / (weight * omega**2).sum(axis=1)
+    early = -(weight * omega * np.arctan(4e-5 * omega)).sum(axis=1) / (weight * omega**2).sum(
+        axis=1
+    )
     assert np.nanmedian(slow.modes.delay_s, axis=0) == pytest.approx(early, rel=0.03)
     late = [i for i, each in enumerate(slow.observables) if "delay" in each.name]
-    assert slow.residuals()[:, late] * slow.signals.contact_s == pytest.approx(np.tile(early, (6, 1)), rel=0.05)
+    assert slow.residuals()[:, late] * slow.signals.contact_s == pytest.approx(
+        np.tile(early, (6, 1)), rel=0.05
+    )
     assert np.all(np.abs(in_tolerances(mounted, mounted.residuals(), "delay")) < 0.1)
 
 
 def test_long_uneven_contact_is_no_delay() -> None:
     """Beside short ones, whose modes are all read: the phase of a force is no mode that begins the other way."""
-    contacts = [(2e-4, 900.0 + 200 * i) for i in range(4)] + [(c, 2000.0) for c in (4e-4, 5e-4, 6e-4, 8e-4)]
+    contacts = [(2e-4, 900.0 + 200 * i) for i in range(4)] + [
+        (c, 2000.0) for c in (4e-4, 5e-4, 6e-4, 8e-4)
+    ]
     bench = [effect("plate.stiffness", frequency_factor=1.003)]
     for skew in (1.3, 1.5):
         stage = PlateObservables(played(bench, contacts=contacts, skew=skew, noise=1e-4))
@@ -240,7 +283,10 @@ def _resampled(force: Series | None, finer: float) -> Series:
 
 
 def _without(run: Run, channel: str) -> Run:
-    return replace(run, accelerations={name: each for name, each in run.accelerations.items() if name != channel})
+    return replace(
+        run,
+        accelerations={name: each for name, each in run.accelerations.items() if name != channel},
+    )
 
 
 def test_simulated_records_under_the_true_effect_are_the_measured_ones() -> None:
@@ -274,10 +320,13 @@ def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -
     channel = np.array([item.channel for item in nominal.observables])
     lines = np.array([item.unit == "dB" for item in nominal.observables])
     assert np.nanmax(np.abs(moved[:, channel == "acceleration_1"])) == pytest.approx(0.0, abs=1e-9)
-    assert moved[:, lines & (channel == "acceleration_2")] == pytest.approx(20 * np.log10(1.25), abs=1e-6)
+    assert moved[:, lines & (channel == "acceleration_2")] == pytest.approx(
+        20 * np.log10(1.25), abs=1e-6
+    )
     # Ten modes in three bands; an observable tells of the band of its frequency and of its own channel.
     damping, gain, force = (
-        catalogue()[name] for name in ("plate.damping", "sensor.acceleration_gain", "sensor.force_gain")
+        catalogue()[name]
+        for name in ("plate.damping", "sensor.acceleration_gain", "sensor.force_gain")
     )
     levels, names = nominal.parts(damping)["mode band"]
     assert np.bincount(levels).tolist() == [4, 3, 3]
@@ -294,7 +343,10 @@ def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -
 
 def test_what_is_kept_of_a_plate_changes_no_answer() -> None:
     """Sets that share a plate and forces, and others in between, against a stage that simulates one set alone."""
-    stiffness, force = effect("plate.stiffness", frequency_factor=0.97), effect("sensor.force_gain", gain=1.1)
+    stiffness, force = (
+        effect("plate.stiffness", frequency_factor=0.97),
+        effect("sensor.force_gain", gain=1.1),
+    )
     sets = [
         [stiffness],
         [stiffness, effect("sensor.mount_resonance", period_s=1e-4)],
@@ -313,6 +365,8 @@ def test_what_is_kept_of_a_plate_changes_no_answer() -> None:
 def test_effects_of_accelerometers_drive_no_plate_again(monkeypatch: pytest.MonkeyPatch) -> None:
     stage = PlateObservables(played(noise=NOISE))
     stage.changes([[effect("plate.damping", factor=1.5)]])
-    monkeypatch.setattr(PlateResponse, "accelerations", lambda *_: pytest.fail("the plate was driven again"))
+    monkeypatch.setattr(
+        PlateResponse, "accelerations", lambda *_: pytest.fail("the plate was driven again")
+    )
     gains = [effect("sensor.acceleration_gain", gain=gain) for gain in (0.9, 1.1)]
     stage.changes([[effect("plate.damping", factor=1.5), gain] for gain in gains])

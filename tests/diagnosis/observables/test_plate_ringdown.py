@@ -34,7 +34,8 @@ def solved(record: CampaignRecord, **settings: str) -> CampaignRecord:
 def silenced(run: Run, *channels: str) -> Run:
     """The run with NaN in these channels."""
     nothing = {
-        name: replace(run.accelerations[name], values=run.accelerations[name].values * np.nan) for name in channels
+        name: replace(run.accelerations[name], values=run.accelerations[name].values * np.nan)
+        for name in channels
     }
     return replace(run, accelerations={**run.accelerations, **nothing})
 
@@ -51,12 +52,21 @@ def test_nominal_and_solved_plates_agree_within_their_tolerances() -> None:
     assert np.abs(frequency).max() < 5e-4
     assert np.abs(damping).max() < 0.03
     # A handbook's modulus and an assumed damping are known less well than a measured table.
-    measured, model = (PlateRingdownStage(record) for record in (without_force(played()), solved(played())))
+    measured, model = (
+        PlateRingdownStage(record) for record in (without_force(played()), solved(played()))
+    )
     assert {item.tolerance for item in measured.observables} == {0.002, 0.1}
     assert {item.tolerance for item in model.observables} == {0.01, 0.4}
-    assert any("within 1% of a frequency and 40% of a damping ratio" in text for text in model.assumptions)
+    assert any(
+        "within 1% of a frequency and 40% of a damping ratio" in text for text in model.assumptions
+    )
     stage = PlateRingdownStage(without_force(played()))
-    assert stage.shows == ("plate.boundary", "plate.damping", "plate.sensor_mass", "plate.stiffness")
+    assert stage.shows == (
+        "plate.boundary",
+        "plate.damping",
+        "plate.sensor_mass",
+        "plate.stiffness",
+    )
     assert "plate.sensor_mass" not in PlateRingdownStage(solved(played())).shows
 
 
@@ -83,23 +93,33 @@ def test_where_a_sensor_stands_does_not_matter() -> None:
     # A model with shapes of its own, as of a drawing without places, reads the same as the table that was measured.
     record, rng = played(noise=1e-3), np.random.default_rng(0)
     table = plate()
-    elsewhere = replace(table, shapes=rng.normal(size=table.shapes.shape), shape_impact=-table.shape_impact)
-    one, other = (PlateRingdownStage(replace(solved(record), plate=model)) for model in (table, elsewhere))
+    elsewhere = replace(
+        table, shapes=rng.normal(size=table.shapes.shape), shape_impact=-table.shape_impact
+    )
+    one, other = (
+        PlateRingdownStage(replace(solved(record), plate=model)) for model in (table, elsewhere)
+    )
     np.testing.assert_array_equal(one.residuals(), other.residuals())
-    stage = PlateRingdownStage(without_force(played([effect("plate.stiffness", frequency_factor=1.02)], noise=1e-3)))
+    stage = PlateRingdownStage(
+        without_force(played([effect("plate.stiffness", frequency_factor=1.02)], noise=1e-3))
+    )
     gap = GapTable.of(stage.record, [stage])
     size = GapMetric.of(gap).size(gap)
     assert "modal frequencies and damping ratios" in size.metric
     assert size.before == pytest.approx(np.log(1.02) / 0.002 / np.sqrt(2), rel=0.1)
 
 
-@pytest.mark.parametrize(("column", "level"), [("plate_material", "aluminum"), ("boundary_conditions", "fixed")])
+@pytest.mark.parametrize(
+    ("column", "level"), [("plate_material", "aluminum"), ("boundary_conditions", "fixed")]
+)
 def test_runs_on_another_plate_have_no_part(column: str, level: str) -> None:
     stage = PlateRingdownStage(solved(played(), **{column: level}))
     other = stage.record.configuration_of == 0
     assert np.isnan(stage.residuals()[other]).all()
     assert np.isfinite(stage.residuals()[~other]).any()
-    assert any(f"{other.sum()} runs on a plate of another material" in text for text in stage.assumptions)
+    assert any(
+        f"{other.sum()} runs on a plate of another material" in text for text in stage.assumptions
+    )
 
 
 def test_a_channel_of_nan_leaves_the_other() -> None:
@@ -110,7 +130,9 @@ def test_a_channel_of_nan_leaves_the_other() -> None:
     assert np.abs(frequency).max() < 5e-4
     record = without_force(played())
     runs = tuple(silenced(run, *run.accelerations) for run in record.runs)
-    with pytest.raises(ValueError, match="no run has an acceleration of the plate that goes on after the contact"):
+    with pytest.raises(
+        ValueError, match="no run has an acceleration of the plate that goes on after the contact"
+    ):
         PlateRingdownStage(replace(record, runs=runs))
     (stage,), notes = stages_of(without_force(played()), Options())
     assert isinstance(stage, PlateRingdownStage)
@@ -118,13 +140,18 @@ def test_a_channel_of_nan_leaves_the_other() -> None:
 
 
 def lines(table: ModalPlate) -> ModeLines:
-    return ModeLines(table.frequency_hz, np.abs(table.shapes * table.shape_impact).T * table.frequency_hz[:, None])
+    return ModeLines(
+        table.frequency_hz,
+        np.abs(table.shapes * table.shape_impact).T * table.frequency_hz[:, None],
+    )
 
 
 def of_changed(name: str, **parameters: float) -> np.ndarray:
     change = effect(name, **parameters)
     assert isinstance(change, PlateEffect)
-    return matched(lines(change.apply(plate())), [lines(candidate) for candidate in candidate_plates(plate())])
+    return matched(
+        lines(change.apply(plate())), [lines(candidate) for candidate in candidate_plates(plate())]
+    )
 
 
 def test_moved_plates_keep_the_names_of_their_modes() -> None:
@@ -140,7 +167,9 @@ def test_moved_plates_keep_the_names_of_their_modes() -> None:
     )
     moved = effect("plate.stiffness", frequency_factor=1.07)
     assert isinstance(moved, PlateEffect)
-    matches = matched(lines(moved.apply(close)), [lines(candidate) for candidate in candidate_plates(close)])
+    matches = matched(
+        lines(moved.apply(close)), [lines(candidate) for candidate in candidate_plates(close)]
+    )
     assert np.array_equal(matches, np.arange(10))
     for modes in (
         of_changed("plate.stiffness", frequency_factor=0.91),
@@ -165,20 +194,29 @@ def test_foreign_and_missing_lines_have_no_mode() -> None:
 def dense() -> ModalPlate:
     """Sixty modes about 90 Hz apart, three rigid ones among them, as a finite element model has them."""
     rng = np.random.default_rng(8)
-    frequency = np.concatenate([np.zeros(3), 90.0 * (np.arange(57) + 1 + rng.uniform(-0.2, 0.2, 57))])
+    frequency = np.concatenate(
+        [np.zeros(3), 90.0 * (np.arange(57) + 1 + rng.uniform(-0.2, 0.2, 57))]
+    )
     shape = rng.uniform(0.25, 0.7, (3, 60)) * rng.choice([-1.0, 1.0], (3, 60))
     ratio = np.where(frequency > 0, 0.003, 0.0)
-    return ModalPlate(frequency, ratio, shape[:1], shape[1:], ("#1",), ("acceleration_1", "acceleration_2"))
+    return ModalPlate(
+        frequency, ratio, shape[:1], shape[1:], ("#1",), ("acceleration_1", "acceleration_2")
+    )
 
 
 def test_low_modes_of_a_dense_plate_are_read() -> None:
     planted = effect("plate.stiffness", frequency_factor=1.01)
     stage = PlateObservables(played([planted], noise=0.002, bench=dense()))
-    frequency = [i for i, observable in enumerate(stage.observables) if "ln frequency" in observable.name]
+    frequency = [
+        i for i, observable in enumerate(stage.observables) if "ln frequency" in observable.name
+    ]
     assert len(frequency) > 5
     assert stage.residuals()[:, frequency] == pytest.approx(np.log(1.01), abs=5e-4)
     remaining = stage.measured() - stage.simulated([planted])
-    assert np.nanmax(np.abs(remaining / [observable.tolerance for observable in stage.observables])) < 1.5
+    assert (
+        np.nanmax(np.abs(remaining / [observable.tolerance for observable in stage.observables]))
+        < 1.5
+    )
 
 
 def test_window_takes_fewer_samples_and_keeps_the_mode() -> None:

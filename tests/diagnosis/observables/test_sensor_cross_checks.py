@@ -18,7 +18,10 @@ PHYSICS = [
     *(effect("plate.damping", factor=factor) for factor in (0.5, 0.9, 1.1, 2.0)),
     *(effect("plate.stiffness", frequency_factor=factor) for factor in (0.94, 0.99, 1.01, 1.08)),
     *(effect("plate.sensor_mass", mass_kg=mass_kg) for mass_kg in (0.02, 0.15)),
-    *(effect("plate.boundary", support_frequency_hz=frequency_hz) for frequency_hz in (30.0, 110.0)),
+    *(
+        effect("plate.boundary", support_frequency_hz=frequency_hz)
+        for frequency_hz in (30.0, 110.0)
+    ),
 ]
 FORCE_GAIN = effect("sensor.force_gain", gain=1.2)
 ACCELERATION_GAIN = effect("sensor.acceleration_gain", gain=1 / 1.2)
@@ -43,14 +46,18 @@ def rest_share(acting: Effect, imitating: list[Effect]) -> float:
 
 
 @pytest.mark.parametrize("acting", [FORCE_GAIN, ACCELERATION_GAIN], ids=lambda acting: acting.id)
-def test_plate_cannot_imitate_a_gain_because_its_momentum_is_compared_with_the_impulse(acting: Effect) -> None:
+def test_plate_cannot_imitate_a_gain_because_its_momentum_is_compared_with_the_impulse(
+    acting: Effect,
+) -> None:
     assert rest_share(acting, PHYSICS) > 0.5
 
 
 def test_gain_of_one_accelerometer_is_told_by_the_others_even_from_a_gain_of_the_force() -> None:
     channels = stage().signals.channels
     assert len(channels) > 1
-    of_first = effect("sensor.acceleration_gain", gain=np.where(np.arange(len(channels)) == 0, 1 / 1.2, 1.0))
+    of_first = effect(
+        "sensor.acceleration_gain", gain=np.where(np.arange(len(channels)) == 0, 1 / 1.2, 1.0)
+    )
     assert rest_share(of_first, [*PHYSICS, FORCE_GAIN]) > 0.5
 
 

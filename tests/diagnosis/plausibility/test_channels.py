@@ -41,15 +41,22 @@ def test_a_perfect_bench_fits_itself() -> None:
     assert findings(replace(plate_record(alike), plate=alike)) == ()
 
 
-@pytest.mark.parametrize(("stiffer", "damping"), [(1.0, 1.0), (1.05, 1.0), (0.95, 1.0), (1.0, 4.0), (1.0, 0.3)])
+@pytest.mark.parametrize(
+    ("stiffer", "damping"), [(1.0, 1.0), (1.05, 1.0), (0.95, 1.0), (1.0, 4.0), (1.0, 0.3)]
+)
 def test_another_plate_than_the_table_s_is_no_mistake(stiffer: float, damping: float) -> None:
     plate = small_plate()
-    true = replace(plate, frequency_hz=plate.frequency_hz * stiffer, damping_ratio=plate.damping_ratio * damping)
+    true = replace(
+        plate,
+        frequency_hz=plate.frequency_hz * stiffer,
+        damping_ratio=plate.damping_ratio * damping,
+    )
     assert findings(plate_record(true)) == ()
 
 
 @pytest.mark.parametrize(
-    ("factor", "unit"), [(1 / 9.80665, " g "), (9.80665, " g "), (1e3, "mm/s2"), (1 / 0.3048, "ft/s2")]
+    ("factor", "unit"),
+    [(1 / 9.80665, " g "), (9.80665, " g "), (1e3, "mm/s2"), (1 / 0.3048, "ft/s2")],
 )
 def test_one_channel_in_another_unit_is_refused(factor: float, unit: str) -> None:
     (finding,) = findings(changed(times(factor, CHANNELS[1])))
@@ -61,10 +68,14 @@ def test_a_channel_of_any_name_in_another_unit_is_refused() -> None:
     record = changed(times(1e3, CHANNELS[0]))
     sides = dict(zip(CHANNELS, ("left", "right"), strict=True))
     runs = tuple(
-        replace(run, accelerations={sides[name]: series for name, series in run.accelerations.items()})
+        replace(
+            run, accelerations={sides[name]: series for name, series in run.accelerations.items()}
+        )
         for run in record.runs
     )
-    (finding,) = implausible(replace(record, runs=runs, plate=replace(small_plate(), sensors=("left", "right"))), [])
+    (finding,) = implausible(
+        replace(record, runs=runs, plate=replace(small_plate(), sensors=("left", "right"))), []
+    )
     assert (finding.severity, finding.channel) == ("refuse", "left")
     assert finding.message.endswith("correct its unit or sensitivity in campaign.toml")
 
@@ -75,10 +86,14 @@ def test_a_channel_of_any_name_in_another_unit_is_refused() -> None:
 def test_an_anvil_on_preloaded_cells_swings_back(kind: str, anvil: str, refused: int) -> None:
     """After the blow the cells show a pull of 60 %, which neither bare cells nor a hammer's tip do."""
     time = np.arange(400) / 1e5
-    swing = 1e4 * np.where(time < 1e-3, np.sin(np.pi * time / 1e-3), -0.6 * np.sin(np.pi * (time - 1e-3) / 1e-3))
+    swing = 1e4 * np.where(
+        time < 1e-3, np.sin(np.pi * time / 1e-3), -0.6 * np.sin(np.pi * (time - 1e-3) / 1e-3)
+    )
     force = Series(np.where(time < 2e-3, swing, 0.0), 1e5, 0.0)
     runs = tuple(Run(0, number, 1, number, force=force) for number in range(1, 4))
-    record = CampaignRecord("swings", kind, (RunConfiguration("c", {"anvil_material": anvil}),), runs)
+    record = CampaignRecord(
+        "swings", kind, (RunConfiguration("c", {"anvil_material": anvil}),), runs
+    )
     assert len(tensile_force(record)) == refused
 
 
@@ -87,7 +102,9 @@ def test_channels_in_each_other_s_place_or_reversed_are_refused() -> None:
     assert (finding.severity, finding.channel) == ("refuse", CHANNELS[0])
     assert "polarity" in finding.message
     first, second = CHANNELS
-    (finding,) = findings(changed(lambda recorded: {first: recorded[second], second: recorded[first]}))
+    (finding,) = findings(
+        changed(lambda recorded: {first: recorded[second], second: recorded[first]})
+    )
     assert finding.severity == "refuse"
     assert "swapped" in finding.message
     record = plate_record()

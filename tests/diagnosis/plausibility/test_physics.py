@@ -50,7 +50,9 @@ def ends(kind: type[Effect]) -> list[Effect]:
 
 
 def gun_record() -> CampaignRecord:
-    configurations = tuple(RunConfiguration(f"shot {i}", {"tank_pressure": p}) for i, (p, _) in enumerate(SETTINGS))
+    configurations = tuple(
+        RunConfiguration(f"shot {i}", {"tank_pressure": p}) for i, (p, _) in enumerate(SETTINGS)
+    )
     runs = tuple(Run(i, i + 1, 1, i, p, m, 10.0) for i, (p, m) in enumerate(SETTINGS))
     bench = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
     return CampaignRecord("shots", "gun", configurations, runs, gun=bench)
@@ -98,20 +100,32 @@ def refusals(effects: Sequence[Effect]) -> list[str]:
     return [finding.message for finding in findings if finding.severity == "refuse"]
 
 
-@pytest.mark.parametrize("name", [n for n, kind in catalogue().items() if issubclass(kind, PlateEffect | SensorEffect)])
+@pytest.mark.parametrize(
+    "name", [n for n, kind in catalogue().items() if issubclass(kind, PlateEffect | SensorEffect)]
+)
 def test_no_effect_on_the_plate_is_refused(name: str) -> None:
     for effect in ends(catalogue()[name]):
-        record = plate_record(effect.apply(small_plate())) if isinstance(effect, PlateEffect) else plate_record()
+        record = (
+            plate_record(effect.apply(small_plate()))
+            if isinstance(effect, PlateEffect)
+            else plate_record()
+        )
         if isinstance(effect, SensorEffect):
             record = replace(record, runs=tuple(shown(run, effect) for run in record.runs))
-        assert [finding.message for finding in channel_findings(record) if finding.severity == "refuse"] == []
+        assert [
+            finding.message for finding in channel_findings(record) if finding.severity == "refuse"
+        ] == []
 
 
 def shown(run: Run, effect: SensorEffect) -> Run:
     """What the sensors show of a run."""
 
     def through(hook: str, series: Series) -> Series:
-        return replace(series, values=getattr(effect, hook)(series.values, 1 / series.sampling_rate_hz))
+        return replace(
+            series, values=getattr(effect, hook)(series.values, 1 / series.sampling_rate_hz)
+        )
 
-    accelerations = {n: through("measured_acceleration_m_s2", s) for n, s in run.accelerations.items()}
+    accelerations = {
+        n: through("measured_acceleration_m_s2", s) for n, s in run.accelerations.items()
+    }
     return replace(run, force=through("measured_force_n", run.force), accelerations=accelerations)

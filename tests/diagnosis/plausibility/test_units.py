@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.observables.contact.stage import ContactObservables
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
-from pyroshock.diagnosis.plausibility import ImplausibleRecordError, LikelyMistake, check, implausible
+from pyroshock.diagnosis.plausibility import (
+    ImplausibleRecordError,
+    LikelyMistake,
+    check,
+    implausible,
+)
 from pyroshock.diagnosis.plausibility.channels import setting_findings
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
@@ -28,16 +33,32 @@ BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
 MASSES_KG, PRESSURES_PA = (0.25, 0.5, 1.0), (0.6e5, 1.2e5, 2.4e5, 4.8e5)
 
 
-def gun_record(factor: float = 0.98, *, pressure: Callable[[float], float] = lambda p: p) -> CampaignRecord:
+def gun_record(
+    factor: float = 0.98, *, pressure: Callable[[float], float] = lambda p: p
+) -> CampaignRecord:
     """Shots at `factor` times the nominal velocity, 1 % scatter; `pressure` is what is written of the true one."""
     rng = np.random.default_rng(5)
     settings = [(p, m) for p in PRESSURES_PA for m in MASSES_KG]
-    configurations = [RunConfiguration(f"{p} Pa {m} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings]
+    configurations = [
+        RunConfiguration(f"{p} Pa {m} kg", {"tank_pressure": p, "bullet_mass": m})
+        for p, m in settings
+    ]
     runs = []
     for order in range(2 * len(settings)):
         p, m = settings[order // 2]
         velocity = float(muzzle_velocity(BENCH, p, m)) * factor * (1 + 0.01 * rng.standard_normal())
-        runs.append(Run(order // 2, order + 1, order % 2 + 1, order, pressure(p), m, velocity, 0.01 * velocity))
+        runs.append(
+            Run(
+                order // 2,
+                order + 1,
+                order % 2 + 1,
+                order,
+                pressure(p),
+                m,
+                velocity,
+                0.01 * velocity,
+            )
+        )
     return CampaignRecord("shots", "gun", tuple(configurations), tuple(runs), gun=BENCH)
 
 
@@ -46,7 +67,9 @@ def with_runs(record: CampaignRecord, change: Callable[[Run], Run]) -> CampaignR
 
 
 def with_velocity(record: CampaignRecord, factor: float) -> CampaignRecord:
-    return with_runs(record, lambda run: replace(run, velocity_m_s=(run.velocity_m_s or 0.0) * factor))
+    return with_runs(
+        record, lambda run: replace(run, velocity_m_s=(run.velocity_m_s or 0.0) * factor)
+    )
 
 
 def with_force(record: CampaignRecord, factor: float) -> CampaignRecord:
@@ -75,7 +98,9 @@ def test_missing_physics_of_the_gun_is_no_mistake(effect: Effect) -> None:
     pressure = np.array([run.tank_pressure_pa for run in record.runs])
     mass = np.array([run.bullet_mass_kg for run in record.runs])
     fired = gun_velocity(BENCH, pressure, mass, [effect]).velocity_m_s
-    runs = tuple(replace(run, velocity_m_s=float(v)) for run, v in zip(record.runs, fired, strict=True))
+    runs = tuple(
+        replace(run, velocity_m_s=float(v)) for run, v in zip(record.runs, fired, strict=True)
+    )
     assert of_gun(replace(record, runs=runs)) == ()
 
 
@@ -84,7 +109,9 @@ WRITTEN_TIMES: dict[str, Callable[[float], tuple[LikelyMistake, ...]]] = {
     "velocity of the gun": lambda factor: of_gun(with_velocity(gun_record(), factor)),
     "tank_pressure": lambda factor: of_gun(gun_record(pressure=lambda p: p * factor)),
     "force": lambda factor: of_contact(with_force(hammer_record(noise=0.002), factor)),
-    "velocity of the hammer": lambda factor: of_contact(with_velocity(hammer_record(noise=0.002), factor)),
+    "velocity of the hammer": lambda factor: of_contact(
+        with_velocity(hammer_record(noise=0.002), factor)
+    ),
 }
 
 
@@ -97,7 +124,12 @@ WRITTEN_TIMES: dict[str, Callable[[float], tuple[LikelyMistake, ...]]] = {
         ("tank_pressure", 14.503774, "values in psi where bar is declared"),
         ("tank_pressure", 100.0, "values in kPa where bar is declared"),
         ("tank_pressure", 0.1, "values in MPa where bar is declared"),
-        *(("force", 1e3, "kN"), ("force", 1e-3, "kN"), ("force", 4.4482, "lbf"), ("force", 1 / 4.4482, "lbf")),
+        *(
+            ("force", 1e3, "kN"),
+            ("force", 1e-3, "kN"),
+            ("force", 4.4482, "lbf"),
+            ("force", 1 / 4.4482, "lbf"),
+        ),
         *(("force", 9.80665, "kgf"), ("force", 10, "gain")),
         *(
             ("velocity of the hammer", factor, unit)
@@ -124,7 +156,9 @@ def test_what_may_be_physics_is_only_named() -> None:
     assert [finding.severity for finding in check(record, [GunObservables(record)])] == ["name"]
 
 
-@pytest.mark.parametrize("effects", [(), (EffectiveMass(1.3),), (ViscousLoss(0.5),), (LayerCompliance(1e-7),)])
+@pytest.mark.parametrize(
+    "effects", [(), (EffectiveMass(1.3),), (ViscousLoss(0.5),), (LayerCompliance(1e-7),)]
+)
 def test_missing_physics_of_the_contact_is_no_mistake(effects: tuple[Effect, ...]) -> None:
     assert of_contact(hammer_record(effects, noise=0.002)) == ()
 
@@ -132,7 +166,9 @@ def test_missing_physics_of_the_contact_is_no_mistake(effects: tuple[Effect, ...
 def test_a_rate_in_kilohertz_is_told_by_the_pulse() -> None:
     def change(run: Run) -> Run:
         rate, start = run.force.sampling_rate_hz, run.force.start_s
-        return replace(run, force=replace(run.force, sampling_rate_hz=rate * 1e3, start_s=start / 1e3))
+        return replace(
+            run, force=replace(run.force, sampling_rate_hz=rate * 1e3, start_s=start / 1e3)
+        )
 
     (finding,) = of_contact(with_runs(hammer_record(), change))
     assert (finding.severity, finding.channel) == ("refuse", "sampling rate")
@@ -151,7 +187,9 @@ def test_check_raises_one_line_that_says_what_to_do() -> None:
 
 
 RUN = Run(0, 1, 1, 0, 0.6e5, 0.5, 12.0)
-RECORD = CampaignRecord("shots", "gun", (RunConfiguration("c", {"tip_radius": 0.03}),), (RUN,), gun=BENCH)
+RECORD = CampaignRecord(
+    "shots", "gun", (RunConfiguration("c", {"tip_radius": 0.03}),), (RUN,), gun=BENCH
+)
 
 
 def test_a_bench_as_it_is_has_none() -> None:
@@ -163,7 +201,11 @@ def test_a_bench_as_it_is_has_none() -> None:
     ("record", "setting", "unit"),
     [
         (replace(RECORD, runs=(replace(RUN, bullet_mass_kg=500.0),)), "bullet_mass_kg", "grams"),
-        (replace(RECORD, runs=(replace(RUN, tank_pressure_pa=0.6e10),)), "tank_pressure_pa", "pascals"),
+        (
+            replace(RECORD, runs=(replace(RUN, tank_pressure_pa=0.6e10),)),
+            "tank_pressure_pa",
+            "pascals",
+        ),
         (
             replace(RECORD, runs=(replace(RUN, velocity_m_s=12e3),)),
             "velocity_m_s",
@@ -174,20 +216,30 @@ def test_a_bench_as_it_is_has_none() -> None:
         (replace(RECORD, runs=(replace(RUN, travel_m=885.0),)), "travel_m of a run", "millimetres"),
         (replace(RECORD, hammer_mass_kg=320.0), "mass_kg", "grams"),
         (replace(RECORD, plate_thickness_m=10.0), "thickness_m", "millimetres"),
-        (replace(RECORD, configurations=(RunConfiguration("c", {"tip_radius": 3e-5}),)), "tip_radius_mm", "metres"),
         (
-            replace(RECORD, plate=replace(small_plate(), damping_ratio=small_plate().damping_ratio * 50)),
+            replace(RECORD, configurations=(RunConfiguration("c", {"tip_radius": 3e-5}),)),
+            "tip_radius_mm",
+            "metres",
+        ),
+        (
+            replace(
+                RECORD, plate=replace(small_plate(), damping_ratio=small_plate().damping_ratio * 50)
+            ),
             "damping_ratio",
             "per cent",
         ),
         (
-            replace(RECORD, plate=replace(small_plate(), frequency_hz=small_plate().frequency_hz / 1e3)),
+            replace(
+                RECORD, plate=replace(small_plate(), frequency_hz=small_plate().frequency_hz / 1e3)
+            ),
             "frequency_hz",
             "kilohertz",
         ),
     ],
 )
-def test_a_number_in_another_unit_is_refused_by_name(record: CampaignRecord, setting: str, unit: str) -> None:
+def test_a_number_in_another_unit_is_refused_by_name(
+    record: CampaignRecord, setting: str, unit: str
+) -> None:
     (finding,) = setting_findings(record)
     assert (finding.severity, finding.channel) == ("refuse", setting)
     assert f"is it in {unit}" in finding.message

@@ -30,36 +30,56 @@ def store(tmp_path: Path) -> Iterator[Store]:
 def test_the_recorded_pressure_goes_before_the_set_one(store: Store, tmp_path: Path) -> None:
     ingest_folder(store, gun_campaign(tmp_path / "c", shots=4))
     with store.writing() as session:
-        session.execute(update(Shot).where(Shot.run > 1).values(recorded_pressure_pa=Shot.tank_pressure_pa * 0.98))
+        session.execute(
+            update(Shot)
+            .where(Shot.run > 1)
+            .values(recorded_pressure_pa=Shot.tank_pressure_pa * 0.98)
+        )
     with store.reading() as session:
         record = read_campaign(session, "gun")
         set_ones = session.scalars(select(Shot.tank_pressure_pa).order_by(Shot.run)).all()
-    ratios = [run.tank_pressure_pa / pressure for run, pressure in zip(record.runs, set_ones, strict=True)]
+    ratios = [
+        run.tank_pressure_pa / pressure for run, pressure in zip(record.runs, set_ones, strict=True)
+    ]
     # What was not recorded is what the transducer would have read.
     assert ratios == pytest.approx([0.98, 0.98, 0.98, 0.98])
     assert (
-        "tank pressure: as recorded in 3 of 4 shots, in the median -2.0% from the set one; gauge" in record.assumptions
+        "tank pressure: as recorded in 3 of 4 shots, in the median -2.0% from the set one; gauge"
+        in record.assumptions
     )
 
 
-def test_an_integrated_velocity_is_said_to_be_biased_with_its_uncertainty(store: Store, tmp_path: Path) -> None:
+def test_an_integrated_velocity_is_said_to_be_biased_with_its_uncertainty(
+    store: Store, tmp_path: Path
+) -> None:
     ingest_folder(store, hammer_campaign(tmp_path / "c"))
-    values = {"impact_velocity_m_s": 1.5, "impact_velocity_u_m_s": 0.03, "velocity_source": "integrated"}
+    values = {
+        "impact_velocity_m_s": 1.5,
+        "impact_velocity_u_m_s": 0.03,
+        "velocity_source": "integrated",
+    }
     with store.writing() as session:
         session.execute(update(Impact).values(**values))
     with store.reading() as session:
         record = read_campaign(session, "hammer")
     assert {(run.velocity_m_s, run.velocity_u_m_s) for run in record.runs} == {(1.5, 0.03)}
-    assert any("integrated" in text and "2.0%" in text and "yielding plate" in text for text in record.assumptions)
+    assert any(
+        "integrated" in text and "2.0%" in text and "yielding plate" in text
+        for text in record.assumptions
+    )
 
 
-def test_a_velocity_at_the_plate_stands_in_for_one_at_the_muzzle(store: Store, tmp_path: Path) -> None:
+def test_a_velocity_at_the_plate_stands_in_for_one_at_the_muzzle(
+    store: Store, tmp_path: Path
+) -> None:
     ingest_folder(store, gun_campaign(tmp_path / "c", shots=4))
     with store.writing() as session:
         shots = session.scalars(select(Shot).order_by(Shot.run)).all()
         for shot, source in zip(shots, ("reported", "integrated", "reported"), strict=False):
             keys = {"campaign_id": shot.campaign_id, "configuration_id": shot.configuration_id}
-            impact = Impact(**keys, run=shot.run, repetition=1, impact_velocity_m_s=9.0, velocity_source=source)
+            impact = Impact(
+                **keys, run=shot.run, repetition=1, impact_velocity_m_s=9.0, velocity_source=source
+            )
             session.add(impact)
             session.flush()
             shot.impact_id = impact.id
@@ -69,7 +89,9 @@ def test_a_velocity_at_the_plate_stands_in_for_one_at_the_muzzle(store: Store, t
     with store.reading() as session:
         record = read_campaign(session, "gun")
     assert [run.velocity_m_s for run in record.runs] == [9.0, 9.0, *measured]
-    assert any("muzzle velocity of 1 of 4 shots: that at the plate" in text for text in record.assumptions)
+    assert any(
+        "muzzle velocity of 1 of 4 shots: that at the plate" in text for text in record.assumptions
+    )
     assert any("impact velocity of 1 of 4 hits: integrated" in text for text in record.assumptions)
 
 
@@ -99,7 +121,9 @@ def test_a_stored_campaign_is_read_as_its_folder(store: Store, tmp_path: Path) -
 
 
 @given(st.lists(st.one_of(st.none(), st.integers(0, 4)), max_size=60), st.integers(1, 12))
-def test_so_many_of_each_group_are_chosen_first_and_last_among_them(groups: list[int | None], most: int) -> None:
+def test_so_many_of_each_group_are_chosen_first_and_last_among_them(
+    groups: list[int | None], most: int
+) -> None:
     chosen = evenly_chosen(groups, most)
     assert chosen == sorted(set(chosen))
     for group in {member for member in groups if member is not None}:
@@ -119,8 +143,12 @@ def test_a_window_ends_where_the_recording_s_next_contact_begins() -> None:
     assert clear_s == {1: pytest.approx(0.3 - 1e-3), 0: float("inf"), 2: float("inf")}
 
 
-@pytest.mark.parametrize(("lowest", "highest", "cut"), [(-99.0, 99.0, False), (-100.0, 5.0, True), (-5.0, 120.0, True)])
-def test_a_hit_is_cut_where_its_own_samples_stand_at_a_rail(lowest: float, highest: float, cut: bool) -> None:
+@pytest.mark.parametrize(
+    ("lowest", "highest", "cut"), [(-99.0, 99.0, False), (-100.0, 5.0, True), (-5.0, 120.0, True)]
+)
+def test_a_hit_is_cut_where_its_own_samples_stand_at_a_rail(
+    lowest: float, highest: float, cut: bool
+) -> None:
     exclusions = QualityExclusions({}, frozenset(), {(7, "acceleration_1"): (-100.0, 120.0)})
     hit = StoredImpact(1, 1, 1, 7, 1, None, None, None, 0.1, 1e-3)
     assert exclusions.cut_top(hit, "acceleration_1", np.array([0.0, lowest, highest])) is cut

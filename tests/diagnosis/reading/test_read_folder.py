@@ -58,7 +58,9 @@ def test_series_are_the_files_own_samples_on_the_clock_of_the_force(
         assert tuple(run.accelerations) == CHANNELS
         for name, series in run.accelerations.items():
             first = round(contact + series.start_s * FS_HZ)
-            np.testing.assert_array_equal(series.values, written[name][first : first + series.values.size])
+            np.testing.assert_array_equal(
+                series.values, written[name][first : first + series.values.size]
+            )
     far = record.runs[0].accelerations["acceleration_1"]
     assert far.time_s[-1] == pytest.approx(0.1, abs=1 / FS_HZ)
     assert far.time_s[0] == pytest.approx(-64 / FS_HZ, abs=1e-9)
@@ -67,7 +69,9 @@ def test_series_are_the_files_own_samples_on_the_clock_of_the_force(
     np.testing.assert_array_equal(record.plate.frequency_hz, small_plate().frequency_hz)
 
 
-def test_cells_of_an_array_are_summed(struck_plate: tuple[PlateCampaign, CampaignRecord], tmp_path: Path) -> None:
+def test_cells_of_an_array_are_summed(
+    struck_plate: tuple[PlateCampaign, CampaignRecord], tmp_path: Path
+) -> None:
     shared = read_folder(plate_campaign(tmp_path / "three", cells=3).folder)
     for single, array in zip(struck_plate[1].runs, shared.runs, strict=True):
         np.testing.assert_allclose(array.force.values, single.force.values, rtol=1e-5, atol=1e-3)
@@ -78,12 +82,19 @@ def test_clipped_channels_are_left_out_and_said(tmp_path: Path) -> None:
     record = read_folder(plate_campaign(tmp_path / "force", clip={"force": 1150.0}).folder)
     assert [run.force is None for run in record.runs] == [False, False, True, True, True, True]
     assert all(run.accelerations for run in record.runs)
-    assert any(text.startswith("force: left out in 4 of 6 hits") and "(clipping" in text for text in record.assumptions)
+    assert any(
+        text.startswith("force: left out in 4 of 6 hits") and "(clipping" in text
+        for text in record.assumptions
+    )
     # Also where the contact is over: the pulse is whole, but what is compared with the plate is not.
-    record = read_folder(plate_campaign(tmp_path / "acceleration", clip={"acceleration_2": 400.0}).folder)
+    record = read_folder(
+        plate_campaign(tmp_path / "acceleration", clip={"acceleration_2": 400.0}).folder
+    )
     assert {tuple(run.accelerations) for run in record.runs} == {CHANNELS[:1]}
     assert all(run.force is not None for run in record.runs)
-    assert any(text.startswith("acceleration_2: left out in 6 of 6 hits") for text in record.assumptions)
+    assert any(
+        text.startswith("acceleration_2: left out in 6 of 6 hits") for text in record.assumptions
+    )
     record = read_folder(plate_campaign(tmp_path / "sign", sign=-1).folder)
     assert all(run.force is not None and run.force.values.max() > 1000 for run in record.runs)
     assert any("compression as negative in 6 of 6" in text for text in record.assumptions)
@@ -103,13 +114,17 @@ def test_a_gun_s_table_alone_gives_its_velocities(tmp_path: Path) -> None:
 
 
 def test_remarks_make_no_configurations(tmp_path: Path) -> None:
-    rows = [dict(row, run=i, tank_pressure_bar=0.3 + 0.1 * (i % 2)) for i, row in enumerate(gun_rows(8))]
+    rows = [
+        dict(row, run=i, tank_pressure_bar=0.3 + 0.1 * (i % 2)) for i, row in enumerate(gun_rows(8))
+    ]
     noted = [dict(row, note=f"shot at {i} o'clock", angle=i % 3) for i, row in enumerate(rows)]
     folder = gun_campaign(tmp_path / "c")
     write_runs(folder, noted)
     record = read_folder(folder)
     assert len(record.configurations) == 6
-    assert all("note" not in each.factors and "angle" in each.factors for each in record.configurations)
+    assert all(
+        "note" not in each.factors and "angle" in each.factors for each in record.configurations
+    )
     assert "note: a note on each run, and not a setting" in record.assumptions
 
 
@@ -121,7 +136,9 @@ def test_a_recording_or_channel_that_cannot_be_read_is_left_out(tmp_path: Path) 
     assert "recordings that could not be read and are left out: 1" in record.assumptions
     campaign = plate_campaign(tmp_path / "channel")
     broken = campaign.written[1]
-    write_recording(campaign.folder / "1.npz", {**broken, "acceleration_1": broken["acceleration_1"] * np.nan})
+    write_recording(
+        campaign.folder / "1.npz", {**broken, "acceleration_1": broken["acceleration_1"] * np.nan}
+    )
     record = read_folder(campaign.folder)
     assert [len(run.accelerations) for run in record.runs] == [1, 1, 2, 2, 2, 2]
 
@@ -177,8 +194,14 @@ def _find(piece: np.ndarray, whole: np.ndarray) -> int:
 
 def test_a_travel_or_plate_is_that_of_the_bench(tmp_path: Path) -> None:
     folder = hammer_campaign(tmp_path / "c")
-    drawing = 'material = "aluminium"\nthickness_m = 0.012\noutline_m = [[0, 0], [0.5, 0], [0.5, 0.4]]'
-    replace_in(folder / "campaign.toml", "[channels.force]", f"[bench.plate]\n{drawing}\n\n[channels.force]")
+    drawing = (
+        'material = "aluminium"\nthickness_m = 0.012\noutline_m = [[0, 0], [0.5, 0], [0.5, 0.4]]'
+    )
+    replace_in(
+        folder / "campaign.toml",
+        "[channels.force]",
+        f"[bench.plate]\n{drawing}\n\n[channels.force]",
+    )
     record = read_folder(folder)
     assert record.plate_material == "aluminum"
     assert record.plate_thickness_m == 0.012
@@ -208,10 +231,14 @@ def test_accelerations_need_a_contact_or_their_own_ringing(tmp_path: Path) -> No
         write_recording(campaign.folder / f"{number}.npz", silent)
     record = read_folder(campaign.folder)
     assert not any(run.accelerations for run in record.runs)
-    assert any("no contact force in the recordings of 3 of 3 hits" in text for text in record.assumptions)
+    assert any(
+        "no contact force in the recordings of 3 of 3 hits" in text for text in record.assumptions
+    )
 
 
-@pytest.mark.parametrize(("column", "values"), [("travel_mm", (885, 600)), ("travel_m", (0.885, 0.6))])
+@pytest.mark.parametrize(
+    ("column", "values"), [("travel_mm", (885, 600)), ("travel_m", (0.885, 0.6))]
+)
 def test_a_projectile_s_own_travel_is_read_with_its_run(
     tmp_path: Path, column: str, values: tuple[float, float]
 ) -> None:
@@ -219,7 +246,9 @@ def test_a_projectile_s_own_travel_is_read_with_its_run(
     write_runs(folder, [{**row, column: values[i % 2]} for i, row in enumerate(gun_rows(4))])
     record = read_folder(folder)
     assert [run.travel_m for run in record.runs] == pytest.approx([0.885, 0.6] * 2)
-    sentence = f"travel to the vent holes: 600 to 885 mm, as the column {column} has it for 4 of 4 runs"
+    sentence = (
+        f"travel to the vent holes: 600 to 885 mm, as the column {column} has it for 4 of 4 runs"
+    )
     assert f"{sentence}; [bench.gun] has 900 mm" in record.assumptions
 
 
@@ -227,6 +256,10 @@ def test_a_projectile_s_own_travel_is_read_with_its_run(
 def test_a_channel_without_a_number_is_refused_by_name(tmp_path: Path, channel: str) -> None:
     campaign = plate_campaign(tmp_path / "c")
     for number, channels in campaign.written.items():
-        write_recording(campaign.folder / f"{number}.npz", {**channels, channel: channels[channel] * np.nan})
-    with pytest.raises(ValueError, match=f"channel {channel} holds no number in any of its 3 recordings"):
+        write_recording(
+            campaign.folder / f"{number}.npz", {**channels, channel: channels[channel] * np.nan}
+        )
+    with pytest.raises(
+        ValueError, match=f"channel {channel} holds no number in any of its 3 recordings"
+    ):
         read_folder(campaign.folder)

@@ -43,7 +43,9 @@ def test_levels_of_records_correct_the_line_of_a_transducer_that_is_not_straight
     u_pa = 0.01 * would_read_pa
     levels = {place: (float(would_read_pa[place]), float(u_pa[place])) for place in range(3)}
     line_pa = np.array(pressures_as_read(shots(nominal.tolist(), recorded))[:3], dtype=float)
-    weighed_pa = np.array(pressures_as_read(shots(nominal.tolist(), recorded), levels)[:3], dtype=float)
+    weighed_pa = np.array(
+        pressures_as_read(shots(nominal.tolist(), recorded), levels)[:3], dtype=float
+    )
     assert np.abs(line_pa / would_read_pa[:3] - 1).max() > 0.1
     assert np.abs(weighed_pa / would_read_pa[:3] - 1).max() < 0.01
 
@@ -52,11 +54,15 @@ def test_a_level_that_agrees_with_the_line_leaves_its_pressure() -> None:
     nominal = np.geomspace(0.3e5, 4e5, 12).tolist()
     recorded: list[float | None] = [None, *(1.02 * p for p in nominal[1:])]
     level = {0: (1.02 * nominal[0] * 1.02, 0.03 * nominal[0])}
-    assert pressures_as_read(shots(nominal, recorded), level)[0] == pytest.approx(1.02 * nominal[0], rel=1e-3)
+    assert pressures_as_read(shots(nominal, recorded), level)[0] == pytest.approx(
+        1.02 * nominal[0], rel=1e-3
+    )
 
 
 def test_one_set_pressure_gives_a_ratio_and_none_recorded_the_set_one() -> None:
-    assert pressures_as_read(shots([1e5, 1e5, 1e5], [1.1e5, None, 1.1e5]))[1] == pytest.approx(1.1e5)
+    assert pressures_as_read(shots([1e5, 1e5, 1e5], [1.1e5, None, 1.1e5]))[1] == pytest.approx(
+        1.1e5
+    )
     assert pressures_as_read(shots([1e5, 2e5], [None, None])) == [1e5, 2e5]
 
 

@@ -8,7 +8,22 @@ from random import Random
 
 from fuzzing.target import stacked
 
-_INTEGERS = (0, 1, 2, 0x7F, 0x80, 0xFF, 0x7FFF, 0xFFFF, 2**31 - 1, 2**31, 2**32 - 1, 2**40, 2**63 - 1, 2**64 - 1)
+_INTEGERS = (
+    0,
+    1,
+    2,
+    0x7F,
+    0x80,
+    0xFF,
+    0x7FFF,
+    0xFFFF,
+    2**31 - 1,
+    2**31,
+    2**32 - 1,
+    2**40,
+    2**63 - 1,
+    2**64 - 1,
+)
 _FLOATS = (float("nan"), float("inf"), -float("inf"), 0.0, -1.0, 5e-324, 1e308, 1e-300)
 _SIZES = {1: "B", 2: "H", 4: "I", 8: "Q"}
 #: Inputs do not grow beyond this: what a file of a few kilobytes can do is the question.
@@ -25,7 +40,9 @@ def flip_bits(data: bytes, rng: Random, _: Sequence[bytes]) -> bytes:
 def set_integer(data: bytes, rng: Random, _: Sequence[bytes]) -> bytes:
     """An extreme number of 1, 2, 4 or 8 bytes anywhere."""
     size = rng.choice(tuple(_SIZES))
-    return _put(data, rng, struct.pack(_order(rng) + _SIZES[size], rng.choice(_INTEGERS) % 256**size))
+    return _put(
+        data, rng, struct.pack(_order(rng) + _SIZES[size], rng.choice(_INTEGERS) % 256**size)
+    )
 
 
 def set_float(data: bytes, rng: Random, _: Sequence[bytes]) -> bytes:
@@ -70,7 +87,11 @@ def overwrite(data: bytes, rng: Random, _: Sequence[bytes]) -> bytes:
     """A stretch of one byte, or of noise."""
     start, stop = _range(data, rng)
     fill = rng.choice((b"\0", b"\xff", b" ", None))
-    return data[:start] + (rng.randbytes(stop - start) if fill is None else fill * (stop - start)) + data[stop:]
+    return (
+        data[:start]
+        + (rng.randbytes(stop - start) if fill is None else fill * (stop - start))
+        + data[stop:]
+    )
 
 
 def move(data: bytes, rng: Random, _: Sequence[bytes]) -> bytes:
@@ -83,7 +104,9 @@ def splice(data: bytes, rng: Random, others: Sequence[bytes]) -> bytes:
     """The start of this and the end of another, or a piece of another in the midst of this."""
     other = rng.choice(others) if others else data
     if rng.random() < 0.5:
-        return (data[: rng.randrange(len(data) + 1)] + other[rng.randrange(len(other) + 1) :])[:LONGEST]
+        return (data[: rng.randrange(len(data) + 1)] + other[rng.randrange(len(other) + 1) :])[
+            :LONGEST
+        ]
     start, stop = _range(other, rng)
     return _put(data, rng, other[start:stop])
 

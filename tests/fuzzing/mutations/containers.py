@@ -26,7 +26,17 @@ def inside_zip(data: bytes, rng: Random, others: Sequence[bytes]) -> bytes:
     if members:
         at = rng.randrange(len(members))
         name, content = members[at]
-        names = (name, name, "", "fs.npy", "time.npy", "x" * 300 + ".npy", "é\n.npy", "../x.npy", name.upper())
+        names = (
+            name,
+            name,
+            "",
+            "fs.npy",
+            "time.npy",
+            "x" * 300 + ".npy",
+            "é\n.npy",
+            "../x.npy",
+            name.upper(),
+        )
         changed = [(rng.choice(names), _npy(content, rng))]
         members[at : at + 1] = rng.choice((changed, changed, changed, changed * 2, []))
     out = io.BytesIO()
@@ -39,8 +49,32 @@ def inside_zip(data: bytes, rng: Random, others: Sequence[bytes]) -> bytes:
 
 def _npy(content: bytes, rng: Random) -> bytes:
     """The header's text with other words in their place, or any damage."""
-    words = (b"<f8", b"<f4", b"|O", b"|b1", b"<U4", b"|S4", b">i2", b"<c16", b"<f16", b"<M8[s]", b"True", b"False")
-    sizes = (b"(96,)", b"(96, 1)", b"()", b"(0,)", b"(1,)", b"(-1,)", b"(9999999999999,)", b"(2, 48)", b"96", b"(" * 99)
+    words = (
+        b"<f8",
+        b"<f4",
+        b"|O",
+        b"|b1",
+        b"<U4",
+        b"|S4",
+        b">i2",
+        b"<c16",
+        b"<f16",
+        b"<M8[s]",
+        b"True",
+        b"False",
+    )
+    sizes = (
+        b"(96,)",
+        b"(96, 1)",
+        b"()",
+        b"(0,)",
+        b"(1,)",
+        b"(-1,)",
+        b"(9999999999999,)",
+        b"(2, 48)",
+        b"96",
+        b"(" * 99,
+    )
     for group in (words, sizes):
         old = next((word for word in group if word in content[:128]), None)
         if old is not None and rng.random() < 0.6:
@@ -59,7 +93,9 @@ def inside_mat(data: bytes, rng: Random, others: Sequence[bytes]) -> bytes:
     if rng.random() < 0.5 or kind == _COMPRESSED:
         kind, body = _COMPRESSED, zlib.compress(struct.pack("<II", 14, len(body)) + body)
     elements[at : at + 1] = rng.choice(([(kind, body)], [(kind, body)], [(kind, body)] * 2))
-    return data[:128] + b"".join(struct.pack("<II", kind, len(body)) + body for kind, body in elements)
+    return data[:128] + b"".join(
+        struct.pack("<II", kind, len(body)) + body for kind, body in elements
+    )
 
 
 def _elements(data: bytes) -> list[tuple[int, bytes]]:

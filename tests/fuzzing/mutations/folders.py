@@ -76,7 +76,12 @@ def _mutation_of(name: str, formats: Mapping[str, Mutate]) -> Mutate:
 def _alike(name: str, others: Sequence[bytes]) -> list[bytes]:
     """The files of other folders that have the same suffix."""
     suffix = PurePosixPath(name).suffix
-    return [content for other in others[:8] for n, content in unpack(other).items() if n.endswith(suffix)]
+    return [
+        content
+        for other in others[:8]
+        for n, content in unpack(other).items()
+        if n.endswith(suffix)
+    ]
 
 
 def _misplace(files: Files, name: str, rng: Random, others: Sequence[bytes]) -> None:

@@ -11,12 +11,51 @@ from fuzzing.mutations.tables import NASTY
 from fuzzing.target import stacked
 
 _VALUES = (
-    *("true", "1", "-1", "0", "1.5", "nan", "-inf", "1e400", "1e308", "5e-324", "9" * 400, "9" * 5000, "0x7fffffff"),
-    *("[]", "[1]", "[[]]", "[[0, 0], [1, 0], [1, 1]]", "[[0, 0], [1, 0], [1, nan]]", "{}", "{ a = 1 }", "[1, 'a', {}]"),
-    *("1979-05-27", "1979-05-27T07:32:00Z", "07:32:00", "9999-12-31", "'2026-02-30'", "'force'", "''", '"\\u0000"'),
+    *(
+        "true",
+        "1",
+        "-1",
+        "0",
+        "1.5",
+        "nan",
+        "-inf",
+        "1e400",
+        "1e308",
+        "5e-324",
+        "9" * 400,
+        "9" * 5000,
+        "0x7fffffff",
+    ),
+    *(
+        "[]",
+        "[1]",
+        "[[]]",
+        "[[0, 0], [1, 0], [1, 1]]",
+        "[[0, 0], [1, 0], [1, nan]]",
+        "{}",
+        "{ a = 1 }",
+        "[1, 'a', {}]",
+    ),
+    *(
+        "1979-05-27",
+        "1979-05-27T07:32:00Z",
+        "07:32:00",
+        "9999-12-31",
+        "'2026-02-30'",
+        "'force'",
+        "''",
+        '"\\u0000"',
+    ),
     *("[" * 200 + "]" * 200, "[" * 5_000, "{a=" * 500 + "1" + "}" * 500, '"""x"""', "'''"),
     *('"\\ud800"', '"\\U00110000"'),
-    *("[[0, 0], [1, 0]]", "[" + "[0, 0], " * 500 + "]", "['low', 'low']", "[1, 1]", "[2, 1]", "['a', 'b']"),
+    *(
+        "[[0, 0], [1, 0]]",
+        "[" + "[0, 0], " * 500 + "]",
+        "['low', 'low']",
+        "[1, 1]",
+        "[2, 1]",
+        "['a', 'b']",
+    ),
 )
 _Step = Callable[[list[str], Random], list[str]]
 
@@ -34,7 +73,9 @@ def other_value(lines: list[str], rng: Random) -> list[str]:
     if keys:
         at = rng.choice(keys)
         text = json.dumps(rng.choice(NASTY), ensure_ascii=False)
-        lines[at] = lines[at].split("=")[0] + "= " + (rng.choice(_VALUES) if rng.random() < 0.6 else text)
+        lines[at] = (
+            lines[at].split("=")[0] + "= " + (rng.choice(_VALUES) if rng.random() < 0.6 else text)
+        )
     return lines
 
 
@@ -43,10 +84,26 @@ def other_key(lines: list[str], rng: Random) -> list[str]:
     at = rng.randrange(len(lines))
     other = rng.choice(lines).split("=")[0].strip()
     name = rng.choice(
-        (other, other, "x", "a.b.c", '""', '"x\\u0000"', "a" * 600, ".".join("a" * 300), json.dumps("é\n"))
+        (
+            other,
+            other,
+            "x",
+            "a.b.c",
+            '""',
+            '"x\\u0000"',
+            "a" * 600,
+            ".".join("a" * 300),
+            json.dumps("é\n"),
+        )
     )
     head, sign, value = lines[at].partition("=")
-    lines[at] = f"{name} {sign}{value}" if sign else f"[{name.strip('[]')}]" if head.startswith("[") else head
+    lines[at] = (
+        f"{name} {sign}{value}"
+        if sign
+        else f"[{name.strip('[]')}]"
+        if head.startswith("[")
+        else head
+    )
     return lines
 
 

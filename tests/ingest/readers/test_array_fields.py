@@ -48,29 +48,46 @@ def channels(path, **options):
 
 @WRITERS
 def test_texts_beside_the_samples_are_their_units(write, tmp_path):
-    path = write(tmp_path / "a", force=WAVE, t=TIMES_S * 1e3, t_unit="ms", force_unit="kN", operator="Ana")
+    path = write(
+        tmp_path / "a", force=WAVE, t=TIMES_S * 1e3, t_unit="ms", force_unit="kN", operator="Ana"
+    )
     assert channels(path) == {"force": (FS_HZ, 0.0, "kN")}
     path = write(tmp_path / "b", force=WAVE, fs=FS_HZ, unit="kN")
     assert channels(path) == {"force": (FS_HZ, 0.0, "kN")}
     with pytest.raises(RecordingError, match="'t' is in 'furlong'; expected one of s, ms"):
         channels(write(tmp_path / "c", force=WAVE, t=TIMES_S, time_unit="furlong"))
-    with pytest.raises(RecordingError, match="'t_ms' is in 'ms' by its name, in 's' by 'time_unit'"):
+    with pytest.raises(
+        RecordingError, match="'t_ms' is in 'ms' by its name, in 's' by 'time_unit'"
+    ):
         channels(write(tmp_path / "d", force=WAVE, t_ms=TIMES_S, time_unit="s"))
 
 
 @WRITERS
-@pytest.mark.parametrize("beside", [{"gain": 10.0}, {"offset_v": 0.2}, {"scale": 0.25}, {"dt": 2e-4}, {"t0": 1.0}])
+@pytest.mark.parametrize(
+    "beside", [{"gain": 10.0}, {"offset_v": 0.2}, {"scale": 0.25}, {"dt": 2e-4}, {"t0": 1.0}]
+)
 def test_a_scalar_that_may_change_a_number_is_refused(write, beside, tmp_path):
     ((name, value),) = beside.items()
     path = write(tmp_path / "a", force=WAVE, fs=FS_HZ, **beside)
-    with pytest.raises(RecordingError, match=f"'force' has the field '{name}' = {value}.*--harmless-field"):
+    with pytest.raises(
+        RecordingError, match=f"'force' has the field '{name}' = {value}.*--harmless-field"
+    ):
         channels(path)
     assert list(channels(path, harmless_fields=(name,))) == ["force"]
 
 
 @WRITERS
 def test_scalars_that_say_nothing_of_the_numbers_are_no_obstacle(write, tmp_path):
-    path = write(tmp_path / "a", force=WAVE, fs=FS_HZ, gain=1.0, dt=1e-4, temperature=21.5, shot=7, offset_v=0.0)
+    path = write(
+        tmp_path / "a",
+        force=WAVE,
+        fs=FS_HZ,
+        gain=1.0,
+        dt=1e-4,
+        temperature=21.5,
+        shot=7,
+        offset_v=0.0,
+    )
     assert list(channels(path)) == ["force"]
 
 
@@ -83,7 +100,9 @@ def test_a_scalar_of_one_channel_costs_that_channel_alone(write, tmp_path):
 def test_a_mask_beside_the_samples_is_no_matter_of_taste(tmp_path):
     with pytest.raises(RecordingError, match=r"force_mask = 1; it marks samples"):
         channels(npz(tmp_path / "a", force=WAVE, fs=FS_HZ, force_mask=np.arange(1000) == 5))
-    assert "force" in channels(npz(tmp_path / "b", force=WAVE, fs=FS_HZ, force_mask=np.zeros(1000, bool)))
+    assert "force" in channels(
+        npz(tmp_path / "b", force=WAVE, fs=FS_HZ, force_mask=np.zeros(1000, bool))
+    )
 
 
 @pytest.mark.parametrize(
@@ -146,7 +165,9 @@ class TestPacked:
     def test_what_is_no_packing_is_refused(self, packed):
         with pytest.raises(RecordingError, match="scale_factor = 'a quarter'; expected a number"):
             packed(WAVE, scale_factor="a quarter")
-        with pytest.raises(RecordingError, match="cell_methods = 'time: mean'; the samples are computed"):
+        with pytest.raises(
+            RecordingError, match="cell_methods = 'time: mean'; the samples are computed"
+        ):
             packed(WAVE, cell_methods="time: mean")
 
     def test_samples_without_packing_keep_their_type(self, packed):
@@ -157,7 +178,10 @@ class TestPacked:
 class TestHdf5Axes:
     def write(self, path, step_s, unit, name="t_fast"):
         with h5py.File(path, "w") as file:
-            for dataset, axis, step, size in (("force", name, step_s, 1000), ("slow", "t_slow", 1e-2, 100)):
+            for dataset, axis, step, size in (
+                ("force", name, step_s, 1000),
+                ("slow", "t_slow", 1e-2, 100),
+            ):
                 file[dataset] = WAVE[:size]
                 file[axis] = np.arange(size) * step + 0.5
                 file[axis].attrs["units"] = unit
@@ -167,10 +191,16 @@ class TestHdf5Axes:
 
     def test_each_data_set_has_the_time_of_its_dimension_scale(self, tmp_path):
         channel_infos = channels(self.write(tmp_path / "a.h5", 1e-4, "s"))
-        assert channel_infos["force"] == (FS_HZ, 0.5, None) and channel_infos["slow"] == (100.0, 0.5, None)
+        assert channel_infos["force"] == (FS_HZ, 0.5, None) and channel_infos["slow"] == (
+            100.0,
+            0.5,
+            None,
+        )
 
     def test_a_scale_that_is_no_time_is_refused(self, tmp_path):
-        with pytest.raises(RecordingError, match="'force' is over 't_fast' in 'Hz', which is no time"):
+        with pytest.raises(
+            RecordingError, match="'force' is over 't_fast' in 'Hz', which is no time"
+        ):
             channels(self.write(tmp_path / "a.h5", 10.0, "Hz"))
 
     def test_seconds_since_a_date_are_seconds(self, tmp_path):
@@ -181,7 +211,9 @@ class TestHdf5Axes:
         with h5py.File(tmp_path / "a.h5", "w") as file:
             file.attrs["fs"] = FS_HZ
             file["force"] = WAVE
-            file.create_dataset("state", data=np.arange(1000) % 2, dtype=h5py.enum_dtype({"off": 0, "on": 1}))
+            file.create_dataset(
+                "state", data=np.arange(1000) % 2, dtype=h5py.enum_dtype({"off": 0, "on": 1})
+            )
         with open_recording(tmp_path / "a.h5") as recording:
             assert [channel.name for channel in recording.channels] == ["force"]
             with pytest.raises(RecordingError, match="'state' is an enumeration"):
@@ -197,8 +229,12 @@ class TestParquet:
     def test_an_index_without_a_name_is_held_against_the_rate(self, tmp_path):
         frame = pd.DataFrame({"force": WAVE}, index=TIMES_S)
         frame.to_parquet(tmp_path / "a.parquet")
-        assert channels(tmp_path / "a.parquet", sampling_rate_hz=FS_HZ) == {"force": (FS_HZ, 0.0, None)}
-        with pytest.raises(RecordingError, match=r"has a sampling rate of 10000\.0 Hz, and 5000\.0 Hz is given"):
+        assert channels(tmp_path / "a.parquet", sampling_rate_hz=FS_HZ) == {
+            "force": (FS_HZ, 0.0, None)
+        }
+        with pytest.raises(
+            RecordingError, match=r"has a sampling rate of 10000\.0 Hz, and 5000\.0 Hz is given"
+        ):
             channels(tmp_path / "a.parquet", sampling_rate_hz=5000.0)
         with pytest.raises(RecordingError, match="no sampling rate"):
             channels(tmp_path / "a.parquet")
@@ -209,11 +245,16 @@ class TestParquet:
         assert channels(tmp_path / "a.parquet") == {"force": (FS_HZ, 0.0, None)}
 
     def test_metadata_that_may_change_a_number_and_decimals_are_refused(self, tmp_path):
-        schema = pa.schema([pa.field("force", pa.float64(), metadata={"unit": "V", "scale": "0.25"})], {"fs": "10000"})
+        schema = pa.schema(
+            [pa.field("force", pa.float64(), metadata={"unit": "V", "scale": "0.25"})],
+            {"fs": "10000"},
+        )
         pq.write_table(pa.table({"force": WAVE}, schema=schema), tmp_path / "a.parquet")
         with pytest.raises(RecordingError, match=r"'force' has the field 'scale' = '0\.25'"):
             channels(tmp_path / "a.parquet")
         table = pa.table({"force": pa.array(WAVE).cast(pa.decimal128(10, 2)), "time": TIMES_S})
         pq.write_table(table, tmp_path / "b.parquet")
-        with pytest.raises(RecordingError, match=r"'force' is of the type decimal128\(10, 2\); save it as float64"):
+        with pytest.raises(
+            RecordingError, match=r"'force' is of the type decimal128\(10, 2\); save it as float64"
+        ):
             channels(tmp_path / "b.parquet")

@@ -82,7 +82,9 @@ def parquet_of_one_value(path):
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    table = pa.table({"force": pa.array(np.zeros(20_000_000))}).replace_schema_metadata({"fs": "51200"})
+    table = pa.table({"force": pa.array(np.zeros(20_000_000))}).replace_schema_metadata(
+        {"fs": "51200"}
+    )
     pq.write_table(table, path)
 
 
@@ -92,7 +94,9 @@ def tdms(old=b"", new=b"", parts=lambda: (), **properties):
 
     def write(path):
         with TdmsWriter(path) as writer:
-            channel = ChannelObject("shot", "force", np.arange(1000.0), {"wf_increment": 1 / 51200, **properties})
+            channel = ChannelObject(
+                "shot", "force", np.arange(1000.0), {"wf_increment": 1 / 51200, **properties}
+            )
             writer.write_segment([*parts(), channel])
         assert old in path.read_bytes()
         path.write_bytes(path.read_bytes().replace(old, new))
@@ -104,7 +108,9 @@ def scales():
     """The group's own number hides the file's."""
     from nptdms import GroupObject, RootObject
 
-    return RootObject({"NI_Number_Of_Scales": 2**40}), GroupObject("shot", {"NI_Number_Of_Scales": 1})
+    return RootObject({"NI_Number_Of_Scales": 2**40}), GroupObject(
+        "shot", {"NI_Number_Of_Scales": 1}
+    )
 
 
 SHAPES = struct.pack("<ii", 1, 1000), struct.pack("<ii", 1, MANY)
@@ -128,7 +134,9 @@ BOMBS = {
     "parquet-one-value": (".parquet", parquet_of_one_value, DECLARES),
     "mat-long-name": (
         ".mat",
-        mat(struct.pack("<II", 1, 12), struct.pack("<II", 1, LENGTH), acceleration=np.arange(1000.0)),
+        mat(
+            struct.pack("<II", 1, 12), struct.pack("<II", 1, LENGTH), acceleration=np.arange(1000.0)
+        ),
         "declares 4294967280 bytes before its numbers",
     ),
     # UTF-8 has no fixed width, but none of 4 bytes a letter is that long
@@ -142,7 +150,11 @@ BOMBS = {
     "tdms-many-scales-in-the-file": (".tdms", tdms(parts=scales), SCALES),
     "tdms-long-text": (
         ".tdms",
-        tdms(struct.pack("<I", 6) + b"newton", struct.pack("<I", LENGTH) + b"newton", unit_string="newton"),
+        tdms(
+            struct.pack("<I", 6) + b"newton",
+            struct.pack("<I", LENGTH) + b"newton",
+            unit_string="newton",
+        ),
         "Error decoding string from bytes",
     ),
     "tdms-declares": (
@@ -159,7 +171,9 @@ def test_a_bomb_is_refused_in_little_memory(bomb, tmp_path):
     path = tmp_path / f"{bomb}{suffix}"
     write(path)
     assert path.stat().st_size < 1e6
-    done = subprocess.run([sys.executable, "-c", _OPEN, path], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", _OPEN, path], capture_output=True, text=True, timeout=60, check=True
+    )
     outcome, peak_bytes = done.stdout.strip().splitlines()
     assert re.match(rf"refused {path.name}: .*{reason}", outcome), outcome
     assert float(peak_bytes) < MOST_BYTES

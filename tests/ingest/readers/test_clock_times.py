@@ -43,7 +43,10 @@ def test_midnight_is_passed(form):
 
 def test_a_date_may_stand_in_a_column_of_its_own():
     clocks = ["23:59:59.9", "00:00:00.0", "00:00:00.1"]
-    for dates in (["2024-02-28", "2024-02-29", "2024-02-29"], ["31.01.2024", "01.02.2024", "01.02.2024"]):
+    for dates in (
+        ["2024-02-28", "2024-02-29", "2024-02-29"],
+        ["31.01.2024", "01.02.2024", "01.02.2024"],
+    ):
         np.testing.assert_allclose(elapsed_seconds(clocks, dates), [0, 0.1, 0.2], rtol=1e-9)
 
 
@@ -53,15 +56,21 @@ def test_offsets_from_utc_are_taken_off():
     assert elapsed_seconds([cell[:-6] for cell in cells]).tolist() == [0.0, 3600.5]
 
 
-@pytest.mark.parametrize("text", ["force", "1.5", "12", "2.5-3", "1:2", "12:03:45.1x", "192.168.1.1", ""])
+@pytest.mark.parametrize(
+    "text", ["force", "1.5", "12", "2.5-3", "1:2", "12:03:45.1x", "192.168.1.1", ""]
+)
 def test_other_text_is_no_clock(text):
     assert not is_clock_text(text)
 
 
 def test_what_is_no_time_or_has_two_meanings_is_named():
-    with pytest.raises(ValueError, match=r"^line 2 of the samples has the time 'late'; expected one such as '12"):
+    with pytest.raises(
+        ValueError, match=r"^line 2 of the samples has the time 'late'; expected one such as '12"
+    ):
         elapsed_seconds(["12:00:00", "late"])
     with pytest.raises(ValueError, match=r"'12:75:00' is no time of day"):
         elapsed_seconds(["12:75:00"])
-    with pytest.raises(ValueError, match=r"dates from 01/02/2024 to 03/02/2024 can be read in two ways"):
+    with pytest.raises(
+        ValueError, match=r"dates from 01/02/2024 to 03/02/2024 can be read in two ways"
+    ):
         elapsed_seconds(["12:00:00", "12:00:00"], ["01/02/2024", "03/02/2024"])

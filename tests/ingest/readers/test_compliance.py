@@ -13,7 +13,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.ingest.readers import READERS, ReadingOptions, RecordingError, may_crash, open_recording, reader_for
+from pyroshock.ingest.readers import (
+    READERS,
+    ReadingOptions,
+    RecordingError,
+    may_crash,
+    open_recording,
+    reader_for,
+)
 from pyroshock.parallel.read_ahead import Isolation, map_ahead
 from support.records.recipes import Truth
 
@@ -146,7 +153,9 @@ def test_another_formats_content_is_refused(sample, tmp_path):
 def test_nothing_there_is_refused_whatever_the_case_of_the_suffix(reader, tmp_path):
     for suffix in reader.suffixes:
         assert reader_for(Path(f"shot{suffix.upper()}")) is reader
-    absent, empty, folder = (tmp_path / f"{name}{reader.suffixes[0]}" for name in ("absent", "empty", "folder"))
+    absent, empty, folder = (
+        tmp_path / f"{name}{reader.suffixes[0]}" for name in ("absent", "empty", "folder")
+    )
     empty.touch()
     folder.mkdir()
     for path, reason in ((absent, "no such file"), (empty, "is empty"), (folder, "is a folder")):

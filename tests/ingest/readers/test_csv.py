@@ -69,8 +69,13 @@ def written(tmp_path):
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_every_layout_gives_the_same_channels(written, layout, mark, end):
     with open_recording(written((mark + LAYOUTS[layout]).replace("\n", end))) as recording:
-        assert ("Operator" in LAYOUTS[layout]) == (recording.info("force").header.get("Operator") == "Ana")
-        assert [(c.name, c.unit, c.samples) for c in recording.channels] == [("force", "N", 3), ("acc", "g", 3)]
+        assert ("Operator" in LAYOUTS[layout]) == (
+            recording.info("force").header.get("Operator") == "Ana"
+        )
+        assert [(c.name, c.unit, c.samples) for c in recording.channels] == [
+            ("force", "N", 3),
+            ("acc", "g", 3),
+        ]
         assert {c.sampling_rate_hz for c in recording.channels} == {51200.0}
         np.testing.assert_array_equal(recording.read("force"), FORCE)
         np.testing.assert_array_equal(recording.read("acc"), ACCELERATION)
@@ -85,8 +90,13 @@ def test_one_column_is_read(written, decimal):
 
 def test_names_digits_gaps_and_a_last_line_without_end_are_read(written):
     with open_recording(written("# fs = 51200\nacc (top),force\n1,2\n3,4\n")) as recording:
-        assert [(c.name, c.unit) for c in recording.channels] == [("acc (top)", None), ("force", None)]
-    values = np.random.default_rng(7).normal(size=200) * 10.0 ** np.random.default_rng(8).integers(-300, 300, 200)
+        assert [(c.name, c.unit) for c in recording.channels] == [
+            ("acc (top)", None),
+            ("force", None),
+        ]
+    values = np.random.default_rng(7).normal(size=200) * 10.0 ** np.random.default_rng(8).integers(
+        -300, 300, 200
+    )
     with open_recording(
         written("# fs = 51200\nforce,zero\n" + "".join(f"{v!r},0\n" for v in values.tolist()))
     ) as recording:
@@ -102,14 +112,20 @@ def test_names_digits_gaps_and_a_last_line_without_end_are_read(written):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("# fs = 51200\nforce,acc\n1,2\n3\n5,6\n", "need 3 delimiters, found 2; a line is cut or damaged"),
+        (
+            "# fs = 51200\nforce,acc\n1,2\n3\n5,6\n",
+            "need 3 delimiters, found 2; a line is cut or damaged",
+        ),
         ("# fs = 51200\nforce,acc\n1,2\n3,4,5\n6,7\n", "delimiters|fields|header"),
         ("# fs = 51200\nforce,acc\n1,2\n3,4\n5,abc\n", "abc"),
         ("# fs = 51200\n# samples = 3\nforce,acc\n1,2\n3,4\n5,6", "last line has no line end"),
         ("# fs = 51200\n# samples = 3\nforce,acc\n1,2\n3,4\n", "states 3 samples and holds 2"),
         ("# fs = 51200\n# samples = 4\nforce,acc\n1,2\n3,4\n", "states 4 samples and holds 2"),
         ("# fs = 51200\nforce,acc\n1,2\n3\n", "need 2 delimiters, found 1"),
-        ("1,2\n3,4\n", "no line of names above them; expected a header such as time,force, or columns and "),
+        (
+            "1,2\n3,4\n",
+            "no line of names above them; expected a header such as time,force, or columns and ",
+        ),
         ("# fs = 51200\nforce,acc\n", "no line of numbers"),
         ("# fs = fast\nforce,acc\n1,2\n3,4\n", "'fs' is 'fast'; expected a number in Hz"),
         ("# fs = 51,200\nforce,acc\n1,2\n3,4\n", "'fs' is '51,200'"),
@@ -119,12 +135,21 @@ def test_names_digits_gaps_and_a_last_line_without_end_are_read(written):
         ("fs,force\n51200,1\n48000,2\n", "'fs' varies from 48000.0 to 51200.0"),
         ("time [days],force\n0,1\n1,2\n", "'time' is in 'days'; expected one of s, ms, us, ns"),
         ("time,force\n0,1\n2,2\n1,3\n", "time does not increase at sample 2"),
-        (b"# fs = 51200\nforce,T [\x8dC]\n1,2\n", r"byte 22 \(0x8d\) is not UTF-8, nor Windows-1252"),
-        (b"# fs = 51200, \xc2\xb5\nforce,T [\xb0C]\n1,2\n", r"byte 26 \(0xb0\) is not UTF-8, and other bytes are"),
+        (
+            b"# fs = 51200\nforce,T [\x8dC]\n1,2\n",
+            r"byte 22 \(0x8d\) is not UTF-8, nor Windows-1252",
+        ),
+        (
+            b"# fs = 51200, \xc2\xb5\nforce,T [\xb0C]\n1,2\n",
+            r"byte 26 \(0xb0\) is not UTF-8, and other bytes are",
+        ),
         ("force,acc\n1,2\n".encode("utf-16")[:-1], "UTF-16 text is cut or damaged at byte"),
         ("# fs = 51200\nforce,acc\n1,2\n3,4,5\n6\n7,8\n", "Expected 2 fields in line 2, saw 3"),
         ("# fs = 51200\nforce acc\n1 2\n3\n5 6\n", "lack 1 numbers; a line is cut or damaged"),
-        ("# fs = 51200\nforce acc\n1 2\n3 4 5\n6 7\n", "Expected 2 fields in line 2, saw 3|does not match length"),
+        (
+            "# fs = 51200\nforce acc\n1 2\n3 4 5\n6 7\n",
+            "Expected 2 fields in line 2, saw 3|does not match length",
+        ),
         ("# fs = 51200\nforce acc\n1 2\n3 4\n5 abc\n", "abc"),
         ("# dt = -1e-5\nforce acc\n1 2\n3 4\n", "'dt' is '-1e-5'; expected a step above 0"),
         ("# dt = 1 day\nforce acc\n1 2\n3 4\n", "'dt' is '1 day'; expected a step"),
@@ -133,7 +158,10 @@ def test_names_digits_gaps_and_a_last_line_without_end_are_read(written):
     ],
 )
 def test_what_is_no_whole_table_is_refused(written, text, reason):
-    with pytest.raises(RecordingError, match=rf"^shot\.csv: .*({reason})"), open_recording(written(text)) as recording:
+    with (
+        pytest.raises(RecordingError, match=rf"^shot\.csv: .*({reason})"),
+        open_recording(written(text)) as recording,
+    ):
         recording.read("acc")
 
 
@@ -181,44 +209,84 @@ class TestWithoutHeading:
 
     @pytest.mark.parametrize("delimiter", [" ", "   ", "\t", ",", ";"])
     def test_what_numpy_wrote_comes_back(self, tmp_path, delimiter):
-        table = np.column_stack([np.arange(200) / 51200, np.random.default_rng(3).normal(size=(200, 2))])
+        table = np.column_stack(
+            [np.arange(200) / 51200, np.random.default_rng(3).normal(size=(200, 2))]
+        )
         np.savetxt(tmp_path / "shot.dat", table, fmt="%.17g", delimiter=delimiter)
-        with open_recording(tmp_path / "shot.dat", ReadingOptions(("time", "force", "acc"))) as recording:
+        with open_recording(
+            tmp_path / "shot.dat", ReadingOptions(("time", "force", "acc"))
+        ) as recording:
             assert recording.info("force").sampling_rate_hz == 51200.0
             np.testing.assert_array_equal(recording.read("force"), table[:, 1])
             np.testing.assert_array_equal(recording.read("acc"), table[:, 2])
 
     def test_names_in_the_file_come_first_then_those_given_then_numbers(self, written):
         for text, options, names in (
-            ("0.5 10\n1.5 20.5\n", ReadingOptions(sampling_rate_hz=1000.0), ["column_1", "column_2"]),
-            ("1 10\n2 20.5\n", ReadingOptions(("", "force"), 1000.0), ["force"]),  # without a name: left out
+            (
+                "0.5 10\n1.5 20.5\n",
+                ReadingOptions(sampling_rate_hz=1000.0),
+                ["column_1", "column_2"],
+            ),
+            (
+                "1 10\n2 20.5\n",
+                ReadingOptions(("", "force"), 1000.0),
+                ["force"],
+            ),  # without a name: left out
             ("force acc\n1 2\n3 4\n", ReadingOptions(("acc", "force"), 51200.0), ["force", "acc"]),
         ):
             with open_recording(written(text), options) as recording:
                 assert [c.name for c in recording.channels] == names
                 force = recording.read("force").tolist() if "force" in names else []
         assert force == [1.0, 3.0]
-        with open_recording(written("Time_ms X\n0 1\n0.5 2\n"), ReadingOptions(("time", "force"))) as recording:
-            assert recording.info("X").sampling_rate_hz == 2000.0  # a heading with time keeps its unit
+        with open_recording(
+            written("Time_ms X\n0 1\n0.5 2\n"), ReadingOptions(("time", "force"))
+        ) as recording:
+            assert (
+                recording.info("X").sampling_rate_hz == 2000.0
+            )  # a heading with time keeps its unit
 
     @pytest.mark.parametrize(("decimal", "columns"), [(",", [[1.2, 3.4]]), (".", [[1, 3], [2, 4]])])
     def test_two_readings_are_told_apart_by_the_decimal_sign(self, written, decimal, columns):
         path = written("1,2\n3,4\n")
-        with pytest.raises(RecordingError, match="can be read as 2 columns or as 1; give columns, or decimal"):
+        with pytest.raises(
+            RecordingError, match="can be read as 2 columns or as 1; give columns, or decimal"
+        ):
             open_recording(path, ReadingOptions(sampling_rate_hz=1.0))
-        with open_recording(path, ReadingOptions(sampling_rate_hz=1.0, decimal=decimal)) as recording:
+        with open_recording(
+            path, ReadingOptions(sampling_rate_hz=1.0, decimal=decimal)
+        ) as recording:
             assert [recording.read(c.name).tolist() for c in recording.channels] == columns
 
     @pytest.mark.parametrize(
         ("text", "options", "reason"),
         [
-            ("1 2\n3 4\n", ReadingOptions(("a", "b", "c"), 1.0), "has 2 columns of numbers .* 3 columns are named"),
-            ("1 2\n3 4\n", ReadingOptions(("a", "b")), "'a' has no sampling rate; .*sampling_rate_hz under"),
+            (
+                "1 2\n3 4\n",
+                ReadingOptions(("a", "b", "c"), 1.0),
+                "has 2 columns of numbers .* 3 columns are named",
+            ),
+            (
+                "1 2\n3 4\n",
+                ReadingOptions(("a", "b")),
+                "'a' has no sampling rate; .*sampling_rate_hz under",
+            ),
             ("1 2\n3 x\n", ReadingOptions(("a", "b"), 1.0), "x"),
             ("1 2\n3\n5 6\n", ReadingOptions(("a", "b"), 1.0), "lack 1 numbers"),
-            ("1;2\n3;4\n", ReadingOptions(("a", "b"), 1.0, delimiter=","), "as delimiter and decimal are given"),
-            ("0 1\n0.001 2\n", ReadingOptions(("time", "force"), 2000.0), "1000.0 Hz, and 2000.0 Hz is given"),
-            ("# fs = 1000\nforce\n1\n2\n", ReadingOptions(sampling_rate_hz=2000.0), "and 2000.0 Hz is given for it"),
+            (
+                "1;2\n3;4\n",
+                ReadingOptions(("a", "b"), 1.0, delimiter=","),
+                "as delimiter and decimal are given",
+            ),
+            (
+                "0 1\n0.001 2\n",
+                ReadingOptions(("time", "force"), 2000.0),
+                "1000.0 Hz, and 2000.0 Hz is given",
+            ),
+            (
+                "# fs = 1000\nforce\n1\n2\n",
+                ReadingOptions(sampling_rate_hz=2000.0),
+                "and 2000.0 Hz is given for it",
+            ),
         ],
     )
     def test_what_contradicts_the_given_facts_is_refused(self, written, text, options, reason):
@@ -234,12 +302,17 @@ class TestWithoutHeading:
     heading=st.sampled_from(["none", "names", "names and units", "commented"]),
     line_end=st.sampled_from(["\n", "\r\n", "\r"]),
 )
-def test_any_table_comes_back_as_it_was_written(tmp_path_factory, values, gap, ends, comma, heading, line_end):
+def test_any_table_comes_back_as_it_was_written(
+    tmp_path_factory, values, gap, ends, comma, heading, line_end
+):
     """Whatever separates, ends and heads the lines, the numbers are those written."""
     comma = comma and "," not in gap
     rows = [gap.join(repr(v) for v in row) for row in values]
     rows = [row.replace(".", ",") for row in rows] if comma else rows
-    heads = {"names": [gap.join("abc")], "names and units": [gap.join("abc"), gap.join(["N", "g", "bar"])]}
+    heads = {
+        "names": [gap.join("abc")],
+        "names and units": [gap.join("abc"), gap.join(["N", "g", "bar"])],
+    }
     heads["commented"] = ["# " + gap.join("abc")]
     lines = heads.get(heading, []) + [ends[0] + row + ends[1] for row in rows]
     path = tmp_path_factory.mktemp("table") / "shot.txt"

@@ -21,7 +21,11 @@ def save_hdf5(path, arrays):
             file[name] = values
 
 
-CONTAINERS = {".npz": lambda path, arrays: np.savez(path, **arrays), ".mat": savemat, ".h5": save_hdf5}
+CONTAINERS = {
+    ".npz": lambda path, arrays: np.savez(path, **arrays),
+    ".mat": savemat,
+    ".h5": save_hdf5,
+}
 
 
 @pytest.fixture(params=CONTAINERS)
@@ -92,7 +96,10 @@ def pickled(path):
 
 
 def cells(path):
-    savemat(path, {"fs": 51200.0, "force": np.array([WAVE, "words"], dtype=object), "acceleration": WAVE})
+    savemat(
+        path,
+        {"fs": 51200.0, "force": np.array([WAVE, "words"], dtype=object), "acceleration": WAVE},
+    )
 
 
 def flipped(path):
@@ -105,7 +112,9 @@ def flipped(path):
 def external(path):
     with h5py.File(path, "w") as file:
         file["fs"] = 51200.0
-        file.create_dataset("force", (64,), "f8", external=[(str(path.with_name("raw.bin")), 0, 512)])
+        file.create_dataset(
+            "force", (64,), "f8", external=[(str(path.with_name("raw.bin")), 0, 512)]
+        )
 
 
 def holes(path):
@@ -147,8 +156,16 @@ def version_4(path):
         ("external.h5", external, "'force' keeps its samples in another file"),
         ("holes.parquet", holes, "'force' lacks 1 values"),
         ("twice.csv", twice, "has 2 channels called 'force'"),
-        ("nan.h5", lambda path: late(path, np.nan), "'force' starts at nan s; expected a finite time"),
-        ("inf.h5", lambda path: late(path, np.inf), "'force' starts at inf s; expected a finite time"),
+        (
+            "nan.h5",
+            lambda path: late(path, np.nan),
+            "'force' starts at nan s; expected a finite time",
+        ),
+        (
+            "inf.h5",
+            lambda path: late(path, np.inf),
+            "'force' starts at inf s; expected a finite time",
+        ),
         ("short.h5", short, r"'force' has 256 bytes; its shape \(64,\) needs 512"),
         ("four.mat", version_4, "is not a MATLAB file of version 5"),
         ("shot.xlsx", lambda path: None, r"shot\.xlsx: no reader for \.xlsx; known: \.mat, \.csv"),

@@ -50,7 +50,9 @@ def test_times_printed_to_the_microsecond_give_the_rate(rate):
 
 
 def test_old_counter_of_32768_hz():
-    assert even_time(SHOT, np.floor(SAMPLE / 3200 * 32768) / 32768).rate_hz == pytest.approx(3200, rel=1e-4)
+    assert even_time(SHOT, np.floor(SAMPLE / 3200 * 32768) / 32768).rate_hz == pytest.approx(
+        3200, rel=1e-4
+    )
 
 
 @given(missing=st.sets(st.integers(1, 998), max_size=20))
@@ -82,11 +84,15 @@ UNEVEN = {
 
 @pytest.mark.parametrize("kind", UNEVEN)
 def test_uneven_times_are_refused_by_their_kind(kind):
-    with pytest.raises(UnevenTimeError, match=rf"shot\.csv: its time (has )?{kind}.*uneven_time = .resample"):
+    with pytest.raises(
+        UnevenTimeError, match=rf"shot\.csv: its time (has )?{kind}.*uneven_time = .resample"
+    ):
         even_time(SHOT, UNEVEN[kind])
 
 
-@pytest.mark.parametrize("kind", [kind for kind in UNEVEN if "100000" not in kind and kind != "drifts: "])
+@pytest.mark.parametrize(
+    "kind", [kind for kind in UNEVEN if "100000" not in kind and kind != "drifts: "]
+)
 def test_printed_digits_do_not_hide_it(kind):
     with pytest.raises(UnevenTimeError):
         even_time(SHOT, np.round(UNEVEN[kind], 7))
@@ -101,7 +107,9 @@ def test_clock_that_wanders_a_little_is_even(share):
 def test_blocks_whose_starts_are_counted_in_ticks_are_even():
     """As enDAQ and Slam Stick recorders write: 110 samples from the block's start, which is counted in 1/32768 s."""
     start = np.floor(np.arange(0, SAMPLE.size, 110) / 5000 * 32768) / 32768
-    times = np.concatenate([np.linspace(a, b, 110, endpoint=False) for a, b in itertools.pairwise(start)])
+    times = np.concatenate(
+        [np.linspace(a, b, 110, endpoint=False) for a, b in itertools.pairwise(start)]
+    )
     late = np.concatenate([a + np.arange(110) / 5000 for a in start])
     for written in (times, late):
         even = even_time(SHOT, np.round(written, 6))
@@ -110,7 +118,9 @@ def test_blocks_whose_starts_are_counted_in_ticks_are_even():
 
 
 def test_any_rate_within_its_digits():
-    assert even_time(SHOT, np.arange(1000) / 31415.926).rate_hz == pytest.approx(31415.926, rel=1e-6)
+    assert even_time(SHOT, np.arange(1000) / 31415.926).rate_hz == pytest.approx(
+        31415.926, rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("samples", [0, 1])

@@ -65,7 +65,9 @@ REMARKS = {
 
 @pytest.mark.parametrize("name", MEANINGFUL)
 def test_unknown_field_with_meaning_is_named(name):
-    reason = unread_field(RULES[:1], {"fs": 51200.0, name: MEANINGFUL[name]}, unit="N", rate_hz=51200.0)
+    reason = unread_field(
+        RULES[:1], {"fs": 51200.0, name: MEANINGFUL[name]}, unit="N", rate_hz=51200.0
+    )
     assert reason is not None and repr(name) in reason and "--harmless-field" in reason
 
 
@@ -75,12 +77,16 @@ def test_remark_passes(name):
 
 
 def test_rule_of_the_format_goes_first():
-    assert unread_field(RULES, {"fs": 1.0, "Sensor gain": 4.0, "gain": 1, "gain 2": " None"}) is None
+    assert (
+        unread_field(RULES, {"fs": 1.0, "Sensor gain": 4.0, "gain": 1, "gain 2": " None"}) is None
+    )
     assert unread_field(RULES, {"Gain 2": 3.0}) == "has Gain 2 = 3.0; apply the gain and save again"
 
 
 def test_message_names_file_place_field_and_value():
-    with pytest.raises(RecordingError, match=r"^a\.h5: 'force' has gain = 2\.0; apply the gain and save again$"):
+    with pytest.raises(
+        RecordingError, match=r"^a\.h5: 'force' has gain = 2\.0; apply the gain and save again$"
+    ):
         refuse_unread_fields(Path("a.h5"), RULES, {"gain": 2.0}, "'force'")
 
 
@@ -102,7 +108,9 @@ def with_chunk(path: Path, name: bytes, content: bytes = b"\1\2\3\4") -> Path:
     return path
 
 
-@pytest.mark.parametrize(("chunk", "is_read"), [(b"bext", True), (b"iXML", True), (b"JUNK", True), (b"cali", False)])
+@pytest.mark.parametrize(
+    ("chunk", "is_read"), [(b"bext", True), (b"iXML", True), (b"JUNK", True), (b"cali", False)]
+)
 def test_chunks_of_wav(tmp_path, chunk, is_read):
     from scipy.io import wavfile
 
@@ -112,7 +120,9 @@ def test_chunks_of_wav(tmp_path, chunk, is_read):
         with open_recording(with_chunk(path, chunk)) as recording:
             assert np.array_equal(recording.read("ch1"), np.zeros(100))
         return
-    with pytest.raises(RecordingError, match="the file has cali = 'a chunk of 4 bytes'; a calibration is stated"):
+    with pytest.raises(
+        RecordingError, match="the file has cali = 'a chunk of 4 bytes'; a calibration is stated"
+    ):
         open_recording(with_chunk(path, chunk))
 
 
@@ -151,7 +161,9 @@ def test_field_that_changes_numbers_refuses_a_recording(tmp_path, make_recording
     with open_recording(path):
         pass
     FREE_FIELDS[recipe](path, "Amplifier gain", 10.0)
-    with pytest.raises(RecordingError, match=rf"^hit\.{recipe}: the file has the field 'Amplifier gain' = '?10\.0"):
+    with pytest.raises(
+        RecordingError, match=rf"^hit\.{recipe}: the file has the field 'Amplifier gain' = '?10\.0"
+    ):
         open_recording(path)
     with open_recording(path, ReadingOptions(harmless_fields=("amplifier *",))):
         pass

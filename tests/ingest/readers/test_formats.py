@@ -20,8 +20,12 @@ WAVE = np.round(np.sin(np.arange(64) / 5), 6)
 
 def test_importing_the_readers_loads_no_library_of_a_format():
     code = "import sys, pyroshock.ingest.readers; print(*sorted({m.partition('.')[0] for m in sys.modules}))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not {"pandas", "h5py", "scipy", "nptdms", "pyuff", "pyarrow", "lvm_read", "pint"} & set(loaded)
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert not {"pandas", "h5py", "scipy", "nptdms", "pyuff", "pyarrow", "lvm_read", "pint"} & set(
+        loaded
+    )
 
 
 class TestMat:
@@ -31,7 +35,9 @@ class TestMat:
         savemat(path, {"fs": 51200.0, "force": np.arange(64, dtype=np.uint8)})
         content = path.read_bytes()
         at = content.index(b"force") - 32  # the flags: class 9 is uint8, 6 is double
-        path.write_bytes(content[:at] + content[at : at + 8].replace(b"\x09", b"\x06", 1) + content[at + 8 :])
+        path.write_bytes(
+            content[:at] + content[at : at + 8].replace(b"\x09", b"\x06", 1) + content[at + 8 :]
+        )
         with open_recording(path) as recording:
             assert recording.info("force").dtype == recording.read("force").dtype.str == "<f8"
             np.testing.assert_array_equal(recording.read("force"), np.arange(64))
@@ -39,7 +45,9 @@ class TestMat:
     def test_version_4_is_refused_and_a_short_text_kept_in_the_header(self, tmp_path):
         path = tmp_path / "old.mat"
         savemat(path, {"fs": 51200.0, "force": WAVE}, format="4")
-        with pytest.raises(RecordingError, match=r"not a MATLAB file of version 5 or 7\.3; save it with -v7"):
+        with pytest.raises(
+            RecordingError, match=r"not a MATLAB file of version 5 or 7\.3; save it with -v7"
+        ):
             open_recording(path)
         path = tmp_path / "words.mat"
         savemat(path, {"fs": 51200.0, "force": WAVE, "operator": "Ana", "humidity": 2.5})
@@ -69,7 +77,9 @@ class TestTdms:
         path, truth = three_parts
         with open_recording(path) as recording:
             np.testing.assert_array_equal(recording.read("force"), truth.channels["force"])
-            np.testing.assert_array_equal(recording.read("force", 30, 70), truth.channels["force"][30:70])
+            np.testing.assert_array_equal(
+                recording.read("force", 30, 70), truth.channels["force"][30:70]
+            )
         path, _ = three_parts
         content = bytearray(path.read_bytes())
         last = content.rindex(b"TDSm")
@@ -78,14 +88,18 @@ class TestTdms:
         with pytest.raises(RecordingError, match="was never closed by its writer"):
             open_recording(path)
 
-    def test_a_cut_inside_raw_samples_is_refused_where_nptdms_gives_fewer(self, three_parts, tmp_path, capfd):
+    def test_a_cut_inside_raw_samples_is_refused_where_nptdms_gives_fewer(
+        self, three_parts, tmp_path, capfd
+    ):
         path, truth = three_parts
         cut = tmp_path / "cut.tdms"
         cut.write_bytes(path.read_bytes()[:-40])
         fewer = TdmsFile.read(cut)["shot"]["counts"][:]
         assert len(fewer) < truth.channels["counts"].size
         capfd.readouterr()
-        with pytest.raises(RecordingError, match=r"cut\.tdms: is cut: \d+ bytes, and its last segment ends at \d+"):
+        with pytest.raises(
+            RecordingError, match=r"cut\.tdms: is cut: \d+ bytes, and its last segment ends at \d+"
+        ):
             open_recording(cut)
         assert capfd.readouterr().err == ""
 
@@ -95,15 +109,22 @@ class TestTdms:
         slope = {"NI_Scale[0]_Linear_Slope": 0.5, "NI_Scale[0]_Linear_Y_Intercept": 1.0}
         raw = np.arange(64, dtype=np.int16)
         with TdmsWriter(path) as writer:
-            writer.write_segment([ChannelObject("a", "force", raw, {**scale, **slope, "wf_increment": 1 / 51200})])
+            writer.write_segment(
+                [ChannelObject("a", "force", raw, {**scale, **slope, "wf_increment": 1 / 51200})]
+            )
         with open_recording(path) as recording:
             assert recording.info("force").dtype == "<f8"
             np.testing.assert_array_equal(recording.read("force", 10, 20), raw[10:20] * 0.5 + 1.0)
         path = tmp_path / "unknown.tdms"
         scale = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Astrology"}
         with TdmsWriter(path) as writer:
-            writer.write_segment([ChannelObject("a", "force", WAVE, {**scale, "wf_increment": 1 / 51200})])
-        with pytest.raises(RecordingError, match=r"Astrology|scal"), open_recording(path) as recording:
+            writer.write_segment(
+                [ChannelObject("a", "force", WAVE, {**scale, "wf_increment": 1 / 51200})]
+            )
+        with (
+            pytest.raises(RecordingError, match=r"Astrology|scal"),
+            open_recording(path) as recording,
+        ):
             recording.read("force")
 
     def test_equal_names_in_two_groups_carry_their_group(self, tmp_path):
@@ -128,14 +149,19 @@ class TestUff:
         make_recording("uff", path)
         lines = path.read_text().splitlines(keepends=True)
         path.write_text("".join(lines[:20] + lines[21:]))
-        with open_recording(path) as recording, pytest.raises(RecordingError, match="declares 96 samples and holds 92"):
+        with (
+            open_recording(path) as recording,
+            pytest.raises(RecordingError, match="declares 96 samples and holds 92"),
+        ):
             recording.read("force")
 
 
 class TestLvm:
     @pytest.mark.parametrize("x_columns", ["No", "One"])
     @pytest.mark.parametrize("decimal", [".", ","])
-    def test_both_decimal_signs_and_both_layouts(self, tmp_path, make_recording, decimal, x_columns):
+    def test_both_decimal_signs_and_both_layouts(
+        self, tmp_path, make_recording, decimal, x_columns
+    ):
         path = tmp_path / "hit.lvm"
         truth = make_recording("lvm", path, decimal=decimal, x_columns=x_columns)
         with open_recording(path) as recording:
@@ -153,7 +179,9 @@ class TestLvm:
             ("LabVIEW Measurement", "LabVIEW Something", "expected 'LabVIEW Measurement'"),
         ],
     )
-    def test_a_header_that_contradicts_the_numbers_is_refused(self, tmp_path, make_recording, found, instead, reason):
+    def test_a_header_that_contradicts_the_numbers_is_refused(
+        self, tmp_path, make_recording, found, instead, reason
+    ):
         path = tmp_path / "hit.lvm"
         make_recording("lvm", path)
         text = path.read_text()
@@ -162,10 +190,14 @@ class TestLvm:
         with pytest.raises(RecordingError, match=reason):
             open_recording(path)
 
-    def test_a_field_that_is_no_number_is_refused_where_lvm_read_gives_nan(self, tmp_path, make_recording):
+    def test_a_field_that_is_no_number_is_refused_where_lvm_read_gives_nan(
+        self, tmp_path, make_recording
+    ):
         path = tmp_path / "hit.lvm"
         make_recording("lvm", path, decimal=",")
-        path.write_text(path.read_text().replace("Decimal_Separator\t,", "Decimal_Separator\t."))  # denies the comma
+        path.write_text(
+            path.read_text().replace("Decimal_Separator\t,", "Decimal_Separator\t.")
+        )  # denies the comma
         with pytest.raises(RecordingError, match=r"hit\.lvm: "):
             open_recording(path)
         make_recording("lvm", path)
@@ -178,7 +210,9 @@ class TestLvm:
     def test_commas_separate_where_the_header_says_so(self, tmp_path, make_recording):
         path = tmp_path / "hit.lvm"
         truth = make_recording("lvm", path, x_columns="One")
-        path.write_text(path.read_text().replace("\t", ",").replace("Separator,Tab", "Separator,Comma"))
+        path.write_text(
+            path.read_text().replace("\t", ",").replace("Separator,Tab", "Separator,Comma")
+        )
         with open_recording(path) as recording:
             assert recording.info("force").unit == "N"
             assert recording.info("force").sampling_rate_hz == truth.rate_hz
@@ -191,21 +225,28 @@ class TestLvmWithoutHeader:
 
     @pytest.mark.parametrize("delimiter", ["\t", ","])
     def test_the_x_column_gives_the_rate(self, tmp_path, delimiter):
-        np.savetxt(tmp_path / "hit.lvm", np.column_stack([np.arange(64) / 51200, WAVE]), "%.9f", delimiter)
+        np.savetxt(
+            tmp_path / "hit.lvm", np.column_stack([np.arange(64) / 51200, WAVE]), "%.9f", delimiter
+        )
         with open_recording(tmp_path / "hit.lvm", ReadingOptions(("time", "force"))) as recording:
             assert recording.info("force").sampling_rate_hz == 51200.0
             np.testing.assert_array_equal(recording.read("force"), WAVE)
 
     def test_the_given_rate_holds_for_columns_alone(self, tmp_path):
         np.savetxt(tmp_path / "hit.lvm", np.column_stack([WAVE, -WAVE]), "%.6f", "\t")
-        with open_recording(tmp_path / "hit.lvm", ReadingOptions(("force", "acc"), 51200.0)) as recording:
+        with open_recording(
+            tmp_path / "hit.lvm", ReadingOptions(("force", "acc"), 51200.0)
+        ) as recording:
             np.testing.assert_array_equal(recording.read("acc"), -WAVE)
 
     @pytest.mark.parametrize(
         ("text", "reason"),
         [
             ("force\tacc\n1\t2\n", "starts with 'force"),
-            ("51200\n\nforce\tacc\n1\t2\n3\t4\n", "has text above its numbers, but no header of LabVIEW"),
+            (
+                "51200\n\nforce\tacc\n1\t2\n3\t4\n",
+                "has text above its numbers, but no header of LabVIEW",
+            ),
             ("1\t2\n3\t4", "its last line has no line end"),
             ("1\t2\n3\n", "a line is cut or damaged"),
         ],
@@ -223,7 +264,10 @@ class TestHdf5:
             file.attrs["fs"] = 51200.0
             file["slow/pressure"], file["bench/force"], file["slow/fs"] = WAVE, WAVE, 1000.0
         with open_recording(path) as recording:
-            assert {c.name: c.sampling_rate_hz for c in recording.channels} == {"force": 51200.0, "pressure": 1000.0}
+            assert {c.name: c.sampling_rate_hz for c in recording.channels} == {
+                "force": 51200.0,
+                "pressure": 1000.0,
+            }
 
     def test_a_slice_reads_only_its_chunks(self, tmp_path):
         """The last chunk is damaged: a slice before it must not care, one that touches it must."""
@@ -244,7 +288,9 @@ def test_whole_elements_are_taken_where_the_library_is_there(tmp_path, monkeypat
     monkeypatch.setitem(sys.modules, "idelib", None)
     path = tmp_path / "shot.ide"
     path.write_bytes(b"\x1a\x45\xdf\xa3\x80")
-    with pytest.raises(RecordingError, match=r"idelib, which is not installed; pip install 'pyroshock\[ide\]'"):
+    with pytest.raises(
+        RecordingError, match=r"idelib, which is not installed; pip install 'pyroshock\[ide\]'"
+    ):
         open_recording(path)
     # lengths of one byte, of two, and none
     (tmp_path / "shot.ide").write_bytes(b"\x1a\x45\xdf\xa3\x81x" + b"\xa1\x40\x03xyz" + b"\xec\x80")
@@ -283,7 +329,11 @@ def test_the_recorder_is_told_in_the_header_and_a_time_scale_can_be_a_number(sho
     path, truth = shot
     with open_recording(path) as recording:
         header = recording.info("force").header
-        assert (header["ProductName"], header["RecorderSerial"], header["sensor"]) == ("Slam Stick C", 428, "Load cell")
+        assert (header["ProductName"], header["RecorderSerial"], header["sensor"]) == (
+            "Slam Stick C",
+            428,
+            "Load cell",
+        )
         np.testing.assert_array_equal(recording.read("force", 5, 9), truth.channels["force"][5:9])
     scaled(path, b"  0.00004")
     with open_recording(path) as recording:
@@ -314,9 +364,15 @@ def test_samples_are_shares_of_the_full_scale(tmp_path, dtype, full_scale, read_
     with open_recording(tmp_path / "shot.wav") as recording:
         assert [c.name for c in recording.channels] == [f"ch{i + 1}" for i in range(channels)]
         for number, channel in enumerate(recording.channels):
-            assert (channel.sampling_rate_hz, channel.unit, channel.dtype) == (RATE_HZ, None, read_as)
+            assert (channel.sampling_rate_hz, channel.unit, channel.dtype) == (
+                RATE_HZ,
+                None,
+                read_as,
+            )
             read = recording.read(channel.name)
-            np.testing.assert_array_equal(read.astype(float), written[:, number].astype(float) / full_scale)
+            np.testing.assert_array_equal(
+                read.astype(float), written[:, number].astype(float) / full_scale
+            )
 
 
 @pytest.mark.parametrize(("bytes_each", "zero"), [(1, 128), (3, 0)])
@@ -325,7 +381,9 @@ def test_eight_and_24_bits_are_exact(tmp_path, bytes_each, zero):
     counts = np.random.default_rng(1).integers(-full_scale, full_scale, (50, 2))
     with wave.open(str(tmp_path / "shot.wav"), "wb") as file:
         file.setparams((2, bytes_each, RATE_HZ, 0, "NONE", ""))
-        packed = (int(n + zero).to_bytes(bytes_each, "little", signed=zero == 0) for n in counts.ravel())
+        packed = (
+            int(n + zero).to_bytes(bytes_each, "little", signed=zero == 0) for n in counts.ravel()
+        )
         file.writeframes(b"".join(packed))
     with open_recording(tmp_path / "shot.wav") as recording:
         np.testing.assert_array_equal(recording.read("ch2") * full_scale, counts[:, 1])
@@ -340,7 +398,9 @@ def test_columns_name_the_channels(tmp_path):
         assert [c.name for c in recording.channels] == ["acc"]
     with pytest.raises(RecordingError, match=r"has 2 channels, and 1 columns are named \(force\)"):
         open_recording(tmp_path / "shot.wav", ReadingOptions(("force",)))
-    with pytest.raises(RecordingError, match=r"sampling rate of 51200.0 Hz, and 48000.0 Hz is given for it"):
+    with pytest.raises(
+        RecordingError, match=r"sampling rate of 51200.0 Hz, and 48000.0 Hz is given for it"
+    ):
         open_recording(tmp_path / "shot.wav", ReadingOptions(sampling_rate_hz=48000.0))
 
 

@@ -20,7 +20,10 @@ def written(tmp_path):
 
 def _read(path):
     with open_recording(path) as recording:
-        facts = {c.name: (c.unit, c.sampling_rate_hz, pytest.approx(c.start_s, rel=1e-6)) for c in recording.channels}
+        facts = {
+            c.name: (c.unit, c.sampling_rate_hz, pytest.approx(c.start_s, rel=1e-6))
+            for c in recording.channels
+        }
         return facts, {name: recording.read(name).tolist() for name in facts}
 
 
@@ -28,7 +31,11 @@ class TestTektronix:
     def test_settings_above_or_beside_give_units_and_rate(self, written):
         facts, samples = _read(written(MDO3014))
         assert facts == dict.fromkeys(("CH1", "D11", "D10"), ("V", 250e6, -4.72e-4))
-        assert samples == {"CH1": [0.68, 0.28, 0.2, -1.32], "D11": [0, 1, 0, 0], "D10": [1, 0, 0, 1]}
+        assert samples == {
+            "CH1": [0.68, 0.28, 0.2, -1.32],
+            "D11": [0, 1, 0, 0],
+            "D10": [1, 0, 0, 1],
+        }
         facts, samples = _read(written(MSO58))
         assert facts == {"CH1": ("V", 1e6, -2e-6), "CH2": ("A", 1e6, -2e-6)}
         assert samples["CH2"] == [1.5, 1.6, 1.7, 1.8, 1.9]
@@ -51,28 +58,40 @@ class TestTektronix:
     @pytest.mark.parametrize("text", [MDO3014, MSO58, TDS2014], ids=["MDO3014", "MSO58", "TDS2014"])
     def test_a_file_without_its_last_lines_is_refused(self, written, text):
         cut = "".join(text.splitlines(keepends=True)[:-1])
-        with pytest.raises(RecordingError, match=r"states a Record Length of \d+ and holds \d+ lines; it is cut"):
+        with pytest.raises(
+            RecordingError, match=r"states a Record Length of \d+ and holds \d+ lines; it is cut"
+        ):
             open_recording(written(cut))
 
     def test_a_part_that_was_chosen_is_shorter_and_a_spectrum_is_none(self, written):
         chosen = "".join(MDO3014.replace("0.0% to", "40.0% to").splitlines(keepends=True)[:-1])
         assert len(_read(written(chosen))[1]["CH1"]) == 3
-        with pytest.raises(RecordingError, match="'Sample Interval' is '1e-06' in Hz; expected a step"):
+        with pytest.raises(
+            RecordingError, match="'Sample Interval' is '1e-06' in Hz; expected a step"
+        ):
             open_recording(written(MSO58.replace("Units,s,s", "Units,Hz,Hz")))
 
 
 class TestPicoScope:
-    @pytest.mark.parametrize(("unit", "rate"), [("s", 100.0), ("ms", 1e5), ("us", 1e8), ("µs", 1e8), ("ns", 1e11)])
+    @pytest.mark.parametrize(
+        ("unit", "rate"), [("s", 100.0), ("ms", 1e5), ("us", 1e8), ("µs", 1e8), ("ns", 1e11)]
+    )
     @pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
     def test_the_line_of_units_is_obeyed(self, written, unit, rate, encoding):
         rows = PICO_ROWS.replace("-∞", "-2").replace("∞", "2")
         facts, samples = _read(written(PICO.format(rows).replace("(ms)", f"({unit})"), encoding))
-        assert facts == {"Channel A": ("V", rate, -10 / rate), "Channel B": ("mV", rate, -10 / rate)}
+        assert facts == {
+            "Channel A": ("V", rate, -10 / rate),
+            "Channel B": ("mV", rate, -10 / rate),
+        }
         assert samples["Channel A"] == [4.825282, 2.0, -4.804224]
 
     def test_a_voltage_beyond_the_range_is_infinite_and_commas_come_with_semicolons(self, written):
         _, samples = _read(written(PICO.format(PICO_ROWS)))
-        assert samples == {"Channel A": [4.825282, np.inf, -4.804224], "Channel B": [-15.9, -3.98, -np.inf]}
+        assert samples == {
+            "Channel A": [4.825282, np.inf, -4.804224],
+            "Channel B": [-15.9, -3.98, -np.inf],
+        }
         german = "Zeit;Kanal A\n(ms);(V)\n\n0,00;1,5\n0,01;2,5\n".replace("Zeit", "Time")
         assert _read(written(german)) == ({"Kanal A": ("V", 1e5, 0.0)}, {"Kanal A": [1.5, 2.5]})
 

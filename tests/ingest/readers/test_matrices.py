@@ -59,7 +59,11 @@ class TestMatrix:
     def test_columns_have_names_or_numbers_and_can_be_the_time(self, write, lies):
         with open_recording(write(TABLE.T if lies else TABLE), NAMED) as recording:
             facts = [(c.name, c.unit, c.samples, c.sampling_rate_hz) for c in recording.channels]
-            assert facts == [("force", "N", 50, 51200.0), ("acc", None, 50, 51200.0), ("laser", None, 50, 51200.0)]
+            assert facts == [
+                ("force", "N", 50, 51200.0),
+                ("acc", None, 50, 51200.0),
+                ("laser", None, 50, 51200.0),
+            ]
             for number, name in enumerate(("force", "acc", "laser")):
                 np.testing.assert_array_equal(recording.read(name), TABLE[:, number])
                 np.testing.assert_array_equal(recording.read(name, 3, 9), TABLE[3:9, number])
@@ -69,7 +73,9 @@ class TestMatrix:
         table = np.column_stack([np.arange(50) / 51.2, TABLE])
         options = ReadingOptions(("time [ms]", "a", "b", "c"))
         with open_recording(write(table.T if lies else table), options) as recording:
-            assert [(c.name, c.sampling_rate_hz) for c in recording.channels] == [(n, 51200.0) for n in "abc"]
+            assert [(c.name, c.sampling_rate_hz) for c in recording.channels] == [
+                (n, 51200.0) for n in "abc"
+            ]
             np.testing.assert_array_equal(recording.read("c"), TABLE[:, 2])
 
 
@@ -77,7 +83,9 @@ def test_a_matrix_without_a_rate_and_two_that_the_names_fit_are_refused(write, t
     with pytest.raises(RecordingError, match=r"has no sampling rate; .*sampling_rate_hz under"):
         open_recording(write(TABLE))
     np.savez(tmp_path / "shot.npz", a=TABLE, b=TABLE)
-    with pytest.raises(RecordingError, match="3 columns are named, and 'a', 'b' have as many; expected one"):
+    with pytest.raises(
+        RecordingError, match="3 columns are named, and 'a', 'b' have as many; expected one"
+    ):
         open_recording(tmp_path / "shot.npz", NAMED)
 
 
@@ -86,7 +94,9 @@ class TestNpy:
     def test_a_vector_keeps_its_numbers(self, tmp_path, dtype):
         values = (TABLE[:, 0] * 1000).astype(dtype)
         np.save(tmp_path / "shot.npy", values)
-        with open_recording(tmp_path / "shot.npy", ReadingOptions(("force [N]",), 51200.0)) as recording:
+        with open_recording(
+            tmp_path / "shot.npy", ReadingOptions(("force [N]",), 51200.0)
+        ) as recording:
             assert recording.info("force").unit == "N"
             np.testing.assert_array_equal(recording.read("force"), values)
         with open_recording(tmp_path / "shot.npy", RATE_ALONE) as recording:
@@ -94,7 +104,11 @@ class TestNpy:
 
     def test_named_fields_are_channels(self, tmp_path):
         rows = np.zeros(50, [("time", "f8"), ("force", "f4"), ("counts", "i2")])
-        rows["time"], rows["force"], rows["counts"] = np.arange(50) / 1000, TABLE[:, 0], np.arange(50)
+        rows["time"], rows["force"], rows["counts"] = (
+            np.arange(50) / 1000,
+            TABLE[:, 0],
+            np.arange(50),
+        )
         np.save(tmp_path / "shot.npy", rows)
         with open_recording(tmp_path / "shot.npy") as recording:
             facts = [(c.name, c.dtype, c.sampling_rate_hz) for c in recording.channels]
@@ -116,9 +130,21 @@ class TestNpy:
     @pytest.mark.parametrize(
         ("table", "options", "reason"),
         [
-            (TABLE, ReadingOptions(("a", "b"), 1.0), r"2 columns are named \(a, b\), and its shape is \(50, 3\)"),
-            (TABLE[:, 0], ReadingOptions(("a", "b"), 1.0), r"2 columns are named \(a, b\), and its shape is \(50,\)"),
-            (TABLE[:3], RATE_ALONE, r"'data' has shape \(3, 3\); expected more samples than channels"),
+            (
+                TABLE,
+                ReadingOptions(("a", "b"), 1.0),
+                r"2 columns are named \(a, b\), and its shape is \(50, 3\)",
+            ),
+            (
+                TABLE[:, 0],
+                ReadingOptions(("a", "b"), 1.0),
+                r"2 columns are named \(a, b\), and its shape is \(50,\)",
+            ),
+            (
+                TABLE[:3],
+                RATE_ALONE,
+                r"'data' has shape \(3, 3\); expected more samples than channels",
+            ),
             (np.zeros((5, 5, 5)), RATE_ALONE, r"has shape \(5, 5, 5\)"),
             (np.zeros((2000, 1500), "i1"), RATE_ALONE, "has 1500 columns; expected at most 1024"),
             (TABLE + 1j, RATE_ALONE, "is complex"),
@@ -132,7 +158,9 @@ class TestNpy:
     def test_a_header_of_four_gigabytes_takes_no_memory(self, tmp_path):
         np.save(tmp_path / "shot.npy", TABLE)
         content = (tmp_path / "shot.npy").read_bytes()
-        (tmp_path / "shot.npy").write_bytes(content[:6] + b"\x02\x00" + struct.pack("<I", 0xFFFFFFF0) + content[10:])
+        (tmp_path / "shot.npy").write_bytes(
+            content[:6] + b"\x02\x00" + struct.pack("<I", 0xFFFFFFF0) + content[10:]
+        )
         tracemalloc.start()
         try:
             with pytest.raises(RecordingError, match=r"^shot\.npy: damaged"):
@@ -155,25 +183,36 @@ class TestNpy:
 
 
 @given(
-    shape=st.tuples(st.integers(2, 40), st.integers(1, 5)).filter(lambda shape: shape[0] > shape[1]),
+    shape=st.tuples(st.integers(2, 40), st.integers(1, 5)).filter(
+        lambda shape: shape[0] > shape[1]
+    ),
     by_columns=st.booleans(),
     dtype=st.sampled_from(["f8", ">f4", "i2", "u1"]),
     bounds=st.tuples(st.integers(-50, 50), st.integers(-50, 50)),
 )
-def test_slices_of_columns_are_slices_of_the_matrix(tmp_path_factory, shape, by_columns, dtype, bounds):
+def test_slices_of_columns_are_slices_of_the_matrix(
+    tmp_path_factory, shape, by_columns, dtype, bounds
+):
     table = np.arange(shape[0] * shape[1]).reshape(shape).astype(dtype)
     path = tmp_path_factory.mktemp("npy") / "shot.npy"
     np.save(path, np.asfortranarray(table) if by_columns else table)
     names = tuple(f"c{i}" for i in range(shape[1]))
     with open_recording(path, ReadingOptions(names, 1000.0)) as recording:
         for number, name in enumerate(names):
-            np.testing.assert_array_equal(recording.read(name, *bounds), table[slice(*bounds), number])
+            np.testing.assert_array_equal(
+                recording.read(name, *bounds), table[slice(*bounds), number]
+            )
 
 
 @pytest.mark.parametrize("compressed", [False, True], ids=["plain", "compressed"])
 class TestStructures:
     def test_fields_are_channels_with_the_clock_beside_them(self, tmp_path, compressed):
-        shot = {"fs": 51200.0, "force": TABLE[:, 0], "acc": TABLE[:, 1].astype("f4"), "operator": "Ana"}
+        shot = {
+            "fs": 51200.0,
+            "force": TABLE[:, 0],
+            "acc": TABLE[:, 1].astype("f4"),
+            "operator": "Ana",
+        }
         savemat(tmp_path / "shot.mat", {"shot": shot}, do_compression=compressed, oned_as="column")
         with open_recording(tmp_path / "shot.mat") as recording:
             facts = {c.name: (c.dtype, c.sampling_rate_hz) for c in recording.channels}
@@ -190,18 +229,30 @@ class TestStructures:
         with open_recording(tmp_path / "shot.mat") as recording:
             assert [c.name for c in recording.channels] == ["a/force", "b/force"]
             np.testing.assert_array_equal(recording.read("b.force"), TABLE[:, 1])
-        savemat(tmp_path / "shot.mat", {"shot": {"y": TABLE, "note": {}}}, do_compression=compressed)
+        savemat(
+            tmp_path / "shot.mat", {"shot": {"y": TABLE, "note": {}}}, do_compression=compressed
+        )
         with open_recording(tmp_path / "shot.mat", NAMED) as recording:
             np.testing.assert_array_equal(recording.read("laser"), TABLE[:, 2])
 
     def test_fields_that_are_no_numbers_are_refused_and_rows_left_alone(self, tmp_path, compressed):
         cells = np.empty(2, dtype=object)
         cells[:] = [TABLE, "x"]
-        shot = {"fs": 1000.0, "force": TABLE[:, 0], "wave": TABLE[:, 0] + 1j, "cells": cells, "none": np.empty(0)}
+        shot = {
+            "fs": 1000.0,
+            "force": TABLE[:, 0],
+            "wave": TABLE[:, 0] + 1j,
+            "cells": cells,
+            "none": np.empty(0),
+        }
         savemat(tmp_path / "shot.mat", {"shot": shot}, do_compression=compressed)
         with open_recording(tmp_path / "shot.mat") as recording:
             assert [c.name for c in recording.channels] == ["force"]
-            for name, reason in (("shot.wave", "complex"), ("cells", "an object"), ("none", "empty")):
+            for name, reason in (
+                ("shot.wave", "complex"),
+                ("cells", "an object"),
+                ("none", "empty"),
+            ):
                 with pytest.raises(RecordingError, match=f"{name.split('.')[-1]}' is {reason}"):
                     recording.read(name)
         rows = np.zeros((1, 2), dtype=[("force", object)])
@@ -231,7 +282,9 @@ def test_a_false_count_within_a_structure_is_refused(tmp_path, old, new):
     content = path.read_bytes()
     assert old in content
     path.write_bytes(content.replace(old, new, 1))
-    with pytest.raises(RecordingError, match=r"^shot\.mat: .*structure does not hold what it declares"):
+    with pytest.raises(
+        RecordingError, match=r"^shot\.mat: .*structure does not hold what it declares"
+    ):
         open_recording(path)
 
 
@@ -243,5 +296,7 @@ def test_a_text_without_dimensions_is_refused(tmp_path):
     name, text = struct.pack("<II4sI", 1, 4, b"note", 0), struct.pack("<HH4s", 16, 4, b"13.0")
     body = flags + dimensions + name + text
     path.write_bytes(path.read_bytes() + struct.pack("<II", 14, len(body)) + body)
-    with pytest.raises(RecordingError, match=r"^shot\.mat: 'note' has 0 dimensions; expected two or more"):
+    with pytest.raises(
+        RecordingError, match=r"^shot\.mat: 'note' has 0 dimensions; expected two or more"
+    ):
         open_recording(path)

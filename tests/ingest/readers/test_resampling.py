@@ -17,7 +17,9 @@ STEP = 2e-5
 def uneven_times(kind, rng, samples=1500):
     match kind:
         case "two rates":
-            steps = np.where(np.arange(samples) < rng.integers(300, 1200), STEP, STEP * rng.uniform(0.4, 0.9))
+            steps = np.where(
+                np.arange(samples) < rng.integers(300, 1200), STEP, STEP * rng.uniform(0.4, 0.9)
+            )
         case "drift":
             steps = STEP * np.linspace(1 + rng.uniform(0.02, 0.3), 0.8, samples)
         case _:
@@ -31,10 +33,16 @@ def test_stated_error_bounds_bands_up_to_nyquist(kind):
     for _ in range(150):
         times = uneven_times(kind, rng)
         nyquist = 0.5 / np.diff(times).max()
-        frequency, phase, size = rng.uniform(0.01, 0.95, 12) * nyquist, rng.uniform(0, 6.3, 12), rng.normal(size=12)
+        frequency, phase, size = (
+            rng.uniform(0.01, 0.95, 12) * nyquist,
+            rng.uniform(0, 6.3, 12),
+            rng.normal(size=12),
+        )
 
         def signal(t, frequency=frequency, phase=phase, size=size):
-            return np.sum(size[:, None] * np.sin(2 * np.pi * frequency[:, None] * t + phase[:, None]), axis=0)
+            return np.sum(
+                size[:, None] * np.sin(2 * np.pi * frequency[:, None] * t + phase[:, None]), axis=0
+            )
 
         rate = grid_rate(SHOT, times)
         values, bound = resampled(SHOT, "acc", times, signal(times), rate)
@@ -47,7 +55,9 @@ def test_well_sampled_pulse_errs_by_parts_of_a_thousand():
     times = uneven_times("jitter", np.random.default_rng(1))
 
     def pulse(t):
-        return 8000 * np.where(np.abs(t - 0.01) < 0.5e-3, np.cos(np.pi * (t - 0.01) / 1e-3) ** 2, 0.0)
+        return 8000 * np.where(
+            np.abs(t - 0.01) < 0.5e-3, np.cos(np.pi * (t - 0.01) / 1e-3) ** 2, 0.0
+        )
 
     rate = grid_rate(SHOT, times)
     values, bound = resampled(SHOT, "force", times, pulse(times), rate)
@@ -57,7 +67,9 @@ def test_well_sampled_pulse_errs_by_parts_of_a_thousand():
 
 def test_gap_is_not_filled():
     times = np.cumsum(np.r_[np.full(50, STEP), 0.01, np.full(50, 0.7 * STEP)])
-    with pytest.raises(RecordingError, match=r"has a gap of 0\.01 s before sample 50, which cannot be resampled"):
+    with pytest.raises(
+        RecordingError, match=r"has a gap of 0\.01 s before sample 50, which cannot be resampled"
+    ):
         grid_rate(SHOT, times)
 
 
@@ -70,7 +82,12 @@ def test_samples_that_are_no_numbers_are_refused():
 def test_recording_is_refused_or_resampled_as_the_laboratory_says(tmp_path):
     times = uneven_times("two rates", np.random.default_rng(3))
     path = tmp_path / "shot.npz"
-    np.savez(path, t=times, acc=np.sin(2 * np.pi * 500 * times), counts=np.arange(times.size, dtype=np.int16))
+    np.savez(
+        path,
+        t=times,
+        acc=np.sin(2 * np.pi * 500 * times),
+        counts=np.arange(times.size, dtype=np.int16),
+    )
     with pytest.raises(RecordingError, match="its time has two rates, 50000 Hz"):
         open_recording(path)
     with open_recording(path, RESAMPLE) as recording:

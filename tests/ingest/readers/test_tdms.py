@@ -24,8 +24,15 @@ def written(tmp_path):
         path = tmp_path / "shot.tdms"
         with TdmsWriter(path) as writer:
             for number, channels in enumerate(segments):
-                parts = [ChannelObject("bench", name, values, properties) for name, values, properties in channels]
-                above = [RootObject(file or {}), GroupObject("bench", group or {})] if number == 0 else []
+                parts = [
+                    ChannelObject("bench", name, values, properties)
+                    for name, values, properties in channels
+                ]
+                above = (
+                    [RootObject(file or {}), GroupObject("bench", group or {})]
+                    if number == 0
+                    else []
+                )
                 writer.write_segment([*above, *parts])
         return path
 
@@ -39,7 +46,10 @@ def facts(path, name="force", options=None):
 
 
 def refusal(path, name="force", options=None):
-    with pytest.raises(RecordingError) as error, open_recording(path, options or ReadingOptions()) as recording:
+    with (
+        pytest.raises(RecordingError) as error,
+        open_recording(path, options or ReadingOptions()) as recording,
+    ):
         recording.info(name)
     return str(error.value)
 
@@ -66,17 +76,35 @@ def test_x_axis_in_its_unit(written, properties, rate, start):
 @pytest.mark.parametrize(
     ("properties", "reason"),
     [
-        ({"wf_increment": 25.0, "wf_xunit_string": "Hz"}, "wf_xunit_string = 'Hz', which is no time"),
-        ({"wf_increment": 25.0, "wf_xname": "Frequency"}, "wf_xname = 'Frequency' and wf_xunit_string = ''"),
-        ({"wf_increment": 1.0, "wf_xname": "Angle", "wf_xunit_string": "deg"}, "wf_xname = 'Angle'"),
+        (
+            {"wf_increment": 25.0, "wf_xunit_string": "Hz"},
+            "wf_xunit_string = 'Hz', which is no time",
+        ),
+        (
+            {"wf_increment": 25.0, "wf_xname": "Frequency"},
+            "wf_xname = 'Frequency' and wf_xunit_string = ''",
+        ),
+        (
+            {"wf_increment": 1.0, "wf_xname": "Angle", "wf_xunit_string": "deg"},
+            "wf_xname = 'Angle'",
+        ),
         ({"wf_increment": 0.1, "wf_xunit_string": "mm"}, "wf_xunit_string = 'mm'"),
         ({"wf_increment": -1.0}, "wf_increment = -1.0; expected a step above 0"),
-        ({"wf_increment": 2e-5, "fs": 51200.0}, "a wf_increment of 50000 Hz and states a sampling rate of 51200"),
+        (
+            {"wf_increment": 2e-5, "fs": 51200.0},
+            "a wf_increment of 50000 Hz and states a sampling rate of 51200",
+        ),
         ({"wf_increment": 2e-5, "Sample Rate": 1000.0}, "the field 'Sample Rate' = 1000.0"),
         ({"wf_increment": 2e-5, "Gain": 2.0}, "the field 'Gain' = 2.0"),
-        ({"wf_increment": 2e-5, "Scale_Coeff_c0": 168610.0}, "the field 'Scale_Coeff_c0' = 168610.0"),
+        (
+            {"wf_increment": 2e-5, "Scale_Coeff_c0": 168610.0},
+            "the field 'Scale_Coeff_c0' = 168610.0",
+        ),
         ({"wf_increment": 2e-5, "NI_function_type": "spectrum"}, "NI_function_type = 'spectrum'"),
-        ({"wf_increment": 2e-5, "unit_string": "N", "Unit": "lbf"}, "unit_string = 'N' and unit = 'lbf'"),
+        (
+            {"wf_increment": 2e-5, "unit_string": "N", "Unit": "lbf"},
+            "unit_string = 'N' and unit = 'lbf'",
+        ),
     ],
 )
 def test_what_changes_a_number_is_refused(written, properties, reason):
@@ -92,16 +120,28 @@ def test_properties_of_ordinary_files_pass(written):
         "novaluekey": "No", "displaytype": "Numeric", "description": "", "Gain": 1.0, "Offset": 0,
         "Sensor sensitivity": 10.2, "Range": 10.0, "Coupling": "AC", "Sample Rate": 50000.0, "Date": "2026-03-02",
     }  # fmt: skip
-    file = {"name": "shot", "Author": "Ana", "DateTime": NOON, "Test start": "12:00", "Unit Under Test": "STM-2"}
-    path = written([("force", FORCE, channel)], file=file, group={"description": "Calibration due 2027"})
+    file = {
+        "name": "shot",
+        "Author": "Ana",
+        "DateTime": NOON,
+        "Test start": "12:00",
+        "Unit Under Test": "STM-2",
+    }
+    path = written(
+        [("force", FORCE, channel)], file=file, group={"description": "Calibration due 2027"}
+    )
     with open_recording(path) as recording:
         assert recording.info("force").unit == "V"
         assert np.array_equal(recording.read("force"), FORCE)
 
 
-@pytest.mark.parametrize(("unit", "description"), [("m/s^2", "m/s2"), ("g", "Acceleration"), ("V", "Volts"), ("N", "")])
+@pytest.mark.parametrize(
+    ("unit", "description"), [("m/s^2", "m/s2"), ("g", "Acceleration"), ("V", "Volts"), ("N", "")]
+)
 def test_description_of_the_unit_that_does_not_contradict_passes(written, unit, description):
-    path = written([("force", FORCE, {**STEP, "unit_string": unit, "NI_UnitDescription": description})])
+    path = written(
+        [("force", FORCE, {**STEP, "unit_string": unit, "NI_UnitDescription": description})]
+    )
     with open_recording(path) as recording:
         assert recording.info("force").unit == unit
 
@@ -142,7 +182,9 @@ def test_start_time_and_offset_add_up(written, late_us):
 def test_channel_without_start_time_cannot_be_compared(written):
     zero = np.datetime64("1904-01-01T00:00:00", "us")  # LabVIEW's time stamp that was never set
     for properties in (STEP, {**STEP, "wf_start_time": zero}):
-        path = written([("force", FORCE, {**STEP, "wf_start_time": NOON}), ("acc", FORCE, properties)])
+        path = written(
+            [("force", FORCE, {**STEP, "wf_start_time": NOON}), ("acc", FORCE, properties)]
+        )
         assert facts(path)[1] == 0.0
         assert "'acc' has no wf_start_time, and 'force' has one" in refusal(path, "acc")
         assert facts(path, "acc", ReadingOptions(harmless_fields=("wf_start_time",)))[1] == 0.0
@@ -156,10 +198,14 @@ def test_channels_that_all_lack_a_start_time_start_together(written):
 def test_time_stamps_that_contradict_are_refused(written):
     stamps = NOON + us(25) * np.arange(100)
     path = written([("Time", stamps, {}), ("force", FORCE, STEP), ("acc", FORCE, {})])
-    assert "wf_increment of 50000 Hz, and the time stamps 'Time' beside it are 40000 Hz" in refusal(path)
+    assert "wf_increment of 50000 Hz, and the time stamps 'Time' beside it are 40000 Hz" in refusal(
+        path
+    )
     assert facts(path, "acc")[0] == 40000
     start = {"wf_increment": 2.5e-5, "wf_start_time": NOON + us(700)}
-    assert "by wf_start_time and at" in refusal(written([("Time", stamps, {}), ("force", FORCE, start)]))
+    assert "by wf_start_time and at" in refusal(
+        written([("Time", stamps, {}), ("force", FORCE, start)])
+    )
 
 
 def test_time_stamps_with_a_gap_or_of_uneven_steps(written):
@@ -167,37 +213,58 @@ def test_time_stamps_with_a_gap_or_of_uneven_steps(written):
     path = written([("Time", NOON + us(20) * count, {}), ("force", FORCE, {"unit_string": "N"})])
     assert facts(path) == (50000, 0.0, [[50, 100]])
     uneven = NOON + np.cumsum(np.where(np.arange(100) < 40, 20, 25)).astype("m8[us]")
-    assert "its time has two rates, 50000 Hz" in refusal(written([("Time", uneven, {}), ("force", FORCE, {})]))
+    assert "its time has two rates, 50000 Hz" in refusal(
+        written([("Time", uneven, {}), ("force", FORCE, {})])
+    )
 
 
 def test_time_stamps_place_channels_on_the_clock_of_the_waveforms(written):
     stamps = NOON + us(4000) + us(20) * np.arange(60)
-    path = written([("Time", stamps, {}), ("slow", FORCE[:60], {}), ("force", FORCE, {**STEP, "wf_start_time": NOON})])
+    path = written(
+        [
+            ("Time", stamps, {}),
+            ("slow", FORCE[:60], {}),
+            ("force", FORCE, {**STEP, "wf_start_time": NOON}),
+        ]
+    )
     assert facts(path, "slow")[:2] == (50000, pytest.approx(0.004))
 
 
 def test_numeric_time_beside_a_waveform_is_compared(written):
     path = written([("Time", np.arange(100) / 40000, {}), ("force", FORCE, STEP)])
-    assert "states 50000 Hz, which the time beside it contradicts: it gives 40000 Hz" in refusal(path)
-    assert facts(written([("Time", np.arange(100) / 50000, {}), ("force", FORCE, STEP)]))[0] == 50000
+    assert "states 50000 Hz, which the time beside it contradicts: it gives 40000 Hz" in refusal(
+        path
+    )
+    assert (
+        facts(written([("Time", np.arange(100) / 50000, {}), ("force", FORCE, STEP)]))[0] == 50000
+    )
 
 
 def test_writes_with_starts_of_their_own(written):
     first = ("force", FORCE, {**STEP, "wf_start_time": NOON})
-    again = ("force", FORCE, {**STEP, "wf_start_time": NOON})  # repeated by some writers, and not moved on
+    again = (
+        "force",
+        FORCE,
+        {**STEP, "wf_start_time": NOON},
+    )  # repeated by some writers, and not moved on
     following = ("force", FORCE, {**STEP, "wf_start_time": NOON + us(2000)})
     late = ("force", FORCE, {**STEP, "wf_start_time": NOON + us(5000)})
     early = ("force", FORCE, {**STEP, "wf_start_time": NOON + us(1000)})
     assert facts(written([first], [again])) == (50000, 0.0, None)
     assert facts(written([first], [following])) == (50000, 0.0, None)
     assert facts(written([first], [late])) == (50000, 0.0, [[100, 150]])
-    assert "starts again 0.001 s after its start, at sample 100" in refusal(written([first], [early]))
+    assert "starts again 0.001 s after its start, at sample 100" in refusal(
+        written([first], [early])
+    )
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("wf_increment", 1e-5), ("unit_string", "lbf"), ("NI_Scale[0]_Linear_Slope", 3.0)]
+    ("name", "value"),
+    [("wf_increment", 1e-5), ("unit_string", "lbf"), ("NI_Scale[0]_Linear_Slope", 3.0)],
 )
 def test_property_that_changes_within_the_file_is_refused(written, name, value):
     start = {**STEP, "unit_string": "N", "NI_Scale[0]_Linear_Slope": 2.0}
     path = written([("force", FORCE, start)], [("force", FORCE, {**start, name: value})])
-    assert f"has {name} = {start[name]!r} up to sample 100 and {value!r} from there on" in refusal(path)
+    assert f"has {name} = {start[name]!r} up to sample 100 and {value!r} from there on" in refusal(
+        path
+    )

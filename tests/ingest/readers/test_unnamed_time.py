@@ -40,9 +40,14 @@ def test_time_by_word_or_unit(tmp_path, label, scale):
 
 def test_column_that_rises_evenly_beside_another_rate_is_asked_for(tmp_path):
     path = table(tmp_path / "hit.csv", "Abszisse", TIME_S)
-    with pytest.raises(RecordingError, match=r"'Abszisse' rises evenly by 2\.5e-05, as time does.*51200 Hz.*columns ="):
+    with pytest.raises(
+        RecordingError,
+        match=r"'Abszisse' rises evenly by 2\.5e-05, as time does.*51200 Hz.*columns =",
+    ):
         rate_of(path, sampling_rate_hz=51200.0)
-    with open_recording(path, ReadingOptions(sampling_rate_hz=51200.0, harmless_fields=("Abszisse",))) as recording:
+    with open_recording(
+        path, ReadingOptions(sampling_rate_hz=51200.0, harmless_fields=("Abszisse",))
+    ) as recording:
         assert recording.info("acc").sampling_rate_hz == 51200
 
 
@@ -54,7 +59,9 @@ def test_column_that_rises_as_the_given_rate_does_is_no_question(tmp_path, scale
 
 
 def test_file_without_rate_names_the_column(tmp_path):
-    with pytest.raises(RecordingError, match=r"no sampling rate.*'Abszisse' rises evenly by 2\.5e-05: name it time"):
+    with pytest.raises(
+        RecordingError, match=r"no sampling rate.*'Abszisse' rises evenly by 2\.5e-05: name it time"
+    ):
         rate_of(table(tmp_path / "hit.csv", "Abszisse", TIME_S))
 
 
@@ -68,7 +75,9 @@ def test_column_that_counts_samples_is_no_time(tmp_path, label):
 def test_channel_in_ms_that_does_not_rise_is_a_channel(tmp_path):
     np.savez(tmp_path / "hit.npz", t=TIME_S, width=VALUES)
     path = tmp_path / "gate.csv"
-    path.write_text("# fs = 1000\ngate [ms],acc [g]\n" + "".join(f"{v:.3f},{-v:.3f}\n" for v in VALUES))
+    path.write_text(
+        "# fs = 1000\ngate [ms],acc [g]\n" + "".join(f"{v:.3f},{-v:.3f}\n" for v in VALUES)
+    )
     with open_recording(path) as recording:
         assert [channel.name for channel in recording.channels] == ["gate", "acc"]
 

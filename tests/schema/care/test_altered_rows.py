@@ -16,7 +16,17 @@ from typing import Any
 
 import pytest
 from pyroshock.schema.campaigns import Factor
-from pyroshock.schema.column_kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of
+from pyroshock.schema.column_kinds import (
+    BYTES,
+    DAY,
+    INTEGER,
+    JSON_TEXT,
+    NUMBER,
+    TEXT,
+    TIME,
+    TRUTH,
+    kind_of,
+)
 from pyroshock.schema.engine import StoreError, make_engine
 from pyroshock.schema.integrity.checking import checks, iter_findings
 from pyroshock.schema.tables import metadata
@@ -74,7 +84,11 @@ def keys_by_column(url: str) -> dict[Any, tuple[Any, ...] | None]:
             for column in table.columns:
                 # A truth is altered from true to false: of two that are true, an index may forbid the second.
                 order = [column.desc()] if kind_of(column) == TRUTH else []
-                query = select(*primary).where(column.is_not(None)).order_by(*order, *(key.desc() for key in primary))
+                query = (
+                    select(*primary)
+                    .where(column.is_not(None))
+                    .order_by(*order, *(key.desc() for key in primary))
+                )
                 row = session.execute(query.limit(1)).one_or_none()
                 keys[column] = None if row is None else tuple(row)
     return keys
@@ -85,10 +99,16 @@ def alter(connection: Any, column: Any, key: tuple[Any, ...]) -> str:
     table, kind, engine = column.table, kind_of(column), connection.dialect.name
     other = (OTHER_BYTES[engine] if kind == BYTES else OTHERS[kind]).format(f'"{column.name}"')
     primary = list(table.primary_key.columns)
-    where = " AND ".join(f'"{part.name}" = {value}' for part, value in zip(primary, key, strict=True))
-    changed = connection.execute(text(f'UPDATE "{table.name}" SET "{column.name}" = {other} WHERE {where}'))
+    where = " AND ".join(
+        f'"{part.name}" = {value}' for part, value in zip(primary, key, strict=True)
+    )
+    changed = connection.execute(
+        text(f'UPDATE "{table.name}" SET "{column.name}" = {other} WHERE {where}')
+    )
     assert changed.rowcount == 1
-    moved = (value + 1000 if part is column else value for part, value in zip(primary, key, strict=True))
+    moved = (
+        value + 1000 if part is column else value for part, value in zip(primary, key, strict=True)
+    )
     return "/".join(map(str, moved))
 
 
@@ -100,10 +120,14 @@ def without_rules(connection: Any) -> None:
     for table in metadata.sorted_tables:
         for rule in table.constraints:
             if isinstance(rule, CheckConstraint):
-                connection.execute(text(f'ALTER TABLE "{table.name}" DROP CONSTRAINT IF EXISTS "{rule.name}"'))
+                connection.execute(
+                    text(f'ALTER TABLE "{table.name}" DROP CONSTRAINT IF EXISTS "{rule.name}"')
+                )
 
 
-def altered_in_turn(new_copy: Callable[[], Any], columns: dict[Any, tuple[Any, ...]]) -> Iterator[tuple[Any, bool]]:
+def altered_in_turn(
+    new_copy: Callable[[], Any], columns: dict[Any, tuple[Any, ...]]
+) -> Iterator[tuple[Any, bool]]:
     """Each column, and whether the check named the row of its altered cell; one column of each table at a time."""
     turns: list[dict[Any, tuple[Any, ...]]] = []
     counts: Counter[str] = Counter()
@@ -123,10 +147,14 @@ def altered_in_turn(new_copy: Callable[[], Any], columns: dict[Any, tuple[Any, .
                 with connection.begin():
                     without_rules(connection)
                     places = {
-                        column: (column.table.name, alter(connection, column, key)) for column, key in chosen.items()
+                        column: (column.table.name, alter(connection, column, key))
+                        for column, key in chosen.items()
                     }
             engine.dispose()
-            named = {(finding.place.get("table"), finding.place.get("row")) for finding in findings_of(url)}
+            named = {
+                (finding.place.get("table"), finding.place.get("row"))
+                for finding in findings_of(url)
+            }
         yield from ((column, place in named) for column, place in places.items())
 
 
@@ -134,7 +162,9 @@ def test_an_altered_cell_of_every_column_is_named_with_table_and_row(new_copy):
     with new_copy() as url:
         assert findings_of(url) == []
         keys = keys_by_column(url)
-    assert [str(column) for column, key in keys.items() if key is None] == []  # a new column is filled in `full_stores`
+    assert [
+        str(column) for column, key in keys.items() if key is None
+    ] == []  # a new column is filled in `full_stores`
     named: Counter[str] = Counter()
     missed = []
     for column, is_named in altered_in_turn(new_copy, keys):
@@ -152,31 +182,50 @@ def test_the_row_of_an_altered_cell_is_named_by_what_people_call_it(new_copy):
         engine = make_engine(url)
         with engine.begin() as connection:
             connection.execute(text("UPDATE channels SET si_gain = si_gain * 1.1 WHERE id = 2"))
-            connection.execute(text("UPDATE pulses SET peak_force_n = peak_force_n * 1.1 WHERE id = 3"))
+            connection.execute(
+                text("UPDATE pulses SET peak_force_n = peak_force_n * 1.1 WHERE id = 3")
+            )
         engine.dispose()
         places = [finding.place for finding in findings_of(url) if finding.check == "rows"]
     recording = {"campaign": "spring", "recording": "recordings/test-01.npz"}
     assert places[0] == {**recording, "channel": "acceleration_1", "table": "channels", "row": "2"}
-    assert places[1] == {**recording, "plan": "spring", "run": 1, "repetition": 3, "table": "pulses", "row": "3"}
+    assert places[1] == {
+        **recording,
+        "plan": "spring",
+        "run": 1,
+        "repetition": 3,
+        "table": "pulses",
+        "row": "3",
+    }
 
 
 def test_a_row_that_was_inserted_by_hand_is_named_and_not_approved_by_the_next_command(new_copy):
     with new_copy() as url:
         engine = make_engine(url)
         with engine.begin() as connection:
-            connection.execute(text("INSERT INTO factors (id, name, written_by_id) VALUES (900, 'by hand', 1)"))
+            connection.execute(
+                text("INSERT INTO factors (id, name, written_by_id) VALUES (900, 'by hand', 1)")
+            )
         engine.dispose()
         with opened(url) as store, store.writing() as session:
-            session.execute(update(Factor).where(Factor.id == 1).values(description="by the software"))
+            session.execute(
+                update(Factor).where(Factor.id == 1).values(description="by the software")
+            )
         (finding,) = [finding for finding in findings_of(url) if finding.check == "rows"]
-    assert (finding.place["table"], finding.place["row"], finding.place["factor"]) == ("factors", "900", "by hand")
+    assert (finding.place["table"], finding.place["row"], finding.place["factor"]) == (
+        "factors",
+        "900",
+        "by hand",
+    )
     assert "carries no hash" in finding.message
 
 
 def test_a_file_whose_table_names_are_no_text_is_told_in_one_line(full_file, tmp_path):
     content = full_file.read_bytes()
     assert b"CREATE TABLE guns" in content
-    (tmp_path / "x.db").write_bytes(content.replace(b"CREATE TABLE guns", b"CREATE TABLE g\xc1\xff("))
+    (tmp_path / "x.db").write_bytes(
+        content.replace(b"CREATE TABLE guns", b"CREATE TABLE g\xc1\xff(")
+    )
     assert is_told(tmp_path / "x.db")
 
 
@@ -187,8 +236,13 @@ def rows_of(file: Path) -> dict[str, list[str]] | None:
         with closing(sqlite3.connect(file)) as connection:
             connection.text_factory = bytes
             for table in metadata.sorted_tables:
-                rows[table.name] = sorted(map(repr, connection.execute(f'SELECT * FROM "{table.name}"')))
-    except (sqlite3.Error, UnicodeDecodeError):  # of a column's name, which the driver decodes itself
+                rows[table.name] = sorted(
+                    map(repr, connection.execute(f'SELECT * FROM "{table.name}"'))
+                )
+    except (
+        sqlite3.Error,
+        UnicodeDecodeError,
+    ):  # of a column's name, which the driver decodes itself
         return None
     return rows
 
@@ -206,7 +260,10 @@ def has_finding(engine: Engine) -> bool:
     try:
         with engine.connect() as connection:
             return any(True for _ in iter_findings(connection, checks()))
-    except (DBAPIError, UnicodeDecodeError):  # no finding of a file that cannot be read: `is_told` asks then
+    except (
+        DBAPIError,
+        UnicodeDecodeError,
+    ):  # no finding of a file that cannot be read: `is_told` asks then
         return False
     finally:
         engine.dispose()
@@ -219,7 +276,9 @@ FLIPS = [40, pytest.param(1000, marks=[pytest.mark.slow, pytest.mark.timeout(360
 def test_no_flipped_bit_that_changes_a_row_is_missed(full_file, tmp_path, flips):
     """A thousand flips take some two minutes of processor time."""
     file = tmp_path / "flipped.db"
-    engine = make_engine(f"sqlite:///{file}")  # one for all, which compiles each statement of the check once
+    engine = make_engine(
+        f"sqlite:///{file}"
+    )  # one for all, which compiles each statement of the check once
     content, sound = full_file.read_bytes(), rows_of(full_file)
     outcomes: Counter[str] = Counter()
     rng, missed = random.Random(flips), []
@@ -284,7 +343,9 @@ def flip_cell(
             f'SELECT {", ".join(keys)}, {column_text} FROM "{table.name}" WHERE "{column.name}" IS NOT NULL ORDER BY 1'
         )
     ).all()
-    untouched_rows = [row for row in rows if (table.name, "/".join(map(str, row[:-1]))) not in flipped_rows]
+    untouched_rows = [
+        row for row in rows if (table.name, "/".join(map(str, row[:-1]))) not in flipped_rows
+    ]
     if not untouched_rows:
         return None
     *key, value = rng.choice(untouched_rows)
@@ -293,13 +354,18 @@ def flip_cell(
         return None
     sql_type = column.type.compile(dialect=connection.dialect)
     where = " AND ".join(f"{name} = {part}" for name, part in zip(keys, key, strict=True))
-    change = text(f'UPDATE "{table.name}" SET "{column.name}" = CAST(:flipped AS {sql_type}) WHERE {where}')
+    change = text(
+        f'UPDATE "{table.name}" SET "{column.name}" = CAST(:flipped AS {sql_type}) WHERE {where}'
+    )
     try:
         with connection.begin_nested():
             assert connection.execute(change, {"flipped": flipped}).rowcount == 1
     except DBAPIError:  # a key that is there already, a text that is no JSON
         return None
-    moved = [flipped if f'"{column.name}"' == name else part for name, part in zip(keys, key, strict=True)]
+    moved = [
+        flipped if f'"{column.name}"' == name else part
+        for name, part in zip(keys, key, strict=True)
+    ]
     return table.name, "/".join(map(str, moved))
 
 
@@ -328,5 +394,7 @@ def test_no_flipped_bit_of_a_cell_is_missed_on_postgresql(postgres_copy, full_fi
             missed += sorted(places - named)
             changed += len(places)
         engine.dispose()
-    print(f"\n{changed} flips changed a row, {unchanged} were refused or changed none, missed {len(missed)}")
+    print(
+        f"\n{changed} flips changed a row, {unchanged} were refused or changed none, missed {len(missed)}"
+    )
     assert missed == []

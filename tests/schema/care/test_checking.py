@@ -19,9 +19,15 @@ def found(url, campaign=None, *, fast=False):
     """(check, place as text, message) of each finding."""
     with opened(url) as store, store.reading() as session:
         key = None if campaign is None else get_campaign_id(session, campaign)
-        findings = list(iter_findings(session.connection(), checks(fast=fast, of_a_campaign=key is not None), key))
+        findings = list(
+            iter_findings(
+                session.connection(), checks(fast=fast, of_a_campaign=key is not None), key
+            )
+        )
     assert all(each.advice for each in findings)
-    return [(each.check, " ".join(map(str, each.place.values())), each.message) for each in findings]
+    return [
+        (each.check, " ".join(map(str, each.place.values())), each.message) for each in findings
+    ]
 
 
 def holds(findings, check, place, words):
@@ -73,7 +79,10 @@ def test_each_damage_is_found_at_its_place_and_a_sound_store_sound(care_store):
     # Each row that was altered is named once more by its own hash; one chunk was deleted, and is no row.
     altered_rows = {(place, said) for check, place, said in findings if check == "rows"}
     assert len(altered_rows) == len(DAMAGES) + len(flipped) - 1
-    assert len([check for check, _, _ in findings if check != "rows"]) == len(DAMAGES) + len(flipped) - 3
+    assert (
+        len([check for check, _, _ in findings if check != "rows"])
+        == len(DAMAGES) + len(flipped) - 3
+    )
 
 
 @pytest.mark.slow
@@ -99,12 +108,36 @@ def test_a_counter_behind_its_keys_is_found(care_copy, postgres_database):
 
 #: Of SQLite alone, where keys and types are a program's good will.
 LOOSE = {
-    "DELETE FROM materials WHERE id = 1": ("references", "plates 1", "material_id is 1, and materials has no such row"),
-    "UPDATE shots SET campaign_id = 77 WHERE id = 1": ("references", "shots 1", "campaign_id is 77, and campaigns has"),
-    "UPDATE pulses SET contact_time_s = 'long' WHERE id = 1": ("values", "pulses", "1 rows hold no number in contact"),
-    "UPDATE diagnoses SET report = '{' WHERE id = 1": ("values", "diagnoses", "1 rows hold no json in report"),
-    "UPDATE campaigns SET date = 'monday' WHERE id = 1": ("values", "campaigns", "1 rows hold no day in date"),
-    "UPDATE plans SET name = 'a' || char(0) WHERE id = 1": ("values", "plans", "1 rows hold no text in name"),
+    "DELETE FROM materials WHERE id = 1": (
+        "references",
+        "plates 1",
+        "material_id is 1, and materials has no such row",
+    ),
+    "UPDATE shots SET campaign_id = 77 WHERE id = 1": (
+        "references",
+        "shots 1",
+        "campaign_id is 77, and campaigns has",
+    ),
+    "UPDATE pulses SET contact_time_s = 'long' WHERE id = 1": (
+        "values",
+        "pulses",
+        "1 rows hold no number in contact",
+    ),
+    "UPDATE diagnoses SET report = '{' WHERE id = 1": (
+        "values",
+        "diagnoses",
+        "1 rows hold no json in report",
+    ),
+    "UPDATE campaigns SET date = 'monday' WHERE id = 1": (
+        "values",
+        "campaigns",
+        "1 rows hold no day in date",
+    ),
+    "UPDATE plans SET name = 'a' || char(0) WHERE id = 1": (
+        "values",
+        "plans",
+        "1 rows hold no text in name",
+    ),
     "DROP INDEX ix_channels_sha256": ("tables", "channels", "index ix_channels_sha256 is missing"),
     "DROP TABLE mode_shapes": ("tables", "mode_shapes", "the table is missing"),
 }
@@ -116,7 +149,9 @@ def test_a_file_written_without_rules_is_seen_through(care_copy):
     missed = [expected for expected in LOOSE.values() if not holds(findings, *expected)]
     assert missed == []
     # A check that stumbles over the lost table keeps no other from being made.
-    assert [check for check, _, said in findings if "could not be looked at" in said] == ["fingerprints"]
+    assert [check for check, _, said in findings if "could not be looked at" in said] == [
+        "fingerprints"
+    ]
 
 
 def test_torn_pages_are_found(care_source, tmp_path):
@@ -136,6 +171,8 @@ def test_torn_pages_are_found(care_source, tmp_path):
 @pytest.mark.parametrize("dtype", ["O", "<U9", "f8,f8", "x"])
 def test_a_series_of_no_numbers_is_never_decoded(care_copy, dtype):
     execute(care_copy, "UPDATE channels SET dtype = :dtype WHERE id = 1", dtype=dtype)
-    ((check, place, said),) = [finding for finding in found(care_copy, HAMMER) if finding[0] != "rows"]
+    ((check, place, said),) = [
+        finding for finding in found(care_copy, HAMMER) if finding[0] != "rows"
+    ]
     assert (check, place) == ("series", f"{HAMMER} {FIRST} force")
     assert repr(dtype)[:40] in said

@@ -33,16 +33,29 @@ def test_round_trip_over_the_other_engine_changes_nothing(care_copy, database_ur
 
 def assert_same_values(one_url, other_url):
     """What engines write differently: NaN within JSON, NULL beside JSON's null, times."""
-    with opened(one_url) as here, opened(other_url) as there, here.reading() as a, there.reading() as b:
+    with (
+        opened(one_url) as here,
+        opened(other_url) as there,
+        here.reading() as a,
+        there.reading() as b,
+    ):
         one, other = (session.scalars(select(Diagnosis)).one() for session in (a, b))
         assert repr(one.report) == repr(other.report)
         assert (one.diagnosed_at, one.id) == (other.diagnosed_at, other.id)
-        nothing = [session.scalar(text("SELECT count(*) FROM diagnoses WHERE details IS NULL")) for session in (a, b)]
+        nothing = [
+            session.scalar(text("SELECT count(*) FROM diagnoses WHERE details IS NULL"))
+            for session in (a, b)
+        ]
         assert nothing == [1, 1]
 
 
 def assert_next_key_is_free(url):
-    values = {"youngs_modulus_pa": 1e9, "poisson_ratio": 0.3, "density_kg_m3": 1e3, "yield_strength_pa": 1e6}
+    values = {
+        "youngs_modulus_pa": 1e9,
+        "poisson_ratio": 0.3,
+        "density_kg_m3": 1e3,
+        "yield_strength_pa": 1e6,
+    }
     with opened(url) as store, store.writing() as session:
         last = session.scalar(select(func.max(Material.id)))
         row = Material(name="new", source="none", **values)
@@ -77,7 +90,9 @@ def assert_empty_after_kills(source, target):
 
 
 @pytest.mark.slow
-def test_a_copy_that_fails_leaves_no_file_and_a_row_written_meanwhile_is_in_none(care_copy, tmp_path):
+def test_a_copy_that_fails_leaves_no_file_and_a_row_written_meanwhile_is_in_none(
+    care_copy, tmp_path
+):
     def stop(_done, _total, what):
         if what == "verifying impacts":
             raise RuntimeError("on purpose")
@@ -105,7 +120,9 @@ def test_a_copy_that_differs_is_not_kept(care_copy, tmp_path, monkeypatch):
     def spoilt(origin, copy, table, bar):
         digest = load(origin, copy, table, bar)
         if table.name == "impacts":
-            copy.execute(text("UPDATE impacts SET impact_velocity_m_s = 1.0000000001 * impact_velocity_m_s"))
+            copy.execute(
+                text("UPDATE impacts SET impact_velocity_m_s = 1.0000000001 * impact_velocity_m_s")
+            )
         return digest
 
     monkeypatch.setattr(copying, "transfer", spoilt)
@@ -122,7 +139,9 @@ def test_what_the_other_engine_cannot_hold_is_named(care_copy, postgres_database
     execute(care_copy, "UPDATE impacts SET repetition = 50 WHERE id = 1")
     copied(care_copy, postgres_database)
     execute(postgres_database, "UPDATE pulses SET spline_nrmse = 'NaN' WHERE id = 2")
-    with pytest.raises(StoreError, match=r"pulses\.spline_nrmse holds NaN in 1 rows, which sqlite cannot keep"):
+    with pytest.raises(
+        StoreError, match=r"pulses\.spline_nrmse holds NaN in 1 rows, which sqlite cannot keep"
+    ):
         copied(postgres_database, url_of(tmp_path / "new.db"))
 
 

@@ -63,7 +63,11 @@ def test_every_table_is_carried_or_stays_behind():
 def test_a_file_is_a_store_of_that_campaign_alone(care_source, spring):
     of_file, of_store = content(url_of(spring)), content(url_of(care_source / "lab.db"))
     assert all(set(of_file[name]) <= set(rows) for name, rows in of_store.items())
-    assert (len(of_file["campaigns"]), len(of_file["impacts"]), len(of_file["pulses"])) == (1, 10, 20)
+    assert (len(of_file["campaigns"]), len(of_file["impacts"]), len(of_file["pulses"])) == (
+        1,
+        10,
+        20,
+    )
     assert {name for name, rows in of_file.items() if not rows} - STAY_BEHIND == {"guns", "shots"}
     assert not any(counted(url_of(spring))[name] for name in STAY_BEHIND)
 
@@ -88,7 +92,9 @@ def test_another_laboratory_gets_all_of_it_once(spring, database_url):
 def test_a_file_from_the_server_is_the_file_of_an_sqlite_store(care_store, spring, tmp_path):
     if care_store.startswith("sqlite"):
         pytest.skip("the fixture's own file")
-    assert content(url_of(exported(care_store, tmp_path / "x.pyroshock"))) == content(url_of(spring))
+    assert content(url_of(exported(care_store, tmp_path / "x.pyroshock"))) == content(
+        url_of(spring)
+    )
 
 
 @pytest.mark.slow
@@ -150,7 +156,9 @@ def test_another_thing_under_the_same_name_is_refused_with_both(care_copy, sprin
 @pytest.mark.slow
 def test_a_material_of_ones_own_is_carried(care_copy, tmp_path, sqlite_url):
     execute(care_copy, "UPDATE materials SET name = 'PEEK', source = 'own' WHERE name = 'delrin'")
-    execute(care_copy, "UPDATE factor_levels SET label = 'PEEK' WHERE label = 'delrin'", sealed=True)
+    execute(
+        care_copy, "UPDATE factor_levels SET label = 'PEEK' WHERE label = 'delrin'", sealed=True
+    )
     with pytest.raises(StoreError, match="fingerprints: table configurations"):
         imported(sqlite_url, exported(care_copy, tmp_path / "x.pyroshock"))
     imported(sqlite_url, exported(care_copy, tmp_path / "gun.pyroshock", GUN))
@@ -171,7 +179,9 @@ def test_campaigns_come_one_after_another(care_source, spring, tmp_path, sqlite_
 
 def test_a_damaged_campaign_is_not_exported_and_no_file_written_over(care_copy, tmp_path):
     execute(care_copy, "DELETE FROM series_chunks WHERE channel_id = 1 AND number = 1")
-    with pytest.raises(StoreError, match=r"campaign spring is not whole.*test-01\.npz, channel force, chunk 1"):
+    with pytest.raises(
+        StoreError, match=r"campaign spring is not whole.*test-01\.npz, channel force, chunk 1"
+    ):
         exported(care_copy, tmp_path / "x.pyroshock")
     assert list(tmp_path.glob("x.pyroshock*")) == []
     exported(care_copy, tmp_path / "gun.pyroshock", GUN)
@@ -229,18 +239,28 @@ STATEMENTS = {
 
 
 #: One for each way of finding it; the others are slow only by their number.
-_DEFAULT = ("CREATE TRIGGER", "CREATE TABLE", "UPDATE hammers SET mass_kg = 9", "UPDATE channels SET sha256")
+_DEFAULT = (
+    "CREATE TRIGGER",
+    "CREATE TABLE",
+    "UPDATE hammers SET mass_kg = 9",
+    "UPDATE channels SET sha256",
+)
 
 
 @pytest.mark.parametrize(
     "statement",
-    [pytest.param(each, marks=[] if each.startswith(_DEFAULT) else pytest.mark.slow) for each in STATEMENTS],
+    [
+        pytest.param(each, marks=[] if each.startswith(_DEFAULT) else pytest.mark.slow)
+        for each in STATEMENTS
+    ],
 )
 def test_what_no_export_writes_is_refused(store, spring, statement):
     given = {"deep": deep(900), "zeros": "0" * 64}
     with closing(sqlite3.connect(spring)) as connection, connection:
         connection.execute("PRAGMA ignore_check_constraints = ON")
-        connection.execute(statement, {key: value for key, value in given.items() if f":{key}" in statement})
+        connection.execute(
+            statement, {key: value for key, value in given.items() if f":{key}" in statement}
+        )
     if statement.startswith("UPDATE") and "alembic" not in statement:
         execute(url_of(spring), sealed=True)  # so that each check has to find it by itself
     refused(store, spring, STATEMENTS[statement])
@@ -252,7 +272,8 @@ def test_a_frame_that_declares_gigabytes_is_not_unpacked(store, spring):
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"SQLite format 3\x00", b"PK\x03\x04" + b"x" * 9000, b"SQLite format 3\x00" * 999]
+    "content",
+    [b"", b"SQLite format 3\x00", b"PK\x03\x04" + b"x" * 9000, b"SQLite format 3\x00" * 999],
 )
 def test_what_is_no_database_is_refused(store, tmp_path, content):
     (tmp_path / "x").write_bytes(content)
@@ -264,7 +285,9 @@ def test_an_import_does_not_touch_the_file_and_a_torn_one_is_refused(store, spri
     before = (spring.read_bytes(), spring.stat().st_mtime_ns)
     import_file(store, spring)
     assert (spring.read_bytes(), spring.stat().st_mtime_ns) == before
-    assert [neighbour.name for neighbour in spring.parent.glob("spring.pyroshock*")] == ["spring.pyroshock"]
+    assert [neighbour.name for neighbour in spring.parent.glob("spring.pyroshock*")] == [
+        "spring.pyroshock"
+    ]
     spring.write_bytes(spring.read_bytes()[: spring.stat().st_size // 2])
     refused(store, spring, "is refused|cannot be read")
 
@@ -272,7 +295,11 @@ def test_an_import_does_not_touch_the_file_and_a_torn_one_is_refused(store, spri
 @pytest.mark.slow
 def test_keys_of_the_file_are_not_those_of_the_store(store, spring):
     execute(
-        url_of(spring), "UPDATE hammers SET id = 70", "UPDATE campaigns SET hammer_id = 70", keys=False, sealed=True
+        url_of(spring),
+        "UPDATE hammers SET id = 70",
+        "UPDATE campaigns SET hammer_id = 70",
+        keys=False,
+        sealed=True,
     )
     import_file(store, spring)
     with store.reading() as session:

@@ -71,5 +71,8 @@ def vrtac(real_data: Path) -> dict[str, NDArray[np.float32]]:
     """33 measured single hits at 20 kHz, each (4, 5000): force in N, then three accelerations in m/s2."""
     with np.load(real_data / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz") as file:
         return {
-            f"{series}[{hit}]": record for series in file if series[0] == "F" for hit, record in enumerate(file[series])
+            f"{series}[{hit}]": record
+            for series in file
+            if series[0] == "F"
+            for hit, record in enumerate(file[series])
         }

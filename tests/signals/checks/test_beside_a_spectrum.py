@@ -35,8 +35,14 @@ def findings(x, rate=RATE, lines=LINES, full_scale=None, **options) -> dict[str,
     x = np.ascontiguousarray(x, dtype=np.float64)
     spectrum = shock_response_spectrum(x, rate, lines, **options)
     channel = Channel(Sensor("probe", "acceleration", "m/s2", range=full_scale), x, rate)
-    findings = check_recording_channels([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))
-    return {finding.check: finding for finding in findings if finding.severity != "note" or finding.check in NOTES}
+    findings = check_recording_channels(
+        [channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum)
+    )
+    return {
+        finding.check: finding
+        for finding in findings
+        if finding.severity != "note" or finding.check in NOTES
+    }
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -72,7 +78,9 @@ def test_offset_is_a_rest_level_and_wander_that_comes_back_a_displacement():
     found = findings(x + 0.01 * np.abs(x).max())
     assert "rest-level" in found and "zero-shift" not in found
     assert found["rest-level"].evidence["peak_share"] == pytest.approx(0.01, rel=0.05)
-    wander = np.sin(2 * np.pi * np.arange(SAMPLES - ONSET) / (SAMPLES - ONSET))  # no velocity at the end
+    wander = np.sin(
+        2 * np.pi * np.arange(SAMPLES - ONSET) / (SAMPLES - ONSET)
+    )  # no velocity at the end
     x[ONSET:] += 0.02 * np.abs(x).max() * wander
     found = findings(x)
     assert "displacement" in found and "velocity" not in found
@@ -103,7 +111,9 @@ def test_noise_before_the_shock_limits_the_lines():
     # White noise 16 dB below the peak drives the lines above all modes, and those far below, as the shock does.
     x = ringing()
     noise = np.random.default_rng(3).normal(0, 0.15 * np.abs(x).max(), SAMPLES)
-    low, high = re.findall(r"from (\d+) to (\d+) Hz only", findings(x + noise)["noise-floor"].message)[0]
+    low, high = re.findall(
+        r"from (\d+) to (\d+) Hz only", findings(x + noise)["noise-floor"].message
+    )[0]
     largest = LINES[shock_response_spectrum(x, RATE, LINES).maximax.argmax()]
     assert 700 < float(low) < largest < float(high) < 10_000
 
@@ -112,13 +122,19 @@ def test_lines_that_the_record_cannot_show_are_named():
     """A burst at five samples a cycle is off at every line, until it is resampled; of one at half the sampling rate
     nothing can be told."""
     at = np.arange(4000) / 20_000 - 0.1
-    bursts = {hz: 100 * np.exp(-((at / 2e-3) ** 2)) * np.sin(2 * np.pi * hz * at) for hz in (4000.0, 9900.0)}
+    bursts = {
+        hz: 100 * np.exp(-((at / 2e-3) ** 2)) * np.sin(2 * np.pi * hz * at)
+        for hz in (4000.0, 9900.0)
+    }
     lines = np.array([250.0, 500.0, 1000.0, 2000.0])
     plain = findings(bursts[4000.0], 20_000.0, lines, resample_within=None)["sampling"]
     assert "trust no line" in plain.message and "--no-resample" in plain.message
     assert "sampling" not in findings(bursts[4000.0], 20_000.0, lines)
     folded = findings(bursts[9900.0], 20_000.0, lines)["sampling"]
-    assert "half the sampling rate" in folded.message and folded.evidence["close_to_half_rate_share"] > 0.5
+    assert (
+        "half the sampling rate" in folded.message
+        and folded.evidence["close_to_half_rate_share"] > 0.5
+    )
     assert "truncation" in findings(ringing()[: ONSET + 300], lines=LINES[LINES > 500])
 
 
@@ -151,7 +167,8 @@ def test_raw_and_cleaned_pyroshock_are_told_apart(real_data):
     assert {"zero-shift", "balance"} <= set(findings(*raw, lines))
     assert findings(*cleaned, lines) == {}
     largest = [
-        shock_response_spectrum(*record, [100.0, 2000.0], resample_within=None).maximax / G for record in (raw, cleaned)
+        shock_response_spectrum(*record, [100.0, 2000.0], resample_within=None).maximax / G
+        for record in (raw, cleaned)
     ]
     assert [at_100_hz for at_100_hz, _ in largest] == pytest.approx([239, 20.5], rel=2e-3)
     assert abs(20 * np.log10(largest[0][1] / largest[1][1])) < 0.1
@@ -180,6 +197,8 @@ def test_drop_table_shocks_are_not_accused_and_hammer_hits_of_their_cut_alone(re
     # They keep a velocity of some 14 m/s, and begin with a slow foot that is no offset.
     shocks = np.load(real_data / "afrl-ds3-electronics-shock" / "shocks.npz")
     accused = [
-        set(findings(shocks[name][:, 1] * G, 1e6, octave_grid(400, 1e5))) for name in shocks.files if name[0] == "T"
+        set(findings(shocks[name][:, 1] * G, 1e6, octave_grid(400, 1e5)))
+        for name in shocks.files
+        if name[0] == "T"
     ]
     assert accused == [set()] * 6

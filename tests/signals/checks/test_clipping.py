@@ -23,7 +23,9 @@ def endaq_channel(channel_of, window, axis):
 
 
 def test_saturated_sensor_is_found_on_its_axis_alone(channel_of, endaq):
-    (finding,) = check_clipping(endaq_channel(channel_of, endaq["water6mps_40g_DC_Acceleration"], "x"), ())
+    (finding,) = check_clipping(
+        endaq_channel(channel_of, endaq["water6mps_40g_DC_Acceleration"], "x"), ()
+    )
     assert finding.evidence["samples"] == 13
     assert finding.evidence["level"] == pytest.approx(42.01 * G_M_S2, rel=1e-3)
     flagged = [
@@ -49,11 +51,17 @@ def test_cut_is_located_and_rejects_its_contact_alone(channel_of, half_sine):
     (finding,) = check_clipping(channel_of(whole + cut), contacts)
     assert (finding.contact, finding.severity) == (1, "reject")
     (finding,) = check_clipping(channel_of(whole - cut, "acceleration"), contacts[:1])
-    assert (finding.contact, finding.severity, finding.evidence["level"]) == (None, "warning", -800.0)
+    assert (finding.contact, finding.severity, finding.evidence["level"]) == (
+        None,
+        "warning",
+        -800.0,
+    )
 
 
 def test_rails_of_either_sign_of_two_codes_or_of_one_sample_are_found(channel_of, half_sine):
-    x = np.clip(1000.0 * np.sin(np.arange(4000) * 0.01) * np.exp(-np.arange(4000) / 3000), -600.0, 600.0)
+    x = np.clip(
+        1000.0 * np.sin(np.arange(4000) * 0.01) * np.exp(-np.arange(4000) / 3000), -600.0, 600.0
+    )
     levels = [f.evidence["level"] for f in check_clipping(channel_of(x, "acceleration"), ())]
     assert levels == [600.0, -600.0]
     rng = np.random.default_rng(3)
@@ -72,9 +80,13 @@ def test_rails_of_either_sign_of_two_codes_or_of_one_sample_are_found(channel_of
     assert finding.severity == "reject"
 
 
-def test_flattened_crest_rest_at_zero_and_irvines_records_are_no_cut(channel_of, half_sine, real_data):
+def test_flattened_crest_rest_at_zero_and_irvines_records_are_no_cut(
+    channel_of, half_sine, real_data
+):
     """Four codes of noise pressed three samples of the crest into one code in one of 1000 random pulses."""
-    crest = -np.array([727, 570, 440, 316, 213, 140, 77, 32, 0, 1, 1, 27, 78, 144, 219, 324, 441, 576, 736])
+    crest = -np.array(
+        [727, 570, 440, 316, 213, 140, 77, 32, 0, 1, 1, 27, 78, 144, 219, 324, 441, 576, 736]
+    )
     x = np.round(np.random.default_rng(4).normal(scale=4.0, size=4096))
     x[2000 : 2000 + crest.size] = 37220 + crest
     assert check_clipping(channel_of(x), ()) == []
@@ -84,7 +96,11 @@ def test_flattened_crest_rest_at_zero_and_irvines_records_are_no_cut(channel_of,
     with np.load(real_data / "vibrationdata-irvine" / "records.npz") as file:
         records = {name: file[name] for name in file if file[name].shape[1] == 2}
     assert len(records) == 14
-    assert [n for n, r in records.items() if check_clipping(channel_of(r[:, 1], "acceleration", unit="g"), ())] == []
+    assert [
+        n
+        for n, r in records.items()
+        if check_clipping(channel_of(r[:, 1], "acceleration", unit="g"), ())
+    ] == []
 
 
 @settings(max_examples=60)
@@ -100,7 +116,10 @@ def test_crest_rounded_to_codes_is_never_clipped(bits, width, noise_codes, seed)
     x = np.zeros(3 * width)
     x[width : 2 * width] = 2**bits * np.sin(np.pi * (np.arange(width) + rng.random()) / width)
     codes = np.round(x + rng.normal(scale=noise_codes, size=x.size))
-    assert check_clipping(Channel(Sensor("force", "force", "N"), codes.astype(np.int32), 51200.0), ()) == []
+    assert (
+        check_clipping(Channel(Sensor("force", "force", "N"), codes.astype(np.int32), 51200.0), ())
+        == []
+    )
 
 
 def cut(width: int, phase: float, share: float) -> np.ndarray:

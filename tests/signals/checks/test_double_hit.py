@@ -31,21 +31,37 @@ def test_single_hits_are_left_alone(channel_of, half_sine):
     """A second one on purpose 0.2 s later, ringing about zero, a force that has not returned to zero, and what is no
     force."""
     deliberate = two_hits(half_sine, 0.9, 10240)
-    assert check_double_hit(channel_of(deliberate), (Contact(400, 430, 459), Contact(10640, 10670, 10699))) == []
+    assert (
+        check_double_hit(
+            channel_of(deliberate), (Contact(400, 430, 459), Contact(10640, 10670, 10699))
+        )
+        == []
+    )
     ringing, t = half_sine(), np.arange(1500)
     ringing[460:1960] += 150.0 * np.exp(-t / 200) * np.sin(t * 0.3)
     assert check_double_hit(channel_of(ringing), (Contact(400, 430, 459),)) == []
     pressed = half_sine(width=60) + half_sine(first=420, width=80, height=800.0)
     assert check_double_hit(channel_of(pressed), (Contact(400, 430, 499),)) == []
-    assert check_double_hit(channel_of(two_hits(half_sine, 0.5, 500), "acceleration"), (Contact(400, 430, 459),)) == []
+    assert (
+        check_double_hit(
+            channel_of(two_hits(half_sine, 0.5, 500), "acceleration"), (Contact(400, 430, 459),)
+        )
+        == []
+    )
 
 
-def test_measured_single_hits_and_noise_on_a_slow_flank_are_single(channel_of, contact_at_peak, vrtac):
+def test_measured_single_hits_and_noise_on_a_slow_flank_are_single(
+    channel_of, contact_at_peak, vrtac
+):
     """Seen once in 2000 random pulses: 4 % was crossed down, then a noisy sample stood at 5.4 %."""
     rng, phase = np.random.default_rng(0), np.arange(260) / 260
     for _ in range(200):
         x = rng.normal(scale=5.0, size=2048)
         x[400:660] += 1000.0 * np.sin(np.pi * phase) ** 2.5
         assert check_double_hit(channel_of(x), (Contact(400, 530, 659),)) == []
-    flagged = [n for n, h in vrtac.items() if check_double_hit(channel_of(h[0], rate_hz=2e4), contact_at_peak(h[0]))]
+    flagged = [
+        n
+        for n, h in vrtac.items()
+        if check_double_hit(channel_of(h[0], rate_hz=2e4), contact_at_peak(h[0]))
+    ]
     assert flagged == []

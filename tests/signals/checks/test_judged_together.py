@@ -43,24 +43,37 @@ def doubts(findings):
 @pytest.mark.parametrize(
     ("loud", "quiet"),
     [
-        ({"name": "a1", "position": "plate", "axis": "z"}, {"name": "a2", "position": "plate", "axis": "x"}),
+        (
+            {"name": "a1", "position": "plate", "axis": "z"},
+            {"name": "a2", "position": "plate", "axis": "x"},
+        ),
         ({"name": "acc_z"}, {"name": "acc_x"}),
     ],
     ids=["axes declared", "axes in names"],
 )
 @pytest.mark.parametrize("share", [0.0, 0.02])
 def test_quiet_cross_axis_is_a_note(loud, quiet, share):
-    findings = judge(hit(), channel(x=ringing(), **loud), channel(x=ringing(1000.0 * share, seed=2), **quiet))
+    findings = judge(
+        hit(), channel(x=ringing(), **loud), channel(x=ringing(1000.0 * share, seed=2), **quiet)
+    )
     assert doubts(findings) == []
-    (note,) = [f for f in findings if f.channel == quiet["name"] and f.check in ("no-shock", "pre-trigger-noise")]
+    (note,) = [
+        f
+        for f in findings
+        if f.channel == quiet["name"] and f.check in ("no-shock", "pre-trigger-noise")
+    ]
     assert loud["name"] in note.message
 
 
 def test_silent_sensor_elsewhere_and_tank_at_its_sensor_s_range_are_rejected():
     elsewhere = channel("b", noise(seed=3), position="frame")
-    assert doubts(judge(hit(), channel("a", ringing(), position="plate"), elsewhere)) == [("no-shock", "b", "reject")]
+    assert doubts(judge(hit(), channel("a", ringing(), position="plate"), elsewhere)) == [
+        ("no-shock", "b", "reject")
+    ]
     x = np.minimum(6e5 + 1e5 * np.sin(np.arange(N) / 900.0), 6.5e5)
-    assert ("saturation", "tank", "reject") in doubts(judge(channel("tank", x, "pressure", range=6.5e5)))
+    assert ("saturation", "tank", "reject") in doubts(
+        judge(channel("tank", x, "pressure", range=6.5e5))
+    )
 
 
 @pytest.mark.parametrize(
@@ -68,7 +81,10 @@ def test_silent_sensor_elsewhere_and_tank_at_its_sensor_s_range_are_rejected():
     [
         (channel("force", noise(), "force"), ("no-contact", "force", "reject")),
         # at its declared range the top is flat as well
-        (channel("force", np.minimum(hit().si, 600.0), "force", range=600.0), ("saturation", "force", "reject")),
+        (
+            channel("force", np.minimum(hit().si, 600.0), "force", range=600.0),
+            ("saturation", "force", "reject"),
+        ),
         (channel("a", np.full(N, 3.0)), ("dropouts", "a", "reject")),
     ],
     ids=["no contact", "full scale", "one value"],

@@ -26,7 +26,9 @@ def test_free_body_record_without_a_rest_and_noise_before_the_shock_are_left_alo
     for x in (half_sine(), half_sine()[ONSET:] + 0.04 * HEIGHT):
         channel = channel_of(x, "acceleration", RATE)
         assert check_velocity(channel, ()) == [] == check_displacement(channel, ())
-    assert check_truncation(channel_of(half_sine(noise=0.05 * HEIGHT), "acceleration", RATE), ()) == []
+    assert (
+        check_truncation(channel_of(half_sine(noise=0.05 * HEIGHT), "acceleration", RATE), ()) == []
+    )
 
 
 def test_offset_after_the_shock_is_a_velocity_of_its_size(channel_of):
@@ -59,7 +61,11 @@ def test_what_moves_on_purpose_and_other_quantities_are_left_alone(channel_of):
     for position in ("hammer", "Projectile", "tip"):
         channel = channel_of(x, "acceleration", RATE, position=position)
         assert check_velocity(channel, ()) == [] == check_displacement(channel, ())
-    for check, offset, swing in ((check_velocity, 0.04, 0), (check_displacement, 0.04, 0), (check_truncation, 0, 0.2)):
+    for check, offset, swing in (
+        (check_velocity, 0.04, 0),
+        (check_displacement, 0.04, 0),
+        (check_truncation, 0, 0.2),
+    ):
         x = half_sine()
         x[ONSET:] += HEIGHT * (offset + swing * np.sin(0.3 * np.arange(x.size - ONSET)))
         assert check(channel_of(x, "acceleration", RATE), ()) != []

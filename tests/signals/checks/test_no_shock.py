@@ -29,7 +29,9 @@ def test_noise_is_no_shock(channel_of, seed, n, offset):
 
 def test_hum_and_noise_are_no_shock_and_nine_sigma_are(channel_of):
     """Also where a force tells of a contact; a force itself is not judged."""
-    hum = 20.0 * np.sin(2 * np.pi * 50.0 * T / 51200.0) + np.random.default_rng(1).normal(size=T.size)
+    hum = 20.0 * np.sin(2 * np.pi * 50.0 * T / 51200.0) + np.random.default_rng(1).normal(
+        size=T.size
+    )
     assert severities(channel_of(hum, "acceleration")) == ["reject"]
     noise = np.random.default_rng(2).normal(size=8000)
     assert severities(channel_of(noise, "acceleration"), (Contact(1000, 1010, 1020),)) == ["reject"]
@@ -54,10 +56,18 @@ def test_whole_record_is_a_shock_and_one_that_begins_at_the_onset_is_doubted(cha
     assert severities(channel_of(x, "acceleration")) == ["warning"]
     # 52 channels of others: Irvine's flights, AFRL's shocks, the drops of endaq, quiet axes included.
     with np.load(real_data / "vibrationdata-irvine" / "records.npz") as file:
-        records = [file[name][:, 1] for name in file.files if file[name].shape[1] == 2 and "SRS" not in name]
+        records = [
+            file[name][:, 1]
+            for name in file.files
+            if file[name].shape[1] == 2 and "SRS" not in name
+        ]
     with np.load(real_data / "afrl-ds3-electronics-shock" / "shocks.npz") as file:
-        records += [file[name][:, axis] for name in file.files if file[name].ndim == 2 for axis in (1, 2)]
+        records += [
+            file[name][:, axis] for name in file.files if file[name].ndim == 2 for axis in (1, 2)
+        ]
     with np.load(real_data / "endaq-ide" / "windows_300ms.npz") as file:
         records += [file[name][:, axis].astype(float) for name in file.files for axis in (1, 2, 3)]
     assert len(records) >= 50
-    assert [severities(channel_of(x, "acceleration", unit="g")) for x in records] == [[]] * len(records)
+    assert [severities(channel_of(x, "acceleration", unit="g")) for x in records] == [[]] * len(
+        records
+    )

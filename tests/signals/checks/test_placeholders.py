@@ -27,7 +27,9 @@ def shock(rng, samples=4000, peak=4000.0, noise=1.0, band_hz=(500.0, 8000.0)):
     on = time_s >= 0
     for frequency in rng.uniform(*band_hz, 12):
         phase = rng.uniform(0, 2 * np.pi)
-        x[on] += np.exp(-time_s[on] * frequency / 8) * np.sin(2 * np.pi * frequency * time_s[on] + phase)
+        x[on] += np.exp(-time_s[on] * frequency / 8) * np.sin(
+            2 * np.pi * frequency * time_s[on] + phase
+        )
     return peak * x / np.abs(x).max() + noise * rng.standard_normal(samples)
 
 
@@ -132,7 +134,9 @@ def test_content_up_to_the_nyquist_frequency_is_none(rng):
         assert lone(rng.standard_normal(4000)) == []
 
 
-@pytest.mark.parametrize("law", ["step", "triangle", "sawtooth", "trapezium", "square", "one code", "exponential"])
+@pytest.mark.parametrize(
+    "law", ["step", "triangle", "sawtooth", "trapezium", "square", "one code", "exponential"]
+)
 def test_kinks_and_steps_are_none(law):
     x = np.zeros(1000)
     ramp = np.arange(50.0)
@@ -165,7 +169,9 @@ def test_measured_records_have_none(real_data):
         for key in arrays.files:
             if arrays[key].dtype.kind in "iuf" and arrays[key].size >= 64:
                 matrix = np.asarray(arrays[key], np.float64)
-                along = matrix if matrix.ndim < 2 or matrix.shape[-1] > matrix.shape[0] else matrix.T
+                along = (
+                    matrix if matrix.ndim < 2 or matrix.shape[-1] > matrix.shape[0] else matrix.T
+                )
                 for x in along.reshape(-1, along.shape[-1]):
                     records += 1
                     assert lone(x[np.isfinite(x)]) == [], (file.name, key)

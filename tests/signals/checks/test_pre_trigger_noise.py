@@ -28,7 +28,9 @@ def test_severity_and_sigma_follow_the_noise_with_few_spikes_as_well(channel_of,
 
 @pytest.mark.parametrize("mains_hz", [50.0, 60.0])
 def test_mains_hum_is_named_and_white_noise_is_none(channel_of, half_sine, mains_hz):
-    x = noisy(half_sine, 2.0) + 20.0 * np.sin(2 * np.pi * mains_hz * np.arange(32768) / 51200.0 + 0.7)
+    x = noisy(half_sine, 2.0) + 20.0 * np.sin(
+        2 * np.pi * mains_hz * np.arange(32768) / 51200.0 + 0.7
+    )
     (finding,) = check_pre_trigger_noise(channel_of(x), CONTACT)
     assert finding.evidence["mains_hz"] == mains_hz
     assert finding.evidence["mains_variance_share"] == pytest.approx(200.0 / 204.0, rel=0.05)
@@ -44,6 +46,8 @@ def test_record_that_begins_with_the_contact_is_noted_and_a_pressure_never(chann
 
 def test_no_measured_hit_warns(channel_of, contact_at_peak, vrtac):
     found = [
-        f for h in vrtac.values() for f in check_pre_trigger_noise(channel_of(h[0], rate_hz=2e4), contact_at_peak(h[0]))
+        f
+        for h in vrtac.values()
+        for f in check_pre_trigger_noise(channel_of(h[0], rate_hz=2e4), contact_at_peak(h[0]))
     ]
     assert [f for f in found if f.severity != "note"] == []

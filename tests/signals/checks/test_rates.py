@@ -34,7 +34,9 @@ def force(rng: np.random.Generator) -> Record:
     noise = height * 10 ** rng.uniform(-4, -2.3)
     x = rng.normal(scale=noise, size=n) + rng.normal(scale=height)
     phase = (np.arange(width) + rng.random()) / width
-    x[first : first + width] += height * np.sin(np.pi * np.minimum(phase, 1.0)) ** rng.uniform(1.0, 2.5)
+    x[first : first + width] += height * np.sin(np.pi * np.minimum(phase, 1.0)) ** rng.uniform(
+        1.0, 2.5
+    )
     return Record(x, Contact(first, first + width // 2, first + width - 1), height, noise, "force")
 
 
@@ -43,7 +45,9 @@ def acceleration(rng: np.random.Generator) -> Record:
     n, first = 16384, int(rng.integers(200, 3000))
     t = np.arange(n - first) / RATE_HZ
     omega = 2 * np.pi * 10 ** rng.uniform(2.3, 4.0, size=5)
-    modes = np.exp(-(10 ** rng.uniform(-2.3, -1.5, size=5)) * omega * t[:, None]) * np.sin(omega * t[:, None])
+    modes = np.exp(-(10 ** rng.uniform(-2.3, -1.5, size=5)) * omega * t[:, None]) * np.sin(
+        omega * t[:, None]
+    )
     ring = modes @ rng.uniform(-1, 1, size=5)
     height = float(10 ** rng.uniform(1, 5))
     noise = height * 10 ** rng.uniform(-4, -2.3)
@@ -57,7 +61,9 @@ def digitised(record: Record, rng: np.random.Generator) -> Channel:
     full_scale = float(np.abs(record.x[np.isfinite(record.x)]).max()) * rng.uniform(1.05, 10.0)
     step = full_scale / 2 ** (int(rng.integers(14, 25)) - 1)
     unit = "N" if record.quantity == "force" else "m/s2"
-    return Channel(Sensor("probe", record.quantity, unit), np.round(record.x / step) * step, RATE_HZ)
+    return Channel(
+        Sensor("probe", record.quantity, unit), np.round(record.x / step) * step, RATE_HZ
+    )
 
 
 def clip(record: Record, rng: np.random.Generator) -> None:
@@ -76,7 +82,9 @@ def lose(record: Record, rng: np.random.Generator) -> None:
 
 def offset(record: Record, rng: np.random.Generator) -> None:
     """By 1.5 to 10 % of the height, from the contact's end on."""
-    record.x[record.contact.last + 1 :] += rng.choice([-1, 1]) * rng.uniform(0.015, 0.1) * record.height
+    record.x[record.contact.last + 1 :] += (
+        rng.choice([-1, 1]) * rng.uniform(0.015, 0.1) * record.height
+    )
 
 
 def hit_again(record: Record, rng: np.random.Generator) -> None:
@@ -84,7 +92,9 @@ def hit_again(record: Record, rng: np.random.Generator) -> None:
     first, last = record.contact.first, record.contact.last
     width = last - first + 1
     start = last + int(RATE_HZ * rng.uniform(0.3e-3, 60e-3))
-    record.x[start : start + width] += rng.uniform(0.08, 0.8) * record.height * np.sin(np.pi * np.arange(width) / width)
+    record.x[start : start + width] += (
+        rng.uniform(0.08, 0.8) * record.height * np.sin(np.pi * np.arange(width) / width)
+    )
 
 
 def stand_still(record: Record, rng: np.random.Generator) -> None:

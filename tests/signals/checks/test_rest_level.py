@@ -11,7 +11,9 @@ def shock(offset=0.0, begin=1000):
     """A decaying sine of 1000 m/s2 on a level of its own, with noise of 1."""
     t = np.arange(16384) - begin
     wave = np.where(t >= 0, np.exp(-np.maximum(t, 0) / 500.0) * np.sin(0.2 * t), 0.0)
-    return offset + HEIGHT * wave / np.abs(wave).max() + np.random.default_rng(0).normal(size=t.size)
+    return (
+        offset + HEIGHT * wave / np.abs(wave).max() + np.random.default_rng(0).normal(size=t.size)
+    )
 
 
 @pytest.mark.parametrize("share", [0.22, 0.5, 1.0, 1.58, -0.4])
@@ -23,7 +25,8 @@ def test_offset_of_a_fifth_of_the_peak_is_rejected(channel_of, share):
 
 
 @pytest.mark.parametrize(
-    ("share", "severities"), [(0.0, []), (0.003, []), (0.03, ["note"]), (0.06, ["warning"]), (-0.15, ["warning"])]
+    ("share", "severities"),
+    [(0.0, []), (0.003, []), (0.03, ["note"]), (0.06, ["warning"]), (-0.15, ["warning"])],
 )
 def test_smaller_offset_is_graded(channel_of, share, severities):
     findings = check_rest_level(channel_of(shock(share * HEIGHT), "acceleration"), ())

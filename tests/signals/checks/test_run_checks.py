@@ -44,7 +44,9 @@ def test_a_check_leaves_the_record_as_it_was(channel_of, half_sine, check):
 
 def spoilt(half_sine):
     """Cut, hit twice, shifted, held and with a bad sample."""
-    x = np.minimum(half_sine(noise=3.0, rng=np.random.default_rng(0)), 900.0) + half_sine(first=800, height=300.0)
+    x = np.minimum(half_sine(noise=3.0, rng=np.random.default_rng(0)), 900.0) + half_sine(
+        first=800, height=300.0
+    )
     x[900:] += 80.0
     x[1500:1540] = 5.0
     x[1700] = np.nan
@@ -52,9 +54,17 @@ def spoilt(half_sine):
 
 
 def test_findings_survive_json(channel_of, half_sine):
-    channel = channel_of(spoilt(half_sine), rate_hz=np.float32(2e4), header={"time_gaps": [[1000, 3]]})
+    channel = channel_of(
+        spoilt(half_sine), rate_hz=np.float32(2e4), header={"time_gaps": [[1000, 3]]}
+    )
     findings = run_checks(channel, (Contact(400, 430, 459), Contact(827, 830, 833)))
-    assert {f.check for f in findings} >= {"clipping", "dropouts", "zero-shift", "double-hit", "few-samples"}
+    assert {f.check for f in findings} >= {
+        "clipping",
+        "dropouts",
+        "zero-shift",
+        "double-hit",
+        "few-samples",
+    }
     for finding in findings:
         assert json.loads(json.dumps(finding.evidence, allow_nan=False)) == finding.evidence
 
@@ -88,7 +98,9 @@ def test_modal_hammer_hit_neither_warns_nor_rejects(channel_of, contact_at_peak,
         ("examples", 52, {"pre-trigger-noise", "truncation", "few-samples"}),
     ],
 )
-def test_healthy_campaigns_give_nothing_but_notes(channel_of, contact_at_peak, request, folders, count, checks):
+def test_healthy_campaigns_give_nothing_but_notes(
+    channel_of, contact_at_peak, request, folders, count, checks
+):
     from scipy.io import loadmat
 
     found, recordings = Counter[tuple[str, str]](), 0

@@ -27,7 +27,9 @@ def irvine(real_data):
 
 
 def irvine_channel(channel_of, record):
-    return channel_of(record[:, 1], "acceleration", float(1 / np.median(np.diff(record[:, 0]))), unit="g")
+    return channel_of(
+        record[:, 1], "acceleration", float(1 / np.median(np.diff(record[:, 0]))), unit="g"
+    )
 
 
 def test_raw_separation_record_and_one_other_are_flagged(channel_of, irvine):
@@ -41,7 +43,11 @@ def test_raw_separation_record_and_one_other_are_flagged(channel_of, irvine):
     velocity_m_s = np.cumsum(channel.si - channel.si[:200].mean()) * channel.period_s
     assert finding.evidence["residual_velocity_m_s"] == pytest.approx(velocity_m_s[-1], rel=0.05)
     # Avionics channel 33 rests at 10.2 g before and 4.0 g after; its neighbours 25 and 30 move by 1.5 g and less.
-    flagged = [name for name, record in irvine.items() if check_zero_shift(irvine_channel(channel_of, record), ())]
+    flagged = [
+        name
+        for name, record in irvine.items()
+        if check_zero_shift(irvine_channel(channel_of, record), ())
+    ]
     assert flagged == ["rv_separation_raw_txt", "avionics_channel_33"]
 
 
@@ -56,13 +62,22 @@ def test_records_whose_rest_stays_are_clean(channel_of):
     swinging[1000:] -= 0.1 * 2 * np.pi * 2.0 * np.sin(2 * np.pi * 2.0 * t)
     for x in (ringing(), ringing(shift=2.0), free, swinging):
         assert check_zero_shift(channel_of(x, "acceleration", rate_hz), CONTACT) == []
-    assert check_zero_shift(channel_of(ringing(shift=50.0)[990:], "acceleration"), (Contact(10, 20, 30),)) == []
+    assert (
+        check_zero_shift(
+            channel_of(ringing(shift=50.0)[990:], "acceleration"), (Contact(10, 20, 30),)
+        )
+        == []
+    )
     # Noise that remembers for 33 samples: the means before and after differ by more than white noise lets them.
     from scipy.signal import lfilter
 
     for seed in range(20):
-        wander = lfilter([1.0], [1.0, -0.97], np.random.default_rng(100 + seed).normal(scale=4.0, size=16384))
-        assert check_zero_shift(channel_of(ringing(seed=seed) + wander, "acceleration"), CONTACT) == []
+        wander = lfilter(
+            [1.0], [1.0, -0.97], np.random.default_rng(100 + seed).normal(scale=4.0, size=16384)
+        )
+        assert (
+            check_zero_shift(channel_of(ringing(seed=seed) + wander, "acceleration"), CONTACT) == []
+        )
 
 
 def test_offset_is_measured_and_graded(channel_of):
@@ -78,7 +93,9 @@ def test_offset_is_measured_and_graded(channel_of):
 @pytest.mark.parametrize("n", [1800, 16384], ids=["long before", "long after"])
 def test_large_offset_is_not_taken_for_ringing(channel_of, contacts, n):
     """From 5 % of the peak an offset is as loud as what counts as ringing."""
-    (finding,) = check_zero_shift(channel_of(ringing(n=n, decay=40.0, shift=150.0), "acceleration"), contacts)
+    (finding,) = check_zero_shift(
+        channel_of(ringing(n=n, decay=40.0, shift=150.0), "acceleration"), contacts
+    )
     assert (finding.severity, finding.evidence["truncated"]) == ("warning", False)
 
 
@@ -86,17 +103,23 @@ def test_offset_of_a_truncated_record_never_warns(channel_of):
     found = [
         f.severity
         for seed in range(20)
-        for f in check_zero_shift(channel_of(ringing(n=2500, decay=3000.0, seed=seed), "acceleration"), CONTACT)
+        for f in check_zero_shift(
+            channel_of(ringing(n=2500, decay=3000.0, seed=seed), "acceleration"), CONTACT
+        )
     ]
     assert "warning" not in found
     t = np.arange(7000)
     x = np.random.default_rng(0).normal(size=8000)
-    x[1000:] += 1000.0 * np.exp(-t / 3000) * np.sin(0.4 * t) + 100.0  # 97 of the 1000 still ring at the end
+    x[1000:] += (
+        1000.0 * np.exp(-t / 3000) * np.sin(0.4 * t) + 100.0
+    )  # 97 of the 1000 still ring at the end
     (finding,) = check_zero_shift(channel_of(x, "acceleration"), CONTACT)
     assert (finding.severity, finding.evidence["truncated"]) == ("note", True)
 
 
-def test_force_that_rests_elsewhere_is_graded_and_what_is_moved_on_purpose_is_not_judged(channel_of, half_sine):
+def test_force_that_rests_elsewhere_is_graded_and_what_is_moved_on_purpose_is_not_judged(
+    channel_of, half_sine
+):
     for offset_n, severities in ((2.0, []), (7.0, ["note"]), (30.0, ["warning"])):
         x = half_sine(noise=1.0, rng=np.random.default_rng(2))
         x[460:] += offset_n
@@ -123,7 +146,9 @@ def test_rising_foot_of_a_pulse_is_no_rest(channel_of, width, begin):
     """A drop table's bell-shaped pulse, triggered late: the record begins at a share of the peak, and what lies before
     5 % of it is its foot alone."""
     t = np.arange(200 * width) - width * np.sqrt(2.0 * np.log(1.0 / begin))
-    x = 1000.0 * np.exp(-((t / width) ** 2) / 2.0) + np.random.default_rng(0).normal(scale=0.1, size=t.size)
+    x = 1000.0 * np.exp(-((t / width) ** 2) / 2.0) + np.random.default_rng(0).normal(
+        scale=0.1, size=t.size
+    )
     assert check_zero_shift(channel_of(x, "acceleration"), ()) == []
 
 
@@ -135,5 +160,7 @@ def test_rising_foot_of_a_slow_contact_is_no_rest(channel_of, seed):
     t = np.arange(int(width * rng.uniform(8, 80))) - width * rng.uniform(3.2, 5.0)
     x = 1000.0 / np.cosh(np.clip(1.3 * t / width, -50, 50)) + rng.normal(scale=0.2, size=t.size)
     channel = channel_of(x)
-    contacts = tuple(pulse.contact for pulse in hits_of([channel], ExtractionSettings(), None).pulses)
+    contacts = tuple(
+        pulse.contact for pulse in hits_of([channel], ExtractionSettings(), None).pulses
+    )
     assert check_zero_shift(channel, contacts) == []

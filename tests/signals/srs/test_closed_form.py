@@ -46,14 +46,18 @@ def _driven(tau: Floats, ratio: float, zeta: float) -> Floats:
     a, b = (1 - ratio**2) / size, -2 * zeta * ratio / size
     sine, cosine = np.sin(ratio * tau), np.cos(ratio * tau)
     steady = np.stack([a * sine + b * cosine, ratio * (a * cosine - b * sine)])
-    return steady + _free(np.stack([np.full_like(tau, -b), np.full_like(tau, -ratio * a)]), tau, zeta)
+    return steady + _free(
+        np.stack([np.full_like(tau, -b), np.full_like(tau, -ratio * a)]), tau, zeta
+    )
 
 
 def _free(start: Floats, tau: Floats, zeta: float) -> Floats:
     p, v = start
     delta = np.sqrt(1 - zeta**2)
     decay, cosine, sine = np.exp(-zeta * tau), np.cos(delta * tau), np.sin(delta * tau) / delta
-    return np.stack([decay * (p * cosine + (v + zeta * p) * sine), decay * (v * cosine - (p + zeta * v) * sine)])
+    return np.stack(
+        [decay * (p * cosine + (v + zeta * p) * sine), decay * (v * cosine - (p + zeta * v) * sine)]
+    )
 
 
 def maximax(amplitude: float, duration_s: float, frequency_hz: float) -> float:
@@ -65,14 +69,18 @@ def maximax(amplitude: float, duration_s: float, frequency_hz: float) -> float:
 
     tau, step = np.linspace(0, 2 * np.pi * (duration_s * frequency_hz + 1.5), 20_001, retstep=True)
     near = tau[np.argmax(size(tau))]
-    found = minimize_scalar(lambda t: -float(size(t)), bounds=(near - step, near + step), method="bounded")
+    found = minimize_scalar(
+        lambda t: -float(size(t)), bounds=(near - step, near + step), method="bounded"
+    )
     return -amplitude * found.fun
 
 
 @pytest.mark.parametrize("pulse", PULSES)
 def test_spectrum_of_a_published_half_sine_is_the_closed_form(pulse):
     amplitude, duration, lines, published = PULSES[pulse]
-    assert [maximax(amplitude, duration, line) for line in lines] == pytest.approx(published, rel=0, abs=5.1e-5)
+    assert [maximax(amplitude, duration, line) for line in lines] == pytest.approx(
+        published, rel=0, abs=5.1e-5
+    )
     for rate in (2000 / duration, 20_000 / duration):
         spectrum = shock_response_spectrum(half_sine(amplitude, duration, rate), rate, lines)
         assert spectrum.maximax == pytest.approx(published, rel=1e-4, abs=0)
@@ -89,13 +97,19 @@ def test_coarse_half_sines_are_repaired_slow_bases_followed_and_short_pulses_kep
     # An oscillator far above the record's frequency feels the record. Long before another can answer, its base has
     # moved on at the pulse's velocity: omega z is that velocity, and less by half a decay.
     record = half_sine(7.0, 0.1, 1e5)
-    assert shock_response_spectrum(record, 1e5, [4000.0]).maximax == pytest.approx([7.0], rel=1e-3, abs=0)
+    assert shock_response_spectrum(record, 1e5, [4000.0]).maximax == pytest.approx(
+        [7.0], rel=1e-3, abs=0
+    )
     rate, impulse = 1e6, 2.5
     short = np.zeros(11)
     short[1:10] = impulse * rate / 9
-    spectrum = shock_response_spectrum(short, rate, [10.0], damping_ratio=1e-6, resample_within=None)
+    spectrum = shock_response_spectrum(
+        short, rate, [10.0], damping_ratio=1e-6, resample_within=None
+    )
     assert spectrum.pseudo_velocity_m_s == pytest.approx([impulse], rel=1e-5, abs=0)
-    assert spectrum.residual == pytest.approx(2 * np.pi * 10.0 * np.array([impulse]), rel=1e-5, abs=0)
+    assert spectrum.residual == pytest.approx(
+        2 * np.pi * 10.0 * np.array([impulse]), rel=1e-5, abs=0
+    )
 
 
 @pytest.mark.parametrize("zeta", [0.01, 0.05, 0.3])
@@ -105,7 +119,9 @@ def test_step_overshoots_by_the_book(zeta):
     step = np.append(np.zeros(10), np.full(4000, 3.0))
     spectrum = shock_response_spectrum(step, rate, [line], damping_ratio=zeta)
     overshoot = 3.0 * (1 + np.exp(-np.pi * zeta / np.sqrt(1 - zeta**2)))
-    assert spectrum.pseudo_velocity_m_s * 2 * np.pi * line == pytest.approx([overshoot], rel=2e-5, abs=0)
+    assert spectrum.pseudo_velocity_m_s * 2 * np.pi * line == pytest.approx(
+        [overshoot], rel=2e-5, abs=0
+    )
 
 
 def test_undamped_residual_is_the_fourier_transform():
@@ -114,5 +130,9 @@ def test_undamped_residual_is_the_fourier_transform():
     rate, record, lines = 1e4, rng.normal(size=300), np.array([20.0, 333.0, 1500.0, 4000.0])
     theta = 2 * np.pi * lines / rate
     sums = np.abs(np.exp(-1j * np.outer(theta, np.arange(300))) @ record)
-    spectrum = shock_response_spectrum(record, rate, lines, damping_ratio=1e-12, resample_within=None)
-    assert spectrum.residual == pytest.approx(theta * sums * np.sinc(lines / rate) ** 2, rel=1e-8, abs=0)
+    spectrum = shock_response_spectrum(
+        record, rate, lines, damping_ratio=1e-12, resample_within=None
+    )
+    assert spectrum.residual == pytest.approx(
+        theta * sums * np.sinc(lines / rate) ** 2, rel=1e-8, abs=0
+    )

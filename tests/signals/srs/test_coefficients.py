@@ -27,7 +27,11 @@ def exact(theta: float, zeta: float) -> dict[str, Decimal]:
             s += derivative * power
             g += derivative * power * t / (k + 1)
             h += derivative * power * t / ((k + 1) * (k + 2))
-            before, derivative, power = derivative, -2 * z * derivative - before, power * t / (k + 1)
+            before, derivative, power = (
+                derivative,
+                -2 * z * derivative - before,
+                power * t / (k + 1),
+            )
         return {"s": s, "g": g, "h": h}
 
 
@@ -44,9 +48,13 @@ def test_coefficients_keep_their_digits(theta, zeta):
 def test_filters_pass_a_constant(theta):
     """The sum of b is that of a, or -1 / omega^2 of it; the printed form tells the sum of a from 0 by 1e-16 at best."""
     omega = np.array([theta])
-    acceleration, displacement = (f(omega, 1.0, 0.05) for f in (absolute_acceleration, relative_displacement))
+    acceleration, displacement = (
+        f(omega, 1.0, 0.05) for f in (absolute_acceleration, relative_displacement)
+    )
     assert acceleration.b.sum() == pytest.approx(acceleration.a.sum(), rel=1e-13, abs=1e-15)
-    assert -(theta**2) * displacement.b.sum() == pytest.approx(displacement.a.sum(), rel=1e-13, abs=1e-15)
+    assert -(theta**2) * displacement.b.sum() == pytest.approx(
+        displacement.a.sum(), rel=1e-13, abs=1e-15
+    )
 
 
 def reference(record: list[float], theta: float, zeta: float) -> tuple[float, float]:
@@ -94,7 +102,9 @@ def test_extremes_are_those_of_a_fine_series(start, slope, zeta):
     """1,200 points a turn: a peak falls between two by a share of 4e-6 at most. Rest stays at rest."""
     delta = np.sqrt(1 - zeta**2)
     tau = np.linspace(0, 4 * np.pi / delta, 2401)
-    series = np.exp(-zeta * tau) * (start * np.cos(delta * tau) + (slope + zeta * start) / delta * np.sin(delta * tau))
+    series = np.exp(-zeta * tau) * (
+        start * np.cos(delta * tau) + (slope + zeta * start) / delta * np.sin(delta * tau)
+    )
     largest, least = extremes(np.array([start]), np.array([slope]), zeta)
     size = np.hypot(start, (slope + zeta * start) / delta)
     for exact, sampled in ((largest[0], series.max()), (-least[0], -series.min())):

@@ -33,10 +33,14 @@ def over(function: NDArray[Any], divisor: Floats) -> NDArray[Any]:
     return quotient
 
 
-def rest(function: NDArray[np.complex128], scale: float, decaying: float, line: float, zeta: float) -> float:
+def rest(
+    function: NDArray[np.complex128], scale: float, decaying: float, line: float, zeta: float
+) -> float:
     """What the series of a function of frequency has beyond a decaying part of so much, all together, over `scale`."""
     function = function.copy()
-    function[OMEGA.size // 2] = function[OMEGA.size // 2].real  # of both signs of half the sampling rate
+    function[OMEGA.size // 2] = function[
+        OMEGA.size // 2
+    ].real  # of both signs of half the sampling rate
     series = np.abs(np.fft.ifft(function)) / scale
     decay = np.exp(-zeta * line * np.maximum(STEP, 0)) / np.sqrt(1 - zeta**2)
     return float(np.where(STEP >= 0, np.maximum(series - decaying * decay, 0), series).sum())
@@ -50,15 +54,24 @@ def test_numbers_bound_the_functions_of_frequency(line, zeta):
     others = [OMEGA + 2 * np.pi * m for m in range(-40, 41) if m]
     images = np.sum([oscillator(image, line, zeta) / image**2 for image in others], axis=0)
     response = oscillator(OMEGA, line, zeta)
-    assert rest(lost * response - images, line, difference_bound.STRAIGHT, line, zeta) < difference_bound.STRAIGHT_REST
+    assert (
+        rest(lost * response - images, line, difference_bound.STRAIGHT, line, zeta)
+        < difference_bound.STRAIGHT_REST
+    )
     assert rest(images, line, 0.0, line, zeta) < difference_bound.IMAGES
     of_d4 = over(lost * response - 1 / 12, GAIN_OF_D2)
-    assert rest(of_d4, 1 / line, difference_bound.STRAIGHT, line, zeta) < difference_bound.STRAIGHT_REST_OF_D4
+    assert (
+        rest(of_d4, 1 / line, difference_bound.STRAIGHT, line, zeta)
+        < difference_bound.STRAIGHT_REST_OF_D4
+    )
     for shift in (0.0, 0.25, 0.5, 0.75):
         moved = derivative * response * np.exp(1j * OMEGA * shift)
         assert rest(moved, line, difference_bound.BESIDE, line, zeta) < difference_bound.BESIDE_REST
         of_d4 = over(moved - (1 - shift) - shift * np.exp(1j * OMEGA), GAIN_OF_D2)
-        assert rest(of_d4, 1 / line, difference_bound.BESIDE, line, zeta) < difference_bound.BESIDE_REST_OF_D4
+        assert (
+            rest(of_d4, 1 / line, difference_bound.BESIDE, line, zeta)
+            < difference_bound.BESIDE_REST_OF_D4
+        )
     assert np.abs(np.fft.ifft(derivative)).sum() < difference_bound.DERIVATIVE
     assert np.abs(np.fft.ifft(over(lost, derivative))).sum() < difference_bound.STRAIGHT_OF_A2
 
@@ -68,8 +81,14 @@ def errors_and_bounds(records: int, seed: int) -> Floats:
     half the sampling rate may add to it, as shares of the maximax, (3, lines)."""
     rng, rows = np.random.default_rng(seed), []
     for _ in range(records):
-        shock, q, times = random_shock(rng), float(rng.choice([5.0, 10.0, 50.0])), int(rng.choice([2, 4, 8, 16]))
-        lines = random_lines(rng, shock.duration_s) * float(rng.choice([0.25, 1.0, 1.0 * times / 2]))
+        shock, q, times = (
+            random_shock(rng),
+            float(rng.choice([5.0, 10.0, 50.0])),
+            int(rng.choice([2, 4, 8, 16])),
+        )
+        lines = random_lines(rng, shock.duration_s) * float(
+            rng.choice([0.25, 1.0, 1.0 * times / 2])
+        )
         lines = lines[lines < FINER * RATE_HZ / 20]
         record, rate = shock.record(times), times * RATE_HZ
         spectrum = shock_response_spectrum(record, rate, lines, q=q, resample_within=None)
@@ -104,9 +123,13 @@ def test_bound_says_nothing_of_fast_lines_high_damping_and_short_records():
     record = np.hanning(2000)[None]
     maximax = np.ones((1, 2))
     lines = np.array([100.0, 0.15 * RATE_HZ])
-    assert np.isfinite(hidden_by_differences(record, RATE_HZ, lines, 0.05, maximax)[0]).tolist() == [True, False]
+    assert np.isfinite(
+        hidden_by_differences(record, RATE_HZ, lines, 0.05, maximax)[0]
+    ).tolist() == [True, False]
     assert np.all(np.isinf(hidden_by_differences(record, RATE_HZ, lines, 0.2, maximax)))
-    assert np.all(np.isinf(hidden_by_differences(record[:, :10].copy(), RATE_HZ, lines, 0.05, maximax)))
+    assert np.all(
+        np.isinf(hidden_by_differences(record[:, :10].copy(), RATE_HZ, lines, 0.05, maximax))
+    )
 
 
 @pytest.mark.parametrize("samples", [16, 17, 31, 300, 1003])
@@ -115,7 +138,9 @@ def test_sums_are_at_least_those_of_every_sample(samples):
     zeta, line = 0.05, 0.5
     rng = np.random.default_rng(samples)
     record = rng.normal(size=samples) * np.hanning(samples)
-    bound = hidden_by_differences(record[None], 2 * np.pi / line, np.ones(1), zeta, np.full((1, 1), 1e6))[0, 0]
+    bound = hidden_by_differences(
+        record[None], 2 * np.pi / line, np.ones(1), zeta, np.full((1, 1), 1e6)
+    )[0, 0]
     d2 = np.abs(np.diff(np.concatenate((np.zeros(2), record, np.zeros(2))), 2))
     total = most = 0.0
     for value in d2:

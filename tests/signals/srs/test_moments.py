@@ -70,11 +70,16 @@ def test_moments_are_the_closed_forms(record, start_s, moments):
 
 def test_moments_of_silence_and_of_a_record_read_backwards():
     pulse = np.sin(np.pi * np.arange(1001) / 1000)
-    alone, later = temporal_moments(pulse, RATE), temporal_moments(np.pad(pulse, (5000, 3000)), RATE)
+    alone, later = (
+        temporal_moments(pulse, RATE),
+        temporal_moments(np.pad(pulse, (5000, 3000)), RATE),
+    )
     assert later.centroid_s - alone.centroid_s == pytest.approx(5e-3, rel=1e-9)
     np.testing.assert_allclose(astuple(later)[2:4], astuple(alone)[2:4], rtol=1e-9)
     np.testing.assert_allclose(astuple(later)[5:], astuple(alone)[5:], rtol=1e-9)
     decay = np.exp(-np.arange(20000) / 1000)
-    assert temporal_moments(decay[::-1], RATE).skewness == pytest.approx(-temporal_moments(decay, RATE).skewness)
+    assert temporal_moments(decay[::-1], RATE).skewness == pytest.approx(
+        -temporal_moments(decay, RATE).skewness
+    )
     found = temporal_moments(np.zeros(10), RATE)
     assert found.energy_m2_s3 == 0.0 and np.isnan(found.rms_duration_s)

@@ -8,7 +8,9 @@ from pyroshock.signals.srs.spectrum import oscillator_response, shock_response_s
 from scipy.signal import lfilter
 from support.checks.printed_filters import absolute_acceleration, relative_displacement
 
-with np.printoptions():  # parts of pyyeti set the print options of all, by which pandas then writes CSV
+with (
+    np.printoptions()
+):  # parts of pyyeti set the print options of all, by which pandas then writes CSV
     from pyyeti import srs as pyyeti
 
 RATE = 1e5
@@ -39,7 +41,9 @@ def test_pyyeti_gives_the_same_of_either_sign_and_of_residual_and_pseudo_velocit
     assert ours.positive[ends] == pytest.approx(peer(quiet, peak="poss")[ends], rel=1e-9, abs=0)
     assert -ours.negative[ends] == pytest.approx(peer(quiet, peak="negs")[ends], rel=1e-9, abs=0)
     # Its coefficients lose digits: 1e-9 from 100 Hz on is what is left of them.
-    ours = shock_response_spectrum(np.append(record, np.zeros(2000)), RATE, LINES[5:], resample_within=None)
+    ours = shock_response_spectrum(
+        np.append(record, np.zeros(2000)), RATE, LINES[5:], resample_within=None
+    )
     theirs = peer(np.append(record, np.zeros(2000)), stype="pvelo")[5:]
     late = ours.residual < 0.5 * ours.primary
     assert late.sum() > 20
@@ -52,7 +56,8 @@ def test_pyyeti_gives_the_same_of_either_sign_and_of_residual_and_pseudo_velocit
 
 
 @pytest.mark.parametrize(
-    ("coefficients", "theirs"), [(absolute_acceleration, pyyeti.absacce), (relative_displacement, pyyeti.reldisp)]
+    ("coefficients", "theirs"),
+    [(absolute_acceleration, pyyeti.absacce), (relative_displacement, pyyeti.reldisp)],
 )
 def test_pyyeti_has_the_same_filters(coefficients, theirs):
     omega = 2 * np.pi * np.array([500.0, 2000.0, 30_000.0])
@@ -78,7 +83,10 @@ def test_printed_filters_give_the_same_series(record, line):
 
 @pytest.mark.parametrize(
     ("record", "reference", "q"),
-    [("srs2000G_accel_txt", "srs2000_pn_txt", 10.0), ("zone4_acceleration_txt", "zone4_SRS_txt", 25.0)],
+    [
+        ("srs2000G_accel_txt", "srs2000_pn_txt", 10.0),
+        ("zone4_acceleration_txt", "zone4_SRS_txt", 25.0),
+    ],
 )
 def test_irvine_gives_the_same_spectrum(real_data, record, reference, q):
     """Within 0.01 dB, positive and negative, at each line up to half the sampling rate."""

@@ -10,7 +10,9 @@ from pyroshock.signals.srs.resampling import upsampled
 def burst(rate_hz: float, centre_hz: float = 2500.0, duration_s: float = 0.04):
     """A ringing under a bell: at rest at its ends, and nothing of it above 4 kHz."""
     t = np.arange(round(duration_s * rate_hz) + 1) / rate_hz
-    return np.exp(-(((t - duration_s / 2) / 0.002) ** 2) / 2) * np.sin(2 * np.pi * centre_hz * t + 0.4)
+    return np.exp(-(((t - duration_s / 2) / 0.002) ** 2) / 2) * np.sin(
+        2 * np.pi * centre_hz * t + 0.4
+    )
 
 
 @given(st.integers(2, 300), st.sampled_from([2, 4, 8]), st.integers(0, 10**6))

@@ -42,7 +42,10 @@ def outcome(records: int, seed: int) -> Outcome:
         spectrum = shock_response_spectrum(shock.record(), RATE_HZ, lines, q=q)
         truth = shock.maximax(lines, q)
         error = np.abs(spectrum.maximax / truth - 1)
-        rows += [(i, KINDS.index(shock.kind), *pair) for pair in zip(error, spectrum.sampling_error, strict=True)]
+        rows += [
+            (i, KINDS.index(shock.kind), *pair)
+            for pair in zip(error, spectrum.sampling_error, strict=True)
+        ]
     return Outcome(*np.array(rows).T)
 
 
@@ -64,8 +67,12 @@ def test_bound_holds_in_each_of_two_thousand_records():
     )
     for number, kind in enumerate(KINDS):
         rows = measured.kind == number
-        part = Outcome(*(getattr(measured, name)[rows] for name in ("record", "kind", "error", "stated")))
-        print(f"{kind}: error {np.median(part.error):.2%}, stated {np.median(part.stated):.2%}, {part.looseness():.1f}")
+        part = Outcome(
+            *(getattr(measured, name)[rows] for name in ("record", "kind", "error", "stated"))
+        )
+        print(
+            f"{kind}: error {np.median(part.error):.2%}, stated {np.median(part.stated):.2%}, {part.looseness():.1f}"
+        )
     assert measured.broken == 0
     assert measured.looseness() < 5
 
@@ -100,7 +107,10 @@ def test_a_slow_record_is_not_resampled_and_a_fast_one_at_most_sixteenfold():
     t = np.arange(20_000) / RATE_HZ
     slow = np.where(t < 0.02, np.sin(np.pi * t / 0.02) ** 2, 0.0)
     assert shock_response_spectrum(slow, RATE_HZ, lines).resampled == 1
-    assert shock_response_spectrum(burst(RATE_HZ, 0.9 * NYQUIST_HZ), RATE_HZ, lines).resampled == MOST_RESAMPLED
+    assert (
+        shock_response_spectrum(burst(RATE_HZ, 0.9 * NYQUIST_HZ), RATE_HZ, lines).resampled
+        == MOST_RESAMPLED
+    )
     both = np.stack([burst(RATE_HZ, 500.0), burst(RATE_HZ, 8000.0)])
     together = shock_response_spectrum(both, RATE_HZ, lines)
     for i, record in enumerate(both):
@@ -117,9 +127,13 @@ def test_content_at_half_the_sampling_rate_is_said_to_bound_nothing():
     for record in (above, below, np.random.default_rng(1).normal(size=2000)):
         spectrum = shock_response_spectrum(record, RATE_HZ, lines)
         assert np.all(spectrum.unseen_error > 0.3)
-    truth = shock_response_spectrum(burst(64 * RATE_HZ, NYQUIST_HZ + 300), 64 * RATE_HZ, lines, resample_within=None)
+    truth = shock_response_spectrum(
+        burst(64 * RATE_HZ, NYQUIST_HZ + 300), 64 * RATE_HZ, lines, resample_within=None
+    )
     spectrum_found = shock_response_spectrum(above, RATE_HZ, lines)
-    assert np.all(np.abs(spectrum_found.maximax / truth.maximax - 1) <= spectrum_found.sampling_error)
+    assert np.all(
+        np.abs(spectrum_found.maximax / truth.maximax - 1) <= spectrum_found.sampling_error
+    )
 
 
 @pytest.mark.parametrize("shape", ["half sine", "triangle", "sawtooth", "rectangle"])
@@ -139,9 +153,13 @@ def test_classical_pulses_between_samples_keep_the_bound(shape, samples):
 
     lines = np.array([20.0, 100.0, 400.0, 1500.0])
     for q in (5.0, 50.0):
-        truth = shock_response_spectrum(pulse(256 * RATE_HZ), 256 * RATE_HZ, lines, q=q, resample_within=None).maximax
+        truth = shock_response_spectrum(
+            pulse(256 * RATE_HZ), 256 * RATE_HZ, lines, q=q, resample_within=None
+        ).maximax
         spectrum_found = shock_response_spectrum(pulse(RATE_HZ), RATE_HZ, lines, q=q)
-        assert np.all(np.abs(spectrum_found.maximax / truth - 1) <= spectrum_found.sampling_error), (shape, q)
+        assert np.all(
+            np.abs(spectrum_found.maximax / truth - 1) <= spectrum_found.sampling_error
+        ), (shape, q)
 
 
 def test_silence_has_no_error_and_a_share_out_of_range_is_refused():

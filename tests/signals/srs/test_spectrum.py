@@ -25,12 +25,16 @@ PEAKS = ("maximax", "positive", "negative", "primary", "residual", "pseudo_veloc
 few = settings(max_examples=25)
 dampings = st.floats(0.005, 0.5)
 numbers = st.floats(-1, 1).map(lambda x: round(x, 6))
-records = arrays(np.float64, st.integers(2, 60), elements=numbers).filter(lambda x: np.ptp(x) > 0.01)
+records = arrays(np.float64, st.integers(2, 60), elements=numbers).filter(
+    lambda x: np.ptp(x) > 0.01
+)
 
 
 def spectrum(record, zeta, lines=LINES, **options):
     """Of the straight lines between the samples, unless a test asks for more."""
-    return shock_response_spectrum(record, RATE, lines, damping_ratio=zeta, **{"resample_within": None, **options})
+    return shock_response_spectrum(
+        record, RATE, lines, damping_ratio=zeta, **{"resample_within": None, **options}
+    )
 
 
 def close(values, rel=1e-9):
@@ -68,7 +72,9 @@ def test_a_sum_is_no_more_than_its_parts(first, second, zeta):
     parts.append(spectrum(np.append(0.001, np.zeros(n)), zeta))
     whole = spectrum(np.append(total, 1.0), zeta)
     for name in PEAKS:
-        assert np.all(getattr(whole, name) <= sum(getattr(part, name) for part in parts) * (1 + 1e-9) + 1e-12)
+        assert np.all(
+            getattr(whole, name) <= sum(getattr(part, name) for part in parts) * (1 + 1e-9) + 1e-12
+        )
 
 
 @given(records)
@@ -85,12 +91,19 @@ def test_primary_and_residual_are_of_the_series_of_the_oscillator(record, zeta):
     samples."""
     both_parts = spectrum(record, zeta)
     series = [oscillator_response(record, RATE, line, damping_ratio=zeta) for line in LINES]
-    assert both_parts.primary == close([np.abs(oscillator.absolute_acceleration_m_s2).max() for oscillator in series])
+    assert both_parts.primary == close(
+        [np.abs(oscillator.absolute_acceleration_m_s2).max() for oscillator in series]
+    )
     for line, residual in zip(LINES[LINES < RATE / 20], both_parts.residual, strict=False):
-        longer = oscillator_response(np.append(record, np.zeros(2000)), RATE, line, damping_ratio=zeta)
+        longer = oscillator_response(
+            np.append(record, np.zeros(2000)), RATE, line, damping_ratio=zeta
+        )
         later = np.abs(longer.absolute_acceleration_m_s2[record.size :]).max()
         assert later <= residual * (1 + 1e-9)
-        assert later >= residual * np.cos(np.pi * line / RATE) * np.exp(-np.pi * zeta * line / RATE) - 1e-12
+        assert (
+            later
+            >= residual * np.cos(np.pi * line / RATE) * np.exp(-np.pi * zeta * line / RATE) - 1e-12
+        )
 
 
 @pytest.mark.parametrize("shape", [(100,), (3, 100), (2, 3, 100)])
@@ -101,7 +114,9 @@ def test_many_records_are_each_on_its_own(shape):
     alone = spectrum(record[first], 0.05, resample_within=0.05)
     for name in PEAKS:
         assert getattr(many, name)[first] == close(getattr(alone, name))
-    own_lines, lines = (shock_response_spectrum(part, RATE).frequency_hz for part in (record, record[first]))
+    own_lines, lines = (
+        shock_response_spectrum(part, RATE).frequency_hz for part in (record, record[first])
+    )
     np.testing.assert_array_equal(own_lines, lines)
 
 
@@ -133,7 +148,11 @@ def test_defaults_are_q_10_and_six_lines_to_an_octave():
     assert one.frequency_hz[0] == pytest.approx(1 / 0.1)
     assert one.frequency_hz[-1] == pytest.approx(RATE / 10)
     assert one.frequency_hz[6] / one.frequency_hz[0] == pytest.approx(2)
-    assert all(np.all(np.isfinite(getattr(one, each.name))) for each in fields(one) if each.name != "sampling")
+    assert all(
+        np.all(np.isfinite(getattr(one, each.name)))
+        for each in fields(one)
+        if each.name != "sampling"
+    )
 
 
 @pytest.mark.parametrize(
@@ -153,7 +172,11 @@ def test_defaults_are_q_10_and_six_lines_to_an_octave():
         ([0.0, 1.0], {"frequency_hz": [100.0], "q": 0.5}, "q = 0.5"),
         ([0.0, 1.0], {"frequency_hz": [100.0], "damping_ratio": 1.0}, "damping_ratio = 1.0"),
         ([0.0, 1.0], {"frequency_hz": [100.0], "damping_ratio": 0.0}, "damping_ratio = 0.0"),
-        ([0.0, 1.0], {"frequency_hz": [100.0], "q": 10, "damping_ratio": 0.05}, "expected one of them"),
+        (
+            [0.0, 1.0],
+            {"frequency_hz": [100.0], "q": 10, "damping_ratio": 0.05},
+            "expected one of them",
+        ),
         ([0.0, 1.0], {"frequency_hz": [100.0], "resample_within": 0.0}, "resample_within = 0.0"),
         ([0.0, 1.0], {"frequency_hz": [100.0], "threads": 0}, "threads = 0"),
     ],

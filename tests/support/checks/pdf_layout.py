@@ -41,7 +41,9 @@ def lines_of(pdf: bytes) -> tuple[tuple[float, float], list[PlacedLine]]:
             for rectangle in range(text.count_rects()):
                 left, bottom, right, top = text.get_rect(rectangle)
                 words = " ".join(text.get_text_bounded(left, bottom, right, top).split())
-                lines.append(PlacedLine(number, words, left, size[1] - top, right, size[1] - bottom))
+                lines.append(
+                    PlacedLine(number, words, left, size[1] - top, right, size[1] - bottom)
+                )
     return size, lines
 
 

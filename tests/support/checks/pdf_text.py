@@ -6,7 +6,9 @@ import base64
 import re
 import zlib
 
-_STREAM = re.compile(rb"/Filter \[ /ASCII85Decode /FlateDecode \][^>]*>>\s*stream\r?\n(.*?)endstream", re.DOTALL)
+_STREAM = re.compile(
+    rb"/Filter \[ /ASCII85Decode /FlateDecode \][^>]*>>\s*stream\r?\n(.*?)endstream", re.DOTALL
+)
 _SHOWN = re.compile(rb"\(((?:[^()\\]|\\.)*)\) Tj", re.DOTALL)
 
 
@@ -18,7 +20,10 @@ def pdf_text(pdf: bytes) -> str:
 
 def contents(pdf: bytes) -> list[bytes]:
     """The streams, unpacked."""
-    return [zlib.decompress(base64.a85decode(b"<~" + packed.strip(), adobe=True)) for packed in _STREAM.findall(pdf)]
+    return [
+        zlib.decompress(base64.a85decode(b"<~" + packed.strip(), adobe=True))
+        for packed in _STREAM.findall(pdf)
+    ]
 
 
 def pages(pdf: bytes) -> int:

@@ -17,7 +17,9 @@ class RampInvariantFilter:
     a: Floats
 
 
-def absolute_acceleration(omega_rad_s: Floats, time_step_s: float, damping_ratio: float) -> RampInvariantFilter:
+def absolute_acceleration(
+    omega_rad_s: Floats, time_step_s: float, damping_ratio: float
+) -> RampInvariantFilter:
     """Base acceleration to absolute acceleration, eq. 1.4 to 1.8.
 
     1 - S / theta of eq. 1.4 is written as H + 2 zeta G / theta, which does not lose digits; so are the others.
@@ -26,11 +28,14 @@ def absolute_acceleration(omega_rad_s: Floats, time_step_s: float, damping_ratio
     rest = step_values.h + 2 * damping_ratio * step_values.g / step_values.theta
     b1 = 2 * (step_values.g + damping_ratio * step_values.s - rest)
     return RampInvariantFilter(
-        np.stack([rest, b1, np.expm1(-2 * damping_ratio * step_values.theta) + rest]), _poles(step_values)
+        np.stack([rest, b1, np.expm1(-2 * damping_ratio * step_values.theta) + rest]),
+        _poles(step_values),
     )
 
 
-def relative_displacement(omega_rad_s: Floats, time_step_s: float, damping_ratio: float) -> RampInvariantFilter:
+def relative_displacement(
+    omega_rad_s: Floats, time_step_s: float, damping_ratio: float
+) -> RampInvariantFilter:
     """Base acceleration, m/s2, to displacement relative to the base, m."""
     step_values = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
     held, slope = step_values.g - step_values.h, step_values.g / step_values.theta
@@ -47,4 +52,6 @@ def relative_displacement(omega_rad_s: Floats, time_step_s: float, damping_ratio
 
 def _poles(step: Steps) -> Floats:
     cosine = 1 - step.g - step.damping_ratio * step.s
-    return np.stack([np.ones_like(cosine), -2 * cosine, np.exp(-2 * step.damping_ratio * step.theta)])
+    return np.stack(
+        [np.ones_like(cosine), -2 * cosine, np.exp(-2 * step.damping_ratio * step.theta)]
+    )

@@ -44,6 +44,15 @@ class Page(HTMLParser):
 def needs_nothing(page: Page) -> bool:
     """Whether a page fetches nothing and runs nothing."""
     tags = {tag for tag, _ in page.elements}
-    pointing = {key for _, attributes in page.elements for key in attributes} & {"src", "href", "srcset", "action"}
-    handlers = {key for _, attributes in page.elements for key in attributes if key.startswith("on")}
-    return not (tags & {"script", "link", "img", "iframe", "object", "embed"} or pointing or handlers)
+    pointing = {key for _, attributes in page.elements for key in attributes} & {
+        "src",
+        "href",
+        "srcset",
+        "action",
+    }
+    handlers = {
+        key for _, attributes in page.elements for key in attributes if key.startswith("on")
+    }
+    return not (
+        tags & {"script", "link", "img", "iframe", "object", "embed"} or pointing or handlers
+    )

@@ -108,7 +108,9 @@ class Watch:
 
     def _said(self, message: Any) -> None:
         # that a page itself was refused is for its test to expect; a missing file is told by its response
-        if message.type in ("error", "warning") and not message.text.startswith("Failed to load resource"):
+        if message.type in ("error", "warning") and not message.text.startswith(
+            "Failed to load resource"
+        ):
             self.found.append(f"console: {message.text}")
 
     def _asked(self, request: Any) -> None:
@@ -116,17 +118,23 @@ class Watch:
             self.found.append(f"asked elsewhere: {request.url}")
 
     def _answered(self, response: Any) -> None:
-        faults = response.status == 422 and "x-pyroshock-form" in response.request.headers  # the form shows them
+        faults = (
+            response.status == 422 and "x-pyroshock-form" in response.request.headers
+        )  # the form shows them
         if response.status >= 400 and not faults and not response.request.is_navigation_request():
             self.found.append(f"{response.status}: {response.url}")
 
 
 @contextmanager
-def page_of(browser: Any, lab: Lab, *, width: int = 1280, height: int = 900, **more: Any) -> Iterator[Any]:
+def page_of(
+    browser: Any, lab: Lab, *, width: int = 1280, height: int = 900, **more: Any
+) -> Iterator[Any]:
     """A page of an empty profile; fails at its end if anything in it erred or asked another server."""
     watch = Watch(lab.origin)
     viewport = {"width": width, "height": height}
-    context = browser.new_context(viewport=viewport, base_url=lab.origin, reduced_motion="reduce", **more)
+    context = browser.new_context(
+        viewport=viewport, base_url=lab.origin, reduced_motion="reduce", **more
+    )
     context.set_default_timeout(PATIENCE_MS)
     watch.over(context)
     page = context.new_page()
@@ -170,7 +178,9 @@ def asked(page: Any, address: str) -> Any:
 def drawn(page: Any, chart: str) -> Any:
     """The traces that a chart has, as plotly holds them: name, kind, numbers."""
     traces = "id => document.querySelector(`#${CSS.escape(id)} .plot`).data"
-    return page.evaluate(f"{traces}.map(t => ({{name: '', ...t, x: [...t.x], y: [...t.y]}}))", chart)
+    return page.evaluate(
+        f"{traces}.map(t => ({{name: '', ...t, x: [...t.x], y: [...t.y]}}))", chart
+    )
 
 
 def screenshot(page: Any, name: str, height: int | None = None) -> None:

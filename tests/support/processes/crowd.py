@@ -12,7 +12,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 #: Words of errors that a second try, or a better order, would have cured.
-FORBIDDEN = ("Traceback", "deadlock", "serializ", "locked", "IntegrityError", "UNIQUE", "duplicate key", "Giving up")
+FORBIDDEN = (
+    "Traceback",
+    "deadlock",
+    "serializ",
+    "locked",
+    "IntegrityError",
+    "UNIQUE",
+    "duplicate key",
+    "Giving up",
+)
 
 COMMANDS = (
     "pyroshock.app.cli.main",
@@ -21,7 +30,12 @@ COMMANDS = (
     "pyroshock.ingest.reextraction",
 )
 #: PyTorch and MLflow are left to those who train: they take seconds.
-MODELS = ("mlflow.pyfunc", "mlflow.store.tracking.sqlalchemy_store", "sklearn.linear_model", "matplotlib.figure")
+MODELS = (
+    "mlflow.pyfunc",
+    "mlflow.store.tracking.sqlalchemy_store",
+    "sklearn.linear_model",
+    "matplotlib.figure",
+)
 
 Command = Sequence[str | Path]
 
@@ -55,11 +69,27 @@ def together(
 ) -> list[list[Said]]:
     """Each client runs its commands one after the other, all clients at once; what each command said."""
     folder.mkdir(parents=True)
-    asked = {"modules": list(modules), "clients": [[[str(w) for w in words] for words in one] for one in clients]}
+    asked = {
+        "modules": list(modules),
+        "clients": [[[str(w) for w in words] for words in one] for one in clients],
+    }
     (folder / "clients.json").write_text(json.dumps(asked), encoding="utf-8")
-    driver = [sys.executable, "-W", "ignore::DeprecationWarning", Path(__file__).with_name("crowd_driver.py"), folder]
-    settings = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", **(environment or {})}
-    running = subprocess.Popen(driver, env=settings, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    driver = [
+        sys.executable,
+        "-W",
+        "ignore::DeprecationWarning",
+        Path(__file__).with_name("crowd_driver.py"),
+        folder,
+    ]
+    settings = {
+        **os.environ,
+        "OMP_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+        **(environment or {}),
+    }
+    running = subprocess.Popen(
+        driver, env=settings, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
     try:
         error = running.communicate(timeout=timeout_s)[1]
     except BaseException:  # an interruption, too, ends the processes; it is raised again
@@ -67,7 +97,9 @@ def together(
         running.communicate()
         raise
     assert running.returncode == 0, error
-    return [[_said(folder / f"{i}-{j}.json") for j in range(len(one))] for i, one in enumerate(clients)]
+    return [
+        [_said(folder / f"{i}-{j}.json") for j in range(len(one))] for i, one in enumerate(clients)
+    ]
 
 
 def _said(file: Path) -> Said:

@@ -26,7 +26,13 @@ def client(folder: Path, name: int, commands: list[list[str]], start: int) -> No
             seconds = monotonic() - began
             sys.stdout.flush()
             sys.stderr.flush()
-            told = {"words": words, "code": code, "seconds": seconds, "out": text_of(out), "err": text_of(err)}
+            told = {
+                "words": words,
+                "code": code,
+                "seconds": seconds,
+                "out": text_of(out),
+                "err": text_of(err),
+            }
         (folder / f"{name}-{number}.json").write_text(json.dumps(told), encoding="utf-8")
 
 

@@ -24,10 +24,17 @@ class Cluster:
 
 
 @contextmanager
-def dask_cluster(folder: Path, workers: int = 2, *options: str, **environment: str) -> Iterator[Cluster]:
+def dask_cluster(
+    folder: Path, workers: int = 2, *options: str, **environment: str
+) -> Iterator[Cluster]:
     """`workers` of one thread, which nobody starts again unless `options` say so; they know the modules of tests."""
     file = folder / "scheduler.json"
-    env = {**os.environ, "PYTHONPATH": str(TESTS), "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "60s", **environment}
+    env = {
+        **os.environ,
+        "PYTHONPATH": str(TESTS),
+        "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "60s",
+        **environment,
+    }
     place = ["--scheduler-file", str(file), "--no-dashboard"]
     started: list[subprocess.Popen[bytes]] = []
 
@@ -43,7 +50,16 @@ def dask_cluster(folder: Path, workers: int = 2, *options: str, **environment: s
         start("dask_scheduler", *place, "--host", "127.0.0.1", "--port", "0")
         for _ in range(workers):
             nanny = [] if "--nanny" in options else ["--no-nanny"]
-            start("dask_worker", *place, *nanny, "--nthreads", "1", "--local-directory", str(folder), *options)
+            start(
+                "dask_worker",
+                *place,
+                *nanny,
+                "--nthreads",
+                "1",
+                "--local-directory",
+                str(folder),
+                *options,
+            )
         address = _address(file)
         _wait_for(address, workers)
         yield Cluster(address, started[0], started[1:])

@@ -65,13 +65,17 @@ def claimed(store: Store, name: str = "dead", lease_s: float = LEASE_S) -> Claim
 
 def work_off(store: Store, **settings: Any) -> int:
     """A worker does what there is, and what dead ones have left; how many jobs it had."""
-    return Worker(store, store.engine.url.render_as_string(False), **{"lease_s": LEASE_S, **settings}).run(once=True)
+    return Worker(
+        store, store.engine.url.render_as_string(False), **{"lease_s": LEASE_S, **settings}
+    ).run(once=True)
 
 
 @contextmanager
 def working(store: Store, **settings: Any) -> Iterator[Worker]:
     """A worker in a thread of its own, as a server has one."""
-    worker = Worker(store, store.engine.url.render_as_string(False), **{"lease_s": LEASE_S, **settings})
+    worker = Worker(
+        store, store.engine.url.render_as_string(False), **{"lease_s": LEASE_S, **settings}
+    )
     thread = threading.Thread(target=worker.run, daemon=True)
     thread.start()
     try:

@@ -20,7 +20,19 @@ PLANTED = sorted(
         "joblib",
         "threadpoolctl",
     }
-    | {"click", "sqlalchemy", "alembic", "mlflow", "torch", "sklearn", "optuna", "git", "yaml", "uvicorn", "fastapi"}
+    | {
+        "click",
+        "sqlalchemy",
+        "alembic",
+        "mlflow",
+        "torch",
+        "sklearn",
+        "optuna",
+        "git",
+        "yaml",
+        "uvicorn",
+        "fastapi",
+    }
 )
 
 

@@ -64,7 +64,11 @@ def address(lab: Lab) -> Callable[[str], str]:
     """Addresses with the impacts of this store in them."""
 
     def first(session: Any, campaign: str) -> int:
-        query = select(Impact.id).join(Campaign, Impact.campaign_id == Campaign.id).where(Campaign.name == campaign)
+        query = (
+            select(Impact.id)
+            .join(Campaign, Impact.campaign_id == Campaign.id)
+            .where(Campaign.name == campaign)
+        )
         return session.scalars(query.order_by(Impact.id)).first()
 
     with lab.reading() as session:

@@ -50,7 +50,14 @@ class Tally:
 
     def row(self) -> str:
         """A row of the table in docs/measurements/faults.md."""
-        cells = (self.operation, self.engine, self.tried, self.struck, self.completed, len(self.lost))
+        cells = (
+            self.operation,
+            self.engine,
+            self.tried,
+            self.struck,
+            self.completed,
+            len(self.lost),
+        )
         return "| " + " | ".join(map(str, cells)) + " |"
 
 
@@ -74,7 +81,9 @@ class Forge:
     def __init__(self, folder: Path, models: bool = True) -> None:
         self.errors, self.count = folder / "errors.txt", folder / "count.txt"
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "bufsize": 1}
-        self._process = subprocess.Popen([sys.executable, str(STRUCK), "models" if models else ""], **pipes)
+        self._process = subprocess.Popen(
+            [sys.executable, str(STRUCK), "models" if models else ""], **pipes
+        )
 
     def start(self, place: Place, at: int = 0) -> int:
         """The number of the process that runs the place's command; with `at`, it is killed at that statement."""
@@ -159,7 +168,9 @@ def measured(forge: Forge, place: Place) -> Undisturbed:
     return Undisturbed(seconds, int(forge.count.read_text()), place.content())
 
 
-def _struck(forge: Forge, place: Place, undisturbed: Undisturbed, rng: np.random.Generator, by_clock: bool) -> bool:
+def _struck(
+    forge: Forge, place: Place, undisturbed: Undisturbed, rng: np.random.Generator, by_clock: bool
+) -> bool:
     """Start the command, kill it once; whether it was at work then."""
     if by_clock:
         number = forge.start(place)

@@ -32,7 +32,11 @@ OF_MODELS = (
 
 def main() -> None:
     """Import, then start what is asked for."""
-    os.environ |= {"MLFLOW_DISABLE_TELEMETRY": "true", "DO_NOT_TRACK": "true", "GIT_PYTHON_REFRESH": "quiet"}
+    os.environ |= {
+        "MLFLOW_DISABLE_TELEMETRY": "true",
+        "DO_NOT_TRACK": "true",
+        "GIT_PYTHON_REFRESH": "quiet",
+    }
     models = "models" in sys.argv
     for module in (*IMPORTS, *(OF_MODELS if models else ())):
         importlib.import_module(module)

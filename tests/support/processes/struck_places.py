@@ -92,8 +92,13 @@ class TrainPlace:
         self.look()
         with self.registry.connection.client() as client:
             runs = client.search_runs([self.registry.connection.experiment])
-        floors = {v.dataset.hash: self.registry.floors(v.dataset.hash, v.seed) for v in self.registry.versions()}
-        models = sorted((v.name, v.split, v.sha256, str(v.metrics)) for v in self.registry.versions())
+        floors = {
+            v.dataset.hash: self.registry.floors(v.dataset.hash, v.seed)
+            for v in self.registry.versions()
+        }
+        models = sorted(
+            (v.name, v.split, v.sha256, str(v.metrics)) for v in self.registry.versions()
+        )
         return models, floors, sorted((run.info.run_name, run.info.status) for run in runs)
 
 
@@ -120,9 +125,15 @@ class PromotePlace:
     def content(self) -> object:
         self.look()
         # A repeat after a kill that came too late to matter is told so, and kept as a decision of its own.
-        told = [(d.candidate, d.reason) for d in self.registry.decisions() if "in use already" not in d.reason]
+        told = [
+            (d.candidate, d.reason)
+            for d in self.registry.decisions()
+            if "in use already" not in d.reason
+        ]
         with self.registry.connection.client() as client:
-            aliases = {model.name: dict(model.aliases) for model in client.search_registered_models()}
+            aliases = {
+                model.name: dict(model.aliases) for model in client.search_registered_models()
+            }
             runs = client.search_runs([self.registry.connection.experiment])
         assert {run.info.status for run in runs} == {"FINISHED"}
         return told, aliases
@@ -145,14 +156,19 @@ def promote_places(databases: Databases, folder: Path) -> Callable[[str], Promot
     """The same, with two models in the registry, of which the worse one is in use."""
     trained = train_places(databases, folder / "trained")("template")
     with _environment(trained.environment, trained.folder):
-        for words in ("train spring --models hann,linear --split repetitions", "promote hann 1 --force --reason first"):
+        for words in (
+            "train spring --models hann,linear --split repetitions",
+            "promote hann 1 --force --reason first",
+        ):
             result = pyroshock(*words.split(), "--db", trained.url)
             assert result.exit_code == 0, result.stderr
 
     def make(name: str) -> PromotePlace:
         place = folder / name
         place.mkdir()
-        return PromotePlace(databases.copy(trained.url), *_copied(databases, trained.registry, place), place)
+        return PromotePlace(
+            databases.copy(trained.url), *_copied(databases, trained.registry, place), place
+        )
 
     return make
 
@@ -182,7 +198,9 @@ def _registry_at(uri: str, folder: Path) -> Registry:
         return Registry(storage_for("sqlite:///lab.db", os.environ))
 
 
-def _copied(databases: Databases, registry: Registry, folder: Path) -> tuple[Registry, Mapping[str, str]]:
+def _copied(
+    databases: Databases, registry: Registry, folder: Path
+) -> tuple[Registry, Mapping[str, str]]:
     """A registry's database and files, copied; the address that leads a command to it."""
     uri = databases.copy(registry.place.tracking_uri)
     copied = _registry_at(uri, folder)
@@ -249,7 +267,9 @@ class MigratePlace:
         return content(self.url)
 
 
-def migrate_places(databases: Databases, folder: Path, revision: str) -> Callable[[str], MigratePlace]:
+def migrate_places(
+    databases: Databases, folder: Path, revision: str
+) -> Callable[[str], MigratePlace]:
     """The stored database of a revision, copied for each."""
     folder.mkdir(parents=True, exist_ok=True)
     stored = old_store(databases, folder, revision)
@@ -282,7 +302,10 @@ def _copy_rows(source: Any, target: Any) -> None:
     of_source.reflect(source)
     with source.connect() as reading, target.begin() as writing:
         for table in tables.sorted_tables:
-            rows = [dict(row) for row in reading.execute(select(of_source.tables[table.name])).mappings()]
+            rows = [
+                dict(row)
+                for row in reading.execute(select(of_source.tables[table.name])).mappings()
+            ]
             if table.name == "alembic_version" or not rows:
                 continue
             writing.execute(insert(table), rows)
@@ -298,7 +321,10 @@ def dump(url: str) -> dict[str, list[str]]:
         tables = MetaData()
         tables.reflect(engine)
         with engine.connect() as connection:
-            rows = {name: connection.execute(select(table)).all() for name, table in tables.tables.items()}
+            rows = {
+                name: connection.execute(select(table)).all()
+                for name, table in tables.tables.items()
+            }
         return {name: sorted(map(repr, each)) for name, each in rows.items()}
     finally:
         engine.dispose()

@@ -15,7 +15,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-_QUIET = {"MLFLOW_DISABLE_TELEMETRY": "true", "DO_NOT_TRACK": "true", "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"}
+_QUIET = {
+    "MLFLOW_DISABLE_TELEMETRY": "true",
+    "DO_NOT_TRACK": "true",
+    "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false",
+}
 _STARTS_S = 120
 
 
@@ -42,7 +46,9 @@ def tracking_server(folder: Path, command: str, *options: str) -> Iterator[str]:
 
 def rest(address: str, path: str, **body: Any) -> dict[str, Any]:
     """What MLflow's REST API answers: a POST of `body`, or a GET without one."""
-    request = urllib.request.Request(f"{address}/api/2.0/mlflow/{path}", headers={"Content-Type": "application/json"})
+    request = urllib.request.Request(
+        f"{address}/api/2.0/mlflow/{path}", headers={"Content-Type": "application/json"}
+    )
     request.data = json.dumps(body).encode() if body else None
     with urllib.request.urlopen(request, timeout=60) as answer:
         content: dict[str, Any] = json.load(answer)

@@ -19,7 +19,16 @@ from support.stores.stores import content, ingested, opened, pyroshock
 
 CAMPAIGN, FIRST = "spring", recording_name(1)
 #: Of what is not told of, apart from clocks and addresses.
-_TOLD = ("kind", "campaign", "recording", "content_hash", "reason", "counts", "file_sha256", "replaced_by")
+_TOLD = (
+    "kind",
+    "campaign",
+    "recording",
+    "content_hash",
+    "reason",
+    "counts",
+    "file_sha256",
+    "replaced_by",
+)
 
 
 @dataclass
@@ -55,7 +64,8 @@ def state_of(url: str) -> object:
     rows = {name: digests for name, digests in content(url).items() if name != "tombstones"}
     with opened(url) as store, store.reading() as session:
         stones = [
-            [getattr(stone, name) for name in _TOLD] + [stone.restored_at is not None, stone.stood_on["datasets"]]
+            [getattr(stone, name) for name in _TOLD]
+            + [stone.restored_at is not None, stone.stood_on["datasets"]]
             for stone in session.scalars(select(Tombstone).order_by(Tombstone.id))
         ]
     return rows, stones
@@ -71,14 +81,18 @@ COMMANDS = {
 }
 
 
-def undone_places(operation: str, databases: Databases, folder: Path) -> Callable[[str], UndonePlace]:
+def undone_places(
+    operation: str, databases: Databases, folder: Path
+) -> Callable[[str], UndonePlace]:
     """The same store for all, of four recordings with five hits each."""
     folder.mkdir(parents=True, exist_ok=True)
     base, corrected, archive = databases.empty(), folder / "corrected", folder / "kept.pyroshock"
     ingested(base, full_campaign(folder / CAMPAIGN))
     _done("dataset", "build", "small", "--from", CAMPAIGN, "--db", base)
     shutil.copytree(folder / CAMPAIGN, corrected)
-    write_recording(corrected / FIRST, {"force": force_record(blows(1, HITS), np.random.default_rng(99))})
+    write_recording(
+        corrected / FIRST, {"force": force_record(blows(1, HITS), np.random.default_rng(99))}
+    )
     if operation == "campaigns restore":
         _done("campaigns", "archive", CAMPAIGN, "--out", archive, "--reason", "r", "--db", base)
     before = state_of(base)
@@ -89,7 +103,10 @@ def undone_places(operation: str, databases: Databases, folder: Path) -> Callabl
         file = place / archive.name
         if archive.exists():
             shutil.copyfile(archive, file)
-        words = [{"FILE": str(file), "FOLDER": str(corrected)}.get(word, word) for word in COMMANDS[operation].split()]
+        words = [
+            {"FILE": str(file), "FOLDER": str(corrected)}.get(word, word)
+            for word in COMMANDS[operation].split()
+        ]
         reason = [] if operation == "campaigns restore" else ["--reason", "struck"]
         url = databases.copy(base)
         return UndonePlace(url, (*words, *reason, "--db", url), place, before)

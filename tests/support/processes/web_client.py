@@ -44,7 +44,11 @@ def post_json(client: TestClient, address: str, body: Any) -> Any:
 
 def ended(client: TestClient, answer: Any, patience_s: float = 90.0) -> dict[str, Any]:
     """The job that an answer leads to, once it has ended."""
-    job = answer.headers["location"].rsplit("/", 1)[1] if answer.status_code == 303 else answer.json()["id"]
+    job = (
+        answer.headers["location"].rsplit("/", 1)[1]
+        if answer.status_code == 303
+        else answer.json()["id"]
+    )
     deadline = time.monotonic() + patience_s
     while time.monotonic() < deadline:
         found: dict[str, Any] = client.get(f"/api/jobs/{job}").json()

@@ -46,19 +46,24 @@ def _rate(rate: Rate) -> str:
     return f"{rate.value:.2f} ({rate.interval[0]:.2f}-{rate.interval[1]:.2f}, {rate.n})"
 
 
-def cause_lines(*files: Path, tiers: Sequence[str] = GROUPS["causes"]) -> tuple[list[str], list[str]]:
+def cause_lines(
+    *files: Path, tiers: Sequence[str] = GROUPS["causes"]
+) -> tuple[list[str], list[str]]:
     """Rows of the two tables of what a reader acts on without their heads: every tier, and each followed by its kinds.
 
     The first has what is named and how true the shares are, the second first answers, what goes of the gap, and costs.
     """
     tables = cause_tables(pooled(files or (CAUSES,))[1], tiers)
-    return [_named_line(figures) for figures in tables], [_first_line(figures) for figures in tables]
+    return [_named_line(figures) for figures in tables], [
+        _first_line(figures) for figures in tables
+    ]
 
 
 def sealed_lines() -> tuple[list[str], list[str]]:
     """The same of the sealed split."""
     return cause_lines(
-        *sorted(SEALED.glob("*.jsonl")), tiers=(*_FULL_SCALE, "foreign one", "foreign two", *GROUPS["causes"])
+        *sorted(SEALED.glob("*.jsonl")),
+        tiers=(*_FULL_SCALE, "foreign one", "foreign two", *GROUPS["causes"]),
     )
 
 
@@ -76,8 +81,12 @@ def _first_line(figures: CauseFigures) -> str:
         figures.none_first, figures.unknown_first, figures.outside_unknown, figures.outside_none, figures.false_smooth,
         figures.false_rough, figures.stage, figures.at_least_naive,
     )  # fmt: skip
-    quantiles = [f"{value.value:.2f}" if value.n else "-" for value in (figures.fraction, figures.corner)]
-    return _row(figures, *map(_counted, rates), *quantiles, f"{figures.ece:.2f}", f"{figures.cpu_s[0]:.0f}")
+    quantiles = [
+        f"{value.value:.2f}" if value.n else "-" for value in (figures.fraction, figures.corner)
+    ]
+    return _row(
+        figures, *map(_counted, rates), *quantiles, f"{figures.ece:.2f}", f"{figures.cpu_s[0]:.0f}"
+    )
 
 
 def _row(figures: CauseFigures, *cells: str) -> str:

@@ -24,5 +24,7 @@ def says(truth: WithheldTruth, said: dict[str, float]) -> CaseResult:
 
 
 def verdict(*causes: tuple[list[str], float, list[float] | None], **other: Any) -> dict[str, Any]:
-    entries = [{"effects": e, "probability": p, **({"split": s} if s else {})} for e, p, s in causes]
+    entries = [
+        {"effects": e, "probability": p, **({"split": s} if s else {})} for e, p, s in causes
+    ]
     return {"causes": entries, "where": {"stage": []}, "shrinkage": [], "seconds": 1.0, **other}

@@ -62,14 +62,22 @@ class Blow:
 def blows(recording: int, hits: int) -> list[Blow]:
     """The hits of a recording: every peak of a campaign differs, so that mixed-up rows show."""
     return [
-        Blow(FIRST_HIT_S + i * BETWEEN_HITS_S, 1000.0 + 100.0 * recording + 10.0 * i, 0.6e-3 + 0.1e-3 * (i % 3))
+        Blow(
+            FIRST_HIT_S + i * BETWEEN_HITS_S,
+            1000.0 + 100.0 * recording + 10.0 * i,
+            0.6e-3 + 0.1e-3 * (i % 3),
+        )
         for i in range(hits)
     ]
 
 
-def force_record(made: Sequence[Blow], rng: np.random.Generator, noise_n: float = 0.2) -> NDArray[np.float32]:
+def force_record(
+    made: Sequence[Blow], rng: np.random.Generator, noise_n: float = 0.2
+) -> NDArray[np.float32]:
     """Force (n,) in newtons at `FS_HZ`, long enough for the hits, at least 0.15 s."""
-    time_s = np.arange(round((FIRST_HIT_S + BETWEEN_HITS_S * max(1, len(made)) - 0.05) * FS_HZ)) / FS_HZ
+    time_s = (
+        np.arange(round((FIRST_HIT_S + BETWEEN_HITS_S * max(1, len(made)) - 0.05) * FS_HZ)) / FS_HZ
+    )
     force = noise_n * rng.standard_normal(time_s.size)
     for blow in made:
         phase = (time_s - blow.start_s) / blow.width_s
@@ -89,11 +97,15 @@ def write_recording(path: Path, channels: Mapping[str, NDArray[Any]], fs_hz: flo
     savemat(path, {"fs": fs_hz, **channels}, do_compression=True)
 
 
-def write_folder(folder: Path, toml: str, runs: str | Sequence[str], recordings: Mapping[str, Any]) -> Path:
+def write_folder(
+    folder: Path, toml: str, runs: str | Sequence[str], recordings: Mapping[str, Any]
+) -> Path:
     """A new folder: campaign.toml, runs.csv as text or lines, and recordings by file name, .npz of these arrays."""
     folder.mkdir(parents=True)
     (folder / "campaign.toml").write_text(toml, encoding="utf-8")
-    (folder / "runs.csv").write_text(runs if isinstance(runs, str) else "\n".join(runs) + "\n", encoding="utf-8")
+    (folder / "runs.csv").write_text(
+        runs if isinstance(runs, str) else "\n".join(runs) + "\n", encoding="utf-8"
+    )
     for name, arrays in recordings.items():
         np.savez(folder / name, **arrays)
     return folder
@@ -129,7 +141,9 @@ def hammer_rows(recordings: int = 2, hits: int = 2) -> list[Row]:
     ]
 
 
-def hammer_campaign(folder: Path, recordings: int = 2, hits: int = 2, name: str = "hammer", seed: int = 1) -> Path:
+def hammer_campaign(
+    folder: Path, recordings: int = 2, hits: int = 2, name: str = "hammer", seed: int = 1
+) -> Path:
     """A hammer campaign of `recordings` files with `hits` hits each, and a row for each hit."""
     folder.mkdir(parents=True)
     (folder / "campaign.toml").write_text(HAMMER_TOML.format(name=name), encoding="utf-8")

@@ -20,7 +20,9 @@ def impacts(**changes: ArrayLike | None) -> Bodies:
     return Bodies.of(**{**DELRIN, **changes})
 
 
-def of_materials(tip: ElasticMaterial, target: ElasticMaterial, **others: ArrayLike | None) -> Bodies:
+def of_materials(
+    tip: ElasticMaterial, target: ElasticMaterial, **others: ArrayLike | None
+) -> Bodies:
     bodies = {}
     for body, material in (("impactor", tip), ("target", target)):
         for name in ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "yield_strength_pa"):

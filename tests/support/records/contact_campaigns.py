@@ -43,13 +43,24 @@ def hammer_record(
         for i, each in enumerate(settings)
     )
     velocity = rng.uniform(0.7, 2.1, len(settings) * repetitions)
-    forces = recorded(np.repeat(np.arange(len(settings)), repetitions), settings, velocity, effects, rng, noise)
+    forces = recorded(
+        np.repeat(np.arange(len(settings)), repetitions), settings, velocity, effects, rng, noise
+    )
     readings = SensorChain(_sensors(effects)).measured_velocity_m_s(velocity)
     runs = tuple(
-        Run(i // repetitions, i + 1, i % repetitions + 1, i, velocity_m_s=float(reading), force=force)
+        Run(
+            i // repetitions,
+            i + 1,
+            i % repetitions + 1,
+            i,
+            velocity_m_s=float(reading),
+            force=force,
+        )
         for i, (reading, force) in enumerate(zip(readings, forces, strict=True))
     )
-    return CampaignRecord("strikes", "hammer", configurations, runs, hammer_mass_kg=MASS_KG, materials=THESIS)
+    return CampaignRecord(
+        "strikes", "hammer", configurations, runs, hammer_mass_kg=MASS_KG, materials=THESIS
+    )
 
 
 def recorded(
@@ -64,19 +75,29 @@ def recorded(
     strikes = strikes_of([settings[row] for row in rows], velocity_m_s)
     own = [each for each in effects if isinstance(each, ContactEffect)]
     layer = np.array([settings[row][3] != "none" for row in rows])
-    pulse = impact(bodies_of(strikes), own, insulated=layer, plate_impedance_n_s_m=impedance(strikes))
+    pulse = impact(
+        bodies_of(strikes), own, insulated=layer, plate_impedance_n_s_m=impedance(strikes)
+    )
     phase = np.linspace(0, 1, 4001)
     found = []
     for i, force in enumerate(pulse.force_at(phase)):
         count = int(np.ceil(6.0 * pulse.compression_time_s[i] * RATE_HZ))
         time = (np.arange(-12 * _FINER, count * _FINER) + rng.integers(_FINER)) / (_FINER * RATE_HZ)
         fine = np.interp(time, phase * pulse.contact_time_s[i], force, left=0.0, right=0.0)
-        seen = SensorChain(_sensors(effects)).measured_force_n(fine, 1 / (_FINER * RATE_HZ))[::_FINER]
-        found.append(Series(seen + noise * seen.max() * rng.standard_normal(seen.size), RATE_HZ, float(time[0])))
+        seen = SensorChain(_sensors(effects)).measured_force_n(fine, 1 / (_FINER * RATE_HZ))[
+            ::_FINER
+        ]
+        found.append(
+            Series(
+                seen + noise * seen.max() * rng.standard_normal(seen.size), RATE_HZ, float(time[0])
+            )
+        )
     return found
 
 
-def strikes_of(settings: Sequence[tuple[str, float, str, str]], velocity_m_s: np.ndarray) -> ImpactBatch:
+def strikes_of(
+    settings: Sequence[tuple[str, float, str, str]], velocity_m_s: np.ndarray
+) -> ImpactBatch:
     """The insulator is left out: without an anvil the twin knows none."""
     return ImpactBatch([_setting(*arguments) for arguments in settings], velocity_m_s)
 

@@ -8,7 +8,13 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.virtualbench.campaigns.hammer import LOAD_CELL, PLATE_MATERIAL, RATE_HZ, RATIO, moments
+from pyroshock.virtualbench.campaigns.hammer import (
+    LOAD_CELL,
+    PLATE_MATERIAL,
+    RATE_HZ,
+    RATIO,
+    moments,
+)
 from pyroshock.virtualbench.campaigns.ringing import THICKNESS_M, add_pulse
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.build import hammer, hand_speed, target
@@ -46,21 +52,31 @@ class ForceRecord:
 def force_records(seed: int = 5) -> Iterator[ForceRecord]:
     """A recording for each tip, speed and anvil."""
     combinations = list(product(TIPS, SPEEDS, ANVILS))
-    for choice, rng in zip(combinations, np.random.default_rng(seed).spawn(len(combinations)), strict=True):
+    for choice, rng in zip(
+        combinations, np.random.default_rng(seed).spawn(len(combinations)), strict=True
+    ):
         yield _force_record(*choice, rng)
 
 
-def _force_record(tip: tuple[str, float], level: str, anvil: tuple[str, str], rng: np.random.Generator) -> ForceRecord:
+def _force_record(
+    tip: tuple[str, float], level: str, anvil: tuple[str, str], rng: np.random.Generator
+) -> ForceRecord:
     effects, followed = Effects.default(), np.arange(HITS) % EVERY == 1
     speeds = [hand_speed(level, effects, rng) for _ in range(HITS)]
     starts, duration = moments(HITS, rng)
     speeds += [SHARE * speeds[i] for i in np.flatnonzero(followed)]
     later = [starts[i] + float(rng.uniform(*DELAYS_S)) for i in np.flatnonzero(followed)]
     plate = target(PLATE_MATERIAL, THICKNESS_M, anvil_material=anvil[0], insulator=anvil[1])
-    impacts = strike_many([hammer(*tip)] * len(speeds), [plate] * len(speeds), effects, speeds, rng, tail_s=10e-3)
+    impacts = strike_many(
+        [hammer(*tip)] * len(speeds), [plate] * len(speeds), effects, speeds, rng, tail_s=10e-3
+    )
     force = np.zeros(round(duration * RATE_HZ))
     for impact, start in zip(impacts, [*starts, *later], strict=True):
-        add_pulse(force, start, impact.time_s, impact.cell_force_n, LOAD_CELL, RATE_HZ, RATIO, effects)
+        add_pulse(
+            force, start, impact.time_s, impact.cell_force_n, LOAD_CELL, RATE_HZ, RATIO, effects
+        )
     recorded = digitised(force, LOAD_CELL, RATE_HZ, effects, rng).astype(np.float64)
     truths = zip(starts, impacts, followed.tolist(), strict=False)
-    return ForceRecord(recorded, [Hit(s, i.contact_time_s, again, i.contacts > 1) for s, i, again in truths])
+    return ForceRecord(
+        recorded, [Hit(s, i.contact_time_s, again, i.contacts > 1) for s, i, again in truths]
+    )

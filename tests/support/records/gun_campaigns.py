@@ -27,11 +27,13 @@ def gun_record(
     rng = np.random.default_rng(seed)
     settings = [(p, m) for p in pressures_pa for m in masses_kg]
     configurations = tuple(
-        RunConfiguration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
+        RunConfiguration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m})
+        for p, m in settings
     )
     order = rng.permutation(np.tile(np.arange(len(settings)), repetitions))
     nominal = tuple(
-        Run(int(c), place, 1, place, settings[c][0], settings[c][1], 10.0, 0.1) for place, c in enumerate(order)
+        Run(int(c), place, 1, place, settings[c][0], settings[c][1], 10.0, 0.1)
+        for place, c in enumerate(order)
     )
     stage = GunObservables(CampaignRecord("shots", "gun", configurations, nominal, BENCH))
     velocities = np.exp(stage.simulated(effects)[:, 0] + scatter * rng.standard_normal(len(order)))

@@ -28,13 +28,16 @@ def shots(
     rng = np.random.default_rng(seed)
     settings = [(p, m) for p in PRESSURES_PA for m in MASSES_KG]
     configurations = tuple(
-        RunConfiguration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
+        RunConfiguration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m})
+        for p, m in settings
     )
     nominal = tuple(Run(c, c, 1, c, p, m, 10.0, 0.1) for c, (p, m) in enumerate(settings))
     stage = GunObservables(CampaignRecord("shots", "gun", configurations, nominal, BENCH))
     true = stage.simulated(effects)[:, 0] + background * rng.standard_normal(len(settings)) + bias
     runs = []
-    for number, (c, k) in enumerate((c, k) for k in range(repetitions) for c in range(len(settings))):
+    for number, (c, k) in enumerate(
+        (c, k) for k in range(repetitions) for c in range(len(settings))
+    ):
         velocity = float(np.exp(true[c] + scatter * rng.standard_normal()))
         runs.append(Run(c, c, k + 1, number, *settings[c], velocity, scatter * velocity))
     return CampaignRecord("shots", "gun", configurations, tuple(runs), BENCH)

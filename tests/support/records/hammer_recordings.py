@@ -49,13 +49,19 @@ range = 50000.0
 
 
 def digitised(
-    values: Floats, full_scale: float, rng: np.random.Generator, bits: int = 16, noise_steps: float = NOISE_STEPS
+    values: Floats,
+    full_scale: float,
+    rng: np.random.Generator,
+    bits: int = 16,
+    noise_steps: float = NOISE_STEPS,
 ) -> NDArray[np.float32]:
     """`values` (n,) as a converter of `bits` over ± `full_scale` gives them, with noise of so many steps of 16 bits."""
     step = 2 * full_scale / 2**bits
     noise = rng.normal(0.0, noise_steps * 2 * full_scale / 2**16, values.size)
     codes = np.clip(np.round((values + noise) / step), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-    return (codes.astype(np.int32) * step).astype(np.float32)  # a converter gives integers: no negative zero
+    return (codes.astype(np.int32) * step).astype(
+        np.float32
+    )  # a converter gives integers: no negative zero
 
 
 def hit_force(samples: int, sampling_rate_hz: float, rng: np.random.Generator) -> Floats:
@@ -74,7 +80,13 @@ def hammer_record(rng: np.random.Generator) -> tuple[NDArray[np.float32], NDArra
     from scipy.signal import lfilter
 
     force = hit_force(round(DURATION_S * SAMPLING_RATE_HZ), SAMPLING_RATE_HZ, rng)
-    pole = np.exp(2j * np.pi * HEAD_MODE_HZ / SAMPLING_RATE_HZ * (1j * HEAD_DAMPING + np.sqrt(1 - HEAD_DAMPING**2)))
+    pole = np.exp(
+        2j
+        * np.pi
+        * HEAD_MODE_HZ
+        / SAMPLING_RATE_HZ
+        * (1j * HEAD_DAMPING + np.sqrt(1 - HEAD_DAMPING**2))
+    )
     recursion = np.array([1.0, -2 * pole.real, abs(pole) ** 2])
     mode = lfilter([recursion.sum() * 0.5, 0.0, -recursion.sum() * 0.5], recursion, force)
     acceleration = np.asarray((force + HEAD_SHARE * mode) / HAMMER_MASS_KG)

@@ -10,7 +10,9 @@ STEP_S = 1 / RATE_HZ
 
 def signals() -> tuple[np.ndarray, np.ndarray]:
     """A half sine and its half, in volts of four decimals (240,)."""
-    first = np.round(3.8735 * np.sin(np.pi * np.arange(SAMPLES) / 60) * (np.arange(SAMPLES) < 60), 4)
+    first = np.round(
+        3.8735 * np.sin(np.pi * np.arange(SAMPLES) / 60) * (np.arange(SAMPLES) < 60), 4
+    )
     return first, np.round(first / 2, 4)
 
 
@@ -34,7 +36,9 @@ RIGOL_PART = (
     + "\n"
     + "".join(line + "\n" for line in RIGOL.splitlines()[24:])
 )
-RIGOL_MSO5000 = "CH1V,CH2V,t0 =-5.000000e-03, tInc = 1.000000e-05,\n" + _rows("{:.4e},{:.4e},,", _A, _B)
+RIGOL_MSO5000 = "CH1V,CH2V,t0 =-5.000000e-03, tInc = 1.000000e-05,\n" + _rows(
+    "{:.4e},{:.4e},,", _A, _B
+)
 RIGOL_DS1000 = "X,CH1,CH2,\nSecond,Volt,Volt,\n" + _rows("{:.7e},{:.5e},{:.5e},", _TIME, _A, _B)
 RIGOL_DS1000B = ",CH1,CH2\nSecond,Volt,Volt\n" + _rows("{:.5e},{:.4e},{:.4e}, ", _TIME, _A, _B)
 RIGOL_ULTRASCOPE = "X,CH1 (V),CH2 (V)\n" + _rows("{:.8f},{:.4f},{:.4f}", _TIME, _A, _B)
@@ -42,7 +46,9 @@ RIGOL_SETTINGS = (
     f'"Number of Data points =",{SAMPLES},\n"Time Scale (s/DIV) =",1E-7,\n"Time Delay (s) =",0,\n'
     '"Sampling Frequency (Hz)=",100000,\n"Trigger Mode = ",0,\n"Trigger Source = ",1,\n"Channel Data","CH1","CH2"\n'
     '"Attenuation = ",10,1\n"Pos (V) = ",0.2,-6\n"Scale (V/DIV) = ",0.1,2\n"Inverted = ","NO","NO"\n'
-    '"Time (s)","Voltage (V)","Voltage (V)"\n' + _rows("{:.6g},{:.4f},{:.4f}", _TIME, _A, _B) + ",,\n"
+    '"Time (s)","Voltage (V)","Voltage (V)"\n'
+    + _rows("{:.6g},{:.4f},{:.4f}", _TIME, _A, _B)
+    + ",,\n"
 )
 KEYSIGHT = "x-axis,1,2\nsecond,Volt,Volt\n" + _rows("{:.9E},{:+.6E},{:+.6E}", _TIME, _A, _B)
 SIGLENT = (
@@ -80,12 +86,14 @@ LECROY = (
     f"LECROYWS3024,00001,Waveform\nSegments,1,SegmentSize,{SAMPLES}\nSegment,TrigTime,TimeSinceSegment1\n"
     "#1,02-Mar-2026 12:00:00,0\nTime,Ampl\n" + _rows("{:.8e},{:.5e}", _TIME, _A)
 )
-CATMAN = "HBM_CATMAN_DATAFILE_40\nDate 02.03.2026\n\nTime  1 - default sample rate\tCH1\tCH2\ns\tV\tV\n" + _rows(
-    "{:.6f}\t{:.4f}\t{:.4f}", _TIME, _A, _B, decimal=","
+CATMAN = (
+    "HBM_CATMAN_DATAFILE_40\nDate 02.03.2026\n\nTime  1 - default sample rate\tCH1\tCH2\ns\tV\tV\n"
+    + _rows("{:.6f}\t{:.4f}\t{:.4f}", _TIME, _A, _B, decimal=",")
 )
 DEWESOFT = (
     "File name: shot_0001.d7d\nStart time: 3/2/2026 12:00:00.000\nNumber of channels: 2\nSample rate: 100000\n"
-    "Store type: always fast\n\nTime (s)\tCH1 (V)\tCH2 (V)\n" + _rows("{:.6f}\t{:.4f}\t{:.4f}", _TIME, _A, _B)
+    "Store type: always fast\n\nTime (s)\tCH1 (V)\tCH2 (V)\n"
+    + _rows("{:.6f}\t{:.4f}\t{:.4f}", _TIME, _A, _B)
 )
 DIGILENT = (
     f"#Digilent WaveForms Oscilloscope Acquisition\n#Sample rate: 100000Hz\n#Samples: {SAMPLES}\n"

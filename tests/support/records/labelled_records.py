@@ -59,8 +59,17 @@ def _hit(rng: Rng, narrow: tuple[float, float] = (14, 300)) -> _Shot:
     width, height = int(np.exp(rng.uniform(*np.log(narrow)))), 10 ** rng.uniform(1.3, 4.3)
     phase = ((np.arange(width) + rng.random()) / width) ** rng.uniform(0.85, 1.15)
     x = np.zeros(n)
-    x[first : first + width] = height * np.clip(np.sin(np.pi * phase), 0, None) ** rng.uniform(1, 1.6)
-    return _Shot(x, rng.choice([20e3, 51.2e3, 102.4e3]), first, width, height, height * 10 ** rng.uniform(-4.3, -3))
+    x[first : first + width] = height * np.clip(np.sin(np.pi * phase), 0, None) ** rng.uniform(
+        1, 1.6
+    )
+    return _Shot(
+        x,
+        rng.choice([20e3, 51.2e3, 102.4e3]),
+        first,
+        width,
+        height,
+        height * 10 ** rng.uniform(-4.3, -3),
+    )
 
 
 def _ring(rng: Rng, begin: int | None = None) -> _Shot:
@@ -74,7 +83,14 @@ def _ring(rng: Rng, begin: int | None = None) -> _Shot:
     swing = np.exp(-decay * t[:, None]) * np.sin(omega * t[:, None] + rng.uniform(0, 6.28, modes))
     x[first:] = swing @ rng.normal(size=modes) * (1 - np.exp(-t / rng.uniform(1, 6)))
     height = 10 ** rng.uniform(1.5, 4.5)
-    return _Shot(x * height / np.abs(x).max(), 51.2e3, first, 200, height, height * 10 ** rng.uniform(-4.3, -2.7))
+    return _Shot(
+        x * height / np.abs(x).max(),
+        51.2e3,
+        first,
+        200,
+        height,
+        height * 10 ** rng.uniform(-4.3, -2.7),
+    )
 
 
 def _drop(rng: Rng) -> _Shot:
@@ -82,20 +98,26 @@ def _drop(rng: Rng) -> _Shot:
     n, first = int(rng.integers(5000, 16000)), int(rng.integers(1200, 2500))
     width, height = int(rng.integers(150, 1500)), 10 ** rng.uniform(2, 4)
     x = np.zeros(n)
-    x[first : first + width] = height * np.sin(np.pi * np.arange(width) / width) ** rng.choice([1, 2, 3])
+    x[first : first + width] = height * np.sin(np.pi * np.arange(width) / width) ** rng.choice(
+        [1, 2, 3]
+    )
     t = np.arange(n - first - width)
     x[first + width :] += 0.02 * height * np.exp(-t / 150) * np.sin(0.1 * t)
     return _Shot(x, 20e3, first, width, height, height * 10 ** rng.uniform(-4.3, -3))
 
 
-def _read(shot: _Shot, rng: Rng, quantity: str = "acceleration", top: float | None = None, **more: Any) -> Labelled:
+def _read(
+    shot: _Shot, rng: Rng, quantity: str = "acceleration", top: float | None = None, **more: Any
+) -> Labelled:
     """Through a converter of 14 to 24 bits; `top` is a level in SI at which it ends."""
     x = shot.x + rng.normal(size=shot.x.size) * shot.noise
     if top is not None:
         x = np.clip(x, -top, top)
     full = np.nanmax(np.abs(x[np.isfinite(x)])) * (1.0 if top is not None else rng.uniform(1.1, 6))
     step = full / 2 ** (int(rng.integers(14, 25)) - 1)
-    return Labelled("", "", shot.rate_hz, (Signal("probe", quantity, np.round(x / step) * step, **more),))
+    return Labelled(
+        "", "", shot.rate_hz, (Signal("probe", quantity, np.round(x / step) * step, **more),)
+    )
 
 
 def good_hit(rng: Rng) -> Labelled:
@@ -113,7 +135,9 @@ def good_drop(rng: Rng) -> Labelled:
 def slow_pulse(rng: Rng) -> Labelled:
     """A bell-shaped pulse of which the record lacks the first 0.5 to 4 % of the peak."""
     width, height = int(rng.integers(40, 300)), 10 ** rng.uniform(1.7, 3.5)
-    t = np.arange(width * int(rng.integers(20, 200))) - width * np.sqrt(2 * np.log(1 / rng.uniform(0.005, 0.04)))
+    t = np.arange(width * int(rng.integers(20, 200))) - width * np.sqrt(
+        2 * np.log(1 / rng.uniform(0.005, 0.04))
+    )
     x = height * np.exp(-((t / width) ** 2) / 2)
     return _read(_Shot(x, 10e3, 0, width, height, height * 10 ** rng.uniform(-4.3, -3.3)), rng)
 
@@ -123,7 +147,9 @@ def slow_force(rng: Rng) -> Labelled:
     width, height = int(rng.integers(50, 800)), 10 ** rng.uniform(1.7, 3.5)
     t = np.arange(int(width * rng.uniform(12, 60))) - width * rng.uniform(3.2, 5)
     x = height / np.cosh(np.clip(1.3 * t / width, -50, 50))
-    return _read(_Shot(x, 51.2e3, 0, width, height, height * 10 ** rng.uniform(-4.3, -3.5)), rng, "force")
+    return _read(
+        _Shot(x, 51.2e3, 0, width, height, height * 10 ** rng.uniform(-4.3, -3.5)), rng, "force"
+    )
 
 
 def good_below_range(rng: Rng) -> Labelled:
@@ -150,9 +176,13 @@ def tank(rng: Rng) -> Labelled:
     n, level = 20000, rng.uniform(0.2e5, 6e5)
     t, at = np.arange(n), int(rng.uniform(0.2, 0.7) * n)
     after = rng.choice([0.0, 1.0]) * rng.uniform(0.1, 0.9)
-    x = level * (1 - after * (t > at) * (1 - np.exp(-np.maximum(t - at, 0) / rng.uniform(100, 3000))))
+    x = level * (
+        1 - after * (t > at) * (1 - np.exp(-np.maximum(t - at, 0) / rng.uniform(100, 3000)))
+    )
     x += level * rng.choice([0.0, 1e-4, 2e-3]) * np.sin(2 * np.pi * 50 * t / 51200)
-    return _read(_Shot(x, 51.2e3, at, 1, level, level * rng.choice([1e-6, 1e-4, 1e-3])), rng, "pressure")
+    return _read(
+        _Shot(x, 51.2e3, at, 1, level, level * rng.choice([1e-6, 1e-4, 1e-3])), rng, "pressure"
+    )
 
 
 def quiet_axis(rng: Rng) -> Labelled:
@@ -163,7 +193,12 @@ def quiet_axis(rng: Rng) -> Labelled:
     noise = shot.height * rng.uniform(0.002, 0.01)
     names = zip("xyz", rng.permutation(3), strict=True)
     signals = [
-        Signal(f"a{axis}", "acceleration", loud * shares[i] + rng.normal(size=loud.size) * noise * (i == 2), axis=axis)
+        Signal(
+            f"a{axis}",
+            "acceleration",
+            loud * shares[i] + rng.normal(size=loud.size) * noise * (i == 2),
+            axis=axis,
+        )
         for axis, i in names
     ]
     force = np.zeros(loud.size)
@@ -266,7 +301,9 @@ def only_noise(rng: Rng) -> Labelled:
     n, height = int(rng.integers(3000, 30000)), 10 ** rng.uniform(-1, 3)
     x = rng.normal(size=n + 64)
     x = np.convolve(x, np.ones(length := int(rng.choice([1, 3, 10]))), "full")[length : n + length]
-    x = height * x / x.std() + height * rng.choice([0, 0, 3]) * np.sin(2 * np.pi * 50 / 51200 * np.arange(n))
+    x = height * x / x.std() + height * rng.choice([0, 0, 3]) * np.sin(
+        2 * np.pi * 50 / 51200 * np.arange(n)
+    )
     return _read(_Shot(x, 51.2e3, 0, 1, height, 0.0), rng)
 
 
@@ -313,7 +350,16 @@ KINDS: dict[str, tuple[Callable[[Rng], Labelled], ...]] = {
     ),
     "warning": (noisy, shifted, shifted_force, hit_twice, few_samples, rests_high),
     "reject": (
-        *(clipped_hit, clipped_ring, short_top, at_full_scale, pressed, lost_samples, dead, only_noise),
+        *(
+            clipped_hit,
+            clipped_ring,
+            short_top,
+            at_full_scale,
+            pressed,
+            lost_samples,
+            dead,
+            only_noise,
+        ),
         *(noise_on_force, tail, rests_far_off, cut_by_the_end),
     ),
 }

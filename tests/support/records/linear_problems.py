@@ -21,7 +21,15 @@ def linear_kind(number: int, prior_odds: float = 1.0) -> type[Effect]:
     """An effect with one parameter whose prior is standard normal: u is the parameter."""
     return make_dataclass(
         f"Linear{number}",
-        [("size", float, parameter("of the response", "", default=1.0, low=-9.0, high=9.0, off=0.0, likely=(-2, 2)))],
+        [
+            (
+                "size",
+                float,
+                parameter(
+                    "of the response", "", default=1.0, low=-9.0, high=9.0, off=0.0, likely=(-2, 2)
+                ),
+            )
+        ],
         bases=(Effect,),
         namespace={
             "id": f"gun.linear_{number}",
@@ -74,7 +82,9 @@ def gap_of(
             tuple(RunConfiguration(str(c), dict(row)) for c, row in enumerate(factors)),
             tuple(Run(int(c), place, 1, place) for place, c in enumerate(rows)),
         ),
-        observables=tuple(Observable(f"o{i}", "gun", "velocity", "1", 1.0, 0.1) for i in range(columns)),
+        observables=tuple(
+            Observable(f"o{i}", "gun", "velocity", "1", 1.0, 0.1) for i in range(columns)
+        ),
         residuals=residuals,
         mean=mean,
         count=np.repeat(count[:, None], columns, axis=1),
@@ -110,7 +120,9 @@ def linear_problem(
     )
     table = gap_of(gap, range(shape[0]), [{"place": float(i)} for i in range(shape[0])])
     effects = dict.fromkeys(law.id for law in own_laws)
-    simulator = LinearSimulator(dict(zip(effects, responses, strict=True)), (shape[0], shape[1]), bend)
+    simulator = LinearSimulator(
+        dict(zip(effects, responses, strict=True)), (shape[0], shape[1]), bend
+    )
     return InferenceProblem(table, (block,), simulator, own_laws)
 
 

@@ -12,7 +12,15 @@ from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Se
 from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.response import respond
 
-from support.records.campaigns import FS_HZ, Blow, Row, blows, force_record, write_recording, write_runs
+from support.records.campaigns import (
+    FS_HZ,
+    Blow,
+    Row,
+    blows,
+    force_record,
+    write_recording,
+    write_runs,
+)
 
 MODES_HZ = np.array([310.0, 640.0, 1130.0, 1900.0, 2800.0, 4100.0])
 CHANNELS = ("acceleration_1", "acceleration_2")
@@ -75,13 +83,17 @@ def plate_campaign(
     folder.mkdir(parents=True)
     forces = [f"force_{i + 1}" for i in range(cells)] if cells > 1 else ["force"]
     forces = forces if with_force else []
-    card = CARD.format(name="plate") + "".join(CHANNEL.format(name=n, quantity="force", unit="N") for n in forces)
+    card = CARD.format(name="plate") + "".join(
+        CHANNEL.format(name=n, quantity="force", unit="N") for n in forces
+    )
     card += "".join(CHANNEL.format(name=n, quantity="acceleration", unit="m/s2") for n in CHANNELS)
     (folder / "campaign.toml").write_text(card, encoding="utf-8")
     write_modes(folder / "plate_modes.csv", small_plate())
     written = {}
     for number in range(1, recordings + 1):
-        force = force_record(blows(number, hits), np.random.default_rng([3, number])).astype(np.float64)
+        force = force_record(blows(number, hits), np.random.default_rng([3, number])).astype(
+            np.float64
+        )
         felt = respond(small_plate(), force, 1 / FS_HZ)
         shares = np.arange(1, cells + 1) / np.arange(1, cells + 1).sum()
         channels = {name: sign * s * force for name, s in zip(forces, shares, strict=False)}
@@ -97,21 +109,32 @@ def plate_campaign(
 def _rows(number: int, hits: int) -> list[Row]:
     fixed = {"tip_material": "steel", "plate_material": "aluminum", "impact_position": "#1"}
     return [
-        {"run": number, "repetition": i + 1, "tip_radius_mm": 10 * number, **fixed, "recording": f"{number}.npz"}
+        {
+            "run": number,
+            "repetition": i + 1,
+            "tip_radius_mm": 10 * number,
+            **fixed,
+            "recording": f"{number}.npz",
+        }
         for i in range(hits)
     ]
 
 
 def write_modes(path: Path, plate: ModalPlate) -> None:
     """`plate_modes.csv`."""
-    lines = ["mode,frequency_hz,damping_ratio,shape_impact," + ",".join(f"shape_{name}" for name in plate.sensors)]
+    lines = [
+        "mode,frequency_hz,damping_ratio,shape_impact,"
+        + ",".join(f"shape_{name}" for name in plate.sensors)
+    ]
     for i, frequency in enumerate(plate.frequency_hz):
         numbers = (frequency, plate.damping_ratio[i], plate.shape_impact[0, i], *plate.shapes[:, i])
         lines.append(f"{i + 1}," + ",".join(f"{number:.12g}" for number in numbers))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def plate_record(true: ModalPlate | None = None, *, noise: float = 0.001, seed: int = 0) -> CampaignRecord:
+def plate_record(
+    true: ModalPlate | None = None, *, noise: float = 0.001, seed: int = 0
+) -> CampaignRecord:
     """Half-sine forces of four durations; the record believes in `small_plate`, the bench has `true`."""
     rng, rate = np.random.default_rng(seed), 51_200.0
     time = np.arange(-64, round(0.05 * rate)) / rate
@@ -120,11 +143,17 @@ def plate_record(true: ModalPlate | None = None, *, noise: float = 0.001, seed: 
         width = 1e-3 * (0.3 + 0.2 * (order // 2))
         force = 1000 * np.where((time > 0) & (time < width), np.sin(np.pi * time / width), 0.0)
         felt = respond(true or small_plate(), force, 1 / rate)
-        shown = [row + noise * np.abs(row).max() * rng.standard_normal(row.size) for row in (force, *felt)]
+        shown = [
+            row + noise * np.abs(row).max() * rng.standard_normal(row.size)
+            for row in (force, *felt)
+        ]
         series = [Series(values, rate, float(time[0])) for values in shown]
         accelerations = dict(zip(CHANNELS, series[1:], strict=True))
-        runs.append(Run(order // 2, order + 1, 1, order, force=series[0], accelerations=accelerations))
+        runs.append(
+            Run(order // 2, order + 1, 1, order, force=series[0], accelerations=accelerations)
+        )
     configurations = tuple(
-        RunConfiguration(f"pulse {i}", {"impact_position": "#1", "pulse": float(i)}) for i in range(4)
+        RunConfiguration(f"pulse {i}", {"impact_position": "#1", "pulse": float(i)})
+        for i in range(4)
     )
     return CampaignRecord("plate", "hammer", configurations, tuple(runs), plate=small_plate())

@@ -28,7 +28,9 @@ def plate() -> ModalPlate:
     frequency = np.array([240.0, 410, 660, 905, 1290, 1730, 2400, 3100, 4100, 5300])
     shape = rng.uniform(0.25, 0.7, (3, 10)) * rng.choice([-1.0, 1.0], (3, 10))
     ratio = rng.uniform(0.004, 0.007, 10)
-    return ModalPlate(frequency, ratio, shape[:1], shape[1:], ("#1",), ("acceleration_1", "acceleration_2"))
+    return ModalPlate(
+        frequency, ratio, shape[:1], shape[1:], ("#1",), ("acceleration_1", "acceleration_2")
+    )
 
 
 def half_sine(
@@ -59,9 +61,20 @@ def played(
     for c, (contact_s, peak_n) in enumerate(contacts):
         for repetition in range(repetitions):
             size = peak_n * (1 + 0.04 * repetition)
-            runs.append(_run(table, effects, (contact_s, size, skew), (c, repetition, len(runs)), noise, rate_hz, rng))
+            runs.append(
+                _run(
+                    table,
+                    effects,
+                    (contact_s, size, skew),
+                    (c, repetition, len(runs)),
+                    noise,
+                    rate_hz,
+                    rng,
+                )
+            )
     configurations = tuple(
-        RunConfiguration(f"{peak:g} N", {"impact_position": "#1", "hammer_speed": peak}) for _, peak in contacts
+        RunConfiguration(f"{peak:g} N", {"impact_position": "#1", "hammer_speed": peak})
+        for _, peak in contacts
     )
     return CampaignRecord("played", "hammer", configurations, tuple(runs), plate=table)
 
@@ -92,5 +105,8 @@ def _run(
         repetition + 1,
         order,
         force=Series(read[:window], rate_hz, -BEFORE_S),
-        accelerations={name: Series(row, rate_hz, -BEFORE_S) for name, row in zip(table.sensors, felt, strict=True)},
+        accelerations={
+            name: Series(row, rate_hz, -BEFORE_S)
+            for name, row in zip(table.sensors, felt, strict=True)
+        },
     )

@@ -30,7 +30,13 @@ PREDICTORS = (
 
 _RADIUS_M = {"aluminum": 0.03, "delrin": 0.03, "polyurethane": 0.015}
 _TIME_S = {"aluminum": 2e-4, "delrin": 6e-4, "polyurethane": 3e-3}
-_LAYERS = (("none", "none"), ("aluminum", "none"), ("aluminum", "polymeric"), ("steel", "none"), ("steel", "polymeric"))
+_LAYERS = (
+    ("none", "none"),
+    ("aluminum", "none"),
+    ("aluminum", "polymeric"),
+    ("steel", "none"),
+    ("steel", "polymeric"),
+)
 
 
 def pulse_table(
@@ -59,7 +65,9 @@ def pulse_table(
                         for repetition in range(1, repetitions + 1):
                             struck = nominal * float(np.exp(0.15 * rng.standard_normal()))
                             where = (configuration, treatment)
-                            rows.append((run, repetition, tip, anvil, insulator, boundary, struck, *where))
+                            rows.append(
+                                (run, repetition, tip, anvil, insulator, boundary, struck, *where)
+                            )
     n = len(rows)
     x = np.array([_inputs_of(*row[2:7]) for row in rows])
     velocity = x[:, 5]
@@ -71,7 +79,9 @@ def pulse_table(
     shape = np.sin(np.pi * phase) ** (1 + 0.3 * soft[:, None])
     shape /= np.trapezoid(shape, phase, axis=1)[:, None]
     force = impulse[:, None] / time[:, None] * shape
-    force[:, 1:-1] += noise / 5 * force.max(axis=1, keepdims=True) * rng.standard_normal((n, POINTS - 2))
+    force[:, 1:-1] += (
+        noise / 5 * force.max(axis=1, keepdims=True) * rng.standard_normal((n, POINTS - 2))
+    )
     return PulseTable(
         predictors=PREDICTORS,
         x=x,
@@ -98,11 +108,17 @@ def pulse_table(
 def _inputs_of(tip: str, anvil: str, insulator: str, boundary: str, velocity: float) -> list[float]:
     """One row of x: the first layer that is hit is the anvil, or the plate of aluminium."""
     layer = MATERIALS["aluminum" if anvil == "none" else anvil]
-    levels = (("none", "aluminum", "steel").index(anvil), int(insulator == "polymeric"), int(boundary == "fixed"))
+    levels = (
+        ("none", "aluminum", "steel").index(anvil),
+        int(insulator == "polymeric"),
+        int(boundary == "fixed"),
+    )
     return [_RADIUS_M[tip], *MATERIALS[tip], velocity, *layer, *map(float, levels)]
 
 
-def held_out(table: PulseTable, rng: np.random.Generator, per_configuration: int = 2) -> tuple[PulseTable, PulseTable]:
+def held_out(
+    table: PulseTable, rng: np.random.Generator, per_configuration: int = 2
+) -> tuple[PulseTable, PulseTable]:
     """Training and test rows: `per_configuration` repetitions of each configuration are held out."""
     test = np.zeros(len(table), dtype=bool)
     for configuration in np.unique(table.configuration):
@@ -125,6 +141,11 @@ def frame_of_inputs(inputs: Inputs, levels: bool = True) -> pandas.DataFrame:
     columns: dict[str, list[float] | list[str]] = {}
     for values, predictor in zip(inputs.x.T, inputs.predictors, strict=True):
         named = predictor.levels and levels
-        columns[input_column(predictor)] = [predictor.levels[int(v)] for v in values] if named else values.tolist()
-    bench = {"impactor_mass_kg": inputs.impactor_mass_kg, "plate_thickness_m": inputs.plate_thickness_m}
+        columns[input_column(predictor)] = (
+            [predictor.levels[int(v)] for v in values] if named else values.tolist()
+        )
+    bench = {
+        "impactor_mass_kg": inputs.impactor_mass_kg,
+        "plate_thickness_m": inputs.plate_thickness_m,
+    }
     return pandas.DataFrame({**bench, **columns})

@@ -56,7 +56,9 @@ def unitless(truth: Truth) -> Truth:
 
 
 def all_double(truth: Truth) -> Truth:
-    return replace(truth, channels={name: x.astype(np.float64) for name, x in truth.channels.items()})
+    return replace(
+        truth, channels={name: x.astype(np.float64) for name, x in truth.channels.items()}
+    )
 
 
 def times(truth: Truth) -> np.ndarray:
@@ -103,9 +105,12 @@ def write_mat73(path: Path, truth: Truth) -> Truth:
 def write_csv(path: Path, truth: Truth) -> Truth:
     truth = all_double(truth)
     with path.open("w", encoding="utf-8") as out:
-        out.write(f"# fs = {truth.rate_hz}\n# samples = {truth.samples}\nforce [N],acceleration_1 [m/s2],counts [V]\n")
+        out.write(
+            f"# fs = {truth.rate_hz}\n# samples = {truth.samples}\nforce [N],acceleration_1 [m/s2],counts [V]\n"
+        )
         out.writelines(
-            ",".join(repr(float(v)) for v in row) + "\n" for row in zip(*truth.channels.values(), strict=True)
+            ",".join(repr(float(v)) for v in row) + "\n"
+            for row in zip(*truth.channels.values(), strict=True)
         )
     return truth
 
@@ -114,9 +119,14 @@ def write_csv_german(path: Path, truth: Truth) -> Truth:
     """Semicolons, decimal comma, byte-order mark, carriage returns, a line of units, time in milliseconds."""
     truth = replace(all_double(truth), start_s=0.125)
     with path.open("w", encoding="utf-8-sig", newline="\r\n") as out:
-        out.write(f"Prüfer;Ana\nSamples;{truth.samples}\n\nTime;force;acceleration_1;counts\nms;N;m/s2;V\n")
+        out.write(
+            f"Prüfer;Ana\nSamples;{truth.samples}\n\nTime;force;acceleration_1;counts\nms;N;m/s2;V\n"
+        )
         for time, *values in zip(times(truth), *truth.channels.values(), strict=True):
-            out.write(";".join([f"{time * 1e3:.6f}", *(repr(float(v)) for v in values)]).replace(".", ",") + "\n")
+            out.write(
+                ";".join([f"{time * 1e3:.6f}", *(repr(float(v)) for v in values)]).replace(".", ",")
+                + "\n"
+            )
     return truth
 
 
@@ -124,7 +134,11 @@ def write_text(path: Path, truth: Truth) -> Truth:
     """Blanks, two lines of heading below free text, Windows-1252."""
     truth = all_double(truth)
     lines = [f"Prüfstand 3, 24.11.2026\n% fs = {truth.rate_hz}\n% samples = {truth.samples}\n"]
-    rows = [truth.channels, [truth.units[name] for name in truth.channels], *zip(*truth.channels.values(), strict=True)]
+    rows = [
+        truth.channels,
+        [truth.units[name] for name in truth.channels],
+        *zip(*truth.channels.values(), strict=True),
+    ]
     lines += ["".join(f"{value!s:>26}" for value in row) + " \n" for row in rows]
     path.write_text("".join(lines), encoding="cp1252")
     return truth
@@ -133,7 +147,12 @@ def write_text(path: Path, truth: Truth) -> Truth:
 def write_text_bare(path: Path, truth: Truth) -> Truth:
     """Numbers below a comment, as numpy writes them: names and rate are the laboratory's to give."""
     truth = _given(unitless(all_double(truth)))
-    np.savetxt(path, np.column_stack([*truth.channels.values()]), "%.17g", header=f"samples = {truth.samples}")
+    np.savetxt(
+        path,
+        np.column_stack([*truth.channels.values()]),
+        "%.17g",
+        header=f"samples = {truth.samples}",
+    )
     return truth
 
 
@@ -161,7 +180,12 @@ def write_ide(path: Path, truth: Truth) -> Truth:
     values = np.column_stack([*truth.channels.values()]).astype("<f4")
     as_stored = {"SubChannelCalibrationIDRef": 1, "SubChannelSensorRef": 20}
     parts = [
-        {"SubChannelID": number, "SubChannelLabel": name, "SubChannelUnits": truth.units[name], **as_stored}
+        {
+            "SubChannelID": number,
+            "SubChannelLabel": name,
+            "SubChannelUnits": truth.units[name],
+            **as_stored,
+        }
         for number, name in enumerate(truth.channels)
     ]
     channel = {
@@ -227,7 +251,9 @@ def write_tdms(path: Path, truth: Truth, parts: int = 1) -> Truth:
             where = slice(part * truth.samples // parts, (part + 1) * truth.samples // parts)
             writer.write_segment(
                 [
-                    ChannelObject("shot", name, x[where], {**waveform, "unit_string": truth.units[name]})
+                    ChannelObject(
+                        "shot", name, x[where], {**waveform, "unit_string": truth.units[name]}
+                    )
                     for name, x in truth.channels.items()
                 ]
             )
@@ -242,7 +268,14 @@ def write_uff(path: Path, truth: Truth, binary: int = 0) -> Truth:
     truth = replace(truth, channels={name: np.nan_to_num(x) for name, x in truth.channels.items()})
     file = pyuff.UFF(str(path))
     for number, (name, values) in enumerate(truth.channels.items()):
-        head = {"type": 58, "binary": binary, "func_type": 1, "id1": name, "rsp_node": number, "rsp_dir": 3}
+        head = {
+            "type": 58,
+            "binary": binary,
+            "func_type": 1,
+            "id1": name,
+            "rsp_node": number,
+            "rsp_dir": 3,
+        }
         places = {
             "ref_node": 0,
             "ref_dir": 0,
@@ -271,13 +304,22 @@ def write_lvm(path: Path, truth: Truth, decimal: str = ".", x_columns: str = "No
         "X0": ["2.5000000000000000E-1"] * n,
         "Delta_X": [f"{1 / truth.rate_hz:.6E}"] * n,
     }
-    lines = ["LabVIEW Measurement\t", "Writer_Version\t2", "Separator\tTab", f"Decimal_Separator\t{decimal}"]
+    lines = [
+        "LabVIEW Measurement\t",
+        "Writer_Version\t2",
+        "Separator\tTab",
+        f"Decimal_Separator\t{decimal}",
+    ]
     lines += ["Multi_Headings\tYes", f"X_Columns\t{x_columns}", "***End_of_Header***\t", "\t"]
     lines += ["\t".join([key, *values, ""]).replace(".", decimal) for key, values in heads.items()]
     lines += ["***End_of_Header***\t\t\t", "\t".join(["X_Value", *names, "Comment"])]
     for time, *row in zip(times(truth), *truth.channels.values(), strict=True):
         first = f"{time:.6f}" if x_columns == "One" else ""
-        lines.append("\t".join([first, *(f"{v:.6f}" for v in row)]).replace(".", decimal).replace("nan", "NaN"))
+        lines.append(
+            "\t".join([first, *(f"{v:.6f}" for v in row)])
+            .replace(".", decimal)
+            .replace("nan", "NaN")
+        )
     path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\r\n")
     return truth
 
@@ -302,7 +344,9 @@ def write_hdf5_nested(path: Path, truth: Truth) -> Truth:
         for name, values in truth.channels.items():
             options = {"chunks": (1, 16), "compression": "gzip", "fletcher32": True}
             data = file.create_dataset(f"shot/bench/{name}", data=values.reshape(1, -1), **options)
-            data.attrs.update({"unit": truth.units[name], "sampling_rate_hz": truth.rate_hz, "start_s": 0.5})
+            data.attrs.update(
+                {"unit": truth.units[name], "sampling_rate_hz": truth.rate_hz, "start_s": 0.5}
+            )
     return truth
 
 
@@ -323,12 +367,16 @@ def write_csv_clock(path: Path, truth: Truth) -> Truth:
     truth = all_double(truth)
     steps_ps = round(1e12 / truth.rate_hz)
     with path.open("w", encoding="utf-8") as out:
-        out.write(f"# samples = {truth.samples}\nTimestamp;force [N];acceleration_1 [m/s2];counts [V]\n")
+        out.write(
+            f"# samples = {truth.samples}\nTimestamp;force [N];acceleration_1 [m/s2];counts [V]\n"
+        )
         for i, row in enumerate(zip(*truth.channels.values(), strict=True)):
             second, fraction = divmod(86399 * 10**12 + 999 * 10**9 + i * steps_ps, 10**12)
             day, second = divmod(second, 86400)
             date = ("2026-02-28", "2026-03-01")[day]
-            clock = f"{second // 3600:02d}:{second // 60 % 60:02d}:{second % 60:02d}.{fraction:012d}"
+            clock = (
+                f"{second // 3600:02d}:{second // 60 % 60:02d}:{second % 60:02d}.{fraction:012d}"
+            )
             out.write(";".join([f"{date}T{clock}Z", *(repr(float(value)) for value in row)]) + "\n")
     return truth
 
@@ -337,7 +385,9 @@ def write_csv_apart(path: Path, truth: Truth) -> Truth:
     """Thousands apart, as a spreadsheet in German writes them."""
     truth = all_double(truth)
     with path.open("w", encoding="utf-8") as out:
-        out.write(f"samples;{truth.samples}\nfs;{truth.rate_hz:g}\nforce [N];acceleration_1 [m/s2];counts [V]\n")
+        out.write(
+            f"samples;{truth.samples}\nfs;{truth.rate_hz:g}\nforce [N];acceleration_1 [m/s2];counts [V]\n"
+        )
         for row in zip(*truth.channels.values(), strict=True):
             cells = ["" if np.isnan(value) else f"{value:,.3f}" for value in row]
             out.write(";".join(cell.translate(str.maketrans(",.", ".,")) for cell in cells) + "\n")
@@ -349,19 +399,36 @@ def write_csv_yokogawa(path: Path, truth: Truth) -> Truth:
     truth = replace(all_double(truth), start_s=-0.25)
 
     def line(key: str, *values: object) -> str:
-        return ",".join([f'"{key}"', *(f'"{v}"' if isinstance(v, str) else str(v) for v in values)]) + "\n"
+        return (
+            ",".join([f'"{key}"', *(f'"{v}"' if isinstance(v, str) else str(v) for v in values)])
+            + "\n"
+        )
 
     count = len(truth.channels)
     with path.open("w", encoding="utf-8") as out:
-        out.write(line("Model Name", "DLM3000") + line("BlockNumber", 1) + line("TraceName", *truth.channels))
         out.write(
-            line("BlockSize", *[truth.samples] * count) + line("VUnit", *(truth.units[n] for n in truth.channels))
+            line("Model Name", "DLM3000")
+            + line("BlockNumber", 1)
+            + line("TraceName", *truth.channels)
+        )
+        out.write(
+            line("BlockSize", *[truth.samples] * count)
+            + line("VUnit", *(truth.units[n] for n in truth.channels))
         )
         out.write(line("SampleRate", *[f"{truth.rate_hz:.6E}"] * count))
         out.write(line("HResolution", *[f"{1 / truth.rate_hz:.6E}"] * count))
-        out.write(line("HOffset", *[f"{truth.start_s:.6E}"] * count) + line("HUnit", *["s"] * count) + "\n")
+        out.write(
+            line("HOffset", *[f"{truth.start_s:.6E}"] * count)
+            + line("HUnit", *["s"] * count)
+            + "\n"
+        )
         for row in zip(*truth.channels.values(), strict=True):
-            out.write(",".join(["", *("" if np.isnan(value) else repr(float(value)) for value in row), ""]) + "\n")
+            out.write(
+                ",".join(
+                    ["", *("" if np.isnan(value) else repr(float(value)) for value in row), ""]
+                )
+                + "\n"
+            )
     return truth
 
 

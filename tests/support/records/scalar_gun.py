@@ -55,19 +55,28 @@ class ScalarGun:
         self.index = g - min(self.heat + 1 - math.exp(-self.heat_rate * time), 1.0) * (g - 1)
         self.room_air = max(100.0, self.atmosphere)  # a trace of air in a vacuum
         self.zero = self.room_air - self.atmosphere
-        self.drag_n = (b.friction_coefficient + self.added_friction) * self.mass * GRAVITY + self.seal
+        self.drag_n = (
+            b.friction_coefficient + self.added_friction
+        ) * self.mass * GRAVITY + self.seal
         self.drag_n += (self.atmosphere + self.seal_share * self.pressure) * self.area
         self.ring = (
-            self.discharge * math.pi / 4 * ((b.bore_diameter_m + 2 * self.wear) ** 2 - b.projectile_diameter_m**2)
+            self.discharge
+            * math.pi
+            / 4
+            * ((b.bore_diameter_m + 2 * self.wear) ** 2 - b.projectile_diameter_m**2)
         )
-        self.gauge_ring = self.gauge_discharge * math.pi / 4 * (b.bore_diameter_m**2 - b.projectile_diameter_m**2)
+        self.gauge_ring = (
+            self.gauge_discharge * math.pi / 4 * (b.bore_diameter_m**2 - b.projectile_diameter_m**2)
+        )
         self.choked: float = math.sqrt(g) * (2 / (g + 1)) ** ((g + 1) / (2 * (g - 1)))
         self.critical: float = (2 / (g + 1)) ** (g / (g - 1))
         passage = 1e-4 if self.loss > 0 else 1.0
         self.tank = b.tank_volume_m3 * (1 - passage)
         self.front = b.tank_volume_m3 * passage + self.dead
         self.filled = b.tank_volume_m3 * passage
-        self.valve = math.pi / 4 * b.bore_diameter_m**2 / math.sqrt(self.loss) if self.loss > 0 else 0.0
+        self.valve = (
+            math.pi / 4 * b.bore_diameter_m**2 / math.sqrt(self.loss) if self.loss > 0 else 0.0
+        )
 
     def start(self) -> list[float]:
         drive, full = self.pressure + self.atmosphere, self.pressure + self.room_air
@@ -82,7 +91,14 @@ class ScalarGun:
         over = max(p2 / p1 - self.critical, 0.0) / (1 - self.critical)
         free = 1 - over * over
         # Steps that solve_ivp only tries may be anywhere.
-        return area * self.choked * p1 / math.sqrt(GAS * max(t1, 1.0)) * free / math.sqrt(max(free, 0.0) + 1e-3)
+        return (
+            area
+            * self.choked
+            * p1
+            / math.sqrt(GAS * max(t1, 1.0))
+            * free
+            / math.sqrt(max(free, 0.0) + 1e-3)
+        )
 
     def open_share(self, t: float) -> float:
         if self.profile is not None:
@@ -100,7 +116,12 @@ class ScalarGun:
         absolute, density = p + self.zero, m / volume
         warm = absolute / (GAS * density)
         leak = self.flow(self.ring, absolute, warm, self.room_air, ROOM) if self.ring > 0 else 0.0
-        leak += self.gauge_ring * self.choked * max(absolute - self.room_air, 0.0) / math.sqrt(GAS * max(warm, 1.0))
+        leak += (
+            self.gauge_ring
+            * self.choked
+            * max(absolute - self.room_air, 0.0)
+            / math.sqrt(GAS * max(warm, 1.0))
+        )
         outside = (self.drag + self.steady_loss) * AIR / (GAS * ROOM)
         entrance = self.gas_heads * max(p, 0.0) / (GAS * max(warm, 1.0))
         heads = self.friction_factor * x / b.bore_diameter_m * density + outside + entrance
@@ -115,7 +136,14 @@ class ScalarGun:
         inflow = self.flow(self.valve * self.open_share(t), tank, tank_warm, absolute, warm)
         carried = GAS * (tank_warm if inflow > 0 else warm) * inflow
         into = self.index / volume * (heat + carried)
-        return [speed, force / self.mass, into, inflow - leak, -self.index / self.tank * carried, -inflow]
+        return [
+            speed,
+            force / self.mass,
+            into,
+            inflow - leak,
+            -self.index / self.tank * carried,
+            -inflow,
+        ]
 
     def velocity(self, method: Method, rtol: float, longest_s: float = 5.0) -> float:
         """By `solve_ivp`; 0 for a shot that does not get to the vent holes."""
@@ -138,7 +166,13 @@ class ScalarGun:
 
         at_vents.terminal = True  # type: ignore[attr-defined]
         end = solve_ivp(
-            self.rates, (0.0, longest_s), start, method, events=at_vents, rtol=rtol, atol=[rtol * s for s in sizes]
+            self.rates,
+            (0.0, longest_s),
+            start,
+            method,
+            events=at_vents,
+            rtol=rtol,
+            atol=[rtol * s for s in sizes],
         )
         self.exit_s = float(end.t[-1])
         return float(end.y[1, -1]) if end.t_events and end.t_events[0].size else 0.0, int(end.nfev)
@@ -173,7 +207,9 @@ WITHIN = {
 }
 
 
-def scalar_guns(bench: GunBench, pressure: Floats, mass: Floats, effects: Sequence[GunEffect]) -> list[ScalarGun]:
+def scalar_guns(
+    bench: GunBench, pressure: Floats, mass: Floats, effects: Sequence[GunEffect]
+) -> list[ScalarGun]:
     """One for each pressure and mass, with the same effects."""
     values: dict[str, Floats] = {}
     for effect in effects:
@@ -182,6 +218,8 @@ def scalar_guns(bench: GunBench, pressure: Floats, mass: Floats, effects: Sequen
                 np.asarray(getattr(effect, item.name), dtype=float), pressure.shape
             )
     return [
-        ScalarGun(float(q), float(m), bench, **{name: float(value[i]) for name, value in values.items()})
+        ScalarGun(
+            float(q), float(m), bench, **{name: float(value[i]) for name, value in values.items()}
+        )
         for i, (q, m) in enumerate(zip(pressure, mass, strict=True))
     ]

@@ -34,7 +34,9 @@ class ToyLeak(Effect):
     id = "gun.toy_leak"
     law = "ln v - share p / 5 bar"
     source = "toy"
-    share: Value = parameter("of ln v at 5 bar", "", default=0.1, low=0, high=5, off=0.0, likely=(0.0, 0.5))  # noqa: RUF009 - a field()
+    share: Value = parameter(
+        "of ln v at 5 bar", "", default=0.1, low=0, high=5, off=0.0, likely=(0.0, 0.5)
+    )  # noqa: RUF009 - a field()
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,9 @@ class ToyMass(Effect):
     id = "contact.toy_mass"
     law = "m factor: peak ^0.6, impulse ^1, width ^0.4"
     source = "toy"
-    factor: Value = parameter("of the mass", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.6, 1.8))  # noqa: RUF009 - a field()
+    factor: Value = parameter(
+        "of the mass", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.6, 1.8)
+    )  # noqa: RUF009 - a field()
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,9 @@ class ToyLayer(Effect):
     id = "contact.toy_layer"
     law = "ln peak - softness, ln width + softness, where insulator is polymeric"
     source = "toy"
-    softness: Value = parameter("of ln width", "", default=0.1, low=0, high=5, off=0.0, likely=(0.0, 0.6))  # noqa: RUF009 - a field()
+    softness: Value = parameter(
+        "of ln width", "", default=0.1, low=0, high=5, off=0.0, likely=(0.0, 0.6)
+    )  # noqa: RUF009 - a field()
 
 
 @dataclass(frozen=True)
@@ -60,7 +66,9 @@ class ToyDamping(Effect):
     id = "plate.toy_damping"
     law = "lines - loss (1 + k / 8)"
     source = "toy"
-    loss_db: Value = parameter("of the first line", "dB", default=2.0, low=-50, high=50, off=0.0, likely=(-10.0, 10.0))  # noqa: RUF009 - a field()
+    loss_db: Value = parameter(
+        "of the first line", "dB", default=2.0, low=-50, high=50, off=0.0, likely=(-10.0, 10.0)
+    )  # noqa: RUF009 - a field()
 
 
 @dataclass(frozen=True)
@@ -68,7 +76,9 @@ class ToyForceGain(Effect):
     id = "sensor.toy_force_gain"
     law = "reading = gain F"
     source = "toy"
-    gain: Value = parameter("reading over true", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.7, 1.4))  # noqa: RUF009 - a field()
+    gain: Value = parameter(
+        "reading over true", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.7, 1.4)
+    )  # noqa: RUF009 - a field()
 
 
 @dataclass(frozen=True)
@@ -76,7 +86,9 @@ class ToyVelocityGain(Effect):
     id = "sensor.toy_velocity_gain"
     law = "reading = gain v"
     source = "toy"
-    gain: Value = parameter("reading over true", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.7, 1.4))  # noqa: RUF009 - a field()
+    gain: Value = parameter(
+        "reading over true", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.7, 1.4)
+    )  # noqa: RUF009 - a field()
 
 
 def pulse(peak: float, width: float) -> Series:
@@ -106,8 +118,12 @@ class ToyGun(Stage):
     def measured(self) -> np.ndarray:
         return np.log(np.array([[run.velocity_m_s or np.nan] for run in self.record.runs]))
 
-    def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> np.ndarray:
-        return np.log(self.output(effects, upstream))[:, None] + np.log(_gain(effects, ToyVelocityGain))
+    def simulated(
+        self, effects: Sequence[Effect] = (), upstream: Upstream | None = None
+    ) -> np.ndarray:
+        return np.log(self.output(effects, upstream))[:, None] + np.log(
+            _gain(effects, ToyVelocityGain)
+        )
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
         pressure = np.array([run.tank_pressure_pa for run in self.record.runs], dtype=float)
@@ -126,33 +142,53 @@ class ToyContact(Stage):
     name: ClassVar[str] = "contact"
     simulator = "contact:toy"
     observables = tuple(
-        Observable(n, "contact", "force", "1", 0.03, 0.02) for n in ("ln_peak", "ln_impulse", "ln_width")
+        Observable(n, "contact", "force", "1", 0.03, 0.02)
+        for n in ("ln_peak", "ln_impulse", "ln_width")
     )
-    shows = ("contact.toy_mass", "contact.toy_layer", "sensor.toy_force_gain", "sensor.toy_velocity_gain")
+    shows = (
+        "contact.toy_mass",
+        "contact.toy_layer",
+        "sensor.toy_force_gain",
+        "sensor.toy_velocity_gain",
+    )
 
     def measured(self) -> np.ndarray:
         return np.array([features(run.force) for run in self.record.runs])
 
-    def _ln(self, effects: Sequence[Effect], upstream: Upstream | None) -> tuple[np.ndarray, np.ndarray]:
+    def _ln(
+        self, effects: Sequence[Effect], upstream: Upstream | None
+    ) -> tuple[np.ndarray, np.ndarray]:
         runs = self.record.runs
-        recorded = np.array([run.velocity_m_s or np.nan for run in runs]) / _gain(effects, ToyVelocityGain)
+        recorded = np.array([run.velocity_m_s or np.nan for run in runs]) / _gain(
+            effects, ToyVelocityGain
+        )
         ln_v = np.log(recorded if upstream is None else np.array(upstream, dtype=float))
         ln_m = np.log(np.array([run.bullet_mass_kg for run in runs], dtype=float))
         soft = np.zeros(len(runs))
         for each in effects:
             ln_m = ln_m + np.log(each.factor) if isinstance(each, ToyMass) else ln_m
             if isinstance(each, ToyLayer):
-                layer = [self.record.configurations[run.configuration].factors["insulator"] for run in runs]
+                layer = [
+                    self.record.configurations[run.configuration].factors["insulator"]
+                    for run in runs
+                ]
                 soft = soft + each.softness * (np.array(layer) == "polymeric")
-        return np.log(2e3) + 1.2 * ln_v + 0.6 * ln_m - soft, np.log(8e-4) - 0.2 * ln_v + 0.4 * ln_m + soft
+        return np.log(2e3) + 1.2 * ln_v + 0.6 * ln_m - soft, np.log(
+            8e-4
+        ) - 0.2 * ln_v + 0.4 * ln_m + soft
 
-    def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> np.ndarray:
+    def simulated(
+        self, effects: Sequence[Effect] = (), upstream: Upstream | None = None
+    ) -> np.ndarray:
         values = np.array([features(each) for each in self.output(effects, upstream)])
         return values + np.log(_gain(effects, ToyForceGain)) * np.array([1.0, 1.0, 0.0])
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
         peak, width = self._ln(effects, upstream)
-        return [pulse(*np.exp(each)) if np.isfinite(each).all() else None for each in zip(peak, width, strict=True)]
+        return [
+            pulse(*np.exp(each)) if np.isfinite(each).all() else None
+            for each in zip(peak, width, strict=True)
+        ]
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> np.ndarray:
         return changes_of(self, sets)
@@ -162,7 +198,9 @@ class ToyPlate(Stage):
     name: ClassVar[str] = "plate"
     simulator = "plate:toy"
     observables = tuple(
-        Observable(f"acceleration_1 at {f:g} Hz", "plate", "acceleration_1", "dB", 0.5, 0.3, frequency_hz=f)
+        Observable(
+            f"acceleration_1 at {f:g} Hz", "plate", "acceleration_1", "dB", 0.5, 0.3, frequency_hz=f
+        )
         for f in LINES
     )
     shows = ("plate.toy_damping", "sensor.toy_force_gain")
@@ -170,17 +208,28 @@ class ToyPlate(Stage):
     def measured(self) -> np.ndarray:
         nothing = np.full(LINES.size, np.nan)
         return np.array(
-            [each.values if (each := run.accelerations.get("acceleration_1")) else nothing for run in self.record.runs]
+            [
+                each.values if (each := run.accelerations.get("acceleration_1")) else nothing
+                for run in self.record.runs
+            ]
         )
 
-    def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> np.ndarray:
+    def simulated(
+        self, effects: Sequence[Effect] = (), upstream: Upstream | None = None
+    ) -> np.ndarray:
         forces = [run.force for run in self.record.runs] if upstream is None else upstream
         ln = np.array([features(each) for each in forces])
-        ln = ln - (np.log(_gain(effects, ToyForceGain)) if upstream is None else 0.0) * np.array([1.0, 1.0, 0.0])
+        ln = ln - (np.log(_gain(effects, ToyForceGain)) if upstream is None else 0.0) * np.array(
+            [1.0, 1.0, 0.0]
+        )
         share = np.linspace(0, 1, LINES.size)
         lines = _DB * (ln[:, 1:2] - 1.5 * share * ln[:, 2:3])
         for each in effects:
-            lines = lines - each.loss_db * (1 + np.arange(LINES.size) / 8) if isinstance(each, ToyDamping) else lines
+            lines = (
+                lines - each.loss_db * (1 + np.arange(LINES.size) / 8)
+                if isinstance(each, ToyDamping)
+                else lines
+            )
         return np.asarray(lines)
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
@@ -206,7 +255,10 @@ class Design:
 
     def configurations(self) -> tuple[RunConfiguration, ...]:
         return tuple(
-            RunConfiguration(f"{p:g} bar {m:g} kg {i}", {"tank_pressure": p * 1e5, "bullet_mass": m, "insulator": i})
+            RunConfiguration(
+                f"{p:g} bar {m:g} kg {i}",
+                {"tank_pressure": p * 1e5, "bullet_mass": m, "insulator": i},
+            )
             for p in self.pressures_bar
             for m in self.masses_kg
             for i in self.insulators
@@ -239,7 +291,9 @@ def campaign(
             run=position + 1,
             repetition=int(row // len(configurations)) + 1,
             order=position,
-            tank_pressure_pa=float(configurations[row % len(configurations)].factors["tank_pressure"]),
+            tank_pressure_pa=float(
+                configurations[row % len(configurations)].factors["tank_pressure"]
+            ),
             bullet_mass_kg=float(configurations[row % len(configurations)].factors["bullet_mass"]),
         )
         for position, row in enumerate(order)

@@ -28,7 +28,12 @@ _SHAPES = {"#1": np.array([1.0, 0.4, 0.8, 0.3, 0.6]), "#2": np.array([0.3, 1.0, 
 def contact_time_s(setting):
     softness = 69.9e9 / setting.tip.youngs_modulus_pa
     layer = 2.0 if setting.insulator == "polymeric" else 0.9 if setting.anvil else 1.0
-    return 1.5e-4 * layer * softness**0.2 * (setting.impactor_mass_kg**2 / setting.tip_radius_m / 20) ** 0.2
+    return (
+        1.5e-4
+        * layer
+        * softness**0.2
+        * (setting.impactor_mass_kg**2 / setting.tip_radius_m / 20) ** 0.2
+    )
 
 
 def spectrum(setting):

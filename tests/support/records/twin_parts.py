@@ -34,20 +34,28 @@ class HalfSine:
         time = np.full(len(strikes), self.contact_time_s)
         peak = np.pi * mass * strikes.impact_velocity_m_s / time
         if z is not None:
-            peak, time = peak * np.exp(self.scatter * z[:, 0]), time * np.exp(self.scatter * z[:, 1])
+            peak, time = (
+                peak * np.exp(self.scatter * z[:, 0]),
+                time * np.exp(self.scatter * z[:, 1]),
+            )
         shape = np.sin(np.pi * np.linspace(0, 1, self.points))
         shape[-1] = 0.0
         return ForcePulses(time, peak[:, None] * shape, time / 2)
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
-        told = ((OutOfDomain("impact_velocity", float(u), "0 to 30"),) for u in strikes.impact_velocity_m_s)
+        told = (
+            (OutOfDomain("impact_velocity", float(u), "0 to 30"),)
+            for u in strikes.impact_velocity_m_s
+        )
         return [one if float(one[0].value) > 30 else () for one in told]
 
 
 def rigid_plate(mass_kg: float = 8.0) -> ModalPlate:
     """One rigid mode, without rotation, and one at 1 kHz that is felt nowhere."""
     shape = np.array([[mass_kg**-0.5, 0.0]])
-    return ModalPlate(np.array([0.0, 1e3]), np.zeros(2), shape, np.vstack([shape, shape]), ("#1",), ("a1", "a2"))
+    return ModalPlate(
+        np.array([0.0, 1e3]), np.zeros(2), shape, np.vstack([shape, shape]), ("#1",), ("a1", "a2")
+    )
 
 
 def ringing_plate(modes: int = 40) -> ModalPlate:
@@ -63,7 +71,9 @@ def ringing_plate(modes: int = 40) -> ModalPlate:
     )
 
 
-def unsolved(drawing: Any, _material: Any, _highest_hz: float, _folder: Any, points: int = 2) -> ModalPlate:
+def unsolved(
+    drawing: Any, _material: Any, _highest_hz: float, _folder: Any, points: int = 2
+) -> ModalPlate:
     """In place of `app.twins.solved`, which takes ten seconds: a ringing plate at the drawing's first points."""
     plate, named = ringing_plate(), tuple(drawing.impact_points)[:points]
     shapes = plate.shape_impact[: len(named)]

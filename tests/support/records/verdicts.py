@@ -72,8 +72,17 @@ def verdict(**changed: Any) -> Verdict:
             Cause(("none",), 0.01),
         ),
         shrinkage=(
-            Shrinkage(("contact.layer_compliance",), "configuration", 0.041, 0.011, 0.94, (0.88, 0.97)),
-            Shrinkage(("contact.layer_compliance",), "corner: tank_pressure > 2e+05", 0.05, 0.02, None, None),
+            Shrinkage(
+                ("contact.layer_compliance",), "configuration", 0.041, 0.011, 0.94, (0.88, 0.97)
+            ),
+            Shrinkage(
+                ("contact.layer_compliance",),
+                "corner: tank_pressure > 2e+05",
+                0.05,
+                0.02,
+                None,
+                None,
+            ),
         ),
         next_runs=(
             NextRun(
@@ -162,7 +171,10 @@ def unknown(**changed: Any) -> Verdict:
             EffectShare("sensor.force_gain", 0.2, 0.03, (0.0, 0.1), -0.02),
         ),
         unexplained=Unexplained(0.55, (0.4, 0.8)),
-        path=(PathStep("contact.viscous_loss", 0.35, 0.31), PathStep("contact.plastic_yield", 0.33, 0.38)),
+        path=(
+            PathStep("contact.viscous_loss", 0.35, 0.31),
+            PathStep("contact.plastic_yield", 0.33, 0.38),
+        ),
         fits={"contact.viscous_loss": (effect("contact.viscous_loss"),)},
     )
     return replace(whole, **changed)
@@ -178,14 +190,29 @@ def none() -> Verdict:
 
 
 def pictures() -> Pictures:
-    configurations = tuple(f"{tip}, {bar} bar" for tip in ("steel", "aluminum", "PLA") for bar in (0.3, 0.6))
+    configurations = tuple(
+        f"{tip}, {bar} bar" for tip in ("steel", "aluminum", "PLA") for bar in (0.3, 0.6)
+    )
     before = np.array([0.05, 0.04, 0.03, np.nan, 0.06, 0.05])
-    residual = ResidualPicture("ln_peak", "contact", "1", 0.03, before, 0.1 * before, np.full(6, 0.009))
+    residual = ResidualPicture(
+        "ln_peak", "contact", "1", 0.03, before, 0.1 * before, np.full(6, 0.009)
+    )
     time = np.linspace(0.0, 4e-4, 50)
     pulse = np.sin(np.pi * time / 4e-4) * 1e4
-    curve = CurvePicture("steel, 0.3 bar", "time", "s", "force", "N", time, pulse, 1.1 * pulse, 1.01 * pulse)
+    curve = CurvePicture(
+        "steel, 0.3 bar", "time", "s", "force", "N", time, pulse, 1.1 * pulse, 1.01 * pulse
+    )
     lines = np.geomspace(100, 1e4, 30)
     spectrum = CurvePicture(
-        "acceleration_1", "frequency", "Hz", "SRS", "m/s2", lines, lines * 9, lines * 11, lines * 9.1, True
+        "acceleration_1",
+        "frequency",
+        "Hz",
+        "SRS",
+        "m/s2",
+        lines,
+        lines * 9,
+        lines * 11,
+        lines * 9.1,
+        True,
     )
     return Pictures(configurations, (residual,), (curve, spectrum))

@@ -24,7 +24,9 @@ _SAMPLES, _START_S = 4096, 0.01
 _THICKNESS_M, _PLATE_KG = 0.01, 8.1
 
 
-def gun_shots(seed: int, configurations: int = 30, repetitions: int = 3) -> tuple[MeasuredShots, Floats]:
+def gun_shots(
+    seed: int, configurations: int = 30, repetitions: int = 3
+) -> tuple[MeasuredShots, Floats]:
     """Shots of the thesis's factors (Table 3.2), velocities measured to 1 %, and their true velocities (n,)."""
     rng = np.random.default_rng(seed)
     factors = {
@@ -39,7 +41,11 @@ def gun_shots(seed: int, configurations: int = 30, repetitions: int = 3) -> tupl
     for row in (row for row in rows for _ in range(repetitions)):
         settings.append(_setting(row, row["mass"], row["radius"], tank_pressure_pa=1e5))
         impactors.append(projectile(row["mass"], row["tip"], row["radius"]))
-        targets.append(target(row["plate"], _THICKNESS_M, anvil_material=row["anvil"], insulator=row["insulator"]))
+        targets.append(
+            target(
+                row["plate"], _THICKNESS_M, anvil_material=row["anvil"], insulator=row["insulator"]
+            )
+        )
         velocity.append(row["velocity"] * np.exp(0.01 * rng.standard_normal()))
     truths = strike_many(impactors, targets, _EFFECTS, velocity, rng)
     forces = [truth.plate_force_n for truth in truths]
@@ -47,7 +53,9 @@ def gun_shots(seed: int, configurations: int = 30, repetitions: int = 3) -> tupl
     return _shots(settings, repetitions, np.array(velocity), 0.01, measured, rng)
 
 
-def hammer_shots(seed: int, configurations: int = 60, repetitions: int = 4) -> tuple[MeasuredShots, Floats]:
+def hammer_shots(
+    seed: int, configurations: int = 60, repetitions: int = 4
+) -> tuple[MeasuredShots, Floats]:
     """Blows of the thesis's factors (Table 4.1), velocities known to 10 %, and their true velocities (n,)."""
     rng = np.random.default_rng(seed)
     factors = {
@@ -60,28 +68,49 @@ def hammer_shots(seed: int, configurations: int = 60, repetitions: int = 4) -> t
     for row in (row for row in _rows(factors, configurations, rng) for _ in range(repetitions)):
         row["tip"], radius = row["head"]
         velocity.append(hand_speed(row["speed"], _EFFECTS, rng))
-        settings.append(_setting({**row, "plate": "aluminum"}, 0.32, radius, impact_velocity_m_s=velocity[-1]))
+        settings.append(
+            _setting({**row, "plate": "aluminum"}, 0.32, radius, impact_velocity_m_s=velocity[-1])
+        )
         impactors.append(hammer(row["tip"], radius))
-        targets.append(target("aluminum", _THICKNESS_M, anvil_material=row["anvil"], insulator=row["insulator"]))
+        targets.append(
+            target(
+                "aluminum", _THICKNESS_M, anvil_material=row["anvil"], insulator=row["insulator"]
+            )
+        )
     truths = strike_many(impactors, targets, _EFFECTS, velocity, rng)
-    measured = _recorded(truths, [truth.cell_force_n for truth in truths], 51_200.0, [(LOAD_CELL, 1.0)], rng)
+    measured = _recorded(
+        truths, [truth.cell_force_n for truth in truths], 51_200.0, [(LOAD_CELL, 1.0)], rng
+    )
     return _shots(settings, repetitions, np.array(velocity), 0.1, measured, rng)
 
 
 def _rows(factors: dict, count: int, rng: np.random.Generator) -> list[dict]:
     """Each factor's levels equally often, in random order; an insulator needs an anvil."""
     columns = {
-        name: [levels[i] for i in rng.permutation(np.arange(count) % len(levels))] for name, levels in factors.items()
+        name: [levels[i] for i in rng.permutation(np.arange(count) % len(levels))]
+        for name, levels in factors.items()
     }
-    rows = [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
-    return [{**row, "insulator": "none" if row["anvil"] == "none" else row["insulator"]} for row in rows]
+    rows = [
+        dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)
+    ]
+    return [
+        {**row, "insulator": "none" if row["anvil"] == "none" else row["insulator"]} for row in rows
+    ]
 
 
 def _setting(row: dict, mass_kg: float, radius_m: float, **own: float) -> Setting:
     anvil = None if row["anvil"] == "none" else THESIS[row["anvil"]]
     plate, tip = THESIS[row["plate"]], THESIS[row["tip"]]
     return Setting(
-        mass_kg, tip, radius_m, plate, _THICKNESS_M, _PLATE_KG, anvil=anvil, insulator=row["insulator"], **own
+        mass_kg,
+        tip,
+        radius_m,
+        plate,
+        _THICKNESS_M,
+        _PLATE_KG,
+        anvil=anvil,
+        insulator=row["insulator"],
+        **own,
     )
 
 
@@ -99,7 +128,10 @@ def _recorded(
         for cell, share in cells:
             felt = np.zeros(_SAMPLES)
             add_pulse(felt, start, truth.time_s, share * force, cell, rate_hz, 20, _EFFECTS)
-            record += digitised(felt, cell, rate_hz, _EFFECTS, rng, day_fraction=rng.uniform()) * cell.si_per_unit
+            record += (
+                digitised(felt, cell, rate_hz, _EFFECTS, rng, day_fraction=rng.uniform())
+                * cell.si_per_unit
+            )
         (pulse,) = extract_pulses(record, rate_hz, expected=1)
         rows.append((pulse.peak_force_n, pulse.contact_time_s, pulse.impulse_n_s))
     return np.array(rows)

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 from hypothesis import strategies as st
 
 #: Decimal sign and sign between thousands.
-NOTATIONS = [(".", ""), (",", ""), (".", ","), (",", "."), (",", " "), (",", "\u00a0"), (",", "\u202f"), (".", "'")]
+NOTATIONS = [
+    (".", ""),
+    (",", ""),
+    (".", ","),
+    (",", "."),
+    (",", " "),
+    (",", "\u00a0"),
+    (",", "\u202f"),
+    (".", "'"),
+]
 
 
 @dataclass(frozen=True)
@@ -21,7 +30,11 @@ class WrittenColumn:
 def written(value: float, decimals: int | None, notation: tuple[str, str]) -> str:
     """`value` with the signs of a notation; where thousands are apart, all of them are."""
     point, comma = notation
-    text = f"{value:,.{decimals}f}" if decimals is not None else f"{value:,.6f}".rstrip("0").rstrip(".")
+    text = (
+        f"{value:,.{decimals}f}"
+        if decimals is not None
+        else f"{value:,.6f}".rstrip("0").rstrip(".")
+    )
     return text.replace(",", "\x00").replace(".", point).replace("\x00", comma)
 
 
@@ -31,7 +44,9 @@ def columns(draw: st.DrawFn, rows: int) -> WrittenColumn:
     decimals = draw(st.sampled_from([None, 0, 1, 2, 3, 4]))
     digits = 3 if decimals is None else decimals
     limit = draw(st.sampled_from([2, 900, 5_000, 3_000_000]))
-    whole = draw(st.lists(st.integers(-limit * 10**digits, limit * 10**digits), min_size=rows, max_size=rows))
+    whole = draw(
+        st.lists(st.integers(-limit * 10**digits, limit * 10**digits), min_size=rows, max_size=rows)
+    )
     return WrittenColumn([number / 10**digits for number in whole], decimals)
 
 
@@ -44,8 +59,12 @@ def tables(draw: st.DrawFn) -> tuple[list[WrittenColumn], tuple[str, str], str]:
     return draw(st.lists(columns(rows), min_size=1, max_size=3)), notation, delimiter
 
 
-def text_of(table: list[WrittenColumn], notation: tuple[str, str], delimiter: str, names: list[str]) -> str:
+def text_of(
+    table: list[WrittenColumn], notation: tuple[str, str], delimiter: str, names: list[str]
+) -> str:
     """The table with a line of names; a cell that holds the delimiter is quoted."""
-    cells = [[written(value, column.decimals, notation) for value in column.values] for column in table]
+    cells = [
+        [written(value, column.decimals, notation) for value in column.values] for column in table
+    ]
     quoted = [[f'"{cell}"' if delimiter in cell else cell for cell in column] for column in cells]
     return "\n".join(delimiter.join(row) for row in [names, *zip(*quoted, strict=True)]) + "\n"

@@ -62,7 +62,10 @@ def care_folder(folder: Path) -> Path:
     """A campaign of force and acceleration on a plate with a modal table: ten impacts in two recordings."""
     full_campaign(folder, HAMMER, RECORDINGS)
     card = folder / "campaign.toml"
-    card.write_text(card.read_text().replace("[bench.plate]", '[bench.plate]\nmodes = "plate_modes.csv"') + _SENSOR)
+    card.write_text(
+        card.read_text().replace("[bench.plate]", '[bench.plate]\nmodes = "plate_modes.csv"')
+        + _SENSOR
+    )
     (folder / "plate_modes.csv").write_text(_MODES)
     for number in range(1, RECORDINGS + 1):
         rng = np.random.default_rng(number)
@@ -79,7 +82,9 @@ def fill(folder: Path) -> None:
     ingested(url, care_folder(folder / HAMMER), gun_campaign(folder / GUN, 2), other)
     with opened(url) as store:
         _fill(store)
-    with closing(make_engine(url).raw_connection()) as connection:  # into one file, which is easily copied
+    with closing(
+        make_engine(url).raw_connection()
+    ) as connection:  # into one file, which is easily copied
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
 
@@ -97,20 +102,34 @@ def _fill(store: Store) -> None:
         planned: dict[str, Any] = {"plan_id": plan.id, "repetitions": HITS, "treatment": {"a": "b"}}
         for run in (1, 2, 3):
             key = configurations[min(run, RECORDINGS)]
-            session.add(PlannedRun(**planned, run=run, position=run, configuration_id=key, settings={"velocity": 1.5}))
+            session.add(
+                PlannedRun(
+                    **planned,
+                    run=run,
+                    position=run,
+                    configuration_id=key,
+                    settings={"velocity": 1.5},
+                )
+            )
         cause = {"effects": ["none"], "probability": float("nan")}
         gap = {"before": -0.0, "noise_floor": float("inf"), "metric": "„ü“"}
         report = {"causes": [cause], "gap": gap}
-        diagnosis = Diagnosis(campaign_id=campaign.id, simulator="hertz", diagnosed_at=WHEN, report=report)
+        diagnosis = Diagnosis(
+            campaign_id=campaign.id, simulator="hertz", diagnosed_at=WHEN, report=report
+        )
         session.add(diagnosis)
         session.flush()
         session.add(
             TwinVersion(version=1, campaign_id=campaign.id, diagnosis_id=diagnosis.id, adopted_at=WHEN, reason="r",
                         configuration={"stages": [], "effects": []})
         )  # fmt: skip
-        recording = session.scalars(select(Recording).where(Recording.campaign_id == campaign.id)).first()
+        recording = session.scalars(
+            select(Recording).where(Recording.campaign_id == campaign.id)
+        ).first()
         assert recording is not None
-        channel = session.scalars(select(RecordedChannel).where(RecordedChannel.recording_id == recording.id)).first()
+        channel = session.scalars(
+            select(RecordedChannel).where(RecordedChannel.recording_id == recording.id)
+        ).first()
         assert channel is not None
         session.add(
             QualityFinding(recording_id=recording.id, channel_id=channel.id, check="rest", severity="note",
@@ -139,7 +158,9 @@ def registered_version() -> RegisteredVersion:
     )
 
 
-def copied(source: str, target: str, progress: Callable[[int, int, str], None] | None = None) -> list[Any]:
+def copied(
+    source: str, target: str, progress: Callable[[int, int, str], None] | None = None
+) -> list[Any]:
     """`copy_store` between addresses."""
     engine = make_engine(target)
     try:
@@ -149,7 +170,9 @@ def copied(source: str, target: str, progress: Callable[[int, int, str], None] |
         engine.dispose()
 
 
-def execute(url: str, *statements: str, keys: bool = True, sealed: bool = False, **values: Any) -> None:
+def execute(
+    url: str, *statements: str, keys: bool = True, sealed: bool = False, **values: Any
+) -> None:
     """SQL that no rule of ours sees; in SQLite with foreign keys switched off where `keys` is False.
 
     With `sealed`, the rows get the hashes of what they hold now: as one would do who forges.
@@ -174,5 +197,7 @@ def flip(url: str, table: str, column: str, where: str, at: int) -> None:
         row = connection.execute(text(f"SELECT {column} FROM {table} WHERE {where}")).scalar_one()
         changed = bytearray(row)
         changed[at] ^= 0xFF
-        connection.execute(text(f"UPDATE {table} SET {column} = :frame WHERE {where}"), {"frame": bytes(changed)})
+        connection.execute(
+            text(f"UPDATE {table} SET {column} = :frame WHERE {where}"), {"frame": bytes(changed)}
+        )
     engine.dispose()

@@ -166,7 +166,13 @@ def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[
 
     def check(engine: Any, url: str, create: bool) -> None:
         place = engine.url.database
-        if create and engine.dialect.name == "sqlite" and place and place != ":memory:" and not Path(place).exists():
+        if (
+            create
+            and engine.dialect.name == "sqlite"
+            and place
+            and place != ":memory:"
+            and not Path(place).exists()
+        ):
             if not made:
                 file = tmp_path_factory.mktemp("tables") / "tables.db"
                 make_tables(f"sqlite:///{file}")

@@ -18,7 +18,13 @@ from pyroshock.schema.tables import metadata
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
-from support.records.campaigns import blows, force_record, hammer_campaign, recording_name, write_recording
+from support.records.campaigns import (
+    blows,
+    force_record,
+    hammer_campaign,
+    recording_name,
+    write_recording,
+)
 from support.stores.care_stores import WHEN, fill, registered_version
 from support.stores.hammer_stores import url_of
 from support.stores.stores import ingested, opened
@@ -38,7 +44,11 @@ def fill_every_column(folder: Path) -> None:
         for column in _empty_columns(session):
             table = column.table
             first = select(func.min(table.c.id)).scalar_subquery()
-            session.execute(update(table).where(table.c.id == first).values({column.name: _VALUES[kind_of(column)]}))
+            session.execute(
+                update(table)
+                .where(table.c.id == first)
+                .values({column.name: _VALUES[kind_of(column)]})
+            )
     with closing(make_engine(url).raw_connection()) as connection:
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
@@ -47,15 +57,26 @@ def _counts_campaign(folder: Path) -> Path:
     """A campaign whose samples are multiples of a step, as a converter of 16 bits gives them."""
     hammer_campaign(folder, 1, 1, "winter")
     force = force_record(blows(1, 1), np.random.default_rng(5))
-    write_recording(folder / recording_name(1), {"force": (np.round(force * 8) / 8 + 0.0).astype(np.float32)})
+    write_recording(
+        folder / recording_name(1), {"force": (np.round(force * 8) / 8 + 0.0).astype(np.float32)}
+    )
     return folder
 
 
 def _add_rows(session: Session) -> None:
     """Rows whose values depend on each other."""
-    impact = session.scalars(select(Impact).where(Impact.planned_run_id.is_not(None)).order_by(Impact.id)).first()
+    impact = session.scalars(
+        select(Impact).where(Impact.planned_run_id.is_not(None)).order_by(Impact.id)
+    ).first()
     recording = session.scalars(select(Recording).where(Recording.id == impact.recording_id)).one()
-    ended = {"kind": "extract", "label": "l", "arguments": {}, "attempt": 1, "worker": "bench:1:0", "lease_s": 30.0}
+    ended = {
+        "kind": "extract",
+        "label": "l",
+        "arguments": {},
+        "attempt": 1,
+        "worker": "bench:1:0",
+        "lease_s": 30.0,
+    }
     times = {"asked_at": WHEN, "started_at": WHEN, "ended_at": WHEN + dt.timedelta(seconds=5)}
     session.add_all(
         (
@@ -71,9 +92,22 @@ def _add_rows(session: Session) -> None:
                 bullet_mass_kg=0.1,
             ),
             QualityFinding(
-                recording_id=recording.id, impact_id=impact.id, check="rest", severity="note", message="m", evidence={}
+                recording_id=recording.id,
+                impact_id=impact.id,
+                check="rest",
+                severity="note",
+                message="m",
+                evidence={},
             ),
-            Job(**ended, **times, state=DONE, address="/campaigns/spring", words="w", result=[1, 2.5], host="bench"),
+            Job(
+                **ended,
+                **times,
+                state=DONE,
+                address="/campaigns/spring",
+                words="w",
+                result=[1, 2.5],
+                host="bench",
+            ),
             Job(**ended, **times, state=FAILED, error="e"),
             registered_version(),
             Tombstone(
@@ -84,7 +118,13 @@ def _add_rows(session: Session) -> None:
                 deleted_at=WHEN,
                 reason="r",
                 counts={"impacts": 1},
-                stood_on={"datasets": [], "models": [], "diagnoses": [], "adopted": [], "reopened": []},
+                stood_on={
+                    "datasets": [],
+                    "models": [],
+                    "diagnoses": [],
+                    "adopted": [],
+                    "reopened": [],
+                },
                 file_sha256="2" * 64,
                 replaced_by=recording.sha256,
             ),
@@ -95,7 +135,13 @@ def _add_rows(session: Session) -> None:
                 deleted_at=WHEN,
                 reason="r",
                 counts={},
-                stood_on={"datasets": [], "models": [], "diagnoses": [], "adopted": [], "reopened": []},
+                stood_on={
+                    "datasets": [],
+                    "models": [],
+                    "diagnoses": [],
+                    "adopted": [],
+                    "reopened": [],
+                },
                 archive_path="/archive/winter.pyroshock",
                 archive_sha256="4" * 64,
                 restored_at=WHEN,

@@ -7,7 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from support.records.campaigns import HAMMER_TOML, blows, force_record, recording_name, write_recording, write_runs
+from support.records.campaigns import (
+    HAMMER_TOML,
+    blows,
+    force_record,
+    recording_name,
+    write_recording,
+    write_runs,
+)
 from support.stores.stores import ingested
 
 PLATE_TOML = """
@@ -23,7 +30,14 @@ CONFIGURATIONS = (
     ("polyurethane", 15, "aluminum", "none", "free", "#1"),
     ("delrin", 30, "steel", "polymeric", "fixed", "#2"),
 )
-COLUMNS = ("tip_material", "tip_radius_mm", "anvil_material", "insulator", "boundary_conditions", "impact_position")
+COLUMNS = (
+    "tip_material",
+    "tip_radius_mm",
+    "anvil_material",
+    "insulator",
+    "boundary_conditions",
+    "impact_position",
+)
 HITS = 5
 
 
@@ -46,10 +60,14 @@ def rows_of(recordings: int, hits: int = HITS):
     ]
 
 
-def full_campaign(folder: Path, name: str = "spring", recordings: int = 4, seed: int = 1, rows=None) -> Path:
+def full_campaign(
+    folder: Path, name: str = "spring", recordings: int = 4, seed: int = 1, rows=None
+) -> Path:
     """A campaign of one configuration per recording, `HITS` hits each."""
     folder.mkdir(parents=True)
-    (folder / "campaign.toml").write_text(HAMMER_TOML.format(name=name) + PLATE_TOML, encoding="utf-8")
+    (folder / "campaign.toml").write_text(
+        HAMMER_TOML.format(name=name) + PLATE_TOML, encoding="utf-8"
+    )
     for run in range(1, recordings + 1):
         force = force_record(blows(run, HITS), np.random.default_rng([seed, run]))
         write_recording(folder / recording_name(run), {"force": force})

@@ -13,7 +13,13 @@ from pyroshock.ingest.settings import EXTRACTION_VERSION
 from pyroshock.ingest.settings import ExtractionSettings as Settings
 from pyroshock.schema.base import Base
 from pyroshock.schema.benches import Hammer, Plate, material_id
-from pyroshock.schema.campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
+from pyroshock.schema.campaigns import (
+    Campaign,
+    Configuration,
+    ConfigurationLevel,
+    Factor,
+    FactorLevel,
+)
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Pulse
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 from pyroshock.schema.row_hashes import ROW_SHA256
@@ -54,14 +60,25 @@ class Sample:
 def sample_of(store: Store) -> Sample:
     """The curves of every pulse of the store, and the channels of its first recording."""
     with store.reading() as session:
-        curves = session.execute(select(*(getattr(Pulse, name) for name in _CURVE)).order_by(Pulse.id)).mappings()
+        curves = session.execute(
+            select(*(getattr(Pulse, name) for name in _CURVE)).order_by(Pulse.id)
+        ).mappings()
         others = ("recording_id", "sha256", "written_by_id", ROW_SHA256)
         columns = [c for c in RecordedChannel.__table__.c if c.name not in others]
         first = select(func.min(RecordedChannel.recording_id)).scalar_subquery()
-        rows = session.execute(select(*columns).where(RecordedChannel.recording_id == first)).mappings().all()
+        rows = (
+            session.execute(select(*columns).where(RecordedChannel.recording_id == first))
+            .mappings()
+            .all()
+        )
         frame = select(SeriesChunk.frame).order_by(SeriesChunk.number)
-        frames = [list(session.scalars(frame.where(SeriesChunk.channel_id == row["id"]))) for row in rows]
-        return Sample([dict(row) for row in curves], [(dict(row), f) for row, f in zip(rows, frames, strict=True)])
+        frames = [
+            list(session.scalars(frame.where(SeriesChunk.channel_id == row["id"]))) for row in rows
+        ]
+        return Sample(
+            [dict(row) for row in curves],
+            [(dict(row), f) for row, f in zip(rows, frames, strict=True)],
+        )
 
 
 @dataclass(frozen=True)
@@ -134,9 +151,18 @@ def _bench(aluminum: int) -> Iterator[tuple[type[Base], list[Row]]]:
     """Hammer, plate, and the settings with which a campaign is ingested: pages read them, and an ingest finds them."""
     corners, settings = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.4], [0.0, 0.4]], Settings()
     yield Hammer, [{"id": 1, "fingerprint": "hammer", "mass_kg": 0.32}]
-    plate = {"fingerprint": "plate", "material_id": aluminum, "thickness_m": 0.01, "outline_m": corners}
+    plate = {
+        "fingerprint": "plate",
+        "material_id": aluminum,
+        "thickness_m": 0.01,
+        "outline_m": corners,
+    }
     yield Plate, [{"id": 1, **plate}]
-    row = {"fingerprint": settings.fingerprint, "code_version": EXTRACTION_VERSION, "settings": settings.as_json()}
+    row = {
+        "fingerprint": settings.fingerprint,
+        "code_version": EXTRACTION_VERSION,
+        "settings": settings.as_json(),
+    }
     yield ExtractionSettingsRow, [{"id": 1, **row}]
 
 
@@ -156,9 +182,16 @@ def _design(connection: Connection, size: StoreSize, signed: int) -> tuple[list[
         for choice in enumerate(combination, 1):
             key_of.setdefault(choice, len(key_of) + 1)
     units = {"tip_radius": "m"}
-    factors = [{"id": i, "name": name, "si_unit": units.get(name)} for i, name in enumerate(DESIGN, 1)]
+    factors = [
+        {"id": i, "name": name, "si_unit": units.get(name)} for i, name in enumerate(DESIGN, 1)
+    ]
     levels = (
-        {"id": key, "factor_id": factor, "label": str(value), "number": value if isinstance(value, float) else None}
+        {
+            "id": key,
+            "factor_id": factor,
+            "label": str(value),
+            "number": value if isinstance(value, float) else None,
+        }
         for (factor, value), key in key_of.items()
     )
     keyed = list(enumerate(combinations, 1))
@@ -169,7 +202,12 @@ def _design(connection: Connection, size: StoreSize, signed: int) -> tuple[list[
     )
     _insert(connection, Factor, factors, signed)
     _insert(connection, FactorLevel, levels, signed)
-    _insert(connection, Configuration, ({"id": key, "fingerprint": f"{key:064d}"} for key, _ in keyed), signed)
+    _insert(
+        connection,
+        Configuration,
+        ({"id": key, "fingerprint": f"{key:064d}"} for key, _ in keyed),
+        signed,
+    )
     _insert(connection, ConfigurationLevel, rows, signed)
     return groups, len(combinations)
 
@@ -200,7 +238,10 @@ def _chunks(size: StoreSize) -> Iterator[Row]:
     for recording in range(size.series_every, size.recordings + 1, size.series_every):
         for i, (_, frames) in enumerate(channels):
             key = (recording - 1) * len(channels) + i + 1
-            yield from ({"channel_id": key, "number": number, "frame": frame} for number, frame in enumerate(frames))
+            yield from (
+                {"channel_id": key, "number": number, "frame": frame}
+                for number, frame in enumerate(frames)
+            )
 
 
 def _impacts(size: StoreSize, configurations: list[list[int]], rare: int) -> Iterator[Row]:
@@ -282,7 +323,9 @@ def _copy(connection: Connection, model: type[Base], rows: Iterator[Row]) -> Non
     converters, driver = [converter(name) for name in first], connection.connection
     with driver.cursor() as cursor, cursor.copy(command) as copy:  # type: ignore[attr-defined]  # psycopg's own
         for row in chain([first], rows):
-            copy.write_row([convert(value) for convert, value in zip(converters, row.values(), strict=True)])
+            copy.write_row(
+                [convert(value) for convert, value in zip(converters, row.values(), strict=True)]
+            )
 
 
 def _analyse(store: Store) -> None:
@@ -293,5 +336,7 @@ def _analyse(store: Store) -> None:
         for table in metadata.sorted_tables:
             if "id" in table.c:
                 sequence = func.pg_get_serial_sequence(table.name, "id")
-                connection.execute(select(func.setval(sequence, func.coalesce(func.max(table.c.id), 0) + 1, False)))
+                connection.execute(
+                    select(func.setval(sequence, func.coalesce(func.max(table.c.id), 0) + 1, False))
+                )
         connection.exec_driver_sql("VACUUM ANALYZE")

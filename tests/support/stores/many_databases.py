@@ -40,7 +40,9 @@ class Files:
     def copy(self, url: str) -> str:
         source = Path(url.removeprefix("sqlite:///"))
         room = self._room()
-        for file in source.parent.glob(f"{source.name}*"):  # with its write-ahead log, if it has one
+        for file in source.parent.glob(
+            f"{source.name}*"
+        ):  # with its write-ahead log, if it has one
             shutil.copy(file, room / file.name)
         return f"sqlite:///{room / source.name}"
 
@@ -69,7 +71,10 @@ class OnServer:
     def copy(self, url: str) -> str:
         template = make_url(url).database
         # MLflow keeps connections of this process open, and a server copies no database that anybody is in.
-        _execute(self.server, f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{template}'")
+        _execute(
+            self.server,
+            f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{template}'",
+        )
         return self._made(f' TEMPLATE "{template}"')
 
     def _made(self, template: str) -> str:

@@ -35,14 +35,23 @@ def fill_many(folder: Path, impacts: int = IMPACTS) -> str:
     with opened(url) as store:
         with store.writing() as session:
             signed = store.written_by(session)
-            force = 1500.0 * np.sin(np.pi * np.linspace(0, 1, 250)) ** 1.5  # as long as a pulse of half a millisecond
+            force = (
+                1500.0 * np.sin(np.pi * np.linspace(0, 1, 250)) ** 1.5
+            )  # as long as a pulse of half a millisecond
             force += np.random.default_rng(1).normal(0, 1, 250)  # and as badly packed
             points = np.interp(np.linspace(0, 1, 20), np.linspace(0, 1, 250), force).tolist()
             session.execute(update(Pulse).values(fine_force_n=encode(force), force_points_n=points))
             session.execute(insert(Campaign), [_gun_campaign(session, signed)])
         _shots_and_diagnoses(store, signed)
         for number in range(PLANS):
-            make_plan(store, "factorial", f"plan {number:02d}", kind="hammer", factors=FACTORS, seed=number)
+            make_plan(
+                store,
+                "factorial",
+                f"plan {number:02d}",
+                kind="hammer",
+                factors=FACTORS,
+                seed=number,
+            )
         make_plan(store, "lhs", "a hundred runs", runs=105, seed=1)
         ingest_folder(store, hammer_campaign(folder / "recorded", 1, 2, "recorded"), jobs=1)
     return url
@@ -56,7 +65,14 @@ def _gun_campaign(session: Any, signed: int) -> dict[str, Any]:
     session.add(gun)
     session.flush()
     day = _WHEN.date()
-    return {"name": "shots", "kind": "gun", "date": day, "gun_id": gun.id, "fingerprint": "s", "written_by_id": signed}
+    return {
+        "name": "shots",
+        "kind": "gun",
+        "date": day,
+        "gun_id": gun.id,
+        "fingerprint": "s",
+        "written_by_id": signed,
+    }
 
 
 def _shots_and_diagnoses(store: Store, signed: int) -> None:
@@ -76,7 +92,13 @@ def _shots_and_diagnoses(store: Store, signed: int) -> None:
                 for key in range(SHOTS)
             ],
         )  # fmt: skip
-        kept = {**common, "simulator": made.simulator, "diagnosed_at": _WHEN, "report": report, "details": details}
+        kept = {
+            **common,
+            "simulator": made.simulator,
+            "diagnosed_at": _WHEN,
+            "report": report,
+            "details": details,
+        }
         session.execute(insert(Diagnosis), [kept] * DIAGNOSES)
 
 

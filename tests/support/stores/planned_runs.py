@@ -53,12 +53,16 @@ def find_fault(
         planned, kind = _planned(session, plan, run)
         table: type[Impact] | type[Shot] = repetition_table(kind)
         key = session.scalars(
-            select(table.recording_id).where(table.planned_run_id == planned.id, table.repetition == repetition)
+            select(table.recording_id).where(
+                table.planned_run_id == planned.id, table.repetition == repetition
+            )
         ).one()
         finding = {"check": "clipping", "severity": severity, "message": "cut off", "evidence": {}}
         channel = None
         if quantity:
-            channel = RecordedChannel(recording_id=key, name=f"{quantity}-{repetition}", quantity=quantity, **_CHANNEL)
+            channel = RecordedChannel(
+                recording_id=key, name=f"{quantity}-{repetition}", quantity=quantity, **_CHANNEL
+            )
             session.add(channel)
             session.flush()
         session.add(QualityFinding(recording_id=key, channel_id=channel and channel.id, **finding))

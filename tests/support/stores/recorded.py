@@ -19,7 +19,14 @@ from pyroshock.signals.channel import Channel, Sensor
 
 WHEN = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)
 _ZERO = (
-    *("start_s", "compression_time_s", "impulse_n_s", "compression_impulse_n_s", "width_half_s", "width_tenth_s"),
+    *(
+        "start_s",
+        "compression_time_s",
+        "impulse_n_s",
+        "compression_impulse_n_s",
+        "width_half_s",
+        "width_tenth_s",
+    ),
     *("spline_nrmse", "segmentation_difference", "fine_period_s"),
 )
 
@@ -35,14 +42,21 @@ def pulse_row(impact: int, **own: Any) -> Pulse:
 
 
 def add_recording(
-    store: Store, channels: dict[Sensor, NDArray[Any]], rate_hz: float, start_s: float = 0.0, campaign: str = "c"
+    store: Store,
+    channels: dict[Sensor, NDArray[Any]],
+    rate_hz: float,
+    start_s: float = 0.0,
+    campaign: str = "c",
 ) -> tuple[int, dict[str, int]]:
     """A recording of these samples; its key, and the keys of the channels by name."""
     with store.writing() as session:
         values = {"kind": "hammer", "date": dt.date(2026, 1, 1), "fingerprint": campaign}
         owner = get_or_add(session, Campaign, {"name": campaign}, values)
         count = session.query(Recording).count()
-        series = [StoredSeries.of(Channel(s, np.asarray(v), rate_hz, start_s)) for s, v in channels.items()]
+        series = [
+            StoredSeries.of(Channel(s, np.asarray(v), rate_hz, start_s))
+            for s, v in channels.items()
+        ]
         recording = Recording(
             campaign_id=owner.id, path=f"{count}.npz", sha256=f"{count:064d}", size_bytes=1, format="npz",
             status="stored", channels=[RecordedChannel(**channel_values(channel_series)) for channel_series in series],
@@ -52,6 +66,9 @@ def add_recording(
         keys = {row.name: row.id for row in recording.channels}
         for channel_series in series:
             write_series(
-                session, keys[channel_series.channel.name], channel_series.encoded.frames, store.written_by(session)
+                session,
+                keys[channel_series.channel.name],
+                channel_series.encoded.frames,
+                store.written_by(session),
             )
         return recording.id, keys

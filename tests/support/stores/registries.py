@@ -59,7 +59,9 @@ def context_in(
     """Three repetitions of 60 configurations; the hash tells tables of different names apart."""
     table = pulse_table(np.random.default_rng(1), repetitions=3) if table is None else table
     digest = "".join(f"{ord(letter) % 16:x}" for letter in name).ljust(64, "0")
-    return TrainingContext(DatasetName(name, digest, "hammer"), table, seed, "reduced", registry.place.work)
+    return TrainingContext(
+        DatasetName(name, digest, "hammer"), table, seed, "reduced", registry.place.work
+    )
 
 
 def without_figures(monkeypatch) -> None:  # pytest's fixture

@@ -17,7 +17,12 @@ from pyroshock.training.registry.registry import Registry
 
 from support.records.campaigns import gun_campaign, write_runs
 from support.records.pulse_tables import pulse_table
-from support.stores.registries import context_in, fresh_registry, without_figures, without_judging_the_first
+from support.stores.registries import (
+    context_in,
+    fresh_registry,
+    without_figures,
+    without_judging_the_first,
+)
 from support.stores.stores import ingested, opened
 
 RUNS, FIRED, REPETITIONS = 6, 4, 2
@@ -51,7 +56,14 @@ def _rows_of_plan(store: Store) -> list[dict[str, object]]:
         settings["tank_pressure_bar"] = str(FILLED * run.settings["tank_pressure_bar"])
         speed = FAST * speeds[run.row["velocity_level"]]
         for repetition in range(1, REPETITIONS + 1):
-            rows.append({"run": run.run, "repetition": repetition, **settings, "measured_velocity_m_s": speed})
+            rows.append(
+                {
+                    "run": run.run,
+                    "repetition": repetition,
+                    **settings,
+                    "measured_velocity_m_s": speed,
+                }
+            )
     return rows
 
 
@@ -62,7 +74,12 @@ def model_lab(folder: Path) -> ModelLab:
     with pytest.MonkeyPatch.context() as patch:
         without_figures(patch)
         without_judging_the_first(patch)
-        train(registry, context_in(registry, table), ["hann", "linear"], ["repetitions", "configurations"])
+        train(
+            registry,
+            context_in(registry, table),
+            ["hann", "linear"],
+            ["repetitions", "configurations"],
+        )
         promote(registry, "hann", 1, lambda _: table, forced=True, reason="to begin with")
     promote(registry, "linear", 1, lambda _: table, forced=True, reason="to <i>try</i> it")
     return registry, lambda _: table

@@ -32,7 +32,11 @@ class Server:
 
     def address(self, login: str, database: str = "lab") -> str:
         """A store as a login opens it."""
-        return make_url(self.url).set(username=login, database=database).render_as_string(hide_password=False)
+        return (
+            make_url(self.url)
+            .set(username=login, database=database)
+            .render_as_string(hide_password=False)
+        )
 
     def execute(self, statement: str, database: str = "postgres") -> None:
         """As the superuser."""
@@ -42,7 +46,11 @@ class Server:
             connection.execute(statement.encode())
 
     def _driver_url(self, database: str) -> str:
-        return make_url(self.url).set(drivername="postgresql", database=database).render_as_string(hide_password=False)
+        return (
+            make_url(self.url)
+            .set(drivername="postgresql", database=database)
+            .render_as_string(hide_password=False)
+        )
 
 
 @contextmanager
@@ -62,10 +70,15 @@ def _filled(url: str, folder: Path) -> Server:
     for login, database in (("plain", "private"), ("keeper", "lab")):
         empty.execute(f"CREATE DATABASE {database} OWNER {login}")
     said = pyroshock("init", "--db", empty.address("plain", "private")).stderr
-    ingested(empty.address("keeper"), hammer_campaign(folder / "spring", recordings=1, name="spring"))
+    ingested(
+        empty.address("keeper"), hammer_campaign(folder / "spring", recordings=1, name="spring")
+    )
     with opened(empty.address("keeper")) as store:
         ingest_examples(store)
         make_plan(store, "factorial", PLAN, kind="hammer", factors=FACTORS, repetitions=1, seed=1)
     for login in (*_MEMBERS, NOBODY):
-        empty.execute(f"CREATE ROLE {login} LOGIN" + (f" IN ROLE {_MEMBERS[login]}" if login in _MEMBERS else ""))
+        empty.execute(
+            f"CREATE ROLE {login} LOGIN"
+            + (f" IN ROLE {_MEMBERS[login]}" if login in _MEMBERS else "")
+        )
     return Server(url, said)

@@ -71,7 +71,9 @@ def start_cli(*arguments: str | Path) -> subprocess.Popen[str]:
     """The command line in a process of its own."""
     command = [*CLI, *(str(a) for a in arguments)]
     environment = {**os.environ, "PYTHONWARNINGS": "default"}
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    )
 
 
 @contextmanager

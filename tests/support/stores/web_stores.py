@@ -75,7 +75,10 @@ def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from support.stores.stores import opened
 
     folder = tmp_path_factory.mktemp("window")
-    with pytest.MonkeyPatch.context() as patch, opened(f"sqlite:///{folder}/lab.db", create=True) as store:
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        opened(f"sqlite:///{folder}/lab.db", create=True) as store,
+    ):
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         ingest_folder(store, full_campaign(folder / "campaigns" / HAMMER), jobs=1)
         ingest_examples(store)
@@ -122,7 +125,9 @@ def quick_plates() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def filled(filled_lab: Path, quick_plates: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+def filled(
+    filled_lab: Path, quick_plates: None, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Lab]:
     """The window over a filled store of this module's own; who writes counts rows before and after."""
     from support.processes.web_client import sqlite, window
 
@@ -137,7 +142,9 @@ def filled(filled_lab: Path, quick_plates: None, tmp_path_factory: pytest.TempPa
 def _move_registry(database: Path, old: Path, new: Path) -> None:
     """MLflow keeps the whole path of each model's files."""
     with closing(sqlite3.connect(database)) as connection, connection:
-        tables = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
+        tables = connection.execute(
+            "SELECT name FROM sqlite_master WHERE type = 'table'"
+        ).fetchall()
         for (table,) in tables:
             for _, column, *_ in connection.execute(f'PRAGMA table_info("{table}")').fetchall():
                 change = f'UPDATE "{table}" SET "{column}" = replace("{column}", ?, ?) WHERE "{column}" LIKE ?'

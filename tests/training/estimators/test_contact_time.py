@@ -24,7 +24,9 @@ SEARCHED = ContactTimeProcess(iterations=20, search_rows=120)
 def times() -> tuple[Rows, Rows]:
     table = pulse_table(np.random.default_rng(7), repetitions=6)
     parts = held_out(table, np.random.default_rng(8), per_configuration=2)
-    first, second = (Rows(part.x, part.contact_time_s[:, None], part.configuration) for part in parts)
+    first, second = (
+        Rows(part.x, part.contact_time_s[:, None], part.configuration) for part in parts
+    )
     return first, second
 
 
@@ -41,7 +43,9 @@ def searched() -> ContactTimeProcess:
     return estimator
 
 
-@pytest.mark.parametrize("check", [c for c in CHECKS if c is not check_shapes], ids=lambda check: check.__name__)
+@pytest.mark.parametrize(
+    "check", [c for c in CHECKS if c is not check_shapes], ids=lambda check: check.__name__
+)
 def test_promise(check: Callable[[Estimator], None], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(estimator_checks, "known_law", times)  # one output instead of 20
     check(PLAIN)
@@ -56,7 +60,9 @@ def test_search_finds_the_law_and_its_noise() -> None:
     x = times()[1].x[:1].repeat(2, axis=0)
     x[1, 5] = 20.0  # m/s
     answer = searched().predict(x)
-    near, far = answer.spread / answer.mean  # of a logarithm: where the time is short, so is its spread in seconds
+    near, far = (
+        answer.spread / answer.mean
+    )  # of a logarithm: where the time is short, so is its spread in seconds
     assert far > 2 * near
 
 
@@ -72,7 +78,9 @@ def test_search_says_what_it_found() -> None:
     report = searched().fit_report()
     assert set(SPACE) < set(report.settings)
     assert len(report.histories["search_error"]) == 20
-    assert min(report.histories["search_error"]) == pytest.approx(report.settings["best_search_error"])
+    assert min(report.histories["search_error"]) == pytest.approx(
+        report.settings["best_search_error"]
+    )
     search = report.searches[""]
     assert set(search.settings) == set(SPACE) and search.logarithmic == ("noise",)
     assert [trial.score for trial in search.trials] == report.histories["search_error"]
@@ -96,7 +104,8 @@ def test_tuned_skips_the_search() -> None:
 def test_outputs_of_both_signs_need_no_logarithm() -> None:
     rows = times()[0]
     shifted = fitted(
-        ContactTimeProcess(iterations=2, search_rows=60), Rows(rows.x, rows.y - rows.y.mean(), rows.groups)
+        ContactTimeProcess(iterations=2, search_rows=60),
+        Rows(rows.x, rows.y - rows.y.mean(), rows.groups),
     )
     assert shifted.tuned_["log_time"] is False  # type: ignore[attr-defined]
     with pytest.raises(ValueError, match=r"one output \(n x 1\), got the shape \(240, 2\)"):

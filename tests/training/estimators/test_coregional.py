@@ -81,11 +81,15 @@ class TestBoth:
             np.testing.assert_array_equal(other.arrays()[name], one.arrays()[name])
         assert np.all(other.predict(x[80:]).spread < one.predict(x[80:]).spread + 1e-9)
 
-    def test_constant_output_stays_constant(self, kind: type[Coregional] | type[SingleOutputs]) -> None:
+    def test_constant_output_stays_constant(
+        self, kind: type[Coregional] | type[SingleOutputs]
+    ) -> None:
         """Both ends of a force are zero."""
         x, y = waves(40)
         y[:, 1] = 0.25
-        np.testing.assert_allclose(fit(kind(iterations=5), x, y).predict(x).mean[:, 1], 0.25, atol=1e-9)
+        np.testing.assert_allclose(
+            fit(kind(iterations=5), x, y).predict(x).mean[:, 1], 0.25, atol=1e-9
+        )
 
     def test_unknown_kernel(self, kind: type[Coregional]) -> None:
         with pytest.raises(LookupError, match="periodic"):
@@ -110,7 +114,9 @@ def test_outputs_inform_each_other() -> None:
     rng, (x, y) = np.random.default_rng(15), waves(40)
     noisy = y[:, :2] + rng.normal(size=(40, 2)) * [1e-3, 2.0]
     asked, truth = (part[40:] for part in waves(400))
-    errors = [np.abs(fit(one, x, noisy).predict(asked).mean - truth[:, :2])[:, 1].mean() for one in ONES]
+    errors = [
+        np.abs(fit(one, x, noisy).predict(asked).mean - truth[:, :2])[:, 1].mean() for one in ONES
+    ]
     assert errors[0] < 0.5 * errors[1]
 
 
@@ -163,19 +169,26 @@ def test_likelihood_does_not_fall() -> None:
 def test_rows_in_any_order() -> None:
     x, y = waves(60, 0.05)
     order = np.random.default_rng(2).permutation(60)
-    a, b = (fit(Coregional(iterations=20), x[rows], y[rows]).predict(x).mean for rows in (np.arange(60), order))
+    a, b = (
+        fit(Coregional(iterations=20), x[rows], y[rows]).predict(x).mean
+        for rows in (np.arange(60), order)
+    )
     np.testing.assert_allclose(a, b, atol=1e-4)
     x, y = waves(40, 0.05)
     wider = np.column_stack([x, np.full(40, 7.0)])
     one = fit(Coregional(iterations=10), wider, y)
-    np.testing.assert_array_equal(one.predict(np.add(wider, [0.0, 0.0, 1.0])).mean, one.predict(wider).mean)
+    np.testing.assert_array_equal(
+        one.predict(np.add(wider, [0.0, 0.0, 1.0])).mean, one.predict(wider).mean
+    )
 
 
 def own_kernel(linear: bool = True, scale: float = 1.0):
     """RBF plus linear, as a user writes it, with a prior on the lengthscale."""
     import gpytorch
 
-    rbf = gpytorch.kernels.RBFKernel(lengthscale_prior=gpytorch.priors.LogNormalPrior(np.log(scale), 0.1))
+    rbf = gpytorch.kernels.RBFKernel(
+        lengthscale_prior=gpytorch.priors.LogNormalPrior(np.log(scale), 0.1)
+    )
     return rbf + gpytorch.kernels.LinearKernel() if linear else rbf
 
 
@@ -185,7 +198,9 @@ class TestOwnKernels:
         """A line goes on beyond the data where a linear kernel was handed in."""
         rng = np.random.default_rng(4)
         x = rng.uniform(-1, 1, size=(40, 2))
-        y = np.column_stack([3 * x[:, 0] - x[:, 1], x[:, 0] + 2 * x[:, 1]]) + 0.01 * rng.standard_normal((40, 2))
+        y = np.column_stack(
+            [3 * x[:, 0] - x[:, 1], x[:, 0] + 2 * x[:, 1]]
+        ) + 0.01 * rng.standard_normal((40, 2))
         far, truth = np.array([[6.0, -6.0]]), np.array([[24.0, -6.0]])
         own = fit(kind(kernel=own_kernel(), iterations=60), x, y).predict(far).mean
         named = fit(kind(iterations=60), x, y).predict(far).mean
@@ -198,7 +213,9 @@ class TestOwnKernels:
         one = fit(kind(kernel=own_kernel(), iterations=5), x, y)
         settings = json.loads(json.dumps(one.settings()))
         again = type(one)(**settings).restore(one.arrays())
-        for ours, theirs in zip(vars(one.predict(x)).values(), vars(again.predict(x)).values(), strict=True):
+        for ours, theirs in zip(
+            vars(one.predict(x)).values(), vars(again.predict(x)).values(), strict=True
+        ):
             np.testing.assert_allclose(ours, theirs, rtol=1e-9)
         np.testing.assert_allclose(again.refit(x, y, np.arange(40), np.random.default_rng(0)).predict(x).mean,
                                    one.predict(x).mean, rtol=1e-9)  # fmt: skip
@@ -223,7 +240,9 @@ class TestOwnKernels:
     def test_a_prior_that_is_handed_in_decides(self, kind: type[Any]) -> None:
         x, y = waves(40, 0.05)
         scales: list[Any] = [
-            fit(kind(kernel=own_kernel(False, scale), iterations=40), x, y).fit_report().settings["kernel.lengthscale"]
+            fit(kind(kernel=own_kernel(False, scale), iterations=40), x, y)
+            .fit_report()
+            .settings["kernel.lengthscale"]
             for scale in (0.2, 8.0)
         ]
         assert scales[0] < 1.0 < 3.0 < scales[1]
@@ -237,7 +256,9 @@ class TestOwnKernels:
     def test_another_class_is_refused(self, kind: type[Any]) -> None:
         import gpytorch
 
-        with pytest.raises(ValueError, match="SpectralMixtureKernel cannot be stored; kernels that can: RBFKernel"):
+        with pytest.raises(
+            ValueError, match="SpectralMixtureKernel cannot be stored; kernels that can: RBFKernel"
+        ):
             kind(kernel=gpytorch.kernels.SpectralMixtureKernel(num_mixtures=2, ard_num_dims=2))
         with pytest.raises(ValueError, match=r"no kernel 'os\.system'"):
             fit(kind(kernel={"class": "os.system"}), *waves(30))
@@ -252,7 +273,9 @@ def test_models_of_older_software_are_read(kind: str) -> None:
     from pyroshock.training.models.serialization import build
 
     with np.load(_OLD, allow_pickle=False) as file:
-        stored = {name.partition("/")[2]: file[name] for name in file.files if name.startswith(f"{kind}/")}
+        stored = {
+            name.partition("/")[2]: file[name] for name in file.files if name.startswith(f"{kind}/")
+        }
     x, mean, spread = (stored.pop(name) for name in ("asked", "mean", "spread"))
     settings = {"kernel": "rbf"} if kind != "contact-time" else {}
     prediction = build({"kind": kind, "settings": settings}).restore(stored).predict(x)

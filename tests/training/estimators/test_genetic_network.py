@@ -23,7 +23,9 @@ from support.checks.estimator_checks import Rows, assert_same, known_law
 SMALL = {"population": 4, "generations": 2, "folds": 2, "iterations": 15}
 
 
-def fitted(rows: Rows, journal: Path | None = None, seed: int = 3, **settings: int) -> GeneticNetwork:
+def fitted(
+    rows: Rows, journal: Path | None = None, seed: int = 3, **settings: int
+) -> GeneticNetwork:
     one = GeneticNetwork(**{**SMALL, **settings})
     one.journal = journal
     return one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(seed))
@@ -122,7 +124,9 @@ def test_left_out_error_is_that_of_separate_networks() -> None:
     together = left_out_error((12,), 1e-3, rows.x, rows.y, folds, 20, np.random.default_rng(9))
     rng, errors = np.random.default_rng(9), np.zeros(len(rows.x))
     for fold in folds:
-        network = Network((12,), 1e-3, 20).fit(rows.x[~fold], rows.y[~fold], rows.groups[~fold], rng)
+        network = Network((12,), 1e-3, 20).fit(
+            rows.x[~fold], rows.y[~fold], rows.groups[~fold], rng
+        )
         wrong = network.predict(rows.x[fold]).mean - rows.y[fold]
         errors[fold] = np.sqrt(np.mean(wrong**2, axis=1)) / np.ptp(rows.y[fold], axis=1)
     assert together == pytest.approx(errors.mean(), rel=1e-3)

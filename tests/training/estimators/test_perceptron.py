@@ -74,7 +74,9 @@ def test_loss_is_recorded_and_falls_until_nothing_is_gained() -> None:
     network = train_network(x, x[:, :3], (4, 6, 3), 0.0, 1000, np.random.default_rng(0))
     assert network.iterations < 30
     network = train_network(*standard_rows(20), SIZES, 0.0, 0, np.random.default_rng(5))
-    np.testing.assert_array_equal(network.layers[0][0], _layers(glorot_module(SIZES, np.random.default_rng(5)))[0][0])
+    np.testing.assert_array_equal(
+        network.layers[0][0], _layers(glorot_module(SIZES, np.random.default_rng(5)))[0][0]
+    )
 
 
 def test_report_tells_sizes_and_losses() -> None:
@@ -101,7 +103,9 @@ def test_holds_a_law_of_its_own_kind() -> None:
     learned, new_inputs = known_law()
     x = learned.x.copy()
     x[:, 3] = 1234.5
-    network = Network((10,), iterations=50).fit(x, learned.y, learned.groups, np.random.default_rng(0))
+    network = Network((10,), iterations=50).fit(
+        x, learned.y, learned.groups, np.random.default_rng(0)
+    )
     other = new_inputs.x.copy()
     other[:, 3] = 1e9
     unseen = new_inputs.x.copy()
@@ -125,7 +129,9 @@ def test_fits_as_well_as_mlp_regressor() -> None:
     for seed in range(5):
         network = train_network(x, y, (4, 20, 3), 0.0, 150, np.random.default_rng(seed))
         ours.append(np.mean((outputs_of(network.layers, x) - y) ** 2))
-        peer = MLPRegressor(hidden_layer_sizes=(20,), solver="lbfgs", alpha=0.0, max_iter=150, random_state=seed)
+        peer = MLPRegressor(
+            hidden_layer_sizes=(20,), solver="lbfgs", alpha=0.0, max_iter=150, random_state=seed
+        )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that it could have gone on
             theirs.append(np.mean((peer.fit(x, y).predict(x) - y) ** 2))
@@ -153,9 +159,9 @@ def test_network_without_neurons_is_refused(layers: tuple[int, ...]) -> None:
 
 def test_presets_are_those_of_the_table() -> None:
     layers = {
-        name: describe(entry_of(name).make(BuildOptions()))["settings"]["model"]["settings"]["force"]["settings"][
-            "layers"
-        ]
+        name: describe(entry_of(name).make(BuildOptions()))["settings"]["model"]["settings"][
+            "force"
+        ]["settings"]["layers"]
         for name in ("nn-narrow", "nn-medium", "nn-wide", "nn-bilayer", "nn-trilayer")
     }
     assert list(layers.values()) == [[10], [25], [100], [10, 10], [10, 10, 10]]

@@ -67,8 +67,14 @@ def test_file_is_the_same_trusted_types_and_settings_again(family: PipelineRegre
     ("regressor", "name"),
     [
         (Payload().fit(X, X), "test_regressor_files.Payload"),
-        (make_pipeline(FunctionTransformer(touch_trap), LinearRegression()), "test_regressor_files.touch_trap"),
-        (DecisionTreeRegressor().fit(X, X), "sklearn.tree._tree.Tree"),  # nobody would look at its nodes
+        (
+            make_pipeline(FunctionTransformer(touch_trap), LinearRegression()),
+            "test_regressor_files.touch_trap",
+        ),
+        (
+            DecisionTreeRegressor().fit(X, X),
+            "sklearn.tree._tree.Tree",
+        ),  # nobody would look at its nodes
     ],
     ids=["class", "function", "tree"],
 )
@@ -90,7 +96,9 @@ def test_function_put_into_a_file_is_refused(name: str) -> None:
     source = zipfile.ZipFile(io.BytesIO(fitted(LinearPowers()).arrays()["regressor"].tobytes()))
     schema = source.read("schema.json").decode()
     assert "powers_of" in schema
-    edited = schema.replace("pyroshock.training.estimators.linear", module).replace("powers_of", function)
+    edited = schema.replace("pyroshock.training.estimators.linear", module).replace(
+        "powers_of", function
+    )
     target = io.BytesIO()
     with zipfile.ZipFile(target, "w") as file:
         for entry in source.namelist():
@@ -101,7 +109,12 @@ def test_function_put_into_a_file_is_refused(name: str) -> None:
 
 @pytest.mark.parametrize(
     "damage",
-    [lambda c: c[: len(c) // 2], lambda c: c[:0], lambda c: np.zeros(100, np.uint8), lambda c: c.astype(float)],
+    [
+        lambda c: c[: len(c) // 2],
+        lambda c: c[:0],
+        lambda c: np.zeros(100, np.uint8),
+        lambda c: c.astype(float),
+    ],
 )
 def test_broken_bytes_are_refused(damage: Callable[[np.ndarray], np.ndarray]) -> None:
     arrays = fitted(KernelRidge(0.05, 0.01)).arrays()
@@ -110,7 +123,8 @@ def test_broken_bytes_are_refused(damage: Callable[[np.ndarray], np.ndarray]) ->
 
 
 @pytest.mark.parametrize(
-    "regressor", [LinearRegression(), LinearRegression().fit(X, X), {"a": 1}, KernelRidge().pipeline(0)]
+    "regressor",
+    [LinearRegression(), LinearRegression().fit(X, X), {"a": 1}, KernelRidge().pipeline(0)],
 )
 def test_regressor_of_another_family_is_refused(regressor: Any) -> None:
     arrays = fitted(KernelRidge(0.05, 0.01)).arrays()
@@ -120,10 +134,14 @@ def test_regressor_of_another_family_is_refused(regressor: Any) -> None:
 
 def test_regressor_of_another_release_is_refused() -> None:
     older = {"x_mean": np.zeros(3), "centres": np.zeros((5, 3)), "tuned": np.zeros(2)}
-    with pytest.raises(ValueError, match=r"'kernel-ridge' .* 'regressor'.* trained by older software.* --retrain"):
+    with pytest.raises(
+        ValueError, match=r"'kernel-ridge' .* 'regressor'.* trained by older software.* --retrain"
+    ):
         KernelRidge().restore(older)
     arrays = fitted(KernelRidge(0.05, 0.01)).arrays()
-    with pytest.raises(ValueError, match=f"scikit-learn 1.2.0, installed is {sklearn.__version__}.*--retrain"):
+    with pytest.raises(
+        ValueError, match=f"scikit-learn 1.2.0, installed is {sklearn.__version__}.*--retrain"
+    ):
         KernelRidge().restore({**arrays, "scikit_learn": np.array("1.2.0")})
     major, minor = sklearn.__version__.split(".")[:2]
     KernelRidge().restore({**arrays, "scikit_learn": np.array(f"{major}.{minor}.99")})

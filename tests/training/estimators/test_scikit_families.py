@@ -57,12 +57,21 @@ def test_kernel_ridge_solves_the_ridge() -> None:
 
 def test_support_vectors_are_machines_of_each_output() -> None:
     z, targets, new_inputs = standardised()
-    peers = [SVR(gamma=0.05, C=5.0, epsilon=0.05).fit(z, target).predict(new_inputs) for target in targets.T]
-    predicted = fitted(SupportVectors(gamma=0.05, cost=5.0, epsilon=0.05)).predict(known_law()[1].x).mean
+    peers = [
+        SVR(gamma=0.05, C=5.0, epsilon=0.05).fit(z, target).predict(new_inputs)
+        for target in targets.T
+    ]
+    predicted = (
+        fitted(SupportVectors(gamma=0.05, cost=5.0, epsilon=0.05)).predict(known_law()[1].x).mean
+    )
     # LIBSVM stops within 1e-3 of standardised outputs; how columns are summed decides where
-    np.testing.assert_allclose(predicted, newtons(np.stack(peers, axis=1)), atol=5e-3 * output_widths().max())
+    np.testing.assert_allclose(
+        predicted, newtons(np.stack(peers, axis=1)), atol=5e-3 * output_widths().max()
+    )
     # A tube as wide as the pulses leaves one constant.
-    mean = fitted(SupportVectors(gamma=0.05, cost=5.0, epsilon=100.0)).predict(known_law()[1].x).mean
+    mean = (
+        fitted(SupportVectors(gamma=0.05, cost=5.0, epsilon=100.0)).predict(known_law()[1].x).mean
+    )
     np.testing.assert_array_equal(mean, np.tile(mean[0], (len(mean), 1)))
 
 
@@ -73,7 +82,9 @@ def test_all_pulses_as_features_are_the_kernel() -> None:
     z, _, _ = standardised()
     features = estimator_fit.regressor_[:-1].transform(known_law()[0].x)
     assert features.shape == (240, 240)
-    np.testing.assert_allclose(features @ features.T, np.exp(-0.1 * cdist(z, z, "sqeuclidean")), atol=1e-6)
+    np.testing.assert_allclose(
+        features @ features.T, np.exp(-0.1 * cdist(z, z, "sqeuclidean")), atol=1e-6
+    )
 
 
 def test_kernel_ridge_chooses_the_least_left_out_error() -> None:
@@ -94,7 +105,9 @@ def test_kernel_ridge_chooses_the_least_left_out_error() -> None:
             wrong += np.mean((kernel[np.ix_(fold, ~fold)] @ weights + offset - targets[fold]) ** 2)
         return wrong / len(folds)
 
-    errors = {(g, a): error(g, a) for g in KernelRidge.grid["gamma"] for a in KernelRidge.grid["alpha"]}
+    errors = {
+        (g, a): error(g, a) for g in KernelRidge.grid["gamma"] for a in KernelRidge.grid["alpha"]
+    }
     report = fitted(KernelRidge()).fit_report()
     assert errors[report.settings["gamma"], report.settings["alpha"]] < 1.1 * min(errors.values())
     assert min(report.histories["search_error"]) == pytest.approx(min(errors.values()), rel=0.1)
@@ -116,7 +129,9 @@ def test_kernel_ridge_chooses_the_least_left_out_error() -> None:
     ],
     ids=lambda value: getattr(value, "kind", None),
 )
-def test_refit_keeps_what_was_chosen(estimator: PipelineRegression, searched: tuple[str, ...]) -> None:
+def test_refit_keeps_what_was_chosen(
+    estimator: PipelineRegression, searched: tuple[str, ...]
+) -> None:
     """Also after a way through a file."""
     estimator_fit = fitted(estimator)
     chosen = estimator_fit.fit_report().settings
@@ -162,7 +177,9 @@ def test_spread_covers_new_measurements_and_grows_away_from_data() -> None:
     new_x, new_y = cubic(np.random.default_rng(1), noise=0.5)
     powers = LinearPowers().fit(x, y, GROUPS, np.random.default_rng(0))
     answer = powers.predict(new_x)
-    assert np.mean(np.abs(new_y - answer.mean) < 1.645 * answer.spread) == pytest.approx(0.9, abs=0.03)
+    assert np.mean(np.abs(new_y - answer.mean) < 1.645 * answer.spread) == pytest.approx(
+        0.9, abs=0.03
+    )
     assert np.median(answer.spread) == pytest.approx(0.5, rel=0.1)
     spread = powers.predict(np.array([[10.0, 5e9, 2e-3]])).spread
     assert np.all(spread > 3)
@@ -175,16 +192,25 @@ def test_components_are_scikit_learns() -> None:
     learned, new_inputs = known_law()
     kept = np.ptp(learned.x, axis=0) > 0
     for components in (1, 3, 6):
-        peer = PLSRegression(components).fit(learned.x[:, kept], learned.y).predict(new_inputs.x[:, kept])
+        peer = (
+            PLSRegression(components)
+            .fit(learned.x[:, kept], learned.y)
+            .predict(new_inputs.x[:, kept])
+        )
         ours = fitted(PartialLeastSquares(components)).predict(new_inputs.x).mean
         np.testing.assert_allclose(ours, peer, rtol=1e-6, atol=1e-6)
     x, y = cubic(np.random.default_rng(0), noise=0.1)
     ours = PartialLeastSquares(3).fit(x, y, GROUPS, np.random.default_rng(0)).predict(x).mean
     plain = LinearPowers(powers=1).fit(x, y, GROUPS, np.random.default_rng(0)).predict(x).mean
     np.testing.assert_allclose(ours, plain, atol=1e-8)
-    many, all_ = (fitted(PartialLeastSquares(number)) for number in (13, np.linalg.matrix_rank(learned.x).item()))
+    many, all_ = (
+        fitted(PartialLeastSquares(number))
+        for number in (13, np.linalg.matrix_rank(learned.x).item())
+    )
     assert np.all(np.isfinite(many.predict(new_inputs.x).mean))
-    assert many.fit_report().settings["components"] == np.linalg.matrix_rank(standard_columns(learned.x))
+    assert many.fit_report().settings["components"] == np.linalg.matrix_rank(
+        standard_columns(learned.x)
+    )
     np.testing.assert_array_equal(many.predict(new_inputs.x).mean, all_.predict(new_inputs.x).mean)
 
 
@@ -216,10 +242,16 @@ def seed() -> int:
 def test_trees_and_ensembles_are_scikit_learns() -> None:
     learned, new_inputs = known_law()
     peer = DecisionTreeRegressor(min_samples_leaf=5, random_state=seed()).fit(learned.x, learned.y)
-    np.testing.assert_array_equal(fitted(DecisionTree(5)).predict(new_inputs.x).mean, peer.predict(new_inputs.x))
-    peer = RandomForestRegressor(15, min_samples_leaf=3, random_state=seed()).fit(learned.x, learned.y)
+    np.testing.assert_array_equal(
+        fitted(DecisionTree(5)).predict(new_inputs.x).mean, peer.predict(new_inputs.x)
+    )
+    peer = RandomForestRegressor(15, min_samples_leaf=3, random_state=seed()).fit(
+        learned.x, learned.y
+    )
     np.testing.assert_allclose(
-        fitted(TreeEnsemble(15, 3)).predict(new_inputs.x).mean, peer.predict(new_inputs.x), rtol=1e-12
+        fitted(TreeEnsemble(15, 3)).predict(new_inputs.x).mean,
+        peer.predict(new_inputs.x),
+        rtol=1e-12,
     )
 
 
@@ -247,7 +279,13 @@ def test_spread_of_the_ensemble_covers_new_measurements() -> None:
 
 @pytest.mark.parametrize(
     ("node", "field", "value"),
-    [(0, "left_child", 0), (0, "right_child", 10**6), (0, "feature", 13), (1, "left_child", -7), (0, "feature", -2)],
+    [
+        (0, "left_child", 0),
+        (0, "right_child", 10**6),
+        (0, "feature", 13),
+        (1, "left_child", -7),
+        (0, "feature", -2),
+    ],
 )
 def test_nodes_that_make_no_tree_are_refused(node: int, field: str, value: int) -> None:
     """A child before its parent would be walked for ever; scikit-learn follows whatever index stands there."""
@@ -263,7 +301,9 @@ def test_nodes_that_make_no_tree_are_refused(node: int, field: str, value: int) 
         DecisionTree(10).restore(arrays)
 
 
-@pytest.mark.parametrize("change", [lambda v: v[:, :5], lambda v: v[:-1], lambda v: v * np.nan, None])
+@pytest.mark.parametrize(
+    "change", [lambda v: v[:, :5], lambda v: v[:-1], lambda v: v * np.nan, None]
+)
 def test_variances_of_other_nodes_are_refused(change) -> None:
     arrays = fitted(DecisionTree(10)).arrays()
     if change is None:

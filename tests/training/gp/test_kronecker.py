@@ -44,7 +44,9 @@ def some_parameters(m: int = 20, d: int = 13, rank: int = 3) -> Numbers:
     return Numbers(lengthscales, loadings @ loadings.T + np.diag(kappa), np.diag(noise))
 
 
-def coregional_likelihood(k: Floats, y: Floats, b: Floats, sigma: Floats, tolerance: float = TOLERANCE) -> Likelihood:
+def coregional_likelihood(
+    k: Floats, y: Floats, b: Floats, sigma: Floats, tolerance: float = TOLERANCE
+) -> Likelihood:
     """Of y (n x m) with K (n x n), B and Sigma (m x m)."""
     return likelihood(factorise(k, tolerance), y, b, sigma)
 
@@ -53,7 +55,9 @@ def dense(k: Floats, y: Floats, b: Floats, sigma: Floats) -> float:
     """By Cholesky of the whole n m x n m covariance, outputs of one row side by side."""
     lower = np.linalg.cholesky(np.kron(k, b) + np.kron(np.eye(len(k)), sigma))
     solved = np.linalg.solve(lower, y.ravel())
-    return float(0.5 * solved @ solved + np.log(lower.diagonal()).sum() + 0.5 * y.size * np.log(2 * np.pi))
+    return float(
+        0.5 * solved @ solved + np.log(lower.diagonal()).sum() + 0.5 * y.size * np.log(2 * np.pi)
+    )
 
 
 @pytest.mark.parametrize("n", [45, 90])
@@ -74,7 +78,9 @@ def test_likelihood_of_correlated_noise() -> None:
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
     assert abs(coregional_likelihood(k, y, at.b, sigma).value - dense(k, y, at.b, sigma)) < 1e-6
     with pytest.raises(ValueError, match="noise between outputs is not positive definite"):
-        coregional_likelihood(np.eye(3), np.zeros((3, 2)), np.eye(2), np.array([[1.0, 2.0], [2.0, 1.0]]))
+        coregional_likelihood(
+            np.eye(3), np.zeros((3, 2)), np.eye(2), np.array([[1.0, 2.0], [2.0, 1.0]])
+        )
 
 
 def test_repeated_eigenvalues_and_coarse_factors() -> None:
@@ -84,7 +90,9 @@ def test_repeated_eigenvalues_and_coarse_factors() -> None:
     b, sigma = 0.7 * np.eye(5), 0.1 * np.eye(5)
     coarse = coregional_likelihood(k, y, b, sigma)
     assert abs(coarse.value - dense(k, y, b, sigma)) < 1e-10
-    assert_derivatives(lambda k, b, sigma: coregional_likelihood(k, y, b, sigma).value, coarse, (k, b, sigma))
+    assert_derivatives(
+        lambda k, b, sigma: coregional_likelihood(k, y, b, sigma).value, coarse, (k, b, sigma)
+    )
     (x, y), at = pulses(90), some_parameters()
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
     exact = dense(k, y, at.b, at.sigma)
@@ -93,7 +101,9 @@ def test_repeated_eigenvalues_and_coarse_factors() -> None:
         assert 0 < abs(coarse.value - exact) <= coarse.bound
 
 
-def assert_derivatives(value: Callable[..., float], found: object, at: tuple[Floats, Floats, Floats]) -> None:
+def assert_derivatives(
+    value: Callable[..., float], found: object, at: tuple[Floats, Floats, Floats]
+) -> None:
     """Along random symmetric positive directions, against central differences."""
     rng, step = np.random.default_rng(8), 1e-6
     for index, name in enumerate(("by_k", "by_b", "by_sigma")):
@@ -110,7 +120,9 @@ def test_matrix_and_output_derivatives() -> None:
     (x, y), at = pulses(40), some_parameters()
     k = kernel_matrix("matern32", x / at.lengthscales, x / at.lengthscales)
     found = coregional_likelihood(k, y, at.b, at.sigma)
-    assert_derivatives(lambda *now: coregional_likelihood(now[0], y, *now[1:]).value, found, (k, at.b, at.sigma))
+    assert_derivatives(
+        lambda *now: coregional_likelihood(now[0], y, *now[1:]).value, found, (k, at.b, at.sigma)
+    )
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
     found = coregional_likelihood(k, y, at.b, at.sigma)
     step = 1e-4 * np.random.default_rng(1).normal(size=y.shape)

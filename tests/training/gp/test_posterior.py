@@ -23,7 +23,9 @@ def frozen(kind: str) -> Posterior:
 def dense(kind: str) -> tuple[Floats, Floats]:
     """Rasmussen and Williams 2006, equations 2.25 and 2.26, on the whole covariance; noise included."""
     a, asked = X / LENGTHSCALES, ASKED / LENGTHSCALES
-    covariance = np.kron(kernel_matrix(kind, a, a), COVARIANCE_OF_OUTPUTS) + np.kron(np.eye(40), np.diag(NOISE))
+    covariance = np.kron(kernel_matrix(kind, a, a), COVARIANCE_OF_OUTPUTS) + np.kron(
+        np.eye(40), np.diag(NOISE)
+    )
     across = np.kron(kernel_matrix(kind, asked, a), COVARIANCE_OF_OUTPUTS)
     solved = np.linalg.solve(covariance, np.column_stack([Y.ravel(), across.T]))
     prior = np.kron(np.eye(7), COVARIANCE_OF_OUTPUTS + np.diag(NOISE)).diagonal()
@@ -48,7 +50,9 @@ def test_many_rows_in_parts_and_nothing_known_far_away(monkeypatch: pytest.Monke
     np.testing.assert_allclose(parts[1], whole[1], atol=1e-12)
     mean, spread = frozen("rbf").predict(NamedCovariance("rbf", LENGTHSCALES), np.full((1, 3), 1e5))
     np.testing.assert_allclose(mean, 0.0, atol=1e-12)
-    np.testing.assert_allclose(spread[0] ** 2, (COVARIANCE_OF_OUTPUTS + np.diag(NOISE)).diagonal(), rtol=1e-9)
+    np.testing.assert_allclose(
+        spread[0] ** 2, (COVARIANCE_OF_OUTPUTS + np.diag(NOISE)).diagonal(), rtol=1e-9
+    )
 
 
 def test_a_kernel_of_gpytorch_predicts_as_gpytorch_does() -> None:
@@ -67,13 +71,17 @@ def test_a_kernel_of_gpytorch_predicts_as_gpytorch_does() -> None:
             self.mean_module, self.covar_module = gpytorch.means.ZeroMean(), kernel
 
         def forward(self, x):
-            return gpytorch.distributions.MultivariateNormal(self.mean_module(x), self.covar_module(x))
+            return gpytorch.distributions.MultivariateNormal(
+                self.mean_module(x), self.covar_module(x)
+            )
 
     peer = Peer().double().eval()
     likelihood.eval()
     with torch.no_grad(), gpytorch.settings.fast_computations(False, False, False):
         theirs = likelihood(peer(torch.tensor(ASKED)))
     covariance = TorchCovariance(kernel)
-    ours = posterior(covariance, X, Y[:, :1], np.eye(1), np.array([0.05])).predict(covariance, ASKED)
+    ours = posterior(covariance, X, Y[:, :1], np.eye(1), np.array([0.05])).predict(
+        covariance, ASKED
+    )
     np.testing.assert_allclose(ours[0][:, 0], theirs.mean.numpy(), atol=1e-6)
     np.testing.assert_allclose(ours[1][:, 0], theirs.stddev.numpy(), atol=1e-6)

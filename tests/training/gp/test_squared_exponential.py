@@ -16,7 +16,10 @@ WEIGHTS = torch.randn(30, 30, dtype=torch.float64, generator=GENERATOR)
 
 
 def kernels(ard_num_dims):
-    made = [kind(ard_num_dims=ard_num_dims).double() for kind in (SquaredExponential, gpytorch.kernels.RBFKernel)]
+    made = [
+        kind(ard_num_dims=ard_num_dims).double()
+        for kind in (SquaredExponential, gpytorch.kernels.RBFKernel)
+    ]
     for kernel in made:
         kernel.lengthscale = torch.tensor([0.7, 1.3, 2.0]) if ard_num_dims else 0.9
     return made
@@ -29,7 +32,9 @@ def test_values_and_derivatives_are_gpytorchs(ard_num_dims):
     for value in values:
         (value * WEIGHTS).sum().backward()
     torch.testing.assert_close(*values, rtol=0, atol=1e-13)
-    torch.testing.assert_close(ours.raw_lengthscale.grad, theirs.raw_lengthscale.grad, rtol=1e-10, atol=0)
+    torch.testing.assert_close(
+        ours.raw_lengthscale.grad, theirs.raw_lengthscale.grad, rtol=1e-10, atol=0
+    )
     assert bool((values[0].diagonal() == 1).all())
 
 

@@ -9,7 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.dataset.table import POINTS, PulseTable
-from pyroshock.training.evaluation.metrics import ELEMENTS, METRICS, figures, pulse_cost, pulse_errors, reconstruct
+from pyroshock.training.evaluation.metrics import (
+    ELEMENTS,
+    METRICS,
+    figures,
+    pulse_cost,
+    pulse_errors,
+    reconstruct,
+)
 from pyroshock.training.models.base import ContactPrediction
 from scipy.interpolate import make_smoothing_spline
 from support.records.pulse_tables import pulse_table
@@ -45,7 +52,9 @@ def test_taller_pulse(half_sines: PulseTable) -> None:
     for name in ("peak_force_error", "impulse_error"):
         assert np.allclose(getattr(errors, name), 0.1, atol=2e-4), name
     # The greatest of 1,000 elements is up to half an element from the middle of the contact.
-    assert np.allclose(errors.compression_impulse_error, 0.1, atol=1.1 * np.pi / 2 / ELEMENTS + 2e-4)
+    assert np.allclose(
+        errors.compression_impulse_error, 0.1, atol=1.1 * np.pi / 2 / ELEMENTS + 2e-4
+    )
     assert np.allclose(errors.compression_time_error, 0.0, atol=1.1 / ELEMENTS)
     assert np.array_equal(errors.contact_time_error, np.zeros(60))
 
@@ -90,7 +99,10 @@ def test_coverage_counts_points_in_the_band(half_sines: PulseTable) -> None:
     spread = np.full((60, POINTS), 1.0)
     off = np.where(np.arange(POINTS) < 5, 1.7, 1.6)
     prediction = ContactPrediction(
-        half_sines.force_n + off, half_sines.contact_time_s + 1e-6, spread, np.where(np.arange(60) < 15, 0.6e-6, 0.7e-6)
+        half_sines.force_n + off,
+        half_sines.contact_time_s + 1e-6,
+        spread,
+        np.where(np.arange(60) < 15, 0.6e-6, 0.7e-6),
     )
     errors = pulse_errors(half_sines, prediction)
     assert errors.force_covered is not None and np.allclose(errors.force_covered, 0.75)
@@ -137,7 +149,9 @@ def test_cost_counts_the_elements_that_are_off() -> None:
     assert math.isclose(pulse_cost(PULSE, TIME, force, TIME + 0.2e-3)[0], expected, rel_tol=1e-12)
     force, time = PULSE * 1.05, TIME * 1.02
     newtons = pulse_cost(PULSE, TIME, force, time)
-    assert np.allclose(newtons, pulse_cost(PULSE / 1e3, TIME * 1e3, force / 1e3, time * 1e3), rtol=1e-12)
+    assert np.allclose(
+        newtons, pulse_cost(PULSE / 1e3, TIME * 1e3, force / 1e3, time * 1e3), rtol=1e-12
+    )
 
 
 def test_reconstruction_is_the_smoothing_spline_that_smooths_nothing() -> None:

@@ -27,10 +27,14 @@ def errors_of(values: np.ndarray) -> PulseErrors:
 
 def test_mean_is_over_pulses() -> None:
     # Not over configurations, which may differ in size.
-    found = summary(errors_of(np.array([1.0, 1.0, 4.0])), np.array(["a", "a", "b"]), np.random.default_rng(0))
+    found = summary(
+        errors_of(np.array([1.0, 1.0, 4.0])), np.array(["a", "a", "b"]), np.random.default_rng(0)
+    )
     assert list(found) == list(METRICS)
     assert found["cost"].mean == 2.0
-    cost = summary(errors_of(np.array([1.0, 2.0])), np.array(["a", "a"]), np.random.default_rng(0))["cost"]
+    cost = summary(errors_of(np.array([1.0, 2.0])), np.array(["a", "a"]), np.random.default_rng(0))[
+        "cost"
+    ]
     assert cost.mean == 1.5
     assert np.isnan([cost.low, cost.high]).all()
     with pytest.raises(ValueError, match="2 labels"):
@@ -44,7 +48,9 @@ def test_repetitions_are_no_evidence() -> None:
     # Copies of every pulse change nothing, as each configuration is drawn whole.
     values, labels = np.random.default_rng(0).random(30), np.arange(30)
     once = summary(errors_of(values), labels, np.random.default_rng(5))["cost"]
-    often = summary(errors_of(np.tile(values, 8)), np.tile(labels, 8), np.random.default_rng(5))["cost"]
+    often = summary(errors_of(np.tile(values, 8)), np.tile(labels, 8), np.random.default_rng(5))[
+        "cost"
+    ]
     assert np.allclose([once.mean, once.low, once.high], [often.mean, often.low, often.high])
 
 
@@ -62,7 +68,9 @@ def test_interval_holds_the_truth_in_nine_of_ten(clusters: int) -> None:
 
 
 @pytest.mark.parametrize("clusters", [3, 5, 8, 12, 30])
-def test_interval_of_skewed_errors_is_above_zero_and_holds_the_truth_more_often(clusters: int) -> None:
+def test_interval_of_skewed_errors_is_above_zero_and_holds_the_truth_more_often(
+    clusters: int,
+) -> None:
     """Errors of a lognormal law with a deviation of 1, where the plain interval reaches below zero and is too short."""
     rng = np.random.default_rng(clusters)
     truth, hits, plain_hits, lowest = np.exp(0.5), 0, 0, np.inf
@@ -79,13 +87,17 @@ def test_interval_of_skewed_errors_is_above_zero_and_holds_the_truth_more_often(
 
 @pytest.mark.parametrize("share", [0.7, 0.9, 0.97])
 @pytest.mark.parametrize("clusters", [3, 5, 8, 12, 30])
-def test_interval_of_a_share_is_within_0_and_1_and_holds_the_truth_in_nine_of_ten(clusters: int, share: float) -> None:
+def test_interval_of_a_share_is_within_0_and_1_and_holds_the_truth_in_nine_of_ten(
+    clusters: int, share: float
+) -> None:
     """Configurations of four pulses that differ in their share: 600 campaigns, five standard errors below 90 %."""
     rng = np.random.default_rng(clusters)
     hits = plain_hits = 0
     for _ in range(600):
         chances = rng.beta(20 * share, 20 * (1 - share), clusters)
-        of_clusters = Clusters(rng.binomial(4, chances)[:, None].astype(float), np.full(clusters, 4.0))
+        of_clusters = Clusters(
+            rng.binomial(4, chances)[:, None].astype(float), np.full(clusters, 4.0)
+        )
         low, high = share_interval(of_clusters)
         assert 0 <= low[0] <= of_clusters.mean[0] <= high[0] <= 1
         plain_low, plain_high = bootstrap_interval(of_clusters, rng, 200)
@@ -113,7 +125,9 @@ def gaussian_crps(mean: float, deviation: float, measured: np.ndarray) -> np.nda
 def test_draws_give_closed_form_without_bias() -> None:
     measured = np.array([-1.0, 0.5, 2.0, 4.0])
     draws = np.random.default_rng(1).normal(0.5, 1.5, (200_000, 4))
-    assert ensemble_crps(draws, measured) == pytest.approx(gaussian_crps(0.5, 1.5, measured), rel=0.01)
+    assert ensemble_crps(draws, measured) == pytest.approx(
+        gaussian_crps(0.5, 1.5, measured), rel=0.01
+    )
     draws = np.random.default_rng(2).normal(0.0, 1.0, (8, 100_000))
     mean = ensemble_crps(draws, np.full(100_000, 0.7)).mean()
     assert mean == pytest.approx(float(gaussian_crps(0.0, 1.0, np.array(0.7))), abs=0.005)
@@ -123,7 +137,9 @@ def test_pairs_are_those_of_definition() -> None:
     draws = np.random.default_rng(3).exponential(size=(7, 3))
     measured = np.array([0.1, 1.0, 3.0])
     pairs = np.abs(draws[:, None] - draws[None, :]).sum(axis=(0, 1)) / (7 * 6)
-    assert ensemble_crps(draws, measured) == pytest.approx(np.abs(draws - measured).mean(axis=0) - pairs / 2)
+    assert ensemble_crps(draws, measured) == pytest.approx(
+        np.abs(draws - measured).mean(axis=0) - pairs / 2
+    )
     assert ensemble_crps(np.array([[1.0, 2.0]]), np.array([3.0, 1.5])).tolist() == [2.0, 0.5]
     with pytest.raises(ValueError, match=r"expected \(d, n\) and \(n,\)"):
         ensemble_crps(np.zeros((4, 3)), np.zeros(2))

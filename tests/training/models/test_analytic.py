@@ -40,13 +40,20 @@ def test_pulses_have_the_models_form_and_come_back_from_a_file(law: str) -> None
 def test_quantities_of_the_bench_are_seen() -> None:
     # A bench of Table 4.2: delrin, R = 30 mm, 0.32 kg at 1 m/s on steel, by hand.
     inputs = inputs_at(TABLE, impact_velocity=1.0)
-    row = int(np.flatnonzero((TABLE.tip_material == "delrin") & (TABLE.target_material == "steel"))[0])
+    row = int(
+        np.flatnonzero((TABLE.tip_material == "delrin") & (TABLE.target_material == "steel"))[0]
+    )
     compliance = (1 - 0.35**2) / 3.2e9 + (1 - 0.3**2) / 200e9
     expected = 2.8683 * (MASS_KG**2 * compliance**2 / 0.03) ** 0.2
     assert _fitted("hertz").predict(inputs).contact_time_s[row] == pytest.approx(expected, rel=1e-4)
     predictors = (*TABLE.predictors, Predictor("bullet_mass", "kg"))
     mass = np.linspace(0.2, 1.0, len(TABLE))
-    gun = replace(TABLE, predictors=predictors, x=np.c_[TABLE.x, mass], impactor_mass_kg=np.full(len(TABLE), np.nan))
+    gun = replace(
+        TABLE,
+        predictors=predictors,
+        x=np.c_[TABLE.x, mass],
+        impactor_mass_kg=np.full(len(TABLE), np.nan),
+    )
     pulse = Analytic("hertz").fit(gun, RNG).pulse(gun.inputs)
     assert pulse.impulse_n_s == pytest.approx(2 * mass * gun.column("impact_velocity"))
     assert np.all(_fitted("hunter").predict(_without("impactor_mass_kg")).contact_time_s > 0)
@@ -55,15 +62,21 @@ def test_quantities_of_the_bench_are_seen() -> None:
 
 @pytest.mark.parametrize("law", LOSSY)
 def test_restitution_is_a_setting_and_needs_a_thickness(law: str) -> None:
-    zener, chosen = (_fitted(law, name).predict(TABLE.inputs).force_n for name in (None, "weir-tallon"))
+    zener, chosen = (
+        _fitted(law, name).predict(TABLE.inputs).force_n for name in (None, "weir-tallon")
+    )
     assert not np.allclose(zener, chosen)
-    with pytest.raises(ValueError, match=r"plate_thickness_m.*thickness_m in \[bench\.plate\] of campaign\.toml"):
+    with pytest.raises(
+        ValueError, match=r"plate_thickness_m.*thickness_m in \[bench\.plate\] of campaign\.toml"
+    ):
         _fitted(law).predict(_without("plate_thickness_m"))
 
 
 @pytest.mark.parametrize("law", ["hertz", "hann", "hunt-crossley"])
 def test_missing_mass_says_where_to_give_it(law: str) -> None:
-    with pytest.raises(ValueError, match=r"impactor_mass_kg.*mass_kg in \[bench\.hammer\] of campaign\.toml"):
+    with pytest.raises(
+        ValueError, match=r"impactor_mass_kg.*mass_kg in \[bench\.hammer\] of campaign\.toml"
+    ):
         _fitted(law).predict(_without("impactor_mass_kg"))
 
 

@@ -29,16 +29,21 @@ def campaign() -> PulseTable:
     """Three times as much noise where the tip is aluminium."""
     rng = np.random.default_rng(31)
     table = pulse_table(rng, positions=3)
-    more = np.where(table.tip_material == "aluminum", 0.06, 0.0)[:, None] * rng.standard_normal((len(table), 2))
+    more = np.where(table.tip_material == "aluminum", 0.06, 0.0)[:, None] * rng.standard_normal(
+        (len(table), 2)
+    )
     time = table.contact_time_s * np.exp(more[:, 0])
     return replace(table, force_n=table.force_n * np.exp(more[:, [1]]), contact_time_s=time)
 
 
-def inside(answer: ContactPrediction, pulses: PulseTable) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def inside(
+    answer: ContactPrediction, pulses: PulseTable
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which points (n x 20) and contact times (n,) lie in the band."""
     return (
         np.abs(pulses.force_n - answer.force_n) <= 1.645 * answer.force_spread_n,
-        np.abs(pulses.contact_time_s - answer.contact_time_s) <= 1.645 * answer.contact_time_spread_s,
+        np.abs(pulses.contact_time_s - answer.contact_time_s)
+        <= 1.645 * answer.contact_time_spread_s,
     )
 
 
@@ -93,7 +98,8 @@ def test_wrong_spread_is_put_right() -> None:
 
     small = campaign().take(campaign().repetition <= 4)
     honest, boastful = (
-        Calibrated(kind(LinearPowers())).fit(small, np.random.default_rng(0)) for kind in (SinglePass, Boastful)
+        Calibrated(kind(LinearPowers())).fit(small, np.random.default_rng(0))
+        for kind in (SinglePass, Boastful)
     )
     a, b = (model.predict(small.inputs).force_spread_n for model in (honest, boastful))
     np.testing.assert_allclose(a, b, rtol=1e-9)
@@ -105,7 +111,9 @@ def test_difficulty_is_the_noise() -> None:
     x = np.repeat([[0.0], [1.0]], 300, axis=0)
     squares = (rng.standard_normal(600) * np.where(x[:, 0] == 1, 2.0, 1.0)) ** 2
     found = most_likely(x, squares, grouped_folds(np.arange(600), 5, rng))
-    np.testing.assert_allclose(found.at(np.array([[0.0], [1.0], [50.0]])), [1.0, 2.0, 2.0], rtol=0.1)
+    np.testing.assert_allclose(
+        found.at(np.array([[0.0], [1.0], [50.0]])), [1.0, 2.0, 2.0], rtol=0.1
+    )
     rng = np.random.default_rng(9)
     x, squares = rng.standard_normal((300, 6)), rng.standard_normal(300) ** 2
     found = most_likely(x, squares, grouped_folds(np.arange(300), 5, rng))

@@ -70,7 +70,9 @@ def test_jacobian_is_that_of_differences(table: PulseTable) -> None:
     for column in range(20):
         step = np.zeros(20)
         step[column] = 1e-6
-        difference = pulses_of(outputs + step, base).force_n - pulses_of(outputs - step, base).force_n
+        difference = (
+            pulses_of(outputs + step, base).force_n - pulses_of(outputs - step, base).force_n
+        )
         np.testing.assert_allclose(jacobian[:, :, column], difference / 2e-6, rtol=1e-5, atol=1e-3)
 
 
@@ -90,7 +92,10 @@ def test_spreads_are_those_of_samples(table: PulseTable) -> None:
 
 def _repeated(base: ResidualPulse, row: int) -> ResidualPulse:
     return ResidualPulse(
-        *(getattr(base, name)[np.full(4000, row)] for name in ("root", "contact_time_s", "bound_n_s", "share"))
+        *(
+            getattr(base, name)[np.full(4000, row)]
+            for name in ("root", "contact_time_s", "bound_n_s", "share")
+        )
     )
 
 

@@ -30,9 +30,15 @@ from support.records.pulse_tables import held_out, inputs_at, pulse_table
 MODELS: dict[str, ContactModel] = {
     "pair, raw": Pair(Coregional(rank=2, iterations=20), ContactTimeProcess(choice=THESIS)),
     "pair, linear": Pair(LinearPowers(), LinearPowers()),
-    "pair, momentum": Pair(LinearPowers(), ContactTimeProcess(choice={**THESIS, "log_time": True}), "momentum"),
-    "single pass, mixture": SinglePass(RotatedOutputs(SingleOutputs(iterations=20, tuning_rows=120))),
-    "hybrid, mixture": Hybrid(process=RotatedOutputs(SingleOutputs(iterations=20, tuning_rows=120))),
+    "pair, momentum": Pair(
+        LinearPowers(), ContactTimeProcess(choice={**THESIS, "log_time": True}), "momentum"
+    ),
+    "single pass, mixture": SinglePass(
+        RotatedOutputs(SingleOutputs(iterations=20, tuning_rows=120))
+    ),
+    "hybrid, mixture": Hybrid(
+        process=RotatedOutputs(SingleOutputs(iterations=20, tuning_rows=120))
+    ),
     "single pass": SinglePass(RotatedOutputs(Coregional(rank=2, components=False))),
     "single pass, linear": SinglePass(LinearPowers()),
     "hybrid": Hybrid(Analytic("hann"), RotatedOutputs(Coregional(rank=2, components=False))),
@@ -50,7 +56,9 @@ ACCURATE = ("pair, momentum", "single pass", "hybrid")
 
 @cache
 def campaign() -> tuple[PulseTable, PulseTable]:
-    return held_out(pulse_table(np.random.default_rng(21), repetitions=5), np.random.default_rng(22), 1)
+    return held_out(
+        pulse_table(np.random.default_rng(21), repetitions=5), np.random.default_rng(22), 1
+    )
 
 
 def rebuilt(model: ContactModel) -> ContactModel:
@@ -85,7 +93,9 @@ def far_outside(rows: int = 200) -> Inputs:
 def test_learns_the_law(name: str) -> None:
     held = campaign()[1]
     answer = fitted(name).predict(held.inputs)
-    off = np.sqrt(np.mean((answer.force_n - held.force_n) ** 2, axis=1)) / np.ptp(held.force_n, axis=1)
+    off = np.sqrt(np.mean((answer.force_n - held.force_n) ** 2, axis=1)) / np.ptp(
+        held.force_n, axis=1
+    )
     assert off.mean() < 0.026
     assert np.mean(np.abs(answer.contact_time_s / held.contact_time_s - 1)) < 0.021
 
@@ -132,7 +142,10 @@ def test_refit_learns_from_other_rows_and_no_pulse_that_pulls(name: str) -> None
 
 @pytest.mark.parametrize("name", NAMES)
 def test_unfitted_or_with_other_arrays_says_so(name: str) -> None:
-    for ask in (lambda: rebuilt(MODELS[name]).predict(campaign()[1].inputs), rebuilt(MODELS[name]).arrays):
+    for ask in (
+        lambda: rebuilt(MODELS[name]).predict(campaign()[1].inputs),
+        rebuilt(MODELS[name]).arrays,
+    ):
         with pytest.raises(NotFittedError):
             ask()
     with pytest.raises(NotFittedError):
@@ -140,7 +153,9 @@ def test_unfitted_or_with_other_arrays_says_so(name: str) -> None:
     with pytest.raises(ValueError, match="restored from"):
         rebuilt(MODELS[name]).restore({})
     held = campaign()[1]
-    fewer = Inputs(held.predictors[:-1], held.x[:, :-1], held.impactor_mass_kg, held.plate_thickness_m)
+    fewer = Inputs(
+        held.predictors[:-1], held.x[:, :-1], held.impactor_mass_kg, held.plate_thickness_m
+    )
     with pytest.raises(ValueError, match="other predictors; different: boundary_conditions"):
         fitted(name).predict(fewer)
 

@@ -63,12 +63,16 @@ def edited(folder: Path, **changes: object) -> None:
 
 def test_files_give_the_same_model(folder, model, pulses, tmp_path):
     back, about = read_model(folder)
-    np.testing.assert_array_equal(back.predict(pulses.inputs).force_n, model.predict(pulses.inputs).force_n)
+    np.testing.assert_array_equal(
+        back.predict(pulses.inputs).force_n, model.predict(pulses.inputs).force_n
+    )
     assert back.settings() == model.settings()
     assert about == {"dataset": "spring"}
     first, second = (write_model(pack(model), {}, tmp_path / name) for name in "ab")
     assert first == second
-    assert (tmp_path / "a" / "arrays.npz").read_bytes() == (tmp_path / "b" / "arrays.npz").read_bytes()
+    assert (tmp_path / "a" / "arrays.npz").read_bytes() == (
+        tmp_path / "b" / "arrays.npz"
+    ).read_bytes()
     again = build(describe(model))
     assert isinstance(again, Pair)
     assert again.settings() == model.settings()
@@ -157,9 +161,15 @@ def test_files_that_lack_something_are_refused(folder, model):
     with pytest.raises(ModelFileError, match="least"):
         read_model(folder)
     # As regressions of scikit-learn were kept before they were its own objects.
-    arrays = {name: array for name, array in model.arrays().items() if not name.startswith("force.")}
-    rewritten(folder, arrays | {"force.x_mean": np.zeros(13), "force.coefficients": np.zeros((27, 20))})
-    with pytest.raises(ModelFileError, match=r"'linear' .* trained by older software.*pyroshock train"):
+    arrays = {
+        name: array for name, array in model.arrays().items() if not name.startswith("force.")
+    }
+    rewritten(
+        folder, arrays | {"force.x_mean": np.zeros(13), "force.coefficients": np.zeros((27, 20))}
+    )
+    with pytest.raises(
+        ModelFileError, match=r"'linear' .* trained by older software.*pyroshock train"
+    ):
         read_model(folder)
     with pytest.raises(ModelFileError, match="not the file that was registered"):
         read_model(folder, "0" * 64)
@@ -175,6 +185,11 @@ def test_untrusted_type_in_a_regressor_does_not_run(folder, model):
     with zipfile.ZipFile(target, "w") as file:
         for name in source.namelist():
             file.writestr(name, source.read(name).replace(b"powers_of", b"powers_no"))
-    rewritten(folder, model.arrays() | {"force.regressor": np.frombuffer(target.getvalue(), dtype=np.uint8)})
-    with pytest.raises(ModelFileError, match=r"refused before anything was made of it: .*linear\.powers_no"):
+    rewritten(
+        folder,
+        model.arrays() | {"force.regressor": np.frombuffer(target.getvalue(), dtype=np.uint8)},
+    )
+    with pytest.raises(
+        ModelFileError, match=r"refused before anything was made of it: .*linear\.powers_no"
+    ):
         read_model(folder)

@@ -12,7 +12,9 @@ from support.records.pulse_tables import held_out, pulse_table
 
 def test_raw_is_the_two_regressions() -> None:
     """Without scaling, force and time are what two regressions by hand say, spreads included."""
-    train, held = held_out(pulse_table(np.random.default_rng(1), repetitions=4), np.random.default_rng(2))
+    train, held = held_out(
+        pulse_table(np.random.default_rng(1), repetitions=4), np.random.default_rng(2)
+    )
     groups, rng = train.configuration, np.random.default_rng(0)
     force = LinearPowers().fit(train.x, train.force_n, groups, rng).predict(held.x)
     time = LinearPowers().fit(train.x, train.contact_time_s[:, None], groups, rng).predict(held.x)
@@ -25,11 +27,17 @@ def test_raw_is_the_two_regressions() -> None:
     np.testing.assert_array_equal(answer.contact_time_s[later], time.mean[later, 0])
 
 
-@pytest.mark.parametrize(("scaling", "least", "most"), [("none", 5.0, 50.0), ("momentum", 0.8, 1.25)])
+@pytest.mark.parametrize(
+    ("scaling", "least", "most"), [("none", 5.0, 50.0), ("momentum", 0.8, 1.25)]
+)
 def test_noise_of_soft_tips_over_hard(scaling: str, least: float, most: float) -> None:
     """Over the peak; the synthetic law's is the same for both, and their peaks are 15 apart."""
     train, held = held_out(pulse_table(np.random.default_rng(1)), np.random.default_rng(2))
-    answer = Pair(LinearPowers(), LinearPowers(), scaling).fit(train, np.random.default_rng(0)).predict(held.inputs)
+    answer = (
+        Pair(LinearPowers(), LinearPowers(), scaling)
+        .fit(train, np.random.default_rng(0))
+        .predict(held.inputs)
+    )
     over = answer.force_spread_n.max(axis=1) / held.peak_force_n
     soft = held.tip_material == "polyurethane"
     hard = held.tip_material == "aluminum"
@@ -48,7 +56,9 @@ def test_pulse_that_pulls_is_made_to_push() -> None:
 HALF = np.array([[1.0, 0.5], [0.5, 1.0]])
 
 
-@pytest.mark.parametrize(("sign", "expected"), [(1.0, 3 + 4 + 2 * 3**0.5), (-1.0, 3 + 4 - 2 * 3**0.5)])
+@pytest.mark.parametrize(
+    ("sign", "expected"), [(1.0, 3 + 4 + 2 * 3**0.5), (-1.0, 3 + 4 - 2 * 3**0.5)]
+)
 def test_sum_and_difference(sign: float, expected: float) -> None:
     """Var(a + b) = Var a + Var b + 2 Cov(a, b)."""
     spread = propagate_spread(np.array([[[1.0, sign]]]), np.array([[3**0.5, 2.0]]), HALF)

@@ -24,7 +24,9 @@ def test_refitted_bands_forget_the_configurations_that_are_left_out() -> None:
     assert len(again.difficulty_[0].x) == len(others)
     restored = Calibrated(SinglePass(LinearPowers())).restore(again.arrays())
     np.testing.assert_allclose(
-        restored.predict(table.inputs).log_spread, again.predict(table.inputs).log_spread, rtol=1e-12
+        restored.predict(table.inputs).log_spread,
+        again.predict(table.inputs).log_spread,
+        rtol=1e-12,
     )
 
 
@@ -32,7 +34,10 @@ def test_impulses_of_a_hand_that_pushes_are_within_the_bands() -> None:
     """Impulses above two momenta were cut off at two, and half of them lay outside of the bands."""
     table = pulse_table(np.random.default_rng(2), repetitions=2)
     pushed = replace(
-        table, force_n=1.4 * table.force_n, peak_force_n=1.4 * table.peak_force_n, impulse_n_s=1.4 * table.impulse_n_s
+        table,
+        force_n=1.4 * table.force_n,
+        peak_force_n=1.4 * table.peak_force_n,
+        impulse_n_s=1.4 * table.impulse_n_s,
     )
     model = Calibrated(SinglePass(LinearPowers())).fit(pushed, np.random.default_rng(0))
     draws = unseen_draws(model, pushed)

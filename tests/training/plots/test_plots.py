@@ -31,14 +31,23 @@ def pulses() -> PulseTable:
 
 
 def off_by(pulses: PulseTable, force: float, spread: bool = True) -> ContactPrediction:
-    spreads = (np.full((len(pulses), POINTS), 20.0), 0.02 * pulses.contact_time_s) if spread else (None, None)
-    return ContactPrediction((1 + force) * pulses.force_n, (1 - force) * pulses.contact_time_s, *spreads)
+    spreads = (
+        (np.full((len(pulses), POINTS), 20.0), 0.02 * pulses.contact_time_s)
+        if spread
+        else (None, None)
+    )
+    return ContactPrediction(
+        (1 + force) * pulses.force_n, (1 - force) * pulses.contact_time_s, *spreads
+    )
 
 
 @pytest.fixture(scope="module")
 def errors(pulses: PulseTable) -> dict[str, PulseErrors]:
     """Names sort otherwise than the models do; one errs a hundred times as much as another."""
-    return {name: pulse_errors(pulses, off_by(pulses, e)) for name, e in (("a", 0.3), ("b", 0.003), ("c", 0.02))}
+    return {
+        name: pulse_errors(pulses, off_by(pulses, e))
+        for name, e in (("a", 0.3), ("b", 0.003), ("c", 0.02))
+    }
 
 
 def written(figure: Figure) -> bytes:
@@ -47,7 +56,9 @@ def written(figure: Figure) -> bytes:
     return file.getvalue()
 
 
-def test_heat_map_ranks_models_and_each_has_a_panel_by_test(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+def test_heat_map_ranks_models_and_each_has_a_panel_by_test(
+    pulses: PulseTable, errors: dict[str, PulseErrors]
+) -> None:
     figure = heat_map(pulses, errors)
     upper = figure.axes[0]
     assert [label.get_text() for label in upper.get_yticklabels()] == ["b", "c", "a"]
@@ -59,7 +70,9 @@ def test_heat_map_ranks_models_and_each_has_a_panel_by_test(pulses: PulseTable, 
     figure = by_test(pulses, errors, "force_nrmse")
     assert [axes.get_title(loc="left")[0] for axes in figure.axes] == ["b", "c", "a"]
     assert figure.axes[0].get_yscale() == "log"
-    drawn = sum(np.size(line.get_xdata()) for line in figure.axes[0].lines if line.get_marker() == "o")
+    drawn = sum(
+        np.size(line.get_xdata()) for line in figure.axes[0].lines if line.get_marker() == "o"
+    )
     assert drawn == 60
     assert written(figure)
     assert by_test(pulses, {"a": errors["a"]}, "peak_force_error").axes[0].get_yscale() == "linear"
@@ -76,15 +89,26 @@ def test_pulse_grid_shows_the_worst(pulses: PulseTable) -> None:
     assert not figure.axes[0].collections and not figure.axes[0].patches
 
 
-def test_difference_figure_has_every_group(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+def test_difference_figure_has_every_group(
+    pulses: PulseTable, errors: dict[str, PulseErrors]
+) -> None:
     groups = comparison_groups(pulses)
-    result = compare(errors["a"], errors["b"], pulses.configuration, groups, np.random.default_rng(0), resamples=50)
+    result = compare(
+        errors["a"],
+        errors["b"],
+        pulses.configuration,
+        groups,
+        np.random.default_rng(0),
+        resamples=50,
+    )
     figure = difference_figure(result)
     labels = [label.get_text() for label in figure.axes[1].get_yticklabels()]
     assert len(labels) == sum(len(np.unique(values)) for values in groups.values())
     assert "insulator: polymeric" in labels
     assert written(figure)
-    result = compare(errors["a"], errors["b"], pulses.configuration, {}, np.random.default_rng(0), resamples=50)
+    result = compare(
+        errors["a"], errors["b"], pulses.configuration, {}, np.random.default_rng(0), resamples=50
+    )
     assert len(difference_figure(result).axes) == 1
 
 
@@ -100,7 +124,10 @@ def test_coverage_leaves_out_models_without_spread(pulses: PulseTable) -> None:
 
 
 def test_runs_of_two_campaigns_stay_apart() -> None:
-    tables = [pulse_table(np.random.default_rng(0), repetitions=2, campaign=name) for name in ("spring", "autumn")]
+    tables = [
+        pulse_table(np.random.default_rng(0), repetitions=2, campaign=name)
+        for name in ("spring", "autumn")
+    ]
     runs = runs_of(concatenate(tables))
     assert len(runs) == 120
     assert runs.label[0] == "autumn 1" and runs.label[60] == "spring 1"

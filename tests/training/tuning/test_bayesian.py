@@ -35,7 +35,9 @@ def test_finds_known_minimum_and_beats_its_random_start() -> None:
     scores = [trial.score for trial in found().trials]
     assert found().value == min(scores) < min(scores[:10])
     assert all(trial.score == bowl(dict(trial.settings)) for trial in found().trials)
-    assert all(trial.duration_s is not None and 0 <= trial.duration_s < 60 for trial in found().trials)
+    assert all(
+        trial.duration_s is not None and 0 <= trial.duration_s < 60 for trial in found().trials
+    )
     assert searched(iterations=13) == searched(iterations=13)
     first = {"shape": "flat", "width": 0.1}
     assert searched(iterations=1, first=first) == BayesianResult(first, 5.0, (Trial(first, 5.0),))

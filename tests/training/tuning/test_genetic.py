@@ -14,7 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.training.tuning.folds import grouped_folds
-from pyroshock.training.tuning.genetic import Genes, GeneticResult, Search, SearchJournal, run_search
+from pyroshock.training.tuning.genetic import (
+    Genes,
+    GeneticResult,
+    Search,
+    SearchJournal,
+    run_search,
+)
 
 LEVELS = (3, 24, 21)
 SEARCH = Search(LEVELS, population=10, generations=6)
@@ -38,7 +44,10 @@ def test_finds_the_bottom_and_never_worsens() -> None:
     best = run_search(SEARCH, bowl, 2, without_file()).best
     assert len(best) == SEARCH.generations + 1
     assert list(best) == sorted(best, reverse=True)
-    assert run_search(SEARCH, bowl, 1, without_file()).best != run_search(SEARCH, bowl, 2, without_file()).best
+    assert (
+        run_search(SEARCH, bowl, 1, without_file()).best
+        != run_search(SEARCH, bowl, 2, without_file()).best
+    )
     seen: list[Genes] = []
     run_search(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
     assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
@@ -89,7 +98,9 @@ def test_workers_work_at_once_and_find_the_same() -> None:
         meet.wait()
         return float(sum(genes))
 
-    run_search(Search((4,), population=4, generations=0, elite=1, workers=2), together, 0, without_file())
+    run_search(
+        Search((4,), population=4, generations=0, elite=1, workers=2), together, 0, without_file()
+    )
     assert not meet.broken
 
 
@@ -106,7 +117,9 @@ def test_failing_evaluation_reaches_the_caller(tmp_path: Path) -> None:
     assert all(genes[0] != 2 for genes in SearchJournal(tmp_path / "journal", {}).values)
 
 
-@pytest.mark.parametrize("wrong", [{"population": 1}, {"elite": 0}, {"generations": -1}, {"workers": 0}])
+@pytest.mark.parametrize(
+    "wrong", [{"population": 1}, {"elite": 0}, {"generations": -1}, {"workers": 0}]
+)
 def test_impossible_search_is_refused(wrong: dict[str, int]) -> None:
     with pytest.raises(ValueError, match="not a search"):
         Search(LEVELS, **{"elite": 1, **wrong})
@@ -149,7 +162,10 @@ def test_killed_search_resumes_to_the_same_result(tmp_path: Path, kill: signal.S
 
     fresh: list[Genes] = []
     result = run_search(
-        SEARCH, lambda genes: fresh.append(genes) or bowl(genes), 7, SearchJournal(path, {"of": "a test"})
+        SEARCH,
+        lambda genes: fresh.append(genes) or bowl(genes),
+        7,
+        SearchJournal(path, {"of": "a test"}),
     )
     assert result == run_search(SEARCH, bowl, 7, without_file())
     assert not set(fresh) & set(before)
@@ -194,7 +210,12 @@ def test_journal_keeps_values_exactly(tmp_path: Path) -> None:
 
 def test_journal_times_each_candidate() -> None:
     journal = without_file()
-    run_search(Search((4,), population=4, generations=0, elite=1), lambda _: time.sleep(0.01) or 0.0, 0, journal)
+    run_search(
+        Search((4,), population=4, generations=0, elite=1),
+        lambda _: time.sleep(0.01) or 0.0,
+        0,
+        journal,
+    )
     assert all(0.01 <= seconds < 5 for seconds in journal.durations_s.values())
     assert journal.durations_s.keys() == journal.values.keys()
 

@@ -24,7 +24,9 @@ def test_a_cluster_finds_the_same(tmp_path):
     alone = run_search(SEARCH, chores.away, 3, SearchJournal(None, {}))
     with dask_cluster(tmp_path, 2) as cluster:
         executor = ExecutorConfig("dask", scheduler=cluster.address)
-        assert run_search(SEARCH, chores.away, 3, SearchJournal(None, {}), executor=executor) == alone
+        assert (
+            run_search(SEARCH, chores.away, 3, SearchJournal(None, {}), executor=executor) == alone
+        )
 
 
 def test_what_was_found_costs_no_worker(tmp_path):
@@ -33,7 +35,11 @@ def test_what_was_found_costs_no_worker(tmp_path):
     content = path.read_bytes()
     assert (
         run_search(
-            SEARCH, chores.away, 3, SearchJournal(path, {}), executor=ExecutorConfig("dask", scheduler="tcp://nobody:1")
+            SEARCH,
+            chores.away,
+            3,
+            SearchJournal(path, {}),
+            executor=ExecutorConfig("dask", scheduler="tcp://nobody:1"),
         )
         == result
     )

@@ -29,7 +29,9 @@ def test_off_is_hertz_and_parameters_are_one_for_each_impact(kind: type[ContactE
     """Parameters of other impacts are refused."""
     off = kind(**{item.name: item.off for item in kind.parameters()})
     nominal = impact(BODIES, insulated=INSULATED)
-    assert np.array_equal(impact(BODIES, [off], insulated=INSULATED).force_n(33), nominal.force_n(33))
+    assert np.array_equal(
+        impact(BODIES, [off], insulated=INSULATED).force_n(33), nominal.force_n(33)
+    )
     changed = impact(BODIES, [kind()], insulated=np.ones(3, dtype=bool)).peak_force_n
     assert not np.allclose(changed, hertz(BODIES).peak_force_n, rtol=1e-3)
     wrong = kind(**{item.name: np.full(2, item.default) for item in kind.parameters()})
@@ -39,8 +41,14 @@ def test_off_is_hertz_and_parameters_are_one_for_each_impact(kind: type[ContactE
     each = kind(**{item.name: np.linspace(item.default, item.off, 3) for item in items})
     together = impact(BODIES, [each], insulated=np.ones(3, dtype=bool)).peak_force_n
     for row in range(3):
-        one = kind(**{item.name: float(np.linspace(item.default, item.off, 3)[row]) for item in items})
-        alone = impact(impacts(impact_velocity_m_s=BODIES.impact_velocity_m_s[row]), [one], insulated=np.array([True]))
+        one = kind(
+            **{item.name: float(np.linspace(item.default, item.off, 3)[row]) for item in items}
+        )
+        alone = impact(
+            impacts(impact_velocity_m_s=BODIES.impact_velocity_m_s[row]),
+            [one],
+            insulated=np.array([True]),
+        )
         assert alone.peak_force_n[0] == pytest.approx(together[row], rel=1e-9)
 
 
@@ -63,7 +71,9 @@ def test_viscous_loss_has_its_restitution_for_any_tip_and_layer() -> None:
 
 
 def test_layer_acts_where_the_insulator_is_and_gives_way_less_where_it_stiffens() -> None:
-    pulse, nominal = (impact(BODIES, effects, insulated=INSULATED) for effects in ([LayerCompliance(1e-7)], []))
+    pulse, nominal = (
+        impact(BODIES, effects, insulated=INSULATED) for effects in ([LayerCompliance(1e-7)], [])
+    )
     softer = pulse.peak_force_n < 0.99 * nominal.peak_force_n
     assert softer.tolist() == INSULATED.tolist()
     assert pulse.force_n()[1] == pytest.approx(nominal.force_n()[1], rel=1e-12)
@@ -86,8 +96,13 @@ def test_what_relaxes_is_like_polymers_of_all_materials() -> None:
         impactor_youngs_modulus_pa=np.full(2, 3e9),
         target_youngs_modulus_pa=np.full(2, 2e9),
     )
-    relaxing, polymer = ViscousLoss(0, relaxing_loss=0.2, relaxing_stiffening=0.5), ViscousLoss(0, 0.2, 0.5)
-    assert impact(soft, [relaxing]).force_n() == pytest.approx(impact(soft, [polymer]).force_n(), rel=1e-12)
+    relaxing, polymer = (
+        ViscousLoss(0, relaxing_loss=0.2, relaxing_stiffening=0.5),
+        ViscousLoss(0, 0.2, 0.5),
+    )
+    assert impact(soft, [relaxing]).force_n() == pytest.approx(
+        impact(soft, [polymer]).force_n(), rel=1e-12
+    )
     metals = impacts(
         impact_velocity_m_s=[0.3, 1.2],
         impactor_youngs_modulus_pa=np.full(2, 200e9),
@@ -113,7 +128,9 @@ def test_yield_stiffness_plate_and_mass_act_as_they_say() -> None:
     bodies = impacts(impact_velocity_m_s=velocity * np.array([0.99, 1.01]))
     below, above = impact(bodies, [PlasticYield()]).permanent_indentation_m
     assert below == 0.0 < above
-    pressure = (6 * yield_load(impacts()) / (np.pi**3 * 0.03**2 * impacts().compliance_1_pa ** 2)) ** (1 / 3)
+    pressure = (
+        6 * yield_load(impacts()) / (np.pi**3 * 0.03**2 * impacts().compliance_1_pa ** 2)
+    ) ** (1 / 3)
     assert pressure == pytest.approx([1.6 * 71.7e6])
 
 
@@ -130,7 +147,10 @@ def test_polymers_act_by_their_share_of_the_compliance(polymer: str) -> None:
         names = [*list(bodies)[2:], *list(bodies)[:2]]
         bodies = dict(zip(names, bodies.values(), strict=True))
     stiffer = 1 + 2.0 * compliance["tip"] / sum(compliance.values())
-    nominal, found = impact(impacts(**bodies)), impact(impacts(**bodies), [ViscousLoss(0, polymer_stiffening=2.0)])
+    nominal, found = (
+        impact(impacts(**bodies)),
+        impact(impacts(**bodies), [ViscousLoss(0, polymer_stiffening=2.0)]),
+    )
     assert found.contact_time_s / nominal.contact_time_s == pytest.approx([stiffer**-0.4], rel=1e-5)
 
 
@@ -138,7 +158,10 @@ def test_what_relaxes_loses_the_same_at_any_speed_mass_and_stiffness() -> None:
     """As Zener says, e = exp(-1.72 lambda) for little of it (Phys. Rev. 59 (1941) 669). With a flat tip it is a mass on
     a Maxwell body, p = 1: f'' + lambda f' + f = 0, whence e = exp(-lambda pi / sqrt(4 - lambda^2))."""
     bodies = impacts(impact_velocity_m_s=[0.3, 5.0, 0.3], impactor_mass_kg=[0.32, 0.32, 4.0])
-    found = [impact(bodies, [ViscousLoss(0, relaxing_loss=0.1, relaxing_stiffening=s)]) for s in (0.0, 3.0)]
+    found = [
+        impact(bodies, [ViscousLoss(0, relaxing_loss=0.1, relaxing_stiffening=s)])
+        for s in (0.0, 3.0)
+    ]
     e = np.array([one.restitution.value for one in found])
     assert e == pytest.approx(np.full((2, 3), e[0, 0]), rel=1e-6)
     assert e[0, 0] == pytest.approx(np.exp(-0.172), rel=5e-3)
@@ -147,7 +170,9 @@ def test_what_relaxes_loses_the_same_at_any_speed_mass_and_stiffness() -> None:
     expected = np.exp(-inelasticity * np.pi / np.sqrt(4 - inelasticity**2))
     assert flat.restitution.value == pytest.approx(expected, rel=1e-5)
     for exponent in (1.0, 1.2, 2.0):
-        relaxing = impact(bodies, [TipGeometry(exponent=exponent), ViscousLoss(0, relaxing_loss=0.2)]).restitution.value
+        relaxing = impact(
+            bodies, [TipGeometry(exponent=exponent), ViscousLoss(0, relaxing_loss=0.2)]
+        ).restitution.value
         assert relaxing == pytest.approx(np.full(3, relaxing[0]), rel=1e-6)
 
 
@@ -162,8 +187,15 @@ def test_contact_that_springs_back_at_once_ends_after_its_deepest_indentation() 
         "impactor_radius_m": 0.045,
     }
     pointed = TipGeometry(exponent=2.62041930178646, reference_indentation_m=7.554626260509687e-06)
-    relaxing = ViscousLoss(0, relaxing_loss=0.9774522627339214, relaxing_stiffening=0.028208421853817823)
-    effects = [EffectiveMass(1.1159665200641904), PlasticYield(1.9032368468171748), pointed, relaxing]
+    relaxing = ViscousLoss(
+        0, relaxing_loss=0.9774522627339214, relaxing_stiffening=0.028208421853817823
+    )
+    effects = [
+        EffectiveMass(1.1159665200641904),
+        PlasticYield(1.9032368468171748),
+        pointed,
+        relaxing,
+    ]
     fast = impact(impacts(impact_velocity_m_s=np.geomspace(10, 20, 500), **steel), effects)
     assert np.all(np.abs(np.diff(np.log(fast.contact_time_s))) < 1e-3)
     faster = impact(impacts(impact_velocity_m_s=np.geomspace(20, 100, 500), **steel), effects)
@@ -172,9 +204,13 @@ def test_contact_that_springs_back_at_once_ends_after_its_deepest_indentation() 
 
 
 def test_missing_quantities_and_effects_of_other_stages_are_refused() -> None:
-    with pytest.raises(MissingQuantityError, match=r"contact.plastic_yield needs target_yield_strength_pa"):
+    with pytest.raises(
+        MissingQuantityError, match=r"contact.plastic_yield needs target_yield_strength_pa"
+    ):
         impact(impacts(target_yield_strength_pa=None), [PlasticYield()])
-    with pytest.raises(MissingQuantityError, match=r"contact.plate_compliance needs plate_thickness_m"):
+    with pytest.raises(
+        MissingQuantityError, match=r"contact.plate_compliance needs plate_thickness_m"
+    ):
         impact(impacts(plate_thickness_m=None), [PlateCompliance()])
     other = next(kind for kind in catalogue().values() if not issubclass(kind, ContactEffect))
     with pytest.raises(TypeError, match="expected effects of ContactEffect"):
@@ -186,7 +222,9 @@ def test_worn_tip_keeps_the_force_at_its_reference() -> None:
     """An impact that comes just to the reference has the ball's peak where the energies are the same."""
     depth = 2e-4
     stiffness = impacts().hertz_stiffness_n_m15
-    energy = stiffness * depth**2.5 / (1.2 + 1)  # of the worn tip at that depth: k d^(3/2 - p) d^(p + 1) / (p + 1)
+    energy = (
+        stiffness * depth**2.5 / (1.2 + 1)
+    )  # of the worn tip at that depth: k d^(3/2 - p) d^(p + 1) / (p + 1)
     bodies = impacts(impact_velocity_m_s=np.sqrt(2 * energy / 0.32))
     pulse = impact(bodies, [TipGeometry(1.2, depth)])
     assert pulse.deepest_indentation_m == pytest.approx([depth], rel=1e-6)
@@ -204,11 +242,15 @@ def test_yield_that_hardens_as_an_elastic_contact_is_hertz() -> None:
     for exponent in (1.0, 1.2):
         worn = TipGeometry(exponent)
         for order in ([worn, soft], [soft, worn]):
-            assert impact(BODIES, order).peak_force_n == pytest.approx(impact(BODIES, [worn]).peak_force_n, rel=1e-6)
+            assert impact(BODIES, order).peak_force_n == pytest.approx(
+                impact(BODIES, [worn]).peak_force_n, rel=1e-6
+            )
 
 
 @pytest.mark.parametrize("pressure", [0.4, 1.6])
-def test_less_hardening_lowers_the_peak_and_rebound_and_lengthens_the_contact(pressure: float) -> None:
+def test_less_hardening_lowers_the_peak_and_rebound_and_lengthens_the_contact(
+    pressure: float,
+) -> None:
     exponents = np.linspace(0.2, 1.5, 14)
     bodies = impacts(impact_velocity_m_s=np.full(14, 5.0))
     pulse = impact(bodies, [PlasticYield(pressure, hardening_exponent=exponents)])
@@ -221,7 +263,10 @@ def test_less_hardening_lowers_the_peak_and_rebound_and_lengthens_the_contact(pr
 
 
 def test_an_earlier_yield_keeps_its_own_hardening_and_impossible_exponents_are_refused() -> None:
-    early, late = PlasticYield(0.5, hardening_exponent=1.2), PlasticYield(2.0, hardening_exponent=0.5)
+    early, late = (
+        PlasticYield(0.5, hardening_exponent=1.2),
+        PlasticYield(2.0, hardening_exponent=0.5),
+    )
     early_inputs = early.prepare(Impacts.of(BODIES))
     for prepared in (early.prepare(late.prepare(Impacts.of(BODIES))), late.prepare(early_inputs)):
         assert np.array_equal(prepared.yield_load_n, early_inputs.yield_load_n)
@@ -233,7 +278,12 @@ def test_an_earlier_yield_keeps_its_own_hardening_and_impossible_exponents_are_r
 
 
 def test_yield_without_a_hardening_of_its_own_is_along_the_tangent() -> None:
-    thornton, told = (impact(BODIES, [yields]) for yields in (PlasticYield(), PlasticYield(hardening_exponent=1.0)))
+    thornton, told = (
+        impact(BODIES, [yields])
+        for yields in (PlasticYield(), PlasticYield(hardening_exponent=1.0))
+    )
     assert np.array_equal(thornton.force_n(65), told.force_n(65))
     near = impact(BODIES, [PlasticYield(hardening_exponent=1.0 + 1e-9)])
-    assert near.force_n(65) == pytest.approx(thornton.force_n(65), rel=1e-6, abs=1e-6 * thornton.peak_force_n.max())
+    assert near.force_n(65) == pytest.approx(
+        thornton.force_n(65), rel=1e-6, abs=1e-6 * thornton.peak_force_n.max()
+    )

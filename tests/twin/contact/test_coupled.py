@@ -26,10 +26,18 @@ from scipy.integrate import solve_ivp
 from support.records.contact_bodies import of_materials
 
 NONE = np.zeros(0)
-QUANTITIES = ("peak_force_n", "contact_time_s", "compression_time_s", "impulse_n_s", "deepest_indentation_m")
+QUANTITIES = (
+    "peak_force_n",
+    "contact_time_s",
+    "compression_time_s",
+    "impulse_n_s",
+    "deepest_indentation_m",
+)
 
 
-def impacts_of(velocity_m_s, effects=(), *, tip="steel", thickness_m=0.01, mass_kg=0.5, radius_m=0.03):
+def impacts_of(
+    velocity_m_s, effects=(), *, tip="steel", thickness_m=0.01, mass_kg=0.5, radius_m=0.03
+):
     """On aluminium, everywhere insulated: only the layer's effect minds."""
     bodies = of_materials(
         THESIS[tip], THESIS["aluminum"], impactor_radius_m=radius_m, plate_thickness_m=thickness_m,
@@ -45,7 +53,9 @@ def solved(impacts, point, **options):
 
 def off(found, expected, names=QUANTITIES):
     """Largest relative error of any quantity of any impact."""
-    return max(float(np.abs(getattr(found, name) / getattr(expected, name) - 1).max()) for name in names)
+    return max(
+        float(np.abs(getattr(found, name) / getattr(expected, name) - 1).max()) for name in names
+    )
 
 
 def square_plate(thickness_m, highest_hz, damping=0.0, side_m=1.0):
@@ -85,13 +95,18 @@ RIGID = PlatePoint(NONE, NONE, NONE, np.inf)
 def test_rigid_plate_is_the_impact_on_a_rigid_target(effects):
     impacts = impacts_of(np.linspace(1.0, 20.0, 5), effects)
     assert off(solved(impacts, RIGID), solve(impacts)) < 2e-5
-    heavy = replace(RIGID, frequency_hz=np.zeros(1), damping_ratio=np.zeros(1), shape=np.full(1, 1e-4))
+    heavy = replace(
+        RIGID, frequency_hz=np.zeros(1), damping_ratio=np.zeros(1), shape=np.full(1, 1e-4)
+    )
     assert off(solved(impacts, heavy), solve(impacts)) < 1e-4
 
 
 def oscillator(impacts, frequency_hz, damping, shape, chi=0.0):
     """One impact on one mode, by solve_ivp: time of the last parting, peak force, impulse, contacts."""
-    k, m, u = (float(x[0]) for x in (impacts.stiffness_n_mp, impacts.mass_kg, impacts.bodies.impact_velocity_m_s))
+    k, m, u = (
+        float(x[0])
+        for x in (impacts.stiffness_n_mp, impacts.mass_kg, impacts.bodies.impact_velocity_m_s)
+    )
     omega = 2 * np.pi * frequency_hz
 
     def force(state):
@@ -100,22 +115,40 @@ def oscillator(impacts, frequency_hz, damping, shape, chi=0.0):
 
     def rate(_time, state):
         _, v, q, p = state
-        return [v, -force(state) / m, p, shape * force(state) - 2 * damping * omega * p - omega**2 * q]
+        return [
+            v,
+            -force(state) / m,
+            p,
+            shape * force(state) - 2 * damping * omega * p - omega**2 * q,
+        ]
 
     def gap(time, state):
         return state[0] - shape * state[2] + (1e-9 if time == 0 else 0.0)
 
     run = solve_ivp(
-        rate, (0, 0.006), [0, u, 0, 0], "DOP853", events=gap, rtol=1e-12, atol=1e-16, max_step=4e-6, dense_output=True
+        rate,
+        (0, 0.006),
+        [0, u, 0, 0],
+        "DOP853",
+        events=gap,
+        rtol=1e-12,
+        atol=1e-16,
+        max_step=4e-6,
+        dense_output=True,
     )
     crossings = [*run.t_events[0], np.inf]  # partings and touches in turn
-    contacts = next(i for i in range(0, len(crossings), 2) if crossings[i + 1] > 1.5 * crossings[i]) // 2 + 1
+    contacts = (
+        next(i for i in range(0, len(crossings), 2) if crossings[i + 1] > 1.5 * crossings[i]) // 2
+        + 1
+    )
     end = crossings[2 * contacts - 2]
     states = run.sol(np.linspace(0, end, 20001))
     return end, max(force(state) for state in states.T), m * (u - run.sol(end)[1]), contacts
 
 
-@pytest.mark.parametrize(("frequency", "damping", "chi"), [(900.0, 0.0, 0.0), (3000.0, 0.02, 0.0), (900.0, 0.1, 0.05)])
+@pytest.mark.parametrize(
+    ("frequency", "damping", "chi"), [(900.0, 0.0, 0.0), (3000.0, 0.02, 0.0), (900.0, 0.1, 0.05)]
+)
 def test_one_mode_against_solve_ivp(frequency, damping, chi):
     impacts = impacts_of(np.array([5.0]), [ViscousLoss(chi)] if chi else [], tip="delrin")
     point = PlatePoint(np.array([frequency]), np.array([damping]), np.array([1.5]), np.inf)
@@ -127,11 +160,20 @@ def test_one_mode_against_solve_ivp(frequency, damping, chi):
     assert found.impulse_n_s[0] == pytest.approx(impulse, rel=1e-6)
 
 
-@pytest.mark.parametrize(("tip", "thickness"), [("polyurethane", 0.01), ("delrin", 0.015), ("polyurethane", 0.006)])
+@pytest.mark.parametrize(
+    ("tip", "thickness"), [("polyurethane", 0.01), ("delrin", 0.015), ("polyurethane", 0.006)]
+)
 def test_plate_without_edges_is_zeners(tip, thickness):
     velocity = np.array([1.0, 5.0, 15.0])
-    point = PlatePoint(NONE, NONE, NONE, float(impacts_of(velocity, thickness_m=thickness).plate_impedance_n_s_m[0]))
-    found = solved(impacts_of(velocity, tip=tip, thickness_m=thickness), point, steps=96, cycles=16.0)
+    point = PlatePoint(
+        NONE,
+        NONE,
+        NONE,
+        float(impacts_of(velocity, thickness_m=thickness).plate_impedance_n_s_m[0]),
+    )
+    found = solved(
+        impacts_of(velocity, tip=tip, thickness_m=thickness), point, steps=96, cycles=16.0
+    )
     zener = solve(impacts_of(velocity, [PlateCompliance(1.0)], tip=tip, thickness_m=thickness))
     assert off(found, zener, ("peak_force_n", "contact_time_s", "impulse_n_s")) < 1e-4
     # Eq. 1.13 and 1.14 with the impactor's mass: lambda = m u / (l Z) over Zener's scale, 1.719 lambda within 0.014.
@@ -165,10 +207,19 @@ def test_steps_modes_and_batches_change_nothing():
     impacts = impacts_of(np.array([1.0, 5.0, 15.0]), tip="delrin", thickness_m=0.005)
     point = square_plate(0.005, 20e3, damping=0.005)
     finest = solved(impacts, point, steps=192, cycles=32.0)
-    errors = [off(solved(impacts, point, steps=steps, cycles=32.0), finest) for steps in (6, 12, 48)]
+    errors = [
+        off(solved(impacts, point, steps=steps, cycles=32.0), finest) for steps in (6, 12, 48)
+    ]
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 1e-5
-    assert off(solved(impacts, point, cycles=8.0), finest, ("peak_force_n", "contact_time_s", "impulse_n_s")) < 1e-4
+    assert (
+        off(
+            solved(impacts, point, cycles=8.0),
+            finest,
+            ("peak_force_n", "contact_time_s", "impulse_n_s"),
+        )
+        < 1e-4
+    )
     velocity = np.array([0.5, 3.0, 12.0])
     point = square_plate(0.004, 8e3, damping=0.005)
     together = solved(impacts_of(velocity, tip="delrin", thickness_m=0.004), point)
@@ -195,20 +246,30 @@ def test_momentum_and_energy_are_kept(tip, velocity, mass, radius, frequency, sh
     """What the impactor has lost the plate has, in a free plate of a few modes without damping."""
     impacts = impacts_of(np.array([velocity]), tip=tip, mass_kg=mass, radius_m=radius)
     rows = np.array([0.0, *sorted(frequency)])
-    point = PlatePoint(rows, np.zeros(rows.size), np.array([plate_mass**-0.5] + [shape] * len(frequency)), np.inf)
+    point = PlatePoint(
+        rows, np.zeros(rows.size), np.array([plate_mass**-0.5] + [shape] * len(frequency)), np.inf
+    )
     found = solved(impacts, point, steps=192, cycles=1e6)
     before = mass * velocity**2 / 2
     after = mass * found.separation_velocity_m_s[0] ** 2 / 2 + found.plate_energy_j[0]
     assert after == pytest.approx(before, rel=1e-6)
-    assert found.impulse_n_s[0] == pytest.approx(mass * (velocity + found.separation_velocity_m_s[0]), rel=1e-9)
+    assert found.impulse_n_s[0] == pytest.approx(
+        mass * (velocity + found.separation_velocity_m_s[0]), rel=1e-9
+    )
     nodes = found.shape.course
-    phase = np.concatenate([np.linspace(a, b, 5)[:-1] for a, b in zip(nodes.phase[:-1], nodes.phase[1:], strict=True)])
-    phase = np.clip(np.append(phase, 1.0), 0.0, 1.0)  # exact for the cubics between the nodes, by Boole's rule
+    phase = np.concatenate(
+        [np.linspace(a, b, 5)[:-1] for a, b in zip(nodes.phase[:-1], nodes.phase[1:], strict=True)]
+    )
+    phase = np.clip(
+        np.append(phase, 1.0), 0.0, 1.0
+    )  # exact for the cubics between the nodes, by Boole's rule
     force = found.force_at(phase)[0]
     weights = np.zeros(phase.size)
     for i, w in enumerate((7, 32, 12, 32, 7)):
         weights[i : phase.size - 4 + i : 4] += w / 90 * 4 * np.diff(phase)[::4]
-    assert weights @ force * found.contact_time_s[0] == pytest.approx(found.impulse_n_s[0], rel=1e-6)
+    assert weights @ force * found.contact_time_s[0] == pytest.approx(
+        found.impulse_n_s[0], rel=1e-6
+    )
 
 
 @settings(max_examples=40, deadline=None)
@@ -237,7 +298,9 @@ def test_bodies_may_meet_again():
     force = found.force_n(2001)[0]
     between = np.flatnonzero(force[1:-1] == 0)
     assert between.size
-    assert found.impulse_n_s[0] == pytest.approx(np.trapezoid(force) * found.contact_time_s[0] / 2000, rel=1e-3)
+    assert found.impulse_n_s[0] == pytest.approx(
+        np.trapezoid(force) * found.contact_time_s[0] / 2000, rel=1e-3
+    )
 
 
 def test_bar_on_a_wall():
@@ -253,7 +316,11 @@ def test_bar_on_a_wall():
     count = np.arange(0, 400)
     shape = np.where(count == 0, 1.0, np.sqrt(2)) / np.sqrt(mass)
     bar = PlatePoint(count * wave / (2 * length), np.zeros(400), shape, density * wave * section)
-    contact = replace(impacts_of(np.array([speed]), mass_kg=1e6), exponent=np.ones(1), stiffness_n_mp=np.array([1e12]))
+    contact = replace(
+        impacts_of(np.array([speed]), mass_kg=1e6),
+        exponent=np.ones(1),
+        stiffness_n_mp=np.array([1e12]),
+    )
     solution = solved(contact, bar, steps=100, cycles=50.0)
     duration, force = 2 * length / wave, density * wave * section * speed
     assert solution.contact_time_s[0] == pytest.approx(duration, rel=0.01)
@@ -288,7 +355,9 @@ BODIES = Bodies.of(
 def on_anvil(
     impacts: Impacts, mass_kg: float, stiffness_n_m: float, mobility_m_n_s: float, phases: int = 401
 ) -> ForcePulses:
-    mass, stiffness, mobility = (np.array([value]) for value in (mass_kg, stiffness_n_m, mobility_m_n_s))
+    mass, stiffness, mobility = (
+        np.array([value]) for value in (mass_kg, stiffness_n_m, mobility_m_n_s)
+    )
     return anvil_pulses(impacts, mass, stiffness, mobility, phases)
 
 
@@ -299,7 +368,9 @@ def test_anvils_are_hertz_where_they_are_light_and_shield_the_plate_where_heavy(
     assert pulse.contact_time_s[0] == pytest.approx(law.contact_time_s[0], rel=0.05)
     elastic = Impacts.of(BODIES)
     yielded = PlasticYield(1.6).prepare(elastic)
-    soft, hard = (on_anvil(impacts, 0.3, 1e10, 0.0).peak_force_n[0] for impacts in (yielded, elastic))
+    soft, hard = (
+        on_anvil(impacts, 0.3, 1e10, 0.0).peak_force_n[0] for impacts in (yielded, elastic)
+    )
     assert soft < 0.8 * hard
     # A joint that is softer by far than the contact rings at its own frequency with the anvil's momentum. That is 2 m u
     # M / (m + M) after an elastic impact of two free bodies; damping of 5 % takes a part.
@@ -312,8 +383,12 @@ def test_anvils_are_hertz_where_they_are_light_and_shield_the_plate_where_heavy(
     assert pulse.contact_time_s[0] == pytest.approx(np.pi * np.sqrt(mass / stiffness), rel=0.05)
 
 
-@pytest.mark.parametrize(("mass", "stiffness", "mobility"), [(1.2, 2e9, 1e-4), (0.4, 5e8, 3e-4), (2.0, 1e10, 3e-5)])
-def test_pulse_is_that_of_another_integration(mass: float, stiffness: float, mobility: float) -> None:
+@pytest.mark.parametrize(
+    ("mass", "stiffness", "mobility"), [(1.2, 2e9, 1e-4), (0.4, 5e8, 3e-4), (2.0, 1e10, 3e-5)]
+)
+def test_pulse_is_that_of_another_integration(
+    mass: float, stiffness: float, mobility: float
+) -> None:
     """Elastic contact; the force on the plate until it first falls to half a per cent of its peak."""
     impacts = Impacts.of(BODIES)
     hard, own = float(impacts.stiffness_n_mp[0]), 0.5
@@ -335,4 +410,6 @@ def test_pulse_is_that_of_another_integration(mass: float, stiffness: float, mob
     pulse = on_anvil(impacts, mass, stiffness, mobility)
     assert pulse.peak_force_n[0] == pytest.approx(force[top], rel=0.005)
     assert pulse.contact_time_s[0] == pytest.approx(run.t[last] - run.t[first], rel=0.02)
-    assert pulse.impulse_n_s[0] == pytest.approx(np.trapezoid(force[first:last], run.t[first:last]), rel=0.01)
+    assert pulse.impulse_n_s[0] == pytest.approx(
+        np.trapezoid(force[first:last], run.t[first:last]), rel=0.01
+    )

@@ -10,7 +10,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 #: Three contacts with as many nodes as they took: time, force and rate of each node.
 NODES = (
-    (np.array([0.0, 0.3, 0.5, 1.2, 2.0]), np.array([0.0, 2.0, 2.5, 1.5, 0.0]), np.array([5.0, 4.0, -1.0, -2.0, -0.5])),
+    (
+        np.array([0.0, 0.3, 0.5, 1.2, 2.0]),
+        np.array([0.0, 2.0, 2.5, 1.5, 0.0]),
+        np.array([5.0, 4.0, -1.0, -2.0, -0.5]),
+    ),
     (np.array([0.0, 0.5]), np.array([0.0, 0.0]), np.array([3.0, -1.0])),
     (np.array([0.0, 1.0, 4.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.8, 0.0])),
 )
@@ -25,7 +29,9 @@ def _nodes(nodes=NODES) -> Nodes:
 def _march(nodes=NODES, ends: list[float] | None = None) -> March:
     end = np.array([time[-1] for time, _, _ in nodes] if ends is None else ends)
     nothing = np.zeros(len(nodes))
-    return March(end, nothing, nothing, nothing, nothing, np.ones(len(nodes), dtype=bool), _nodes(nodes))
+    return March(
+        end, nothing, nothing, nothing, nothing, np.ones(len(nodes), dtype=bool), _nodes(nodes)
+    )
 
 
 def _by_scipy(nodes=NODES) -> np.ndarray:
@@ -37,8 +43,13 @@ def test_between_nodes_lie_scipys_cubics() -> None:
     """Each contact at phases of its own in any order of them, too."""
     assert ForceHistory.of(_march()).at(PHASES) == pytest.approx(_by_scipy(), rel=1e-13, abs=1e-15)
     own = np.stack([PHASES, PHASES[::-1], PHASES**2])
-    expected = [CubicHermiteSpline(*one)(phases * one[0][-1]) for one, phases in zip(NODES, own, strict=True)]
-    assert ForceHistory.of(_march()).at(own) == pytest.approx(np.maximum(expected, 0.0), rel=1e-13, abs=1e-15)
+    expected = [
+        CubicHermiteSpline(*one)(phases * one[0][-1])
+        for one, phases in zip(NODES, own, strict=True)
+    ]
+    assert ForceHistory.of(_march()).at(own) == pytest.approx(
+        np.maximum(expected, 0.0), rel=1e-13, abs=1e-15
+    )
 
 
 def test_no_force_pulls_and_nodes_at_and_a_digit_beyond_the_end_are_the_end() -> None:
@@ -49,7 +60,9 @@ def test_no_force_pulls_and_nodes_at_and_a_digit_beyond_the_end_are_the_end() ->
     # The way left may be nothing: then the end is the last node.
     twice = ((np.array([0.0, 1.0, 1.0]), np.array([0.0, 1.0, 0.25]), np.array([2.0, -1.0, -1.0])),)
     assert ForceHistory.of(_march(twice)).at(np.array([0.0, 1.0])).tolist() == [[0.0, 0.25]]
-    after = ((np.array([0.0, 0.5, 1.0 + 1e-15]), np.array([0.0, 1.0, 0.0]), np.array([2.0, 0.0, -2.0])),)
+    after = (
+        (np.array([0.0, 0.5, 1.0 + 1e-15]), np.array([0.0, 1.0, 0.0]), np.array([2.0, 0.0, -2.0])),
+    )
     assert ForceHistory.of(_march(after, ends=[1.0])).phase.tolist() == [0.0, 0.5, 1.0]
 
 

@@ -31,7 +31,9 @@ def features(step_s: Floats, force_n: Floats) -> Floats:
 
 def measured(tip: str, strength: float) -> tuple[Bodies, Floats]:
     """A rigid hammer on steel by the development law: what the twin knows of it, and its pulses' features (v, 3)."""
-    impactor = replace(hammer(tip, 0.03), tip_height_m=math.inf, rear_fraction=0.0, rear_resonance_hz=0.0)
+    impactor = replace(
+        hammer(tip, 0.03), tip_height_m=math.inf, rear_fraction=0.0, rear_resonance_hz=0.0
+    )
     struck = target("steel", 0.010, anvil_material="steel")
     n = len(VELOCITIES)
     pulses = contact_forces(
@@ -51,25 +53,39 @@ def measured(tip: str, strength: float) -> tuple[Bodies, Floats]:
     return bodies, np.array([features(*pulse) for pulse in padded])
 
 
-def misfit(bodies: Bodies, wanted: Floats, columns: list[int], hardens: bool) -> tuple[float, Floats]:
+def misfit(
+    bodies: Bodies, wanted: Floats, columns: list[int], hardens: bool
+) -> tuple[float, Floats]:
     """The rms over those features, as a share, of the best `PlasticYield`, and its parameters."""
 
     def residuals(place: Floats) -> Floats:
-        pulse = impact(bodies, [PlasticYield(float(np.exp(place[0])), float(place[1]) if hardens else 1.0)])
+        pulse = impact(
+            bodies, [PlasticYield(float(np.exp(place[0])), float(place[1]) if hardens else 1.0)]
+        )
         steps = pulse.contact_time_s / 1000
-        fitted_features = [features(step, force) for step, force in zip(steps, pulse.force_n(1001), strict=True)]
+        fitted_features = [
+            features(step, force) for step, force in zip(steps, pulse.force_n(1001), strict=True)
+        ]
         return np.ravel((np.array(fitted_features) - wanted)[:, columns])
 
     count = 1 + hardens
     bounds = ([np.log(0.3), 0.2][:count], [np.log(20.0), 1.5][:count])
     starts = [[pressure, 1.1][:count] for pressure in np.log([0.6, 1.5, 4.0])]
-    best = min((least_squares(residuals, s, bounds=bounds, diff_step=1e-4) for s in starts), key=lambda fit: fit.cost)
+    best = min(
+        (least_squares(residuals, s, bounds=bounds, diff_step=1e-4) for s in starts),
+        key=lambda fit: fit.cost,
+    )
     return float(np.sqrt(np.mean(best.fun**2))), best.x
 
 
 @pytest.mark.parametrize(
     ("tip", "strength", "loading", "pulse"),
-    [("steel", 1.0, 0.2, 0.92), ("steel", 3.0, 0.05, 0.8), ("delrin", 1.0, 0.6, 0.93), ("delrin", 3.0, 0.05, 0.65)],
+    [
+        ("steel", 1.0, 0.2, 0.92),
+        ("steel", 3.0, 0.05, 0.8),
+        ("delrin", 1.0, 0.6, 0.93),
+        ("delrin", 3.0, 0.05, 0.65),
+    ],
 )
 def test_pulses_of_meyers_law_are_met_closer_with_hardening(
     tip: str, strength: float, loading: float, pulse: float
@@ -81,7 +97,9 @@ def test_pulses_of_meyers_law_are_met_closer_with_hardening(
     """
     bodies, wanted = measured(tip, strength)
     for columns, share in (([PEAK, RISE], loading), ([PEAK, WIDTH], pulse)):
-        (straight, _), (hardening, _) = (misfit(bodies, wanted, columns, hardens) for hardens in (False, True))
+        (straight, _), (hardening, _) = (
+            misfit(bodies, wanted, columns, hardens) for hardens in (False, True)
+        )
         assert hardening < share * straight
     exponent = misfit(bodies, wanted, [PEAK, RISE], hardens=True)[1][1]
     assert exponent == pytest.approx(MEYER_INDEX[tip] / 2, abs=0.08)

@@ -40,8 +40,12 @@ CASES = {
     "hardens": _impacts(yield_load_n=0.05 * FORCE, hardening_exponent=1.2),
     "layer": _impacts(layer_compliance_m_n=0.5 * DEPTH / FORCE),
     "soft layer": _impacts(layer_compliance_m_n=50 * DEPTH / FORCE),
-    "stiffening layer": _impacts(layer_compliance_m_n=5 * DEPTH / FORCE, layer_stiffening_1_n=8 / FORCE),
-    "crushed layer": _impacts(layer_compliance_m_n=30 * DEPTH / FORCE, layer_stiffening_1_n=100 / FORCE),
+    "stiffening layer": _impacts(
+        layer_compliance_m_n=5 * DEPTH / FORCE, layer_stiffening_1_n=8 / FORCE
+    ),
+    "crushed layer": _impacts(
+        layer_compliance_m_n=30 * DEPTH / FORCE, layer_stiffening_1_n=100 / FORCE
+    ),
     "plate": _impacts(plate_mobility_m_n_s=0.4 * 1.2 / FORCE),
     "thin plate": _impacts(plate_mobility_m_n_s=2 * 1.2 / FORCE),
     "flat": _impacts(exponent=1.0, stiffness_n_mp=2 * FORCE / DEPTH),
@@ -79,7 +83,11 @@ def _by_scipy(case: Impacts) -> dict[str, float]:
     def force_and_approach(law, d, v):
         static, slope = law(d)
         approach = (v - mobility * static) / (1 + chi * mobility * static)
-        return static * (1 + chi * approach), approach, approach / (1 + layer / (1 + stiffening * static) * slope)
+        return (
+            static * (1 + chi * approach),
+            approach,
+            approach / (1 + layer / (1 + stiffening * static) * slope),
+        )
 
     def run(law, start, event, time):
         def rate(_, state):
@@ -89,7 +97,9 @@ def _by_scipy(case: Impacts) -> dict[str, float]:
         event.terminal, event.direction = True, -1
         # Short steps: the place of an event is only as good as the polynomial between two of them.
         options = {"rtol": 1e-11, "atol": 1e-15, "max_step": DURATION / 20}
-        found = solve_ivp(rate, (time, time + 1), start, "DOP853", events=event, dense_output=True, **options)
+        found = solve_ivp(
+            rate, (time, time + 1), start, "DOP853", events=event, dense_output=True, **options
+        )
         return found.t[-1], found.y[:, -1], found.sol
 
     turn, (deepest, velocity), sol = run(
@@ -102,7 +112,9 @@ def _by_scipy(case: Impacts) -> dict[str, float]:
         share = max((d - deepest + recovered) / recovered, 0)
         return top * share**p, p * top / recovered * share ** (p - 1)
 
-    end, (_, velocity), _ = run(unloading, [deepest, velocity], lambda _, s: s[0] - deepest + recovered, turn)
+    end, (_, velocity), _ = run(
+        unloading, [deepest, velocity], lambda _, s: s[0] - deepest + recovered, turn
+    )
 
     def negative(t):
         return -force_and_approach(loading, *sol(t))[0]
@@ -110,7 +122,10 @@ def _by_scipy(case: Impacts) -> dict[str, float]:
     coarse = np.linspace(0, turn, 400)
     best = coarse[np.argmin([negative(t) for t in coarse])]
     near = minimize_scalar(
-        negative, bounds=(best - turn / 400, min(best + turn / 400, turn)), method="bounded", options={"xatol": 1e-13}
+        negative,
+        bounds=(best - turn / 400, min(best + turn / 400, turn)),
+        method="bounded",
+        options={"xatol": 1e-13},
     )
     return {
         "peak_force_n": max(-near.fun, -negative(turn)),
@@ -141,7 +156,12 @@ def test_error_falls_with_the_fourth_power_of_the_step(case: Impacts) -> None:
         one = solve(case, steps)
         return max(
             float(abs(getattr(one, name) / getattr(exact, name) - 1)[0])
-            for name in ("contact_time_s", "compression_time_s", "impulse_n_s", "deepest_indentation_m")
+            for name in (
+                "contact_time_s",
+                "compression_time_s",
+                "impulse_n_s",
+                "deepest_indentation_m",
+            )
         )
 
     exact = solve(case, 384)
@@ -153,7 +173,9 @@ def test_without_effects_it_is_hertz_and_nothing_is_clipped() -> None:
     ours, closed = impact(bodies), hertz(bodies)
     for name in ("contact_time_s", "compression_time_s", "peak_force_n", "impulse_n_s"):
         assert getattr(ours, name) == pytest.approx(getattr(closed, name), rel=1e-7)
-    assert ours.force_n(101) == pytest.approx(closed.force_n(101), abs=1e-6 * closed.peak_force_n.max())
+    assert ours.force_n(101) == pytest.approx(
+        closed.force_n(101), abs=1e-6 * closed.peak_force_n.max()
+    )
     bodies = impacts(impact_velocity_m_s=np.geomspace(0.1, 10, 40))
     for exponent in (1.0, 1.5, 2.2):
         restitution = solve(_impacts(bodies, exponent=exponent)).restitution
@@ -169,7 +191,9 @@ def test_rate_loss_is_hunt_and_crossley(restitution: float) -> None:
     for name in ("contact_time_s", "compression_time_s", "peak_force_n", "impulse_n_s"):
         assert getattr(ours, name) == pytest.approx(getattr(closed, name), rel=2e-6)
     phase = np.linspace(0, 1, 101)
-    assert ours.force_at(phase) == pytest.approx(closed.force_at(phase), abs=2e-4 * closed.peak_force_n[0])
+    assert ours.force_at(phase) == pytest.approx(
+        closed.force_at(phase), abs=2e-4 * closed.peak_force_n[0]
+    )
 
 
 @pytest.mark.parametrize("parameter", [0.02, 0.1, 0.5, 1.0, 1.4])
@@ -180,7 +204,9 @@ def test_giving_plate_is_zeners_equation(parameter: float) -> None:
     assert inelasticity(bodies) == pytest.approx(parameter)
     nominal = Impacts.of(bodies)
     assert nominal.plate_impedance_n_s_m is not None
-    found = solve(replace(nominal, plate_mobility_m_n_s=1 / nominal.plate_impedance_n_s_m)).restitution.value
+    found = solve(
+        replace(nominal, plate_mobility_m_n_s=1 / nominal.plate_impedance_n_s_m)
+    ).restitution.value
 
     def parted(_, state):
         return state[0]
@@ -197,7 +223,9 @@ def test_giving_plate_is_zeners_equation(parameter: float) -> None:
 
 
 any_case = st.builds(
-    lambda bodies, viscous, load, layer, plate, exponent: _relative(bodies, viscous, load, layer, plate, exponent),
+    lambda bodies, viscous, load, layer, plate, exponent: _relative(
+        bodies, viscous, load, layer, plate, exponent
+    ),
     any_impacts,
     st.floats(0, 3),
     st.floats(0.01, 2),
@@ -207,7 +235,9 @@ any_case = st.builds(
 )
 
 
-def _relative(bodies: Bodies, viscous: float, load: float, layer: float, plate: float, exponent: float) -> Impacts:
+def _relative(
+    bodies: Bodies, viscous: float, load: float, layer: float, plate: float, exponent: float
+) -> Impacts:
     """Each mechanism as strong as told, for any bodies: in units of Hertz' impact."""
     peak, u = hertz(bodies).peak_force_n, bodies.impact_velocity_m_s
     depth = (peak / bodies.hertz_stiffness_n_m15) ** (2 / 3)
@@ -226,29 +256,43 @@ def _work(case: Impacts, pulse: ImpactPulse, points: int = 4001) -> tuple[np.nda
     """Work on the impactor, from the force alone, and the kinetic energy that it lost."""
     force, time = pulse.force_n(points), pulse.contact_time_s
     step = time[:, None] / (points - 1)
-    momentum = np.concatenate([np.zeros((len(time), 1)), np.cumsum((force[:, 1:] + force[:, :-1]) / 2 * step, 1)], 1)
+    momentum = np.concatenate(
+        [np.zeros((len(time), 1)), np.cumsum((force[:, 1:] + force[:, :-1]) / 2 * step, 1)], 1
+    )
     velocity = case.bodies.impact_velocity_m_s[:, None] - momentum / case.mass_kg[:, None]
-    lost = case.mass_kg / 2 * (case.bodies.impact_velocity_m_s**2 - pulse.separation_velocity_m_s**2)
+    lost = (
+        case.mass_kg / 2 * (case.bodies.impact_velocity_m_s**2 - pulse.separation_velocity_m_s**2)
+    )
     return impulse(time, force * velocity), lost
 
 
 @settings(max_examples=15)
 @given(case=any_case)
 def test_force_balances_momentum_and_energy_and_gains_none(case: Impacts) -> None:
-    pulse = solve(case, 96)  # a paraboloid behind a layer converges slowly: 3e-4 at 48 steps, 6e-6 at 96
+    pulse = solve(
+        case, 96
+    )  # a paraboloid behind a layer converges slowly: 3e-4 at 48 steps, 6e-6 at 96
     momentum = case.mass_kg * (case.bodies.impact_velocity_m_s + pulse.separation_velocity_m_s)
     assert pulse.impulse_n_s == pytest.approx(momentum, rel=1e-12)
     assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(momentum, rel=1e-4)
     spent, lost = _work(case, pulse)
     assert np.all(lost >= -1e-5 * case.mass_kg * case.bodies.impact_velocity_m_s**2)
-    assert spent == pytest.approx(lost, abs=2e-4 * float(case.mass_kg[0] * case.bodies.impact_velocity_m_s[0] ** 2))
+    assert spent == pytest.approx(
+        lost, abs=2e-4 * float(case.mass_kg[0] * case.bodies.impact_velocity_m_s[0] ** 2)
+    )
 
 
 @pytest.mark.parametrize(
     ("quantity", "unit"),
-    [("rate_loss_s_m", 1 / 1.2), ("plate_mobility_m_n_s", 1.2 / FORCE), ("layer_compliance_m_n", DEPTH / FORCE)],
+    [
+        ("rate_loss_s_m", 1 / 1.2),
+        ("plate_mobility_m_n_s", 1.2 / FORCE),
+        ("layer_compliance_m_n", DEPTH / FORCE),
+    ],
 )
-def test_next_to_nothing_of_a_mechanism_is_none_of_it_and_more_acts_more(quantity: str, unit: float) -> None:
+def test_next_to_nothing_of_a_mechanism_is_none_of_it_and_more_acts_more(
+    quantity: str, unit: float
+) -> None:
     """As little as a number can hold, whose inverse none can; of a spring, as its depth is the inverse itself."""
     little = np.array([0.0, 5e-324, 1e-320, 1e-316, 1e-312, 1e-308])
     plain = Impacts.of(impacts(impact_velocity_m_s=np.full(6, 1.2)))
@@ -292,8 +336,12 @@ def test_soft_layer_and_flat_punch_are_linear_springs_and_a_rigid_layer_is_none(
     assert layer.peak_force_n == pytest.approx([1.2 * np.sqrt(0.32 / compliance)], rel=2e-3)
     assert flat.contact_time_s == pytest.approx([np.pi * np.sqrt(0.32 / stiffness)], rel=1e-7)
     phase = np.linspace(0, 1, 33)
-    assert flat.force_at(phase)[0] / flat.peak_force_n == pytest.approx(np.sin(np.pi * phase), abs=1e-6)
-    rigid = solve(_impacts(layer_compliance_m_n=1e-9 * DEPTH / FORCE, plate_mobility_m_n_s=1e-9 * 1.2 / FORCE))
+    assert flat.force_at(phase)[0] / flat.peak_force_n == pytest.approx(
+        np.sin(np.pi * phase), abs=1e-6
+    )
+    rigid = solve(
+        _impacts(layer_compliance_m_n=1e-9 * DEPTH / FORCE, plate_mobility_m_n_s=1e-9 * 1.2 / FORCE)
+    )
     assert rigid.peak_force_n == pytest.approx(hertz(ONE).peak_force_n, rel=1e-7)
 
 
@@ -325,7 +373,9 @@ def test_impacts_do_not_meet_and_flags_are_one_for_each() -> None:
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.7])
 def test_a_step_ends_at_the_depth_of_yield(share: float) -> None:
     law, size = kernel.Law(1.5, 1.0, 0.0, share, 0.3, 0.0, 0.0, 0.0), 1 / 96
-    end, depth, velocity = kernel.to_the_yield(law, 1.0, 2.0, 1.0, size, share - 0.01, 0.9)  # T = 1, q = 2, s = 1
+    end, depth, velocity = kernel.to_the_yield(
+        law, 1.0, 2.0, 1.0, size, share - 0.01, 0.9
+    )  # T = 1, q = 2, s = 1
     assert depth == pytest.approx(share, rel=1e-13)
     assert end**2 - 1 == pytest.approx(0.01 / 0.9, rel=0.01)
     assert velocity < 0.9

@@ -36,7 +36,9 @@ def test_the_layers_rate_is_that_of_what_it_gives_way(depth: float) -> None:
     law, small = _law(compliance=2.0, stiffening=0.7), 1e-5
     before, after = (layer(law, spring(law, depth + side * small)[0]) for side in (-1, 1))
     now = rates(law, depth, 1.0)
-    assert now.approach / now.indentation == pytest.approx(1 + (after - before) / (2 * small), rel=1e-9)
+    assert now.approach / now.indentation == pytest.approx(
+        1 + (after - before) / (2 * small), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.2])
@@ -45,14 +47,18 @@ def test_force_follows_its_tangent_from_the_depth_of_yield_on(exponent: float) -
     law = _law(exponent=exponent, yield_depth=0.5)
     force, slope = zip(*(spring(law, depth) for depth in (0.25, 0.5, 0.7, 2.0)), strict=True)
     tangent = exponent * 0.5 ** (exponent - 1)
-    assert force == pytest.approx([0.25**exponent, *(0.5**exponent + tangent * np.array([0.0, 0.2, 1.5]))], rel=1e-14)
+    assert force == pytest.approx(
+        [0.25**exponent, *(0.5**exponent + tangent * np.array([0.0, 0.2, 1.5]))], rel=1e-14
+    )
     assert slope == pytest.approx([exponent * 0.25 ** (exponent - 1), *[tangent] * 3], rel=1e-14)
     assert spring(_law(exponent=1.5, factor=2.0, rest=0.3), 0.1) == (0.0, 0.0)
     assert spring(_law(exponent=2.0, factor=3.0), -0.2) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("hardening", [0.2, 0.7, 1.0, 1.0 + 1e-9, 1.25, 1.5])
-def test_hardening_force_is_the_integral_of_a_slope_that_goes_as_a_power_of_the_depth(hardening: float) -> None:
+def test_hardening_force_is_the_integral_of_a_slope_that_goes_as_a_power_of_the_depth(
+    hardening: float,
+) -> None:
     """Beyond yield the slope is p c d_y^(p-1) (d / d_y)^(r-1), by quad; r = p is c d^p, as though nothing yielded."""
     for exponent in (1.0, 1.5, 2.2):
         law = _law(exponent=exponent, factor=3.0, yield_depth=0.5, hardening=hardening)
@@ -60,7 +66,9 @@ def test_hardening_force_is_the_integral_of_a_slope_that_goes_as_a_power_of_the_
         assert spring(law, 0.5) == pytest.approx((at_yield, steepness), rel=1e-14)
         for depth in (0.5 + 1e-9, 0.7, 40.0):
             slope = steepness * (depth / 0.5) ** (hardening - 1)
-            more = quad(lambda d, s=steepness: s * (d / 0.5) ** (hardening - 1), 0.5, depth, epsrel=1e-13)[0]
+            more = quad(
+                lambda d, s=steepness: s * (d / 0.5) ** (hardening - 1), 0.5, depth, epsrel=1e-13
+            )[0]
             assert spring(law, depth) == pytest.approx((at_yield + more, slope), rel=1e-12)
         elastic = spring(_law(exponent=exponent, factor=3.0), 0.9)
         assert spring(law._replace(hardening=exponent), 0.9) == pytest.approx(elastic, rel=1e-14)
@@ -68,21 +76,32 @@ def test_hardening_force_is_the_integral_of_a_slope_that_goes_as_a_power_of_the_
 
 @pytest.mark.parametrize("hardening", [0.5, 1.0, 1.3])
 @pytest.mark.parametrize(("depth", "velocity"), [(0.2, 0.9), (0.4, 0.3), (0.9, -0.4)])
-def test_rates_of_change_are_those_of_the_motion(depth: float, velocity: float, hardening: float) -> None:
+def test_rates_of_change_are_those_of_the_motion(
+    depth: float, velocity: float, hardening: float
+) -> None:
     """Of approach and force, by a central difference along the motion."""
     beside = {"damping": 0.4, "inelasticity": 0.3, "compliance": 0.6, "stiffening": 0.9}
     law, small = _law(**beside, yield_depth=0.6, hardening=hardening), 1e-6
     now = rates(law, depth, velocity)
-    before, after = (rates(law, depth + by * now.indentation, velocity - by * now.force) for by in (-small, small))
+    before, after = (
+        rates(law, depth + by * now.indentation, velocity - by * now.force)
+        for by in (-small, small)
+    )
     assert now.force_rate == pytest.approx((after.force - before.force) / (2 * small), rel=1e-8)
-    assert now.approach_rate == pytest.approx((after.approach - before.approach) / (2 * small), rel=1e-8)
+    assert now.approach_rate == pytest.approx(
+        (after.approach - before.approach) / (2 * small), rel=1e-8
+    )
 
 
 PEAK, DEEPEST, PERMANENT = np.array([800.0]), np.array([3e-4]), np.array([1e-4])
 
 
 def unloading_force(
-    indentation_m: Floats, peak_force_n: Floats, deepest_m: Floats, permanent_m: Floats, exponent: Floats | float = 1.5
+    indentation_m: Floats,
+    peak_force_n: Floats,
+    deepest_m: Floats,
+    permanent_m: Floats,
+    exponent: Floats | float = 1.5,
 ) -> Floats:
     """F = F_max ((delta - delta_p) / (delta_max - delta_p))^n, 0 below delta_p; arguments broadcast.
 
@@ -114,7 +133,9 @@ def restitution_of_loop(
 
 def test_curve_runs_from_the_peak_to_what_stays_if_anything_yielded() -> None:
     depth = np.array([0.5e-4, 1e-4, 2e-4, 3e-4])
-    assert unloading_force(depth, PEAK, DEEPEST, PERMANENT) == pytest.approx([0, 0, 800 / 2**1.5, 800])
+    assert unloading_force(depth, PEAK, DEEPEST, PERMANENT) == pytest.approx(
+        [0, 0, 800 / 2**1.5, 800]
+    )
     # Hertz' loading and eq. 1.17 without a mark are one curve: the loop has no area, e = 1.
     law = Law(1.5, 1.0, 0.0, 0.9, 0.0, 0.0, 0.0, 0.0)
     assert unloading(law, 0.8) == law._replace(yield_depth=np.inf)
@@ -123,8 +144,13 @@ def test_curve_runs_from_the_peak_to_what_stays_if_anything_yielded() -> None:
         law = _law(yield_depth=0.5, hardening=hardening)
         back, (force, _) = unloading(law, 2.0), spring(law, 2.0)
         assert spring(back, 2.0)[0] == pytest.approx(force, rel=1e-14)
-        assert (back.rest, back.hardening) == (pytest.approx(2.0 * (1 - force / 2.0**1.5), rel=1e-14), 1.0)
-    assert restitution_of_loop(0.4 * PEAK * DEEPEST, PEAK, DEEPEST, 0 * DEEPEST) == pytest.approx([1.0])
+        assert (back.rest, back.hardening) == (
+            pytest.approx(2.0 * (1 - force / 2.0**1.5), rel=1e-14),
+            1.0,
+        )
+    assert restitution_of_loop(0.4 * PEAK * DEEPEST, PEAK, DEEPEST, 0 * DEEPEST) == pytest.approx(
+        [1.0]
+    )
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])

@@ -54,7 +54,9 @@ def test_units_do_not_matter(law: Law, bodies: Bodies, units: tuple[float, float
     assert there.contact_time_s == pytest.approx(here.contact_time_s * second, rel=1e-9)
     assert there.compression_time_s == pytest.approx(here.compression_time_s * second, rel=1e-9)
     assert there.impulse_n_s == pytest.approx(here.impulse_n_s * force * second, rel=1e-9)
-    assert there.force_n() == pytest.approx(here.force_n() * force, rel=1e-6, abs=1e-9 * force * here.peak_force_n[0])
+    assert there.force_n() == pytest.approx(
+        here.force_n() * force, rel=1e-6, abs=1e-9 * force * here.peak_force_n[0]
+    )
 
 
 @every_law
@@ -65,7 +67,9 @@ def test_pulse_pushes_and_ends_at_zero(law: Law, bodies: Bodies) -> None:
     force = pulse.force_n(101)
     assert np.all(force[:, [0, -1]] == 0)
     assert np.all((force >= 0) & (force <= (1 + 1e-4) * pulse.peak_force_n[:, None]))
-    assert np.all((pulse.compression_time_s > 0) & (pulse.compression_time_s < pulse.contact_time_s))
+    assert np.all(
+        (pulse.compression_time_s > 0) & (pulse.compression_time_s < pulse.contact_time_s)
+    )
 
 
 @every_law
@@ -73,7 +77,9 @@ def test_impulse_is_the_integral_of_the_force_and_impacts_do_not_meet(law: Law) 
     """Each impact alone gives what it gives among others."""
     speeds = np.array([0.3, 1.0, 30.0])
     pulse = law(impacts(impact_velocity_m_s=speeds))
-    assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(pulse.impulse_n_s, rel=1e-5)
+    assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(
+        pulse.impulse_n_s, rel=1e-5
+    )
     alone = [law(impacts(impact_velocity_m_s=speed)).force_n()[0] for speed in speeds]
     assert pulse.force_n() == pytest.approx(np.array(alone), rel=1e-9)
 
@@ -92,9 +98,13 @@ def test_unknown_names_and_phases_are_refused_and_ends_have_no_force() -> None:
         assert restitution.value == pytest.approx(1.0)
         assert not restitution.clipped.any()
     bodies = impacts(impact_velocity_m_s=90.0)
-    times = [float(contact_law("hann", name)(bodies).contact_time_s[0]) for name in (None, *RESTITUTIONS)]
+    times = [
+        float(contact_law("hann", name)(bodies).contact_time_s[0]) for name in (None, *RESTITUTIONS)
+    ]
     assert times[0] == times[1] != times[2]
-    with pytest.raises(LookupError, match="'hanning'; there are: hunter, reed, hertz, hann, hunt-crossley"):
+    with pytest.raises(
+        LookupError, match="'hanning'; there are: hunter, reed, hertz, hann, hunt-crossley"
+    ):
         contact_law("hanning")
     with pytest.raises(LookupError, match="'newton'; there are: zener, weir-tallon"):
         contact_law("hann", "newton")
@@ -133,7 +143,9 @@ def test_numbers_broadcast_to_impacts_of_balls_and_tips() -> None:
     assert bodies.plate_thickness_m is not None
     assert bodies.plate_thickness_m.tolist() == [0.01] * 3
     # A bearing ball of 1 inch weighs 66.8 g.
-    assert impacts(impactor_radius_m=0.0127, impactor_density_kg_m3=7790).sphere_mass_kg == pytest.approx(0.0668, 1e-3)
+    assert impacts(
+        impactor_radius_m=0.0127, impactor_density_kg_m3=7790
+    ).sphere_mass_kg == pytest.approx(0.0668, 1e-3)
     rigid = impacts(target_youngs_modulus_pa=1e30)
     assert rigid.compliance_1_pa == pytest.approx((1 - 0.35**2) / 3.2e9, rel=1e-12)
 
@@ -154,7 +166,11 @@ def test_impossible_unlike_and_missing_quantities_are_refused_by_name() -> None:
             impacts(target_poisson_ratio=value)
     with pytest.raises(ValueError, match="impactor_radius_m has shape"):
         replace(impacts(), impactor_radius_m=np.ones(2))
-    bodies = Bodies.of(**{name: value for name, value in DELRIN.items() if name != "impactor_mass_kg"})
-    with pytest.raises(MissingQuantityError, match="Hertz' impact needs impactor_mass_kg") as caught:
+    bodies = Bodies.of(
+        **{name: value for name, value in DELRIN.items() if name != "impactor_mass_kg"}
+    )
+    with pytest.raises(
+        MissingQuantityError, match="Hertz' impact needs impactor_mass_kg"
+    ) as caught:
         bodies.needed("impactor_mass_kg", "Hertz' impact")
     assert caught.value.quantity == "impactor_mass_kg"

@@ -15,7 +15,9 @@ MASS, VELOCITY = 0.32, 1.2
 
 
 @pytest.mark.parametrize("restitution", [0.02, 0.1, 2 / 3, 0.95, 0.9999])
-def test_motion_in_si_ends_with_the_restitution_and_balances_momentum_and_energy(restitution: float) -> None:
+def test_motion_in_si_ends_with_the_restitution_and_balances_momentum_and_energy(
+    restitution: float,
+) -> None:
     """Eq. 1.21 integrated for the law's own contact time: indentation gone, velocity -e u."""
     bodies = impacts()
     stiffness = float(bodies.hertz_stiffness_n_m15[0])
@@ -62,7 +64,9 @@ def test_damping_gives_its_restitution_or_more_by_eq_1_20() -> None:
     assert a * (1 + e) == pytest.approx(np.log((1 + a) / (1 - e * a)), rel=1e-9)
     e = np.r_[np.geomspace(0.01, 1, 40), 0.9999, 0.99991]
     assert restitution_of(matched_damping(e)) == pytest.approx(e, rel=1e-9)
-    assert 1 - restitution_of(np.array([0.0, 3e-6, 6e-5])) == pytest.approx([0.0, 2e-6, 4e-5], abs=4e-9)
+    assert 1 - restitution_of(np.array([0.0, 3e-6, 6e-5])) == pytest.approx(
+        [0.0, 2e-6, 4e-5], abs=4e-9
+    )
     e = np.array([1.0, 1 - 1e-6, 1 - 5e-5])
     assert restitution_of(matched_damping(e)) == pytest.approx(e, rel=1e-12)
     e = np.array([0.1, 0.5, 2 / 3, 0.9])
@@ -73,7 +77,9 @@ def test_damping_gives_its_restitution_or_more_by_eq_1_20() -> None:
     assert restitution_of(low_loss_damping(np.array([nearly]))) == pytest.approx(nearly, abs=1e-6)
     pulse = hunt_crossley(impacts(), constant(2 / 3), low_loss_damping)
     assert pulse.impulse_n_s == pytest.approx((1 + 0.7484349) * MASS * VELOCITY, rel=1e-6)
-    assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(pulse.impulse_n_s, rel=1e-5)
+    assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(
+        pulse.impulse_n_s, rel=1e-5
+    )
 
 
 BODIES = impacts(impact_velocity_m_s=[0.4, 1.2, 8.0], impactor_mass_kg=[0.1, 0.32, 1.0])
@@ -85,7 +91,9 @@ def test_impulse_is_momentum_given_and_returned(restitution: float) -> None:
     """The quantities that the law needs are asked for."""
     pulse = von_hann(BODIES, constant(restitution))
     assert pulse.impulse_n_s == pytest.approx((1 + restitution) * MOMENTUM)
-    assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(pulse.impulse_n_s, rel=1e-6)
+    assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(
+        pulse.impulse_n_s, rel=1e-6
+    )
     for quantity in ("impactor_mass_kg", "plate_thickness_m"):
         with pytest.raises(MissingQuantityError, match=f"needs {quantity}"):
             von_hann(impacts(**{quantity: None}))
@@ -101,7 +109,10 @@ def test_compression_is_half_of_hertz_time_and_the_shape_that_of_figure_1_7() ->
     assert usual.peak_force_n == pytest.approx(2 * MOMENTUM / usual.compression_time_s)
     assert usual.restitution.value == pytest.approx(zener(BODIES).value)
     # e = 2/3: peak at 3/5 of the contact, half of it at 3/10 and 4/5; the halves meet without a step.
-    share = pulse.force_at(np.array([0.3, 0.6 - 1e-9, 0.6, 0.6 + 1e-9, 0.8])) / pulse.peak_force_n[:, None]
+    share = (
+        pulse.force_at(np.array([0.3, 0.6 - 1e-9, 0.6, 0.6 + 1e-9, 0.8]))
+        / pulse.peak_force_n[:, None]
+    )
     assert share == pytest.approx(np.tile([0.5, 1, 1, 1, 0.5], (3, 1)), abs=1e-9)
     pulse = von_hann(BODIES, constant(1.0))
     expected = np.hanning(21) * pulse.peak_force_n[:, None]

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.twin.contact import kernel
-from pyroshock.twin.contact.integrate_contact import LEAST_FORCE, Numbers, march, own_time, power_of_time
+from pyroshock.twin.contact.integrate_contact import (
+    LEAST_FORCE,
+    Numbers,
+    march,
+    own_time,
+    power_of_time,
+)
 from scipy.integrate import solve_ivp
 
 
@@ -39,7 +45,9 @@ def test_what_creeps_stays_or_parts_at_one_step_comes_to_its_own_end() -> None:
     assert coarse.contact_time == pytest.approx(fine.contact_time, rel=1e-5)
     assert coarse.velocity == pytest.approx([-1e-4], rel=1e-4)
     numbers = _numbers(1.5, damping=[0.1, np.nan, np.nan])
-    with pytest.raises(ArithmeticError, match=r"^2 contacts do not come to their deepest indentation$"):
+    with pytest.raises(
+        ArithmeticError, match=r"^2 contacts do not come to their deepest indentation$"
+    ):
         march(numbers, 4)
     held = _numbers(1.5, damping=[0.1, 1e4], inelasticity=[0.0, 1e4])
     with pytest.raises(ArithmeticError, match=r"^1 contacts neither part nor come to rest$"):
@@ -49,8 +57,12 @@ def test_what_creeps_stays_or_parts_at_one_step_comes_to_its_own_end() -> None:
     both = march(_numbers(1.5, damping=[*np.concatenate(damped)]))
     assert both.parted.tolist() == [False] * 20 + [True] * 40
     apart = [march(_numbers(1.5, damping=[*some])) for some in damped]
-    assert both.contact_time == pytest.approx(np.concatenate([single.contact_time for single in apart]), rel=1e-12)
-    assert both.velocity == pytest.approx(np.concatenate([single.velocity for single in apart]), rel=1e-12)
+    assert both.contact_time == pytest.approx(
+        np.concatenate([single.contact_time for single in apart]), rel=1e-12
+    )
+    assert both.velocity == pytest.approx(
+        np.concatenate([single.velocity for single in apart]), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("inelasticity", [10.0, 30.0, 100.0])
@@ -81,14 +93,26 @@ def test_what_stays_is_left_when_its_force_has_fallen(inelasticity: float) -> No
     assert found.velocity == pytest.approx([end.y[1, -1]], abs=3e-6)
 
 
-HIT = {"exponent": 1.5, "damping": 0.0, "inelasticity": 1e-12, "compliance": 0.0, "stiffening": 0.0, "hardening": 1.0}
+HIT = {
+    "exponent": 1.5,
+    "damping": 0.0,
+    "inelasticity": 1e-12,
+    "compliance": 0.0,
+    "stiffening": 0.0,
+    "hardening": 1.0,
+}
 
 
 def _contacts(**values: float | list[float]) -> Numbers:
     """Elastic contacts of spheres, but for what is given."""
     columns = {**HIT, "yield_depth": np.inf, **values}
     n = max(np.size(value) for value in columns.values())
-    return Numbers(**{name: np.broadcast_to(np.asarray(value, float), n).copy() for name, value in columns.items()})
+    return Numbers(
+        **{
+            name: np.broadcast_to(np.asarray(value, float), n).copy()
+            for name, value in columns.items()
+        }
+    )
 
 
 @pytest.mark.parametrize(
@@ -96,17 +120,35 @@ def _contacts(**values: float | list[float]) -> Numbers:
     [
         pytest.param(_contacts(exponent=[1.0, 1.3, 1.5, 2.0, 2.5]), 1e-6, id="any shape"),
         pytest.param(_contacts(damping=[0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0]), 0.05, id="losses"),
-        pytest.param(_contacts(compliance=[0.01, 100.0, 1e3, 1e4]), 0.01, id="hard and soft layers"),
-        pytest.param(_contacts(compliance=[0.01, 100.0, 1e3, 1e4], exponent=1.0), 0.006, id="of a flat"),
         pytest.param(
-            _contacts(compliance=[0.01, 0.1, 10.0, 100.0, 1e3], stiffening=1.0), 0.025, id="stiffening layers"
+            _contacts(compliance=[0.01, 100.0, 1e3, 1e4]), 0.01, id="hard and soft layers"
         ),
-        pytest.param(_contacts(compliance=[0.01, 0.1, 1.0, 10.0], stiffening=10.0), 0.1, id="that stiffen more"),
+        pytest.param(
+            _contacts(compliance=[0.01, 100.0, 1e3, 1e4], exponent=1.0), 0.006, id="of a flat"
+        ),
+        pytest.param(
+            _contacts(compliance=[0.01, 0.1, 10.0, 100.0, 1e3], stiffening=1.0),
+            0.025,
+            id="stiffening layers",
+        ),
+        pytest.param(
+            _contacts(compliance=[0.01, 0.1, 1.0, 10.0], stiffening=10.0),
+            0.1,
+            id="that stiffen more",
+        ),
         pytest.param(_contacts(yield_depth=[1e-2, 1e-3, 1e-4]), 0.004, id="early yield"),
-        pytest.param(_contacts(yield_depth=1e-4, hardening=[0.6, 0.8, 1.2, 1.5]), 0.1, id="early yield that hardens"),
-        pytest.param(_contacts(inelasticity=[0.01, 10.0, 100.0], yield_depth=10.0), 0.24, id="plates"),
+        pytest.param(
+            _contacts(yield_depth=1e-4, hardening=[0.6, 0.8, 1.2, 1.5]),
+            0.1,
+            id="early yield that hardens",
+        ),
+        pytest.param(
+            _contacts(inelasticity=[0.01, 10.0, 100.0], yield_depth=10.0), 0.24, id="plates"
+        ),
         pytest.param(_contacts(inelasticity=[30.0, 100.0]), 0.02, id="thin plates"),
-        pytest.param(_contacts(compliance=1.0, exponent=[1.0, 1.5, 2.0]), 0.42, id="as soft as the sphere"),
+        pytest.param(
+            _contacts(compliance=1.0, exponent=[1.0, 1.5, 2.0]), 0.42, id="as soft as the sphere"
+        ),
     ],
 )
 def test_own_time_follows_the_way_of_the_loading(numbers: Numbers, within: float) -> None:

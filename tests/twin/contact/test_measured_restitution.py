@@ -11,7 +11,14 @@ from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.contact.measured_restitution import RecordedPulse, newton, poisson, stronge, turn_of, wave_work
+from pyroshock.twin.contact.measured_restitution import (
+    RecordedPulse,
+    newton,
+    poisson,
+    stronge,
+    turn_of,
+    wave_work,
+)
 from support.records.contact_bodies import impacts
 
 VELOCITY = np.array([0.5, 1.2, 3.0])
@@ -22,7 +29,9 @@ LOSSES = {"none": [], "viscous": [ViscousLoss(0.3)], "yield": [PlasticYield()]}
 
 def _recorded(effects: list, points: int = 1001) -> tuple[RecordedPulse, np.ndarray]:
     pulse = impact(BODIES, effects)
-    return RecordedPulse.of(pulse, MASS, VELOCITY, points), newton(VELOCITY, pulse.separation_velocity_m_s)
+    return RecordedPulse.of(pulse, MASS, VELOCITY, points), newton(
+        VELOCITY, pulse.separation_velocity_m_s
+    )
 
 
 @pytest.mark.parametrize(
@@ -35,7 +44,9 @@ def _recorded(effects: list, points: int = 1001) -> tuple[RecordedPulse, np.ndar
         ("viscous", 65, 1e-4, 8e-4),
     ],
 )
-def test_the_three_agree_on_a_direct_impact(loss: str, points: int, by_impulse: float, by_work: float) -> None:
+def test_the_three_agree_on_a_direct_impact(
+    loss: str, points: int, by_impulse: float, by_work: float
+) -> None:
     """One degree of freedom: P_r / P_c = v / u, W_r / W_c = (v / u)^2. Few samples are enough: 20 points of a contact,
     as the thesis keeps, and 65."""
     record, expected = _recorded(LOSSES[loss], points)
@@ -48,7 +59,12 @@ def test_noise_scatters_as_stated_and_the_peak_is_no_substitute_for_the_turn() -
     rng = np.random.default_rng(5)
     deviation = 0.05 * float(record.force_n.max())
     draws = [
-        poisson(replace(record, force_n=record.force_n + deviation * rng.standard_normal(record.force_n.shape)))
+        poisson(
+            replace(
+                record,
+                force_n=record.force_n + deviation * rng.standard_normal(record.force_n.shape),
+            )
+        )
         for _ in range(400)
     ]
     assert np.std(draws, axis=0) == pytest.approx(record.noise(deviation), rel=0.12)
@@ -93,16 +109,27 @@ def test_restitution_wants_an_approach_three_points_and_a_whole_record() -> None
         newton(np.array([0.0]), np.array([1.0]))
 
     def one_impact(*force_n: float) -> RecordedPulse:
-        return RecordedPulse(np.array([force_n]), *(np.array([value]) for value in (1e-4, 0.3, 1.0)))
+        return RecordedPulse(
+            np.array([force_n]), *(np.array([value]) for value in (1e-4, 0.3, 1.0))
+        )
 
-    assert one_impact(0.0, 4e3, 0.0).velocity_m_s[0] == pytest.approx([1.0, 1 - 0.2 / 0.3, 1 - 0.4 / 0.3])
-    with pytest.raises(ValueError, match=r"force_n has shape \(1, 2\): expected \(n, p\) with 3 points or more"):
+    assert one_impact(0.0, 4e3, 0.0).velocity_m_s[0] == pytest.approx(
+        [1.0, 1 - 0.2 / 0.3, 1 - 0.4 / 0.3]
+    )
+    with pytest.raises(
+        ValueError, match=r"force_n has shape \(1, 2\): expected \(n, p\) with 3 points or more"
+    ):
         one_impact(0.0, 4e3)
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("mass_kg", np.zeros(3)), ("interval_s", np.ones(2)), ("force_n", np.full((3, 9), np.nan)), ("force_n", MASS)],
+    [
+        ("mass_kg", np.zeros(3)),
+        ("interval_s", np.ones(2)),
+        ("force_n", np.full((3, 9), np.nan)),
+        ("force_n", MASS),
+    ],
 )
 def test_records_that_do_not_fit_are_refused(name: str, value: np.ndarray) -> None:
     with pytest.raises(ValueError, match=name):

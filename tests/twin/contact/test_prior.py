@@ -15,7 +15,12 @@ from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.contact.shot_update import lower_roots
-from pyroshock.twin.contact.uncertain_parameters import ANVIL_VOLUME, COLUMNS, HAND_MASS, UncertainParameter
+from pyroshock.twin.contact.uncertain_parameters import (
+    ANVIL_VOLUME,
+    COLUMNS,
+    HAND_MASS,
+    UncertainParameter,
+)
 from pyroshock.twin.contact_interface import ForcePulses, ImpactBatch
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.prediction import stratified_normals
@@ -43,7 +48,11 @@ def settings(draw: st.DrawFn) -> Setting:
 
 
 def shots_of(
-    given: list[Setting], velocity: list[float], force: list[float], time: list[float], impulse: list[float]
+    given: list[Setting],
+    velocity: list[float],
+    force: list[float],
+    time: list[float],
+    impulse: list[float],
 ) -> MeasuredShots:
     """Measured shots without a plate, each a configuration of its own, velocities to 1 %."""
     n, u = len(given), np.array(velocity)
@@ -54,7 +63,9 @@ def shots_of(
     )  # fmt: skip
 
 
-def draws(stage: PriorContact, setting: Setting, velocity: float, count: int = 64, seed: int = 0) -> ForcePulses:
+def draws(
+    stage: PriorContact, setting: Setting, velocity: float, count: int = 64, seed: int = 0
+) -> ForcePulses:
     z = stratified_normals(count, stage.normals, np.random.default_rng(seed))
     return stage.pulses(ImpactBatch([setting] * count, np.full(count, velocity)), z)
 
@@ -78,13 +89,19 @@ def test_every_draw_keeps_momentum_and_energy(setting: Setting, velocity: float,
         least = mass / (setting.impactor_mass_kg + mass)
     assert np.all((share >= least * (1 - 1e-6)) & (share <= 2 + 1e-6))
     assert np.all(pulses.force_n >= 0) and np.all(pulses.force_n[:, [0, -1]] == 0)
-    assert np.all((pulses.compression_time_s > 0) & (pulses.compression_time_s <= pulses.contact_time_s))
+    assert np.all(
+        (pulses.compression_time_s > 0) & (pulses.compression_time_s <= pulses.contact_time_s)
+    )
 
 
-@pytest.mark.parametrize("parameter", [each for column in COLUMNS.values() for each in column], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "parameter", [each for column in COLUMNS.values() for each in column], ids=lambda p: p.name
+)
 def test_parameters_are_drawn_from_their_documented_ranges(parameter: UncertainParameter) -> None:
     if parameter.effect is not None:
-        documented = next(item for item in parameter.effect.parameters() if item.name == parameter.name).likely
+        documented = next(
+            item for item in parameter.effect.parameters() if item.name == parameter.name
+        ).likely
         assert documented[0] <= parameter.low < parameter.high <= documented[1]
     assert parameter.values(np.array([-2.0, 2.0])) == pytest.approx([parameter.low, parameter.high])
 
@@ -112,12 +129,16 @@ def test_zero_normals_are_the_nominal_pulse_and_pulses_do_not_depend_on_their_ba
     with pytest.raises(ValueError, match=r"z has shape \(1, 2\): expected \(1, 11\)"):
         PriorContact().pulses(ImpactBatch([SETTING], np.ones(1)), np.zeros((1, 2)))
     unknown = replace(SETTING, tip=replace(THESIS["delrin"], yield_strength_pa=None))
-    many = ImpactBatch([SETTING, unknown, replace(SETTING, anvil=THESIS["aluminum"])], np.array([3.0, 8.0, 30.0]))
+    many = ImpactBatch(
+        [SETTING, unknown, replace(SETTING, anvil=THESIS["aluminum"])], np.array([3.0, 8.0, 30.0])
+    )
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
     z = np.random.default_rng(0).standard_normal((3, stage.normals))
     together = stage.pulses(many, z)
     for row in range(3):
-        alone = stage.pulses(ImpactBatch([many.settings[row]], many.impact_velocity_m_s[[row]]), z[[row]])
+        alone = stage.pulses(
+            ImpactBatch([many.settings[row]], many.impact_velocity_m_s[[row]]), z[[row]]
+        )
         np.testing.assert_allclose(alone.force_n[0], together.force_n[row], rtol=1e-9)
 
 
@@ -139,19 +160,32 @@ def test_a_measured_shot_lies_in_the_prior_band_and_two_of_them_move_it_there() 
 
 
 def test_shots_in_two_parts_are_the_shots_at_once_and_empty_ones_teach_nothing() -> None:
-    both = shots_of([SETTING] * 3, [9.0, 10.0, 11.0], [90e3, 100e3, 110e3], [4e-4] * 3, [12.0, 13.0, math.nan])
-    once, parts = PriorContact().updated(both), PriorContact().updated(both.take([0])).updated(both.take([1, 2]))
+    both = shots_of(
+        [SETTING] * 3, [9.0, 10.0, 11.0], [90e3, 100e3, 110e3], [4e-4] * 3, [12.0, 13.0, math.nan]
+    )
+    once, parts = (
+        PriorContact().updated(both),
+        PriorContact().updated(both.take([0])).updated(both.take([1, 2])),
+    )
     assert once.shots == parts.shots == 3
     assert once.label == "contact law updated by 3 shots"
-    np.testing.assert_allclose(draws(once, SETTING, 9.5).force_n, draws(parts, SETTING, 9.5).force_n, rtol=1e-6)
-    nothing = shots_of([SETTING] * 2, [math.nan, 10.0], [1e5, math.nan], [4e-4, math.nan], [math.nan] * 2)
+    np.testing.assert_allclose(
+        draws(once, SETTING, 9.5).force_n, draws(parts, SETTING, 9.5).force_n, rtol=1e-6
+    )
+    nothing = shots_of(
+        [SETTING] * 2, [math.nan, 10.0], [1e5, math.nan], [4e-4, math.nan], [math.nan] * 2
+    )
     assert PriorContact().updated(nothing).shots == 0
 
 
 def test_what_lies_beyond_the_learned_shots_is_said() -> None:
     light = replace(SETTING, impactor_mass_kg=0.5)
-    stage = PriorContact().updated(shots_of([SETTING, light], [5.0, 10.0], [9e4, 8e4], [4e-4] * 2, [8.0, 7.0]))
-    inside, fast = stage.extrapolation(ImpactBatch([SETTING, replace(light, tip_radius_m=0.03)], np.array([7.0, 12.0])))
+    stage = PriorContact().updated(
+        shots_of([SETTING, light], [5.0, 10.0], [9e4, 8e4], [4e-4] * 2, [8.0, 7.0])
+    )
+    inside, fast = stage.extrapolation(
+        ImpactBatch([SETTING, replace(light, tip_radius_m=0.03)], np.array([7.0, 12.0]))
+    )
     assert inside == ()
     assert [(each.quantity, each.asked, each.low, each.high) for each in fast] == [
         ("impact_velocity_m_s", 12.0, 5.0, 10.0),
@@ -165,10 +199,15 @@ def test_it_goes_between_processes_and_more_settings_than_are_kept_are_no_matter
 ) -> None:
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
     again = pickle.loads(pickle.dumps(stage))
-    np.testing.assert_array_equal(draws(again, SETTING, 9.0).force_n, draws(stage, SETTING, 9.0).force_n)
+    np.testing.assert_array_equal(
+        draws(again, SETTING, 9.0).force_n, draws(stage, SETTING, 9.0).force_n
+    )
     monkeypatch.setattr(prior, "_KEPT", 3)
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
-    many = ImpactBatch([replace(SETTING, tip_radius_m=r) for r in np.linspace(0.02, 0.06, 9)], np.linspace(2, 20, 9))
+    many = ImpactBatch(
+        [replace(SETTING, tip_radius_m=r) for r in np.linspace(0.02, 0.06, 9)],
+        np.linspace(2, 20, 9),
+    )
     np.testing.assert_array_equal(stage.pulses(many).force_n, stage.pulses(many).force_n)
 
 
@@ -182,7 +221,10 @@ def test_roots_of_a_covariance_that_rounding_has_spoilt() -> None:
 
 def test_a_hammers_anvil_passes_less_of_the_highest_frequencies_and_the_impulse_of_the_blow():
     """The joint's force on the plate is longer and lower than the tip's; without an anvil both are the same."""
-    bare, anvil = setting(impactor_mass_kg=0.3), setting(impactor_mass_kg=0.3, anvil=THESIS["steel"])
+    bare, anvil = (
+        setting(impactor_mass_kg=0.3),
+        setting(impactor_mass_kg=0.3, anvil=THESIS["steel"]),
+    )
     stage, strikes = PriorContact(hand_held=True), ImpactBatch([bare, anvil], np.array([3.0, 3.0]))
     tip = stage.pulses(strikes)
     plate = stage.plate_pulses(strikes, None, tip)

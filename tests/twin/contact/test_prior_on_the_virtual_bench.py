@@ -40,7 +40,12 @@ def scores(stage: PriorContact, shots: MeasuredShots, velocity: Floats) -> Score
 
 
 def left_out(
-    shots: MeasuredShots, velocity: Floats, stage: PriorContact, configurations: int, repetitions: int, seed: int
+    shots: MeasuredShots,
+    velocity: Floats,
+    stage: PriorContact,
+    configurations: int,
+    repetitions: int,
+    seed: int,
 ) -> Scores:
     """Scores on all other configurations after that many, of each the first repetitions."""
     order = np.random.default_rng(seed).permutation(shots.configuration.max() + 1)[:configurations]
@@ -74,11 +79,16 @@ def test_bands_hold_nine_shots_of_ten_and_peaks_come_near(kind: str) -> None:
         ten.append(left_out(shots, velocity, stage, 10, 1, seed))
         most.append(left_out(shots, velocity, stage, 2 * size // 3, 9, seed))
     mean = {
-        name: (np.mean([each.coverage for each in of], axis=0), np.mean([each.error for each in of], axis=0))
+        name: (
+            np.mean([each.coverage for each in of], axis=0),
+            np.mean([each.error for each in of], axis=0),
+        )
         for name, of in (("nothing", nothing), ("ten", ten), ("most", most))
     }
     for name, (coverage, error) in mean.items():
-        print(f"{kind}, learned from {name}: coverage {coverage.round(3)}, median error {error.round(3)}")
+        print(
+            f"{kind}, learned from {name}: coverage {coverage.round(3)}, median error {error.round(3)}"
+        )
     assert np.all(mean["nothing"][0] >= 0.85)
     assert np.all(mean["ten"][0] >= 0.85)
     assert np.all((mean["most"][0] >= 0.82) & (mean["most"][0] <= 0.98))

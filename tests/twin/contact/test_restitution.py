@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.twin.contact.bodies import MissingQuantityError
-from pyroshock.twin.contact.restitution_laws import LEAST, Restitution, constant, inelasticity, weir_tallon, zener
+from pyroshock.twin.contact.restitution_laws import (
+    LEAST,
+    Restitution,
+    constant,
+    inelasticity,
+    weir_tallon,
+    zener,
+)
 from support.records.contact_bodies import ball, impacts
 
 STEEL = {
@@ -28,7 +35,9 @@ def test_inelasticity_is_mass_over_impedance_and_time() -> None:
 
 def test_restitution_beyond_its_bounds_is_clipped_and_told_and_quantities_are_asked_for() -> None:
     """Zener's on a sheet, Weir and Tallon's above one; the bounds themselves are allowed."""
-    assert zener(impacts(plate_thickness_m=[0.01, 0.1, 10.0])).value == pytest.approx([0.5, 1, 1], abs=0.05)
+    assert zener(impacts(plate_thickness_m=[0.01, 0.1, 10.0])).value == pytest.approx(
+        [0.5, 1, 1], abs=0.05
+    )
     sheet = zener(impacts(plate_thickness_m=[0.01, 0.001]))
     assert sheet.clipped.tolist() == [False, True]
     assert sheet.value[1] == LEAST
@@ -43,7 +52,9 @@ def test_restitution_beyond_its_bounds_is_clipped_and_told_and_quantities_are_as
         with pytest.raises(ValueError, match="restitution = "):
             constant(value)
     for quantity in _STRENGTHS:
-        with pytest.raises(MissingQuantityError, match=f"Weir and Tallon's restitution needs {quantity}"):
+        with pytest.raises(
+            MissingQuantityError, match=f"Weir and Tallon's restitution needs {quantity}"
+        ):
             weir_tallon(impacts(**{quantity: None}))
     with pytest.raises(MissingQuantityError, match="Zener's restitution needs plate_thickness_m"):
         zener(impacts(plate_thickness_m=None))
@@ -54,11 +65,17 @@ def test_weir_tallon_in_johnsons_form_of_either_body() -> None:
     bodies = ball(impact_velocity_m_s=np.array([5.0, 50.0]), **STEEL)
     strength = 276e6  # of the plate, the softer one
     johnson = 3.8 * np.sqrt(strength * bodies.compliance_1_pa)
-    johnson *= (bodies.sphere_mass_kg * bodies.impact_velocity_m_s**2 / (2 * strength * 0.03**3)) ** -0.125
+    johnson *= (
+        bodies.sphere_mass_kg * bodies.impact_velocity_m_s**2 / (2 * strength * 0.03**3)
+    ) ** -0.125
     found = weir_tallon(bodies)
-    assert found.value / johnson == pytest.approx(3.1 / (3.8 * (2 * np.pi / 3) ** -0.125), rel=1e-12)
+    assert found.value / johnson == pytest.approx(
+        3.1 / (3.8 * (2 * np.pi / 3) ** -0.125), rel=1e-12
+    )
     assert not found.clipped.any()
-    tip, target = (weir_tallon(impacts(impact_velocity_m_s=90.0, **{name: 1e6})).value for name in _STRENGTHS)
+    tip, target = (
+        weir_tallon(impacts(impact_velocity_m_s=90.0, **{name: 1e6})).value for name in _STRENGTHS
+    )
     assert tip == pytest.approx(target)
     assert tip < weir_tallon(impacts(impact_velocity_m_s=90.0)).value
 

@@ -20,13 +20,19 @@ from pyroshock.twin.contact.stage import NO_SPREAD, SPREADS, LawContact, LawUnce
 from pyroshock.twin.contact_interface import ContactStage, ImpactBatch
 from pyroshock.twin.setting import THESIS, Setting
 
-SETTING = Setting(0.5, THESIS["delrin"], 0.03, THESIS["aluminum"], 0.01, 5.0, impact_velocity_m_s=1.0)
+SETTING = Setting(
+    0.5, THESIS["delrin"], 0.03, THESIS["aluminum"], 0.01, 5.0, impact_velocity_m_s=1.0
+)
 ANVIL = replace(SETTING, anvil=THESIS["steel"], insulator="polymeric")
-STRIKES = ImpactBatch([SETTING, ANVIL, replace(SETTING, tip=THESIS["steel"])], np.array([0.5, 2.0, 20.0]))
+STRIKES = ImpactBatch(
+    [SETTING, ANVIL, replace(SETTING, tip=THESIS["steel"])], np.array([0.5, 2.0, 20.0])
+)
 STAGES = {
     **{law: LawContact(law) for law in LAWS},
     "hann, weir-tallon": LawContact("hann", "weir-tallon"),
-    "effects": LawContact(effects=[ViscousLoss(0.05), LayerCompliance(1e-7), PlateCompliance(0.5), PlasticYield()]),
+    "effects": LawContact(
+        effects=[ViscousLoss(0.05), LayerCompliance(1e-7), PlateCompliance(0.5), PlasticYield()]
+    ),
 }
 every_stage = pytest.mark.parametrize("stage", STAGES.values(), ids=STAGES.keys())
 
@@ -38,7 +44,9 @@ def test_pulses_push_and_end_at_zero_and_zero_normals_are_their_mean(stage: Cont
     assert pulses.force_n.shape == (3, 65)
     assert np.all(pulses.force_n[:, [0, -1]] == 0)
     assert np.all(pulses.force_n >= 0)
-    assert np.all((pulses.compression_time_s > 0) & (pulses.compression_time_s < pulses.contact_time_s))
+    assert np.all(
+        (pulses.compression_time_s > 0) & (pulses.compression_time_s < pulses.contact_time_s)
+    )
     assert stage.normals == 1
     assert drawn.force_n == pytest.approx(pulses.force_n)
     assert drawn.contact_time_s == pytest.approx(pulses.contact_time_s)
@@ -65,7 +73,9 @@ def test_slow_end_of_a_lossy_pulse_is_cut_and_strikes_do_not_meet() -> None:
     bodies = bodies_of(STRIKES)
     assert bodies.target_youngs_modulus_pa.tolist() == [69.9e9, 200e9, 69.9e9]
     assert impedance(STRIKES)[0] == impedance(STRIKES)[1]
-    soft, hard = (LawContact(effects=effects).pulses(STRIKES) for effects in ([LayerCompliance(1e-6)], []))
+    soft, hard = (
+        LawContact(effects=effects).pulses(STRIKES) for effects in ([LayerCompliance(1e-6)], [])
+    )
     assert (soft.peak_force_n < 0.9 * hard.peak_force_n).tolist() == [False, True, False]
     stage = STAGES["effects"]
     together = stage.pulses(STRIKES).force_n
@@ -96,11 +106,17 @@ def test_scatter_keeps_the_impulse_and_has_about_the_tables_mean_error(law: str)
 
 def test_small_spread_is_the_normals_own_and_none_takes_no_normals() -> None:
     """Of a small error s, sqrt(pi / 2) s; of two, their quadratic mean."""
-    assert LawUncertainty(0.01, 0.01, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2) * 0.01, 1e-3)
-    assert LawUncertainty(0.01, 0.02, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2 * 2.5e-4), 1e-3)
+    assert LawUncertainty(0.01, 0.01, "assumed").stretch == pytest.approx(
+        np.sqrt(np.pi / 2) * 0.01, 1e-3
+    )
+    assert LawUncertainty(0.01, 0.02, "assumed").stretch == pytest.approx(
+        np.sqrt(np.pi / 2 * 2.5e-4), 1e-3
+    )
     stage = LawContact(spread=NO_SPREAD)
     assert stage.normals == 0
-    assert stage.pulses(STRIKES, np.zeros((3, 0))).force_n == pytest.approx(stage.pulses(STRIKES).force_n)
+    assert stage.pulses(STRIKES, np.zeros((3, 0))).force_n == pytest.approx(
+        stage.pulses(STRIKES).force_n
+    )
     with pytest.raises(ValueError, match=r"z has shape \(2, 2\): expected \(3, 1\)"):
         LawContact().pulses(STRIKES, np.zeros((2, 2)))
     for field in ("force", "time"):
@@ -138,7 +154,9 @@ def test_what_lies_outside_is_told() -> None:
         assert LawContact().outside(ImpactBatch([inside], np.array([speed]))) == [()]
 
 
-PAGE = (Path(__file__).resolve().parents[3] / "docs" / "explanation" / "contact-effects.md").read_text(encoding="utf-8")
+PAGE = (
+    Path(__file__).resolve().parents[3] / "docs" / "explanation" / "contact-effects.md"
+).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("law", SPREADS)

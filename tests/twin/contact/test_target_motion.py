@@ -55,10 +55,14 @@ def test_law_with_plate_compliance_is_exact(tip: str, share: float) -> None:
     integrated = integral_to_the_peak(pulse.force_n(2001), pulse.contact_time_s)
     none = np.zeros(3)
     motion = TargetMotion(share / impedance(3), none, none, none)
-    found, uncertainty = velocity_before_contact(integrated, PulseMoments.of(pulse.force_n(201)), motion)
+    found, uncertainty = velocity_before_contact(
+        integrated, PulseMoments.of(pulse.force_n(201)), motion
+    )
     np.testing.assert_allclose(found, velocity, rtol=0.01)
     coarse, _ = velocity_before_contact(integrated, PulseMoments.of(pulse.force_n(20)), motion)
-    np.testing.assert_allclose(coarse, velocity, rtol=0.05)  # 20 points say less well where a steep peak lies
+    np.testing.assert_allclose(
+        coarse, velocity, rtol=0.05
+    )  # 20 points say less well where a steep peak lies
     np.testing.assert_array_equal(uncertainty, 0.0)
     back, _ = integrated_velocity(velocity, PulseMoments.of(pulse.force_n(201)), motion)
     np.testing.assert_allclose(back, integrated, rtol=0.02)
@@ -69,7 +73,9 @@ def test_what_yields_is_what_is_left() -> None:
     velocity = np.array([1.0])
     law = bodies("aluminum", velocity)
     figures = {"impactor_yield_strength_pa": 2.75e8, "target_yield_strength_pa": 2.75e8}
-    yielding = Bodies.of(**{name: value for name, value in vars(law).items() if value is not None} | figures)
+    yielding = Bodies.of(
+        **{name: value for name, value in vars(law).items() if value is not None} | figures
+    )
     pulse = impact(yielding, [effect("contact.plastic_yield")])
     left = pulse.permanent_indentation_m / (velocity * pulse.contact_time_s / 2.943)
     assert left[0] > 0.05
@@ -83,7 +89,9 @@ def test_what_yields_is_what_is_left() -> None:
 def test_nothing_is_taken_away_and_draws_have_the_stated_moments() -> None:
     none = np.zeros(1)
     force = np.sin(np.pi * np.linspace(0, 1, 20))[None]
-    found, _ = velocity_before_contact(np.ones(1), PulseMoments.of(force), TargetMotion(none, none, none, none))
+    found, _ = velocity_before_contact(
+        np.ones(1), PulseMoments.of(force), TargetMotion(none, none, none, none)
+    )
     np.testing.assert_allclose(found, 1.0, rtol=2e-3)
     z = np.random.default_rng(0).standard_normal((20_000, 2))
     motion = TargetMotion.of(impedance(20_000), np.zeros(20_000, dtype=bool)).drawn(z)
@@ -105,7 +113,9 @@ def test_virtual_hammer_lies_within_the_uncertainty(tip: str, anvil: str, insula
     rng = np.random.default_rng(3)
     speeds = rng.uniform(0.7, 2.0, 12)
     struck = target("aluminum", THICKNESS_M, anvil_material=anvil, insulator=insulator)
-    impacts = strike_many([hammer(tip, TIPS[tip])] * 12, [struck] * 12, Effects.default(), speeds, rng)
+    impacts = strike_many(
+        [hammer(tip, TIPS[tip])] * 12, [struck] * 12, Effects.default(), speeds, rng
+    )
     phase = np.linspace(0.0, 1.0, 20)
     force = np.array([np.interp(phase * i.contact_time_s, i.time_s, i.force_n) for i in impacts])
     force[:, [0, -1]] = 0.0

@@ -15,8 +15,12 @@ from pyroshock.twin.sensors.chain import SensorChain
 from support.records.twin_parts import BENCH, HalfSine, ringing_plate, setting
 
 NOMINAL = SensorChain()
-VALVE = GunStage(BENCH, 0.02, (effect("gun.valve_flow", loss_coefficient=30.0, opening_time_s=0.0),))
-BORE = GunStage(BENCH, 0.02, (effect("gun.barrel_loss", friction_factor=0.02, drag_coefficient=2.0),))
+VALVE = GunStage(
+    BENCH, 0.02, (effect("gun.valve_flow", loss_coefficient=30.0, opening_time_s=0.0),)
+)
+BORE = GunStage(
+    BENCH, 0.02, (effect("gun.barrel_loss", friction_factor=0.02, drag_coefficient=2.0),)
+)
 STUCK = GunStage(BENCH, 0.02, (effect("gun.sliding_friction", seal_force_n=900.0),))
 SETTINGS = [setting(tank_pressure_pa=p) for p in (2e5, 5e5)]
 
@@ -39,7 +43,11 @@ def test_random_shots_are_of_one_gun_each_as_often_as_it_weighs() -> None:
     z = np.random.default_rng(0).standard_normal((4000, mean.normals))
     drawn = np.log(mean.velocity_draws(SETTINGS, NOMINAL, z)[:, 0])
     slow, fast = sorted(np.log(gun.velocities(SETTINGS, NOMINAL)[0]) for gun in (VALVE, BORE))
-    weight_of_fast = 0.3 if VALVE.velocities(SETTINGS, NOMINAL)[0] > BORE.velocities(SETTINGS, NOMINAL)[0] else 0.7
+    weight_of_fast = (
+        0.3
+        if VALVE.velocities(SETTINGS, NOMINAL)[0] > BORE.velocities(SETTINGS, NOMINAL)[0]
+        else 0.7
+    )
     expected = slow + weight_of_fast * (fast - slow)
     assert drawn.mean() == pytest.approx(expected, abs=0.003)
     variance = 0.02**2 + weight_of_fast * (1 - weight_of_fast) * (fast - slow) ** 2
@@ -63,13 +71,19 @@ def test_measured_shots_teach_every_gun() -> None:
     pressure, mass = np.array([2e5, 3e5, 5e5]), np.full(3, 0.5)
     measured = VALVE.fired(pressure, mass)
     taught = AveragedGunStage.of(open_guns).updated(pressure, mass, measured, 0.01 * measured)
-    assert isinstance(taught, AveragedGunStage) and taught.shots is not None and len(taught.shots) == 3
+    assert (
+        isinstance(taught, AveragedGunStage) and taught.shots is not None and len(taught.shots) == 3
+    )
     assert all(gun.shots is not None for _, gun in taught.guns)
-    np.testing.assert_allclose(taught.velocities(SETTINGS, NOMINAL), VALVE.velocities(SETTINGS, NOMINAL), rtol=0.03)
+    np.testing.assert_allclose(
+        taught.velocities(SETTINGS, NOMINAL), VALVE.velocities(SETTINGS, NOMINAL), rtol=0.03
+    )
     assert "3 measured shots + mean of" in taught.label
 
 
-@pytest.mark.parametrize("guns", [[], [(1.0, VALVE)], [(0.5, VALVE), (0.6, BORE)], [(1.0, VALVE), (0.0, BORE)]])
+@pytest.mark.parametrize(
+    "guns", [[], [(1.0, VALVE)], [(0.5, VALVE), (0.6, BORE)], [(1.0, VALVE), (0.0, BORE)]]
+)
 def test_weights_are_of_two_or_more_and_sum_to_one(guns: list[tuple[float, GunStage]]) -> None:
     with pytest.raises(ValueError, match="expected two or more"):
         AveragedGunStage.of(guns)

@@ -21,17 +21,28 @@ BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.3, 1.4, 1.0)
 NOMINAL = SensorChain()
 #: Guns of laws that the prior knows, each at parameters of its own.
 GUNS = (
-    (effect("gun.back_pressure"), effect("gun.valve_flow", loss_coefficient=8.0, opening_time_s=0.15)),
-    (effect("gun.back_pressure"), effect("gun.blow_by"), effect("gun.sliding_friction", seal_force_n=12.0)),
+    (
+        effect("gun.back_pressure"),
+        effect("gun.valve_flow", loss_coefficient=8.0, opening_time_s=0.15),
+    ),
+    (
+        effect("gun.back_pressure"),
+        effect("gun.blow_by"),
+        effect("gun.sliding_friction", seal_force_n=12.0),
+    ),
     (effect("gun.barrel_loss", drag_coefficient=80.0), effect("gun.dead_volume", volume_m3=1e-3)),
 )
 
 
 def asked(pressure, mass):
-    return [setting(tank_pressure_pa=p, impactor_mass_kg=m) for p, m in zip(pressure, mass, strict=True)]
+    return [
+        setting(tank_pressure_pa=p, impactor_mass_kg=m) for p, m in zip(pressure, mass, strict=True)
+    ]
 
 
-def draws(stage: GunStage, pressure: Floats, mass: Floats, count: int = 200, seed: int = 0) -> Floats:
+def draws(
+    stage: GunStage, pressure: Floats, mass: Floats, count: int = 200, seed: int = 0
+) -> Floats:
     z = np.random.default_rng(seed).standard_normal((count, stage.normals))
     return stage.velocity_draws(asked(pressure, mass), NOMINAL, z)
 
@@ -90,7 +101,9 @@ def test_scatter_is_that_of_repetitions_and_the_order_of_shots_does_not_matter(o
     learned = open_gun.updated(pressure, mass, measured)
     assert width(learned, 2e5, 0.5) / 3.29 == pytest.approx(0.03, rel=0.3)
     shots = campaign(GUNS[1], 3)
-    parts = open_gun.updated(*(values[:5] for values in shots)).updated(*(values[5:] for values in shots))
+    parts = open_gun.updated(*(values[:5] for values in shots)).updated(
+        *(values[5:] for values in shots)
+    )
     at = np.array([2e5]), np.array([0.5])
     np.testing.assert_allclose(draws(parts, *at), draws(open_gun.updated(*shots), *at), rtol=1e-12)
 
@@ -114,7 +127,9 @@ def test_stated_gain_is_taken_out_and_known_effects_are_not_drawn(open_gun):
     late = SensorChain.of([effect("sensor.velocity_gain", gain=1.1, growth=1.0)])
     relearned = open_gun.updated(pressure, mass, late.measured_velocity_m_s(measured))
     assert relearned.velocities(at, late) == pytest.approx(truth, rel=0.03)
-    stated = GunStage(BENCH, 0.0, (effect("gun.back_pressure", atmosphere_pa=0.0),), unknown_effects=True)
+    stated = GunStage(
+        BENCH, 0.0, (effect("gun.back_pressure", atmosphere_pa=0.0),), unknown_effects=True
+    )
     free = GunStage(BENCH, 0.0, unknown_effects=True)
     low = np.array([0.4e5]), np.array([0.5])  # where the atmosphere weighs most
     assert np.quantile(draws(stated, *low), 0.9) > np.quantile(draws(free, *low), 0.9)
@@ -123,7 +138,12 @@ def test_stated_gain_is_taken_out_and_known_effects_are_not_drawn(open_gun):
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan])
 @pytest.mark.parametrize("name", ["tank_pressure_pa", "bullet_mass_kg", "measured_m_s"])
 def test_refuses_shots_that_are_none_and_shapes_that_differ(name, bad):
-    given = {"tank_pressure_pa": 1e5, "bullet_mass_kg": 0.5, "measured_m_s": 10.0, "measured_u_m_s": 0.0}
+    given = {
+        "tank_pressure_pa": 1e5,
+        "bullet_mass_kg": 0.5,
+        "measured_m_s": 10.0,
+        "measured_u_m_s": 0.0,
+    }
     shots = {key: np.array([value, value]) for key, value in given.items()}
     shots[name][1] = bad
     with pytest.raises(ValueError, match=name):
@@ -143,7 +163,9 @@ def share_inside(bench: GunBench, shots: list[Floats], left_out: list[NDArray[np
     inside: list[bool] = []
     for rows in left_out:
         learned = GunStage(bench, 0.046).updated(*(values[~rows] for values in shots))
-        low, high = np.quantile(draws(learned, shots[0][rows], shots[1][rows], 400), [0.05, 0.95], axis=0)
+        low, high = np.quantile(
+            draws(learned, shots[0][rows], shots[1][rows], 400), [0.05, 0.95], axis=0
+        )
         inside += ((low < shots[2][rows]) & (shots[2][rows] < high)).tolist()
     return float(np.mean(inside))
 
@@ -154,7 +176,9 @@ def test_first_shots_of_the_thesis_left_out_in_turn():
     inside = []
     for efficiency in (0.5, 1.0):
         record = first_shots_record(efficiency)
-        inside.append(share_inside(record.gun, columns_of(record), [np.arange(5) == i for i in range(5)]))
+        inside.append(
+            share_inside(record.gun, columns_of(record), [np.arange(5) == i for i in range(5)])
+        )
     assert np.mean(inside) >= 0.7
 
 
@@ -162,5 +186,10 @@ def test_small_gun_at_shots_and_pressures_left_out(real_data):
     """74 shots of a dart of 1 g at five pressures, whose scatter is 3 to 10 %."""
     record = trettel_record(real_data / "trettel-blastersim" / "shots.csv")
     shots = columns_of(record)
-    assert 0.85 <= share_inside(record.gun, shots, [np.arange(74) % 8 == i for i in range(8)]) <= 0.97
-    assert share_inside(record.gun, shots, [shots[0] == pressure for pressure in np.unique(shots[0])]) > 0.75
+    assert (
+        0.85 <= share_inside(record.gun, shots, [np.arange(74) % 8 == i for i in range(8)]) <= 0.97
+    )
+    assert (
+        share_inside(record.gun, shots, [shots[0] == pressure for pressure in np.unique(shots[0])])
+        > 0.75
+    )

@@ -24,7 +24,13 @@ def after(effects: list[GunEffect], *times_s: float, profile: str = "") -> Float
     profiles = [ValveProfile.parse(profile)] * 3 if profile else None
     leads = -np.tile([0.0, *times_s], (3, 1))
     shots = gun_velocity(
-        BENCH, PRESSURE, MASS, effects, valve_profiles=profiles, before_exit_s=leads, outlet_area_m2=OUTLET_M2
+        BENCH,
+        PRESSURE,
+        MASS,
+        effects,
+        valve_profiles=profiles,
+        before_exit_s=leads,
+        outlet_area_m2=OUTLET_M2,
     )
     return shots.tank_pressure_pa
 
@@ -60,20 +66,30 @@ def test_behind_a_valve_it_follows_the_balances_by_scipy(loss: float) -> None:
     barrel = BENCH.projectile_area_m2 * BENCH.travel_m
     # The barrel's pressure at the exit follows from what the whole gas lost; it hardly matters a little later.
     for row, at_exit in enumerate(measured[:, 0]):
-        start_kg = at_exit / (GAS_CONSTANT * ROOM_K * (at_exit / (PRESSURE[row] + ATMOSPHERE_PA)) ** (1 - 1 / GAMMA))
+        start_kg = at_exit / (
+            GAS_CONSTANT * ROOM_K * (at_exit / (PRESSURE[row] + ATMOSPHERE_PA)) ** (1 - 1 / GAMMA)
+        )
 
         def rates(_: float, y: Floats) -> list[float]:
             tank, behind, tank_kg, behind_kg = y
             tank_rt, behind_rt = tank * BENCH.tank_volume_m3 / tank_kg, behind * barrel / behind_kg
             flow = valve_m2 * nozzle(tank, tank_rt, behind) if tank > behind else 0.0
-            out = OUTLET_M2 * nozzle(behind, behind_rt, ATMOSPHERE_PA) if behind > ATMOSPHERE_PA else 0.0
+            out = (
+                OUTLET_M2 * nozzle(behind, behind_rt, ATMOSPHERE_PA)
+                if behind > ATMOSPHERE_PA
+                else 0.0
+            )
             into = GAMMA / barrel * (tank_rt * flow - behind_rt * out)
             return [-GAMMA / BENCH.tank_volume_m3 * tank_rt * flow, into, -flow, flow - out]
 
         start = [at_exit, 0.95 * at_exit, start_kg * BENCH.tank_volume_m3, 0.95 * start_kg * barrel]
-        truth = solve_ivp(rates, (0, times_s[-1]), start, method="LSODA", t_eval=times_s, rtol=1e-8).y[0]
+        truth = solve_ivp(
+            rates, (0, times_s[-1]), start, method="LSODA", t_eval=times_s, rtol=1e-8
+        ).y[0]
         gauge = truth - ATMOSPHERE_PA
-        np.testing.assert_allclose(measured[row, 1:] - ATMOSPHERE_PA, gauge, atol=0.02 * PRESSURE[row])
+        np.testing.assert_allclose(
+            measured[row, 1:] - ATMOSPHERE_PA, gauge, atol=0.02 * PRESSURE[row]
+        )
 
 
 def test_a_valve_that_shuts_keeps_what_is_in_the_tank() -> None:

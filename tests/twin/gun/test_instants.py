@@ -55,22 +55,36 @@ def test_effects_prepare_what_a_shot_holds() -> None:
     atmosphere that flows see. A dead volume shares the tank's energy; friction is of
     weight and of a seal; a valve has the bore's area over the root of its loss."""
     shot = prepared([])
-    absent = (shot.dead_volume_m3, shot.opposing_pressure_pa, shot.leak_area_m2, shot.opening_time_s)
+    absent = (
+        shot.dead_volume_m3,
+        shot.opposing_pressure_pa,
+        shot.leak_area_m2,
+        shot.opening_time_s,
+    )
     assert [float(quantity[0]) for quantity in absent] == [0, 0, 0, 0]
     assert np.isinf(shot.valve_area_m2[0])
     assert shot.pressure_zero_pa[0] == shot.atmosphere_pa[0] == VACUUM_PA
     assert shot.friction_n[0] == pytest.approx(0.3 * 0.5 * 9.80665)
-    high, low = prepared([BackPressure(atmosphere_pa=1.05e5)]), prepared([BackPressure(atmosphere_pa=0.9e5)])
+    high, low = (
+        prepared([BackPressure(atmosphere_pa=1.05e5)]),
+        prepared([BackPressure(atmosphere_pa=0.9e5)]),
+    )
     assert (high.opposing_pressure_pa[0], high.atmosphere_pa[0]) == (1.05e5, 1.05e5)
     assert (low.opposing_pressure_pa[0], low.atmosphere_pa[0]) == (0.9e5, 0.9e5)
     assert high.driving_pressure_pa[0] == 5.05e5
     assert low.pressure_zero_pa[0] == 0.0
     dead = prepared([DeadVolume(volume_m3=5e-4), BackPressure(atmosphere_pa=AIR)])
     assert dead.volume_m3[0] == pytest.approx(1e-2)
-    assert dead.filled_pressure_pa[0] == pytest.approx(((4e5 + AIR) * 9.5e-3 + AIR * 5e-4) / 1e-2, rel=1e-12)
+    assert dead.filled_pressure_pa[0] == pytest.approx(
+        ((4e5 + AIR) * 9.5e-3 + AIR * 5e-4) / 1e-2, rel=1e-12
+    )
     rubbing = prepared([SlidingFriction(added_coefficient=0.2, seal_force_n=7.0, seal_share=0.1)])
-    assert rubbing.friction_n[0] == pytest.approx(0.5 * 0.5 * 9.80665 + 7.0 + 0.1 * 4e5 * AREA, rel=1e-12)
-    assert starting_force_n(rubbing)[0] == pytest.approx(4e5 * AREA - rubbing.friction_n[0], rel=1e-12)
+    assert rubbing.friction_n[0] == pytest.approx(
+        0.5 * 0.5 * 9.80665 + 7.0 + 0.1 * 4e5 * AREA, rel=1e-12
+    )
+    assert starting_force_n(rubbing)[0] == pytest.approx(
+        4e5 * AREA - rubbing.friction_n[0], rel=1e-12
+    )
     valve = prepared([ValveFlow(loss_coefficient=9.0, opening_time_s=0.2)])
     assert valve.valve_area_m2[0] == pytest.approx(math.pi / 4 * 0.049**2 / 3, rel=1e-12)
     assert valve.opening_time_s[0] == 0.2
@@ -88,9 +102,18 @@ def test_start_and_rates_are_those_of_the_scalar_gun(kind: type[Chamber]) -> Non
         off = low if item.name == "loss_coefficient" else item.off
         return np.where(rng.random(n) < 1 / 3, off, rng.uniform(low, high, n))
 
-    kinds: list[type[GunEffect]] = [BackPressure, BarrelLoss, BlowBy, DeadVolume, HeatExchange, SlidingFriction]
+    kinds: list[type[GunEffect]] = [
+        BackPressure,
+        BarrelLoss,
+        BlowBy,
+        DeadVolume,
+        HeatExchange,
+        SlidingFriction,
+    ]
     kinds += [ValveFlow] if kind is TwoChambers else []
-    effects = [effect(**{item.name: drawn(item) for item in effect.parameters()}) for effect in kinds]
+    effects = [
+        effect(**{item.name: drawn(item) for item in effect.parameters()}) for effect in kinds
+    ]
     pressure, mass = rng.uniform(2e5, 10e5, n), rng.uniform(0.1, 1.5, n)
     shot = nominal_shot(BENCH, pressure, mass)
     for effect in effects:
@@ -98,29 +121,47 @@ def test_start_and_rates_are_those_of_the_scalar_gun(kind: type[Chamber]) -> Non
     chamber, guns = kind(shot, []), scalar_guns(BENCH, pressure, mass, effects)
     start = chamber.start()
     np.testing.assert_allclose(start.T, [gun.start() for gun in guns], rtol=1e-12)
-    x, speed, kelvin = rng.uniform(0.01, 0.885, n), rng.uniform(0.1, 30, n), rng.uniform(150, 600, (2, n))
+    x, speed, kelvin = (
+        rng.uniform(0.01, 0.885, n),
+        rng.uniform(0.1, 30, n),
+        rng.uniform(150, 600, (2, n)),
+    )
     absolute = rng.uniform(2e4, 7e5, (2, n))
     gas = [
         absolute[0] - shot.pressure_zero_pa,
         absolute[0] * (chamber.volume_m3 + AREA * x) / (GAS_CONSTANT * kelvin[0]),
     ]
     if isinstance(chamber, TwoChambers):
-        gas += [absolute[1] - shot.pressure_zero_pa, absolute[1] * chamber.tank_m3 / (GAS_CONSTANT * kelvin[1])]
+        gas += [
+            absolute[1] - shot.pressure_zero_pa,
+            absolute[1] * chamber.tank_m3 / (GAS_CONSTANT * kelvin[1]),
+        ]
     state = np.stack([x, speed, *gas])
     time = rng.uniform(0, 0.3, n)
     expected = [gun.rates(*instant) for gun, *instant in zip(guns, time, state.T, strict=True)]
     rates = chamber.rates(time, state).T
-    np.testing.assert_allclose(rates, expected, rtol=1e-9, atol=1e-9 * np.abs(rates).max(axis=0).min())
+    np.testing.assert_allclose(
+        rates, expected, rtol=1e-9, atol=1e-9 * np.abs(rates).max(axis=0).min()
+    )
 
 
 @pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
 def test_work_is_the_integral_of_the_force(share: float) -> None:
-    effects = [HeatExchange(share=share), DeadVolume(volume_m3=3e-4), BackPressure(), SlidingFriction()]
+    effects = [
+        HeatExchange(share=share),
+        DeadVolume(volume_m3=3e-4),
+        BackPressure(),
+        SlidingFriction(),
+    ]
     shot = prepared(effects)
     nodes, weights = np.polynomial.legendre.leggauss(30)
     x = 0.6 * (nodes + 1) / 2
     volume = 9.8e-3 + AREA * x
-    force = shot.filled_pressure_pa * (9.8e-3 / volume) ** (1.4 - 0.4 * share) * AREA - AIR * AREA - shot.friction_n
+    force = (
+        shot.filled_pressure_pa * (9.8e-3 / volume) ** (1.4 - 0.4 * share) * AREA
+        - AIR * AREA
+        - shot.friction_n
+    )
     assert net_work_j(shot, np.array([0.6]))[0] == pytest.approx(0.3 * weights @ force, rel=1e-12)
     assert starting_force_n(shot)[0] == pytest.approx(
         (shot.filled_pressure_pa[0] - AIR) * AREA - shot.friction_n[0], rel=1e-12
@@ -139,10 +180,14 @@ def test_work_of_an_endless_tank_is_even_and_efficiency_stands_before_every_velo
     half = replace(BENCH, efficiency=0.5)
     for effects in ([], [BarrelLoss()], [ValveFlow(loss_coefficient=10.0)]):
         whole = gun_velocity(BENCH, [2e5, 4e5], 0.5, effects)
-        np.testing.assert_allclose(gun_velocity(half, [2e5, 4e5], 0.5, effects).velocity_m_s, whole.velocity_m_s / 2)
+        np.testing.assert_allclose(
+            gun_velocity(half, [2e5, 4e5], 0.5, effects).velocity_m_s, whole.velocity_m_s / 2
+        )
 
 
-def chamber_of(kind: type[Chamber], effects: Sequence[GunEffect], pressure_pa: ArrayLike) -> Chamber:
+def chamber_of(
+    kind: type[Chamber], effects: Sequence[GunEffect], pressure_pa: ArrayLike
+) -> Chamber:
     return kind(prepared(effects, pressure_pa), [])
 
 
@@ -157,9 +202,13 @@ def test_an_opening_valve_shows_what_two_circles_share() -> None:
 def test_forces_at_rest_hold_and_do_not_pull_back() -> None:
     """Friction that is more than the push: nothing at rest, all of it from a creep of 0.1 mm/s on."""
     chamber = chamber_of(
-        Chamber, [SlidingFriction(seal_force_n=1000.0), BarrelLoss(drag_coefficient=0.0)], np.full(5, 1e5)
+        Chamber,
+        [SlidingFriction(seal_force_n=1000.0), BarrelLoss(drag_coefficient=0.0)],
+        np.full(5, 1e5),
     )
-    state = np.array([np.full(5, 0.2), [0.0, 0.5e-4, 1e-4, 1.0, -1.0], np.full(5, 0.8e5), np.full(5, 0.02)])
+    state = np.array(
+        [np.full(5, 0.2), [0.0, 0.5e-4, 1e-4, 1.0, -1.0], np.full(5, 0.8e5), np.full(5, 0.02)]
+    )
     rates = chamber.rates(np.zeros(5), state)
     short = 0.8e5 * AREA - float(chamber.drag_n[0])
     column = 0.02 * 0.2 / 0.049 * 0.02 / (9.5e-3 + AREA * 0.2) * AREA / 2
@@ -184,7 +233,14 @@ def test_a_shot_is_given_up_at_rest_without_push_or_after_very_long() -> None:
     pressure = drag_pa * np.array([0.99, 0.99, 0.99, 1.01, 1.01, 1.01])
     state = np.stack([position, speed, pressure, np.full(6, 0.04)])
     fall_s = math.sqrt(BENCH.travel_m * 0.5 / (AREA * (4e5 + 101_325.0)))
-    assert chamber.given_up(np.full(6, fall_s), state).tolist() == [True, True, False, False, False, False]
+    assert chamber.given_up(np.full(6, fall_s), state).tolist() == [
+        True,
+        True,
+        False,
+        False,
+        False,
+        False,
+    ]
     assert chamber.given_up(np.full(6, 1000 * fall_s), state).all()
     mass = np.array([0.02, 0.5, 8.0])
     moving = Chamber(nominal_shot(replace(BENCH, travel_m=0.3), 4e5, mass), [])
@@ -217,7 +273,9 @@ def test_shots_that_leave_are_told_apart() -> None:
     assert crawl.left.tolist() == [True, True]
     assert crawl.exit_time_s[0] == pytest.approx(2 * 0.885 / crawl.velocity_m_s[0], rel=0.2)
     for effects in ([], [BlowBy()]):
-        small = gun_velocity(replace(BENCH, tank_volume_m3=2e-4), [4e5, 6e3, 100.0], [0.5, 3.0, 0.5], effects)
+        small = gun_velocity(
+            replace(BENCH, tank_volume_m3=2e-4), [4e5, 6e3, 100.0], [0.5, 3.0, 0.5], effects
+        )
         assert small.status.tolist() == [Status.LEFT, Status.STOPPED, Status.NOT_STARTED]
         assert small.left.tolist() == [True, False, False]
         assert np.isnan(small.exit_time_s).tolist() == [False, True, True]
@@ -237,7 +295,11 @@ def test_each_shot_goes_the_way_of_its_own_effects() -> None:
 
     together = gun_velocity(BENCH, 4e5, np.full(4, 0.5), effects(loss, valve))
     alone = [gun_velocity(BENCH, 4e5, 0.5, effects(*one)) for one in zip(loss, valve, strict=True)]
-    np.testing.assert_allclose(together.velocity_m_s, [one.velocity_m_s[0] for one in alone], rtol=1e-7)
-    np.testing.assert_allclose(together.exit_time_s, [one.exit_time_s[0] for one in alone], rtol=1e-6)
+    np.testing.assert_allclose(
+        together.velocity_m_s, [one.velocity_m_s[0] for one in alone], rtol=1e-7
+    )
+    np.testing.assert_allclose(
+        together.exit_time_s, [one.exit_time_s[0] for one in alone], rtol=1e-6
+    )
     assert together.velocity_m_s.argmax() == 0 and together.velocity_m_s.argmin() == 3
     assert together.left.all()

@@ -46,7 +46,9 @@ def books(kind, effects, bar, mass_kg):
         return np.concatenate([moved, gone])
 
     # every projectile here moves from the first instant on: friction that holds would take work from nothing
-    run = solve_ivp(rates, (0, 0.03), [*start[:, 0], 0.0, 0.0, 0.0], "LSODA", rtol=1e-10, atol=1e-10)
+    run = solve_ivp(
+        rates, (0, 0.03), [*start[:, 0], 0.0, 0.0, 0.0], "LSODA", rtol=1e-10, atol=1e-10
+    )
     assert run.success
     return chamber, start[:, 0], run.y[:-3, -1], run.y[-3:, -1]
 

@@ -22,7 +22,9 @@ THESIS = GunBench(0.0095, 0.049, 0.048, 0.90, 1.464, 1.4, 0.5)
 
 
 def test_table_5_1_is_predicted():
-    np.testing.assert_allclose(gun_velocity(THESIS, PRESSURE, 0.1428).velocity_m_s, PREDICTED, atol=0.009)
+    np.testing.assert_allclose(
+        gun_velocity(THESIS, PRESSURE, 0.1428).velocity_m_s, PREDICTED, atol=0.009
+    )
 
 
 def test_errors_of_table_5_1_and_their_mean():

@@ -18,7 +18,14 @@ from pyroshock.twin.gun.effects.barrel_loss import BarrelLoss
 from pyroshock.twin.gun.effects.blow_by import BlowBy
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.motion_kernel import all_derivatives, ellipse, mass_flow
-from pyroshock.twin.gun.shot import ATMOSPHERE_PA, GAS_CONSTANT, GunEffect, Instant, ShotInputs, nominal_shot
+from pyroshock.twin.gun.shot import (
+    ATMOSPHERE_PA,
+    GAS_CONSTANT,
+    GunEffect,
+    Instant,
+    ShotInputs,
+    nominal_shot,
+)
 from pyroshock.twin.gun.shots import GunShots, Status, gun_velocity
 from scipy.stats import qmc
 
@@ -42,7 +49,9 @@ class AddedDrag(GunEffect):
         return shot.area_m2 * self.heads * air * instant.velocity_m_s**2 / 2
 
 
-def sample(n: int, seed: int, *, valve: bool, likely: bool) -> tuple[np.ndarray, np.ndarray, list[GunEffect]]:
+def sample(
+    n: int, seed: int, *, valve: bool, likely: bool
+) -> tuple[np.ndarray, np.ndarray, list[GunEffect]]:
     """Pressures, masses, and every effect of the catalogue: a Latin hypercube over the ranges, crowded near "off"."""
     kinds = [kind for kind in GUN if valve or kind is not ValveFlow]
     items: list[Parameter] = [item for kind in kinds for item in kind.parameters()]
@@ -56,7 +65,11 @@ def sample(n: int, seed: int, *, valve: bool, likely: bool) -> tuple[np.ndarray,
         drawn = low + (high - low) * (even**4 if low == 0 else even)
         return drawn if likely else np.where(rng.random(n) < 0.2, item.off, drawn)
 
-    return pressure, mass, [kind(**{item.name: values(item) for item in kind.parameters()}) for kind in kinds]
+    return (
+        pressure,
+        mass,
+        [kind(**{item.name: values(item) for item in kind.parameters()}) for kind in kinds],
+    )
 
 
 def difference(one: GunShots, other: GunShots) -> np.ndarray:
@@ -72,11 +85,19 @@ def test_one_and_two_gases_are_as_the_reference_has_them(likely: bool) -> None:
     pressure, mass, effects = sample(200, 1, valve=False, likely=likely)
     compiled = gun_velocity(BENCH, pressure, mass, effects)
     assert set(compiled.status) == every_end
-    assert difference(compiled, gun_velocity(BENCH, pressure, mass, [*effects, AddedDrag()])).max() < 1e-9
+    assert (
+        difference(compiled, gun_velocity(BENCH, pressure, mass, [*effects, AddedDrag()])).max()
+        < 1e-9
+    )
     pressure, mass, effects = sample(100, 6, valve=True, likely=likely)
     compiled = gun_velocity(BENCH, pressure, mass, effects, 0.1)
     assert set(compiled.status) == every_end
-    assert difference(compiled, gun_velocity(BENCH, pressure, mass, [*effects, AddedDrag()], 0.1)).max() < 2e-6
+    assert (
+        difference(
+            compiled, gun_velocity(BENCH, pressure, mass, [*effects, AddedDrag()], 0.1)
+        ).max()
+        < 2e-6
+    )
     usual = difference(gun_velocity(BENCH, pressure, mass, effects), compiled)
     assert np.quantile(usual, 0.9) < 2e-6
     assert usual.max() < 2e-4
@@ -84,9 +105,13 @@ def test_one_and_two_gases_are_as_the_reference_has_them(likely: bool) -> None:
 
 def test_a_valve_alone_is_as_the_reference_has_it() -> None:
     rng = np.random.default_rng(3)
-    valve = ValveFlow(10 ** rng.uniform(-3, 3, 60), rng.uniform(0, 0.3, 60), rng.uniform(0, 100, 60))
+    valve = ValveFlow(
+        10 ** rng.uniform(-3, 3, 60), rng.uniform(0, 0.3, 60), rng.uniform(0, 100, 60)
+    )
     shots = (rng.uniform(0.5e5, 10e5, 60), rng.uniform(0.1, 2, 60))
-    compiled, reference = (gun_velocity(BENCH, *shots, effects) for effects in ([valve], [valve, AddedDrag()]))
+    compiled, reference = (
+        gun_velocity(BENCH, *shots, effects) for effects in ([valve], [valve, AddedDrag()])
+    )
     assert difference(compiled, reference).max() < 2e-6
     np.testing.assert_allclose(compiled.exit_time_s, reference.exit_time_s, rtol=2e-6)
 
@@ -95,7 +120,9 @@ def test_a_valve_alone_is_as_the_reference_has_it() -> None:
 def test_a_hook_adds_to_what_the_shot_holds(valve: bool) -> None:
     others = [BlowBy(), *([ValveFlow(loss_coefficient=20.0)] if valve else [])]
     known = gun_velocity(BENCH, [2e5, 6e5], 0.4, [*others, BarrelLoss(drag_coefficient=30.0)])
-    added = gun_velocity(BENCH, [2e5, 6e5], 0.4, [*others, BarrelLoss(drag_coefficient=10.0), AddedDrag(heads=20.0)])
+    added = gun_velocity(
+        BENCH, [2e5, 6e5], 0.4, [*others, BarrelLoss(drag_coefficient=10.0), AddedDrag(heads=20.0)]
+    )
     np.testing.assert_allclose(added.velocity_m_s, known.velocity_m_s, rtol=2e-6)
 
 
@@ -109,22 +136,37 @@ def chamber_of(effects: Sequence[GunEffect], n: int) -> TwoChambers:
 def test_derivatives_are_those_of_the_rates() -> None:
     """At random instants: gas that flows both ways through valve and leak, moving and held projectiles."""
     n, rng = 200, np.random.default_rng(4)
-    effects = [BackPressure(rng.uniform(9e4, 1.1e5, n)), BlowBy(0.5, 1e-3, 0.5), BarrelLoss(0.05, 3.0, 5.0)]
+    effects = [
+        BackPressure(rng.uniform(9e4, 1.1e5, n)),
+        BlowBy(0.5, 1e-3, 0.5),
+        BarrelLoss(0.05, 3.0, 5.0),
+    ]
     chamber = chamber_of([*effects, ValveFlow(rng.uniform(1, 100, n), 0.1, 2.0)], n)
     time = rng.uniform(0.01, 0.2, n)
     gas_kg, tank_kg = rng.uniform(1e-3, 3e-2, n), rng.uniform(2e-2, 8e-2, n)
     speed = np.where(np.arange(n) % 4, rng.uniform(0.1, 30, n), 5e-5)
     state = np.stack(
-        [rng.uniform(0.01, 0.8, n), speed, rng.uniform(2e4, 7e5, n), gas_kg, rng.uniform(2e4, 7e5, n), tank_kg]
+        [
+            rng.uniform(0.01, 0.8, n),
+            speed,
+            rng.uniform(2e4, 7e5, n),
+            gas_kg,
+            rng.uniform(2e4, 7e5, n),
+            tank_kg,
+        ]
     )
     jacobian, by_time = np.empty((n, 6, 6)), np.empty((n, 6))
-    all_derivatives(chamber.table, chamber.valve, time, np.ascontiguousarray(state.T), jacobian, by_time)
+    all_derivatives(
+        chamber.table, chamber.valve, time, np.ascontiguousarray(state.T), jacobian, by_time
+    )
     size = np.array([1.0, 1e-4, 1e5, 1e-2, 1e5, 1e-2])
     scale = np.abs(chamber.rates(time, state)).max(axis=1)
     for j in range(6):
         step = np.zeros((6, 1))
         step[j] = 1e-5 * size[j]
-        slope = (chamber.rates(time, state + step) - chamber.rates(time, state - step)).T / (2 * step[j])
+        slope = (chamber.rates(time, state + step) - chamber.rates(time, state - step)).T / (
+            2 * step[j]
+        )
         off = np.abs(jacobian[:, :, j] - slope) * size[j] / scale
         assert np.quantile(off, 0.98) < 1e-6, j
     slope = (chamber.rates(time + 1e-7, state) - chamber.rates(time - 1e-7, state)).T / 2e-7
@@ -167,14 +209,19 @@ def test_air_has_the_figures_of_the_books_and_isothermal_gas_their_limit():
 def flow(here_pa, there_pa, here_k=300.0, there_k=400.0):
     area, gas, critical = 1e-4 * choked_flow(1.4), GAS_CONSTANT, critical_ratio(1.4)
     pairs = zip(np.atleast_1d(here_pa), np.atleast_1d(there_pa), strict=True)
-    return np.array([mass_flow(area, p, gas * here_k, q, gas * there_k, critical) for p, q in pairs])
+    return np.array(
+        [mass_flow(area, p, gas * here_k, q, gas * there_k, critical) for p, q in pairs]
+    )
 
 
 def test_flow_turns_with_the_pressures_and_is_laminar_next_to_equal_ones():
     expected = 1e-4 * 6e5 * choked_flow(1.4) / math.sqrt(GAS_CONSTANT * 300.0)
     np.testing.assert_allclose(flow([6e5, 6e5], [1e5, 3e5]), [expected] * 2, rtol=6e-4)
     assert flow(6e5, 1e5) == flow(6e5, 3e5)
-    forth, back = flow([6e5, 2e5, 1e5], [1e5, 1.5e5, 1e5]), flow([1e5, 1.5e5, 1e5], [6e5, 2e5, 1e5], 400.0, 300.0)
+    forth, back = (
+        flow([6e5, 2e5, 1e5], [1e5, 1.5e5, 1e5]),
+        flow([1e5, 1.5e5, 1e5], [6e5, 2e5, 1e5], 400.0, 300.0),
+    )
     np.testing.assert_allclose(back, -forth, rtol=1e-14)
     assert forth[2] == 0.0
     mixed = flow([6e5, 1e5], [1e5, 6e5])

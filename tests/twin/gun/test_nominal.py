@@ -66,14 +66,19 @@ def test_integral_and_trajectory_agree(bench: GunBench, pressure: float, mass: f
     velocity = float(muzzle_velocity(bench, pressure, mass))
     # At the threshold itself either route may say 0: the work is a difference of two equal numbers there.
     assume(velocity == 0 or pressure > 1.001 * tank_pressure_for(bench, 0.0, mass))
-    assert trajectory(bench, pressure, mass).muzzle_velocity_m_s == pytest.approx(velocity, rel=1e-6, abs=0)
+    assert trajectory(bench, pressure, mass).muzzle_velocity_m_s == pytest.approx(
+        velocity, rel=1e-6, abs=0
+    )
 
 
 @settings(max_examples=30)
 @given(benches, pressures, masses)
 def test_trajectory_balances_energy(bench: GunBench, pressure: float, mass: float) -> None:
     shot = trajectory(bench, pressure, mass, points=2001)
-    force = shot.pressure_pa * bench.projectile_area_m2 - bench.friction_coefficient * STANDARD_GRAVITY_M_S2 * mass
+    force = (
+        shot.pressure_pa * bench.projectile_area_m2
+        - bench.friction_coefficient * STANDARD_GRAVITY_M_S2 * mass
+    )
     power = force * shot.velocity_m_s
     work = np.trapezoid(power, shot.time_s)
     scale = np.trapezoid(np.abs(power), shot.time_s)
@@ -83,11 +88,16 @@ def test_trajectory_balances_energy(bench: GunBench, pressure: float, mass: floa
 def test_endless_tank_pushes_with_constant_pressure_and_a_ratio_of_one_is_isothermal() -> None:
     bench = replace(BENCH, tank_volume_m3=1e9, efficiency=1.0)
     pressure, mass = 4e5, 0.5
-    push = pressure * bench.projectile_area_m2 / mass - bench.friction_coefficient * STANDARD_GRAVITY_M_S2
+    push = (
+        pressure * bench.projectile_area_m2 / mass
+        - bench.friction_coefficient * STANDARD_GRAVITY_M_S2
+    )
     expected = math.sqrt(2 * push * bench.travel_m)
     assert float(muzzle_velocity(bench, pressure, mass)) == pytest.approx(expected, rel=1e-9)
     isothermal = replace(BENCH, heat_capacity_ratio=1.0, friction_coefficient=0.0, efficiency=1.0)
-    growth = math.log(1 + isothermal.projectile_area_m2 * isothermal.travel_m / isothermal.tank_volume_m3)
+    growth = math.log(
+        1 + isothermal.projectile_area_m2 * isothermal.travel_m / isothermal.tank_volume_m3
+    )
     expected = math.sqrt(2 * pressure * isothermal.tank_volume_m3 * growth / mass)
     assert float(muzzle_velocity(isothermal, pressure, mass)) == pytest.approx(expected, rel=1e-12)
     free = replace(BENCH, friction_coefficient=0.0)
@@ -97,7 +107,9 @@ def test_endless_tank_pushes_with_constant_pressure_and_a_ratio_of_one_is_isothe
 
 @settings(max_examples=50)
 @given(benches, st.lists(pressures, min_size=2, max_size=20), masses)
-def test_velocity_rises_with_pressure_and_efficiency_scales(bench: GunBench, values: list[float], mass: float) -> None:
+def test_velocity_rises_with_pressure_and_efficiency_scales(
+    bench: GunBench, values: list[float], mass: float
+) -> None:
     velocity = muzzle_velocity(bench, np.sort(values), mass)
     assert np.all(np.diff(velocity) >= 0)
     ideal = muzzle_velocity(replace(bench, efficiency=1.0), np.sort(values), mass)
@@ -106,7 +118,9 @@ def test_velocity_rises_with_pressure_and_efficiency_scales(bench: GunBench, val
 
 @settings(max_examples=50)
 @given(benches, st.floats(1.0, 100.0), masses)
-def test_pressure_for_a_velocity_gives_it_back(bench: GunBench, velocity: float, mass: float) -> None:
+def test_pressure_for_a_velocity_gives_it_back(
+    bench: GunBench, velocity: float, mass: float
+) -> None:
     pressure = tank_pressure_for(bench, velocity, mass)
     assert float(muzzle_velocity(bench, pressure, mass)) == pytest.approx(velocity, rel=1e-6)
 
@@ -118,7 +132,9 @@ def test_threshold_separates_stuck_from_leaving_and_unphysical_shots_are_refused
     table = muzzle_velocity(BENCH, np.linspace(1e5, 8e5, 5)[:, None], [0.2, 0.5, 1.0])
     assert table.shape == (5, 3)
     assert table[2, 1] == muzzle_velocity(BENCH, 4.5e5, 0.5)
-    with pytest.raises(ValueError, match=r"tank_pressure_pa = -2\.0: expected not negative and finite"):
+    with pytest.raises(
+        ValueError, match=r"tank_pressure_pa = -2\.0: expected not negative and finite"
+    ):
         muzzle_velocity(BENCH, [1e5, -2.0, -3.0], 0.5)
     with pytest.raises(ValueError, match=r"bullet_mass_kg = 0\.0: expected positive and finite"):
         muzzle_velocity(BENCH, 1e5, [0.5, 0.0, -1.0])
@@ -131,11 +147,23 @@ def test_trajectory_says_how_and_where_it_ended() -> None:
     # A tank small enough that a shot may start and still not arrive.
     bench = replace(BENCH, tank_volume_m3=0.005, friction_coefficient=1.0)
     least = float(tank_pressure_for(bench, 0.0, 0.5))
-    still, stopped, exited = (trajectory(bench, fraction * least, 0.5) for fraction in (0.5, 0.97, 1.05))
-    assert [shot.status for shot in (still, stopped, exited)] == ["did not start", "stopped in the barrel", "left"]
-    assert [math.isnan(shot.exit_time_s) for shot in (still, stopped, exited)] == [True, True, False]
+    still, stopped, exited = (
+        trajectory(bench, fraction * least, 0.5) for fraction in (0.5, 0.97, 1.05)
+    )
+    assert [shot.status for shot in (still, stopped, exited)] == [
+        "did not start",
+        "stopped in the barrel",
+        "left",
+    ]
+    assert [math.isnan(shot.exit_time_s) for shot in (still, stopped, exited)] == [
+        True,
+        True,
+        False,
+    ]
     assert (still.muzzle_velocity_m_s, stopped.muzzle_velocity_m_s) == (0.0, 0.0)
-    assert [still.time_s.tolist(), still.position_m.tolist(), still.velocity_m_s.tolist()] == [[0.0]] * 3
+    assert [still.time_s.tolist(), still.position_m.tolist(), still.velocity_m_s.tolist()] == [
+        [0.0]
+    ] * 3
     assert still.pressure_pa.tolist() == [0.5 * least]
     assert stopped.velocity_m_s[-1] == pytest.approx(0, abs=1e-6)
     assert 0 < stopped.position_m[-1] < bench.travel_m
@@ -160,7 +188,9 @@ def test_ten_thousand_shots_in_one_call() -> None:
     started = time.perf_counter()
     velocity = muzzle_velocity(BENCH, pressure, 0.5)
     assert velocity.shape == (10_000,)
-    assert time.perf_counter() - started < 0.1  # one trajectory takes some milliseconds: this is not ten thousand
+    assert (
+        time.perf_counter() - started < 0.1
+    )  # one trajectory takes some milliseconds: this is not ten thousand
 
 
 @pytest.mark.parametrize(
@@ -181,5 +211,11 @@ def test_unphysical_bench_is_refused_by_name(field: str, value: float) -> None:
     """The limits are allowed."""
     with pytest.raises(ValueError, match=f"{field} = {value!r}"):
         replace(BENCH, **{field: value})
-    tight = replace(BENCH, bore_diameter_m=0.048, efficiency=1.0, friction_coefficient=0.0, heat_capacity_ratio=1.0)
+    tight = replace(
+        BENCH,
+        bore_diameter_m=0.048,
+        efficiency=1.0,
+        friction_coefficient=0.0,
+        heat_capacity_ratio=1.0,
+    )
     assert float(muzzle_velocity(tight, 1e5, 0.5)) > 0

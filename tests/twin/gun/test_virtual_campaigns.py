@@ -40,7 +40,9 @@ def virtual_campaign(seed: int, levels: bool) -> Floats:
         row = {"run": str(number + 1), "tank_pressure_bar": str(bar), "bullet_mass_kg": str(mass)}
         task = RecordingTask("", row, {}, 1, day_fraction(number, 20))
         for _ in range(REPETITIONS):
-            shot = fire(bench.gun, effects, bench._pressure(task, rng), Projectile(mass, length), rng)
+            shot = fire(
+                bench.gun, effects, bench._pressure(task, rng), Projectile(mass, length), rng
+            )
             if shot.muzzle_velocity_m_s > 0 and shot.laser_blocked:
                 start, stop = shot.laser_blocked[0]
                 timed = stop - start + 4e-6 * rng.standard_normal()  # samples at 100 kHz
@@ -57,7 +59,9 @@ def judged(shots: Floats, learned: NDArray[np.bool_], rng: np.random.Generator) 
     rows = []
     for _, pressure, mass, measured in shots[~np.isin(shots[:, 0], shots[learned, 0])]:
         asked = [setting(tank_pressure_pa=pressure, impactor_mass_kg=mass)]
-        drawn = gun.velocity_draws(asked, SensorChain(), stratified_normals(64, gun.normals, rng))[:, 0]
+        drawn = gun.velocity_draws(asked, SensorChain(), stratified_normals(64, gun.normals, rng))[
+            :, 0
+        ]
         drawn = drawn[drawn > 0]
         low, middle, high = np.quantile(drawn, [0.05, 0.5, 0.95], method="hazen")
         rows.append((low <= measured <= high, abs(np.log(middle / measured))))
@@ -79,8 +83,13 @@ def test_bands_hold_the_virtual_gun(levels):
             most = np.isin(shots[:, 0], rng.permutation(CONFIGURATIONS)[:20])
             twenty.append(judged(shots, most, rng))
     inside, errors = zip(*(np.concatenate(rows).T for rows in (nothing, ten, twenty)), strict=True)
-    coverage, middle = [float(each.mean()) for each in inside], [float(np.median(each)) for each in errors]
-    print(f"in the 90 % band: {np.round(coverage, 3)}; median of abs(ln error): {np.round(middle, 4)}")
+    coverage, middle = (
+        [float(each.mean()) for each in inside],
+        [float(np.median(each)) for each in errors],
+    )
+    print(
+        f"in the 90 % band: {np.round(coverage, 3)}; median of abs(ln error): {np.round(middle, 4)}"
+    )
     assert coverage[0] >= 0.85
     assert 0.85 <= coverage[1] <= 0.98 and 0.85 <= coverage[2] <= 0.98
     assert middle[1] < middle[0] / 2 and middle[2] < 0.02

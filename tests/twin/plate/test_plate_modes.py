@@ -7,7 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.twin.plate import modes
-from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, RayleighDamping, named_points
+from pyroshock.twin.plate.build import (
+    PlateBuild,
+    PointMass,
+    PointSpring,
+    RayleighDamping,
+    named_points,
+)
 from pyroshock.twin.plate.fem import elements_of
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.plate.outline import Clamped, SimplySupported
@@ -73,7 +79,9 @@ def test_a_turned_and_shifted_plate_has_the_same_frequencies():
         named_points({"a": tuple(turn @ (0.1, 0.7) + (3, -2))}),
     )
     np.testing.assert_allclose(
-        solve_plate(moved, 150.0).frequency_hz, solve_plate(build(ELL), 150.0).frequency_hz, rtol=1e-3
+        solve_plate(moved, 150.0).frequency_hz,
+        solve_plate(build(ELL), 150.0).frequency_hz,
+        rtol=1e-3,
     )
 
 
@@ -81,7 +89,10 @@ def test_a_turned_and_shifted_plate_has_the_same_frequencies():
 def test_rayleigh_quotients_converge_from_above_by_the_eighth_power():
     held = build(edges=tuple(SimplySupported(side) for side in range(4)))
     squares = sorted(i**2 + j**2 for i in range(1, 12) for j in range(1, 12))
-    errors = [kirchhoff(held, 600.0, elements_per_wavelength=n)[30] / (np.pi**2 * squares[30]) - 1 for n in (1.05, 2.1)]
+    errors = [
+        kirchhoff(held, 600.0, elements_per_wavelength=n)[30] / (np.pi**2 * squares[30]) - 1
+        for n in (1.05, 2.1)
+    ]
     assert errors[0] > errors[1] > 0
     assert np.log2(errors[0] / errors[1]) > 6
 
@@ -129,7 +140,9 @@ def test_one_spring_leaves_two_rigid_modes_and_a_heavy_mass_is_a_support():
 
 @pytest.mark.slow
 def test_no_edge_and_a_whole_stretch_are_the_limits_of_a_part():
-    tops = [kirchhoff(build(edges=edges), 12.0) for edges in ((Clamped(0, 0.0, 0.5),), (Clamped(0),))]
+    tops = [
+        kirchhoff(build(edges=edges), 12.0) for edges in ((Clamped(0, 0.0, 0.5),), (Clamped(0),))
+    ]
     assert np.all(tops[0][:2] < tops[1][:2])
     assert tops[0][0] > 0
 
@@ -143,14 +156,18 @@ def test_thick_simply_supported_plates_have_mindlins_closed_form():
     speed = np.sqrt(200e9 / 2.6 / 7800)
     found = solve_plate(thick, 4500.0).frequency_hz * 2 * np.pi / speed
     np.testing.assert_allclose(found[:4], [0.930, 2.219, 2.219, 3.406], rtol=2e-3)
-    assert mindlin_hz(thick, np.array([kirchhoff_hz(thick, 3e3)]))[0] == pytest.approx(3e3, rel=1e-12)
+    assert mindlin_hz(thick, np.array([kirchhoff_hz(thick, 3e3)]))[0] == pytest.approx(
+        3e3, rel=1e-12
+    )
 
 
 @pytest.mark.slow
 def test_thin_plates_need_no_correction():
     thin = build(thickness_m=1e-5)
     top = 0.1
-    exact, corrected = (solve_plate(thin, top, thickness_correction=given).frequency_hz for given in (False, True))
+    exact, corrected = (
+        solve_plate(thin, top, thickness_correction=given).frequency_hz for given in (False, True)
+    )
     np.testing.assert_allclose(corrected[3:], exact[3:], rtol=1e-4)
 
 
@@ -177,7 +194,11 @@ def test_the_virtual_bench_has_the_same_frequencies():
     from pyroshock.virtualbench.plate.build import OUTLINE_M, resonant_plate
     from pyroshock.virtualbench.plate.modes import modes
 
-    peer = modes(resonant_plate("aluminum", "free", np.random.default_rng(0)), Effects.none(), max_frequency_hz=10e3)
+    peer = modes(
+        resonant_plate("aluminum", "free", np.random.default_rng(0)),
+        Effects.none(),
+        max_frequency_hz=10e3,
+    )
     ours = build(OUTLINE_M, thickness_m=0.01, material=THESIS["aluminum"])
     ours = replace(ours, sensors=named_points({"a": (0.22, 0.20), "b": (0.73, 0.37)}))
     solved = solve_plate(replace(ours, impact_points=named_points({"#1": (0.47, 0.28)})), 10e3)
@@ -185,7 +206,9 @@ def test_the_virtual_bench_has_the_same_frequencies():
     error = solved.frequency_hz[elastic] / peer.frequencies_hz[elastic] - 1
     assert np.max(np.abs(error)) < 4e-3
     low = slice(3, 13)
-    np.testing.assert_allclose(np.abs(solved.shapes[:, low]), np.abs(peer.shapes[:, low]), atol=0.02)
+    np.testing.assert_allclose(
+        np.abs(solved.shapes[:, low]), np.abs(peer.shapes[:, low]), atol=0.02
+    )
 
 
 BUILD = PlateBuild(
@@ -233,5 +256,7 @@ def test_a_damaged_file_is_solved_anew(tmp_path, solutions):
     for times, damage in enumerate((b"", b"no archive", file.read_bytes()[:-200]), 2):
         file.write_bytes(damage)
         for _ in range(2):
-            np.testing.assert_array_equal(modes.cached_plate(BUILD, 500.0, tmp_path).shapes, good.shapes)
+            np.testing.assert_array_equal(
+                modes.cached_plate(BUILD, 500.0, tmp_path).shapes, good.shapes
+            )
             assert len(solutions) == times

@@ -27,7 +27,14 @@ from pyroshock.twin.plate.modes import (
     mindlin_hz,
     solve_plate,
 )
-from pyroshock.twin.plate.outline import Clamped, SimplySupported, area, canonical, checked_outline, with_corners
+from pyroshock.twin.plate.outline import (
+    Clamped,
+    SimplySupported,
+    area,
+    canonical,
+    checked_outline,
+    with_corners,
+)
 from pyroshock.twin.setting import ElasticMaterial
 from scipy.linalg import eigh
 from skfem import MeshTri
@@ -37,7 +44,13 @@ STEEL = ElasticMaterial("steel", 200e9, 0.3, 7800.0)
 
 def plate(thickness_m: float) -> PlateBuild:
     square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
-    return PlateBuild(square, thickness_m, STEEL, named_points({"#1": (0.3, 0.3)}), named_points({"a": (0.6, 0.6)}))
+    return PlateBuild(
+        square,
+        thickness_m,
+        STEEL,
+        named_points({"#1": (0.3, 0.3)}),
+        named_points({"a": (0.6, 0.6)}),
+    )
 
 
 def flexural_hz(thickness_m: float, wavenumber_1_m: float) -> float:
@@ -93,7 +106,8 @@ def test_damping_and_stretches_that_cannot_be_are_refused() -> None:
     for start, stop in ((-0.1, 1.0), (0.0, 1.1), (0.5, 0.5), (0.7, 0.2)):
         for kind in (SimplySupported, Clamped):
             with pytest.raises(
-                ValueError, match=f"stretch from {start!r} to {stop!r}: expected 0 <= start < stop <= 1"
+                ValueError,
+                match=f"stretch from {start!r} to {stop!r}: expected 0 <= start < stop <= 1",
             ):
                 kind(0, start, stop)
 
@@ -122,18 +136,24 @@ def test_points_of_sides_become_corners_and_of_stretches_and_triangles_are_found
     ends = np.array([[1.0, 2.0], [4.0, 6.0]])
     along, across = np.array([3.0, 4.0]), np.array([-4.0, 3.0])
     shares = [-0.3, -1e-6, 0.0, 0.5, 1.0, 1 + 1e-6, 1.4]
-    points = [ends[0] + share * along for share in shares] + [ends[0] + 0.5 * along + off * across for off in (1e-6, 1)]
+    points = [ends[0] + share * along for share in shares] + [
+        ends[0] + 0.5 * along + off * across for off in (1e-6, 1)
+    ]
     assert on_stretch(np.transpose(points), ends) == [2, 3, 4]
     mesh = MeshTri().refined(1)
     places = np.array([[0.1, 0.2], [0.8, 0.9], [1.0, 1.0], [1 + 1e-8, 0.5]])
     local, where = _located(mesh, places)
     corners = mesh.p[:, mesh.t[:, where]]
-    outline_corners = corners[:, 0] + sum(local[i, :, 0] * (corners[:, i + 1] - corners[:, 0]) for i in range(2))
+    outline_corners = corners[:, 0] + sum(
+        local[i, :, 0] * (corners[:, i + 1] - corners[:, 0]) for i in range(2)
+    )
     np.testing.assert_allclose(outline_corners.T, places, atol=1e-12)
     with pytest.raises(ValueError, match="2 of 3 points lie off the plate"):
         _located(mesh, np.array([[1 + 1e-4, 0.5], [0.5, 0.5], [0.2, -0.3]]))
     corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
-    outline_corners = with_corners(corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]]))
+    outline_corners = with_corners(
+        corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]])
+    )
     expected = [[0, 0], [0.5, 0], [2, 0], [2, 0.5], [2, 1], [0, 1], [0, 0.25]]
     np.testing.assert_allclose(outline_corners, expected)
     # On a side in line with another one, which ends before.
@@ -144,21 +164,44 @@ def test_points_of_sides_become_corners_and_of_stretches_and_triangles_are_found
             assert more[more.index([x, 0.0]) - 1] == after
 
 
-BRIDGE = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.5, 0.5), (1.5, 0.0), (3.0, 0.0), (3.0, 1.0), (0.0, 1.0))
+BRIDGE = (
+    (0.0, 0.0),
+    (1.0, 0.0),
+    (1.0, 0.5),
+    (1.5, 0.5),
+    (1.5, 0.0),
+    (3.0, 0.0),
+    (3.0, 1.0),
+    (0.0, 1.0),
+)
 
 
 @pytest.mark.parametrize(
     ("outline", "message"),
     [
-        (((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.5, 0.0), (1.0, 1.0)), "sides at corner 2 fold back"),
+        (
+            ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.5, 0.0), (1.0, 1.0)),
+            "sides at corner 2 fold back",
+        ),
         (((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0)), "expected three corners"),
         (((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "expected three corners"),
-        (((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.0), (0.0, 0.5)), "sides 0 and 2 touch or cross"),
-        (((0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (1.0, 1.0), (1.0, -1.0)), "sides 0 and 3 touch or cross"),
-        (((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 0.0), (-1.0, 1.0), (-1.0, 0.0)), "sides 0 and 2 touch or cross"),
+        (
+            ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.0), (0.0, 0.5)),
+            "sides 0 and 2 touch or cross",
+        ),
+        (
+            ((0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (1.0, 1.0), (1.0, -1.0)),
+            "sides 0 and 3 touch or cross",
+        ),
+        (
+            ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 0.0), (-1.0, 1.0), (-1.0, 0.0)),
+            "sides 0 and 2 touch or cross",
+        ),
     ],
 )
-def test_outlines_that_are_no_polygon_are_refused(outline: tuple[tuple[float, float], ...], message: str) -> None:
+def test_outlines_that_are_no_polygon_are_refused(
+    outline: tuple[tuple[float, float], ...], message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         checked_outline(outline)
     for in_line in (BRIDGE, ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))):
@@ -173,16 +216,24 @@ def test_outlines_are_the_same_from_any_corner_and_cross_from_any() -> None:
         turned = np.roll(corners, start, axis=0)
         np.testing.assert_array_equal(canonical(turned), corners)
         np.testing.assert_array_equal(canonical(turned[::-1]), corners)
-    shoelace = sum(np.linalg.det(np.stack([a, b])) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True))
+    shoelace = sum(
+        np.linalg.det(np.stack([a, b]))
+        for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)
+    )
     assert area(corners) == -area(corners[::-1]) == pytest.approx(0.5 * abs(shoelace))
-    points, triangles = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 3.0]]), np.array([[0, 1, 2], [0, 2, 1]])
+    points, triangles = (
+        np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 3.0]]),
+        np.array([[0, 1, 2], [0, 2, 1]]),
+    )
     assert areas(points, triangles).tolist() == [3.0, -3.0]
     assert areas(points, counter_clockwise(points, triangles)).tolist() == [3.0, 3.0]
     bow = np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
     for start in range(4):
         for direction in (1, -1):
             with pytest.raises(ValueError, match="touch or cross"):
-                checked_outline(tuple(map(tuple, np.roll(bow, start, axis=0)[::direction].tolist())))
+                checked_outline(
+                    tuple(map(tuple, np.roll(bow, start, axis=0)[::direction].tolist()))
+                )
 
 
 def test_a_plate_knows_its_mass_and_its_rigidity_and_where_a_stretch_lies() -> None:
@@ -193,9 +244,15 @@ def test_a_plate_knows_its_mass_and_its_rigidity_and_where_a_stretch_lies() -> N
     assert build.rigidity_n_m == pytest.approx(200e9 * 8e-6 / 12 / 0.91, rel=1e-12)
     outline = ((0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 1.0))
     stretches = [
-        stretch(replace(plate(0.01), outline_m=outline), Clamped(side, 0.25, 0.5)).tolist() for side in range(4)
+        stretch(replace(plate(0.01), outline_m=outline), Clamped(side, 0.25, 0.5)).tolist()
+        for side in range(4)
     ]
-    expected = [[[0.25, 0], [0.5, 0]], [[1, 0.5], [1, 1]], [[0.75, 1.75], [0.5, 1.5]], [[0, 0.75], [0, 0.5]]]
+    expected = [
+        [[0.25, 0], [0.5, 0]],
+        [[1, 0.5], [1, 1]],
+        [[0.75, 1.75], [0.5, 1.5]],
+        [[0, 0.75], [0, 0.5]],
+    ]
     assert stretches == expected
 
 
@@ -212,13 +269,21 @@ def test_a_plate_knows_its_mass_and_its_rigidity_and_where_a_stretch_lies() -> N
         ({"thickness_m": 0.0}, r"thickness_m = 0\.0: expected a positive number"),
         ({"thickness_m": math.inf}, "thickness_m = inf"),
         ({"masses": (PointMass((0.1, 0.1), -0.5),)}, r"mass_kg = -0\.5: expected 0 or more"),
-        ({"springs": (PointSpring((0.1, 0.1), math.inf),)}, "stiffness_n_m = inf: expected 0 or more"),
+        (
+            {"springs": (PointSpring((0.1, 0.1), math.inf),)},
+            "stiffness_n_m = inf: expected 0 or more",
+        ),
     ],
 )
 def test_plates_that_cannot_be_are_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         replace(plate(0.01), **change)
-    assert replace(plate(0.01), masses=(PointMass((0.1, 0.1), 0.0),), edges=(Clamped(3),)).edges[0].side == 3
+    assert (
+        replace(plate(0.01), masses=(PointMass((0.1, 0.1), 0.0),), edges=(Clamped(3),))
+        .edges[0]
+        .side
+        == 3
+    )
 
 
 def test_a_mesh_is_fine_about_what_is_sharp_and_nowhere_else() -> None:
@@ -228,7 +293,9 @@ def test_a_mesh_is_fine_about_what_is_sharp_and_nowhere_else() -> None:
         build = replace(plate(0.01), outline_m=outline, sensors=named_points({"a": (0.2, 0.2)}))
         mesh = mesh_of(build, 0.2)
         corners = mesh.p[:, mesh.t]
-        size = np.max([np.linalg.norm(corners[:, i] - corners[:, i - 1], axis=0) for i in range(3)], axis=0)
+        size = np.max(
+            [np.linalg.norm(corners[:, i] - corners[:, i - 1], axis=0) for i in range(3)], axis=0
+        )
         distance = np.linalg.norm(corners.mean(axis=1).T - [0.5, 0.4], axis=1)
         assert np.all(size <= np.clip(0.5 * distance, 0.2 / 16, 0.2) + 1e-12)
         assert size.min() < 0.2 / 16 < 0.05 < size[distance > 0.4].min()
@@ -246,7 +313,10 @@ def test_a_plate_resists_twisting_but_in_the_layer_along_its_free_edges(layer_m:
     length = 0.5
     elements = elements_of(plate(0.01), length, layer_m)
     basis = elements.basis
-    for twisted, turned in ((lambda x: x[0] * x[1], 1.0), (lambda x: (x[0] ** 2 - x[1] ** 2) / 2, 0.0)):
+    for twisted, turned in (
+        (lambda x: x[0] * x[1], 1.0),
+        (lambda x: (x[0] ** 2 - x[1] ** 2) / 2, 0.0),
+    ):
         unknowns = basis.project(twisted)
         energy = unknowns @ elements.stiffness @ unknowns
         resisting = 1.0 - turned * 4 * layer_m  # m2 of the unit square
@@ -256,7 +326,10 @@ def test_a_plate_resists_twisting_but_in_the_layer_along_its_free_edges(layer_m:
 
 def test_mixed_derivative_across_and_along_an_edge() -> None:
     second, angle = np.array([[2.0, 0.7], [0.7, -3.0]]), 0.6
-    normal, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    normal, along = (
+        np.array([np.cos(angle), np.sin(angle)]),
+        np.array([-np.sin(angle), np.cos(angle)]),
+    )
     assert _across_along(second, normal) == pytest.approx(normal @ second @ along, rel=1e-12)
 
 
@@ -265,7 +338,12 @@ def test_what_is_not_held_moves_as_a_whole(turned: float) -> None:
     c, s = np.cos(turned), np.sin(turned)
     square = tuple((c * x - s * y, s * x + c * y) for x, y in plate(0.01).outline_m)
     build = replace(plate(0.01), outline_m=square)
-    ways = {(): 3, (SimplySupported(0),): 1, (Clamped(0),): 0, (SimplySupported(0), SimplySupported(1, 0.5, 0.6)): 0}
+    ways = {
+        (): 3,
+        (SimplySupported(0),): 1,
+        (Clamped(0),): 0,
+        (SimplySupported(0), SimplySupported(1, 0.5, 0.6)): 0,
+    }
     assert {edges: _rigid_modes(replace(build, edges=edges)) for edges in ways} == ways
     spring = PointSpring((0.3 * c - 0.3 * s, 0.3 * s + 0.3 * c), 1e3)
     assert _rigid_modes(replace(build, springs=(spring,))) == 2

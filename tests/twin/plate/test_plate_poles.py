@@ -29,16 +29,22 @@ def ringing(poles: np.ndarray, amplitudes: np.ndarray, offset: float = 0.0) -> n
 
 
 def some(rng: np.random.Generator, modes: int = 3, records: int = 4) -> np.ndarray:
-    return rng.uniform(0.5, 2.0, (modes, records)) * np.exp(2j * np.pi * rng.uniform(size=(modes, records)))
+    return rng.uniform(0.5, 2.0, (modes, records)) * np.exp(
+        2j * np.pi * rng.uniform(size=(modes, records))
+    )
 
 
 def test_amplitudes_come_back_from_waves_that_are_exponentials() -> None:
     poles, amplitudes = poles_of(FREQUENCY, RATIO), some(np.random.default_rng(1))
-    projected = Basis.of(poles, SAMPLES, STEP_S).projected(ringing(poles, amplitudes, offset=3.0))[0]
+    projected = Basis.of(poles, SAMPLES, STEP_S).projected(ringing(poles, amplitudes, offset=3.0))[
+        0
+    ]
     assert projected == pytest.approx(amplitudes, abs=1e-8)
     poles = poles_of(FREQUENCY, RATIO)
     exact = np.exp(poles * (STEP_S * np.arange(777))[:, None])
-    assert waves(poles, 777, STEP_S) == pytest.approx(np.hstack([exact.real, exact.imag]), abs=1e-11)
+    assert waves(poles, 777, STEP_S) == pytest.approx(
+        np.hstack([exact.real, exact.imag]), abs=1e-11
+    )
 
 
 @given(seed=st.integers(0, 1000), off=st.floats(-0.01, 0.01), wider=st.floats(0.5, 2.0))
@@ -59,7 +65,9 @@ def test_lines_are_found_without_a_guess() -> None:
     assert frequencies_hz(poles) == pytest.approx(FREQUENCY, rel=1e-3)
     assert damping_ratios(poles) == pytest.approx(RATIO, rel=0.05)
     rng = np.random.default_rng(3)
-    damped = ringing(poles_of(FREQUENCY, 6 * RATIO), some(rng)) + 0.002 * rng.standard_normal((SAMPLES, 4))
+    damped = ringing(poles_of(FREQUENCY, 6 * RATIO), some(rng)) + 0.002 * rng.standard_normal(
+        (SAMPLES, 4)
+    )
     poles = search_poles(damped, STEP_S, (200.0, 4000.0), 0.005, 10)
     assert frequencies_hz(poles) == pytest.approx(FREQUENCY, rel=5e-3)
     noise = np.random.default_rng(4).standard_normal((SAMPLES, 8))
@@ -72,10 +80,13 @@ def test_predicted_scatter_is_that_of_many_records_and_parallel_columns_have_a_b
     basis = Basis.of(poles, SAMPLES, STEP_S)
     clean = ringing(poles, amplitudes)
     found = [
-        np.log(np.abs(basis.projected(clean + noise * rng.standard_normal(clean.shape))[0])[:, 0]) for _ in range(200)
+        np.log(np.abs(basis.projected(clean + noise * rng.standard_normal(clean.shape))[0])[:, 0])
+        for _ in range(200)
     ]
     _, jtj = basis.step(amplitudes, np.zeros((2 * FREQUENCY.size, 1)))
-    assert basis.deviations(jtj, amplitudes, noise)[1][:, 0] == pytest.approx(np.std(found, axis=0), rel=0.25)
+    assert basis.deviations(jtj, amplitudes, noise)[1][:, 0] == pytest.approx(
+        np.std(found, axis=0), rel=0.25
+    )
     base = np.random.default_rng(6).standard_normal((50, 3))
     base[:, 2] = base[:, 1] * (1 + 1e-13)
     q, r = orthonormal(base)

@@ -41,7 +41,9 @@ def test_a_step_of_force_has_its_closed_form(frequency_hz, damping):
     time, omega = step_s * np.arange(n), 2 * np.pi * frequency_hz
     damped = omega * np.sqrt(1 - damping**2)
     # q'' after a unit step: exp(-zeta omega t) (cos - zeta omega / omega_d sin).
-    exact = np.exp(-damping * omega * time) * (np.cos(damped * time) - damping * omega / damped * np.sin(damped * time))
+    exact = np.exp(-damping * omega * time) * (
+        np.cos(damped * time) - damping * omega / damped * np.sin(damped * time)
+    )
     found = respond(oscillator(frequency_hz, damping), np.ones(n), step_s)[0]
     np.testing.assert_allclose(found, exact, atol=1e-10)
 
@@ -53,8 +55,18 @@ def test_half_sine_into_one_mode_converges_to_its_closed_form():
     for n in (200, 400, 800):
         step_s = width / (n - 1)
         time = step_s * np.arange(n)
-        exact = drive * (omega * np.sin(omega * time) - drive * np.sin(drive * time)) / (omega**2 - drive**2)
-        errors.append(np.max(np.abs(respond(oscillator(frequency_hz, 0.0), np.sin(drive * time), step_s)[0] - exact)))
+        exact = (
+            drive
+            * (omega * np.sin(omega * time) - drive * np.sin(drive * time))
+            / (omega**2 - drive**2)
+        )
+        errors.append(
+            np.max(
+                np.abs(
+                    respond(oscillator(frequency_hz, 0.0), np.sin(drive * time), step_s)[0] - exact
+                )
+            )
+        )
     # The force is straight where the sine is not: second order.
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.1)
     assert np.log2(errors[1] / errors[2]) == pytest.approx(2, abs=0.1)
@@ -71,7 +83,10 @@ def test_a_rigid_plate_moves_as_newton_says_and_slow_modes_lose_no_precision():
     acceleration = respond(oscillator(1e-3, 0.01), np.ones(1000), 1e-6)[0]
     time, omega = 1e-6 * np.arange(1000), 2e-3 * np.pi
     np.testing.assert_allclose(
-        1 - acceleration, 0.02 * omega * time + (omega * time) ** 2 * (0.5 - 2e-4), rtol=1e-3, atol=1e-15
+        1 - acceleration,
+        0.02 * omega * time + (omega * time) ** 2 * (0.5 - 2e-4),
+        rtol=1e-3,
+        atol=1e-15,
     )
 
 
@@ -86,10 +101,17 @@ def test_solve_ivp_agrees():
     def motion(t, y):
         q, v = np.split(y, 2)
         return np.concatenate(
-            [v, few.shape_impact[0] * np.interp(t, time, force) - 2 * zeta * omega * v - omega**2 * q]
+            [
+                v,
+                few.shape_impact[0] * np.interp(t, time, force)
+                - 2 * zeta * omega * v
+                - omega**2 * q,
+            ]
         )
 
-    peer = solve_ivp(motion, (0, time[-1]), np.zeros(8), t_eval=time, rtol=1e-10, atol=1e-14, max_step=step_s)
+    peer = solve_ivp(
+        motion, (0, time[-1]), np.zeros(8), t_eval=time, rtol=1e-10, atol=1e-14, max_step=step_s
+    )
     exact = few.shapes @ np.array([motion(t, y)[4:] for t, y in zip(time, peer.y.T, strict=True)]).T
     found = respond(few, force, step_s)
     assert np.max(np.abs(found - exact)) < 1e-6 * np.max(np.abs(exact))
@@ -110,9 +132,13 @@ def test_a_finer_grid_changes_nothing_and_hit_and_sensor_change_places():
     accelerations = PlateResponse.of(few, "#1", None, 1e-4, 64).accelerations(knock)
     np.testing.assert_allclose(accelerations, exact, atol=1e-12 * np.abs(exact).max())
     there = plate(np.linspace(50, 4000, 33), sensors=1)
-    back = ModalPlate(there.frequency_hz, there.damping_ratio, there.shapes, there.shape_impact, ("#1",), ("a",))
+    back = ModalPlate(
+        there.frequency_hz, there.damping_ratio, there.shapes, there.shape_impact, ("#1",), ("a",)
+    )
     half = half_sine(400, 1e-3, 1e-4)
-    np.testing.assert_allclose(respond(there, half, 1e-4), respond(back, half, 1e-4), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(
+        respond(there, half, 1e-4), respond(back, half, 1e-4), rtol=1e-12, atol=1e-12
+    )
 
 
 def test_work_becomes_motion_strain_and_heat():
@@ -135,7 +161,9 @@ def test_gains_of_a_slow_mode_are_exact(angle):
     one = Recursion.of(np.array([omega / (2 * np.pi)]), np.array([damping]), step_s)
     pole = omega * complex(-damping, math.sqrt(1 - damping**2))
     gain = pole**2 / pole.imag * step_s
-    level, slope = (sum((pole * step_s) ** k / math.factorial(k + more) for k in range(20)) for more in (1, 2))
+    level, slope = (
+        sum((pole * step_s) ** k / math.factorial(k + more) for k in range(20)) for more in (1, 2)
+    )
     # Six terms below 0.02; above, a difference of nearly equal numbers.
     assert abs((one.before[0] + one.after[0]) / gain - level) < 1e-15 + angle**6 / 4000
     assert abs(one.after[0] / gain - slope) < (4e-15 if angle < 0.02 else 4e-15 / angle)
@@ -210,7 +238,11 @@ def test_a_table_is_read_in_rising_order_and_a_german_one_is_the_same(tmp_path):
     assert plate.sensors == ("a", "b")
     german = f"{HEADER}\n2,300,0.02,1.5,2,3,4.25\n".replace(",", ";").replace(".", ",")
     plate = read_modal_table(written(tmp_path, german))
-    assert (plate.frequency_hz[0], plate.damping_ratio[0], plate.shape_impact[0, 0]) == (300, 0.02, 1.5)
+    assert (plate.frequency_hz[0], plate.damping_ratio[0], plate.shape_impact[0, 0]) == (
+        300,
+        0.02,
+        1.5,
+    )
     assert plate.shapes[1, 0] == 4.25
 
 
@@ -226,17 +258,38 @@ def test_an_example_is_read(examples):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("frequency_hz,damping_ratio,shape_impact,shape_a\n5,0.1,x,1\n", r"csv: row 2, column 'shape_impact': 'x'"),
-        ("frequency_hz,damping_ratio,shape_impact,shape_a\n5,1.1,1,1\n", r"row 2, column 'damping_ratio': '1.1'"),
-        ("frequency_hz,damping_ratio,shape_impact,shape_a\n-5,0,1,1\n", r"row 2, column 'frequency_hz': '-5'"),
-        ("frequency_hz,damping_ratio,shape_impact,shape_a\n5,0,inf,1\n", r"row 2, column 'shape_impact': 'inf'"),
+        (
+            "frequency_hz,damping_ratio,shape_impact,shape_a\n5,0.1,x,1\n",
+            r"csv: row 2, column 'shape_impact': 'x'",
+        ),
+        (
+            "frequency_hz,damping_ratio,shape_impact,shape_a\n5,1.1,1,1\n",
+            r"row 2, column 'damping_ratio': '1.1'",
+        ),
+        (
+            "frequency_hz,damping_ratio,shape_impact,shape_a\n-5,0,1,1\n",
+            r"row 2, column 'frequency_hz': '-5'",
+        ),
+        (
+            "frequency_hz,damping_ratio,shape_impact,shape_a\n5,0,inf,1\n",
+            r"row 2, column 'shape_impact': 'inf'",
+        ),
         ("frequency_hz,damping_ratio,shape_impact,shape_a\n5,0,1\n", r"row 2: 3 cells; expected 4"),
         ("frequency_hz,damping_ratio,shape_impact\n5,0,1\n", r"csv: no column 'shape_CHANNEL'"),
         ("frequency_hz,shape_impact,shape_a\n5,0,1\n", r"csv: no column 'damping_ratio'"),
-        ("damping_ratio,shape_impact,shape_a\n0,1,1\n", r"csv: no column 'frequency_hz'; there are: damping_ratio, "),
+        (
+            "damping_ratio,shape_impact,shape_a\n0,1,1\n",
+            r"csv: no column 'frequency_hz'; there are: damping_ratio, ",
+        ),
         ("frequency_hz,damping_ratio,shape_a\n5,0,1\n", r"csv: no column 'shape_impact'"),
-        ("frequency_hz,damping_ratio,shape_impact,shape_a\n", r"csv: no modes below the header; expected at least one"),
-        ("frequency_hz,damping_ratio,shape_impact,shape_a,shape_a\n5,0,1,1,1\n", r"csv: column 'shape_a' stands twice"),
+        (
+            "frequency_hz,damping_ratio,shape_impact,shape_a\n",
+            r"csv: no modes below the header; expected at least one",
+        ),
+        (
+            "frequency_hz,damping_ratio,shape_impact,shape_a,shape_a\n5,0,1,1,1\n",
+            r"csv: column 'shape_a' stands twice",
+        ),
         (f"{HEADER}\n1,5,0,1,1,1,1\n1,6,0,1,1,1,1\n", r"mode 1 stands twice"),
     ],
 )
@@ -252,6 +305,11 @@ def test_a_file_that_is_no_text_and_columns_of_unequal_length_are_refused(tmp_pa
         read_modal_table(path)
     with pytest.raises(FileNotFoundError):
         read_modal_table(tmp_path / "none.csv")
-    columns = {"frequency_hz": [1.0, 2.0], "damping_ratio": [0.1, 0.1], "shape_impact": [1.0], "shape_a": [1.0, 1.0]}
+    columns = {
+        "frequency_hz": [1.0, 2.0],
+        "damping_ratio": [0.1, 0.1],
+        "shape_impact": [1.0],
+        "shape_a": [1.0, 1.0],
+    }
     with pytest.raises(ValueError, match="shape_impact"):
         modal_plate_from_table(columns)

@@ -23,7 +23,9 @@ def chain(identity: str, **parameters: float | np.ndarray) -> SensorChain:
 
 def gains(gain: float, growth: float) -> tuple[SensorChain, SensorChain]:
     """Of the pressure and of the velocity."""
-    pressure, velocity = (chain(f"sensor.{name}_gain", gain=gain, growth=growth) for name in ("pressure", "velocity"))
+    pressure, velocity = (
+        chain(f"sensor.{name}_gain", gain=gain, growth=growth) for name in ("pressure", "velocity")
+    )
     return pressure, velocity
 
 
@@ -39,10 +41,14 @@ def test_laws_of_old_files_are_a_plain_gain_and_a_plain_offset_to_the_bit(gain, 
     )
     np.testing.assert_array_equal(pressure.true_pressure_pa(READINGS_PA), READINGS_PA / gain)
     np.testing.assert_array_equal(pressure.measured_pressure_pa(READINGS_PA), READINGS_PA * gain)
-    np.testing.assert_array_equal(offset.true_pressure_pa(READINGS_PA), np.maximum(READINGS_PA - offset_pa, 0.0))
+    np.testing.assert_array_equal(
+        offset.true_pressure_pa(READINGS_PA), np.maximum(READINGS_PA - offset_pa, 0.0)
+    )
     np.testing.assert_array_equal(offset.measured_pressure_pa(READINGS_PA), READINGS_PA + offset_pa)
     velocities_m_s = np.linspace(0.0, 60.0, 13)
-    np.testing.assert_array_equal(velocity.measured_velocity_m_s(velocities_m_s), velocities_m_s * gain)
+    np.testing.assert_array_equal(
+        velocity.measured_velocity_m_s(velocities_m_s), velocities_m_s * gain
+    )
     np.testing.assert_array_equal(velocity.true_velocity_m_s(velocities_m_s), velocities_m_s / gain)
     force = SensorChain.of([effect_from_json({"id": "sensor.force_gain", "gain": gain})])
     forces_n = np.linspace(-500.0, 3e4, 13)
@@ -57,7 +63,9 @@ def test_growing_gains_are_the_stated_ones_at_their_reference_and_square_at_twic
         assert pressure.true_pressure_pa(np.array([2.5e5]))[0] == pytest.approx(2.5e5 / 1.1)
         assert velocity.measured_velocity_m_s(np.array([25.0]))[0] == pytest.approx(27.5)
     pressure, velocity = gains(1.1, 1.0)
-    np.testing.assert_allclose(pressure.true_pressure_pa(np.array([0.01, 5e5])), [0.01, 5e5 / 1.1**2], rtol=1e-6)
+    np.testing.assert_allclose(
+        pressure.true_pressure_pa(np.array([0.01, 5e5])), [0.01, 5e5 / 1.1**2], rtol=1e-6
+    )
     np.testing.assert_allclose(velocity.measured_velocity_m_s(np.array([50.0])), [50.0 * 1.1**2])
     # near the reference it is the straight line of a sensor that is not linear
     small = gains(1.001, 0.5)[1].measured_velocity_m_s(np.array([75.0]))[0]
@@ -109,7 +117,9 @@ def test_forces_go_back_and_forth_and_bend_as_a_straight_line_of_the_gain(gain, 
     cell = chain("sensor.force_gain", gain=gain, growth=growth)
     read_n = cell.measured_force_n(force_n, STEP_S)
     np.testing.assert_allclose(cell.true_force_n(read_n, STEP_S), force_n, rtol=1e-6, atol=1e-9)
-    small = chain("sensor.force_gain", gain=1.001, growth=growth).measured_force_n(np.array([2e4, 3e4]), STEP_S)
+    small = chain("sensor.force_gain", gain=1.001, growth=growth).measured_force_n(
+        np.array([2e4, 3e4]), STEP_S
+    )
     straight = np.array([2e4, 3e4]) * (1 + 0.001 * (1 + growth * np.array([1.0, 2.0])))
     np.testing.assert_allclose(small, straight, rtol=1e-5)
 
@@ -125,6 +135,8 @@ def test_impacts_have_their_own_growth_of_the_force_gain_over_a_whole_history():
 def test_shots_have_their_own_growth():
     readings, growths = np.array([5e5, 5e5, 5e5]), np.array([0.0, 0.5, 1.0])
     together = chain("sensor.pressure_gain", gain=np.array([1.1, 1.1, 0.9]), growth=growths)
-    np.testing.assert_allclose(together.true_pressure_pa(readings), 5e5 / np.array([1.1, 1.1**1.5, 0.9**2]))
+    np.testing.assert_allclose(
+        together.true_pressure_pa(readings), 5e5 / np.array([1.1, 1.1**1.5, 0.9**2])
+    )
     back = together.measured_pressure_pa(together.true_pressure_pa(readings))
     np.testing.assert_allclose(back, readings, rtol=1e-12)

@@ -14,9 +14,16 @@ from support.records.twin_parts import HalfSine, setting
 
 
 def test_order_given_does_not_matter_and_other_stages_and_doubles_are_refused():
-    several = [effect("sensor.acceleration_gain"), effect("sensor.zero_shift"), effect("sensor.mount_resonance")]
+    several = [
+        effect("sensor.acceleration_gain"),
+        effect("sensor.zero_shift"),
+        effect("sensor.mount_resonance"),
+    ]
     series = np.random.default_rng(0).standard_normal((1, 1, 64))
-    forth, back = (SensorChain.of(each).measured_acceleration_m_s2(series, 1e-5) for each in (several, several[::-1]))
+    forth, back = (
+        SensorChain.of(each).measured_acceleration_m_s2(series, 1e-5)
+        for each in (several, several[::-1])
+    )
     np.testing.assert_array_equal(forth, back)
     with pytest.raises(TypeError, match=r"plate\.damping does not act here"):
         SensorChain.of([effect("plate.damping")])
@@ -29,12 +36,19 @@ def test_effects_stand_where_their_part_of_the_chain_is():
     parts = (
         ("sensor.mount_resonance",),
         ("sensor.zero_shift",),
-        ("sensor.acceleration_gain", "sensor.force_gain", "sensor.pressure_gain", "sensor.velocity_gain"),
+        (
+            "sensor.acceleration_gain",
+            "sensor.force_gain",
+            "sensor.pressure_gain",
+            "sensor.velocity_gain",
+        ),
         ("sensor.force_bandwidth", "sensor.pressure_offset"),
     )
     own = [each for each in catalogue() if each.startswith("sensor.")]
     both = SensorChain.of([effect(each) for each in own[::-1]])
-    assert [(each.id, each.place) for each in both.effects] == [(one, at) for at, of in enumerate(parts) for one in of]
+    assert [(each.id, each.place) for each in both.effects] == [
+        (one, at) for at, of in enumerate(parts) for one in of
+    ]
 
 
 def test_element_shifts_by_a_share_of_what_the_mount_lets_it_feel_and_the_gain_scales_both():
@@ -43,7 +57,9 @@ def test_element_shifts_by_a_share_of_what_the_mount_lets_it_feel_and_the_gain_s
     shift, mount = effect("sensor.zero_shift", share=0.1), effect("sensor.mount_resonance")
     felt = SensorChain.of([mount]).measured_acceleration_m_s2(series, 1e-5)
     expected = SensorChain.of([shift]).measured_acceleration_m_s2(felt, 1e-5)
-    np.testing.assert_array_equal(SensorChain.of([shift, mount]).measured_acceleration_m_s2(series, 1e-5), expected)
+    np.testing.assert_array_equal(
+        SensorChain.of([shift, mount]).measured_acceleration_m_s2(series, 1e-5), expected
+    )
     knock = np.zeros((1, 1, 10))
     knock[..., 3] = 100.0
     lasting = effect("sensor.zero_shift", share=0.1, decay_time_s=1e3)
@@ -53,10 +69,17 @@ def test_element_shifts_by_a_share_of_what_the_mount_lets_it_feel_and_the_gain_s
 
 def test_force_is_scaled_and_filtered_alike_whatever_is_beside_it():
     force = np.random.default_rng(3).standard_normal((2, 30))
-    gain, low_pass = effect("sensor.force_gain", gain=np.array([0.5, 3.0])), effect("sensor.force_bandwidth")
+    gain, low_pass = (
+        effect("sensor.force_gain", gain=np.array([0.5, 3.0])),
+        effect("sensor.force_bandwidth"),
+    )
     expected = low_pass.measured_force_n(force * [[0.5], [3.0]], 1e-5)  # type: ignore[attr-defined]
-    np.testing.assert_array_equal(SensorChain.of([low_pass, gain]).measured_force_n(force, 1e-5), expected)
-    alone, beside = (measured_pulses(LOW_PASS, of_lengths(*times)) for times in ((3e-4,), (5e-5, 3e-4, 2e-3)))
+    np.testing.assert_array_equal(
+        SensorChain.of([low_pass, gain]).measured_force_n(force, 1e-5), expected
+    )
+    alone, beside = (
+        measured_pulses(LOW_PASS, of_lengths(*times)) for times in ((3e-4,), (5e-5, 3e-4, 2e-3))
+    )
     np.testing.assert_array_equal(beside.force_n[1], alone.force_n[0])
     assert beside.contact_time_s[1] == alone.contact_time_s[0]
 
@@ -75,8 +98,13 @@ def test_gain_scales_forces_and_a_low_pass_lengthens_the_contact_and_keeps_the_i
         np.testing.assert_allclose(louder.compression_time_s, given.compression_time_s, rtol=0.01)
         expected = np.reshape(gain, (-1, 1)) * given.force_n
         np.testing.assert_allclose(louder.force_n, expected, atol=1e-3 * given.force_n.max())
-    gains, unlike = SensorChain.of([effect("sensor.force_gain", gain=np.array([1.0, 2.0]))]), of_lengths(1e-4, 1e-2)
-    np.testing.assert_allclose(measured_pulses(gains, unlike).peak_force_n, [1, 2] * unlike.peak_force_n, rtol=1e-3)
+    gains, unlike = (
+        SensorChain.of([effect("sensor.force_gain", gain=np.array([1.0, 2.0]))]),
+        of_lengths(1e-4, 1e-2),
+    )
+    np.testing.assert_allclose(
+        measured_pulses(gains, unlike).peak_force_n, [1, 2] * unlike.peak_force_n, rtol=1e-3
+    )
     seen = measured_pulses(LOW_PASS, given)
     assert np.all(seen.contact_time_s > 1.1 * given.contact_time_s)
     assert np.all(seen.peak_force_n < 0.995 * given.peak_force_n)

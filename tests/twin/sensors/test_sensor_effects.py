@@ -54,7 +54,9 @@ def test_default_acts_on_its_own_channel_alone(identity, hook):
 
 
 def test_gains_and_offsets_of_each_shot_meet_its_own_series():
-    both = SensorChain.of([effect("sensor.pressure_gain", gain=1.1), effect("sensor.pressure_offset", offset_pa=2e4)])
+    both = SensorChain.of(
+        [effect("sensor.pressure_gain", gain=1.1), effect("sensor.pressure_offset", offset_pa=2e4)]
+    )
     true = np.array([1e5, 7e5])
     np.testing.assert_allclose(both.true_pressure_pa(1.1 * true + 2e4), true, rtol=1e-14)
     assert chain("sensor.pressure_offset", offset_pa=5e4).true_pressure_pa(np.array([3e4])) == [0.0]
@@ -84,18 +86,26 @@ def test_sensitivity_of_an_accelerometer_falls_by_its_share_in_each_decade(fall:
     seen = sensor.measured_acceleration_m_s2(ringing.imag, STEP_S)
     ringing_samples = slice(10_200, 10_700)  # one period of the tone is 50 samples
     expected = (sensor.transmissibility(np.array([pole]))[0, 0] * ringing).imag
-    np.testing.assert_allclose(seen[ringing_samples], expected[ringing_samples], atol=0.01 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        seen[ringing_samples], expected[ringing_samples], atol=0.01 * np.abs(expected).max()
+    )
 
 
 def test_accelerometers_have_their_own_fall() -> None:
     series = np.random.default_rng(2).standard_normal((2, 64))
-    together = chain("sensor.acceleration_gain", gain=np.array([1.0, 1.2]), fall=np.array([0.0, 0.1]))
+    together = chain(
+        "sensor.acceleration_gain", gain=np.array([1.0, 1.2]), fall=np.array([0.0, 0.1])
+    )
     seen = together.measured_acceleration_m_s2(series, STEP_S)
     np.testing.assert_allclose(seen[0], series[0], atol=1e-12)
-    single_sensor = chain("sensor.acceleration_gain", gain=1.2, fall=0.1).measured_acceleration_m_s2(series[1], STEP_S)
+    single_sensor = chain(
+        "sensor.acceleration_gain", gain=1.2, fall=0.1
+    ).measured_acceleration_m_s2(series[1], STEP_S)
     np.testing.assert_allclose(seen[1], single_sensor, atol=1e-12)
     poles = np.array([-5 + 2j * np.pi * 1e4])
-    np.testing.assert_allclose(np.abs(together.transmissibility(poles))[:, 0], [1.0, 1.2 * 0.9], rtol=1e-6)
+    np.testing.assert_allclose(
+        np.abs(together.transmissibility(poles))[:, 0], [1.0, 1.2 * 0.9], rtol=1e-6
+    )
 
 
 @given(gain=st.floats(0.5, 2.0), velocity=st.floats(0.1, 80))
@@ -107,9 +117,15 @@ def test_gains_multiply(gain, velocity):
 @pytest.mark.parametrize("shape", [(), (3,), (2, 3)])
 def test_values_of_shots_need_a_series_for_each_and_a_number_serves_all(shape):
     """Three values do not meet the three samples of one series: its axis is time."""
-    for identity, hook in (("acceleration_gain", "measured_acceleration_m_s2"), ("force_gain", "measured_force_n")):
+    for identity, hook in (
+        ("acceleration_gain", "measured_acceleration_m_s2"),
+        ("force_gain", "measured_force_n"),
+    ):
         several = chain(f"sensor.{identity}", gain=np.array([0.5, 1.0, 2.0]))
-        with pytest.raises(ValueError, match=rf"3 values of a parameter for series of shape {re.escape(str(shape))}$"):
+        with pytest.raises(
+            ValueError,
+            match=rf"3 values of a parameter for series of shape {re.escape(str(shape))}$",
+        ):
             getattr(several, hook)(np.ones(shape), STEP_S)
         series = np.full(shape, 3.0)
         for gain in (2, 2.0, np.float32(2.0), np.array(2.0)):
@@ -136,10 +152,14 @@ def test_zero_shift_of_each_shot_is_a_share_of_the_peak_that_decays_from_it():
     for share, decay_s in ((shares, times), (0.05, 1e-3)):
         shift = chain("sensor.zero_shift", share=share, decay_time_s=decay_s)
         offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
-        for row, (own, own_s) in enumerate(zip(np.broadcast_to(share, 3), np.broadcast_to(decay_s, 3), strict=True)):
+        for row, (own, own_s) in enumerate(
+            zip(np.broadcast_to(share, 3), np.broadcast_to(decay_s, 3), strict=True)
+        ):
             for sensor, (peak, at) in enumerate(((10.0, 20), (40.0, 30))):
                 late = (np.arange(50) - at) * STEP_S
-                expected = np.where(late >= 0, own * peak * np.exp(-np.maximum(late, 0) / own_s), 0.0)
+                expected = np.where(
+                    late >= 0, own * peak * np.exp(-np.maximum(late, 0) / own_s), 0.0
+                )
                 np.testing.assert_allclose(offset[row, sensor], expected, rtol=1e-12, atol=1e-12)
     short, before = np.array([0.0, 50.0, -20.0, 0.0, 0.0]), np.zeros(1000)
     shift = chain("sensor.zero_shift", share=0.1, decay_time_s=1e-4)

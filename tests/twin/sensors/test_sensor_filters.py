@@ -17,7 +17,9 @@ STEP_S = 1e-5
 
 def low_pass(**parameters: Value) -> SensorChain:
     """Of one pole or two, by which of them is given."""
-    return SensorChain.of([effect("sensor.force_bandwidth", **{"time_constant_s": 0.0, **parameters})])
+    return SensorChain.of(
+        [effect("sensor.force_bandwidth", **{"time_constant_s": 0.0, **parameters})]
+    )
 
 
 def mount(**parameters: Value) -> SensorChain:
@@ -39,7 +41,9 @@ def recursion(gain: float, memory: float) -> tuple[Floats, Floats]:
         (np.array(1.5), np.array(0.3)),
     ],
 )
-def test_each_row_is_filtered_by_its_own_parameters(shape: tuple[int, ...], gain: Value, memory: Value) -> None:
+def test_each_row_is_filtered_by_its_own_parameters(
+    shape: tuple[int, ...], gain: Value, memory: Value
+) -> None:
     series = np.random.default_rng(2).standard_normal(shape)
     found = filtered(series, recursion, gain, memory)
     gains, memories = np.broadcast_to(gain, 5), np.broadcast_to(memory, 5)
@@ -50,11 +54,15 @@ def test_each_row_is_filtered_by_its_own_parameters(shape: tuple[int, ...], gain
 
 def test_one_series_takes_one_set_of_parameters_and_rows_that_share_them_share_a_design() -> None:
     series = np.random.default_rng(2).standard_normal(40)
-    np.testing.assert_array_equal(filtered(series, recursion, 2.0, 0.4), lfilter([2.0, 0.5], [1.0, -0.4], series))
+    np.testing.assert_array_equal(
+        filtered(series, recursion, 2.0, 0.4), lfilter([2.0, 0.5], [1.0, -0.4], series)
+    )
     with pytest.raises(ValueError, match=r"40 values of a parameter for series of shape \(40,\)"):
         filtered(series, recursion, np.linspace(1, 2, 40), 0.4)
     for name in ("time_constant_s", "corner_period_s"):
-        with pytest.raises(ValueError, match=r"2 values of a parameter for series of shape \(3, 8\)"):
+        with pytest.raises(
+            ValueError, match=r"2 values of a parameter for series of shape \(3, 8\)"
+        ):
             low_pass(**{name: np.array([1e-5, 2e-5])}).measured_force_n(np.ones((3, 8)), STEP_S)
     designs = []
 
@@ -62,7 +70,9 @@ def test_one_series_takes_one_set_of_parameters_and_rows_that_share_them_share_a
         designs.append((gain, memory))
         return recursion(gain, memory)
 
-    filtered(np.ones((4, 2, 6)), counted, np.array([1.0, 2.0, 1.0, 2.0]), np.array([0.1, 0.2, 0.1, 0.3]))
+    filtered(
+        np.ones((4, 2, 6)), counted, np.array([1.0, 2.0, 1.0, 2.0]), np.array([0.1, 0.2, 0.1, 0.3])
+    )
     assert sorted(designs) == [(1.0, 0.1), (2.0, 0.2), (2.0, 0.3)]
 
 
@@ -75,7 +85,10 @@ def triangle_through_one_pole(share: float, count: int) -> list[float]:
         digits.prec = 200
         r = Decimal(share)
         ramp = [Decimal(0)] * 2 + [n - (1 - (-n * r).exp()) / r for n in range(1, count + 1)]
-        return [float(after - 2 * now + before) for before, now, after in zip(ramp, ramp[1:], ramp[2:], strict=False)]
+        return [
+            float(after - 2 * now + before)
+            for before, now, after in zip(ramp, ramp[1:], ramp[2:], strict=False)
+        ]
 
 
 @pytest.mark.parametrize("steps", [1e-9, 1e-6, 3e-5, 9.9e-5, 1.01e-4, 1e-3, 0.3, 1.0, 20.0])
@@ -124,7 +137,10 @@ def test_each_shot_has_its_own_corner_and_none_is_none() -> None:
 
 @pytest.mark.parametrize(
     ("parameters", "corner_hz", "lag_rad"),
-    [({"time_constant_s": 1e-4}, 1 / (2 * np.pi * 1e-4), np.pi / 4), ({"corner_period_s": 1e-3}, 1e3, np.pi / 2)],
+    [
+        ({"time_constant_s": 1e-4}, 1 / (2 * np.pi * 1e-4), np.pi / 4),
+        ({"corner_period_s": 1e-3}, 1e3, np.pi / 2),
+    ],
 )
 def test_at_the_corner_half_of_the_power_is_left(
     parameters: dict[str, float], corner_hz: float, lag_rad: float
@@ -141,14 +157,20 @@ def test_at_the_corner_half_of_the_power_is_left(
 def test_poles_keep_the_impulse_and_two_follow_the_one() -> None:
     force = np.concatenate(([0.0], np.hanning(50), np.zeros(2000)))
     for parameters in ({"corner_period_s": 1e-3}, {"time_constant_s": 1.6e-5}):
-        assert low_pass(**parameters).measured_force_n(force, STEP_S).sum() == pytest.approx(force.sum(), rel=1e-9)
+        assert low_pass(**parameters).measured_force_n(force, STEP_S).sum() == pytest.approx(
+            force.sum(), rel=1e-9
+        )
     force = np.random.default_rng(6).standard_normal((2, 50))
     both = low_pass(time_constant_s=3e-5, corner_period_s=2e-4).measured_force_n(force, STEP_S)
     one = low_pass(time_constant_s=3e-5).measured_force_n(force, STEP_S)
-    np.testing.assert_array_equal(both, low_pass(corner_period_s=2e-4).measured_force_n(one, STEP_S))
+    np.testing.assert_array_equal(
+        both, low_pass(corner_period_s=2e-4).measured_force_n(one, STEP_S)
+    )
 
 
-@pytest.mark.parametrize("zeta", [np.array([0.02, 0.02, 0.5, 0.2]), 0.1], ids=["own damping", "one damping"])
+@pytest.mark.parametrize(
+    "zeta", [np.array([0.02, 0.02, 0.5, 0.2]), 0.1], ids=["own damping", "one damping"]
+)
 def test_each_shot_has_its_own_mount_and_none_is_none(zeta: Value) -> None:
     period, dampings = np.array([5e-5, 0.0, 3e-4, 5e-5]), np.broadcast_to(zeta, 4)
     base = np.random.default_rng(7).standard_normal((4, 2, 120))
@@ -174,5 +196,7 @@ def test_mount_rings_at_its_damped_frequency_and_loses_its_share_each_turn() -> 
     force = np.ones(4000)
     seen = mount(period_s=period, damping_ratio=zeta).measured_acceleration_m_s2(force, step)
     late = time + step / 2  # the first sample is reached over a step
-    expected = 1 - np.exp(-zeta * w * late) * (np.cos(wd * late) - zeta * w / wd * np.sin(wd * late))
+    expected = 1 - np.exp(-zeta * w * late) * (
+        np.cos(wd * late) - zeta * w / wd * np.sin(wd * late)
+    )
     np.testing.assert_allclose(seen, expected, atol=1e-5)

@@ -42,7 +42,9 @@ class Shown:
         during = np.minimum(time_s, self.contact_time_s)
         phase = np.pi * during / self.contact_time_s
         driven = (np.sin(phase) - x * np.cos(phase) + x * np.exp(-during / self.tau_s)) / (1 + x**2)
-        return np.asarray(driven * np.exp(-np.maximum(time_s - self.contact_time_s, 0.0) / self.tau_s))
+        return np.asarray(
+            driven * np.exp(-np.maximum(time_s - self.contact_time_s, 0.0) / self.tau_s)
+        )
 
 
 def agrees(seen: ForcePulses, given: ForcePulses, row: int, tau_s: float, step_s: float) -> None:
@@ -52,9 +54,13 @@ def agrees(seen: ForcePulses, given: ForcePulses, row: int, tau_s: float, step_s
     time = np.linspace(0, 1, seen.force_n.shape[1]) * seen.contact_time_s[row]
     # Straight between steps: the course bends most at its beginning, by pi / (T tau).
     bend = np.pi / (given.contact_time_s[row] * tau_s) * step_s**2 / 8
-    np.testing.assert_allclose(seen.force_n[row], size * truth.force(time), atol=(1e-4 + 1.2 * bend) * size)
+    np.testing.assert_allclose(
+        seen.force_n[row], size * truth.force(time), atol=(1e-4 + 1.2 * bend) * size
+    )
     later = seen.compression_time_s[row] - given.compression_time_s[row]
-    assert later == pytest.approx(truth.peak_time_s - given.contact_time_s[row] / 2, abs=0.6 * step_s)
+    assert later == pytest.approx(
+        truth.peak_time_s - given.contact_time_s[row] / 2, abs=0.6 * step_s
+    )
 
 
 @pytest.mark.parametrize("share", [0.03, 0.11, 0.37, 0.8, 1.6, 5.0])
@@ -84,7 +90,9 @@ def test_a_long_tail_keeps_its_impulse_whatever_is_beside_it() -> None:
     # What lies behind 0.5 % of the peak: tau times that, of some T / 2 and tau.
     np.testing.assert_allclose(together.impulse_n_s, given.impulse_n_s, rtol=0.012)
     for row in range(4):
-        alone = measured_pulses(low_pass(tau), ForcePulses(time[[row]], given.force_n[[row]], time[[row]] / 2))
+        alone = measured_pulses(
+            low_pass(tau), ForcePulses(time[[row]], given.force_n[[row]], time[[row]] / 2)
+        )
         assert together.contact_time_s[row] == pytest.approx(alone.contact_time_s[0], rel=2e-3)
 
 
@@ -102,7 +110,9 @@ def test_each_pulse_has_its_own_low_pass_and_the_longest_of_an_octave_its_end() 
 
 def test_a_pulse_that_no_effect_changes_stays_as_it_is() -> None:
     given = half_sines(np.array([1e-4, 3e-3]), np.array([1e3, 2e3]))
-    other_channel = SensorChain.of([effect("sensor.velocity_gain"), effect("sensor.mount_resonance")])
+    other_channel = SensorChain.of(
+        [effect("sensor.velocity_gain"), effect("sensor.mount_resonance")]
+    )
     assert measured_pulses(other_channel, given) is given
     assert measured_pulses(low_pass(np.zeros(2)), given) is given
     second = measured_pulses(low_pass(np.array([0.0, 3e-4])), given)

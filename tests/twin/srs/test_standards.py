@@ -13,10 +13,16 @@ LINES = np.geomspace(100, 10_000, 20)
 
 def judged(standard: str, error_db) -> tuple[bool, dict[str, tuple[int, int]], str]:
     """Of a spectrum that is off by so many dB at each of twenty lines."""
-    target = Target(LINES, np.full(20, 1e3), np.zeros(20), np.zeros(20)).with_tolerance(parse_tolerance(standard))
+    target = Target(LINES, np.full(20, 1e3), np.zeros(20), np.zeros(20)).with_tolerance(
+        parse_tolerance(standard)
+    )
     lines = target.at(LINES)
     held = compare(lines.level_m_s2 * 10 ** (np.broadcast_to(error_db, 20) / 20), LINES, target)
-    return bool(held.met), {rule.name: (int(rule.lines), rule.required) for rule in held.rules}, held.sentence()
+    return (
+        bool(held.met),
+        {rule.name: (int(rule.lines), rule.required) for rule in held.rules},
+        held.sentence(),
+    )
 
 
 def share(inside: float, rest: float, count: int) -> np.ndarray:
@@ -34,7 +40,9 @@ def test_five_decibels_low_everywhere_is_within_the_tolerance_of_nasa_and_misses
 
 
 @pytest.mark.parametrize(("below", "met"), [(10, True), (11, False)])
-@pytest.mark.parametrize("standard", ["nasa-std-7003", "NASA-STD-7003A", "ecss-e-hb-32-25a", "ecss-e-st-10-03c"])
+@pytest.mark.parametrize(
+    "standard", ["nasa-std-7003", "NASA-STD-7003A", "ecss-e-hb-32-25a", "ecss-e-st-10-03c"]
+)
 def test_half_of_the_lines_lie_at_the_level_or_above(standard, below, met):
     assert judged(standard, share(1.0, -1.0, below))[0] is met
 
@@ -60,7 +68,9 @@ def test_nasa_opens_above_three_kilohertz_only():
         (share(0.0, 9.1, 1), False),
     ],
 )
-def test_mil_std_810h_asks_for_four_fifths_of_the_lines_and_a_wider_band_for_the_others(error_db, met):
+def test_mil_std_810h_asks_for_four_fifths_of_the_lines_and_a_wider_band_for_the_others(
+    error_db, met
+):
     assert judged("mil-std-810h-517", error_db)[0] is met
 
 
@@ -82,7 +92,9 @@ def test_every_standard_cites_its_clause_and_a_goal_of_the_tuner_has_the_same_ru
     tolerance = parse_tolerance(standard)
     assert tolerance.rule.name and tolerance.rule.clause
     at = ramps(100.0, 500.0, (1000.0, 9.0), (10_000.0, 0.0)).with_tolerance(tolerance).at(LINES)
-    goal = Goal(LINES, 20 * np.log10(at.level_m_s2), at.upper_db, at.lower_db, at.rule.share_within, at.rule)
+    goal = Goal(
+        LINES, 20 * np.log10(at.level_m_s2), at.upper_db, at.lower_db, at.rule.share_within, at.rule
+    )
     errors = np.random.default_rng(4).normal(0, 3, (400, 20)) + np.linspace(-3, 3, 400)[:, None]
     spectra = at.level_m_s2 * 10 ** (errors / 20)
     held = compare(spectra, LINES, at)

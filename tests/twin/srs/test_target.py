@@ -13,7 +13,9 @@ G = 9.80665
 SLOPE = 20 * np.log10(30) / np.log2(10)
 
 
-def target(frequency=(100.0, 1000.0, 10000.0), level=(50.0, 1500.0, 1500.0), upper=6.0, lower=6.0) -> Target:
+def target(
+    frequency=(100.0, 1000.0, 10000.0), level=(50.0, 1500.0, 1500.0), upper=6.0, lower=6.0
+) -> Target:
     k = len(frequency)
     return Target(np.array(frequency), np.array(level), np.full(k, upper), np.full(k, lower))
 
@@ -28,8 +30,12 @@ def test_levels_between_break_points_are_a_power_law():
     """Six decibels per octave double; break points keep their levels, and outside of them there is none."""
     lines = np.geomspace(100, 1000, 9)
     exponent = np.log10(1500 / 50)
-    np.testing.assert_allclose(target().at(lines).level_m_s2, 50 * (lines / 100) ** exponent, rtol=1e-12)
-    np.testing.assert_allclose(target().at(target().frequency_hz).level_m_s2, [50, 1500, 1500], rtol=1e-12)
+    np.testing.assert_allclose(
+        target().at(lines).level_m_s2, 50 * (lines / 100) ** exponent, rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        target().at(target().frequency_hz).level_m_s2, [50, 1500, 1500], rtol=1e-12
+    )
     made = ramps(100, 10.0, (800, 20 * np.log10(2)), (1600, 0.0))
     np.testing.assert_allclose(made.level_m_s2, [10, 80, 80], rtol=1e-12)
     np.testing.assert_allclose(made.slope_db_per_octave, [20 * np.log10(2), 0], atol=1e-12)
@@ -38,7 +44,9 @@ def test_levels_between_break_points_are_a_power_law():
 
 
 def test_tolerance_holds_up_to_the_next_break_point_and_makes_break_points():
-    steps = Target(np.array([100.0, 1000, 10000]), np.ones(3), np.array([3.0, 6, 9]), np.array([1.0, 2, 3]))
+    steps = Target(
+        np.array([100.0, 1000, 10000]), np.ones(3), np.array([3.0, 6, 9]), np.array([1.0, 2, 3])
+    )
     held = steps.at(np.array([100.0, 999, 1000, 9999, 10000]))
     np.testing.assert_array_equal(held.upper_db, [3, 3, 6, 6, 9])
     np.testing.assert_array_equal(held.lower_db, [1, 1, 2, 2, 3])
@@ -46,7 +54,9 @@ def test_tolerance_holds_up_to_the_next_break_point_and_makes_break_points():
     lines = made.at(np.array([100.0, 2999, 3000, 3001, 10000]))
     np.testing.assert_array_equal(lines.upper_db, [6, 6, 6, 9, 9])
     np.testing.assert_array_equal(lines.lower_db, 6)
-    np.testing.assert_allclose(made.at(np.array([500.0])).level_m_s2, target().at(np.array([500.0])).level_m_s2)
+    np.testing.assert_allclose(
+        made.at(np.array([500.0])).level_m_s2, target().at(np.array([500.0])).level_m_s2
+    )
 
 
 def test_lines_of_a_specification_are_even_on_log_paper_and_those_of_a_table_its_own():
@@ -109,16 +119,34 @@ def test_side_without_a_column_is_free(tmp_path):
     ("text", "said"),
     [
         ("", "is empty; expected a header"),
-        ("frequency_hz,level\n100,1\n200,1\n", "column 'level' has no unit; expected level_g or level_m_s2"),
+        (
+            "frequency_hz,level\n100,1\n200,1\n",
+            "column 'level' has no unit; expected level_g or level_m_s2",
+        ),
         ("frequency_hz,height_g\n100,1\n200,1\n", "no column of levels in frequency_hz, height_g"),
         ("hz,level_g\n100,1\n200,1\n", "no column frequency_hz; it has: hz, level_g"),
-        ("frequency_hz,level_g,level_m_s2\n100,1,1\n200,1,1\n", "level_g and level_m_s2 both give the level"),
+        (
+            "frequency_hz,level_g,level_m_s2\n100,1,1\n200,1,1\n",
+            "level_g and level_m_s2 both give the level",
+        ),
         ("frequency_hz,level_g\n100,1\n", "1 rows; expected two break points"),
-        ("frequency_hz,level_g\n100,1\n200,abc\n", "line 3: level_g is 'abc'; expected a positive number"),
-        ("frequency_hz,level_g\n100,1\n# x\n200,-1\n", "line 4: level_g is '-1'; expected a positive number"),
+        (
+            "frequency_hz,level_g\n100,1\n200,abc\n",
+            "line 3: level_g is 'abc'; expected a positive number",
+        ),
+        (
+            "frequency_hz,level_g\n100,1\n# x\n200,-1\n",
+            "line 4: level_g is '-1'; expected a positive number",
+        ),
         ("frequency_hz,level_g\n100,1\n200\n", "line 3: 1 fields; expected 2"),
-        ('frequency_hz,level_g,remark\n100,1,\n200,1,"knee\n300,1,\n', "no CSV table in UTF-8: row 4: unexpected end"),
-        ("frequency_hz,level_g,slope_db_per_octave\n100,,6\n200,,6\n", "line 2: a slope without a row above"),
+        (
+            'frequency_hz,level_g,remark\n100,1,\n200,1,"knee\n300,1,\n',
+            "no CSV table in UTF-8: row 4: unexpected end",
+        ),
+        (
+            "frequency_hz,level_g,slope_db_per_octave\n100,,6\n200,,6\n",
+            "line 2: a slope without a row above",
+        ),
         ("frequency_hz,level_g\n200,1\n100,1\n", "spec.csv: frequency_hz = 100 follows 200"),
         ("frequency_hz,level_g,upper_db\n100,1,-1\n200,1,1\n", "line 2: upper_db is '-1'"),
     ],

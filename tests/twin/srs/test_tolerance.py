@@ -27,7 +27,9 @@ def test_margin_counts_to_the_nearer_edge_and_shares_count_lines():
     np.testing.assert_allclose(double.error_db, 6.0206, atol=1e-4)
     np.testing.assert_allclose(double.margin_db, -0.0206, atol=1e-4)
     assert not double.within
-    nearer = compare(10 * 10 ** (np.array([2.0, -2.0, 5.0, -1.0]) / 20), LINES, target(upper=9.0, lower=3.0))
+    nearer = compare(
+        10 * 10 ** (np.array([2.0, -2.0, 5.0, -1.0]) / 20), LINES, target(upper=9.0, lower=3.0)
+    )
     np.testing.assert_allclose(nearer.margin_db, [5, 1, 4, 2], atol=1e-9)
     assert nearer.worst_margin_db == pytest.approx(1.0) and nearer.worst_frequency_hz == 200
     assert compare(np.full(4, 10 * 10**0.3), LINES, target(upper=6.0)).within
@@ -44,12 +46,16 @@ def test_batch_and_lines_in_range_are_judged_one_by_one():
     all_at_once = compare(spectra, LINES, target())
     alone = [[compare(one, LINES, target()) for one in row] for row in spectra]
     for name in ("share_within", "share_above", "worst_margin_db", "worst_frequency_hz", "within"):
-        np.testing.assert_array_equal(getattr(all_at_once, name), [[getattr(x, name) for x in row] for row in alone])
+        np.testing.assert_array_equal(
+            getattr(all_at_once, name), [[getattr(x, name) for x in row] for row in alone]
+        )
     lines = np.array([50.0, 100, 800, 1600])
     found = compare(np.array([1e9, 10.0, 10.0, 1e9]), lines, target())
     np.testing.assert_array_equal(found.frequency_hz, [100, 800])
     assert found.within
-    with pytest.raises(ValueError, match=r"no line of the spectrum \(1 to 2 Hz\) .* range \(100 to 800 Hz\)"):
+    with pytest.raises(
+        ValueError, match=r"no line of the spectrum \(1 to 2 Hz\) .* range \(100 to 800 Hz\)"
+    ):
         compare(np.ones(2), np.array([1.0, 2.0]), target())
 
 
@@ -57,7 +63,9 @@ def test_nasa_std_7003_opens_upwards_above_three_kilohertz_and_no_tolerance_is_o
     upper, lower = NASA_STD_7003.at(np.array([0.0, 100, 3000, 3000.5, 10_000]))
     assert upper.tolist() == [6, 6, 6, 9, 9]
     assert lower.tolist() == [6] * 5
-    assert compare(np.full(4, 10.0), LINES, Target(LINES, np.full(4, 10.0), *within_db(0.0).at(LINES))).within
+    assert compare(
+        np.full(4, 10.0), LINES, Target(LINES, np.full(4, 10.0), *within_db(0.0).at(LINES))
+    ).within
     for wrong in ((-0.5, 1.0), (1.0, -0.5)):
         with pytest.raises(ValueError, match="expected 0 dB or more"):
             within_db(*wrong)
@@ -111,6 +119,10 @@ def test_lowest_lines_take_the_whole_record_and_lines_come_in_the_order_asked():
     short = felt[:, :10_000]
     lines = OCTAVE_LINES[:BLOCK]
     whole = shock_response_spectrum(short, RATE_HZ, lines, q=10, resample_within=0.05).maximax
-    np.testing.assert_array_equal(ringing_spectra(short, RATE_HZ, OCTAVE_LINES, 10.0, 1e-3)[:, :BLOCK], whole)
+    np.testing.assert_array_equal(
+        ringing_spectra(short, RATE_HZ, OCTAVE_LINES, 10.0, 1e-3)[:, :BLOCK], whole
+    )
     back = ringing_spectra(felt, RATE_HZ, OCTAVE_LINES[::-1], 10.0, 1e-3)
-    np.testing.assert_allclose(back[:, ::-1], ringing_spectra(felt, RATE_HZ, OCTAVE_LINES, 10.0, 1e-3), rtol=0.012)
+    np.testing.assert_allclose(
+        back[:, ::-1], ringing_spectra(felt, RATE_HZ, OCTAVE_LINES, 10.0, 1e-3), rtol=0.012
+    )

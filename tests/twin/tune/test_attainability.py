@@ -19,22 +19,40 @@ HIDDEN = SPACE.setting(MOUNTS[7], 3.3e5, 0.41)
 RNG = np.random.default_rng(4)
 #: Shots that show the toy bench as it is, but for half a dB of noise.
 SHOTS = tuple(SPACE.setting(m, 3e5, 0.5) for m in MOUNTS[::2])
-SHOWN = FiredShots(SHOTS, level_db(Toy().spectra(SHOTS)) + 0.5 * RNG.standard_normal((len(SHOTS), LINES.size)))
+SHOWN = FiredShots(
+    SHOTS, level_db(Toy().spectra(SHOTS)) + 0.5 * RNG.standard_normal((len(SHOTS), LINES.size))
+)
 
 
 def goal(change_db=0.0, tolerance_db=6.0, hidden=HIDDEN, **more):
-    return Goal.even(LINES, spectrum(hidden) * 10 ** (np.asarray(change_db) / 20), tolerance_db, **more)
+    return Goal.even(
+        LINES, spectrum(hidden) * 10 ** (np.asarray(change_db) / 20), tolerance_db, **more
+    )
 
 
 def tuned(wanted, measured=SHOWN, **more):
-    given = {"forward": Toy(0.0), "space": SPACE, "rng": np.random.default_rng(0), "effort": EFFORT} | more
-    return tune(given.pop("forward"), given.pop("space"), wanted, given.pop("rng"), measured=measured, **given)
+    given = {
+        "forward": Toy(0.0),
+        "space": SPACE,
+        "rng": np.random.default_rng(0),
+        "effort": EFFORT,
+    } | more
+    return tune(
+        given.pop("forward"),
+        given.pop("space"),
+        wanted,
+        given.pop("rng"),
+        measured=measured,
+        **given,
+    )
 
 
 def pressure_limit(highest_pa):
     def refusals(settings):
         return [
-            (f"tank pressure {s.tank_pressure_pa:,.0f} Pa, allowed {highest_pa:,.0f} (max_tank_pressure_pa)",)
+            (
+                f"tank pressure {s.tank_pressure_pa:,.0f} Pa, allowed {highest_pa:,.0f} (max_tank_pressure_pa)",
+            )
             if s.tank_pressure_pa > highest_pa * (1 + 1e-9)
             else ()
             for s in settings
@@ -52,12 +70,17 @@ def test_reachable_target_is_met_and_what_is_required_decides():
     assert answer.as_json()["meets"] is True
     assert "at least 95 % of the lines of" in tuned(goal(share=0.95)).attainability.sentence
     assert tuned(goal(), at_least=min(1.0, answer.probability)).attainability.obstacle is None
-    assert tuned(goal(), at_least=min(1.0, answer.probability + 0.01)).attainability.obstacle is not None
+    assert (
+        tuned(goal(), at_least=min(1.0, answer.probability + 0.01)).attainability.obstacle
+        is not None
+    )
 
 
 def test_target_too_loud_or_too_soft_names_the_limit_of_the_bench():
     """At 8 bar the toy bench is 7.7 dB below the spectrum of 48 bar: velocity goes with the root of pressure."""
-    loud = goal(hidden=replace(HIDDEN, tank_pressure_pa=48e5, impactor_mass_kg=1.0), tolerance_db=5.0)
+    loud = goal(
+        hidden=replace(HIDDEN, tank_pressure_pa=48e5, impactor_mass_kg=1.0), tolerance_db=5.0
+    )
     answer = tuned(loud, refusals=pressure_limit(8e5)).attainability
     assert answer.obstacle.kind == "bench limit"
     assert "allowed 800,000 (max_tank_pressure_pa)" in answer.sentence
@@ -65,7 +88,9 @@ def test_target_too_loud_or_too_soft_names_the_limit_of_the_bench():
     assert answer.obstacle.probability_without > answer.probability
     assert answer.obstacle.margin_db > 0
     assert "the bench sets 0.5 to 8 bar" in tuned(loud).attainability.sentence
-    soft = goal(hidden=replace(HIDDEN, tank_pressure_pa=0.06e5, impactor_mass_kg=0.2), tolerance_db=4.0)
+    soft = goal(
+        hidden=replace(HIDDEN, tank_pressure_pa=0.06e5, impactor_mass_kg=0.2), tolerance_db=4.0
+    )
     obstacle = tuned(soft).attainability.obstacle
     assert obstacle.kind == "bench limit"
     assert "the bench sets 0.5 to 8 bar" in obstacle.sentence
@@ -86,7 +111,9 @@ def test_notch_that_no_plate_gives_names_its_line():
     # all lines but the notch can be met: 30 dB less the tolerance, and up to another for a level below
     assert -24.5 < obstacle.margin_db < -17.5
     assert f"has {LINES.size - 1} of {LINES.size}; at {LINES[20]:.0f} Hz" in obstacle.sentence
-    within = np.count_nonzero(notched().margin_db(level_db(Toy().spectra(SPACE.grid(24, 8)))) >= 0, axis=1)
+    within = np.count_nonzero(
+        notched().margin_db(level_db(Toy().spectra(SPACE.grid(24, 8)))) >= 0, axis=1
+    )
     assert within.max() == LINES.size - 1
     assert tuned(replace(notched(), share=0.95), at_least=0.3).attainability.obstacle is None
 
@@ -135,7 +162,10 @@ def test_domain_of_the_model_stands_in_the_way():
 
     def refusals(settings):  # of what would come near without steel
         there = steel.impact_position
-        return [() if s.tip.name == "steel" or s.impact_position != there else ("worn tip",) for s in settings]
+        return [
+            () if s.tip.name == "steel" or s.impact_position != there else ("worn tip",)
+            for s in settings
+        ]
 
     given = {"outside": outside, "refusals": refusals}
     answer = tuned(goal(hidden=steel), **given).attainability

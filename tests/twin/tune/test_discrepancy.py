@@ -24,7 +24,9 @@ def some(count, seed=0):
 def planted(settings, terms=TERMS, seed=1):
     prior = Discrepancy(LINES, terms)
     joint = covariance(prior, Coordinates.of(settings))
-    drawn = np.random.default_rng(seed).multivariate_normal(np.zeros(len(joint)), joint, method="cholesky")
+    drawn = np.random.default_rng(seed).multivariate_normal(
+        np.zeros(len(joint)), joint, method="cholesky"
+    )
     return drawn.reshape(len(settings), -1)
 
 
@@ -35,7 +37,9 @@ def test_without_shots_nothing_is_added_and_all_terms_are_unsure():
     total = sum(term.sd_db**2 for term in TERMS)
     variance = np.diag(learned.covariance_db2(setting))
     assert variance.mean() == pytest.approx(total)
-    assert variance == pytest.approx(np.full(LINES.size, total), rel=0.05)  # ends of the smooth part have a little more
+    assert variance == pytest.approx(
+        np.full(LINES.size, total), rel=0.05
+    )  # ends of the smooth part have a little more
 
 
 def test_conditioning_is_that_of_the_joint_normal():
@@ -47,7 +51,9 @@ def test_conditioning_is_that_of_the_joint_normal():
     n = 3 * LINES.size
     gain = np.linalg.solve(joint[:n, :n], joint[:n, n:]).T
     assert learned.mean_db([new])[0] == pytest.approx(gain @ residual.ravel(), abs=1e-6)
-    assert learned.covariance_db2(new) == pytest.approx(joint[n:, n:] - gain @ joint[:n, n:], abs=1e-6)
+    assert learned.covariance_db2(new) == pytest.approx(
+        joint[n:, n:] - gain @ joint[:n, n:], abs=1e-6
+    )
 
 
 def test_a_fired_setting_is_known_to_its_scatter_and_others_less():
@@ -57,7 +63,9 @@ def test_a_fired_setting_is_known_to_its_scatter_and_others_less():
     assert np.all(np.abs(learned.mean_db([setting]) - 4.0) < 0.7)
     assert np.all(np.diag(learned.covariance_db2(setting)) < 2.2 * own)
     rng = np.random.default_rng(3)
-    residual = 3.0 + 0.7 * rng.standard_normal((20, 1)) + 0.7 * rng.standard_normal((20, LINES.size))
+    residual = (
+        3.0 + 0.7 * rng.standard_normal((20, 1)) + 0.7 * rng.standard_normal((20, LINES.size))
+    )
     repeated = Discrepancy(LINES).after([setting] * 20, residual)
     assert repeated.mean_db([setting])[0] == pytest.approx(residual.mean(axis=0), abs=0.15)
     near, far = SPACE.grid(1, 1)[0], SPACE.grid(6, 4)[-1]
@@ -103,7 +111,9 @@ def test_the_mean_of_repeats_teaches_what_they_do_and_draws_have_the_stated_cova
     assert together.covariance_db2(new) == pytest.approx(alone.covariance_db2(new), abs=1e-5)
     shots, (new,) = some(3), some(1, seed=9)
     learned = Discrepancy(LINES).after(shots, planted(shots))
-    drawn = learned.draws_db([new], np.random.default_rng(0).standard_normal((20_000, LINES.size)))[:, 0]
+    drawn = learned.draws_db([new], np.random.default_rng(0).standard_normal((20_000, LINES.size)))[
+        :, 0
+    ]
     assert np.cov(drawn.T) == pytest.approx(learned.covariance_db2(new), abs=0.3)
 
 

@@ -31,8 +31,12 @@ def test_one_level_for_all_lines_is_one_normal():
     assert proposal.probability_95 == proposal.probability_within
     assert proposal.share_within == pytest.approx(expected, abs=0.01)
     assert proposal.probability_overtest == pytest.approx(norm.sf(4 / 3), abs=0.01)
-    assert proposal.upper_db - proposal.level_db == pytest.approx(norm.ppf(0.95, scale=3.0), rel=1e-3)
-    assert proposal.lower_db - proposal.level_db == pytest.approx(norm.ppf(0.05, scale=3.0), rel=1e-3)
+    assert proposal.upper_db - proposal.level_db == pytest.approx(
+        norm.ppf(0.95, scale=3.0), rel=1e-3
+    )
+    assert proposal.lower_db - proposal.level_db == pytest.approx(
+        norm.ppf(0.05, scale=3.0), rel=1e-3
+    )
 
 
 def test_lines_for_themselves_multiply_and_scores_are_log_probabilities():
@@ -44,7 +48,11 @@ def test_lines_for_themselves_multiply_and_scores_are_log_probabilities():
     # The root squares to the covariance even where that is singular.
     goal = Goal.even(LINES[:3], np.ones(3), 6.0)
     scores = line_scores(np.array([[0.0, -8.0, 300.0]]), np.array([2.0, 3.0, 1.0]), goal)[0]
-    expected = [np.log(norm.cdf(3) - norm.cdf(-3)), np.log(norm.cdf(14 / 3) - norm.cdf(2 / 3)), norm.logcdf(-294.0)]
+    expected = [
+        np.log(norm.cdf(3) - norm.cdf(-3)),
+        np.log(norm.cdf(14 / 3) - norm.cdf(2 / 3)),
+        norm.logcdf(-294.0),
+    ]
     assert scores == pytest.approx(expected)
     ones = np.ones((4, 4))
     assert root(ones) @ root(ones).T == pytest.approx(ones)
@@ -96,8 +104,15 @@ FOUR_LINES = np.array([100.0, 200.0, 400.0, 800.0])
 
 
 def test_margin_is_the_way_to_the_nearer_edge_and_95_percent_of_41_lines_are_39():
-    goal = Goal(FOUR_LINES, np.full(4, 60.0), np.array([3.0, 6.0, 6.0, np.inf]), np.array([6.0, 6.0, 3.0, 6.0]))
-    assert goal.margin_db(np.array([62.0, 67.0, 58.0, 90.0])) == pytest.approx([1.0, -1.0, 1.0, 36.0])
+    goal = Goal(
+        FOUR_LINES,
+        np.full(4, 60.0),
+        np.array([3.0, 6.0, 6.0, np.inf]),
+        np.array([6.0, 6.0, 3.0, 6.0]),
+    )
+    assert goal.margin_db(np.array([62.0, 67.0, 58.0, 90.0])) == pytest.approx(
+        [1.0, -1.0, 1.0, 36.0]
+    )
     even = Goal.even(FOUR_LINES, np.ones(4), 6.0)
     assert even.met(np.full(4, 6.0)) and not even.met(np.full(4, 6.0 + 1e-9))
     lines = 100 * 2.0 ** (np.arange(41) / 6)

@@ -61,7 +61,9 @@ FIRST = SPACE.setting(MOUNTS[0], 3e5, 0.5)
 
 def proposal(setting, level_db=0.0, outside=()):
     levels = np.full(LINES.size, level_db)
-    return Proposal(setting, 0.5, 0.5, 0.5, 0.0, 1.0, 1.0, 100.0, levels, levels - 1, levels + 1, outside)
+    return Proposal(
+        setting, 0.5, 0.5, 0.5, 0.0, 1.0, 1.0, 100.0, levels, levels - 1, levels + 1, outside
+    )
 
 
 @pytest.mark.parametrize(
@@ -99,6 +101,8 @@ def test_same_spectrum_of_another_mount_is_the_same_proposal():
 
 def test_order_stays_and_the_first_of_a_group_keeps_the_others():
     settings = [SPACE.setting(MOUNTS[i], 3e5, 0.5) for i in (0, 4, 8, 12)]
-    ranked = distinct([proposal(s, level) for s, level in zip(settings, (0.0, 5.0, 0.1, 5.1), strict=True)])
+    ranked = distinct(
+        [proposal(s, level) for s, level in zip(settings, (0.0, 5.0, 0.1, 5.1), strict=True)]
+    )
     assert [p.setting for p in ranked] == settings[:2]
     assert [p.alternatives for p in ranked] == [(settings[2],), (settings[3],)]

@@ -40,16 +40,28 @@ def test_earlier_tiers_and_kinds_keep_their_places() -> None:
     ]
     assert GROUPS["causes"] == tuple(list(TIERS)[12:])
     assert (*KINDS, GUN_AND_CONTACT) == ALL_KINDS
-    seeds = {task.seed for tier in GROUPS["causes"] for split in SPLITS for task in tasks(3, 1, [tier], split)}
+    seeds = {
+        task.seed
+        for tier in GROUPS["causes"]
+        for split in SPLITS
+        for task in tasks(3, 1, [tier], split)
+    }
     rows = sum(3 for tier in GROUPS["causes"] if not BENCHES[tier].seeds_of) * len(SPLITS)
     assert len(seeds) == rows
 
 
 @pytest.mark.parametrize(
     ("tier", "kind"),
-    [("foreign one", "gun"), ("foreign one", "hammer"), ("foreign one", "plate"), ("one with traces", "gun")],
+    [
+        ("foreign one", "gun"),
+        ("foreign one", "hammer"),
+        ("foreign one", "plate"),
+        ("one with traces", "gun"),
+    ],
 )
-def test_calibration_campaigns_are_drawn_by_their_own_laws(tier: str, kind: str, tmp_path: Path) -> None:
+def test_calibration_campaigns_are_drawn_by_their_own_laws(
+    tier: str, kind: str, tmp_path: Path
+) -> None:
     case = BENCHES[tier].draw(kind, np.random.default_rng(SEED), "calibration", 0)
     assert case.laws == "calibration"
     label = record_case(case, tmp_path / "case", 1, name="case")
@@ -58,13 +70,17 @@ def test_calibration_campaigns_are_drawn_by_their_own_laws(tier: str, kind: str,
 
 
 def test_split_that_there_is_not_is_told() -> None:
-    with pytest.raises(ValueError, match="'tuning': expected one of development, calibration, sealed"):
+    with pytest.raises(
+        ValueError, match="'tuning': expected one of development, calibration, sealed"
+    ):
         BENCHES["foreign one"].draw("gun", np.random.default_rng(SEED), "tuning", 0)
 
 
 @pytest.mark.parametrize(("kind", "limits"), [("gun", FULL_SCALE["gun"]), ("hammer", SMALL_GAP)])
 def test_each_of_many_effects_is_as_large_as_drawn(kind: str, limits: tuple[float, float]) -> None:
-    case = draw_visible_bench(kind, np.random.default_rng(SEED), "development", effects=(5, 6), limits=limits)
+    case = draw_visible_bench(
+        kind, np.random.default_rng(SEED), "development", effects=(5, 6), limits=limits
+    )
     assert case.laws == "development"
     assert 5 <= len(case.strengths) <= 6
     assert limits[0] <= total_gap(case) <= limits[1]
@@ -91,13 +107,17 @@ def test_cause_outside_is_of_the_split_and_of_its_size(kind: str) -> None:
 
 
 def test_half_of_the_nulls_are_rough_and_half_of_the_guns_recorded() -> None:
-    guns = [case_of_task(task)[0] for task in tasks(4, SEED, ["null rough"], "development", ["gun"])]
+    guns = [
+        case_of_task(task)[0] for task in tasks(4, SEED, ["null rough"], "development", ["gun"])
+    ]
     assert [case.background.rough for case in guns] == [False, True, False, True]
     assert [case.traces for case in guns] == [True, True, False, False]
     assert all(case.cause == ("none",) for case in guns)
     hammer = case_of_task(tasks(1, SEED, ["null rough"], "development", ["hammer"])[0])[0]
     assert not hammer.traces
-    outside = [case_of_task(task)[0] for task in tasks(2, SEED, ["outside"], "development", ["gun"])]
+    outside = [
+        case_of_task(task)[0] for task in tasks(2, SEED, ["outside"], "development", ["gun"])
+    ]
     assert [case.traces for case in outside] == [True, False]
     first, second = (replace(case, traces=False) for case in guns[:2])
     assert first != second

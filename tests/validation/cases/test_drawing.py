@@ -62,16 +62,28 @@ def test_two_effects_stand_out_alone_and_none_has_no_gap() -> None:
     assert min(label.alone.values()) >= 1.5
     assert 3 <= label.ratio < 20
     label = label_of(draw_case("gun", "any", np.random.default_rng(4), cause="none"), 1)
-    assert (label.cause, label.tier, label.stage, label.within_tolerance) == (("none",), "none", None, True)
+    assert (label.cause, label.tier, label.stage, label.within_tolerance) == (
+        ("none",),
+        "none",
+        None,
+        True,
+    )
     first, second = (draw_case("hammer", "middle", np.random.default_rng(5)) for _ in range(2))
     assert first == second
 
 
 def test_causes_keep_to_what_they_can_be() -> None:
-    label = label_of(draw_case("gun", "very strong", np.random.default_rng(6), cause="gun.heat_exchange", number=0), 1)
+    label = label_of(
+        draw_case(
+            "gun", "very strong", np.random.default_rng(6), cause="gun.heat_exchange", number=0
+        ),
+        1,
+    )
     assert label.cause == ("gun.heat_exchange",)
     assert label.tier == tier_of(label.ratio)
-    case = draw_case("gun", "very strong", np.random.default_rng(7), cause="gun.back_pressure", number=1)
+    case = draw_case(
+        "gun", "very strong", np.random.default_rng(7), cause="gun.back_pressure", number=1
+    )
     assert 0.9 <= case.strengths["gun.back_pressure"] <= 1.04
     from pyroshock.validation.cases.effect_size import gap
     from pyroshock.validation.cases.scale_cause import cause_of
@@ -79,7 +91,9 @@ def test_causes_keep_to_what_they_can_be() -> None:
     for sign in (1, -1):
         strength = strength_for("hammer", 0, "contact.effective_mass", sign, 2.0)
         assert strength * sign > 0
-        assert gap("hammer", 0, cause_of("contact.effective_mass", strength)) == pytest.approx(2.0, rel=0.04)
+        assert gap("hammer", 0, cause_of("contact.effective_mass", strength)) == pytest.approx(
+            2.0, rel=0.04
+        )
 
 
 @pytest.mark.parametrize("rough", [False, True])
@@ -89,7 +103,9 @@ def test_background_is_as_large_as_drawn(rough: bool) -> None:
         what = draw_background(rng, rough=rough)
         size = float(np.hypot(what.smooth, what.white))
         assert (0.8 if rough else 0.2) <= size <= (1.6 if rough else 0.8)
-        assert np.sqrt(np.mean(background(what, plan, 400, "a") ** 2)) == pytest.approx(size, rel=0.15)
+        assert np.sqrt(np.mean(background(what, plan, 400, "a") ** 2)) == pytest.approx(
+            size, rel=0.15
+        )
 
 
 def test_background_is_smooth_over_the_factors() -> None:
@@ -112,7 +128,9 @@ def test_background_of_a_plate_has_sizes_of_its_own() -> None:
         plate = PlateBackground.of(replace(case, background=what))
         rows = plate.frequency / size, plate.damping / size, plate.shapes[0] / size / 0.6
         sizes.append([np.sqrt(np.mean(row**2)) for row in rows])
-        alike.append(plate.frequency[1:] @ plate.frequency[:-1] / (plate.frequency @ plate.frequency))
+        alike.append(
+            plate.frequency[1:] @ plate.frequency[:-1] / (plate.frequency @ plate.frequency)
+        )
     mean = np.sqrt(np.mean(np.square(sizes), axis=0))
     assert np.all(mean > [low for low, _ in (FREQUENCY, DAMPING, SHAPE)])
     assert np.all(mean < [high for _, high in (FREQUENCY, DAMPING, SHAPE)])

@@ -47,13 +47,19 @@ def recorded(case: Case, folder: Path) -> tuple[list[dict[str, str]], list[dict[
 def test_laser_velocity_is_that_of_the_row_and_of_the_law(laws: str, tmp_path: Path) -> None:
     case = gun_case(laws)
     rows, records = recorded(case, tmp_path / "c")
-    law = dict(zip(configurations(case), np.exp(ln_velocity("gun", 1, STRENGTHS, laws)), strict=True))
+    law = dict(
+        zip(configurations(case), np.exp(ln_velocity("gun", 1, STRENGTHS, laws)), strict=True)
+    )
     relative_error = []
     for row, record in zip(rows, records, strict=True):
         assert float(row["bullet_length_mm"]) == 1e3 * BULLET_LENGTH_M
-        by_laser = muzzle_velocity(record["laser"], float(record["fs"]), BULLET_LENGTH_M, length_u_m=BULLET_LENGTH_U_M)
+        by_laser = muzzle_velocity(
+            record["laser"], float(record["fs"]), BULLET_LENGTH_M, length_u_m=BULLET_LENGTH_U_M
+        )
         own, own_u = float(row["measured_velocity_m_s"]), float(row["measured_velocity_u_m_s"])
-        assert by_laser.velocity_m_s == pytest.approx(own, abs=4 * math.hypot(own_u, by_laser.velocity_u_m_s))
+        assert by_laser.velocity_m_s == pytest.approx(
+            own, abs=4 * math.hypot(own_u, by_laser.velocity_u_m_s)
+        )
         key = row["tank_pressure_bar"], row["bullet_mass_kg"]
         relative_error.append(math.log(by_laser.velocity_m_s / law[key]))
     spread = case.floor * 0.01 * case.repetitions**0.5
@@ -70,7 +76,9 @@ def configurations(case: Case) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("laws", LAWS)
-def test_transducer_reads_the_plan_at_rest_and_the_law_until_the_end(laws: str, tmp_path: Path) -> None:
+def test_transducer_reads_the_plan_at_rest_and_the_law_until_the_end(
+    laws: str, tmp_path: Path
+) -> None:
     """Gain and offset act on what is recorded: the plan's pressure at rest, the offset in an empty tank."""
     case = gun_case(laws)
     rows, records = recorded(case, tmp_path / "c")
@@ -100,20 +108,28 @@ def test_recorders_differ_by_case_and_a_valve_closes_after_the_slowest_shot(seed
     assert (last > 0.01) == math.isfinite(recorder.closes_after)
     speeds = np.array([shot.muzzle_velocity_m_s for shot in shots])
     gain = {name: value for name, value in STRENGTHS.items() if name != "sensor.velocity_gain"}
-    np.testing.assert_allclose(np.log(speeds), ln_velocity("gun", 1, gain, "development"), atol=1e-9)
+    np.testing.assert_allclose(
+        np.log(speeds), ln_velocity("gun", 1, gain, "development"), atol=1e-9
+    )
 
 
-def test_velocities_are_the_same_without_the_recordings_and_bytes_for_the_same_seed(tmp_path: Path) -> None:
+def test_velocities_are_the_same_without_the_recordings_and_bytes_for_the_same_seed(
+    tmp_path: Path,
+) -> None:
     rows, _ = recorded(gun_case("development"), tmp_path / "a")
     plain = record_case(gun_case("development", traces=False), tmp_path / "b", 1)
     with (tmp_path / "b" / "runs.csv").open(newline="") as file:
         others = list(csv.DictReader(file))
-    assert [row["measured_velocity_m_s"] for row in rows] == [row["measured_velocity_m_s"] for row in others]
+    assert [row["measured_velocity_m_s"] for row in rows] == [
+        row["measured_velocity_m_s"] for row in others
+    ]
     assert "recording" not in others[0]
     again = record_case(gun_case("development"), tmp_path / "again", 1, name="a")
     assert folder_hash(tmp_path / "a") == again.folder_sha256
     assert again.changes == plain.changes
-    with_traces, without = (tasks(2, 771, [f"gun {word} traces"], "development")[1:] for word in ("with", "without"))
+    with_traces, without = (
+        tasks(2, 771, [f"gun {word} traces"], "development")[1:] for word in ("with", "without")
+    )
     for first, second in zip(with_traces, without, strict=True):
         (case, seed), (other, other_seed) = case_of_task(first), case_of_task(second)
         assert (replace(case, traces=False), seed) == (other, other_seed)

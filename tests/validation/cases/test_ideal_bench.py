@@ -33,11 +33,15 @@ def test_ideal_shot_is_the_adiabatic_expansion_of_the_thesis(number: int) -> Non
     plan = design("gun", number)
     pressure = np.array([s.tank_pressure_bar * 1e5 for s in plan])
     mass = np.array([s.mass_kg for s in plan])
-    tank, way, friction = (float(stage[k]) for k in ("tank_volume_m3", "travel_m", "friction_coefficient"))
+    tank, way, friction = (
+        float(stage[k]) for k in ("tank_volume_m3", "travel_m", "friction_coefficient")
+    )
     area = np.pi * float(stage["projectile_diameter_m"]) ** 2 / 4
     work = pressure * tank / 0.4 * (1 - (tank / (tank + area * way)) ** 0.4)
     expected = np.sqrt(2 * (work - friction * mass * 9.80665 * way) / mass)
-    assert np.abs(ln_velocity("gun", number, {}) - np.log(expected)).max() < 0.02 * TOLERANCES["gun"]
+    assert (
+        np.abs(ln_velocity("gun", number, {}) - np.log(expected)).max() < 0.02 * TOLERANCES["gun"]
+    )
 
 
 @pytest.mark.parametrize("kind", ["hammer", "chain"])
@@ -48,7 +52,9 @@ def test_ideal_impact_is_hertz_on_a_rigid_target(kind: str) -> None:
         peak, duration = _hertz(setting, float(v))
         ln_peak, ln_impulse, _ = pulse.figures
         assert ln_peak == pytest.approx(np.log(peak), abs=0.02 * TOLERANCES["contact"])
-        assert ln_impulse == pytest.approx(np.log(2 * setting.mass_kg * v), abs=0.02 * TOLERANCES["contact"])
+        assert ln_impulse == pytest.approx(
+            np.log(2 * setting.mass_kg * v), abs=0.02 * TOLERANCES["contact"]
+        )
         assert np.count_nonzero(pulse.force_n) * pulse.step_s == pytest.approx(duration, rel=0.02)
 
 
@@ -122,31 +128,49 @@ def test_compiled_rates_are_those_of_the_balances(effects: Effects, phase: Phase
     for x, v in ((0.0, 0.0), (-1e-4, -0.01), (0.4, 12.0), (0.9, 25.0), (1.5, -4.0)):
         state = initial_state(setting) * np.append(rng.uniform(0.9, 1.1, 6), np.ones(6))
         state[X], state[V] = x, v
-        now = compiled_balances.rates(0.2, state, compiled_balances.figures_of(setting), phase.held, phase.sealed)
-        np.testing.assert_allclose(now, derivative(0.2, state, setting, phase), rtol=1e-12, atol=1e-12)
+        now = compiled_balances.rates(
+            0.2, state, compiled_balances.figures_of(setting), phase.held, phase.sealed
+        )
+        np.testing.assert_allclose(
+            now, derivative(0.2, state, setting, phase), rtol=1e-12, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize("effects", BENCHES[:4])
 @pytest.mark.parametrize("pressure", [3e4, 3e5])
 def test_muzzle_velocity_alone_is_that_of_the_whole_shot(effects: Effects, pressure: float) -> None:
     shot = fire(GunBuild(), effects, pressure, Projectile(), np.random.default_rng(1), until_s=0.7)
-    alone = muzzle_velocity(GunBuild(), effects, pressure, Projectile(), np.random.default_rng(1), until_s=0.7)
+    alone = muzzle_velocity(
+        GunBuild(), effects, pressure, Projectile(), np.random.default_rng(1), until_s=0.7
+    )
     assert alone == pytest.approx(shot.muzzle_velocity_m_s, rel=1e-8)
 
 
 def test_a_shot_that_stays_in_the_barrel_has_no_velocity() -> None:
     stuck = GunBuild(friction_coefficient=50.0)
-    assert muzzle_velocity(stuck, Effects.none(), 1e4, Projectile(), np.random.default_rng(1)) == 0.0
+    assert (
+        muzzle_velocity(stuck, Effects.none(), 1e4, Projectile(), np.random.default_rng(1)) == 0.0
+    )
 
 
 @pytest.mark.parametrize("effects", [BENCHES[k] for k in (0, 1, 4, 5)])
 def test_compiled_impacts_are_those_of_the_chain(effects: Effects) -> None:
     impactors = [hammer(tip, 0.03) for tip in ("aluminum", "steel", "delrin", "polyurethane")]
     struck = [("none", "none"), ("steel", "polymeric"), ("aluminum", "none"), ("steel", "none")]
-    targets = [target("aluminum", 0.01, anvil_material=anvil, insulator=layer) for anvil, layer in struck]
+    targets = [
+        target("aluminum", 0.01, anvil_material=anvil, insulator=layer) for anvil, layer in struck
+    ]
     speeds = np.array([0.5, 1.0, 2.0, 3.0])
-    whole = solve(assemble(impactors, targets, effects, np.random.default_rng(1)), speeds, steps_per_contact=100)
-    quick = contact_forces(impactors, targets, effects, speeds, np.random.default_rng(1), steps_per_contact=100)
+    whole = solve(
+        assemble(impactors, targets, effects, np.random.default_rng(1)),
+        speeds,
+        steps_per_contact=100,
+    )
+    quick = contact_forces(
+        impactors, targets, effects, speeds, np.random.default_rng(1), steps_per_contact=100
+    )
     for k, (step, force) in enumerate(quick):
         assert (step, force.size) == (pytest.approx(whole.step_s[k], rel=1e-12), whole.ends[k])
-        np.testing.assert_allclose(force, whole.contact_force_n[: force.size, k], rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(
+            force, whole.contact_force_n[: force.size, k], rtol=1e-8, atol=1e-8
+        )

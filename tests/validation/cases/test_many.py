@@ -32,7 +32,9 @@ from pyroshock.validation.cases.unknowns import FAMILIES
 @pytest.mark.parametrize("kind", KINDS)
 def test_strengths_are_those_of_a_bench(kind: str) -> None:
     case = draw_realistic(kind, np.random.default_rng(3))
-    sizes = {n: abs(v) / BENCH_DEFAULT.get(n, 1.0) for n, v in case.strengths.items() if n != ALWAYS}
+    sizes = {
+        n: abs(v) / BENCH_DEFAULT.get(n, 1.0) for n, v in case.strengths.items() if n != ALWAYS
+    }
     assert all(WEAKEST <= size <= STRONGEST for size in sizes.values())
     assert USUAL_GAP[0] <= total_gap(case) <= USUAL_GAP[1]
 
@@ -54,7 +56,11 @@ def test_effects_are_off_as_often_as_said() -> None:
 def test_full_scale_is_many_tolerances(kind: str) -> None:
     case = draw_realistic(kind, np.random.default_rng(5), full_scale=True)
     assert FULL_SCALE[kind][0] <= total_gap(case) <= FULL_SCALE[kind][1]
-    assert all(abs(v) <= 3 * BENCH_DEFAULT[n] for n, v in case.strengths.items() if n in BENCH_DEFAULT and "." in n[6:])
+    assert all(
+        abs(v) <= 3 * BENCH_DEFAULT[n]
+        for n, v in case.strengths.items()
+        if n in BENCH_DEFAULT and "." in n[6:]
+    )
 
 
 def test_single_effect_has_the_whole_gap() -> None:
@@ -68,7 +74,13 @@ def test_single_effect_has_the_whole_gap() -> None:
 
 
 def test_shapley_values_add_up_to_the_squared_gap() -> None:
-    cause = ActingCause((("contact.effective_mass", 2.0), ("contact.viscous_loss", 1.0), ("sensor.force_gain", 0.05)))
+    cause = ActingCause(
+        (
+            ("contact.effective_mass", 2.0),
+            ("contact.viscous_loss", 1.0),
+            ("sensor.force_gain", 0.05),
+        )
+    )
     parts = attribution("hammer", 1, cause)
     from pyroshock.validation.cases.effect_size import changes, gaps
 
@@ -106,7 +118,9 @@ def test_foreign_bench_has_five_to_seven_effects(tmp_path: Path) -> None:
     assert record_case(case, tmp_path / "b", 1, name="c").folder_sha256 != other.folder_sha256
 
 
-@pytest.mark.parametrize("name", [name for name, family in FAMILIES.items() if family.split == "sealed"])
+@pytest.mark.parametrize(
+    "name", [name for name, family in FAMILIES.items() if family.split == "sealed"]
+)
 def test_sealed_family_shows_and_is_gone_without_amount(name: str) -> None:
     kind = {"gun": "gun", "contact": "hammer", "plate": "plate"}[FAMILIES[name].stage]
     assert gap(kind, 1, cause_of(name, FAMILIES[name].high)) > 3.0
@@ -115,4 +129,6 @@ def test_sealed_family_shows_and_is_gone_without_amount(name: str) -> None:
 
 @pytest.mark.parametrize("stage", ["gun", "contact", "plate"])
 def test_every_stage_has_three_sealed_families(stage: str) -> None:
-    assert sum(family.split == "sealed" and family.stage == stage for family in FAMILIES.values()) >= 3
+    assert (
+        sum(family.split == "sealed" and family.stage == stage for family in FAMILIES.values()) >= 3
+    )

@@ -33,7 +33,9 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_folder_is_that_of_a_campaign_and_the_same_for_the_same_seed(kind: str, tmp_path: Path) -> None:
+def test_folder_is_that_of_a_campaign_and_the_same_for_the_same_seed(
+    kind: str, tmp_path: Path
+) -> None:
     case = drawn(kind)
     record_case(case, tmp_path / "c", 1)
     rows = rows_of(tmp_path / "c")
@@ -41,7 +43,9 @@ def test_folder_is_that_of_a_campaign_and_the_same_for_the_same_seed(kind: str, 
     assert all((tmp_path / "c" / row["recording"]).is_file() for row in rows if "recording" in row)
     card = tomllib.loads((tmp_path / "c" / "campaign.toml").read_text())
     assert card["campaign"]["kind"] == ("gun" if kind in ("gun", "chain") else "hammer")
-    assert set(card["bench"]) == {"gun": {"gun"}, "hammer": {"hammer"}, "plate": {"plate"}}.get(kind, {"gun", "plate"})
+    assert set(card["bench"]) == {"gun": {"gun"}, "hammer": {"hammer"}, "plate": {"plate"}}.get(
+        kind, {"gun", "plate"}
+    )
     labels = [record_case(drawn(kind), tmp_path / name, 5, name="c") for name in ("a", "b")]
     assert labels[0] == labels[1]
     assert labels[0].folder_sha256 == folder_hash(tmp_path / "b")
@@ -51,7 +55,9 @@ def test_folder_is_that_of_a_campaign_and_the_same_for_the_same_seed(kind: str, 
 
 def test_nothing_of_the_label_stands_in_the_folder(tmp_path: Path) -> None:
     label = record_case(drawn("gun"), tmp_path / "c", 1)
-    text = "".join(path.read_text() for path in (tmp_path / "c").rglob("*") if path.suffix in (".csv", ".toml"))
+    text = "".join(
+        path.read_text() for path in (tmp_path / "c").rglob("*") if path.suffix in (".csv", ".toml")
+    )
     assert label.cause[0] not in text
     assert not [word for word in ("sealed", "strength", "family", "floor") if word in text]
     assert sorted(path.name for path in (tmp_path / "c").iterdir()) == ["campaign.toml", "runs.csv"]
@@ -65,10 +71,17 @@ def test_recorded_velocities_show_the_change_of_the_label(tmp_path: Path) -> Non
     case = replace(drawn("gun", "gun.blow_by"), background=QUIET, floor=1e-9, decoys={})
     label = record_case(case, tmp_path / "a", 1)
     none = record_case(replace(case, strengths={}), tmp_path / "b", 1)
-    first, second = ([float(r["measured_velocity_m_s"]) for r in rows_of(tmp_path / n)] for n in "ab")
+    first, second = (
+        [float(r["measured_velocity_m_s"]) for r in rows_of(tmp_path / n)] for n in "ab"
+    )
     runs = [tuple(str(v) for v in c.values()) for c in label.configurations]
-    which = [runs.index(tuple(row[k] for k in label.configurations[0])) for row in rows_of(tmp_path / "a")]
-    np.testing.assert_allclose(np.log(first) - np.log(second), np.ravel(label.changes["gun"])[which], atol=1e-5)
+    which = [
+        runs.index(tuple(row[k] for k in label.configurations[0]))
+        for row in rows_of(tmp_path / "a")
+    ]
+    np.testing.assert_allclose(
+        np.log(first) - np.log(second), np.ravel(label.changes["gun"])[which], atol=1e-5
+    )
     assert none.cause == ("none",)
 
 
@@ -108,7 +121,9 @@ def test_sealed_labels_come_back_as_published(labels: list[Label], tmp_path: Pat
         open_labels(file, key)
 
 
-def test_hash_is_known_before_the_recording_and_other_labels_are_refused(labels: list[Label], tmp_path: Path) -> None:
+def test_hash_is_known_before_the_recording_and_other_labels_are_refused(
+    labels: list[Label], tmp_path: Path
+) -> None:
     key, case = new_key(), drawn("gun")
     before = publish([label_of(case, 1)], key)
     assert publish([record_case(case, tmp_path / "c", 1)], key) == before

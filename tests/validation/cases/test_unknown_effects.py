@@ -15,7 +15,9 @@ from pyroshock.virtualbench.plate.modes import PlateModes
 
 #: Tips, insulators, bullets and pressures that let each family find what it acts on.
 PLAN = tuple(
-    CaseSetting(tip, radius, insulator=insulator, tank_pressure_bar=pressure, mass_kg=mass, pulse_s=pulse_s)
+    CaseSetting(
+        tip, radius, insulator=insulator, tank_pressure_bar=pressure, mass_kg=mass, pulse_s=pulse_s
+    )
     for tip, radius, insulator, pulse_s in (
         ("delrin", 30.0, "none", 1e-3),
         ("steel", 45.0, "polymeric", 2e-3),
@@ -36,7 +38,13 @@ def case_pulse(peak_n: float = LOUDEST_N) -> CasePulse:
 def plate_modes() -> PlateModes:
     rng = np.random.default_rng(1)
     frequencies_hz = 300.0 * np.arange(1, 9)
-    return PlateModes(frequencies_hz, np.full(8, 0.01), rng.normal(size=(1, 8)), rng.normal(size=(2, 8)), ("a", "b"))
+    return PlateModes(
+        frequencies_hz,
+        np.full(8, 0.01),
+        rng.normal(size=(1, 8)),
+        rng.normal(size=(2, 8)),
+        ("a", "b"),
+    )
 
 
 def ringing(samples: int = 2000) -> Floats:
@@ -60,7 +68,9 @@ def pulses_of(effect: UnknownEffect) -> list[CasePulse]:
 def changes_of_pulses(effect: UnknownEffect) -> Floats:
     """Of ln peak, impulse and width (n, 3)."""
     untouched = pulses_of(replace(effect, family=""))
-    return np.array([a.figures - b.figures for a, b in zip(pulses_of(effect), untouched, strict=True)])
+    return np.array(
+        [a.figures - b.figures for a, b in zip(pulses_of(effect), untouched, strict=True)]
+    )
 
 
 def plate_is_changed(effect: UnknownEffect) -> bool:
@@ -68,7 +78,9 @@ def plate_is_changed(effect: UnknownEffect) -> bool:
     after = [effect.modes(before, share * LOUDEST_N, LOUDEST_N, share) for share in (0.3, 1.0)]
     read = [effect.acceleration(setting, ringing(), RATE_HZ, 0.9, 1.0) for setting in PLAN]
     fields = ("frequencies_hz", "damping", "shape_impact", "shapes")
-    same_modes = all(np.array_equal(getattr(m, name), getattr(before, name)) for m in after for name in fields)
+    same_modes = all(
+        np.array_equal(getattr(m, name), getattr(before, name)) for m in after for name in fields
+    )
     return not same_modes or any(not np.array_equal(a, ringing()) for a in read)
 
 
@@ -84,8 +96,12 @@ def test_family_changes_its_own_stage_and_no_other(name: str) -> None:
     assert changed == {stage: stage == family.stage for stage in changed}
 
 
-@pytest.mark.parametrize("name", [name for name, family in FAMILIES.items() if family.stage == "gun"])
-def test_velocity_changes_in_proportion_to_the_amount_and_by_no_more_than_it_says(name: str) -> None:
+@pytest.mark.parametrize(
+    "name", [name for name, family in FAMILIES.items() if family.stage == "gun"]
+)
+def test_velocity_changes_in_proportion_to_the_amount_and_by_no_more_than_it_says(
+    name: str,
+) -> None:
     low, high = (velocity_change(UnknownEffect(name, amount, PLAN)) for amount in (0.1, 0.2))
     assert high == pytest.approx(2 * low) and np.all(np.isfinite(high))
     assert np.all(velocity_change(UnknownEffect(name, 0.0, PLAN)) == 0)
@@ -97,20 +113,32 @@ def test_effects_of_one_part_of_the_plan_leave_the_others_alone() -> None:
     cleaned = velocity_change(UnknownEffect("gun.cleaned_barrel", 0.3, PLAN))
     assert np.array_equal(cleaned, np.where(ORDER > 0.5, 0.3, 0.0))
     loose = changes_of_pulses(UnknownEffect("contact.loose_tip", 0.3, PLAN))
-    assert np.array_equal(np.abs(loose).max(axis=1) > 1e-9, [setting.tip_material == "delrin" for setting in PLAN])
+    assert np.array_equal(
+        np.abs(loose).max(axis=1) > 1e-9, [setting.tip_material == "delrin" for setting in PLAN]
+    )
     torn = changes_of_pulses(UnknownEffect("contact.torn_layer", 0.3, PLAN))
-    assert np.array_equal(np.abs(torn).max(axis=1) > 1e-9, [setting.insulator != "none" for setting in PLAN])
+    assert np.array_equal(
+        np.abs(torn).max(axis=1) > 1e-9, [setting.insulator != "none" for setting in PLAN]
+    )
 
 
 def test_readings_are_cut_slowed_and_split_as_their_texts_say() -> None:
-    clipped = UnknownEffect("contact.clipping", 0.5, PLAN).pulse(PLAN[0], case_pulse(), 0.5, LOUDEST_N)
+    clipped = UnknownEffect("contact.clipping", 0.5, PLAN).pulse(
+        PLAN[0], case_pulse(), 0.5, LOUDEST_N
+    )
     assert clipped.force_n.max() == pytest.approx(0.25 * LOUDEST_N)
     slewed = UnknownEffect("contact.slew", 0.5, PLAN).pulse(PLAN[0], case_pulse(), 0.5, LOUDEST_N)
     assert np.abs(np.diff(slewed.force_n)).max() <= 0.125 * LOUDEST_N / 20e-6 * 1e-6 * (1 + 1e-9)
-    double = UnknownEffect("contact.double_hit", 0.4, PLAN).pulse(PLAN[0], case_pulse(), 0.5, LOUDEST_N)
+    double = UnknownEffect("contact.double_hit", 0.4, PLAN).pulse(
+        PLAN[0], case_pulse(), 0.5, LOUDEST_N
+    )
     assert double.force_n[181:].max() == pytest.approx(0.4 * LOUDEST_N, rel=0.02)
-    assert double.force_n.sum() == pytest.approx((1 + 0.4 * 0.6) * case_pulse().force_n.sum(), rel=0.01)
-    split = UnknownEffect("plate.tuned_mass", 0.1, PLAN).modes(plate_modes(), LOUDEST_N, LOUDEST_N, 0.5)
+    assert double.force_n.sum() == pytest.approx(
+        (1 + 0.4 * 0.6) * case_pulse().force_n.sum(), rel=0.01
+    )
+    split = UnknownEffect("plate.tuned_mass", 0.1, PLAN).modes(
+        plate_modes(), LOUDEST_N, LOUDEST_N, 0.5
+    )
     assert split.frequencies_hz[[1, -1]] == pytest.approx([570.0, 630.0])
     before = plate_modes()
     strength = split.shape_impact[:, [1, -1]] * split.shapes[0, [1, -1]]

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.validation.prediction_scores.failure_rules import EVERYWHERE, ShotFactor, failures
-from pyroshock.validation.prediction_scores.quantity_score import ComparedValues, Coverage, Measure, QuantityScore
+from pyroshock.validation.prediction_scores.quantity_score import (
+    ComparedValues,
+    Coverage,
+    Measure,
+    QuantityScore,
+)
 from pyroshock.validation.prediction_scores.shot_comparison import verdict
 
 FORCE = Measure("peak_force", "peak force", "ln", "N")
@@ -45,7 +50,9 @@ def test_verdict_names_bands_that_hold_and_wide_ones() -> None:
     assert "wider than needed" in result.sentence
     result = verdict([score(gaussian(5))])
     assert result.calibrated
-    assert result.sentence.startswith("Too little to judge the 90 % bands, 5 shots of 5 configurations: inside lie")
+    assert result.sentence.startswith(
+        "Too little to judge the 90 % bands, 5 shots of 5 configurations: inside lie"
+    )
 
 
 def test_overconfident_predictions_are_called_so() -> None:
@@ -73,11 +80,16 @@ def test_repetitions_count_as_much_as_they_differ() -> None:
     low, high = coverage.interval()
     assert high - low > 1.8 * np.subtract(*reversed(Coverage.of(inside, np.arange(120)).interval()))
     rng = np.random.default_rng(5)
-    effective = [Coverage.of(rng.random(400) < 0.8, np.repeat(np.arange(100), 4)).effective for _ in range(50)]
+    effective = [
+        Coverage.of(rng.random(400) < 0.8, np.repeat(np.arange(100), 4)).effective
+        for _ in range(50)
+    ]
     assert np.median(effective) > 330
     coverage = Coverage.of(np.ones(12, dtype=bool), np.repeat(np.arange(4), 3))
     assert coverage.effective == 4
-    assert coverage.interval() == pytest.approx((0.025**0.25, 1.0))  # Clopper and Pearson, closed form for all of 4
+    assert coverage.interval() == pytest.approx(
+        (0.025**0.25, 1.0)
+    )  # Clopper and Pearson, closed form for all of 4
 
 
 def test_intervals_of_clustered_shares_hold_their_level() -> None:
@@ -94,14 +106,27 @@ def test_intervals_of_clustered_shares_hold_their_level() -> None:
 
 def test_rank_of_values_beyond_draws_is_inside_unit_interval() -> None:
     draws = np.linspace(0.0, 1.0, 9)[:, None] * np.ones(3)
-    assert ComparedValues.of(draws, np.array([-1.0, 0.5, 2.0])).rank == pytest.approx([0.05, 0.5, 0.95])
+    assert ComparedValues.of(draws, np.array([-1.0, 0.5, 2.0])).rank == pytest.approx(
+        [0.05, 0.5, 0.95]
+    )
     with pytest.raises(ValueError, match="leave out what was not measured"):
         ComparedValues.of(np.zeros((4, 1)), np.array([np.nan]))
-    keys = {"name", "unit", "shots", "coverage50", "coverage90", "coverage90_ci95", "crps", "median_abs_error"}
+    keys = {
+        "name",
+        "unit",
+        "shots",
+        "coverage50",
+        "coverage90",
+        "coverage90_ci95",
+        "crps",
+        "median_abs_error",
+    }
     assert keys <= set(score(gaussian(20)).as_json())
 
 
-def campaign(seed: int, configurations: int = 40, repetitions: int = 3) -> tuple[np.ndarray, list[ShotFactor]]:
+def campaign(
+    seed: int, configurations: int = 40, repetitions: int = 3
+) -> tuple[np.ndarray, list[ShotFactor]]:
     rng = np.random.default_rng(seed)
     tips = rng.choice(["delrin", "polyurethane", "steel"], configurations)
     pressure = rng.choice([1e5, 2e5, 4e5, 6e5], configurations)
@@ -131,7 +156,9 @@ def test_one_or_two_conditions() -> None:
     assert rule.sentence.endswith("% too low")
     number, factors = campaign(3, 60)
     both = (factors[0].values == "polyurethane") & (factors[1].values > 3e5)
-    named = failures(FORCE, noise(number, 4) + 0.5 * both, number, factors, np.random.default_rng(0))
+    named = failures(
+        FORCE, noise(number, 4) + 0.5 * both, number, factors, np.random.default_rng(0)
+    )
     assert named[-1].rule == "tip_material = polyurethane and tank_pressure > 3 bar"
 
 
@@ -147,7 +174,11 @@ def test_noise_gives_seldom_a_rule() -> None:
     count = 0
     for seed in range(60):
         number, factors = campaign(seed, 24)
-        count += bool(failures(FORCE, noise(number, 1000 + seed), number, factors, np.random.default_rng(seed)))
+        count += bool(
+            failures(
+                FORCE, noise(number, 1000 + seed), number, factors, np.random.default_rng(seed)
+            )
+        )
     # one test for all shots and one for the rules, each at 5 %, and a bias of 5 % at least
     assert count <= 10
 
@@ -156,6 +187,10 @@ def test_repetitions_do_not_make_a_rule() -> None:
     # A single configuration with many shots is a single observation.
     number = np.repeat(np.arange(8), 25)
     factors = [ShotFactor("tip_material", np.where(number < 4, "delrin", "steel"))]
-    residual = np.where(number == 5, 0.8, 0.0) + 0.01 * np.random.default_rng(1).normal(size=len(number))
+    residual = np.where(number == 5, 0.8, 0.0) + 0.01 * np.random.default_rng(1).normal(
+        size=len(number)
+    )
     assert failures(FORCE, residual, number, factors, np.random.default_rng(0)) == []
-    assert failures(FORCE, np.full(4, 0.5), np.zeros(4, dtype=int), [], np.random.default_rng(0)) == []
+    assert (
+        failures(FORCE, np.full(4, 0.5), np.zeros(4, dtype=int), [], np.random.default_rng(0)) == []
+    )

@@ -11,7 +11,9 @@ from pyroshock.virtualbench.sensors import SensorBuild, analog
 from scipy.signal import cont2discrete, lfilter
 
 FS_HZ, RATIO = 51_200.0, 20
-SENSORS = tuple(SensorBuild(f"a{i}", "acceleration", "m/s2", 1e5, mount_resonance_hz=45e3) for i in (1, 2))
+SENSORS = tuple(
+    SensorBuild(f"a{i}", "acceleration", "m/s2", 1e5, mount_resonance_hz=45e3) for i in (1, 2)
+)
 MODES = PlateModes(
     np.array([0.0, 3.0, 231.0, 4000.0, 17_000.0]),
     np.array([0.0, 0.005, 0.004, 0.003, 0.01]),
@@ -42,12 +44,17 @@ def response(time, force):
 def in_one_piece(starts, samples, effects):
     time = np.arange(samples * RATIO) / (FS_HZ * RATIO)
     force = sum(np.interp(time - s, PULSE_S, PULSE_N, left=0, right=0) for s in starts)
-    return [analog(time, a, s, FS_HZ, effects) for a, s in zip(response(time, force), SENSORS, strict=True)]
+    return [
+        analog(time, a, s, FS_HZ, effects)
+        for a, s in zip(response(time, force), SENSORS, strict=True)
+    ]
 
 
 def in_blows(starts, samples, effects):
     blows = [blow(s, PULSE_S, PULSE_N, FS_HZ, RATIO, 3e-3) for s in starts]
-    return ringing_accelerations(blows, samples, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, effects)
+    return ringing_accelerations(
+        blows, samples, MODES, MODES.shape_impact[0], response, SENSORS, FS_HZ, effects
+    )
 
 
 @pytest.mark.parametrize("mounting", [0.0, 1.0, 3.0], ids=["rigid", "45 kHz", "15 kHz"])

@@ -34,7 +34,9 @@ def signals(shot: ShotTruth) -> dict[str, np.ndarray]:
     return shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2))
 
 
-def test_velocity_pressure_and_edges_come_back(shot: ShotTruth, signals: dict[str, np.ndarray]) -> None:
+def test_velocity_pressure_and_edges_come_back(
+    shot: ShotTruth, signals: dict[str, np.ndarray]
+) -> None:
     """Velocity within its uncertainty, edges between samples; the grid begins before the trigger."""
     velocity = muzzle_velocity(signals["laser"], RATE_HZ, BULLET.length_m)
     assert abs(velocity.velocity_m_s - shot.muzzle_velocity_m_s) < velocity.velocity_u_m_s
@@ -46,13 +48,19 @@ def test_velocity_pressure_and_edges_come_back(shot: ShotTruth, signals: dict[st
     assert signals["laser"].max() == pytest.approx(LASER_REST_M)
     assert signals["laser"].min() == pytest.approx(LASER_REST_M - BULLET.diameter_m)
     assert {signal.shape for signal in signals.values()} == {(22_500,)}
-    assert signals["tank_pressure"][int(0.2 * RATE_HZ)] == pytest.approx(0.95 * shot.tank_pressure_pa[0], rel=1e-6)
-    late = shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2), trigger_offset_s=10 / RATE_HZ)
+    assert signals["tank_pressure"][int(0.2 * RATE_HZ)] == pytest.approx(
+        0.95 * shot.tank_pressure_pa[0], rel=1e-6
+    )
+    late = shot_signals(
+        shot, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2), trigger_offset_s=10 / RATE_HZ
+    )
     assert late["laser"][:-10] == pytest.approx(signals["laser"][10:], abs=1e-9)
 
 
 def test_rebound_is_a_second_slower_passage() -> None:
-    shot = fire(GunBuild(), Effects.default(), 4e4, BULLET, np.random.default_rng(1), restitution=0.5)
+    shot = fire(
+        GunBuild(), Effects.default(), 4e4, BULLET, np.random.default_rng(1), restitution=0.5
+    )
     laser = shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2))["laser"]
     blocked = (laser < LASER_REST_M - BULLET.diameter_m / 2).astype(int)
     starts, stops = np.flatnonzero(np.diff(blocked) == 1), np.flatnonzero(np.diff(blocked) == -1)
@@ -60,7 +68,9 @@ def test_rebound_is_a_second_slower_passage() -> None:
     assert stops[1] - starts[1] > 1.5 * (stops[0] - starts[0])
 
 
-def test_record_begins_by_the_share_that_triggers_or_before_the_valve_turns(shot: ShotTruth) -> None:
+def test_record_begins_by_the_share_that_triggers_or_before_the_valve_turns(
+    shot: ShotTruth,
+) -> None:
     tank = shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(0.2, 0.1))["tank_pressure"]
     assert tank[int(0.1 * RATE_HZ)] == pytest.approx(0.8 * shot.tank_pressure_pa[0], rel=1e-6)
     tank = shot_signals(shot, BULLET, RATE_HZ, 0.9, Trigger(None, 0.25))["tank_pressure"]
@@ -104,7 +114,10 @@ def test_cubic_motion_is_exact_and_another_converges_with_the_fourth_order() -> 
         time = np.linspace(0, 1, points)
         moment = np.linspace(0, 1, 997)
         return float(
-            np.abs(position_at(time, np.sin(6 * time), 6 * np.cos(6 * time), moment) - np.sin(6 * moment)).max()
+            np.abs(
+                position_at(time, np.sin(6 * time), 6 * np.cos(6 * time), moment)
+                - np.sin(6 * moment)
+            ).max()
         )
 
     assert np.log2(error(21) / error(41)) == pytest.approx(4, abs=0.1)

@@ -16,7 +16,13 @@ from pyroshock.twin.gun.nominal import GunBench
 from pyroshock.twin.gun.nominal import muzzle_velocity as nominal_muzzle_velocity
 from pyroshock.virtualbench.effects import CATALOGUE, Effects
 from pyroshock.virtualbench.gun import integrate, motion
-from pyroshock.virtualbench.gun.build import VACUUM_PA, GunBuild, Projectile, leak_area_m2, setting_of
+from pyroshock.virtualbench.gun.build import (
+    VACUUM_PA,
+    GunBuild,
+    Projectile,
+    leak_area_m2,
+    setting_of,
+)
 from pyroshock.virtualbench.gun.compiled_balances import figures_of, rates
 from pyroshock.virtualbench.gun.fire import ShotTruth, fire
 from pyroshock.virtualbench.gun.gas import CHOKED, GAS_CONSTANT, ValveWay
@@ -32,12 +38,20 @@ STEADY = Effects.default().with_strength("bench.hand_scatter", 0.0)
 
 
 def shoot(
-    effects: Effects, pressure_pa: float, gun: GunBuild = GUN, bullet: Projectile = BULLET, **how: Any
+    effects: Effects,
+    pressure_pa: float,
+    gun: GunBuild = GUN,
+    bullet: Projectile = BULLET,
+    **how: Any,
 ) -> ShotTruth:
-    return fire(gun, effects, pressure_pa, bullet, np.random.default_rng(0), **({"until_s": 0.6} | how))
+    return fire(
+        gun, effects, pressure_pa, bullet, np.random.default_rng(0), **({"until_s": 0.6} | how)
+    )
 
 
-def speed(effects: Effects, pressure_pa: float, gun: GunBuild = GUN, bullet: Projectile = BULLET) -> float:
+def speed(
+    effects: Effects, pressure_pa: float, gun: GunBuild = GUN, bullet: Projectile = BULLET
+) -> float:
     return shoot(effects, pressure_pa, gun, bullet).muzzle_velocity_m_s
 
 
@@ -52,9 +66,14 @@ def velocity_of(work_j: float) -> float:
 
 
 @pytest.mark.parametrize("pressure", [2.5e4, 8e5])
-def test_ideal_gun_is_adiabatic_expansion_and_its_error_falls_with_the_tolerance(pressure: float) -> None:
+def test_ideal_gun_is_adiabatic_expansion_and_its_error_falls_with_the_tolerance(
+    pressure: float,
+) -> None:
     truth = velocity_of(adiabatic_work_j(pressure + VACUUM_PA))
-    shots = [shoot(Effects.none(), pressure, SMOOTH, tightness=tightness) for tightness in (100.0, 1.0, 1e-2)]
+    shots = [
+        shoot(Effects.none(), pressure, SMOOTH, tightness=tightness)
+        for tightness in (100.0, 1.0, 1e-2)
+    ]
     errors = [abs(shot.muzzle_velocity_m_s / truth - 1) for shot in shots]
     assert errors[0] < 1e-3
     assert errors[1] < min(errors[0], 1e-5)
@@ -63,11 +82,15 @@ def test_ideal_gun_is_adiabatic_expansion_and_its_error_falls_with_the_tolerance
 
 def test_friction_atmosphere_and_dead_volume_have_their_closed_forms() -> None:
     """The twin's closed form, by another road: gauge pressure, no efficiency, nominal Coulomb friction."""
-    bench = GunBench(TANK_M3, 0.049, BULLET.diameter_m, TRAVEL_M, GUN.friction_coefficient, 1.4, 1.0)
+    bench = GunBench(
+        TANK_M3, 0.049, BULLET.diameter_m, TRAVEL_M, GUN.friction_coefficient, 1.4, 1.0
+    )
     pressures = np.array([3e4, 1e5, 6e5])
     shots = [speed(Effects.none(), pressure) for pressure in pressures]
     # The virtual bench's friction grows from rest over the first millimetres per second.
-    assert shots == pytest.approx(nominal_muzzle_velocity(bench, pressures, BULLET.mass_kg), rel=1e-5)
+    assert shots == pytest.approx(
+        nominal_muzzle_velocity(bench, pressures, BULLET.mass_kg), rel=1e-5
+    )
     # Absolute pressure expands against the atmosphere; the vents are wide, so that none is compressed ahead.
     pressure = 5e4 + ATMOSPHERE_PA
     work = adiabatic_work_j(pressure) - ATMOSPHERE_PA * BULLET.area_m2 * TRAVEL_M
@@ -104,7 +127,9 @@ def test_ideal_gas_follows_the_adiabat_infinite_tanks_accelerate_and_leaks_blow_
     endless = replace(SMOOTH, tank_volume_m3=1e4)
     shot = shoot(Effects.none(), 1e5, endless)
     acceleration = 1e5 * BULLET.area_m2 / BULLET.mass_kg
-    assert shot.muzzle_velocity_m_s == pytest.approx(math.sqrt(2 * acceleration * TRAVEL_M), rel=1e-5)
+    assert shot.muzzle_velocity_m_s == pytest.approx(
+        math.sqrt(2 * acceleration * TRAVEL_M), rel=1e-5
+    )
     assert shot.exit_time_s == pytest.approx(math.sqrt(2 * TRAVEL_M / acceleration), rel=1e-5)
     # p = p0 (1 + (gamma - 1) / 2 C A sqrt(R T) t / V)^(-2 gamma / (gamma - 1)), as long as the clearance is
     # choked.
@@ -125,7 +150,9 @@ def test_five_real_shots_come_out_within_a_tenth(thesis_tables: Path) -> None:
             (float(r["tank_pressure_bar_gauge"]) * 1e5, float(r["measured_velocity_m_s"]))
             for r in csv.DictReader(handle)
         ]
-    shots = np.array([BULLET.length_m / np.diff(shoot(STEADY, p + 5e3).laser_blocked[0]) for p, _ in rows]).ravel()
+    shots = np.array(
+        [BULLET.length_m / np.diff(shoot(STEADY, p + 5e3).laser_blocked[0]) for p, _ in rows]
+    ).ravel()
     ratios = shots / [velocity for _, velocity in rows]
     assert np.abs(ratios - 1).max() < 0.1
     assert abs(ratios.mean() - 1) < 0.03
@@ -149,13 +176,20 @@ def test_projectile_passes_vents_and_laser_strikes_and_comes_back_slower() -> No
 
 def test_shots_get_faster_with_pressure_and_slower_with_mass_or_do_not_leave() -> None:
     shot = shoot(STEADY, 0.0)
-    assert (shot.muzzle_velocity_m_s, shot.impact_velocity_m_s, shot.laser_blocked) == (0.0, 0.0, ())
+    assert (shot.muzzle_velocity_m_s, shot.impact_velocity_m_s, shot.laser_blocked) == (
+        0.0,
+        0.0,
+        (),
+    )
     assert math.isnan(shot.exit_time_s)
     assert np.abs(shot.position_m).max() < 1e-9
     shot = shoot(STEADY, 8e3, until_s=1.2)
     assert 0.0 < shot.position_m.max() < TRAVEL_M
     assert shot.muzzle_velocity_m_s == 0.0
-    speeds = [[speed(STEADY, p, bullet=Projectile(mass_kg=m)) for p in (1e5, 3e5, 7e5)] for m in (0.2, 0.5, 1.0)]
+    speeds = [
+        [speed(STEADY, p, bullet=Projectile(mass_kg=m)) for p in (1e5, 3e5, 7e5)]
+        for m in (0.2, 0.5, 1.0)
+    ]
     assert np.diff(speeds, axis=0).max() < 0
     assert np.diff(speeds, axis=1).min() > 0
 
@@ -164,7 +198,10 @@ def test_shots_get_faster_with_pressure_and_slower_with_mass_or_do_not_leave() -
 @pytest.mark.parametrize("pressure", [1.2e4, 2.5e4, 6e4, 2e5, 8e5])
 @pytest.mark.parametrize("mass", [0.1, 0.5, 1.5])
 def test_halved_tolerances_change_nothing_much(pressure: float, mass: float) -> None:
-    shots = [shoot(STEADY, pressure, bullet=Projectile(mass_kg=mass), tightness=t) for t in (1.0, 0.5, 1e-3)]
+    shots = [
+        shoot(STEADY, pressure, bullet=Projectile(mass_kg=mass), tightness=t)
+        for t in (1.0, 0.5, 1e-3)
+    ]
     speeds = [shot.muzzle_velocity_m_s for shot in shots]
     assert speeds[:2] == pytest.approx([speeds[2]] * 2, rel=2e-4)
 
@@ -174,36 +211,57 @@ def test_halved_tolerances_change_nothing_much(pressure: float, mass: float) -> 
 def test_effect_alone_goes_its_way_and_grows(name: str, pressure: float) -> None:
     """Heat from the walls speeds the shot up; every other effect slows the ideal gun down. Each vanishes with its
     strength."""
-    ideal, weak, strong = (speed(Effects.only(name, strength), pressure) for strength in (0.0, 0.5, 1.0))
+    ideal, weak, strong = (
+        speed(Effects.only(name, strength), pressure) for strength in (0.0, 0.5, 1.0)
+    )
     sign = 1 if name == "gun.heat_exchange" else -1
     assert sign * (weak - ideal) > 1e-5 * ideal
     assert sign * (strong - weak) > 1e-5 * ideal
     if pressure == 5e4:
-        ideal, none, little, more = (speed(Effects.only(name, strength), 2e5) for strength in (0.0, 1e-9, 1e-3, 1e-1))
+        ideal, none, little, more = (
+            speed(Effects.only(name, strength), 2e5) for strength in (0.0, 1e-9, 1e-3, 1e-1)
+        )
         assert none == pytest.approx(ideal, rel=1e-5)
         assert abs(little - ideal) < max(0.05 * abs(more - ideal), 1e-5 * ideal)
 
 
-@pytest.mark.parametrize("name", [name for name in CATALOGUE if not name.startswith("gun.") and "hand" not in name])
+@pytest.mark.parametrize(
+    "name", [name for name in CATALOGUE if not name.startswith("gun.") and "hand" not in name]
+)
 def test_effects_of_other_rooms_leave_the_gun_alone(name: str) -> None:
     assert speed(STEADY, 1e5) == speed(STEADY.with_strength(name, 3.0), 1e5)
 
 
 @pytest.mark.parametrize(
-    "name", ["gun.back_pressure", "gun.valve_flow", "gun.barrel_loss", "gun.sliding_friction", "gun.blow_by"]
+    "name",
+    [
+        "gun.back_pressure",
+        "gun.valve_flow",
+        "gun.barrel_loss",
+        "gun.sliding_friction",
+        "gun.blow_by",
+    ],
 )
 def test_resistance_slows_the_real_gun_too(name: str) -> None:
     """A leak does at a low pressure, and from half its strength on."""
-    pressure, strengths = (4e4, (0.0, 0.5, 1.0, 2.0)) if name == "gun.blow_by" else (5e4, (0.0, 1.0, 2.0))
+    pressure, strengths = (
+        (4e4, (0.0, 0.5, 1.0, 2.0)) if name == "gun.blow_by" else (5e4, (0.0, 1.0, 2.0))
+    )
     speeds = [speed(STEADY.with_strength(name, strength), pressure) for strength in strengths]
     assert np.diff(speeds).max() < 0
 
 
 def test_scatter_is_a_percent_or_two_and_of_the_seed() -> None:
     rng = np.random.default_rng(3)
-    shots = [fire(GUN, Effects.default(), 1e5, BULLET, rng, until_s=0.25).muzzle_velocity_m_s for _ in range(30)]
+    shots = [
+        fire(GUN, Effects.default(), 1e5, BULLET, rng, until_s=0.25).muzzle_velocity_m_s
+        for _ in range(30)
+    ]
     assert 0.005 < np.std(shots) / np.mean(shots) < 0.03
-    first, again = (fire(GUN, Effects.default(), 1e5, BULLET, np.random.default_rng(7), until_s=0.3) for _ in range(2))
+    first, again = (
+        fire(GUN, Effects.default(), 1e5, BULLET, np.random.default_rng(7), until_s=0.3)
+        for _ in range(2)
+    )
     assert np.array_equal(first.velocity_m_s, again.velocity_m_s)
     generators = [np.random.default_rng(5), np.random.default_rng(5)]
     for effects, rng in zip((Effects.none(), Effects.default()), generators, strict=True):
@@ -236,9 +294,15 @@ def test_hundred_and_five_shots_take_seconds() -> None:
 @pytest.mark.parametrize(
     ("refused", "words"),
     [
-        *((partial(shoot, STEADY, pressure), "tank_pressure_pa") for pressure in (-1.0, math.nan, math.inf)),
+        *(
+            (partial(shoot, STEADY, pressure), "tank_pressure_pa")
+            for pressure in (-1.0, math.nan, math.inf)
+        ),
         (partial(shoot, STEADY, 1e5, until_s=0.0), "until_s"),
-        *((partial(shoot, STEADY, 1e5, restitution=restitution), "restitution") for restitution in (1.0, -0.1)),
+        *(
+            (partial(shoot, STEADY, 1e5, restitution=restitution), "restitution")
+            for restitution in (1.0, -0.1)
+        ),
         (partial(shoot, STEADY, 1e5, bullet=replace(BULLET, diameter_m=0.05)), "diameter_m"),
         (partial(shoot, STEADY, 1e5, bullet=replace(BULLET, length_m=0.7)), "length_m"),
         (partial(replace, GUN, tank_volume_m3=0.0), "tank_volume_m3"),
@@ -250,7 +314,9 @@ def test_hundred_and_five_shots_take_seconds() -> None:
         *((partial(Projectile, mass_kg=mass), "mass_kg") for mass in (0.0, -1.0, math.inf)),
     ],
 )
-def test_impossible_shots_guns_and_projectiles_are_refused_by_name(refused: Any, words: str) -> None:
+def test_impossible_shots_guns_and_projectiles_are_refused_by_name(
+    refused: Any, words: str
+) -> None:
     with pytest.raises(ValueError, match=words):
         refused()
 

@@ -36,14 +36,18 @@ def air(pressure_pa: float, temperature_k: float = 293.15) -> Gas:
 def test_choked_air_is_the_textbook_figure_and_small_differences_bernoulli() -> None:
     """Fliegner's formula, 0.0404 sqrt(K) s/m times p A / sqrt(T); mass flow by density and speed of sound at the
     throat, where T = 2 T0 / (gamma + 1)."""
-    assert nozzle_flow(air(5e5), 0.2, AREA) == pytest.approx(0.0404 * 5e5 * AREA / math.sqrt(293.15), rel=1e-3)
+    assert nozzle_flow(air(5e5), 0.2, AREA) == pytest.approx(
+        0.0404 * 5e5 * AREA / math.sqrt(293.15), rel=1e-3
+    )
     assert pytest.approx(0.5283, abs=1e-4) == CRITICAL_RATIO
     assert pytest.approx(0.6847, abs=1e-4) == CHOKED
     temperature = 293.15 * 2 / 2.4
     density = CRITICAL_RATIO * 5e5 / (GAS_CONSTANT * temperature)
     sonic = density * math.sqrt(1.4 * GAS_CONSTANT * temperature) * AREA
     assert nozzle_flow(air(5e5), 0.3, AREA) == pytest.approx(sonic, rel=1e-12)
-    assert iso6358_flow(air(5e5), 0.1, AREA, 0.35) == pytest.approx(nozzle_flow(air(5e5), 0.1, AREA), rel=1e-12)
+    assert iso6358_flow(air(5e5), 0.1, AREA, 0.35) == pytest.approx(
+        nozzle_flow(air(5e5), 0.1, AREA), rel=1e-12
+    )
     gas = air(1.01e5)
     flow = nozzle_flow(gas, 0.98, AREA)
     assert flow == pytest.approx(AREA * math.sqrt(2 * gas.density * 0.02 * gas.pressure), rel=0.02)
@@ -51,7 +55,9 @@ def test_choked_air_is_the_textbook_figure_and_small_differences_bernoulli() -> 
     assert flows[1] == pytest.approx(2 * flows[0], rel=1e-6)
 
 
-@pytest.mark.parametrize("law", [nozzle_flow, lambda gas, ratio, area: iso6358_flow(gas, ratio, area, 0.35)])
+@pytest.mark.parametrize(
+    "law", [nozzle_flow, lambda gas, ratio, area: iso6358_flow(gas, ratio, area, 0.35)]
+)
 def test_flow_falls_smoothly_with_the_ratio(law) -> None:
     ratios = np.linspace(0, 1 - 1e-9, 20_001)
     flow = np.array([law(air(2e5), ratio, AREA) for ratio in ratios])
@@ -89,9 +95,16 @@ def test_kinks_are_where_the_port_begins_to_open_and_where_the_ball_turns_otherw
     valve = ValveWay((0.1, 0.5, 0.6, 0.8), (0.0, 1.0, 1.0, 0.1))
     begin, end = 0.1 + 0.4 * DEAD_SHARE, 0.6 + 0.2 * (1 - DEAD_SHARE) / 0.9
     assert valve.kinks_s == pytest.approx((0.1, begin, 0.5, 0.6, end, 0.8))
-    for moment, opens in ((begin - 1e-9, False), (begin + 1e-3, True), (end - 1e-3, True), (end + 1e-9, False)):
+    for moment, opens in (
+        (begin - 1e-9, False),
+        (begin + 1e-3, True),
+        (end - 1e-3, True),
+        (end + 1e-9, False),
+    ):
         assert (open_share(valve.position(moment)) > 0.0) is opens
-    assert [valve.position(t) for t in (0.0, 0.3, 0.55, 0.7, 5.0)] == pytest.approx([0.0, 0.5, 1.0, 0.55, 0.1])
+    assert [valve.position(t) for t in (0.0, 0.3, 0.55, 0.7, 5.0)] == pytest.approx(
+        [0.0, 0.5, 1.0, 0.55, 0.1]
+    )
     for moments, positions in (
         ((), ()),
         ((0.0, 0.0), (0.0, 1.0)),
@@ -112,7 +125,9 @@ def setting(effects: Effects) -> GunSetting:
 
 def test_sliding_friction_is_coulombs_with_stribecks_hump_and_a_seal() -> None:
     """Odd, and through zero; the gas presses the seal from behind only."""
-    assert sliding_friction(setting(Effects.none()), 1.0, 1e5) == pytest.approx(0.30 * 0.1428 * 9.80665)
+    assert sliding_friction(setting(Effects.none()), 1.0, 1e5) == pytest.approx(
+        0.30 * 0.1428 * 9.80665
+    )
     default = setting(Effects.default())
     assert sliding_friction(default, 0.0, 1e5) == 0.0
     assert sliding_friction(default, -0.3, 1e5) == -sliding_friction(default, 0.3, 1e5)
@@ -130,7 +145,9 @@ def test_column_loss_is_blasius_in_turbulent_flow_and_poiseuille_when_slow() -> 
     turbulent_pa = 0.3164 / reynolds**0.25 * 0.8 / 0.049 * 1.204 * 15.0**2 / 2
     laminar_pa = 32 * 1.82e-5 * 0.8 * 0.1 / 0.049**2
     for velocity, drop_pa in ((15.0, turbulent_pa), (0.1, laminar_pa)):
-        assert column_loss(figures, velocity, AIR, 0.8, 0.0) == pytest.approx(drop_pa * Projectile().area_m2)
+        assert column_loss(figures, velocity, AIR, 0.8, 0.0) == pytest.approx(
+            drop_pa * Projectile().area_m2
+        )
     twice = setting(Effects.only("gun.barrel_loss", 2.0))
     assert column_loss(twice, -15.0, AIR, 0.8, 0.5) == -column_loss(twice, 15.0, AIR, 0.8, 0.5)
     assert column_loss(setting(Effects.none()), 15.0, AIR, 0.8, 0.5) == 0.0

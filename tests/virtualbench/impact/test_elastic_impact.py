@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import MATERIALS, Impactor, contact_material, hammer, projectile, target
+from pyroshock.virtualbench.impact.build import (
+    MATERIALS,
+    Impactor,
+    contact_material,
+    hammer,
+    projectile,
+    target,
+)
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike, strike_many
 
 STEEL = contact_material("steel")
@@ -24,7 +31,15 @@ def _strikes(
 ) -> list[ImpactTruth]:
     count = len(speeds)
     rng = np.random.default_rng(0)
-    return strike_many([impactor] * count, [WALL] * count, effects, speeds, rng, steps_per_contact=steps, tail_s=1e-4)
+    return strike_many(
+        [impactor] * count,
+        [WALL] * count,
+        effects,
+        speeds,
+        rng,
+        steps_per_contact=steps,
+        tail_s=1e-4,
+    )
 
 
 def _impulse(impact: ImpactTruth) -> float:
@@ -51,7 +66,9 @@ def test_elastic_impact_loses_nothing_and_lasts_by_the_fifth_root_of_speed() -> 
     slow, middle, fast = _strikes([0.1, 1.0, 10.0], Effects.none())
     for impact in (slow, middle, fast, *_strikes([0.1, 1.0], worn, impactor=soft)):
         assert impact.restitution**2 == pytest.approx(1.0, abs=1e-4)
-    assert math.log(fast.contact_time_s / slow.contact_time_s) / math.log(100) == pytest.approx(-0.2, abs=1e-4)
+    assert math.log(fast.contact_time_s / slow.contact_time_s) / math.log(100) == pytest.approx(
+        -0.2, abs=1e-4
+    )
 
 
 def test_impulse_is_the_change_of_momentum() -> None:
@@ -70,13 +87,16 @@ def test_error_falls_with_the_square_of_the_step_and_the_default_one_resolves_a_
     effects = Effects.only("contact.plate_compliance")
     exact = _strikes([1.0], effects, steps=2000)[0].contact_time_s
     coarse, middle, fine = (
-        abs(_strikes([1.0], effects, steps=steps)[0].contact_time_s / exact - 1) for steps in (25, 50, 100)
+        abs(_strikes([1.0], effects, steps=steps)[0].contact_time_s / exact - 1)
+        for steps in (25, 50, 100)
     )
     assert coarse < 1e-4
     assert middle < coarse / 4
     assert fine < middle / 4
     effects = Effects.default().without("bench.hand_scatter")
-    usual, precise = (_strikes([1.0], effects, impactor=hammer("aluminum", 0.03), steps=n)[0] for n in (250, 2500))
+    usual, precise = (
+        _strikes([1.0], effects, impactor=hammer("aluminum", 0.03), steps=n)[0] for n in (250, 2500)
+    )
     assert usual.restitution == pytest.approx(precise.restitution, abs=1e-4)
     assert usual.contact_time_s == pytest.approx(precise.contact_time_s, rel=5e-4)
     assert usual.peak_force_n == pytest.approx(precise.peak_force_n, rel=1e-4)
@@ -90,13 +110,24 @@ def test_many_are_as_one() -> None:
         [hammer("aluminum", 0.03), hammer("polyurethane", 0.015), projectile(0.5, "steel", 0.045)],
         [1, 1, 20],
     )
-    targets = [target("steel", 0.01), target("aluminum", 0.01, anvil_material="steel", insulator="polymeric"), WALL]
+    targets = [
+        target("steel", 0.01),
+        target("aluminum", 0.01, anvil_material="steel", insulator="polymeric"),
+        WALL,
+    ]
     for together, impactor, struck, speed in zip(
-        strike_many(impactors, targets, effects, speeds, rng), impactors, targets, speeds, strict=True
+        strike_many(impactors, targets, effects, speeds, rng),
+        impactors,
+        targets,
+        speeds,
+        strict=True,
     ):
         alone = strike(impactor, struck, effects, speed, rng)
         np.testing.assert_array_equal(together.plate_force_n, alone.plate_force_n)
-        assert (together.restitution, together.contact_time_s) == (alone.restitution, alone.contact_time_s)
+        assert (together.restitution, together.contact_time_s) == (
+            alone.restitution,
+            alone.contact_time_s,
+        )
 
 
 @settings(max_examples=12)

@@ -49,7 +49,11 @@ def _width(impact: ImpactTruth) -> float:
 
 @pytest.mark.parametrize(
     ("tip", "radius", "shortest", "longest"),
-    [("aluminum", 0.03, 50e-6, 300e-6), ("delrin", 0.03, 200e-6, 900e-6), ("polyurethane", 0.015, 1.5e-3, 6e-3)],
+    [
+        ("aluminum", 0.03, 50e-6, 300e-6),
+        ("delrin", 0.03, 200e-6, 900e-6),
+        ("polyurethane", 0.015, 1.5e-3, 6e-3),
+    ],
 )
 def test_pulse_lasts_as_tips_do(tip: str, radius: float, shortest: float, longest: float) -> None:
     """Thesis section 4.1: about 1e-4 s for aluminium, fewer than ten samples at 51.2 kHz; more for polymers."""
@@ -59,7 +63,9 @@ def test_pulse_lasts_as_tips_do(tip: str, radius: float, shortest: float, longes
 
 
 @pytest.mark.parametrize(("tip", "radius"), TIPS)
-def test_contact_time_repeats_and_momentum_goes_through_cell_and_anvil_to_the_plate(tip: str, radius: float) -> None:
+def test_contact_time_repeats_and_momentum_goes_through_cell_and_anvil_to_the_plate(
+    tip: str, radius: float
+) -> None:
     impacts = _strikes(hammer(tip, radius), [1.0] * 40, Effects.default(), tail_s=0.0)
     times = np.array([impact.contact_time_s for impact in impacts])
     assert 0.01 < times.std() / times.mean() < 0.05
@@ -68,7 +74,12 @@ def test_contact_time_repeats_and_momentum_goes_through_cell_and_anvil_to_the_pl
     (impact,) = _strikes(impactor, [1.0], tail_s=10e-3)
     change, contact, cell, plate = (
         np.trapezoid(signal, impact.time_s)
-        for signal in (impact.impactor_acceleration_m_s2, impact.force_n, impact.cell_force_n, impact.plate_force_n)
+        for signal in (
+            impact.impactor_acceleration_m_s2,
+            impact.force_n,
+            impact.cell_force_n,
+            impact.plate_force_n,
+        )
     )
     assert change == pytest.approx(1 + impact.restitution, rel=1e-3)
     if tip == "delrin":
@@ -86,8 +97,12 @@ def test_hand_scatters_about_its_level_and_strikes_with_the_hand_alone() -> None
     assert hand_speed("low", Effects.none(), rng) == HAND_SPEEDS_M_S["low"]
     first, second = _strikes(hammer("delrin", 0.03), [1.0, 1.0])
     np.testing.assert_array_equal(first.force_n, second.force_n)
-    first, second = (_strikes(hammer("delrin", 0.03), [1.0], Effects.default())[0] for _ in range(2))
-    np.testing.assert_array_equal(first.impactor_acceleration_m_s2, second.impactor_acceleration_m_s2)
+    first, second = (
+        _strikes(hammer("delrin", 0.03), [1.0], Effects.default())[0] for _ in range(2)
+    )
+    np.testing.assert_array_equal(
+        first.impactor_acceleration_m_s2, second.impactor_acceleration_m_s2
+    )
 
 
 def test_rear_rings_on_at_its_resonance() -> None:
@@ -95,7 +110,9 @@ def test_rear_rings_on_at_its_resonance() -> None:
     (impact,) = _strikes(hammer("aluminum", 0.03), [1.0], tail_s=3e-3)
     after = impact.time_s > impact.contact_time_s + 100e-6
     time, ring = impact.time_s[after], impact.impactor_acceleration_m_s2[after]
-    peaks = 1 + np.flatnonzero((ring[1:-1] > ring[:-2]) & (ring[1:-1] >= ring[2:]) & (ring[1:-1] > 0))
+    peaks = 1 + np.flatnonzero(
+        (ring[1:-1] > ring[:-2]) & (ring[1:-1] >= ring[2:]) & (ring[1:-1] > 0)
+    )
     damped = 7000 * np.sqrt(1 - 0.03**2)
     assert 1 / np.diff(time[peaks]).mean() == pytest.approx(damped, rel=2e-3)
     decrement = np.log(ring[peaks[:-1]] / ring[peaks[1:]]).mean()
@@ -117,8 +134,12 @@ def test_acceleration_lags_by_one_to_two_samples_of_a_uniform_fine_grid() -> Non
 @pytest.mark.parametrize("effects", [Effects.none(), STEADY.without("contact.plastic_yield")])
 def test_width_against_peak_force_of_an_elastic_hammer(effects: Effects) -> None:
     """Log-log slope; Hertz -1/6, measured -0.157 and -0.159 on 44 published hits of two small hammers."""
-    impacts = _strikes(hammer("aluminum", 0.03), list(np.geomspace(0.1, 2.0, 8)), effects, target("steel", 0.04))
-    width, peak = ([f(impact) for impact in impacts] for f in (_width, lambda impact: impact.peak_force_n))
+    impacts = _strikes(
+        hammer("aluminum", 0.03), list(np.geomspace(0.1, 2.0, 8)), effects, target("steel", 0.04)
+    )
+    width, peak = (
+        [f(impact) for impact in impacts] for f in (_width, lambda impact: impact.peak_force_n)
+    )
     assert np.polyfit(np.log(peak), np.log(width), 1)[0] == pytest.approx(-0.158, abs=0.012)
 
 
@@ -131,7 +152,9 @@ def test_harder_blows_bounce_less_polymers_are_softer_and_the_tail_goes_on() -> 
     assert soft.contact_time_s > 1.5 * hard.contact_time_s
     # The exact tail joins the integrated part: no jump in what still moves.
     insulated = target("aluminum", 0.02, anvil_material="aluminum", insulator="polymeric")
-    (impact,) = _strikes(replace(hammer("aluminum", 0.03), wave_delay_s=0.0), [1.5], struck=insulated)
+    (impact,) = _strikes(
+        replace(hammer("aluminum", 0.03), wave_delay_s=0.0), [1.5], struck=insulated
+    )
     for signal in (impact.impactor_acceleration_m_s2, impact.plate_force_n, impact.cell_force_n):
         assert np.abs(np.diff(signal, 3)).max() < 2e-3 * np.abs(signal).max()
 
@@ -151,7 +174,9 @@ def test_projectile_of_metal_on_an_anvil(tip: str) -> None:
 
 def test_point_impedance_of_a_thin_plate() -> None:
     """8 sqrt(D rho h): 10 mm of aluminium, D = 6537 N m, 27 kg/m^2."""
-    assert target("aluminum", 0.01).plate_impedance_n_s_m == pytest.approx(8 * np.sqrt(6536.9 * 27.0), rel=1e-4)
+    assert target("aluminum", 0.01).plate_impedance_n_s_m == pytest.approx(
+        8 * np.sqrt(6536.9 * 27.0), rel=1e-4
+    )
     twice, edge = target("aluminum", 0.02), target("aluminum", 0.01, edge_factor=0.5)
     assert twice.plate_impedance_n_s_m == pytest.approx(8 * edge.plate_impedance_n_s_m)
 
@@ -160,11 +185,21 @@ def test_point_impedance_of_a_thin_plate() -> None:
     ("refused", "words"),
     [
         *(
-            (partial(strike, hammer("aluminum", 0.03), ON_STEEL, STEADY, speed, RNG), "velocities_m_s")
+            (
+                partial(strike, hammer("aluminum", 0.03), ON_STEEL, STEADY, speed, RNG),
+                "velocities_m_s",
+            )
             for speed in (0.0, -1.0, math.nan, math.inf)
         ),
         (
-            partial(strike, hammer("delrin", 0.03), ON_STEEL, Effects.only("contact.effective_mass", -30.0), 1.0, RNG),
+            partial(
+                strike,
+                hammer("delrin", 0.03),
+                ON_STEEL,
+                Effects.only("contact.effective_mass", -30.0),
+                1.0,
+                RNG,
+            ),
             r"contact\.effective_mass",
         ),
         (
@@ -172,7 +207,10 @@ def test_point_impedance_of_a_thin_plate() -> None:
             "1 impactors, 2 targets",
         ),
         (partial(contact_material, "titanium"), r"unknown contact material 'titanium'.*PLA"),
-        (partial(target, "steel", 0.01, anvil_material="steel", insulator="rubber"), "insulator 'rubber'"),
+        (
+            partial(target, "steel", 0.01, anvil_material="steel", insulator="rubber"),
+            "insulator 'rubber'",
+        ),
         (partial(target, "steel", 0.01, insulator="polymeric"), "insulator without an anvil"),
         (partial(target, "steel", 0.01, edge_factor=1.5), r"edge_factor = 1\.5"),
         (partial(Anvil, contact_material("steel"), volume_m3=0.0), r"volume_m3 = 0\.0"),

@@ -10,7 +10,13 @@ from functools import cache
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import Impactor, ImpactTarget, contact_material, hammer, target
+from pyroshock.virtualbench.impact.build import (
+    Impactor,
+    ImpactTarget,
+    contact_material,
+    hammer,
+    target,
+)
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike, strike_many
 
 STEEL = contact_material("steel")
@@ -30,9 +36,14 @@ RAISED: dict[str, Callable[[ImpactTruth], float]] = {
 
 @cache
 def _strike(
-    effects: Effects, struck: ImpactTarget = BARE, speed: float = 1.0, impactor: Impactor | None = None
+    effects: Effects,
+    struck: ImpactTarget = BARE,
+    speed: float = 1.0,
+    impactor: Impactor | None = None,
 ) -> ImpactTruth:
-    return strike(impactor or hammer("aluminum", 0.03), struck, effects, speed, np.random.default_rng(3))
+    return strike(
+        impactor or hammer("aluminum", 0.03), struck, effects, speed, np.random.default_rng(3)
+    )
 
 
 def _hertz(impactor: Impactor) -> tuple[float, float]:
@@ -46,14 +57,21 @@ def _hertz(impactor: Impactor) -> tuple[float, float]:
 def test_effect_vanishes_at_strength_zero_and_grows_with_it(name: str) -> None:
     """Signed effects act both ways."""
     base = Effects.default()
-    absent, zero = (_strike(e, INSULATED, 4.0) for e in (base.without(name), base.with_strength(name, 0.0)))
+    absent, zero = (
+        _strike(e, INSULATED, 4.0) for e in (base.without(name), base.with_strength(name, 0.0))
+    )
     np.testing.assert_array_equal(absent.force_n, zero.force_n)
     assert absent.restitution != _strike(base, INSULATED, 4.0).restitution
     struck = INSULATED if name == "contact.layer_compliance" else BARE
-    figures = [RAISED[name](_strike(Effects.only(name, strength), struck, 3.0)) for strength in (0.0, 0.5, 1.5)]
+    figures = [
+        RAISED[name](_strike(Effects.only(name, strength), struck, 3.0))
+        for strength in (0.0, 0.5, 1.5)
+    ]
     assert np.all(np.diff(figures) > 0)
     if name in ("contact.effective_mass", "contact.tip_geometry"):
-        less, none, more = (RAISED[name](_strike(Effects.only(name, strength))) for strength in (-1.0, 0.0, 1.0))
+        less, none, more = (
+            RAISED[name](_strike(Effects.only(name, strength))) for strength in (-1.0, 0.0, 1.0)
+        )
         assert less < none < more
 
 
@@ -61,8 +79,12 @@ def test_layer_acts_only_where_there_is_one_and_with_its_strength() -> None:
     """With its compliance at 0, the insulated anvil is struck as the bare one."""
     bare = target("aluminum", 0.02, anvil_material="steel")
     effects = Effects.default().with_strength("contact.layer_compliance", 0.0)
-    np.testing.assert_array_equal(_strike(effects, bare).force_n, _strike(effects, INSULATED).force_n)
-    with_it, without = (_strike(e) for e in (Effects.only("contact.layer_compliance"), Effects.none()))
+    np.testing.assert_array_equal(
+        _strike(effects, bare).force_n, _strike(effects, INSULATED).force_n
+    )
+    with_it, without = (
+        _strike(e) for e in (Effects.only("contact.layer_compliance"), Effects.none())
+    )
     np.testing.assert_array_equal(with_it.force_n, without.force_n)
 
 
@@ -79,12 +101,19 @@ def test_plate_takes_what_zener_says_by_the_work_on_it(thickness: float) -> None
 
 
 @pytest.mark.parametrize(
-    ("name", "struck"), [("contact.plate_compliance", BARE), ("contact.layer_compliance", INSULATED)]
+    ("name", "struck"),
+    [("contact.plate_compliance", BARE), ("contact.layer_compliance", INSULATED)],
 )
 def test_loss_of_plate_and_layer_grows_with_bandwidth(name: str, struck: ImpactTarget) -> None:
     """Faster impacts are shorter, and the plate's dashpot and the layer's retardation take more of them."""
     rigid = replace(hammer("aluminum", 0.03), rear_fraction=0.0, rear_resonance_hz=0.0)
-    impacts = strike_many([rigid] * 4, [struck] * 4, Effects.only(name), [0.1, 0.4, 1.6, 6.4], np.random.default_rng(0))
+    impacts = strike_many(
+        [rigid] * 4,
+        [struck] * 4,
+        Effects.only(name),
+        [0.1, 0.4, 1.6, 6.4],
+        np.random.default_rng(0),
+    )
     assert np.all(np.diff([impact.contact_time_s for impact in impacts]) < 0)
     assert np.all(np.diff([impact.restitution for impact in impacts]) < 0)
 
@@ -108,7 +137,12 @@ def test_loss_is_largest_where_relaxation_and_contact_are_as_long() -> None:
 @pytest.mark.slow
 def test_historical_soft_layer_kept_its_momentum() -> None:
     """A light blow on a very soft layer once took steps too long for it: force rattled, and 99 % of it was missed."""
-    strong = {"viscous_loss": 10.0, "plastic_yield": 2.0, "layer_compliance": 10.0, "tip_geometry": 5.0}
+    strong = {
+        "viscous_loss": 10.0,
+        "plastic_yield": 2.0,
+        "layer_compliance": 10.0,
+        "tip_geometry": 5.0,
+    }
     effects = Effects.only("contact.plate_compliance", 0.3)
     for name, strength in strong.items():
         effects = effects.with_strength(f"contact.{name}", strength)

@@ -27,7 +27,9 @@ def _restitution(speeds: list[float], effects: Effects = YIELD) -> list[float]:
     rng = np.random.default_rng(0)
     return [
         impact.restitution
-        for impact in strike_many([SHOT] * count, [WALL] * count, effects, speeds, rng, steps_per_contact=500)
+        for impact in strike_many(
+            [SHOT] * count, [WALL] * count, effects, speeds, rng, steps_per_contact=500
+        )
     ]
 
 
@@ -72,7 +74,9 @@ def test_restitution_of_zhao_maietta_and_chang(depth: float) -> None:
 
 @pytest.mark.parametrize("depth", [0.5, 1.5, 10.0, 53.0, 300.0])
 def test_first_loading_is_the_published_curve(depth: float) -> None:
-    law = ContactLaw(*(np.array([x]) for x in (MODULUS, SHOT.tip_radius_m, HARDNESS, math.inf, 0.0)))
+    law = ContactLaw(
+        *(np.array([x]) for x in (MODULUS, SHOT.tip_radius_m, HARDNESS, math.inf, 0.0))
+    )
     at = np.array([depth * ONSET_M])
     assert law.force(at, np.zeros(1))[0] == pytest.approx(_loading(depth * ONSET_M)[0], rel=1e-12)
 
@@ -87,9 +91,12 @@ def test_restitution_of_a_plastic_contact_falls_with_the_fourth_root_of_speed() 
 
 
 @pytest.mark.parametrize(
-    ("times", "before", "after"), [(1.0, 1.5, 1 + 0.6 / 0.4 / math.log(54)), (54.0, 1 + 0.6 / math.log(54), 1.0)]
+    ("times", "before", "after"),
+    [(1.0, 1.5, 1 + 0.6 / 0.4 / math.log(54)), (54.0, 1 + 0.6 / math.log(54), 1.0)],
 )
-def test_force_is_continuous_where_the_law_changes(times: float, before: float, after: float) -> None:
+def test_force_is_continuous_where_the_law_changes(
+    times: float, before: float, after: float
+) -> None:
     """The exponent d ln F / d ln d falls there, from 1.5 to 1.376 and from 1.15 to 1."""
     law = _law()
     depth, step = times * law.yield_m, 1e-5
@@ -122,7 +129,9 @@ def test_tip_of_finite_height_is_stiffer_and_one_of_no_wear_a_ball() -> None:
     assert tip.force(depth, depth) == pytest.approx(tip.stiffness * depth**1.5 * 1.98946875)
     unit, depth = np.ones(1), np.array([1e-4])
     near = [
-        ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, w * unit).force(depth, depth)
+        ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, w * unit).force(
+            depth, depth
+        )
         for w in (1e-9, -1e-9)
     ]
     ball = ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, 0 * unit)

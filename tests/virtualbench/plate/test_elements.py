@@ -45,10 +45,17 @@ def _positions(mesh: Mesh) -> np.ndarray:
     )
     a, b, c, d = mesh.corners_m
     grid_u, grid_v = np.repeat(u, v.size, axis=0), np.tile(v, (u.size, 1))
-    return a * (1 - grid_u) * (1 - grid_v) + b * grid_u * (1 - grid_v) + c * grid_u * grid_v + d * (1 - grid_u) * grid_v
+    return (
+        a * (1 - grid_u) * (1 - grid_v)
+        + b * grid_u * (1 - grid_v)
+        + c * grid_u * grid_v
+        + d * (1 - grid_u) * grid_v
+    )
 
 
-def _state(deflection: np.ndarray, turn_x: np.ndarray | float, turn_y: np.ndarray | float) -> np.ndarray:
+def _state(
+    deflection: np.ndarray, turn_x: np.ndarray | float, turn_y: np.ndarray | float
+) -> np.ndarray:
     return np.stack(np.broadcast_arrays(deflection, turn_x, turn_y), axis=-1).ravel()
 
 
@@ -61,7 +68,9 @@ def test_strains_deflections_and_moves_of_the_whole_are_exact(
     assert np.abs(stiffness @ up).max() < 1e-9 * np.abs(stiffness).max()
     _, stiffness, _, positions = plate
     x, y = positions.T
-    assert np.abs(stiffness @ _state(2 * x - 3 * y, -2.0, 3.0)).max() < 1e-9 * np.abs(stiffness).max()
+    assert (
+        np.abs(stiffness @ _state(2 * x - 3 * y, -2.0, 3.0)).max() < 1e-9 * np.abs(stiffness).max()
+    )
     kx, ky = 0.3, -0.7
     bent = _state(-(kx * x**2 + ky * y**2) / 2, kx * x, ky * y)
     rigidity = 200e9 * THICKNESS_M**3 / (12 * (1 - 0.3**2))
@@ -69,7 +78,9 @@ def test_strains_deflections_and_moves_of_the_whole_are_exact(
     assert bent @ stiffness @ bent == pytest.approx(expected, rel=1e-9)
     sheared = _state(positions[:, 0], 0.0, 0.0)
     modulus = 200e9 / 2.6
-    assert sheared @ stiffness @ sheared == pytest.approx(5 / 6 * modulus * THICKNESS_M * AREA_M2, rel=1e-9)
+    assert sheared @ stiffness @ sheared == pytest.approx(
+        5 / 6 * modulus * THICKNESS_M * AREA_M2, rel=1e-9
+    )
     mesh, _, _, positions = plate
     x, y = positions.T
     points = [(0.47, 0.28), (0.9, 0.37), (0.0, 0.10)]
@@ -98,7 +109,9 @@ def test_neighbours_share_the_nodes_between_them_and_points_off_the_plate_are_re
 
 
 @pytest.mark.parametrize("edge", range(4))
-def test_an_edge_runs_from_its_corner_to_the_next_and_elements_end_where_a_clamp_does(edge: int) -> None:
+def test_an_edge_runs_from_its_corner_to_the_next_and_elements_end_where_a_clamp_does(
+    edge: int,
+) -> None:
     mesh = Mesh.regular(OUTLINE_M, 4, 3, 3, (Clamp(edge, 0.3, 0.71),))
     lines = mesh.v if edge % 2 else mesh.u
     for end in (0.3, 0.71) if edge < 2 else (0.7, 0.29):

@@ -8,7 +8,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.plate.build import OUTLINE_M, BenchPlate, Clamp, PlateMaterial, resonant_plate
+from pyroshock.virtualbench.plate.build import (
+    OUTLINE_M,
+    BenchPlate,
+    Clamp,
+    PlateMaterial,
+    resonant_plate,
+)
 from pyroshock.virtualbench.plate.mesh import Mesh
 from pyroshock.virtualbench.plate.modes import assemble, flexural_wavenumber, lowest_modes, modes
 
@@ -24,16 +30,31 @@ LEISSA_CLAMPED = [35.992, 73.413, 73.413, 108.27, 131.64]
 ARGYRIS_FREE = [13.468, 19.596, 24.270, 34.801, 34.801]
 #: The bench's outline, free, thin, nu = 0.3: omega sqrt(rho h / D) in 1/m^2 by 162 Argyris triangles of scikit-fem
 #: 12.0.2, which know neither shear nor rotary inertia.
-ARGYRIS_BENCH = [31.4554, 52.5370, 74.2571, 86.0827, 115.5963, 136.5988, 159.5517, 196.9055, 216.8646, 226.7019]
+ARGYRIS_BENCH = [
+    31.4554,
+    52.5370,
+    74.2571,
+    86.0827,
+    115.5963,
+    136.5988,
+    159.5517,
+    196.9055,
+    216.8646,
+    226.7019,
+]
 
 
-def _plate(thickness_m: float, clamps: tuple[Clamp, ...] = (), outline: tuple = SQUARE) -> BenchPlate:
+def _plate(
+    thickness_m: float, clamps: tuple[Clamp, ...] = (), outline: tuple = SQUARE
+) -> BenchPlate:
     return BenchPlate(STEEL, thickness_m, outline, ((0.5, 0.5),), (), (0.005,) * 200, clamps)
 
 
 def _parameters(plate: BenchPlate, limit: float) -> np.ndarray:
     """omega sqrt(rho h / D), in 1/m^2, of the modes up to that parameter."""
-    unit = math.sqrt(plate.rigidity_n_m / (plate.material.density_kg_m3 * plate.thickness_m)) / (2 * math.pi)
+    unit = math.sqrt(plate.rigidity_n_m / (plate.material.density_kg_m3 * plate.thickness_m)) / (
+        2 * math.pi
+    )
     return modes(plate, Effects.none(), max_frequency_hz=limit * unit).frequencies_hz / unit
 
 
@@ -48,7 +69,10 @@ def test_square_free_clamped_and_clamped_along_one_edge() -> None:
     cantilever = _parameters(_plate(THIN_M, (Clamp(3),)), 35)
     assert np.all(cantilever[:5] < LEISSA_CANTILEVER)
     assert cantilever[:5] == pytest.approx(LEISSA_CANTILEVER, rel=0.011)
-    lowest = [_parameters(_plate(THIN_M, (Clamp(3, 0.5 - half, 0.5 + half),)), 30)[0] for half in (0.5, 0.3, 0.15)]
+    lowest = [
+        _parameters(_plate(THIN_M, (Clamp(3, 0.5 - half, 0.5 + half),)), 30)[0]
+        for half in (0.5, 0.3, 0.15)
+    ]
     assert all(shorter < longer for longer, shorter in pairwise(lowest))
 
 
@@ -58,7 +82,9 @@ def test_bench_plate_against_another_element_and_however_it_lies() -> None:
     turn = np.array([[math.cos(0.7), math.sin(0.7)], [-math.sin(0.7), math.cos(0.7)]])
     turned = tuple((x, y) for x, y in (np.array(OUTLINE_M) @ turn + [0.3, 0.4]).tolist())
     lying, rolled = (_plate(0.01, outline=o) for o in (OUTLINE_M, turned[1:] + turned[:1]))
-    points = [BenchPlate(STEEL, 0.01, p.outline_m, (), (), p.damping_ratios) for p in (lying, rolled)]
+    points = [
+        BenchPlate(STEEL, 0.01, p.outline_m, (), (), p.damping_ratios) for p in (lying, rolled)
+    ]
     first, second = (modes(p, Effects.none(), max_frequency_hz=1000).frequencies_hz for p in points)
     assert first[3:] == pytest.approx(second[3:], rel=1e-3)
 
@@ -99,7 +125,9 @@ def test_simply_supported_square_is_navier_s(thickness_m: float) -> None:
 
 
 @pytest.mark.parametrize(("degree", "elements"), [(2, (4, 8, 16)), (3, (3, 6, 12)), (4, (2, 4, 8))])
-def test_frequencies_converge_from_above_with_twice_the_degree(degree: int, elements: tuple[int, ...]) -> None:
+def test_frequencies_converge_from_above_with_twice_the_degree(
+    degree: int, elements: tuple[int, ...]
+) -> None:
     exact = _navier(0.1, 1, 2)
     errors = [_simply_supported(0.1, n, degree, 3)[1] / exact - 1 for n in elements]
     assert min(errors) > 0

@@ -24,7 +24,13 @@ from pyroshock.virtualbench.plate.build import (
     resonant_plate,
 )
 from pyroshock.virtualbench.plate.mesh import Mesh, bilinear
-from pyroshock.virtualbench.plate.modes import PlateModes, assemble, lowest_modes, modal_table, modes
+from pyroshock.virtualbench.plate.modes import (
+    PlateModes,
+    assemble,
+    lowest_modes,
+    modal_table,
+    modes,
+)
 
 LIMIT_HZ = 1500.0
 NONE = Effects.none()
@@ -65,28 +71,38 @@ def test_three_rigid_modes_obey_newton_and_euler_and_a_clamped_plate_has_none() 
     sensors = np.array([sensor.position_m for sensor in plate.sensors])
     for k, point in enumerate(plate.impact_points_m):
         expected = _rigid_receptance(plate, sensors, np.array(point))
-        assert solved.shapes[:, :3] @ solved.shape_impact[k, :3] == pytest.approx(expected, rel=1e-6)
+        assert solved.shapes[:, :3] @ solved.shape_impact[k, :3] == pytest.approx(
+            expected, rel=1e-6
+        )
     assert _solved(_plate("fixed")).frequencies_hz[0] > 50
 
 
 def test_shapes_are_orthonormal_in_mass_and_give_the_mobility_of_an_endless_plate() -> None:
     plate = _plate()
     position, mass = _grid(plate)
-    watched = replace(plate, sensors=tuple(PlateSensor(f"{k}", tuple(p)) for k, p in enumerate(position.tolist())))
+    watched = replace(
+        plate, sensors=tuple(PlateSensor(f"{k}", tuple(p)) for k, p in enumerate(position.tolist()))
+    )
     shapes = _solved(watched).shapes[:, :16]
     # Rotary inertia holds the little that is missing: k^2 h^2 / 12 of a mode with wavenumber k.
     assert (shapes * mass[:, None]).T @ shapes == pytest.approx(np.eye(16), abs=5e-3)
     interior = tuple((x, y) for x in (0.40, 0.45, 0.5, 0.55) for y in (0.22, 0.27, 0.32))
     limit = 8000.0
-    solved = modes(replace(plate, impact_points_m=interior, sensors=()), NONE, max_frequency_hz=limit)
-    endless = 1 / (8 * math.sqrt(plate.rigidity_n_m * plate.material.density_kg_m3 * plate.thickness_m))
+    solved = modes(
+        replace(plate, impact_points_m=interior, sensors=()), NONE, max_frequency_hz=limit
+    )
+    endless = 1 / (
+        8 * math.sqrt(plate.rigidity_n_m * plate.material.density_kg_m3 * plate.thickness_m)
+    )
     mean = math.pi / 2 * (solved.shape_impact**2).sum(axis=1) / (2 * math.pi * limit)
     assert mean.mean() == pytest.approx(endless, rel=0.1)
 
 
 def test_modulus_raises_frequencies_as_stated_and_as_rayleigh_says() -> None:
     nominal = modes(_plate(), NONE, max_frequency_hz=8000.0).frequencies_hz[3:]
-    stiffer = modes(_plate(), Effects.only("plate.stiffness", 3.0), max_frequency_hz=8400.0).frequencies_hz[3:]
+    stiffer = modes(
+        _plate(), Effects.only("plate.stiffness", 3.0), max_frequency_hz=8400.0
+    ).frequencies_hz[3:]
     rise = stiffer[: nominal.size] / nominal - 1
     assert rise.mean() == pytest.approx(0.03, abs=0.002)
     assert 0.001 < rise.std() < 0.01
@@ -99,7 +115,9 @@ def test_modulus_raises_frequencies_as_stated_and_as_rayleigh_says() -> None:
     frequencies, shapes = lowest_modes(even, mass, 12, shift_hz=50.0)
     stiffer, _ = lowest_modes(more, mass, 12, shift_hz=50.0)
     shapes = shapes[:, 3:]
-    expected = np.sum(shapes * (more @ shapes), axis=0) / np.sum(shapes * (even @ shapes), axis=0) - 1
+    expected = (
+        np.sum(shapes * (more @ shapes), axis=0) / np.sum(shapes * (even @ shapes), axis=0) - 1
+    )
     assert np.ptp(expected) > 1e-4
     assert 2 * (stiffer[3:] / frequencies[3:] - 1) == pytest.approx(expected, rel=0.01)
 
@@ -110,7 +128,9 @@ def test_sensors_lower_frequencies_and_small_ones_as_rayleigh_says() -> None:
     nominal, loaded = _solved(plate), _solved(plate, light)
     mass = np.array([0.01 * sensor.mass_kg for sensor in plate.sensors])
     expected = -(mass @ nominal.shapes[:, 3:] ** 2) / 2
-    assert loaded.frequencies_hz[3:] / nominal.frequencies_hz[3:] - 1 == pytest.approx(expected, rel=0.05, abs=2e-6)
+    assert loaded.frequencies_hz[3:] / nominal.frequencies_hz[3:] - 1 == pytest.approx(
+        expected, rel=0.05, abs=2e-6
+    )
     nominal, loaded = _solved(_plate()), _solved(_plate(), Effects.only("plate.sensor_mass"))
     fall = 1 - loaded.frequencies_hz[3:] / nominal.frequencies_hz[3 : loaded.frequencies_hz.size]
     assert fall.min() > 0
@@ -129,7 +149,10 @@ def test_suspension_carries_the_rigid_plate() -> None:
 
 @pytest.mark.parametrize("boundary", ["free", "fixed"])
 def test_supports_raise_the_low_modes_most(boundary: str) -> None:
-    nominal, held = _solved(_plate(boundary)), _solved(_plate(boundary), Effects.only("plate.boundary", 5.0))
+    nominal, held = (
+        _solved(_plate(boundary)),
+        _solved(_plate(boundary), Effects.only("plate.boundary", 5.0)),
+    )
     first = 3 if boundary == "free" else 0
     count = min(nominal.frequencies_hz.size, held.frequencies_hz.size)
     rise = held.frequencies_hz[first:count] / nominal.frequencies_hz[first:count] - 1
@@ -216,10 +239,16 @@ def test_plates_are_drawn_by_seed_with_sides_angles_and_damping_of_their_own() -
         (partial(resonant_plate, "steel", "hung", np.random.default_rng(3)), "'hung'.*'free'"),
         (partial(replace, PLATE, thickness_m=0.0), "thickness_m = 0.0"),
         (partial(replace, PLATE, outline_m=OUTLINE_M[::-1]), "counter-clockwise"),
-        (partial(replace, PLATE, outline_m=((0.0, 0.0), (1.0, 0.0), (0.2, 0.2), (0.0, 1.0))), "convex"),
+        (
+            partial(replace, PLATE, outline_m=((0.0, 0.0), (1.0, 0.0), (0.2, 0.2), (0.0, 1.0))),
+            "convex",
+        ),
         (partial(replace, PLATE, outline_m=OUTLINE_M[:3]), "four corners"),
         (partial(replace, PLATE, damping_ratios=(0.1, 1.0)), "damping_ratios"),
-        (partial(replace, PLATE, sensors=(PlateSensor("a", (0.4, 0.3), -0.01),)), "mass_kg of a = -0.01"),
+        (
+            partial(replace, PLATE, sensors=(PlateSensor("a", (0.4, 0.3), -0.01),)),
+            "mass_kg of a = -0.01",
+        ),
         (partial(replace, PLATE, springs=(Spring((0.4, 0.3), math.nan),)), "stiffness_n_m = nan"),
         (partial(PlateMaterial, 0.0, 0.3, 7800.0), "expected a number"),
         (partial(PlateMaterial, 2e11, 0.5, 7800.0), "expected a number"),

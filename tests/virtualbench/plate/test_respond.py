@@ -19,7 +19,11 @@ def _oscillators(frequencies_hz: list[float], damping: list[float]) -> PlateMode
     """One unit-mass oscillator a sensor, all struck alike."""
     count = len(frequencies_hz)
     return PlateModes(
-        np.array(frequencies_hz), np.array(damping), np.ones((1, count)), np.eye(count), tuple("abcdefgh"[:count])
+        np.array(frequencies_hz),
+        np.array(damping),
+        np.ones((1, count)),
+        np.eye(count),
+        tuple("abcdefgh"[:count]),
     )
 
 
@@ -37,9 +41,13 @@ def _half_sine_closed(f: float, zeta: float, duration: float, time: np.ndarray) 
     during = forced + free(-phasor.imag, -(phasor * 1j * drive).imag, time)
     end = np.array([duration])
     swing = phasor * np.exp(1j * drive * duration)
-    amplitude = -phasor.imag - 1j * (-(phasor * 1j * drive).imag + pole.real * phasor.imag) / pole.imag
+    amplitude = (
+        -phasor.imag - 1j * (-(phasor * 1j * drive).imag + pole.real * phasor.imag) / pole.imag
+    )
     ring = amplitude * np.exp(pole * end[0])
-    after = free(swing.imag + ring.real, (swing * 1j * drive).imag + (ring * pole).real, time - duration)
+    after = free(
+        swing.imag + ring.real, (swing * 1j * drive).imag + (ring * pole).real, time - duration
+    )
     return np.where(time < 0, 0.0, np.where(time < duration, during, after))
 
 
@@ -59,10 +67,13 @@ def test_half_sine_into_one_oscillator_converges_with_the_second_order() -> None
     for row, f, zeta in zip(found, FREQUENCIES, DAMPING, strict=True):
         expected = _half_sine_closed(f, zeta, DURATION, time)
         assert row == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
-    time = DURATION + np.arange(100) / 51200  # before that, it matters where between two samples one looks
+    time = (
+        DURATION + np.arange(100) / 51200
+    )  # before that, it matters where between two samples one looks
     expected = _half_sine_closed(900.0, 0.3, DURATION, time)
     errors = [
-        np.abs(respond(_oscillators([900.0], [0.3]), *_half_sine(n), time)[0] - expected).max() for n in (51, 101, 201)
+        np.abs(respond(_oscillators([900.0], [0.3]), *_half_sine(n), time)[0] - expected).max()
+        for n in (51, 101, 201)
     ]
     assert [np.log2(a / b) for a, b in pairwise(errors)] == pytest.approx([2.0, 2.0], abs=0.1)
 
@@ -80,7 +91,9 @@ def test_a_straight_force_is_exact_on_any_grid() -> None:
     fine_time, time = np.linspace(0, 0.5, 5001), np.linspace(0, 0.6, 7201)
     fine = np.interp(fine_time, [0, 0.25, 0.5], [0, 5.0, 0])
     coarse = respond(system, np.linspace(0, 0.5, 3), np.array([0, 5.0, 0]), time)
-    assert respond(system, fine_time, fine, time, bandwidth_hz=np.inf) == pytest.approx(coarse, abs=1e-9)
+    assert respond(system, fine_time, fine, time, bandwidth_hz=np.inf) == pytest.approx(
+        coarse, abs=1e-9
+    )
     assert np.abs(coarse).max() > 1e-5
 
 
@@ -90,7 +103,9 @@ def test_linear_in_the_force_and_in_time() -> None:
     force_time, force = _half_sine(1001)
     time = np.arange(4000) / 51200
     whole = respond(system, force_time, force, time)
-    assert respond(system, force_time + 0.01, 3 * force, time + 0.01) == pytest.approx(3 * whole, abs=1e-6)
+    assert respond(system, force_time + 0.01, 3 * force, time + 0.01) == pytest.approx(
+        3 * whole, abs=1e-6
+    )
     assert not respond(system, force_time, force, np.linspace(-1, -1e-6, 50)).any()
     assert not respond(system, force_time, 0 * force, np.linspace(0, 1, 50)).any()
     assert respond(system, force_time, force, time[:30]) == pytest.approx(whole[:, :30])
@@ -113,7 +128,9 @@ def watched() -> tuple[PlateModes, np.ndarray]:
 
 
 @pytest.mark.parametrize("point", [0, 1, 2])
-def test_the_plate_s_momentum_grows_by_the_force(watched: tuple[PlateModes, np.ndarray], point: int) -> None:
+def test_the_plate_s_momentum_grows_by_the_force(
+    watched: tuple[PlateModes, np.ndarray], point: int
+) -> None:
     solved, mass = watched
     force_time, force = _half_sine(1001)
     time = np.arange(20_000) / 51200
@@ -141,13 +158,18 @@ def _truncated(solved: PlateModes, limit_hz: float) -> PlateModes:
     )
 
 
-def test_modes_converge_and_those_beyond_the_bandwidth_are_left_out_unnoticed(many: PlateModes) -> None:
+def test_modes_converge_and_those_beyond_the_bandwidth_are_left_out_unnoticed(
+    many: PlateModes,
+) -> None:
     force_time = np.linspace(0, 1e-3, 1001)
     force = np.sin(np.pi * force_time / 1e-3) ** 2
     time = np.arange(5000) / 51200
     whole = respond(many, force_time, force, time)
     misses = [
-        np.sqrt(((respond(_truncated(many, f), force_time, force, time) - whole) ** 2).mean() / (whole**2).mean())
+        np.sqrt(
+            ((respond(_truncated(many, f), force_time, force, time) - whole) ** 2).mean()
+            / (whole**2).mean()
+        )
         for f in (1000.0, 2000.0, 4000.0, 8000.0)
     ]
     assert all(later < earlier for earlier, later in pairwise(misses))
@@ -166,7 +188,8 @@ def test_modes_converge_and_those_beyond_the_bandwidth_are_left_out_unnoticed(ma
 
 def test_bandwidth_scales_with_the_pulse_and_coarse_samples_have_none() -> None:
     short, long = (
-        pulse_bandwidth_hz(np.linspace(0, t, 4001), np.sin(np.linspace(0, np.pi, 4001)) ** 2) for t in (1e-4, 1e-2)
+        pulse_bandwidth_hz(np.linspace(0, t, 4001), np.sin(np.linspace(0, np.pi, 4001)) ** 2)
+        for t in (1e-4, 1e-2)
     )
     assert short == pytest.approx(100 * long)
     # f |F| of sin^2 falls as (T f)^-2: 1e-4 of its peak lies near 100 / T.

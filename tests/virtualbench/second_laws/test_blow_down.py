@@ -31,7 +31,9 @@ ALL = {
 
 @pytest.mark.parametrize("split", SPLITS)
 @pytest.mark.parametrize("strengths", [{}, {"gun.back_pressure": 1.0}, ALL])
-def test_pressure_falls_from_the_set_one_to_the_surroundings(split: str, strengths: dict[str, float]) -> None:
+def test_pressure_falls_from_the_set_one_to_the_surroundings(
+    split: str, strengths: dict[str, float]
+) -> None:
     shot = follow_shot(GUN, strengths, split, PRESSURE, BULLET, until_s=1.2)
     assert shot.muzzle_velocity_m_s == muzzle_velocity_m_s(GUN, strengths, split, PRESSURE, BULLET)
     assert shot.time_s[-1] == pytest.approx(1.2)
@@ -44,17 +46,27 @@ def test_pressure_falls_from_the_set_one_to_the_surroundings(split: str, strengt
 
 @pytest.mark.parametrize("split", SPLITS)
 def test_valve_that_closes_keeps_what_is_there_and_the_wall_warms_it(split: str) -> None:
-    cold = {name: value for name, value in ALL.items() if name != "gun.heat_exchange"}  # a law's heat warms the tank
+    cold = {
+        name: value for name, value in ALL.items() if name != "gun.heat_exchange"
+    }  # a law's heat warms the tank
     for strengths in ({}, cold):
         exit_s = follow_shot(GUN, strengths, split, PRESSURE, BULLET, until_s=0.0).exit_s
         closing = ValveClosing(exit_s + 0.005, 0.01, math.inf)
-        shut_in_pa = follow_shot(GUN, strengths, split, PRESSURE, BULLET, until_s=1.0, closing=closing)
+        shut_in_pa = follow_shot(
+            GUN, strengths, split, PRESSURE, BULLET, until_s=1.0, closing=closing
+        )
         closed = shut_in_pa.time_s > closing.at_s + 0.011
         still = shut_in_pa.tank_pressure_pa[closed]
         assert still[0] > 0.02 * PRESSURE
         np.testing.assert_allclose(still, still[0], rtol=1e-6)
         warmed = follow_shot(
-            GUN, strengths, split, PRESSURE, BULLET, until_s=1.0, closing=replace(closing, wall_s=0.1)
+            GUN,
+            strengths,
+            split,
+            PRESSURE,
+            BULLET,
+            until_s=1.0,
+            closing=replace(closing, wall_s=0.1),
         ).tank_pressure_pa
         assert warmed[-1] > still[-1] * 1.01
     with pytest.raises(ValueError, match="before the exit"):
@@ -63,7 +75,9 @@ def test_valve_that_closes_keeps_what_is_there_and_the_wall_warms_it(split: str)
 
 def emptying_figures(split: str, **changes: float) -> np.ndarray:
     """Of a tank without a valve whose projectile is gone."""
-    figures = np.append(law.shot_figures(GUN, {"gun.back_pressure": 1.0}, split, BULLET), np.zeros(6))
+    figures = np.append(
+        law.shot_figures(GUN, {"gun.back_pressure": 1.0}, split, BULLET), np.zeros(6)
+    )
     figures[blow_down.VENT_M2] = 4e-4
     figures[[blow_down.VENT_AT, blow_down.VENT_R, blow_down.MUZZLE_AT]] = 0.885, 0.006, 1.56
     figures[blow_down.WALL_S] = math.inf
@@ -86,16 +100,25 @@ def test_vessel_empties_as_the_closed_form_of_choked_flow() -> None:
 
 
 @pytest.mark.parametrize("split", SPLITS)
-@pytest.mark.parametrize("strengths", [{"gun.back_pressure": 1.0}, {"gun.back_pressure": 1.0, "gun.valve_flow": 0.6}])
+@pytest.mark.parametrize(
+    "strengths", [{"gun.back_pressure": 1.0}, {"gun.back_pressure": 1.0, "gun.valve_flow": 0.6}]
+)
 def test_books_of_mass_and_energy_balance(split: str, strengths: dict[str, float]) -> None:
     """What the chambers lose has gone through the holes: energy leaves as the enthalpy of the gas that leaves."""
     figures = np.append(law.shot_figures(GUN, strengths, split, BULLET), np.zeros(6))
-    figures[[blow_down.VENT_M2, blow_down.VENT_AT, blow_down.VENT_R, blow_down.MUZZLE_AT]] = 4e-4, 0.885, 0.006, 1.56
+    figures[[blow_down.VENT_M2, blow_down.VENT_AT, blow_down.VENT_R, blow_down.MUZZLE_AT]] = (
+        4e-4,
+        0.885,
+        0.006,
+        1.56,
+    )
     figures[[blow_down.MUZZLE_M2, blow_down.WALL_S]] = 1e-3, math.inf
     air = figures[law.AMBIENT] / (GAS_CONSTANT * 293.15)
     tank, barrel = figures[law.TANK_M3], figures[law.BREECH_M3] + figures[law.AREA] * 1.56
     masses = np.array([2.5 * air * tank, 1.8 * air * barrel])
-    state = np.array([masses[0], masses[0] * CV * 280, masses[1], masses[1] * CV * 260, 0, 0, 1.56, 0.0])
+    state = np.array(
+        [masses[0], masses[0] * CV * 280, masses[1], masses[1] * CV * 260, 0, 0, 1.56, 0.0]
+    )
     time, rows = law.integrated(emptying_rates, state, 0.5, 0.6, figures)
     rates = np.array([emptying_rates(t, row, figures) for t, row in zip(time, rows, strict=True)])
     gone, energy_gone = rates[:, [0, 2]].sum(axis=1), rates[:, [1, 3]].sum(axis=1)
@@ -121,4 +144,6 @@ def test_reading_is_the_inverse_of_the_true_pressure(split: str, strength: float
         readings = np.array([0.3, 0.6, 1.0, 2.5, 4.0])
         true = np.array([pressure_bar(float(read), acting, split) for read in readings])
         np.testing.assert_allclose(pressure_read_bar(true, acting, split), readings, atol=2e-4)
-    assert pressure_read_bar(np.array([1.0]), {"sensor.pressure_gain": 0.1}, "")[0] == pytest.approx(1.1)
+    assert pressure_read_bar(np.array([1.0]), {"sensor.pressure_gain": 0.1}, "")[
+        0
+    ] == pytest.approx(1.1)

@@ -21,24 +21,35 @@ SPLIT = "calibration"
 def force(
     strengths: dict[str, float], tip: str = "steel", speed: float = 1.0, insulator: str = "none"
 ) -> tuple[float, np.ndarray]:
-    impactor = replace(hammer(tip, RADIUS), tip_height_m=math.inf, rear_fraction=0.0, rear_resonance_hz=0.0)
+    impactor = replace(
+        hammer(tip, RADIUS), tip_height_m=math.inf, rear_fraction=0.0, rear_resonance_hz=0.0
+    )
     struck = target("steel", 0.010, anvil_material="steel", insulator=insulator)
     return contact_forces([impactor], [struck], strengths, SPLIT, np.array([speed]))[0]
 
 
-def restitution(strengths: dict[str, float], tip: str = "steel", speed: float = 1.0, insulator: str = "none") -> float:
+def restitution(
+    strengths: dict[str, float], tip: str = "steel", speed: float = 1.0, insulator: str = "none"
+) -> float:
     step, values = force(strengths, tip, speed, insulator)
     return float(values.sum() * step) / (0.32 * speed) - 1
 
 
 def test_split_without_laws_is_told() -> None:
-    with pytest.raises(ValueError, match="'tuning': expected one of development, calibration, sealed"):
-        contact_forces([hammer("steel", RADIUS)], [target("steel", 0.010)], {}, "tuning", np.ones(1))
+    with pytest.raises(
+        ValueError, match="'tuning': expected one of development, calibration, sealed"
+    ):
+        contact_forces(
+            [hammer("steel", RADIUS)], [target("steel", 0.010)], {}, "tuning", np.ones(1)
+        )
 
 
 def test_damper_takes_less_of_fast_blows() -> None:
     """1 - e ~ v^(-1/5), as the contact's time; at 1 m/s it is about the stated share."""
-    lost = [1 - restitution({"contact.viscous_loss": 1.0}, "delrin", speed) for speed in (0.1, 1.0, 10.0)]
+    lost = [
+        1 - restitution({"contact.viscous_loss": 1.0}, "delrin", speed)
+        for speed in (0.1, 1.0, 10.0)
+    ]
     np.testing.assert_allclose(np.divide(lost[1:], lost[:-1]), 10**-0.2, rtol=0.05)
     assert lost[1] == pytest.approx(law.LOST_AT_1_M_S["delrin"], rel=0.2)
 
@@ -71,9 +82,14 @@ def test_sheet_gives_by_the_root_of_force_and_nothing_is_lost_in_it() -> None:
     bed = math.pi * RADIUS * law.SHEET_MODULUS_PA / law.SHEET_THICKNESS_M
     np.testing.assert_allclose(values[:30], bed * DEPTH[:30] ** 2, rtol=0.03)
     assert not residual.any()
-    assert restitution({"contact.layer_compliance": 1.0}, insulator="polymeric") == pytest.approx(1.0, abs=2e-3)
+    assert restitution({"contact.layer_compliance": 1.0}, insulator="polymeric") == pytest.approx(
+        1.0, abs=2e-3
+    )
     assert restitution({"contact.layer_compliance": 1.0}) == pytest.approx(1.0, abs=1e-3)
-    hertz, soft = force({}, insulator="none")[1].max(), force({"contact.layer_compliance": 4.0}, insulator="none")
+    hertz, soft = (
+        force({}, insulator="none")[1].max(),
+        force({"contact.layer_compliance": 4.0}, insulator="none"),
+    )
     assert soft[1].max() == hertz
 
 
@@ -88,7 +104,13 @@ def test_edge_is_felt_most_by_long_pulses() -> None:
         decay = math.exp(-step / law.EDGE_S)
         returned = lfilter([1 - decay], [1.0, -decay], values)
         gains.append(law.EDGE_GAIN * float(np.sum(values * returned) / np.sum(values**2)))
-        lost = share * (1 + gains[-1]) / impedance * float(np.sum(values**2) * step) / (0.32 * speed**2)
+        lost = (
+            share
+            * (1 + gains[-1])
+            / impedance
+            * float(np.sum(values**2) * step)
+            / (0.32 * speed**2)
+        )
         e = restitution({"contact.plate_compliance": share}, tip, speed)
         assert 1 - e == pytest.approx(lost, rel=0.1, abs=2e-6)
     assert gains[0] < 0.6 * law.EDGE_GAIN
@@ -112,12 +134,16 @@ def test_worn_crown_goes_from_a_fourth_power_to_the_ball() -> None:
     crown = 0.05
     a = (3 / 4 * RADIUS * crown**2 * DEPTH) ** 0.25
     wanted = 32 / 15 * MODULUS * a**5 / (RADIUS * crown**2)
-    np.testing.assert_allclose(law.worn_crown(DEPTH, MODULUS, RADIUS, crown)[:20], wanted[:20], rtol=0.02)
+    np.testing.assert_allclose(
+        law.worn_crown(DEPTH, MODULUS, RADIUS, crown)[:20], wanted[:20], rtol=0.02
+    )
     # d = a int z' / sqrt(a^2 - r^2) dr by quadrature, with r = a sin(angle)
     crown, contact = 1e-3, 2e-3
     angle = (np.arange(2000) + 0.5) / 2000 * math.pi / 2
     r = contact * np.sin(angle)
     slope = r / RADIUS * (1 - crown**4 / (r**2 + crown**2) ** 2)
     depth = contact * float(slope.mean()) * math.pi / 2
-    assert law.crown_depth_m(np.array([contact]), RADIUS, crown)[0] == pytest.approx(depth, rel=1e-5)
+    assert law.crown_depth_m(np.array([contact]), RADIUS, crown)[0] == pytest.approx(
+        depth, rel=1e-5
+    )
     assert restitution({"contact.tip_geometry": 10.0}) == pytest.approx(1.0, abs=1e-3)

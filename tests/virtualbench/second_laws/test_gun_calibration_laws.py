@@ -21,7 +21,9 @@ SPLIT = "calibration"
 
 
 def test_split_without_laws_is_told() -> None:
-    with pytest.raises(ValueError, match="'tuning': expected one of development, calibration, sealed"):
+    with pytest.raises(
+        ValueError, match="'tuning': expected one of development, calibration, sealed"
+    ):
         muzzle_velocity_m_s(GUN, {}, "tuning", 1e5, BULLET)
 
 
@@ -31,7 +33,9 @@ def test_flow_is_the_ellipse_of_iso_6358() -> None:
     assert flow.sonic_flow(pressure, 293.0, 0.1, critical) == pytest.approx(choked)
     assert flow.sonic_flow(pressure, 293.0, critical, critical) == pytest.approx(choked)
     middle = (1 + critical) / 2
-    assert flow.sonic_flow(pressure, 293.0, middle, critical) == pytest.approx(choked * math.sqrt(0.75))
+    assert flow.sonic_flow(pressure, 293.0, middle, critical) == pytest.approx(
+        choked * math.sqrt(0.75)
+    )
     assert flow.sonic_flow(pressure, 293.0, 1.0, critical) == 0.0
 
 
@@ -57,7 +61,9 @@ def test_smooth_wall_is_moodys_chart() -> None:
 def test_lip_rubs_with_two_thirds_of_its_load_and_lets_through_the_square_of_pressure() -> None:
     assert flow.lip_friction_n(0.0) == flow.LIP_FRICTION_N
     loads = np.array([7.0, 63.0]) * flow.SQUEEZE_PA
-    assert flow.lip_friction_n(loads[1]) / flow.lip_friction_n(loads[0]) == pytest.approx(8 ** (2 / 3))
+    assert flow.lip_friction_n(loads[1]) / flow.lip_friction_n(loads[0]) == pytest.approx(
+        8 ** (2 / 3)
+    )
     figures = shot_figures(GUN, {"gun.blow_by": 1.0}, SPLIT, BULLET)
     flows = [law._leak((pressure, 293.0, 1.0), 1.0, figures) for pressure in (1e5, 3e5)]
     assert flows[1] / flows[0] == pytest.approx(9.0, rel=1e-4)
@@ -77,15 +83,24 @@ def test_much_convection_keeps_the_gas_at_the_wires_temperature() -> None:
     """Work of an isothermal expansion into a vacuum."""
     start, swept = GUN.tank_volume_m3, BULLET.area_m2 * GUN.vent_position_m
     wanted = math.sqrt(2 / BULLET.mass_kg * 1e5 * start * math.log((start + swept) / start))
-    assert muzzle_velocity_m_s(GUN, {"gun.heat_exchange": 1e5}, SPLIT, 1e5, BULLET) == pytest.approx(wanted, rel=2e-3)
+    assert muzzle_velocity_m_s(
+        GUN, {"gun.heat_exchange": 1e5}, SPLIT, 1e5, BULLET
+    ) == pytest.approx(wanted, rel=2e-3)
 
 
 def test_hose_holds_the_energy_that_the_gas_has_lost() -> None:
     """Gas p V / (gamma - 1) and hose, the integral of (p) dV from the ambient pressure on."""
     volume, growth, ambient, pressure = 1e-3, 4e-9, 1e5, 3.3e5
-    energy = pressure * (volume + growth * (pressure - ambient)) / (GAMMA - 1) + growth * (pressure**2 - ambient**2) / 2
-    assert flow.hose_pressure_pa(energy, volume, growth, ambient) == pytest.approx(pressure, rel=1e-12)
-    assert flow.hose_pressure_pa(energy, volume, 1e-25, ambient) == pytest.approx((GAMMA - 1) * energy / volume)
+    energy = (
+        pressure * (volume + growth * (pressure - ambient)) / (GAMMA - 1)
+        + growth * (pressure**2 - ambient**2) / 2
+    )
+    assert flow.hose_pressure_pa(energy, volume, growth, ambient) == pytest.approx(
+        pressure, rel=1e-12
+    )
+    assert flow.hose_pressure_pa(energy, volume, 1e-25, ambient) == pytest.approx(
+        (GAMMA - 1) * energy / volume
+    )
 
 
 @pytest.mark.parametrize("valve", [0.0, 0.6])

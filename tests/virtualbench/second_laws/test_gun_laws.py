@@ -17,11 +17,16 @@ from pyroshock.virtualbench.second_laws.gun import muzzle_velocity_m_s
 GUN = replace(GunBuild(), friction_coefficient=0.0)
 BULLET = Projectile(0.2)
 PRESSURE = 1e5
-EFFECTS = sorted(effect for effect, split in LAWS if effect.startswith("gun.") and split == "sealed")
+EFFECTS = sorted(
+    effect for effect, split in LAWS if effect.startswith("gun.") and split == "sealed"
+)
 
 
 def shot(
-    strengths: dict[str, float], split: str = "development", projectile: Projectile = BULLET, pa: float = PRESSURE
+    strengths: dict[str, float],
+    split: str = "development",
+    projectile: Projectile = BULLET,
+    pa: float = PRESSURE,
 ) -> float:
     return muzzle_velocity_m_s(GUN, strengths, split, pa, projectile)
 
@@ -35,7 +40,9 @@ def expanded(index: float, opposing: float = 0.0, mass: float = BULLET.mass_kg) 
 
 
 @pytest.mark.parametrize("split", SPLITS)
-def test_without_effects_it_is_the_ideal_bench_and_with_atmosphere_or_dead_volume_the_closed_form(split: str) -> None:
+def test_without_effects_it_is_the_ideal_bench_and_with_atmosphere_or_dead_volume_the_closed_form(
+    split: str,
+) -> None:
     assert shot({}) == pytest.approx(expanded(1.4), rel=1e-5)
     build = GunBuild()
     own = muzzle_velocity(build, Effects.none(), PRESSURE, BULLET, np.random.default_rng(0))
@@ -114,8 +121,12 @@ def test_isothermal_flow_is_choked_where_it_is_largest(friction: float) -> None:
 def test_laminar_leak_goes_with_the_cube_of_the_clearance() -> None:
     """And so differs by bullet more than the other law's."""
     masses = (0.1, 0.2, 0.5)
-    figures = [law.shot_figures(GUN, {"gun.blow_by": 1.0}, "sealed", Projectile(mass)) for mass in masses]
+    figures = [
+        law.shot_figures(GUN, {"gun.blow_by": 1.0}, "sealed", Projectile(mass)) for mass in masses
+    ]
     from pyroshock.virtualbench.second_laws.owners import bullet_factor
 
     cubes = [bullet_factor(mass) ** 3 for mass in masses]
-    np.testing.assert_allclose([f[law.LAMINAR] / figures[0][law.LAMINAR] for f in figures], np.divide(cubes, cubes[0]))
+    np.testing.assert_allclose(
+        [f[law.LAMINAR] / figures[0][law.LAMINAR] for f in figures], np.divide(cubes, cubes[0])
+    )

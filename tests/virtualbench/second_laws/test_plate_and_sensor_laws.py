@@ -15,7 +15,9 @@ from pyroshock.virtualbench.second_laws.plate import changed_modes
 PLATE = plate_of("plate", 0)
 MODES, SUPPORTS = PLATE.modes, PLATE.supports
 RATE = 102_400.0
-EFFECTS = sorted(effect for effect, split in LAWS if effect.startswith("plate.") and split == "sealed")
+EFFECTS = sorted(
+    effect for effect, split in LAWS if effect.startswith("plate.") and split == "sealed"
+)
 
 
 @pytest.mark.parametrize("split", SPLITS)
@@ -27,7 +29,10 @@ def test_plate_without_strength_is_its_table(effect: str, split: str) -> None:
 
 
 def test_damping_thickness_and_supports_change_modes_as_they_say() -> None:
-    added = changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "development").damping - MODES.damping
+    added = (
+        changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "development").damping
+        - MODES.damping
+    )
     middle = np.argsort(np.abs(MODES.frequencies_hz - np.median(MODES.frequencies_hz)))[:2]
     assert np.argmin(added) in middle
     np.testing.assert_allclose(added[middle], 0.5 * np.median(MODES.damping), rtol=0.02)
@@ -35,11 +40,15 @@ def test_damping_thickness_and_supports_change_modes_as_they_say() -> None:
     square = np.sum(MODES.shapes**2, axis=0)
     np.testing.assert_allclose(added / added.sum(), square / square.sum())
     ratio = (
-        changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "development").frequencies_hz / MODES.frequencies_hz
+        changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "development").frequencies_hz
+        / MODES.frequencies_hz
     )
     assert ratio[0] == pytest.approx(1.02, abs=1e-4)
     assert ratio[-1] == pytest.approx(1 + 0.02 * (1 - plate_law.SHEAR))
-    ratio = changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "sealed").frequencies_hz / MODES.frequencies_hz
+    ratio = (
+        changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "sealed").frequencies_hz
+        / MODES.frequencies_hz
+    )
     np.testing.assert_allclose(ratio[::2], 1.02)
     np.testing.assert_allclose(ratio[1::2], 1 + 0.02 * plate_law.ACROSS)
     held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "development")
@@ -54,16 +63,25 @@ def test_damping_thickness_and_supports_change_modes_as_they_say() -> None:
 
 def test_calibration_plate_radiates_relaxes_and_lies_on_foam() -> None:
     f = MODES.frequencies_hz
-    added = changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "calibration").damping - MODES.damping
+    added = (
+        changed_modes(MODES, SUPPORTS, {"plate.damping": 5.0}, "calibration").damping
+        - MODES.damping
+    )
     np.testing.assert_allclose(added, 0.5 * np.median(MODES.damping) * plate_law.radiated(f))
     # At coincidence it is largest; far above the efficiency is 1, and the loss falls as 1 / f; far below it is linear.
     levels = plate_law.radiated(plate_law.COINCIDENCE_HZ * np.array([0.1, 1.0, 1.001, 50.0, 100.0]))
     np.testing.assert_allclose(levels[:3], [0.1, 1.0, 1.0], rtol=2e-3)
     np.testing.assert_allclose(levels[3:], 1 / (1.5 * np.array([50.0, 100.0])), rtol=0.02)
-    ratio = changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "calibration").frequencies_hz / f
-    np.testing.assert_allclose(ratio, 1 + 0.02 * (1 + plate_law.PER_DECADE * np.log10(f / np.median(f))))
+    ratio = (
+        changed_modes(MODES, SUPPORTS, {"plate.stiffness": 2.0}, "calibration").frequencies_hz / f
+    )
+    np.testing.assert_allclose(
+        ratio, 1 + 0.02 * (1 + plate_law.PER_DECADE * np.log10(f / np.median(f)))
+    )
     held = changed_modes(MODES, SUPPORTS, {"plate.boundary": 50.0}, "calibration")
-    np.testing.assert_allclose(held.frequencies_hz**2 - f**2, 2500 * (f / f[0]) ** plate_law.FOAM_ORDER)
+    np.testing.assert_allclose(
+        held.frequencies_hz**2 - f**2, 2500 * (f / f[0]) ** plate_law.FOAM_ORDER
+    )
     assert np.all(held.damping > MODES.damping)
 
 
@@ -72,7 +90,9 @@ def test_wide_block_weighs_by_its_mean_over_a_disc() -> None:
     from scipy.special import j0
 
     mass, f = 1e-4, MODES.frequencies_hz
-    lowered = changed_modes(MODES, SUPPORTS, {"plate.sensor_mass": mass}, "calibration").frequencies_hz
+    lowered = changed_modes(
+        MODES, SUPPORTS, {"plate.sensor_mass": mass}, "calibration"
+    ).frequencies_hz
     r = (np.arange(4000) + 0.5) / 4000 * plate_law.BLOCK_RADIUS_M
     wavenumbers = np.sqrt(2 * np.pi * f / plate_law.BENDING_M2_S)
     means = (j0(wavenumbers[:, None] * r) * r).sum(axis=1) / r.sum()
@@ -92,7 +112,9 @@ def test_small_mass_lowers_a_mode_by_its_square(split: str) -> None:
 
 
 @pytest.mark.parametrize("split", SPLITS)
-def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_impulse(split: str) -> None:
+def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_impulse(
+    split: str,
+) -> None:
     pulse, ringing = np.hanning(200) * 5000, np.random.default_rng(1).standard_normal((2, 300))
     assert law.pressure_bar(1.3, {}, split) == 1.3
     np.testing.assert_allclose(
@@ -114,8 +136,22 @@ def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_im
     ("name", "strength", "split", "bar", "expected", "within"),
     [
         ("sensor.pressure_offset", 0.1, "development", law.SPAN_BAR, law.SPAN_BAR, {}),
-        ("sensor.pressure_offset", 0.1, "development", 0.5, 0.5 - 0.1 * (1 - 0.5 / law.SPAN_BAR), {}),
-        ("sensor.pressure_offset", 0.1, "sealed", 8 * law.FOOT_BAR, 8 * law.FOOT_BAR, {"abs": 1e-4}),
+        (
+            "sensor.pressure_offset",
+            0.1,
+            "development",
+            0.5,
+            0.5 - 0.1 * (1 - 0.5 / law.SPAN_BAR),
+            {},
+        ),
+        (
+            "sensor.pressure_offset",
+            0.1,
+            "sealed",
+            8 * law.FOOT_BAR,
+            8 * law.FOOT_BAR,
+            {"abs": 1e-4},
+        ),
         ("sensor.pressure_offset", 0.1, "calibration", 0.1, 0.0, {"abs": 3e-3}),
         ("sensor.pressure_offset", 0.1, "calibration", 2.5, 2.3, {}),
         ("sensor.pressure_gain", 0.02, "calibration", 4.0, 4 / 1.02, {}),
@@ -126,7 +162,9 @@ def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_im
         ("sensor.pressure_gain", 0.02, "sealed", 0.2, 0.2 / 1.004, {"rel": 1e-3}),
     ],
 )
-def test_pressure_errs_over_its_range_as_stated(name, strength, split, bar, expected, within) -> None:
+def test_pressure_errs_over_its_range_as_stated(
+    name, strength, split, bar, expected, within
+) -> None:
     """A zero error is gone at full scale, or above the foot, or twice as large at half of the shut-in gas; a gain error
     is the stated one in the upper range, or at its end."""
     assert law.pressure_bar(bar, {name: strength}, split) == pytest.approx(expected, **within)
@@ -134,19 +172,30 @@ def test_pressure_errs_over_its_range_as_stated(name, strength, split, bar, expe
 
 def test_velocity_force_and_acceleration_err_as_they_say() -> None:
     v = np.array([5.0, 10.0])
-    factor = law.velocity_factor(v, np.array([0.2, 0.2]), ["steel"] * 2, 0.03, "development", hand=False)
+    factor = law.velocity_factor(
+        v, np.array([0.2, 0.2]), ["steel"] * 2, 0.03, "development", hand=False
+    )
     assert (factor[1] - 1) / (factor[0] - 1) == pytest.approx(2.0)
     masses = np.array([0.1, 0.5])
-    factor = law.velocity_factor(np.array([5.0, 5.0]), masses, ["steel"] * 2, 0.01, "sealed", hand=False)
+    factor = law.velocity_factor(
+        np.array([5.0, 5.0]), masses, ["steel"] * 2, 0.01, "sealed", hand=False
+    )
     np.testing.assert_allclose(factor, [1 + 0.01 * bullet_share(m) for m in masses])
-    read = law.force_read(np.array([0.0, law.FULL_FORCE_N]), 1e-6, {"sensor.force_gain": 0.02}, "development", 25e3)
+    read = law.force_read(
+        np.array([0.0, law.FULL_FORCE_N]), 1e-6, {"sensor.force_gain": 0.02}, "development", 25e3
+    )
     assert read[1] == pytest.approx(1.02 * law.FULL_FORCE_N)
     gain = {"sensor.force_gain": 0.05}
-    factors = [law.force_read(np.array([0.0, top]), 1e-6, gain, "sealed", 25e3)[1] / top for top in (200.0, 8000.0)]
+    factors = [
+        law.force_read(np.array([0.0, top]), 1e-6, gain, "sealed", 25e3)[1] / top
+        for top in (200.0, 8000.0)
+    ]
     np.testing.assert_allclose(factors, [1 + 0.05 * law.LOW_RANGE, 1.05], rtol=1e-3)
     time = np.arange(10240) / RATE
     rows = np.stack([np.sin(2 * np.pi * f * time) for f in (1000.0, 10_000.0)])
-    read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.05}, "development", 45e3)
+    read = law.accelerations_read(
+        rows, RATE, {"sensor.acceleration_gain": 0.05}, "development", 45e3
+    )
     np.testing.assert_allclose(read.std(axis=1) / rows.std(axis=1), [1.0, 0.95], rtol=1e-3)
     rows = np.full((2, 10), law.FULL_ACCELERATION_M_S2)
     read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.1}, "sealed", 45e3)
@@ -166,7 +215,11 @@ def test_mountings_have_their_transmissibility_or_two_resonances() -> None:
     read = law.accelerations_read(impulse, RATE, {"sensor.mount_resonance": 5.0}, "sealed", 45e3)
     level = np.abs(np.fft.rfft(read[0]))
     spectrum_hz = np.fft.rfftfreq(8192, 1 / RATE)
-    peaks = [spectrum_hz[1:-1][(level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]) & (level[1:-1] > 1.2)]]
+    peaks = [
+        spectrum_hz[1:-1][
+            (level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]) & (level[1:-1] > 1.2)
+        ]
+    ]
     assert np.abs(peaks[0] / 9e3 - 1).min() < 0.03
     assert np.abs(peaks[0] / (9e3 * law.BLOCK_RATIO) - 1).min() < 0.06
 
@@ -187,25 +240,37 @@ def test_zero_shift_begins_at_the_peak_and_swings_through_zero_behind_a_high_pas
 
 def test_calibration_sensors_err_with_duration_level_and_frequency_as_they_say() -> None:
     v = np.array([5.0, 10.0])
-    factor = law.velocity_factor(v, np.array([0.2, 0.2]), ["steel"] * 2, 0.03, "calibration", hand=False)
+    factor = law.velocity_factor(
+        v, np.array([0.2, 0.2]), ["steel"] * 2, 0.03, "calibration", hand=False
+    )
     np.testing.assert_allclose((factor - 1) * v, 0.03 * law.DRAG_SHARE * law.FULL_SPEED_M_S["gun"])
     # Of two pulses of one peak, ten times as long: 0.6 of the stated share more.
     gain = {"sensor.force_gain": 0.05}
     pulses = [np.hanning(n) * 1000 for n in (401, 4001)]
-    factors = [law.force_read(pulse, 1e-6, gain, "calibration", 25e3).max() / 1000 for pulse in pulses]
+    factors = [
+        law.force_read(pulse, 1e-6, gain, "calibration", 25e3).max() / 1000 for pulse in pulses
+    ]
     assert factors[1] - factors[0] == pytest.approx(0.05 * law.PER_DECADE, rel=1e-3)
     time = np.arange(20480) / RATE
     rows = np.stack([np.sin(2 * np.pi * f * time) for f in (100.0, law.RELAXATION_HZ, 20_000.0)])
-    read = law.accelerations_read(rows, RATE, {"sensor.acceleration_gain": 0.1}, "calibration", 45e3)
-    np.testing.assert_allclose(read.std(axis=1) / rows.std(axis=1), [1.1, abs(1 + 0.1 / (1 + 1j)), 1.0], rtol=7e-3)
+    read = law.accelerations_read(
+        rows, RATE, {"sensor.acceleration_gain": 0.1}, "calibration", 45e3
+    )
+    np.testing.assert_allclose(
+        read.std(axis=1) / rows.std(axis=1), [1.1, abs(1 + 0.1 / (1 + 1j)), 1.0], rtol=7e-3
+    )
     # The same resonance at a higher level is lower, and raises what it shows below it.
     rows = np.sin(2 * np.pi * 2000 * time) * np.array([[1.0], [1e5]])
     read = law.accelerations_read(rows, RATE, {"sensor.mount_resonance": 5.0}, "calibration", 45e3)
     shown = read[:, 4000:].std(axis=1) / rows[:, 4000:].std(axis=1)
-    np.testing.assert_allclose(shown, 1 / (1 - (2 / (9 * np.array([1.0, 1 - law.JOINT_SOFTENING]))) ** 2), rtol=0.01)
+    np.testing.assert_allclose(
+        shown, 1 / (1 - (2 / (9 * np.array([1.0, 1 - law.JOINT_SOFTENING]))) ** 2), rtol=0.01
+    )
     rows = np.zeros((1, round(0.5 * RATE)))
     rows[0, 0] = 1.0
-    shift = law.accelerations_read(rows, RATE, {"sensor.zero_shift": 0.01}, "calibration", 45e3) - rows
+    shift = (
+        law.accelerations_read(rows, RATE, {"sensor.zero_shift": 0.01}, "calibration", 45e3) - rows
+    )
     assert shift[0, round(3 * law.CREEP_S * RATE)] == pytest.approx(0.005, rel=1e-3)
 
 
@@ -214,7 +279,10 @@ def test_running_means_have_their_zeros() -> None:
     impulse = np.zeros(4000)
     impulse[10] = 1.0
     read = law.force_read(impulse, 1e-6, {"sensor.force_bandwidth": 5.0}, "calibration", 25e3)
-    for frequency, wanted in ((5e3 / law.MEAN_OVER_PERIOD, 0.0), (2.5e3 / law.MEAN_OVER_PERIOD, (2 / np.pi) ** 3)):
+    for frequency, wanted in (
+        (5e3 / law.MEAN_OVER_PERIOD, 0.0),
+        (2.5e3 / law.MEAN_OVER_PERIOD, (2 / np.pi) ** 3),
+    ):
         level = np.abs(np.exp(-2j * np.pi * frequency * 1e-6 * np.arange(read.size)) @ read)
         assert level == pytest.approx(wanted, abs=3e-3)
 
@@ -230,7 +298,9 @@ def test_running_means_have_their_zeros() -> None:
     ],
 )
 def test_split_without_laws_is_told(reading) -> None:
-    with pytest.raises(ValueError, match="'tuning': expected one of development, calibration, sealed"):
+    with pytest.raises(
+        ValueError, match="'tuning': expected one of development, calibration, sealed"
+    ):
         reading()
 
 

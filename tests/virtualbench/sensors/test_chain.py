@@ -24,19 +24,25 @@ ACCELERATION = SensorBuild(
     offset_drift=5.0,
 )
 FORCE = SensorBuild("f", "force", "N", 1e4, noise=0.5, bandwidth_hz=20e3, gain_fault=0.01)
-TANK = SensorBuild("p", "pressure", "bar", 16.0, 1e5, 16, 0.5621, 0.3624, gain_fault=0.004, offset_fault=0.005)
+TANK = SensorBuild(
+    "p", "pressure", "bar", 16.0, 1e5, 16, 0.5621, 0.3624, gain_fault=0.004, offset_fault=0.005
+)
 
 
 def pulse(width_s=400e-6, peak=1000.0, ratio=20, seconds=0.02) -> tuple[NDArray[Any], NDArray[Any]]:
     """A squared sine from 5 ms on."""
     time = np.arange(round(seconds * FS_HZ * ratio)) / (FS_HZ * ratio)
     phase = (time - 0.005) / width_s
-    return time, np.where((phase > 0) & (phase < 1), peak * np.sin(np.pi * np.clip(phase, 0, 1)) ** 2, 0.0)
+    return time, np.where(
+        (phase > 0) & (phase < 1), peak * np.sin(np.pi * np.clip(phase, 0, 1)) ** 2, 0.0
+    )
 
 
 def recorded(sensor, effects, signal=None, day_fraction=0.0, seed=0):
     time, values = signal or pulse()
-    return record(time, values, sensor, FS_HZ, effects, np.random.default_rng(seed), day_fraction=day_fraction)
+    return record(
+        time, values, sensor, FS_HZ, effects, np.random.default_rng(seed), day_fraction=day_fraction
+    )
 
 
 def test_ideal_chain_writes_the_signal_itself_up_to_its_range():
@@ -48,7 +54,9 @@ def test_ideal_chain_writes_the_signal_itself_up_to_its_range():
     assert np.count_nonzero(values == values.max()) > 5
     ideal = recorded(ACCELERATION, Effects.none())
     for name in Effects.default():
-        assert np.array_equal(recorded(ACCELERATION, Effects.only(name, 0.0), day_fraction=0.5), ideal), name
+        assert np.array_equal(
+            recorded(ACCELERATION, Effects.only(name, 0.0), day_fraction=0.5), ideal
+        ), name
 
 
 @pytest.mark.parametrize("ratio", [19.53125, 97.65625, 3.3])
@@ -62,7 +70,9 @@ def test_grid_that_is_no_multiple_of_the_recorders_gives_the_same(ratio):
 
 
 def test_noise_drift_and_pressure_errors_are_as_stated() -> None:
-    noise = digitised(np.zeros(200_000), FORCE, FS_HZ, Effects.only("bench.noise", 2.0), np.random.default_rng(1))
+    noise = digitised(
+        np.zeros(200_000), FORCE, FS_HZ, Effects.only("bench.noise", 2.0), np.random.default_rng(1)
+    )
     assert noise.std() == pytest.approx(1.0, rel=0.01)
     assert abs(noise.mean()) < 0.01
     first, again, other = (recorded(FORCE, Effects.default(), seed=seed) for seed in (4, 4, 5))
@@ -80,7 +90,9 @@ def test_noise_drift_and_pressure_errors_are_as_stated() -> None:
     assert volts.mean() == pytest.approx(0.3624 + 0.5621 * 3 * 0.996, abs=TANK.step)
 
 
-@pytest.mark.parametrize(("sensor", "name"), [(FORCE, "sensor.force_gain"), (ACCELERATION, "sensor.acceleration_gain")])
+@pytest.mark.parametrize(
+    ("sensor", "name"), [(FORCE, "sensor.force_gain"), (ACCELERATION, "sensor.acceleration_gain")]
+)
 @pytest.mark.parametrize("strength", [-2.0, 3.0])
 def test_gain_error_is_its_strength_in_per_cent(sensor, name, strength):
     ideal, faulty = recorded(sensor, Effects.none()), recorded(sensor, Effects.only(name, strength))
@@ -98,12 +110,15 @@ def test_force_bandwidth_rounds_the_pulse_off_and_windows_add_up_to_the_whole():
     time, values = pulse()
     whole = analog(time, values, FORCE, FS_HZ, Effects.default())
     parts = values * (time < 0.0052), values * (time >= 0.0052)
-    assert sum(analog(time, p, FORCE, FS_HZ, Effects.default()) for p in parts) == pytest.approx(whole, abs=1e-6)
+    assert sum(analog(time, p, FORCE, FS_HZ, Effects.default()) for p in parts) == pytest.approx(
+        whole, abs=1e-6
+    )
 
 
 def test_mounting_brought_into_the_band_rings():
     quiet, ringing = (
-        analog(*pulse(100e-6), ACCELERATION, FS_HZ, Effects.only("sensor.mount_resonance", s)) for s in (0.0, 3.0)
+        analog(*pulse(100e-6), ACCELERATION, FS_HZ, Effects.only("sensor.mount_resonance", s))
+        for s in (0.0, 3.0)
     )
     after = slice(round(0.0055 * FS_HZ), None)
     spectrum = np.abs(np.fft.rfft((ringing - quiet)[after]))
@@ -117,14 +132,18 @@ def test_zero_shift_is_a_share_of_the_largest_peak_and_fades():
     effects = Effects.only("sensor.zero_shift", -5.0)
     band_limited = np.zeros(30_000)
     band_limited[1000:1010] = [100, 300, 500, 800, 1000, 800, 500, 300, 100, 0]
-    offset = digitised(band_limited, sensor, FS_HZ, effects, np.random.default_rng(0)) - band_limited
+    offset = (
+        digitised(band_limited, sensor, FS_HZ, effects, np.random.default_rng(0)) - band_limited
+    )
     k = np.arange(1010, 30_000)
     expected = -5.0 * 0.002 * 1000 * np.exp(-(k - 1004) / FS_HZ / sensor.zero_shift_decay_s)
     assert np.abs(offset[:1000]).max() <= sensor.step
     assert offset[1010:] == pytest.approx(expected, abs=sensor.step)
     shocks = np.zeros(20_000)
     shocks[[1000, 6000, 12_000]] = 1000.0, -300.0, -2000.0
-    shifts = digitised(shocks, ACCELERATION, FS_HZ, Effects.only("sensor.zero_shift"), np.random.default_rng(0))
+    shifts = digitised(
+        shocks, ACCELERATION, FS_HZ, Effects.only("sensor.zero_shift"), np.random.default_rng(0)
+    )
     fade = np.exp(-5001 / FS_HZ / ACCELERATION.zero_shift_decay_s)
     assert shifts[6001] == pytest.approx(2.0 * fade, abs=0.02)
     assert shifts[12_001] == pytest.approx(4.0, abs=0.02)

@@ -23,7 +23,9 @@ FS_HZ = 51_200.0
 
 def gain_db(taps, share):
     """Gain of an FIR at `share` of its own sampling rate."""
-    return 20 * np.log10(np.abs(np.exp(-2j * np.pi * np.outer(share, np.arange(taps.size))) @ taps) + 1e-300)
+    return 20 * np.log10(
+        np.abs(np.exp(-2j * np.pi * np.outer(share, np.arange(taps.size))) @ taps) + 1e-300
+    )
 
 
 def tone(frequency_hz, rate_hz, seconds=0.02):
@@ -57,7 +59,9 @@ def test_low_pass_has_its_corner_begins_at_rest_and_dies_out():
         assert np.sqrt(2 * np.mean(settled**2)) == pytest.approx(expected, rel=0.02)
     ringing = np.abs(low_passed(np.concatenate([np.ones(2), np.zeros(2000)]), 1 / rate, 10e3))
     envelope = [ringing[first : first + 200].max() for first in (200, 600)]
-    assert np.log(envelope[0] / envelope[1]) / 400e-6 == pytest.approx(low_pass_decay_1_s(10e3), rel=0.1)
+    assert np.log(envelope[0] / envelope[1]) / 400e-6 == pytest.approx(
+        low_pass_decay_1_s(10e3), rel=0.1
+    )
     assert low_passed(np.full(100, 3.0), 1e-6, 1e4) == pytest.approx(np.full(100, 3.0))
 
 
@@ -92,7 +96,9 @@ def test_mounting_answers_a_half_sine_and_its_resonance_in_closed_form():
 
 
 FORCE = SensorBuild("force", "force", "N", 1000.0, bits=16)
-TANK = SensorBuild("tank", "pressure", "bar", 16.0, 1e5, bits=16, sensitivity=0.5621, offset_v=0.3624)
+TANK = SensorBuild(
+    "tank", "pressure", "bar", 16.0, 1e5, bits=16, sensitivity=0.5621, offset_v=0.3624
+)
 
 
 @given(st.integers(-(2**15), 2**15 - 1), st.floats(-0.49, 0.49))

@@ -19,7 +19,14 @@ class EffectiveMass(ContactEffect):
 
     # a hand behind a light hammer at most triples it; a hollow or split impactor has half of it
     mass_factor: Value = parameter(
-        "g, mass over the nominal one", "", default=1.2, low=0.1, high=10, off=1, likely=(0.5, 3), owner="bullet"
+        "g, mass over the nominal one",
+        "",
+        default=1.2,
+        low=0.1,
+        high=10,
+        off=1,
+        likely=(0.5, 3),
+        owner="bullet",
     )
 
     def prepare(self, impacts: Impacts) -> Impacts:

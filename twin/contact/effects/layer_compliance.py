@@ -27,7 +27,14 @@ class LayerCompliance(ContactEffect):
 
     # up to 1 mm of rubber (E = 5 MPa) below 2 cm^2; a sheet of hard polymer has some 1e-9 to 1e-8
     compliance_m_n: Value = parameter(
-        "C of the layer", "m/N", default=1e-8, low=0, high=1e-4, off=0, likely=(0, 1e-6), owner="layer"
+        "C of the layer",
+        "m/N",
+        default=1e-8,
+        low=0,
+        high=1e-4,
+        off=0,
+        likely=(0, 1e-6),
+        owner="layer",
     )
     # stiffness doubles at 1 / h: some tenths of strain of a sheet, 0.1 to 10 kN below a tip
     stiffening_1_n: Value = parameter(
@@ -40,12 +47,16 @@ class LayerCompliance(ContactEffect):
         likely=(0, 1e-2),
         owner="layer",
     )
-    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("compliance_m_n",), ("compliance_m_n", "stiffening_1_n"))
+    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("compliance_m_n",),
+        ("compliance_m_n", "stiffening_1_n"),
+    )
 
     def prepare(self, impacts: Impacts) -> Impacts:
         added = np.where(impacts.insulated, self._each(self.compliance_m_n, impacts), 0.0)
         return replace(
             impacts,
             layer_compliance_m_n=impacts.layer_compliance_m_n + added,
-            layer_stiffening_1_n=impacts.layer_stiffening_1_n + self._each(self.stiffening_1_n, impacts),
+            layer_stiffening_1_n=impacts.layer_stiffening_1_n
+            + self._each(self.stiffening_1_n, impacts),
         )

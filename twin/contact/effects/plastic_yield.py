@@ -38,19 +38,36 @@ class PlasticYield(ContactEffect):
 
     # from a tip softer than its sheet says to one that is hardened and has shaken down, and hardly yields any more
     pressure_over_yield_strength: Value = parameter(
-        "p_y over the lesser yield strength", "", default=1.6, low=0.3, high=1e6, off=1e6, likely=(0.3, 20), owner="tip"
+        "p_y over the lesser yield strength",
+        "",
+        default=1.6,
+        low=0.3,
+        high=1e6,
+        off=1e6,
+        likely=(0.3, 20),
+        owner="tip",
     )
     # Meyer's law, fitted, has 1.05 to 1.2 for indices of 2.15 to 2.35. Not looked for by a diagnosis: that takes a
     # quarter more time where contacts yield, and predicts none of them better.
     hardening_exponent: Value = parameter(
-        "r, by which the force hardens beyond yield", "", default=1.0, low=0.2, high=1.5, off=1.0, owner="tip"
+        "r, by which the force hardens beyond yield",
+        "",
+        default=1.0,
+        low=0.2,
+        high=1.5,
+        off=1.0,
+        owner="tip",
     )
 
     def prepare(self, impacts: Impacts) -> Impacts:
-        load = yield_load(impacts.bodies, self._each(self.pressure_over_yield_strength, impacts), self.id)
+        load = yield_load(
+            impacts.bodies, self._each(self.pressure_over_yield_strength, impacts), self.id
+        )
         hardening = self._each(self.hardening_exponent, impacts)
         return replace(
             impacts,
             yield_load_n=np.minimum(impacts.yield_load_n, load),
-            hardening_exponent=np.where(load < impacts.yield_load_n, hardening, impacts.hardening_exponent),
+            hardening_exponent=np.where(
+                load < impacts.yield_load_n, hardening, impacts.hardening_exponent
+            ),
         )

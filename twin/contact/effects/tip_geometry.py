@@ -39,6 +39,8 @@ class TipGeometry(ContactEffect):
     )
 
     def prepare(self, impacts: Impacts) -> Impacts:
-        exponent, reference = (self._each(value, impacts) for value in (self.exponent, self.reference_indentation_m))
+        exponent, reference = (
+            self._each(value, impacts) for value in (self.exponent, self.reference_indentation_m)
+        )
         stiffness = impacts.stiffness_n_mp * reference ** (impacts.exponent - exponent)
         return replace(impacts, exponent=exponent, stiffness_n_mp=np.asarray(stiffness))

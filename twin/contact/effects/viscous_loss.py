@@ -24,7 +24,9 @@ class ViscousLoss(ContactEffect):
     """
 
     id: ClassVar[str] = "contact.viscous_loss"
-    law: ClassVar[str] = "F = k delta^p (1 + chi x'); polymers: k' = (1 + s) k, x' = v - lambda l F / (m u)"
+    law: ClassVar[str] = (
+        "F = k delta^p (1 + chi x'); polymers: k' = (1 + s) k, x' = v - lambda l F / (m u)"
+    )
     source: ClassVar[str] = (
         "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; thesis, eq. 1.18 to 1.21; polymers: Lee and Radok, J. Appl. "
         "Mech. 27 (1960) 438"
@@ -32,12 +34,26 @@ class ViscousLoss(ContactEffect):
 
     # up to a restitution of 0.35 at 1 m/s, of soft polymers (Goldsmith, Impact, 1960, ch. 8); metals stay below 0.2
     loss_s_m: Value = parameter(
-        "chi, loss for the rate of indentation", "s/m", default=0.1, low=0, high=50, off=0, likely=(0, 3), owner="tip"
+        "chi, loss for the rate of indentation",
+        "s/m",
+        default=0.1,
+        low=0,
+        high=50,
+        off=0,
+        likely=(0, 3),
+        owner="tip",
     )
 
     # polyurethane rebounds at 0.6, e = exp(-1.72 lambda) after Zener; half of that again for filled rubbers
     polymer_loss: Value = parameter(
-        "lambda, inelasticity of polymers that relax", "", default=0, low=0, high=2, off=0, likely=(0, 0.8), owner="tip"
+        "lambda, inelasticity of polymers that relax",
+        "",
+        default=0,
+        low=0,
+        high=2,
+        off=0,
+        likely=(0, 0.8),
+        owner="tip",
     )
     # dynamic over static modulus less one: 0.1 to 1 for engineering polymers, several for elastomers near their glass
     # transition (Ferry, Viscoelastic Properties of Polymers, 1980)
@@ -90,13 +106,17 @@ class ViscousLoss(ContactEffect):
 
     def prepare(self, impacts: Impacts) -> Impacts:
         share = _polymers(impacts)
-        loss = share * self._each(self.polymer_loss, impacts) + self._each(self.relaxing_loss, impacts)
+        loss = share * self._each(self.polymer_loss, impacts) + self._each(
+            self.relaxing_loss, impacts
+        )
         stiffer = (1 + share * self._each(self.polymer_stiffening, impacts)) * (
             1 + self._each(self.relaxing_stiffening, impacts)
         )
         stiffness = impacts.stiffness_n_mp * stiffer
         momentum = impacts.mass_kg * impacts.bodies.impact_velocity_m_s
-        length = (momentum * impacts.bodies.impact_velocity_m_s / stiffness) ** (1 / (impacts.exponent + 1))
+        length = (momentum * impacts.bodies.impact_velocity_m_s / stiffness) ** (
+            1 / (impacts.exponent + 1)
+        )
         return replace(
             impacts,
             rate_loss_s_m=impacts.rate_loss_s_m + self._each(self.loss_s_m, impacts),
@@ -114,5 +134,7 @@ def _polymers(impacts: Impacts) -> Floats:
     of = impacts.bodies
     tip = (1 - of.impactor_poisson_ratio**2) / of.impactor_youngs_modulus_pa
     face = (1 - of.target_poisson_ratio**2) / of.target_youngs_modulus_pa
-    soft = tip * (of.impactor_youngs_modulus_pa < _POLYMER_PA) + face * (of.target_youngs_modulus_pa < _POLYMER_PA)
+    soft = tip * (of.impactor_youngs_modulus_pa < _POLYMER_PA) + face * (
+        of.target_youngs_modulus_pa < _POLYMER_PA
+    )
     return np.asarray(soft / (tip + face))

@@ -43,9 +43,18 @@ class BarrelLoss(GunEffect):
 
     # Likely: a sharp entrance 0.5, bends and reducers up to some tens (Idelchik, ch. 3 to 6)
     gas_heads: Value = parameter(
-        "H, dynamic heads of the driving gas", "", default=0.0, low=0.0, high=1e4, off=0.0, likely=(0.05, 100.0)
+        "H, dynamic heads of the driving gas",
+        "",
+        default=0.0,
+        low=0.0,
+        high=1e4,
+        off=0.0,
+        likely=(0.05, 100.0),
     )
-    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("friction_factor", "drag_coefficient"), ("gas_heads",))
+    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("friction_factor", "drag_coefficient"),
+        ("gas_heads",),
+    )
 
     def prepare(self, shot: ShotInputs) -> ShotInputs:
         return shot.but(

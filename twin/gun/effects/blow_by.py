@@ -22,7 +22,9 @@ class BlowBy(GunEffect):
 
     id = "gun.blow_by"
     law = "mdot = Cd pi/4 ((D + 2 w)^2 - d^2) c* p / sqrt(R T) phi(p_atm / p), or Cd_g with gauge pressure and phi = 1"
-    source = "Corner, Theory of the Interior Ballistics of Guns (1950), ch. 9; flow: ISO 6358-1:2013"
+    source = (
+        "Corner, Theory of the Interior Ballistics of Guns (1950), ch. 9; flow: ISO 6358-1:2013"
+    )
     moves: ClassVar[bool] = True
 
     # Likely: a long narrow gap lets through far less than a nozzle, a rounded edge almost as much.
@@ -66,7 +68,14 @@ class BlowBy(GunEffect):
 
     def prepare(self, shot: ShotInputs) -> ShotInputs:
         made = np.pi / 4 * (shot.bore_diameter_m**2 - shot.projectile_diameter_m**2)
-        worn = np.pi / 4 * ((shot.bore_diameter_m + 2 * np.asarray(self.wear_m)) ** 2 - shot.projectile_diameter_m**2)
+        worn = (
+            np.pi
+            / 4
+            * (
+                (shot.bore_diameter_m + 2 * np.asarray(self.wear_m)) ** 2
+                - shot.projectile_diameter_m**2
+            )
+        )
         return shot.but(
             leak_area_m2=shot.leak_area_m2 + self.discharge_coefficient * worn,
             gauge_leak_area_m2=shot.gauge_leak_area_m2 + self.gauge_discharge_coefficient * made,

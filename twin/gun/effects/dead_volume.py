@@ -18,11 +18,19 @@ class DeadVolume(GunEffect):
 
     id = "gun.dead_volume"
     law = "p1 (V0 + Vd) = p0 V0 + p_atm Vd; the expansion starts at p1 and V0 + Vd"
-    source = "Moran and Shapiro, section 4.12; Rohrbach, Buresh and Madsen, Am. J. Phys. 80 (2012) 24"
+    source = (
+        "Moran and Shapiro, section 4.12; Rohrbach, Buresh and Madsen, Am. J. Phys. 80 (2012) 24"
+    )
 
     # Likely: from the fitting of a hand-held gun to two metres of pipe of 40 mm; scales, so its logarithm is even.
     volume_m3: Value = parameter(
-        "between tank and projectile", "m3", default=2e-4, low=0.0, high=5e-3, off=0.0, likely=(2e-6, 3e-3)
+        "between tank and projectile",
+        "m3",
+        default=2e-4,
+        low=0.0,
+        high=5e-3,
+        off=0.0,
+        likely=(2e-6, 3e-3),
     )
 
     def prepare(self, shot: ShotInputs) -> ShotInputs:

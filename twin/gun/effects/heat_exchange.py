@@ -36,7 +36,13 @@ class HeatExchange(GunEffect):
 
     # Likely: h A / (m cv) of air in vessels and bores, with 10 to 1000 W/(m2 K) (Incropera, ch. 8)
     rate_1_s: Value = parameter(
-        "r, rate at which heat reaches the gas", "1/s", default=0.0, low=0.0, high=1e3, off=0.0, likely=(0.05, 50.0)
+        "r, rate at which heat reaches the gas",
+        "1/s",
+        default=0.0,
+        low=0.0,
+        high=1e3,
+        off=0.0,
+        likely=(0.05, 50.0),
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("share",), ("rate_1_s",))
 

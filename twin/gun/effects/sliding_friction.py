@@ -63,5 +63,9 @@ class SlidingFriction(GunEffect):
 
     def prepare(self, shot: ShotInputs) -> ShotInputs:
         weight = shot.bullet_mass_kg * STANDARD_GRAVITY_M_S2
-        seal = self.seal_force_n + np.asarray(self.seal_share) * shot.tank_pressure_pa * shot.area_m2
-        return shot.but(friction_n=shot.friction_n + np.asarray(self.added_coefficient) * weight + seal)
+        seal = (
+            self.seal_force_n + np.asarray(self.seal_share) * shot.tank_pressure_pa * shot.area_m2
+        )
+        return shot.but(
+            friction_n=shot.friction_n + np.asarray(self.added_coefficient) * weight + seal
+        )

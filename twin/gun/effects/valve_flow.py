@@ -39,7 +39,13 @@ class ValveFlow(GunEffect):
     )
     # Likely: solenoids take 5 to 50 ms, ball valves by hand or by air 0.1 to 0.3 s.
     opening_time_s: Value = parameter(
-        "until the valve is wide open", "s", default=0.1, low=0.0, high=2.0, off=0.0, likely=(0.0, 0.3)
+        "until the valve is wide open",
+        "s",
+        default=0.1,
+        low=0.0,
+        high=2.0,
+        off=0.0,
+        likely=(0.0, 0.3),
     )
 
     # Likely: as the other, up to a valve of a quarter of the bore.

@@ -20,10 +20,19 @@ class Damping(PlateEffect):
     # Bolted and hung structures lose up to some times what a bare plate does, and a table's ratios scatter by half
     # (Cremer, Heckl and Petersson, Structure-Borne Sound, 3rd ed. 2005, on losses at joints).
     factor: Value = parameter(
-        "every ratio times this", "", default=1.5, low=0.0, high=20.0, off=1.0, likely=(0.3, 6.0), owner="mode band"
+        "every ratio times this",
+        "",
+        default=1.5,
+        low=0.0,
+        high=20.0,
+        off=1.0,
+        likely=(0.3, 6.0),
+        owner="mode band",
     )
     # Not looked for: on ratios that are much alike it is the factor by another name.
-    added_ratio: float = parameter("added to every ratio after that", "", default=0.0, low=0.0, high=0.5, off=0.0)
+    added_ratio: float = parameter(
+        "added to every ratio after that", "", default=0.0, low=0.0, high=0.5, off=0.0
+    )
 
     id = "plate.damping"
     law = "zeta' = factor * zeta + added_ratio"

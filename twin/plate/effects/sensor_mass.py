@@ -25,7 +25,14 @@ class SensorMass(PlateEffect):
 
     # From a miniature shock accelerometer (1 g) to a triaxial one on its mounting block and cable.
     mass_kg: Value = parameter(
-        "mass of each sensor", "kg", default=0.027, low=0.0, high=5.0, off=0.0, likely=(0.0, 0.3), owner="channel"
+        "mass of each sensor",
+        "kg",
+        default=0.027,
+        low=0.0,
+        high=5.0,
+        off=0.0,
+        likely=(0.0, 0.3),
+        owner="channel",
     )
 
     id = "plate.sensor_mass"

@@ -14,7 +14,14 @@ class Stiffness(PlateEffect):
 
     # Handbook moduli scatter by 5 %, rolled sheet is 5 % off its thickness at worst: together below 10 %.
     frequency_factor: float = parameter(
-        "every frequency times this", "", default=1.02, low=0.5, high=2.0, off=1.0, likely=(0.9, 1.1), owner="plate"
+        "every frequency times this",
+        "",
+        default=1.02,
+        low=0.5,
+        high=2.0,
+        off=1.0,
+        likely=(0.9, 1.1),
+        owner="plate",
     )
 
     id = "plate.stiffness"

@@ -65,10 +65,16 @@ class AccelerationGain(SensorEffect):
         from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
         samples = scaled.shape[-1]
-        padded = next_fast_len(samples + samples // 2, real=True)  # so that the end does not meet the beginning
+        padded = next_fast_len(
+            samples + samples // 2, real=True
+        )  # so that the end does not meet the beginning
         power = along_first(np.log10(1 - np.asarray(self.fall)), scaled)
-        sensitivity = _sensitivity(np.asarray(2j * np.pi * rfftfreq(padded, dt_s), dtype=np.complex128), power)
-        return np.asarray(irfft(rfft(scaled, padded, axis=-1) * sensitivity, padded, axis=-1)[..., :samples])
+        sensitivity = _sensitivity(
+            np.asarray(2j * np.pi * rfftfreq(padded, dt_s), dtype=np.complex128), power
+        )
+        return np.asarray(
+            irfft(rfft(scaled, padded, axis=-1) * sensitivity, padded, axis=-1)[..., :samples]
+        )
 
     def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:
         power = np.reshape(np.log10(1 - np.asarray(self.fall)), (-1, 1))

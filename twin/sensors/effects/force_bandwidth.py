@@ -28,7 +28,14 @@ class ForceBandwidth(SensorEffect):
 
     # down to 1 kHz, the lowest filter of charge amplifiers that one may forget at an impact
     time_constant_s: Value = parameter(
-        "of the low pass", "s", default=1.6e-5, low=0.0, high=1e-2, off=0.0, likely=(0.0, 1.6e-4), owner="channel"
+        "of the low pass",
+        "s",
+        default=1.6e-5,
+        low=0.0,
+        high=1e-2,
+        off=0.0,
+        likely=(0.0, 1.6e-4),
+        owner="channel",
     )
 
     # as the other: down to 1 kHz
@@ -48,7 +55,9 @@ class ForceBandwidth(SensorEffect):
         if np.any(self.time_constant_s):
             force_n = filtered(force_n, lambda tau: _one_pole(tau, dt_s), self.time_constant_s)
         if np.any(self.corner_period_s):
-            force_n = filtered(force_n, lambda period: _two_poles(period, dt_s), self.corner_period_s)
+            force_n = filtered(
+                force_n, lambda period: _two_poles(period, dt_s), self.corner_period_s
+            )
         return force_n
 
     def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:

@@ -50,11 +50,18 @@ class MountResonance(SensorEffect):
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:
         if not np.any(self.period_s):
             return acceleration_m_s2
-        return filtered(acceleration_m_s2, lambda p, z: _oscillator(p, z, dt_s), self.period_s, self.damping_ratio)
+        return filtered(
+            acceleration_m_s2,
+            lambda p, z: _oscillator(p, z, dt_s),
+            self.period_s,
+            self.damping_ratio,
+        )
 
     def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:
         """The transmissibility of the mounting."""
-        period = np.reshape(self.period_s, (-1, 1)) / (2 * np.pi)  # 0: a mounting that follows the plate
+        period = np.reshape(self.period_s, (-1, 1)) / (
+            2 * np.pi
+        )  # 0: a mounting that follows the plate
         follows = 2 * np.reshape(self.damping_ratio, (-1, 1)) * period * poles + 1
         return np.asarray(amplitude * follows / ((period * poles) ** 2 + follows))
 

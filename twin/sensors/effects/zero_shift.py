@@ -33,7 +33,14 @@ class ZeroShift(SensorEffect):
     )
     # Of the amplifier: the high-pass of a charge amplifier or IEPE supply, 0.2 to 3 Hz.
     decay_time_s: Value = parameter(
-        "in which it falls to 1/e", "s", default=0.05, low=1e-4, high=1e3, off=0.05, likely=(0.05, 0.8), owner="channel"
+        "in which it falls to 1/e",
+        "s",
+        default=0.05,
+        low=1e-4,
+        high=1e3,
+        off=0.05,
+        likely=(0.05, 0.8),
+        owner="channel",
     )
 
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:

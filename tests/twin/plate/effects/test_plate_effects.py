@@ -16,7 +16,9 @@ from pyroshock.twin.setting import THESIS
 PLATE_EFFECTS = ["plate.boundary", "plate.damping", "plate.sensor_mass", "plate.stiffness"]
 OUTLINE = ((0.0, 0.1), (0.62, 0.0), (1.0, 0.38), (0.3, 0.6))
 SPOTS = {"a": (0.22, 0.2), "b": (0.73, 0.37)}
-BUILD = PlateBuild(OUTLINE, 0.01, THESIS["aluminum"], named_points({"#1": (0.47, 0.28)}), named_points(SPOTS))
+BUILD = PlateBuild(
+    OUTLINE, 0.01, THESIS["aluminum"], named_points({"#1": (0.47, 0.28)}), named_points(SPOTS)
+)
 
 
 @pytest.fixture(scope="module")
@@ -39,11 +41,15 @@ def off(identity) -> Any:
 def test_off_leaves_the_plate_as_it_is_and_the_default_does_not(identity, plate):
     assert off(identity).apply(plate) is plate
     changed = of_plate(identity).apply(plate)
-    assert np.any(changed.frequency_hz != plate.frequency_hz) or np.any(changed.damping_ratio != plate.damping_ratio)
+    assert np.any(changed.frequency_hz != plate.frequency_hz) or np.any(
+        changed.damping_ratio != plate.damping_ratio
+    )
 
 
 def test_the_catalogue_has_the_effects_of_the_plate_and_others_are_refused(plate):
-    assert [name for name, kind in catalogue().items() if issubclass(kind, PlateEffect)] == PLATE_EFFECTS
+    assert [
+        name for name, kind in catalogue().items() if issubclass(kind, PlateEffect)
+    ] == PLATE_EFFECTS
     other = next(kind for name, kind in catalogue().items() if not name.startswith("plate."))
     with pytest.raises(TypeError, match="does not act here"):
         with_effects(plate, [other()])
@@ -93,14 +99,19 @@ def test_stiffness_of_a_thicker_plate_of_the_same_mass():
         solve_plate(given, 1000.0, thickness_correction=False)
         for given in (BUILD, replace(BUILD, thickness_m=0.0104, material=light))
     )
-    found = of_plate("plate.stiffness", frequency_factor=1.04**1.5).apply(one).frequency_hz[: other.frequency_hz.size]
+    found = (
+        of_plate("plate.stiffness", frequency_factor=1.04**1.5)
+        .apply(one)
+        .frequency_hz[: other.frequency_hz.size]
+    )
     np.testing.assert_allclose(found, other.frequency_hz, rtol=1e-6)
 
 
 def test_sensor_mass_agrees_with_masses_in_the_elements():
     masses = tuple(PointMass(spot, 0.027) for spot in SPOTS.values())
     plate, loaded = (
-        solve_plate(given, 5000.0, thickness_correction=False) for given in (BUILD, replace(BUILD, masses=masses))
+        solve_plate(given, 5000.0, thickness_correction=False)
+        for given in (BUILD, replace(BUILD, masses=masses))
     )
     elastic = slice(3, 25)
     found = of_plate("plate.sensor_mass", mass_kg=0.027).apply(plate)
@@ -111,7 +122,9 @@ def test_sensor_mass_agrees_with_masses_in_the_elements():
     assert np.all(error > -1e-6)
     assert np.max(error) < 0.05 * np.max(-shift)
     np.testing.assert_allclose(
-        np.abs(found.shapes[:, elastic]), np.abs(loaded.shapes[:, elastic]), atol=0.02 * np.abs(loaded.shapes).max()
+        np.abs(found.shapes[:, elastic]),
+        np.abs(loaded.shapes[:, elastic]),
+        atol=0.02 * np.abs(loaded.shapes).max(),
     )
 
 
@@ -131,7 +144,9 @@ def test_sensor_mass_lowers_every_mode_and_a_small_one_by_rayleighs_quotient(pla
 def test_one_mode_under_one_sensor_is_a_heavier_oscillator(frequency_hz):
     # q'' + 2 zeta omega q' + omega^2 q with 1 + m phi^2 before q''.
     shape = np.array([[3.0]])
-    bare = ModalPlate(np.array([frequency_hz]), np.array([0.04]), np.ones((1, 1)), shape, ("#1",), ("a",))
+    bare = ModalPlate(
+        np.array([frequency_hz]), np.array([0.04]), np.ones((1, 1)), shape, ("#1",), ("a",)
+    )
     root = (1 + 0.5 * 3.0**2) ** 0.5
     found = of_plate("plate.sensor_mass", mass_kg=0.5).apply(bare)
     assert found.frequency_hz[0] == pytest.approx(frequency_hz / root, rel=1e-12)
@@ -149,8 +164,14 @@ def test_supports_agree_with_many_springs():
     basis, unit = elements.basis, elements.frame.unit_m
     spots = basis.mapping.F(basis.X).reshape(2, -1).T * unit + elements.frame.origin_m
     stiffness = (2 * np.pi * 30.0) ** 2 * BUILD.mass_per_area_kg_m2 * basis.dx.ravel() * unit**2
-    springs = tuple(PointSpring((x, y), k) for (x, y), k in zip(spots.tolist(), stiffness.tolist(), strict=True))
+    springs = tuple(
+        PointSpring((x, y), k) for (x, y), k in zip(spots.tolist(), stiffness.tolist(), strict=True)
+    )
     free = solve_plate(BUILD, 300.0, thickness_correction=False)
     held = solve_plate(replace(BUILD, springs=springs), 300.0, thickness_correction=False)
-    found = of_plate("plate.boundary", support_frequency_hz=30.0).apply(free).frequency_hz[: held.frequency_hz.size]
+    found = (
+        of_plate("plate.boundary", support_frequency_hz=30.0)
+        .apply(free)
+        .frequency_hz[: held.frequency_hz.size]
+    )
     np.testing.assert_allclose(found, held.frequency_hz, rtol=1e-5)

@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..delimited_text import decode_utf8
+from .delimited_text import decode_utf8
 
 #: The shipped files have 0.2 to 1.5 kB, fewer than 60 keys and five levels.
 LARGEST_BYTES, MOST_KEYS, DEEPEST = 2**18, 10_000, 16
@@ -32,7 +32,9 @@ def read_toml_text(path: Path) -> str:
     with path.open("rb") as file:
         content = file.read(LARGEST_BYTES + 1)
     if len(content) > LARGEST_BYTES:
-        raise ValueError(f"the file has {max(path.stat().st_size, len(content)):,} bytes; {_AT_MOST_BYTES}")
+        raise ValueError(
+            f"the file has {max(path.stat().st_size, len(content)):,} bytes; {_AT_MOST_BYTES}"
+        )
     return decode_utf8(content)
 
 
@@ -42,7 +44,9 @@ def toml_table(text: str) -> dict[str, Any]:
     try:
         table = tomllib.loads(text)
     except RecursionError as error:
-        raise ValueError(f"lists or tables lie within each other hundreds deep; {_AT_MOST_DEEP}") from error
+        raise ValueError(
+            f"lists or tables lie within each other hundreds deep; {_AT_MOST_DEEP}"
+        ) from error
     except ValueError as error:  # a number of thousands of digits is no TOMLDecodeError
         raise ValueError(f"not TOML: {error}") from error
     if (depth := _depth(table)) > DEEPEST:
@@ -53,10 +57,16 @@ def toml_table(text: str) -> dict[str, Any]:
 def key_problems(table: Mapping[str, Any], allowed: Collection[str], prefix: str = "") -> list[str]:
     """A message for each key of a table that is not `allowed`; `prefix` stands before the key, such as "bench."."""
     expected = ", ".join(allowed)
-    return [f"unknown key {_shortened(f'{prefix}{key}')}; known: {expected}" for key in table if key not in allowed]
+    return [
+        f"unknown key {_shortened(f'{prefix}{key}')}; known: {expected}"
+        for key in table
+        if key not in allowed
+    ]
 
 
-def check_keys(table: object, allowed: Collection[str], where: str, required: Collection[str] = ()) -> None:
+def check_keys(
+    table: object, allowed: Collection[str], where: str, required: Collection[str] = ()
+) -> None:
     """Raises `ValueError` for what is no table, for an unknown key, and for a `required` key that is missing."""
     if not isinstance(table, Mapping):
         raise ValueError(f"{where} is {_shortened(table)}; expected a table")

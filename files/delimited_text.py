@@ -52,7 +52,9 @@ def decode_instrument_text(content: bytes) -> str:
     except UnicodeDecodeError as error:
         damage = f"byte {error.start} (0x{content[error.start]:02x}) is not UTF-8"
         if content.startswith(_UTF8_MARK) or _UTF8_LETTER.search(content):
-            raise ValueError(f"{damage}, and other bytes are; it is damaged: save the file again") from error
+            raise ValueError(
+                f"{damage}, and other bytes are; it is damaged: save the file again"
+            ) from error
         try:
             return content.decode("cp1252")
         except UnicodeDecodeError:
@@ -77,12 +79,16 @@ def table_rows(text: str, *, strict: bool = False) -> list[Row]:
     delimiter = delimiter_of(text)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=strict)
     try:
-        rows = [(reader.line_num, [without_guard(cell.strip()) for cell in cells]) for cells in reader]
+        rows = [
+            (reader.line_num, [without_guard(cell.strip()) for cell in cells]) for cells in reader
+        ]
     except csv.Error as error:
         raise ValueError(f"row {reader.line_num}: {error}") from error
     rows = [(line, cells) for line, cells in rows if any(cells)]
     # a single column has no delimiter
-    return _with_settled_numbers(rows, comma_cells=delimiter == "," and any(len(cells) > 1 for _, cells in rows))
+    return _with_settled_numbers(
+        rows, comma_cells=delimiter == "," and any(len(cells) > 1 for _, cells in rows)
+    )
 
 
 def _with_settled_numbers(rows: list[Row], *, comma_cells: bool) -> list[Row]:
@@ -97,7 +103,10 @@ def _with_settled_numbers(rows: list[Row], *, comma_cells: bool) -> list[Row]:
         line = next(line for line, cells in rows if error.text in cells)
         raise ValueError(f"row {line}: {error}; write {error.choices}") from error
     assert notation is not None  # a doubtful number among contradictory ones is refused
-    return [(line, [notation.plain(text) if text in doubtful else text for text in cells]) for line, cells in rows]
+    return [
+        (line, [notation.plain(text) if text in doubtful else text for text in cells])
+        for line, cells in rows
+    ]
 
 
 @dataclass(frozen=True)
@@ -124,9 +133,16 @@ class HeadedTable:
         misfits = [(line, len(cells)) for line, cells in body if len(cells) != width]
         return cls(
             header,
-            [(line, dict(zip(header, cells, strict=True))) for line, cells in body if len(cells) == width],
+            [
+                (line, dict(zip(header, cells, strict=True)))
+                for line, cells in body
+                if len(cells) == width
+            ],
             list(dict.fromkeys(problems)),
-            [f"row {line}: {count} cells; expected {width} as in the header" for line, count in misfits],
+            [
+                f"row {line}: {count} cells; expected {width} as in the header"
+                for line, count in misfits
+            ],
         )
 
     def check(self) -> None:

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import given, settings
-from pyroshock.delimited_text import HeadedTable, decode_utf8, delimiter_of, parse_number, table_rows
+from pyroshock.files.delimited_text import (
+    HeadedTable,
+    decode_utf8,
+    delimiter_of,
+    parse_number,
+    table_rows,
+)
 from support.records.written_numbers import WrittenColumn, tables, text_of
 
 
@@ -16,7 +22,8 @@ def test_rows_keep_their_numbers_in_the_file(delimiter: str, line_end: str) -> N
 
 
 @pytest.mark.parametrize(
-    ("header", "delimiter"), [("f;g, peak", ";"), ("a,b,c;d", ","), ("a\tb;c\td", "\t"), ("a b|c", ",")]
+    ("header", "delimiter"),
+    [("f;g, peak", ";"), ("a,b,c;d", ","), ("a\tb;c\td", "\t"), ("a b|c", ",")],
 )
 def test_delimiter_is_the_sign_that_the_header_has_most_often(header: str, delimiter: str) -> None:
     assert delimiter_of(f"\n{header}\n1;1;1;1,1,1,1\n") == delimiter
@@ -45,7 +52,13 @@ def test_what_is_no_text_or_no_table_is_refused() -> None:
 
 
 def test_number_has_a_point_or_a_comma_and_may_have_its_thousands_apart() -> None:
-    assert [parse_number(text) for text in ("1.5", "1,5", "-2e3", " 7 ", "1.250")] == [1.5, 1.5, -2000.0, 7.0, 1.25]
+    assert [parse_number(text) for text in ("1.5", "1,5", "-2e3", " 7 ", "1.250")] == [
+        1.5,
+        1.5,
+        -2000.0,
+        7.0,
+        1.25,
+    ]
     spellings = (
         "1,234.5",
         "1.234,5",
@@ -58,10 +71,25 @@ def test_number_has_a_point_or_a_comma_and_may_have_its_thousands_apart() -> Non
     )
     assert {parse_number(text) for text in spellings} == {1234.5}
     assert parse_number("-1,234,567") == -1234567.0
-    for text in ("1_0", "٣", "inf", "nan", "", "12,34.5", "1,23,456", "1 23", "1,234.567,8", "0,123.5"):
-        with pytest.raises(ValueError, match=r"could not convert|is no decimal number|is not finite"):
+    for text in (
+        "1_0",
+        "٣",
+        "inf",
+        "nan",
+        "",
+        "12,34.5",
+        "1,23,456",
+        "1 23",
+        "1,234.567,8",
+        "0,123.5",
+    ):
+        with pytest.raises(
+            ValueError, match=r"could not convert|is no decimal number|is not finite"
+        ):
             parse_number(text)
-    with pytest.raises(ValueError, match=r"^'1,250' can be 1250 or 1\.25: its comma is a decimal sign or sets"):
+    with pytest.raises(
+        ValueError, match=r"^'1,250' can be 1250 or 1\.25: its comma is a decimal sign or sets"
+    ):
         parse_number("1,250")
 
 
@@ -80,7 +108,9 @@ def test_number_has_a_point_or_a_comma_and_may_have_its_thousands_apart() -> Non
         ("mm\tn\n1,234,567\t1\n1,234\t5\n", ["1,234,567", "1234"]),
     ],
 )
-def test_the_other_numbers_of_a_table_prove_what_a_comma_means(text: str, cells: list[str] | None) -> None:
+def test_the_other_numbers_of_a_table_prove_what_a_comma_means(
+    text: str, cells: list[str] | None
+) -> None:
     if cells is None:
         with pytest.raises(ValueError, match=r"^row 2: '1[.,]2\d\d' can be .* or .*; write "):
             table_rows(text)
@@ -90,7 +120,9 @@ def test_the_other_numbers_of_a_table_prove_what_a_comma_means(text: str, cells:
 
 @settings(max_examples=300)
 @given(tables())
-def test_a_table_of_numbers_is_read_exactly_or_refused(drawn: tuple[list[WrittenColumn], tuple[str, str], str]) -> None:
+def test_a_table_of_numbers_is_read_exactly_or_refused(
+    drawn: tuple[list[WrittenColumn], tuple[str, str], str],
+) -> None:
     table, notation, delimiter = drawn
     text = text_of(table, notation, delimiter, ["a", "b", "c"][: len(table)])
     try:

@@ -32,7 +32,12 @@ def guarding(on: bool) -> Iterator[None]:
 
 def guarded(cell: Any) -> Any:
     """A cell as it is written to CSV."""
-    if not isinstance(cell, str) or not _FORMULA.match(cell) or _NUMBER.fullmatch(cell) or not _guarding.get():
+    if (
+        not isinstance(cell, str)
+        or not _FORMULA.match(cell)
+        or _NUMBER.fullmatch(cell)
+        or not _guarding.get()
+    ):
         return cell
     return f"'{cell}"
 

@@ -15,9 +15,9 @@ import pytest
 from pyroshock.app.twins.benches import bench_of_file, shipped_bench
 from pyroshock.dataset.predictors import predictors_named
 from pyroshock.doe.space import read_space
+from pyroshock.files.toml_text import DEEPEST, LARGEST_BYTES, MOST_KEYS, read_toml_text, toml_table
 from pyroshock.ingest.errors import IngestError
 from pyroshock.ingest.folder import read_campaign_file
-from pyroshock.schema.toml_text import DEEPEST, LARGEST_BYTES, MOST_KEYS, read_toml_text, toml_table
 from support.processes.web_client import ended, post_json, token, window
 from support.stores.stores import pyroshock
 
@@ -29,7 +29,9 @@ SAID = r"16,001 parts joined by dots; expected at most 16"
 
 def test_what_is_within_the_limits_is_read() -> None:
     letters = "abcdefghijklm"  # with the whole, the value and the two lists around it: 16
-    written = f""""x y".'z' = "1.2.3"\n[{".".join(letters)}]\nb = [[0.5, 1.5]]\n# {"=" * 20_000}\n"""
+    written = (
+        f""""x y".'z' = "1.2.3"\n[{".".join(letters)}]\nb = [[0.5, 1.5]]\n# {"=" * 20_000}\n"""
+    )
     found = toml_table(written)
     assert found["x y"] == {"z": "1.2.3"}
     for part in letters:
@@ -42,13 +44,22 @@ def test_what_is_within_the_limits_is_read() -> None:
     [
         (DEEP, rf"the key 'a\.a\..*…' has {SAID}"),
         ("[" + ".".join("a" * 17) + "]\n", "17 parts joined by dots; expected at most 16"),
-        ("x = {'a'" + r' . "a\".b"' * 16 + " = 1}\n", "17 parts joined by dots; expected at most 16"),
+        (
+            "x = {'a'" + r' . "a\".b"' * 16 + " = 1}\n",
+            "17 parts joined by dots; expected at most 16",
+        ),
         # a text that ends in a quote must not hide what follows it
         ('a = """x""""\n"b"' + ".c" * 16 + " = 1\n", "17 parts"),
-        ("[" + ".".join("a" * 9) + "]\n" + ".".join("b" * 9) + " = 1\n", "18 deep; expected at most 16"),
+        (
+            "[" + ".".join("a" * 9) + "]\n" + ".".join("b" * 9) + " = 1\n",
+            "18 deep; expected at most 16",
+        ),
         ("a = " + "[" * 30 + "]" * 30 + "\n", "31 deep; expected at most 16"),
         ("a = " + "[" * 5_000 + "]" * 5_000 + "\n", "deep; expected at most 16"),
-        ("".join(f"k{i} = 1\n" for i in range(MOST_KEYS + 1)), "10,001 keys and tables; expected at most 10,000"),
+        (
+            "".join(f"k{i} = 1\n" for i in range(MOST_KEYS + 1)),
+            "10,001 keys and tables; expected at most 10,000",
+        ),
         ("[[a]]\n" * (MOST_KEYS + 1), "10,001 keys and tables; expected at most 10,000"),
         ("# " + "é" * LARGEST_BYTES, "524,290 bytes; expected TOML of at most 262,144 bytes"),
         ("a = " + "1" * 5_000, "not TOML"),
@@ -68,7 +79,9 @@ LONG = {
     "long parts": ("a" * 15_000 + ".") * 16,
     "almost deep": ("a." * (DEEPEST - 1) + "a ") * 7_500,
     "almost deep keys": "\n".join(f"a{i}." + ".".join("a" * 14) + "=1" for i in range(6_500)),
-    "almost deep tables": "\n".join("[" + ".".join("a" * 8) + f".b{i}]\nb.b.b.b.b = 1" for i in range(4_900)),
+    "almost deep tables": "\n".join(
+        "[" + ".".join("a" * 8) + f".b{i}]\nb.b.b.b.b = 1" for i in range(4_900)
+    ),
     "lists": "a = [" + "[]," * 80_000 + "]",
 }
 
@@ -89,12 +102,16 @@ def test_nothing_within_the_limits_takes_long_or_much(name: str) -> None:
     assert peak < 100e6
 
 
-def test_a_mark_of_byte_order_is_no_part_of_the_text_and_no_more_is_read_of_a_larger_file(tmp_path: Path) -> None:
+def test_a_mark_of_byte_order_is_no_part_of_the_text_and_no_more_is_read_of_a_larger_file(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbfa = 1\n")
     assert toml_table(read_toml_text(tmp_path / "a.toml")) == {"a": 1}
     with (tmp_path / "large.toml").open("wb") as file:
         file.truncate(50 * 2**30)  # takes no room on the disk
-    with pytest.raises(ValueError, match="53,687,091,200 bytes; expected TOML of at most 262,144 bytes"):
+    with pytest.raises(
+        ValueError, match="53,687,091,200 bytes; expected TOML of at most 262,144 bytes"
+    ):
         read_toml_text(tmp_path / "large.toml")
 
 
@@ -129,8 +146,13 @@ def test_the_window_refuses_what_is_typed_and_what_is_uploaded(tmp_path: Path) -
             typed = post_json(client, f"/api/{address}", {**more, "factors": DEEP})
             assert typed.status_code == 422
             assert "factors: the key 'a.a." in typed.text and "16,001 parts" in typed.text
-        files = [("files", ("c/campaign.toml", io.BytesIO(DEEP.encode()))), ("files", ("c/runs.csv", b"run\n1\n"))]
-        sent = client.post("/api/ingest/upload", files=files, headers={"X-CSRF-Token": token(client)})
+        files = [
+            ("files", ("c/campaign.toml", io.BytesIO(DEEP.encode()))),
+            ("files", ("c/runs.csv", b"run\n1\n")),
+        ]
+        sent = client.post(
+            "/api/ingest/upload", files=files, headers={"X-CSRF-Token": token(client)}
+        )
         job = json.dumps(ended(client, sent), ensure_ascii=False)
     assert "campaign.toml: the key 'a.a." in job
     assert "16,001 parts" in job
@@ -144,6 +166,7 @@ def test_toml_is_parsed_in_one_place() -> None:
         for file, text in texts.items()
         if "toml" in text
         for node in ast.walk(ast.parse(text))
-        if isinstance(node, ast.Import) and any(alias.name in ("tomllib", "tomli", "toml") for alias in node.names)
+        if isinstance(node, ast.Import)
+        and any(alias.name in ("tomllib", "tomli", "toml") for alias in node.names)
     }
-    assert imported == {"schema/toml_text.py"}
+    assert imported == {"files/toml_text.py"}

@@ -11,13 +11,29 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.delimited_text import table_rows
-from pyroshock.spreadsheet_guard import GuardedCsv, guarded, guarded_frame, guarding, without_guard
+from pyroshock.files.delimited_text import table_rows
+from pyroshock.files.spreadsheet_guard import (
+    GuardedCsv,
+    guarded,
+    guarded_frame,
+    guarding,
+    without_guard,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Writers of what other programs read: campaign folders of the virtual bench, whose files the exchange format states.
 FOR_PROGRAMS = {"virtualbench/plate/modes.py", "virtualbench/recorder.py"}
-NO_PRODUCT = (".venv", ".cache", "tests", "tools", "benchmarks", "docs", "examples", "build", "results")
+NO_PRODUCT = (
+    ".venv",
+    ".cache",
+    "tests",
+    "tools",
+    "benchmarks",
+    "docs",
+    "examples",
+    "build",
+    "results",
+)
 FORMULAS = [
     "=1+1", "=HYPERLINK(\"http://evil.example\")", "+cmd|' /C calc'!A0", "-2+3+cmd|' /C calc'!A0", "@SUM(1;1)",
     "\t=1+1", "\r=1+1", "\n=1+1", "＝1+1", "－1+A1", "-A1", "+1-1", "--1", "'=1+1",
@@ -41,10 +57,20 @@ def test_numbers_and_other_texts_stay(cell: object) -> None:
 def test_every_text_comes_back_and_none_is_a_formula(text: str) -> None:
     shown = guarded(text)
     assert without_guard(shown) == text
-    assert not shown.startswith(("=", "+", "-", "@")) or len(shown) == 1 or shown.lstrip("+-")[:1] in "0123456789.,"
+    assert (
+        not shown.startswith(("=", "+", "-", "@"))
+        or len(shown) == 1
+        or shown.lstrip("+-")[:1] in "0123456789.,"
+    )
 
 
-@given(st.lists(st.text("=+-@'ab1 ", min_size=1, max_size=6).map(str.strip).filter(bool), min_size=1, max_size=4))
+@given(
+    st.lists(
+        st.text("=+-@'ab1 ", min_size=1, max_size=6).map(str.strip).filter(bool),
+        min_size=1,
+        max_size=4,
+    )
+)
 def test_a_row_comes_back_through_a_file(cells: list[str]) -> None:
     stream = io.StringIO(newline="")
     GuardedCsv(stream).write_row(["x", *cells])
@@ -69,7 +95,11 @@ def test_rows_are_written_as_csv_quotes_them() -> None:
     writer = GuardedCsv(stream, line_end="\n")
     writer.write_row(["a,b", "=c"])
     writer.write_rows([[-1.5, None], ["x", 'say "y"']])
-    assert list(csv.reader(io.StringIO(stream.getvalue()))) == [["a,b", "'=c"], ["-1.5", ""], ["x", 'say "y"']]
+    assert list(csv.reader(io.StringIO(stream.getvalue()))) == [
+        ["a,b", "'=c"],
+        ["-1.5", ""],
+        ["x", 'say "y"'],
+    ]
 
 
 def _calls(tree: ast.AST) -> set[str]:
@@ -94,12 +124,16 @@ def test_the_product_writes_csv_nowhere_else() -> None:
         ):
             continue
         calls = _calls(ast.parse(file.read_text(encoding="utf-8")))
-        if found := {call for call in calls if call in ("csv.writer", "csv.DictWriter") or call.endswith("to_csv")}:
+        if found := {
+            call
+            for call in calls
+            if call in ("csv.writer", "csv.DictWriter") or call.endswith("to_csv")
+        }:
             places[name] = found
     assert (
         places
         == {
-            "spreadsheet_guard.py": {"csv.writer"},
+            "files/spreadsheet_guard.py": {"csv.writer"},
             "virtualbench/plate/modes.py": {"csv.writer"},
             "virtualbench/recorder.py": {"csv.DictWriter"},
             "app/train/datasets.py": {"guarded_frame(frame).to_csv"},

@@ -18,7 +18,9 @@ _SAME_SIGN = str.maketrans({"\u00a0": " ", "\u2009": " ", "\u202f": " ", "\u2019
 GROUP_SIGNS = " '\u00a0\u2009\u202f\u2019"
 _DECIMALS = (".", ",")
 _NUMBER = re.compile(r"([-+]?)([\d.,' ]*\d[\d.,' ]*)([eE][-+]?\d+)?", re.ASCII)
-_GROUPED = {sign: re.compile(rf"[1-9]\d{{0,2}}(?:{re.escape(sign)}\d{{3}})+", re.ASCII) for sign in ".,' "}
+_GROUPED = {
+    sign: re.compile(rf"[1-9]\d{{0,2}}(?:{re.escape(sign)}\d{{3}})+", re.ASCII) for sign in ".,' "
+}
 _DIGITS = re.compile(r"\d+", re.ASCII)
 
 
@@ -41,7 +43,10 @@ class Notation:
     def plain(self, text: str) -> str:
         """`text` as Python writes the number. Raises `ValueError` where it is no number of this notation."""
         for reading in readings(text):
-            if reading.decimal in (None, self.decimal) and reading.thousands in (None, self.thousands):
+            if reading.decimal in (None, self.decimal) and reading.thousands in (
+                None,
+                self.thousands,
+            ):
                 return reading.plain
         raise ValueError(f"{text!r} is no number with the decimal sign {self.decimal!r}")
 
@@ -53,14 +58,18 @@ class AmbiguousNumberError(ValueError):
         self.text = text
         self.choices = " or ".join(_undoubted(reading.plain) for reading in readings(text))
         sign = "comma" if "," in text else "point"
-        super().__init__(f"{text!r} can be {self.choices}: its {sign} is a decimal sign or sets thousands apart")
+        super().__init__(
+            f"{text!r} can be {self.choices}: its {sign} is a decimal sign or sets thousands apart"
+        )
 
 
 def _undoubted(plain: str) -> str:
     """A plain number with other than three decimals: `1.200` is `1.2`, `1.234` is `1.2340`."""
     whole, point, fraction = plain.partition(".")
     fraction = fraction.rstrip("0")
-    return whole + (point + (fraction + "0" if len(fraction) == 3 else fraction or "0") if point else "")
+    return whole + (
+        point + (fraction + "0" if len(fraction) == 3 else fraction or "0") if point else ""
+    )
 
 
 def readings(text: str) -> list[Reading]:
@@ -74,10 +83,19 @@ def readings(text: str) -> list[Reading]:
     meanings = []
     for decimal in _DECIMALS:
         whole, mark, fraction = mantissa.partition(decimal)
-        if mark and (fraction == "" or _DIGITS.fullmatch(fraction)) and (whole == "" or _DIGITS.fullmatch(whole)):
+        if (
+            mark
+            and (fraction == "" or _DIGITS.fullmatch(fraction))
+            and (whole == "" or _DIGITS.fullmatch(whole))
+        ):
             meanings.append(Reading(decimal, None, f"{sign}{whole}.{fraction}{exponent}"))
         for thousands, grouped in _GROUPED.items():
-            if exponent or thousands == decimal or not grouped.fullmatch(whole) or (mark and not fraction.isdigit()):
+            if (
+                exponent
+                or thousands == decimal
+                or not grouped.fullmatch(whole)
+                or (mark and not fraction.isdigit())
+            ):
                 continue
             digits = sign + whole.replace(thousands, "") + (f".{fraction}" if mark else "")
             meanings.append(Reading(decimal if mark else None, thousands, digits))
@@ -96,7 +114,11 @@ def plain_number(text: str) -> str:
 
 
 def notation_of(
-    columns: Iterable[Sequence[str]], *, comma_cells: bool, by_hand: bool = False, decimal: str | None = None
+    columns: Iterable[Sequence[str]],
+    *,
+    comma_cells: bool,
+    by_hand: bool = False,
+    decimal: str | None = None,
 ) -> Notation | None:
     """The notation in which a table's numbers are written; None where single numbers contradict each other without
     doubt about any of them (`0.5` beside `1,5`). Cells that are no numbers do not count.
@@ -148,4 +170,8 @@ def _sets_thousands_apart(sign: str, column: Sequence[str]) -> bool:
     texts = {text.strip() for text in column}
     bare = [text for text in texts if _DIGITS.fullmatch(text.lstrip("+-"))]
     grouped = [text for text in texts if sign in text]
-    return bool(bare) and all(len(text.lstrip("+-")) < 4 for text in bare) and any(t.endswith("0") for t in grouped)
+    return (
+        bool(bare)
+        and all(len(text.lstrip("+-")) < 4 for text in bare)
+        and any(t.endswith("0") for t in grouped)
+    )

@@ -1,0 +1,1 @@
+"""How a file is read and written safely: tables, TOML, numbers as people write them, whole files."""
