@@ -4,13 +4,14 @@
 
     store = ps.open("sqlite:///lab.db")
 
-The names below are the public interface (`__all__`); CONTRIBUTING.md tells how they may change. Each is imported when
-it is first used, so that `import pyroshock` costs nothing.
+The names below are the public interface (`__all__`); CONTRIBUTING.md tells how they may change.
+Each is imported when it is first used, so that `import pyroshock` costs nothing.
 """
 
 from __future__ import annotations
 
-# Nothing is imported here, so that `python -m pyroshock` closes the working directory before any import looks into it.
+# Nothing is imported here, so that `python -m pyroshock` closes the working directory before any
+# import looks into it.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any

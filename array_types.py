@@ -1,4 +1,5 @@
-"""Types of NumPy arrays, defined once for every room: what an annotation says of the elements of an array."""
+"""Types of NumPy arrays, defined once for every room: what an annotation says of the elements of an
+array."""
 
 from __future__ import annotations
 

@@ -36,10 +36,10 @@ SPLITS = ("repetitions", "configurations")
 class ExperimentStore:
     """Campaigns, impacts, plans, datasets, models and diagnoses of a laboratory, under one address.
 
-    Use it in a `with` block, or call `close()`. What is read comes back as a pandas DataFrame, or as an object with
-    `.to_frame()` and `.plot()`. Numbers are SI; a frame's columns bear their units, and `.attrs["units"]` lists them.
-    Errors that a user can mend are `PyroshockError`s. `store` is the store of the database layer, for what has no
-    method here.
+    Use it in a `with` block, or call `close()`. What is read comes back as a pandas DataFrame, or
+    as an object with `.to_frame()` and `.plot()`. Numbers are SI; a frame's columns bear their
+    units, and `.attrs["units"]` lists them. Errors that a user can mend are `PyroshockError`s.
+    `store` is the store of the database layer, for what has no method here.
     """
 
     def __init__(self, store: Store, url: str) -> None:
@@ -50,7 +50,8 @@ class ExperimentStore:
 
     @property
     def plan(self) -> PlanCollection:
-        """The plans of campaigns, and the methods to make one: `store.plan.lhs("summer", runs=105)`."""
+        """The plans of campaigns, and the methods to make one: `store.plan.lhs("summer",
+        runs=105)`."""
         from .plan.service import PlanCollection
 
         return PlanCollection(self.store)
@@ -72,10 +73,12 @@ class ExperimentStore:
         progress: bool = True,
         **settings: Any,
     ) -> IngestedCampaign:
-        """Read the campaign in `folder` into the store, as `pyroshock ingest` does; what is stored is not stored again.
+        """Read the campaign in `folder` into the store, as `pyroshock ingest` does; what is stored
+        is not stored again.
 
-        `settings` are those of the pulse extraction: `segmentation`, `threshold`, `smoothing`, `refinement`, `points`,
-        `event_share`, `separation_s`. With `dry_run` everything is checked and nothing is stored.
+        `settings` are those of the pulse extraction: `segmentation`, `threshold`, `smoothing`,
+        `refinement`, `points`, `event_share`, `separation_s`. With `dry_run` everything is checked
+        and nothing is stored.
         """
         from ..ingest.settings import ExtractionSettings
         from .ingest.service import IngestOptions, ingest_campaign
@@ -98,7 +101,8 @@ class ExperimentStore:
 
     @raises_library_errors
     def campaigns(self) -> pd.DataFrame:
-        """A campaign in each row: kind, date, counts of impacts, shots, and runs planned and done."""
+        """A campaign in each row: kind, date, counts of impacts, shots, and runs planned and
+        done."""
         from ..schema.listings import list_campaigns
 
         with self.store.reading() as session:
@@ -114,10 +118,11 @@ class ExperimentStore:
         sort: str | None = None,
         limit: int | None = None,
     ) -> pd.DataFrame:
-        """Impacts with their factors and the figures of their pulses: the rows of `pyroshock impacts`.
+        """Impacts with their factors and the figures of their pulses: the rows of `pyroshock
+        impacts`.
 
-        `where` is a condition or several: "tip_material = steel", "peak_force_n > 1000". `sort` is a column, "-column"
-        for falling values. `limit` counts after sorting.
+        `where` is a condition or several: "tip_material = steel", "peak_force_n > 1000". `sort` is
+        a column, "-column" for falling values. `limit` counts after sorting.
         """
         from .impacts.service import impacts_frame, with_absent_factors
 
@@ -139,7 +144,8 @@ class ExperimentStore:
         sort: str | None = None,
         limit: int | None = None,
     ) -> pd.DataFrame:
-        """Shots of the gun with their measured velocity and that of the nominal model: as `pyroshock shots`."""
+        """Shots of the gun with their measured velocity and that of the nominal model: as
+        `pyroshock shots`."""
         from ..schema.conditions import SHOT_COLUMNS
         from ..schema.listings import iter_shots
         from .common.filters import parse_where
@@ -163,7 +169,8 @@ class ExperimentStore:
 
     @raises_library_errors
     def recording(self, impact: int) -> StoredRecording:
-        """The recording of an impact: channels by name, of which only the samples that are used are read."""
+        """The recording of an impact: channels by name, of which only the samples that are used are
+        read."""
         from .impacts.service import StoredRecording
 
         return StoredRecording(self.store, impact)
@@ -189,11 +196,12 @@ class ExperimentStore:
         extraction: str | None = None,
         velocity: str | None = None,
     ) -> FrozenDataset:
-        """The dataset of this name (or hash); with `campaigns`, their usable pulses frozen under it.
+        """The dataset of this name (or hash); with `campaigns`, their usable pulses frozen under
+        it.
 
-        The same content again is the same dataset. `predictors` is "hammer", "gun" or the path of a TOML file;
-        `quality` the gravest verdict that leaves an impact out ("reject", "warning", "none"); `velocity`
-        "before-contact" or "integrated" converts impact velocities to one kind.
+        The same content again is the same dataset. `predictors` is "hammer", "gun" or the path of a
+        TOML file; `quality` the gravest verdict that leaves an impact out ("reject", "warning",
+        "none"); `velocity` "before-contact" or "integrated" converts impact velocities to one kind.
         """
         from ..dataset.predictors import predictors_named
         from ..dataset.snapshot import build_snapshot, read_snapshot
@@ -220,7 +228,8 @@ class ExperimentStore:
         jobs: int = 1,
         progress: bool = True,
     ) -> TrainingRuns:
-        """Train models on a dataset and register them, each judged on pulses that it has not seen: `pyroshock train`.
+        """Train models on a dataset and register them, each judged on pulses that it has not seen:
+        `pyroshock train`.
 
         What is registered already is not trained again. `jobs` processes train at once.
         """
@@ -247,7 +256,8 @@ class ExperimentStore:
 
     @raises_library_errors
     def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
-        """Every registered version in a row, the newest first, with its errors; `in_use` says for which bench."""
+        """Every registered version in a row, the newest first, with its errors; `in_use` says for
+        which bench."""
         from ..training.registry.listing import of_dataset
         from .common.model_registry import models_extra, registry_of
         from .train.service import versions_frame
@@ -259,8 +269,8 @@ class ExperimentStore:
 
     @raises_library_errors
     def model(self, name: str, *, split: str | None = None) -> StoredModel:
-        """A registered model that predicts the pulses of a DataFrame: "hybrid@3", "hybrid@champion", or "hybrid" for
-        the newest one (judged on `split`)."""
+        """A registered model that predicts the pulses of a DataFrame: "hybrid@3",
+        "hybrid@champion", or "hybrid" for the newest one (judged on `split`)."""
         from .train.contact_model import read_model
 
         return read_model(self.url, name, split)
@@ -273,7 +283,8 @@ class ExperimentStore:
         split: str = "repetitions",
         metric: str = "force_nrmse",
     ) -> ModelComparison:
-        """Versions ("hybrid@3") on the held-out pulses they have in common: which is better, and whether by chance."""
+        """Versions ("hybrid@3") on the held-out pulses they have in common: which is better, and
+        whether by chance."""
         from .train.comparing import metrics_named
         from .train.service import ModelComparison, compare_versions
 
@@ -287,10 +298,11 @@ class ExperimentStore:
     def promote(
         self, model: str, *, reason: str = "", on: str | None = None, force: bool = False
     ) -> PromotionDecision:
-        """Put a version ("hybrid@3") in use for the benches of its kind, if it predicts unseen configurations better.
+        """Put a version ("hybrid@3") in use for the benches of its kind, if it predicts unseen
+        configurations better.
 
-        `on` is a dataset or campaign whose pulses decide; `force` puts it in use though it is worse, which needs a
-        `reason`. The decision is kept either way.
+        `on` is a dataset or campaign whose pulses decide; `force` puts it in use though it is
+        worse, which needs a `reason`. The decision is kept either way.
         """
         from .train.service import promote_version
 
@@ -316,13 +328,14 @@ class ExperimentStore:
         chain_height: Quantity = 0.0,
         coupled: bool = False,
     ) -> LaboratoryTwin:
-        """The twin of a campaign's bench (without one, the newest of a gun), taught by its measured shots.
+        """The twin of a campaign's bench (without one, the newest of a gun), taught by its measured
+        shots.
 
-        `contact` is a law ("hertz"), "prior", "registered" or "hybrid@3"; without it the model in use. `effects` are
-        ids of the catalogue, with parameters in SI ("plate.damping:factor=2"), or a diagnosis, whose likeliest cause
-        acts; one given here goes before an adopted one of the same id. `adopted` takes those that diagnoses have left
-        to the bench. `impact_points` and `sensors` are places on the plate in m, `frequencies` lines in Hz or
-        "100:10000:6".
+        `contact` is a law ("hertz"), "prior", "registered" or "hybrid@3"; without it the model in
+        use. `effects` are ids of the catalogue, with parameters in SI ("plate.damping:factor=2"),
+        or a diagnosis, whose likeliest cause acts; one given here goes before an adopted one of the
+        same id. `adopted` takes those that diagnoses have left to the bench. `impact_points` and
+        `sensors` are places on the plate in m, `frequencies` lines in Hz or "100:10000:6".
         """
         from .laboratory_twin import laboratory_twin
 
@@ -377,11 +390,13 @@ class ExperimentStore:
         seed: int = 0,
         progress: bool = True,
     ) -> GapDiagnosis:
-        """Where the gap between measurement and twin lies, which effect causes it, and how far it shrinks with it.
+        """Where the gap between measurement and twin lies, which effect causes it, and how far it
+        shrinks with it.
 
-        A campaign of the store keeps its diagnosis; a folder is read into nothing that stays. `tolerances` by stage are
-        shares for gun and contact and dB for the plate; `uncertain` are standard deviations of nominal numbers in SI.
-        `adopt` is an effect ("gun.valve_flow") that predictions use from now on, or "none".
+        A campaign of the store keeps its diagnosis; a folder is read into nothing that stays.
+        `tolerances` by stage are shares for gun and contact and dB for the plate; `uncertain` are
+        standard deviations of nominal numbers in SI. `adopt` is an effect ("gun.valve_flow") that
+        predictions use from now on, or "none".
         """
         from .diagnose.service import diagnose_campaign
 
@@ -404,7 +419,8 @@ class ExperimentStore:
 
     @raises_library_errors
     def diagnoses(self, *, campaign: str | None = None) -> pd.DataFrame:
-        """Diagnoses that the store keeps, the newest first: first answer, gap, and whether an effect was adopted."""
+        """Diagnoses that the store keeps, the newest first: first answer, gap, and whether an
+        effect was adopted."""
         from .diagnose.service import kept_diagnoses
 
         return kept_diagnoses(self.store, campaign)
@@ -418,9 +434,11 @@ class ExperimentStore:
 
     @raises_library_errors
     def adopt(self, diagnosis: GapDiagnosis, *, effect: str | None = None) -> GapDiagnosis:
-        """Let predictions use an effect of a diagnosis from now on: "gun.valve_flow", "a+b", or "none" for no longer.
+        """Let predictions use an effect of a diagnosis from now on: "gun.valve_flow", "a+b", or
+        "none" for no longer.
 
-        Without `effect` it is what the diagnosis says first. Its `version` is that of the bench's twin.
+        Without `effect` it is what the diagnosis says first. Its `version` is that of the bench's
+        twin.
         """
         from .diagnose.service import adopt_effect
 
@@ -449,10 +467,11 @@ class ExperimentStore:
 def open_experiment_store(
     address: str | os.PathLike[str], *, create: bool = True
 ) -> ExperimentStore:
-    """The store at `address`: "sqlite:///lab.db", "postgresql+psycopg://USER@HOST/NAME", or the path of a file.
+    """The store at `address`: "sqlite:///lab.db", "postgresql+psycopg://USER@HOST/NAME", or the
+    path of a file.
 
-    An SQLite file that does not exist is made, unless `create` is False. Raises `StorageError` where the store cannot
-    be opened.
+    An SQLite file that does not exist is made, unless `create` is False. Raises `StorageError`
+    where the store cannot be opened.
     """
     from .. import __version__
 

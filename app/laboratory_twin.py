@@ -26,10 +26,11 @@ if TYPE_CHECKING:
 
 
 class LaboratoryTwin:
-    """Gun, contact, plate and sensors of one bench as one model, taught by the shots that the store holds.
+    """Gun, contact, plate and sensors of one bench as one model, taught by the shots that the store
+    holds.
 
-    `built` is the twin behind it. `predict` and `tune` take quantities as numbers in SI, text with a unit or pint
-    quantities; pressures are gauge.
+    `built` is the twin behind it. `predict` and `tune` take quantities as numbers in SI, text with
+    a unit or pint quantities; pressures are gauge.
     """
 
     def __init__(
@@ -78,10 +79,12 @@ class LaboratoryTwin:
         draws: int = DRAWS,
         seed: int = 0,
     ) -> ShotPrediction:
-        """One shot: velocity, force, accelerations and spectra with 90 % bands from `draws` random shots.
+        """One shot: velocity, force, accelerations and spectra with 90 % bands from `draws` random
+        shots.
 
-        `tank_pressure` (gauge) fires the gun; `velocity`, of impact before contact, stands in for it. Without either a
-        gun is fired with 5 bar. `factors` are the laboratory's own, in SI. The same `seed` gives the same bands.
+        `tank_pressure` (gauge) fires the gun; `velocity`, of impact before contact, stands in for
+        it. Without either a gun is fired with 5 bar. `factors` are the laboratory's own, in SI. The
+        same `seed` gives the same bands.
         """
         from .predict.service import ShotPrediction
 
@@ -113,12 +116,14 @@ class LaboratoryTwin:
         jobs: int = 1,
         progress: bool = True,
     ) -> pd.DataFrame:
-        """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of the 90 % bands, SI.
+        """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of
+        the 90 % bands, SI.
 
-        The columns of `shots` are arguments of `predict` ("tank_pressure": "5 bar"), or those of a table of runs
-        ("tank_pressure_bar") or of the store's frames ("tank_pressure_pa"), as `runs.csv` and plans have them; an empty
-        cell leaves the argument out. `jobs` processes work at once. Each row is predicted as `predict` predicts it
-        alone; `.attrs["notes"]` says what was assumed.
+        The columns of `shots` are arguments of `predict` ("tank_pressure": "5 bar"), or those of a
+        table of runs ("tank_pressure_bar") or of the store's frames ("tank_pressure_pa"), as
+        `runs.csv` and plans have them; an empty cell leaves the argument out. `jobs` processes work
+        at once. Each row is predicted as `predict` predicts it alone; `.attrs["notes"]` says what
+        was assumed.
         """
         import pandas as pd
 
@@ -158,12 +163,14 @@ class LaboratoryTwin:
     ) -> TunedSettings:
         """Settings of the bench that give a prescribed spectrum, the best first.
 
-        `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame with the columns
-        frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2). `tolerance` is "6dB", "+9/-6dB" or a
-        number in dB; without one that of the target, else NASA-STD-7003's. `measured` are campaigns whose shots teach
-        the search, `bullet_mass` the masses that the laboratory owns ("0.2kg:1kg": any between them), `factors` a
-        plan's TOML file with all that it owns. A setting meets the target from the probability `at_least` on, where the
-        `share` of all lines lies within. `extrapolate` proposes settings outside of the model's domain, too.
+        `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame
+        with the columns frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2).
+        `tolerance` is "6dB", "+9/-6dB" or a number in dB; without one that of the target, else
+        NASA-STD-7003's. `measured` are campaigns whose shots teach the search, `bullet_mass` the
+        masses that the laboratory owns ("0.2kg:1kg": any between them), `factors` a plan's TOML
+        file with all that it owns. A setting meets the target from the probability `at_least` on,
+        where the `share` of all lines lies within. `extrapolate` proposes settings outside of the
+        model's domain, too.
         """
         from .tune.service import factors_of, masses_of, search_settings, target_of
         from .tune.session import Ask
@@ -190,9 +197,9 @@ class LaboratoryTwin:
     def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:
         """The same twin with further effects, which take the place of those with the same id.
 
-        `effects` are ids ("plate.damping:factor=2"), effects of the catalogue, or a diagnosis, whose likeliest cause
-        acts then; `diagnosis.fitted` has its other fits. Raises `InvalidValueError` for a diagnosis whose likeliest
-        cause is none or unknown.
+        `effects` are ids ("plate.damping:factor=2"), effects of the catalogue, or a diagnosis,
+        whose likeliest cause acts then; `diagnosis.fitted` has its other fits. Raises
+        `InvalidValueError` for a diagnosis whose likeliest cause is none or unknown.
         """
         added = effects_of(effects, "effects")
         own = {effect.id for effect in added}
@@ -201,7 +208,10 @@ class LaboratoryTwin:
         return _built_twin(self._store, self._url, request)
 
     def __repr__(self) -> str:
-        return f"<twin of {self._bench()}: {', '.join(f'{stage} {model}' for stage, model in self.models.items())}>"
+        return (
+            f"<twin of {self._bench()}: "
+            f"{', '.join(f'{stage} {model}' for stage, model in self.models.items())}>"
+        )
 
     def _repr_html_(self) -> str:
         notes = "".join(f"<p>{escape(note)}</p>" for note in (self.rests_on, *self.notes) if note)
@@ -227,7 +237,8 @@ def shipped_twin(
     chain_height: Quantity = 0.0,
     coupled: bool = False,
 ) -> LaboratoryTwin:
-    """The twin of the bench that ships with the software, without a store. Arguments as `ExperimentStore.twin`.
+    """The twin of the bench that ships with the software, without a store. Arguments as
+    `ExperimentStore.twin`.
 
     Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
     """
@@ -251,7 +262,8 @@ def shipped_twin(
 
 
 def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> LaboratoryTwin:
-    """The twin of a campaign's bench. `arguments` are those of `twin_request`. Raises as `building.twin_of`."""
+    """The twin of a campaign's bench. `arguments` are those of `twin_request`. Raises as
+    `building.twin_of`."""
     return _built_twin(store, url, twin_request(python_name, **arguments))
 
 

@@ -1,8 +1,9 @@
-"""`python -m benchmarks [--full] [THEME…]` measures themes and prints their figures; all of them make the page.
+"""`python -m benchmarks [--full] [THEME…]` measures themes and prints their figures; all of them
+make the page.
 
-Without --full the page is docs/measurements/benchmarks.md with its two pictures, with it benchmarks-full.md beside it.
-Each theme has a fresh process: imports, compiled functions and memory of another theme do not count. The exit code is 1
-where a promise is lost or a theme failed.
+Without --full the page is docs/measurements/benchmarks.md with its two pictures, with it
+benchmarks-full.md beside it. Each theme has a fresh process: imports, compiled functions and memory
+of another theme do not count. The exit code is 1 where a promise is lost or a theme failed.
 """
 
 from __future__ import annotations
@@ -28,9 +29,11 @@ PICTURES = ("images/benchmarks.png", "images/benchmarks-growth.png")
 
 @dataclass(frozen=True)
 class Theme:
-    """A function of a folder, and its arguments at the quick and the full size; None: it has one size.
+    """A function of a folder, and its arguments at the quick and the full size; None: it has one
+    size.
 
-    Its module is imported when it is measured: a theme that cannot be loaded does not stop the others.
+    Its module is imported when it is measured: a theme that cannot be loaded does not stop the
+    others.
     """
 
     module: str
@@ -77,10 +80,12 @@ if not sys.platform.startswith("linux"):  # memory of a family of processes is r
 
 
 def measured(name: str, full: bool, folder: Path) -> list[Figure]:
-    """A theme's figures from a process of its own; of one that fails, a figure that does not hold."""
+    """A theme's figures from a process of its own; of one that fails, a figure that does not
+    hold."""
     try:
         return in_fresh_process(name, full, folder)
-    except Exception as error:  # noqa: BLE001  # the minutes of the other themes are not lost with it
+    except Exception as error:  # noqa: BLE001
+        # the minutes of the other themes are not lost with it
         sys.stderr.write(f"{name}: {error!r}\n")
         return [
             Figure(
@@ -97,7 +102,8 @@ def measured(name: str, full: bool, folder: Path) -> list[Figure]:
 def in_fresh_process(name: str, full: bool, folder: Path) -> list[Figure]:
     """Raises `CalledProcessError` where the theme fails.
 
-    A program, and not a worker of `multiprocessing`, whose way of starting processes the peers in it would inherit.
+    A program, and not a worker of `multiprocessing`, whose way of starting processes the peers in
+    it would inherit.
     """
     with TemporaryDirectory() as place:
         answer = Path(place) / "figures.json"
@@ -147,7 +153,8 @@ def main(words: Sequence[str]) -> int:
 def write(
     figures: Sequence[Figure], full: bool, minutes: float, folder: Path, docs: Path = DOCS
 ) -> Path:
-    """The page and, for the quick sizes, its pictures in `docs`; the theme "growth" leaves its points in `folder`."""
+    """The page and, for the quick sizes, its pictures in `docs`; the theme "growth" leaves its
+    points in `folder`."""
     path = docs / "measurements" / f"benchmarks{'-full' if full else ''}.md"
     path.parent.mkdir(parents=True, exist_ok=True)
     pictures = []

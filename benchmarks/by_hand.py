@@ -1,8 +1,8 @@
 """`python -m benchmarks.by_hand`: code of our own beside a library that does the same, as Markdown.
 
-Times are of one core and of the same numbers: a way that gives others ends the run. Other comparisons have pages of
-their own (docs/measurements/packages.md lists them). The exit code is 1 where a fit of the contact time is slower than
-with GPyTorch's likelihood, or ends at another loss.
+Times are of one core and of the same numbers: a way that gives others ends the run. Other
+comparisons have pages of their own (docs/measurements/packages.md lists them). The exit code is 1
+where a fit of the contact time is slower than with GPyTorch's likelihood, or ends at another loss.
 """
 
 from __future__ import annotations
@@ -91,7 +91,8 @@ def left_out(rows: int = SEARCHED) -> dict[str, Callable[[], Floats]]:
 
 
 def likelihoods(rows: int = TRAINED) -> dict[str, Callable[[], float]]:
-    """Loss and gradient of the coregional process at the benchmark's parameters, without and with PyTorch."""
+    """Loss and gradient of the coregional process at the benchmark's parameters, without and with
+    PyTorch."""
     (x, y), at = pulses(rows), parameters()
 
     def numpy_alone() -> float:
@@ -107,7 +108,8 @@ def likelihoods(rows: int = TRAINED) -> dict[str, Callable[[], float]]:
 
 
 def one_output(kernel: str, rows: int) -> dict[str, Callable[[], None]]:
-    """Loss and gradient of a process of one output, by the likelihood of several and by that of one."""
+    """Loss and gradient of a process of one output, by the likelihood of several and by that of
+    one."""
     from pyroshock.training.gp.multitask import CoregionalModel, named_kernel
 
     x, outputs = pulses(rows)
@@ -159,8 +161,8 @@ def kernels(rows: int = TRAINED) -> dict[str, Callable[[], Floats]]:
 
 
 def contact_time(settings: dict[str, Any], rows: int = TRAINED) -> dict[str, Callable[[], float]]:
-    """The contact time's process trained from the start of the search to its end, by ours and by GPyTorch's
-    likelihood, which is differentiated automatically; the last loss."""
+    """The contact time's process trained from the start of the search to its end, by ours and by
+    GPyTorch's likelihood, which is differentiated automatically; the last loss."""
     from gpytorch.mlls import ExactMarginalLogLikelihood
 
     x, outputs = pulses(rows)
@@ -217,8 +219,8 @@ def compare(
     repeats: int,
     difference: float | None = None,
 ) -> bool:
-    """Prints a row for each way; whether the first is the quickest. Raises `ValueError` where answers are more than
-    `difference` from the first one's."""
+    """Prints a row for each way; whether the first is the quickest. Raises `ValueError` where
+    answers are more than `difference` from the first one's."""
     first, *_ = answers = [function() for function in functions.values()]
     for name, answer in zip(functions, answers, strict=True):
         if difference is not None and not np.max(np.abs(np.subtract(answer, first))) <= difference:

@@ -1,13 +1,15 @@
-"""`python -m benchmarks.coregional [--full]`: the coregional Gaussian process beside GPyTorch, BoTorch and GPy.
+"""`python -m benchmarks.coregional [--full]`: the coregional Gaussian process beside GPyTorch,
+BoTorch and GPy.
 
-Loss with gradient, and predictions with spread, of the same pulses and parameters: B = W W' + diag(kappa), one noise
-for each output, a squared exponential with a lengthscale for each predictor, no priors. Every way runs in a process of
-its own, in turn. Beside the peers stand what one would write first, two eigendecompositions, and as the limit one
-Cholesky factorisation of a matrix of pulses by pulses, which no exact likelihood does without. `--full` adds 720
-pulses, where peers take minutes and 12 GB.
+Loss with gradient, and predictions with spread, of the same pulses and parameters: B = W W' +
+diag(kappa), one noise for each output, a squared exponential with a lengthscale for each predictor,
+no priors. Every way runs in a process of its own, in turn. Beside the peers stand what one would
+write first, two eigendecompositions, and as the limit one Cholesky factorisation of a matrix of
+pulses by pulses, which no exact likelihood does without. `--full` adds 720 pulses, where peers take
+minutes and 12 GB.
 
-`python -m benchmarks.coregional serve NAME` answers requests of the measurement; `training N` trains on N pulses and
-prints what it took as a line of JSON.
+`python -m benchmarks.coregional serve NAME` answers requests of the measurement; `training N`
+trains on N pulses and prints what it took as a line of JSON.
 """
 
 from __future__ import annotations
@@ -47,7 +49,8 @@ from .harness import (
 Floats = NDArray[np.float64]
 #: Gives the negative log likelihood, after computing its gradient.
 Evaluate = Callable[[], float]
-#: Gives means and standard deviations (asked x outputs) of new measurements, by a process that knows its data.
+#: Gives means and standard deviations (asked x outputs) of new measurements, by a process that
+#: knows its data.
 Predict = Callable[[], tuple[Floats, Floats]]
 
 THEME = "Coregional Gaussian process, 20 outputs, 13 predictors"
@@ -67,12 +70,14 @@ PEERS = {
 SIZES: Mapping[int, int] = {45: 7, 90: 5, 180: 2}
 FULL_SIZES: Mapping[int, int] = {**SIZES, 720: 1}
 LARGE, QUICK_REPEATS, ASKED, PREDICTED, LIMIT_BYTES = 1440, 9, 20, 10_000, 24 * 10**9
-#: Promised: ours over GPyTorch's and BoTorch's from 180 pulses on; factorisations, seconds and bytes at 1,440.
+#: Promised: ours over GPyTorch's and BoTorch's from 180 pulses on; factorisations, seconds and
+#: bytes at 1,440.
 PEER_LIMIT, FACTORISATIONS, FIT_S, PREDICT_S, BYTES, FIT_BYTES = 1 / 200, 4.0, 60.0, 2.0, 1e9, 2e9
 
 
 def pulses(n: int) -> tuple[Floats, Floats]:
-    """n standardised pulses as a hammer's: 13 predictors, a continuous speed among 60 combinations of factors."""
+    """n standardised pulses as a hammer's: 13 predictors, a continuous speed among 60 combinations
+    of factors."""
     rng = np.random.default_rng(1)
     tips, layers = rng.normal(size=(3, 5)), rng.normal(size=(5, 4))
     tip, layer, held = (rng.integers(size, size=n) for size in (3, 5, 2))
@@ -117,7 +122,8 @@ def parameters() -> Parameters:
 
 
 def plain(n: int) -> Evaluate:
-    """What one would write first: eigendecompositions of K and of the whitened B, n x n products."""
+    """What one would write first: eigendecompositions of K and of the whitened B, n x n
+    products."""
     (x, y), at = pulses(n), parameters()
 
     def evaluate() -> float:
@@ -179,9 +185,11 @@ def peer_likelihood(make: Callable[[int], Any], n: int) -> Evaluate:
 
 
 def peer_prediction(make: Callable[[int], Any], n: int, asked: int) -> Predict:
-    """Mean and standard deviation of new measurements; what follows from the data alone, the first call computes.
+    """Mean and standard deviation of new measurements; what follows from the data alone, the first
+    call computes.
 
-    BoTorch's spreads are near the exact ones, not equal to them, with its own settings and with exact ones.
+    BoTorch's spreads are near the exact ones, not equal to them, with its own settings and with
+    exact ones.
     """
     import torch
     from gpytorch import settings
@@ -252,7 +260,8 @@ def ours_predicts(n: int, asked: int) -> Predict:
 
 
 def products(n: int, asked: int) -> Predict:
-    """The yardstick: the products of (asked x n) with (n x outputs) that a mean takes, and as much for the spread."""
+    """The yardstick: the products of (asked x n) with (n x outputs) that a mean takes, and as much
+    for the spread."""
     h, weights = np.ones((asked, n)), np.ones((n, OUTPUTS))
     return lambda: (h @ weights, h @ weights)
 
@@ -273,8 +282,8 @@ PREDICTIONS: Mapping[str, Callable[[int, int], Predict]] = {
 
 
 def answering(name: str) -> Callable[[Message], Message]:
-    """A way in this process: {"what": "likelihood", "prediction" or "training", "n", "asked"} to seconds, values and
-    peak memory. What is asked for twice is prepared once."""
+    """A way in this process: {"what": "likelihood", "prediction" or "training", "n", "asked"} to
+    seconds, values and peak memory. What is asked for twice is prepared once."""
     prepared: dict[tuple[str, int], Callable[[], Any]] = {}
 
     def answer(request: Message) -> Message:
@@ -320,7 +329,8 @@ def trained(n: int) -> dict[str, Any]:
     model.predict(new_inputs)
     search, seconds = model.maximisation_, time.perf_counter() - fitted
     assert search is not None
-    return {"evaluations": len(search.losses), "converged": search.converged, "fit_s": fitted - begin,
+    return {"evaluations": len(search.losses), "converged": search.converged,
+    "fit_s": fitted - begin,
             "predict_s": seconds, "peak_bytes": peak_bytes()}  # fmt: skip
 
 
@@ -383,7 +393,8 @@ def _beside(
 def _likelihoods(
     programs: Mapping[str, Program], n: int, repeats: int, *, warm: bool, last: bool
 ) -> Iterator[Figure]:
-    """The first answers count as well where every way is `warm`: another of a peer takes seconds."""
+    """The first answers count as well where every way is `warm`: another of a peer takes
+    seconds."""
     first = _answers(programs, "likelihood", n)
     values = {name: [answer["value"]] for name, answer in first.items() if name != CHOLESKY}
     check_agreement(values, 1e-5 * abs(first[OURS]["value"]))
@@ -393,7 +404,8 @@ def _likelihoods(
     for name in (*PEERS, PLAIN):
         binding = name in (GPYTORCH, BOTORCH) and n >= 180
         yield _beside(
-            programs, f"loss and gradient, {n} pulses", quick if name == PLAIN else seconds, name, binding=binding,
+            programs, f"loss and gradient, {n} pulses", quick if name == PLAIN else seconds, name,
+            binding=binding,
             limit=PEER_LIMIT if binding else 1.0, bound=f"one Cholesky factorisation of {n} x {n}",
             question=f"a coregional GP's loss and gradient, {n} pulses" if last else "",
         )  # fmt: skip
@@ -417,7 +429,8 @@ def _predictions(programs: Mapping[str, Program], n: int) -> Iterator[Figure]:
             off = np.max(np.abs(spreads[name] - spreads[OURS]))
             bound = f"its spreads are {off:.1g} off the exact ones; {bound}"
         yield _beside(
-            programs, f"{ASKED} predictions with spread, {n} pulses learned", seconds, name, limit=1.0, binding=False,
+            programs, f"{ASKED} predictions with spread, {n} pulses learned", seconds, name,
+            limit=1.0, binding=False,
             bound=bound, question="a coregional GP's predictions",
         )  # fmt: skip
 
@@ -431,8 +444,10 @@ def _alone(programs: Mapping[str, Program], n: int) -> Iterator[Figure]:
         f"loss and gradient, {n:,} pulses",
     )
     yield compared(
-        THEME, f"{what}, over one Cholesky factorisation", seconds[OURS], seconds[CHOLESKY], kind="bound",
-        limit=FACTORISATIONS, bound="the loss alone takes one; the gradient is products of the same size",
+        THEME, f"{what}, over one Cholesky factorisation", seconds[OURS], seconds[CHOLESKY],
+        kind="bound",
+        limit=FACTORISATIONS,
+        bound="the loss alone takes one; the gradient is products of the same size",
     )  # fmt: skip
     yield compared(
         THEME, f"{what}, beside {PLAIN}", seconds[OURS], seconds[PLAIN], limit=1.0, peer_name=PLAIN
@@ -454,7 +469,8 @@ def _training(n: int) -> Iterator[Figure]:
 
 
 def check_agreement(numbers: Mapping[str, Any], difference: float) -> None:
-    """Raises `ValueError` where a way gives other numbers than ours: another model would be measured."""
+    """Raises `ValueError` where a way gives other numbers than ours: another model would be
+    measured."""
     for name, values in numbers.items():
         worst = float(np.max(np.abs(np.subtract(values, numbers[OURS]))))
         if not worst <= difference:

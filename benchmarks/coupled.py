@@ -1,13 +1,15 @@
 """`python -m benchmarks.coupled [errors]`: impacts solved together with the modes of a plate.
 
-The measurement compares 1,000 impacts on all modes of a plate up to 20 kHz (`CoupledContact`) with the plate without
-edges (`LawContact` with the effect `contact.plate_compliance`), both as stages of the chain, one core each.
+The measurement compares 1,000 impacts on all modes of a plate up to 20 kHz (`CoupledContact`) with
+the plate without edges (`LawContact` with the effect `contact.plate_compliance`), both as stages of
+the chain, one core each.
 
-`errors` shows where contact and plate have to be solved together. Truth is the virtual bench with echoes: its own
-contact and its own plate of Mindlin elements, whose edges act on the contact. Its losses are off, so that the twin's
-law of Hertz is its law. The twin answers with a rigid target, with the plate without edges, and coupled, with modes of
-its own elements. A row for each thickness and tip gives the bench's peak force, contact time and impulse over m u, and
-the errors of the three.
+`errors` shows where contact and plate have to be solved together. Truth is the virtual bench with
+echoes: its own contact and its own plate of Mindlin elements, whose edges act on the contact. Its
+losses are off, so that the twin's law of Hertz is its law. The twin answers with a rigid target,
+with the plate without edges, and coupled, with modes of its own elements. A row for each thickness
+and tip gives the bench's peak force, contact time and impulse over m u, and the errors of the
+three.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ from .harness import Figure, compared, processor_seconds, report, table_row, tak
 THEME = "Impacts solved together with the plate"
 IMPACTS, REPEATS, LIMIT, HIGHEST_HZ = 1000, 5, 10.0, 20e3
 PLATE = THESIS["aluminum"]
-#: The bench's plate gives way to a hard tip in steps that grow small with its thickness: those take hours.
+#: The bench's plate gives way to a hard tip in steps that grow small with its thickness: those take
+#: hours.
 TIPS = {
     0.003: ("delrin", "polyurethane"),
     0.005: ("delrin", "polyurethane"),
@@ -69,7 +72,8 @@ def measure_coupled(folder: Path, count: int = IMPACTS, repeats: int = REPEATS) 
         }
         seconds = take_turns(functions, repeats, processor_seconds)
         yield compared(
-            THEME, f"{count:,} impacts with a tip of {tip}, {plate.frequency_hz.size} modes", seconds["coupled"],
+            THEME, f"{count:,} impacts with a tip of {tip}, {plate.frequency_hz.size} modes",
+            seconds["coupled"],
             seconds["uncoupled"], "s", limit=LIMIT, bound="the plate without edges", kind="bound",
         )  # fmt: skip
 
@@ -99,7 +103,8 @@ def error_rows(thickness_m: float) -> Iterator[str]:
     plate = solve_plate(
         PlateBuild(
             build.outline_m, thickness_m, PLATE, named_points({"#1": build.impact_points_m[0]}),
-            named_points({"acceleration_1": build.sensors[0].position_m}), damping=ConstantDamping(0.005),
+            named_points({"acceleration_1": build.sensors[0].position_m}),
+            damping=ConstantDamping(0.005),
         ),
         ERRORS_HIGHEST_HZ,
     )  # fmt: skip
@@ -119,7 +124,8 @@ def error_rows(thickness_m: float) -> Iterator[str]:
             truth.contact_time_s,
             float(np.trapezoid(truth.force_n, truth.time_s)),
         )
-        cells = [f"{thickness_m * 1e3:g} mm", tip, f"{truths[0] / 1e3:.3g} kN", f"{truths[1] * 1e3:.3g} ms",
+        cells = [f"{thickness_m * 1e3:g} mm", tip, f"{truths[0] / 1e3:.3g} kN",
+        f"{truths[1] * 1e3:.3g} ms",
                  f"{truths[2] / MASS_KG / SPEED_M_S:.2f}"]  # fmt: skip
         for pulses in (stage.pulses(strikes) for stage in stages):
             figures = pulses.peak_force_n[0], pulses.contact_time_s[0], pulses.impulse_n_s[0]

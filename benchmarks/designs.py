@@ -1,9 +1,11 @@
-"""`python -m benchmarks.designs [TABLE]`: 105 runs of gun and hammer, from our peers and from us, as Markdown.
+"""`python -m benchmarks.designs [TABLE]`: 105 runs of gun and hammer, from our peers and from us,
+as Markdown.
 
-TABLE is the thesis's Table A.1 as CSV, of the gun; by default where the tests look for it. The command prints for each
-space, all measured in one run, one row per way of designing: the median over seeds with the least and the largest where
-there is chance in it. The exit code is 1 where ours is not at least as good as the plain exchange and as each criterion
-of pyDOE3 on every figure, to the digits shown.
+TABLE is the thesis's Table A.1 as CSV, of the gun; by default where the tests look for it. The
+command prints for each space, all measured in one run, one row per way of designing: the median
+over seeds with the least and the largest where there is chance in it. The exit code is 1 where ours
+is not at least as good as the plain exchange and as each criterion of pyDOE3 on every figure, to
+the digits shown.
 """
 
 from __future__ import annotations
@@ -51,7 +53,8 @@ TABLE = ROOT / "tests" / "data" / "thesis" / "table_a1_lhs_105_runs.csv"
 SHOWN = {
     "distinct": "{:.0f}", "worst_level": "{:.2f}", "worst_pair": "{:.2f}", "worst_triple": "{:.2f}",
     "rms_triple": "{:.3f}", "uneven_triples": "{:.0f}", "centred_discrepancy": "{:.4f}",
-    "wrap_around_discrepancy": "{:.3f}", "minimum_distance": "{:.3f}", "largest_correlation": "{:.3f}",
+    "wrap_around_discrepancy": "{:.3f}", "minimum_distance": "{:.3f}",
+    "largest_correlation": "{:.3f}",
     "d_efficiency": "{:.3f}",
 }  # fmt: skip
 INFORMATION = "a plan's information: inverse of the D-efficiency"
@@ -97,7 +100,8 @@ def by_scipy(space: Space, n: int, rng: np.random.Generator) -> Levels:
 
 
 def by_smt(space: Space, n: int, rng: np.random.Generator) -> Levels:
-    """SMT's best: enhanced stochastic evolution (Jin, Chen and Sudjianto, J. Stat. Plan. Inference 134, 2005)."""
+    """SMT's best: enhanced stochastic evolution (Jin, Chen and Sudjianto, J. Stat. Plan. Inference
+    134, 2005)."""
     from smt.sampling_methods import LHS
 
     box = np.array([[0.0, 1.0]] * len(space.axes))
@@ -105,7 +109,8 @@ def by_smt(space: Space, n: int, rng: np.random.Generator) -> Levels:
 
 
 def by_plain_exchange(space: Space, n: int, rng: np.random.Generator) -> Levels:
-    """What one would write first: swaps of one level of two runs, one at a time, judged by pairs and repeats."""
+    """What one would write first: swaps of one level of two runs, one at a time, judged by pairs
+    and repeats."""
     sizes = [axis.size for axis in space.axes]
     rows = np.stack([rng.permutation(np.arange(n) % size) for size in sizes], axis=1)
     pairs = {
@@ -119,7 +124,8 @@ def by_plain_exchange(space: Space, n: int, rng: np.random.Generator) -> Levels:
         repeats[run] = repeats.get(run, 0) + 1
 
     def count(run: Levels, axis: int, sign: int) -> float:
-        """Adds or takes away a run: the change of the squared deviations of pairs, and of repeats at 10 each."""
+        """Adds or takes away a run: the change of the squared deviations of pairs, and of repeats
+        at 10 each."""
         key = tuple(run.tolist())
         before = repeats.get(key, 0)
         repeats[key] = before + sign
@@ -202,13 +208,15 @@ def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
     }
     for peer in plans.values():
         yield compared(
-            theme, f"time, {peer.name}", ours.seconds, peer.seconds, "s", question="a plan of 105 runs",
+            theme, f"time, {peer.name}", ours.seconds, peer.seconds, "s",
+            question="a plan of 105 runs",
             bound="the exchanges that are tried, whose number is fixed", peer_name=peer.name,
         )  # fmt: skip
         for question, value in QUALITY.items():
             yield compared(
                 theme, f"{question}, {peer.name}", [value(q) for q in ours.qualities],
-                [value(q) for q in peer.qualities], "", kind="quality", question=question, peer_name=peer.name,
+                [value(q) for q in peer.qualities], "", kind="quality", question=question,
+                peer_name=peer.name,
                 bound="a balanced orthogonal design" if question in bounds else "no bound is known",
                 bound_values=bounds.get(question),
             )  # fmt: skip
@@ -216,7 +224,8 @@ def measure_designs(_folder: Path, seeds: int = 3) -> Iterator[Figure]:
         yield missing(theme, "SMT", ABSENT, question=next(iter(QUALITY)), peer_name="SMT")
     behind = lost(ours, plain)
     yield Figure(
-        theme, "figures on which our worst seed is behind the plain exchange's median", ", ".join(behind) or "none",
+        theme, "figures on which our worst seed is behind the plain exchange's median",
+        ", ".join(behind) or "none",
         "none, promised", Spread.of([float(len(behind))]), limit=0.0, kind="bound",
     )  # fmt: skip
     yield promised(theme, "time", ours.seconds, LIMIT_S, "s")

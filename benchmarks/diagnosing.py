@@ -1,9 +1,11 @@
-"""`python -m benchmarks.diagnosing`: the diagnosis beside simpler methods, on fresh virtual campaigns.
+"""`python -m benchmarks.diagnosing`: the diagnosis beside simpler methods, on fresh virtual
+campaigns.
 
-Each campaign hides one effect of the catalogue with a gap of 3 to 6 floors; the kinds take turns. Every method gets the
-same folder. The figures are the time from the folder to an answer, whether the right effect comes first, and the Brier
-score of the probabilities (0 to 2, less is better). A handful of campaigns gives good times and poor rates: the rates
-of the recorded checks stand beside ours. The limit of what weighs effects is to read the folder and simulate each.
+Each campaign hides one effect of the catalogue with a gap of 3 to 6 floors; the kinds take turns.
+Every method gets the same folder. The figures are the time from the folder to an answer, whether
+the right effect comes first, and the Brier score of the probabilities (0 to 2, less is better). A
+handful of campaigns gives good times and poor rates: the rates of the recorded checks stand beside
+ours. The limit of what weighs effects is to read the folder and simulate each.
 """
 
 from __future__ import annotations
@@ -42,7 +44,8 @@ from .harness import ROOT, Figure, Spread, beside, report
 
 THEME = "Diagnosis of {} fresh virtual campaigns with one strong effect, beside simpler methods"
 CAMPAIGNS, SEED, LEARN_FROM, TIER = 6, 811_001, 8, "strong"
-#: Where and causes, as the blind check asks for them; the shrinkage and the next experiment no simpler method has.
+#: Where and causes, as the blind check asks for them; the shrinkage and the next experiment no
+#: simpler method has.
 ASKED = Options(shrink=False, plan=OPTIONS.plan, rate_pulses=OPTIONS.rate_pulses)
 OURS, READING = "ours", "bound"
 RECORDED_CHECKS = ROOT / "docs" / "blind-check"
@@ -50,7 +53,8 @@ RECORDED_CHECKS = ROOT / "docs" / "blind-check"
 
 @dataclass
 class Answers:
-    """Of one campaign, by method: its answer, and its seconds from the folder on; those of the limit, too."""
+    """Of one campaign, by method: its answer, and its seconds from the folder on; those of the
+    limit, too."""
 
     truth: WithheldTruth
     answers: dict[str, CaseAnswer] = field(default_factory=dict)
@@ -74,8 +78,10 @@ def measure_diagnosing(
             f"the forest learned from {learn_from} campaigns before; " if method == FOREST else ""
         )
         yield beside(
-            THEME.format(campaigns), f"from the folder to an answer, beside {method}", seconds, method, unit="s",
-            bound=f"{learned}reading the folder and simulating every effect", question="the time of a diagnosis",
+            THEME.format(campaigns), f"from the folder to an answer, beside {method}", seconds,
+            method, unit="s",
+            bound=f"{learned}reading the folder and simulating every effect",
+            question="the time of a diagnosis",
         )  # fmt: skip
     for method in methods:
         rows = [
@@ -84,12 +90,14 @@ def measure_diagnosing(
         ]
         brier, peer_brier = (figures(method, method_rows).reliability.brier for method_rows in rows)
         own, other = (
-            f"{sum(map(answer_sets.first_label, method_rows))} of {campaigns} first, Brier {score:.2f}"
+            f"{sum(map(answer_sets.first_label, method_rows))} of {campaigns} "
+            f"first, Brier {score:.2f}"
             for method_rows, score in zip(rows, (brier, peer_brier), strict=True)
         )
         yield Figure(
             THEME.format(campaigns), f"the right effect, beside {method}", own, other,
-            Spread.of([brier / peer_brier if peer_brier else np.inf]), kind="quality", bound=recorded_rates(),
+            Spread.of([brier / peer_brier if peer_brier else np.inf]), kind="quality",
+            bound=recorded_rates(),
             question="the right cause of a gap", peer_name=method,
         )  # fmt: skip
 
@@ -132,7 +140,8 @@ def _answered(case: Case, seed: int, task: CaseTask, forest: Forest | None) -> A
 
 
 def recorded_rates(folder: Path = RECORDED_CHECKS) -> str:
-    """Our rates with single effects of the same tier in the recorded checks, which have no simpler methods."""
+    """Our rates with single effects of the same tier in the recorded checks, which have no simpler
+    methods."""
     files = sorted(folder.glob("*.jsonl"))
     rows = [row for row in pooled(files)[1] if row.label.tier == TIER] if files else []
     if not rows:

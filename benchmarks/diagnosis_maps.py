@@ -1,10 +1,12 @@
-"""`python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]`: constants that the diagnosis cannot derive.
+"""`python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]`: constants that the diagnosis
+cannot derive.
 
-They say how much evidence counts, how the probability of `unknown` follows from it and from what is predicted, and how
-far shares are off. The command adds a row for each development campaign to docs/blind-check/development/maps.jsonl, and
-prints the constants of `diagnosis/inference/model_search.py`, `diagnosis/options.py` and
-`diagnosis/inference/shares.py`. Families outside of the catalogue and laws are those of the splits development and
-calibration, never the sealed ones; no other check draws these seeds.
+They say how much evidence counts, how the probability of `unknown` follows from it and from what is
+predicted, and how far shares are off. The command adds a row for each development campaign to
+docs/blind-check/development/maps.jsonl, and prints the constants of
+`diagnosis/inference/model_search.py`, `diagnosis/options.py` and `diagnosis/inference/shares.py`.
+Families outside of the catalogue and laws are those of the splits development and calibration,
+never the sealed ones; no other check draws these seeds.
 """
 
 from __future__ import annotations
@@ -48,27 +50,37 @@ _STAGES, _CHAIN, _GUN, _BARREL = (
     ("gun",),
     (GUN_AND_CONTACT,),
 )
-#: Campaigns by what is drawn: kinds, tier, cause (where the tier leaves it open), how many of each kind.
+#: Campaigns by what is drawn: kinds, tier, cause (where the tier leaves it open), how many of each
+#: kind.
 PLAN = (
-    (_STAGES, "strong", "unknown", 6), (_STAGES, "middle", "unknown", 3), (_STAGES, "strong", "catalogue", 4),
-    (_STAGES, "middle", "catalogue", 3), (_STAGES, "strong", "none", 3), (_STAGES, "rough", "none", 3),
+    (_STAGES, "strong", "unknown", 6), (_STAGES, "middle", "unknown", 3), (_STAGES, "strong",
+    "catalogue", 4),
+    (_STAGES, "middle", "catalogue", 3), (_STAGES, "strong", "none", 3), (_STAGES, "rough", "none",
+    3),
     (_STAGES, "strong", "two", 4), (_STAGES, "realistic", "", 6), (_STAGES, "foreign one", "", 6),
-    (_STAGES, "foreign two", "", 3), (_CHAIN, "strong", "unknown", 2), (_CHAIN, "strong", "none", 1),
+    (_STAGES, "foreign two", "", 3), (_CHAIN, "strong", "unknown", 2), (_CHAIN, "strong", "none",
+    1),
     (_CHAIN, "strong", "two", 1), (_CHAIN, "realistic", "", 3), (_CHAIN, "foreign one", "", 2),
     (_GUN, "strong", "catalogue", 10), (_GUN, "middle", "catalogue", 6), (_GUN, "strong", "two", 8),
-    (_GUN, "foreign one", "", 14), (_GUN, "foreign two", "", 8), (("gun", "hammer"), "realistic", "", 16),
-    (("plate",), "realistic", "", 6), (("hammer",), "foreign one", "", 8), (("hammer",), "foreign two", "", 8),
+    (_GUN, "foreign one", "", 14), (_GUN, "foreign two", "", 8), (("gun", "hammer"), "realistic",
+    "", 16),
+    (("plate",), "realistic", "", 6), (("hammer",), "foreign one", "", 8), (("hammer",),
+    "foreign two", "", 8),
     (("hammer",), "strong", "unknown", 6), (("gun", "hammer"), "middle", "unknown", 4),
     (_STAGES, "outside", "", 6), (_STAGES, "null rough", "", 4), (_STAGES, "five at 2 to 5", "", 3),
-    (_GUN, "one with traces", "", 14), (_GUN, "two with traces", "", 8), (_GUN, "gun with traces", "", 8),
+    (_GUN, "one with traces", "", 14), (_GUN, "two with traces", "", 8), (_GUN, "gun with traces",
+    "", 8),
     (_GUN, "outside", "", 4), (_GUN, "null rough", "", 8), (_BARREL, "full scale chain", "", 4),
 )  # fmt: skip
-#: The same by the second laws and outside causes of the split "calibration", which are farther from the library's laws
-#: than those of development. Nothing but these constants is learned on them.
+#: The same by the second laws and outside causes of the split "calibration", which are farther from
+#: the library's laws than those of development. Nothing but these constants is learned on them.
 CALIBRATION_PLAN = (
-    (_STAGES, "foreign one", "", 5), (("gun", "hammer"), "foreign two", "", 6), (_STAGES, "outside", "", 6),
-    (_STAGES, "five at 2 to 5", "", 3), (_GUN, "one with traces", "", 10), (_GUN, "two with traces", "", 8),
-    (_GUN, "gun with traces", "", 8), (_GUN, "gun without traces", "", 6), (_BARREL, "full scale chain", "", 4),
+    (_STAGES, "foreign one", "", 5), (("gun", "hammer"), "foreign two", "", 6), (_STAGES, "outside",
+    "", 6),
+    (_STAGES, "five at 2 to 5", "", 3), (_GUN, "one with traces", "", 10), (_GUN, "two with traces",
+    "", 8),
+    (_GUN, "gun with traces", "", 8), (_GUN, "gun without traces", "", 6), (_BARREL,
+    "full scale chain", "", 4),
     (_STAGES, "foreign full scale", "", 2), (("gun", "hammer"), "null rough", "", 3),
 )  # fmt: skip
 #: Powers of the posterior that are compared, and the least probability that a set is given.
@@ -86,7 +98,8 @@ _FOUND_EXACTLY = 2
 SHARE_TIERS = ("realistic", "gun with traces", "five at 2 to 5", "full scale chain")
 #: Tiers whose effects follow laws that the library does not have.
 SECOND_LAWS = (
-    "foreign one", "foreign two", "one with traces", "two with traces", "gun with traces", "gun without traces",
+    "foreign one", "foreign two", "one with traces", "two with traces", "gun with traces",
+    "gun without traces",
     "five at 2 to 5", "full scale chain", "foreign full scale",
 )  # fmt: skip
 #: How often intervals are to hold the true share, and shares that are so small do not count.
@@ -114,7 +127,8 @@ def campaigns() -> list[Campaign]:
 
 
 def diagnosed(campaign: Campaign) -> dict[str, Any]:
-    """The row of one campaign: its truth, odds, fraction held out, and shares beside the true ones."""
+    """The row of one campaign: its truth, odds, fraction held out, and shares beside the true
+    ones."""
     rng = np.random.default_rng([SEED, campaign.number])
     if campaign.tier in BENCHES:
         case = BENCHES[campaign.tier].draw(campaign.kind, rng, campaign.split, campaign.number)
@@ -143,8 +157,8 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
 
 
 def temper(rows: Sequence[dict[str, Any]]) -> dict[float, float]:
-    """By power of the posterior: the mean logarithm of the probability that it gives to the true set of effects, of
-    campaigns with none, one or two of them."""
+    """By power of the posterior: the mean logarithm of the probability that it gives to the true
+    set of effects, of campaigns with none, one or two of them."""
     used = [row for row in rows if row["truth"] != ["unknown"] and _is_found_exactly(row)]
     return {
         power: float(np.mean([_log_probability(row, power) for row in used])) for power in _TEMPERS
@@ -177,8 +191,8 @@ def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
 
 
 def _balanced(rows: Sequence[dict[str, Any]]) -> Floats:
-    """Weights (n,) of mean one, so that it does not matter how many campaigns of a tier were drawn: unknown causes have
-    the share `UNKNOWN_PRIOR`, and the tiers of all others count alike."""
+    """Weights (n,) of mean one, so that it does not matter how many campaigns of a tier were drawn:
+    unknown causes have the share `UNKNOWN_PRIOR`, and the tiers of all others count alike."""
     groups = ["unknown" if row["truth"] == ["unknown"] else row["tier"] for row in rows]
     number = Counter(groups)
     share = {name: (1 - UNKNOWN_PRIOR) / (len(number) - ("unknown" in number)) for name in number}
@@ -189,7 +203,8 @@ def _balanced(rows: Sequence[dict[str, Any]]) -> Floats:
 def likeliest(
     x: Floats, y: Floats, mean: Floats, sd: Floats, weights: Floats | float = 1.0
 ) -> Floats:
-    """Parameters of a logit with a normal prior, of rows that count by their `weights` (Newton's steps)."""
+    """Parameters of a logit with a normal prior, of rows that count by their `weights` (Newton's
+    steps)."""
     theta = mean.copy()
     for _ in range(200):
         p = 1 / (1 + np.exp(-np.clip(x @ theta, -30, 30)))
@@ -200,7 +215,8 @@ def likeliest(
 
 
 def entry_map(rows: Sequence[dict[str, Any]]) -> Floats:
-    """The likeliest numbers of `first_entry_probability`: of campaigns with a gap that the catalogue explains."""
+    """The likeliest numbers of `first_entry_probability`: of campaigns with a gap that the
+    catalogue explains."""
     used = [
         row for row in rows if row["truth"] != ["unknown"] and row["unknown_figures"] is not None
     ]
@@ -213,7 +229,8 @@ def entry_map(rows: Sequence[dict[str, Any]]) -> Floats:
 
 
 def _is_right(effects: set[str], row: Mapping[str, Any]) -> bool:
-    """Whether an answer is the set that acts, of whose effects those with little of the gap may be left out."""
+    """Whether an answer is the set that acts, of whose effects those with little of the gap may be
+    left out."""
     if effects == set(row["truth"]):
         return True
     true_shares = row.get("true_shares", {share[0]: share[2] for share in row.get("shares", ())})
@@ -222,13 +239,14 @@ def _is_right(effects: set[str], row: Mapping[str, Any]) -> bool:
 
 
 def _is_found_exactly(row: Mapping[str, Any]) -> bool:
-    """Whether the set that acts is to be found exactly: of the many effects of a realistic bench most are too small."""
+    """Whether the set that acts is to be found exactly: of the many effects of a realistic bench
+    most are too small."""
     return not row["tier"].startswith("realistic") and len(row["truth"]) <= _FOUND_EXACTLY
 
 
 def first_entries(rows: Sequence[dict[str, Any]]) -> tuple[int, int, int]:
-    """Of campaigns with effects by second laws: how many there are, in how many the first entry has the effect with the
-    largest true share, and in how many it is `unknown`."""
+    """Of campaigns with effects by second laws: how many there are, in how many the first entry has
+    the effect with the largest true share, and in how many it is `unknown`."""
     used = [row for row in rows if row["tier"] in SECOND_LAWS and "true_shares" in row]
     largest = [
         max(row["true_shares"], key=row["true_shares"].__getitem__, default="") for row in used
@@ -242,16 +260,17 @@ def first_entries(rows: Sequence[dict[str, Any]]) -> tuple[int, int, int]:
 
 
 def _share_row(item: dict[str, Any], true: float) -> list[Any]:
-    """Effect, stated share, true share, ends of the interval, and the standard deviation of the posterior alone."""
+    """Effect, stated share, true share, ends of the interval, and the standard deviation of the
+    posterior alone."""
     low, high = item["ci90"]
     posterior = float(np.sqrt(max(((high - low) / (2 * _Z90)) ** 2 - SHARE_ERROR**2, 0.0)))
     return [item["effect"], item["share"], true, low, high, posterior]
 
 
 def share_error(rows: Sequence[dict[str, Any]]) -> tuple[float, float]:
-    """Standard deviation of shares beyond their posterior's (`SHARE_ERROR`), by Shapley values on benches with many
-    effects: the least with which intervals hold `_HELD` of the true shares, the mean over tiers; and how much the
-    intervals of the rows hold."""
+    """Standard deviation of shares beyond their posterior's (`SHARE_ERROR`), by Shapley values on
+    benches with many effects: the least with which intervals hold `_HELD` of the true shares, the
+    mean over tiers; and how much the intervals of the rows hold."""
     counted = [
         (list(SHARE_TIERS).index(row["tier"]), *share[1:])
         for row in rows
@@ -329,7 +348,8 @@ def main() -> None:
         strict=True,
     )
     print(
-        f"UnknownMap({', '.join(f'{name}={value:.2f}' for name, value in names)}) from {len(rows)} campaigns"
+        f"UnknownMap({', '.join(f'{name}={value:.2f}' for name, value in names)}) "
+        f"from {len(rows)} campaigns"
     )
     entry = ", ".join(f"{value:.2f}" for value in entry_map(rows))
     print(f"ENTRY_INTERCEPT, _NONE, _SEVERAL, _FRACTION = {entry}")
@@ -337,7 +357,8 @@ def main() -> None:
         print(f"TEMPER = {power:g}: mean log probability of the true set {score:.3f}")
     count, named, unknown = first_entries(rows)
     print(
-        f"second laws: the largest effect in the first entry of {named} of {count}, unknown first in {unknown}"
+        f"second laws: the largest effect in the first entry of {named} of "
+        f"{count}, unknown first in {unknown}"
     )
     error, held = share_error(rows)
     print(f"SHARE_ERROR = {error:.2f}; the intervals of the rows held {held:.0%}")

@@ -1,10 +1,11 @@
 """`python -m benchmarks.genetic`: evaluations of the genetic search, ours and scikit-learn's.
 
-One evaluation is five-fold cross-validation, grouped by configuration, of one network on 1,440 pulses (13 inputs, 20
-outputs) of a synthetic hammer campaign. Both get the same folds, standardised rows, sizes and number of L-BFGS steps,
-and two cores: ours a thread for each candidate, scikit-learn's `MLPRegressor` all fits of all candidates through
-joblib. The errors stand beside the speed, for a fast bad fit is worth nothing. No penalty: with several outputs
-MLPRegressor's loss is their mean but its slope that of their sum, so that a penalty of the same size means another one
+One evaluation is five-fold cross-validation, grouped by configuration, of one network on 1,440
+pulses (13 inputs, 20 outputs) of a synthetic hammer campaign. Both get the same folds, standardised
+rows, sizes and number of L-BFGS steps, and two cores: ours a thread for each candidate,
+scikit-learn's `MLPRegressor` all fits of all candidates through joblib. The errors stand beside the
+speed, for a fast bad fit is worth nothing. No penalty: with several outputs MLPRegressor's loss is
+their mean but its slope that of their sum, so that a penalty of the same size means another one
 there.
 """
 
@@ -43,7 +44,8 @@ MARGIN = 1.1
 
 @dataclass(frozen=True)
 class Fold:
-    """Standardised rows of the others, the inputs of those left out, and how to undo the outputs."""
+    """Standardised rows of the others, the inputs of those left out, and how to undo the
+    outputs."""
 
     x: Floats
     y: Floats
@@ -118,7 +120,8 @@ def error(forces: Sequence[Floats], folds: Sequence[Fold], y: Floats) -> float:
 def measure_genetic(
     _folder: Path, candidates: Sequence[Layers] = QUICK, repeats: int = 3
 ) -> Iterator[Figure]:
-    """All candidates at once, as the search has them; then how good what they learned from some starts is."""
+    """All candidates at once, as the search has them; then how good what they learned from some
+    starts is."""
     table, _ = held_out(
         pulse_table(np.random.default_rng(1), repetitions=10, positions=3), np.random.default_rng(2)
     )
@@ -147,13 +150,16 @@ def measure_genetic(
         question="an evaluation of the genetic search",
     )  # fmt: skip
     yield beside(
-        THEME, f"error of left-out pulses (NRMSE), mean of the candidates, {len(errors[OURS])} starts", errors, PEER,
+        THEME,
+        f"error of left-out pulses (NRMSE), mean of the candidates, {len(errors[OURS])} starts",
+        errors, PEER,
         unit="", limit=MARGIN, kind="quality", bound="the noise of the pulses",
     )  # fmt: skip
 
 
 def _flops(folds: Sequence[Fold], candidates: Sequence[Layers]) -> float:
-    """Two operations a weight and row for the answer, four for the slope; one evaluation a step is the least."""
+    """Two operations a weight and row for the answer, four for the slope; one evaluation a step is
+    the least."""
     inputs, outputs = folds[0].x.shape[1], folds[0].y.shape[1]
     weights = [sum(a * b for a, b in pairwise((inputs, *layers, outputs))) for layers in candidates]
     return 6.0 * STEPS * float(sum(weights)) * sum(len(fold.x) for fold in folds)

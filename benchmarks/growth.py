@@ -1,8 +1,9 @@
 """`python -m benchmarks growth`: how time and room grow with impacts, configurations and pulses.
 
-Each curve is a list of points, a size with the seconds or bytes of some repeats; the figure is the exponent p of n^p
-through them. The points go to growth.json in the folder, from where `page.draw_growth` draws them. A size that would
-take longer than the budget is left out, and the figure says so.
+Each curve is a list of points, a size with the seconds or bytes of some repeats; the figure is the
+exponent p of n^p through them. The points go to growth.json in the folder, from where
+`page.draw_growth` draws them. A size that would take longer than the budget is left out, and the
+figure says so.
 """
 
 from __future__ import annotations
@@ -58,7 +59,8 @@ QUESTIONS: dict[str, tuple[Callable[[Session], object], str]] = {
 }
 ROOM = "room without series and curves"
 DIAGNOSIS = "where and causes of a gun's gap"
-#: Pressures (Pa) by masses (kg) of a diagnosed gun, each configuration three times: numbers and ranges.
+#: Pressures (Pa) by masses (kg) of a diagnosed gun, each configuration three times: numbers and
+#: ranges.
 GRIDS = {12: (4, 3), 40: (8, 5), 120: (12, 10), 400: (20, 20)}
 RANGES = ((0.4e5, 4e5), (0.1, 1.0))
 PULSES, ASKED, PULSES_PER_GROUP = (100, 300, 1_000, 3_000), 1_000, 10
@@ -77,7 +79,8 @@ FAMILIES: dict[str, Callable[[], Estimator]] = {
 
 @dataclass(frozen=True)
 class Point:
-    """`values` of some repeats at a size: seconds, or bytes where `unit` says so. `axis` names what the size counts."""
+    """`values` of some repeats at a size: seconds, or bytes where `unit` says so. `axis` names what
+    the size counts."""
 
     axis: str
     curve: str
@@ -100,7 +103,8 @@ class Curve:
     bound: str = ""
 
     def exponents(self) -> Spread:
-        """p of value = c size^p by least squares of logarithms, one for each repeat; fewer of them repeat."""
+        """p of value = c size^p by least squares of logarithms, one for each repeat; fewer of them
+        repeat."""
         sizes = np.log([point.size for point in self.points])
         turns = max(len(point.values) for point in self.points)
         rows = [
@@ -117,16 +121,19 @@ class Curve:
             return missing(THEME, name, "one size alone", ours=first.text)
         repeats = min(len(first.values), len(last.values))
         return Figure(
-            THEME, f"{first.curve}, {first.size:,} to {last.size:,} {first.axis}", last.text, first.text,
+            THEME, f"{first.curve}, {first.size:,} to {last.size:,} {first.axis}", last.text,
+            first.text,
             ratio(last.values[:repeats], first.values[:repeats]), kind="growth",
-            bound="; ".join([f"as n^p, p = {self.exponents().text()}", *([self.bound] if self.bound else [])]),
+            bound="; ".join([f"as n^p, p = {self.exponents().text()}",
+            *([self.bound] if self.bound else [])]),
         )  # fmt: skip
 
 
 def within_budget(
     cost: Callable[[int], tuple[float, ...]], sizes: Iterable[int], budget_s: float
 ) -> dict[int, tuple[float, ...]]:
-    """Sizes with their seconds, as long as the next one, growing as the last ones did, stays within the budget."""
+    """Sizes with their seconds, as long as the next one, growing as the last ones did, stays within
+    the budget."""
     costs: dict[int, tuple[float, ...]] = {}
     for size in sizes:
         if costs and _expected_s(costs, size) > budget_s:
@@ -147,7 +154,8 @@ def _expected_s(costs: dict[int, tuple[float, ...]], size: int) -> float:
 def repeated(
     function: Callable[[], object], most: int = 3, enough_s: float = 2.0
 ) -> tuple[float, ...]:
-    """Seconds of some repeats after a first one that does not count; of what is slow, the first one's alone."""
+    """Seconds of some repeats after a first one that does not count; of what is slow, the first
+    one's alone."""
     first = wall_seconds(function)
     return (first,) if first > enough_s else tuple(wall_seconds(function) for _ in range(most))
 

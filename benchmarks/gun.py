@@ -1,9 +1,10 @@
 """`python -m benchmarks.gun`: 10,000 gun shots with three effects beside scipy, in one run.
 
-The peer is the same physics as plain scalar functions, one shot after the other through `solve_ivp`: the fastest of
-its methods, each at the loosest tolerance with which its own velocities hold to 1e-6. It fires a hundredth of the
-shots; its time for all of them is a hundred times that. Times are of the processor, one core on both sides. The limit:
-as many evaluations of the rates as the peer's thriftiest method needs, at what one of a whole batch costs us.
+The peer is the same physics as plain scalar functions, one shot after the other through
+`solve_ivp`: the fastest of its methods, each at the loosest tolerance with which its own velocities
+hold to 1e-6. It fires a hundredth of the shots; its time for all of them is a hundred times that.
+Times are of the processor, one core on both sides. The limit: as many evaluations of the rates as
+the peer's thriftiest method needs, at what one of a whole batch costs us.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ EVALUATIONS = 20
 
 
 def three_effects(n: int, rng: np.random.Generator) -> tuple[Floats, Floats, list[GunEffect]]:
-    """Pressures, masses and effects that differ from shot to shot: the atmosphere, leakage, losses in the barrel."""
+    """Pressures, masses and effects that differ from shot to shot: the atmosphere, leakage, losses
+    in the barrel."""
     effects = [
         BackPressure(rng.uniform(95e3, 103e3, n)),
         BlowBy(rng.uniform(0.3, 1.0, n), rng.uniform(0.0, 1e-3, n)),
@@ -104,7 +106,8 @@ def figure(
     shares = {"ours": 1, peer: shots / len(rows), "bound": needed / EVALUATIONS}
     taken = take_turns(functions, repeats, processor_seconds)
     return beside(
-        THEME, f"{shots:,} shots with {name}", {k: [shares[k] * s for s in taken[k]] for k in taken}, peer, unit="s",
+        THEME, f"{shots:,} shots with {name}",
+        {k: [shares[k] * s for s in taken[k]] for k in taken}, peer, unit="s",
         limit=limit, question="a batch of gun shots" if limit else "",
         bound=f"{needed:.0f} evaluations of the rates of each shot, as the thriftiest of scipy's methods needs them "
         f"(velocities within {difference:.1g})",

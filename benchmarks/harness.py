@@ -1,6 +1,8 @@
-"""What every measurement shares: turns, spreads, figures with their promises, and programs in processes of their own.
+"""What every measurement shares: turns, spreads, figures with their promises, and programs in
+processes of their own.
 
-Nothing here needs more than the standard library and NumPy: peers in environments of their own import it too.
+Nothing here needs more than the standard library and NumPy: peers in environments of their own
+import it too.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ from typing import Any, Literal, Self
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-#: Campaigns and stores that take long to make are kept in this folder between runs, where the variable names one.
+#: Campaigns and stores that take long to make are kept in this folder between runs, where the
+#: variable names one.
 FOLDER_VARIABLE = "PYROSHOCK_BENCH_FOLDER"
 ABSENT = "not installed: `make bench` does it"
 #: The product's command in a fresh process.
@@ -86,10 +89,11 @@ def take_turns(
     reported: Sequence[str] = (),
     warm: bool = True,
 ) -> dict[str, list[float]]:
-    """Seconds of each function, in turn and again, so that a machine that slows down slows all of them.
+    """Seconds of each function, in turn and again, so that a machine that slows down slows all of
+    them.
 
-    The functions named in `reported` return their own seconds: a program measures itself, a limit is scaled. With
-    `warm` a first round does not count.
+    The functions named in `reported` return their own seconds: a program measures itself, a limit
+    is scaled. With `warm` a first round does not count.
     """
     seconds: dict[str, list[float]] = {name: [] for name in functions}
     for turn in range(repeats + warm):
@@ -100,19 +104,21 @@ def take_turns(
     return seconds
 
 
-#: Which quantity a figure compares, and the word for ours being above the peer's. "growth" compares ours with more to
-#: ours with less, "bound" ours with a promise: neither has a peer.
+#: Which quantity a figure compares, and the word for ours being above the peer's. "growth" compares
+#: ours with more to ours with less, "bound" ours with a promise: neither has a peer.
 BEHIND = {"time": "slower", "room": "more", "quality": "worse", "growth": "", "bound": ""}
 Kind = Literal["time", "room", "quality", "growth", "bound"]
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A measured figure. `value` is ours over the peer's, and promised to be at most `limit` (None: no promise).
+    """A measured figure. `value` is ours over the peer's, and promised to be at most `limit` (None:
+    no promise).
 
-    Without a value the peer was not measured, and `peer` says why. `bound` names what bounds ours, and `over_bound` is
-    ours over that. A promise that is not `binding` is an aim: missing it does not fail the command. `question` is the
-    row of the first table, which shows the figure that is worst for us; "" stands in the details only.
+    Without a value the peer was not measured, and `peer` says why. `bound` names what bounds ours,
+    and `over_bound` is ours over that. A promise that is not `binding` is an aim: missing it does
+    not fail the command. `question` is the row of the first table, which shows the figure that is
+    worst for us; "" stands in the details only.
     """
 
     theme: str
@@ -179,7 +185,8 @@ def compared(
     bound_values: Sequence[float] | None = None,
     **fields: Any,
 ) -> Figure:
-    """Ours beside a peer of the same run, turn by turn. `bound_values` are added to the text of the bound."""
+    """Ours beside a peer of the same run, turn by turn. `bound_values` are added to the text of the
+    bound."""
     over_bound = None
     if bound_values is not None:
         bound, over_bound = f"{bound}: {spread_text(bound_values, unit)}", ratio(ours, bound_values)
@@ -212,7 +219,8 @@ def beside(
     why: str = ABSENT,
     **fields: Any,
 ) -> Figure:
-    """ "ours" of the `seconds` beside a peer, and over the "bound" where it is among them; `why`: no such peer."""
+    """ "ours" of the `seconds` beside a peer, and over the "bound" where it is among them; `why`: no
+    such peer."""
     fields = {"peer_name": peer, "bound_values": seconds.get("bound"), **fields}
     if peer in seconds:
         return compared(theme, name, seconds["ours"], seconds[peer], **fields)
@@ -236,7 +244,8 @@ def report(measure: Callable[[Path], Iterable[Figure]]) -> int:
 
 @contextmanager
 def work_folder() -> Iterator[Path]:
-    """$PYROSHOCK_BENCH_FOLDER, where what takes long to make is kept; else a folder that is gone afterwards."""
+    """$PYROSHOCK_BENCH_FOLDER, where what takes long to make is kept; else a folder that is gone
+    afterwards."""
     named = os.environ.get(FOLDER_VARIABLE)
     if named:
         Path(named).mkdir(parents=True, exist_ok=True)
@@ -256,15 +265,16 @@ def copying(nbytes: int) -> Callable[[], object]:
 def multiplying(
     flops: float, dtype: type[np.floating[Any]] = np.float64, size: int = 512
 ) -> Callable[[], float]:
-    """A limit: returns the seconds of so many operations at the rate of a product of two matrices."""
+    """A limit: returns the seconds of so many operations at the rate of a product of two
+    matrices."""
     a = np.random.default_rng(0).normal(size=(size, size)).astype(dtype)
     out = np.empty_like(a)
     return lambda: wall_seconds(lambda: np.matmul(a, a, out=out)) * flops / (2.0 * size**3)
 
 
 def run_program(words: Sequence[str | Path], *, watch_memory: bool = False) -> int:
-    """A program with its arguments, from the root of the repository; the most bytes that it and its children held
-    together (0: not watched). Raises `CalledProcessError`."""
+    """A program with its arguments, from the root of the repository; the most bytes that it and its
+    children held together (0: not watched). Raises `CalledProcessError`."""
     command = [*map(str, words)]
     # With this variable each process would compile what it imports.
     environment = {
@@ -289,8 +299,8 @@ def run_python(*arguments: str | Path, watch_memory: bool = False) -> int:
 
 
 def _watch_memory(pid: int, done: threading.Event, peaks: list[int]) -> None:
-    """The proportional share of memory of a process and its descendants (Linux), 50 times a second: pages that several
-    of them share are counted once in all."""
+    """The proportional share of memory of a process and its descendants (Linux), 50 times a second:
+    pages that several of them share are counted once in all."""
     import psutil
 
     while not done.wait(0.02):
@@ -312,8 +322,9 @@ class ProgramError(RuntimeError):
 class Program:
     """`python ARGUMENTS` that answers requests, a line of JSON each, as long as the block lasts.
 
-    It shares no memory, threads or packages with ours, and measures itself, so that the time of a request counts for
-    nobody. It may take `limit_bytes` of address space. `why` says why it has ended.
+    It shares no memory, threads or packages with ours, and measures itself, so that the time of a
+    request counts for nobody. It may take `limit_bytes` of address space. `why` says why it has
+    ended.
     """
 
     why = ""
@@ -404,7 +415,8 @@ def has(module: str) -> bool:
 
 
 def interpreter_with(module: str) -> Path | None:
-    """This interpreter where it has the module, else that of `.venv/peers/MODULE`; None where there is neither."""
+    """This interpreter where it has the module, else that of `.venv/peers/MODULE`; None where there
+    is neither."""
     if has(module):
         return Path(sys.executable)
     program = "Scripts/python.exe" if sys.platform == "win32" else "bin/python"
@@ -413,6 +425,7 @@ def interpreter_with(module: str) -> Path | None:
 
 
 def version_of(package: str) -> str:
-    """The version by pip's name, from this environment or a peer's own; "" where it is not installed."""
+    """The version by pip's name, from this environment or a peer's own; "" where it is not
+    installed."""
     folders = [*sys.path, *map(str, _PEER_ENVIRONMENTS.glob("*/lib/python*/site-packages"))]
     return next((installed.version for installed in distributions(name=package, path=folders)), "")

@@ -1,13 +1,14 @@
-"""`python -m benchmarks.impacts [laws [FIGURE.png]]`: 10,000 impacts with three effects, beside solve_ivp in a loop.
+"""`python -m benchmarks.impacts [laws [FIGURE.png]]`: 10,000 impacts with three effects, beside
+solve_ivp in a loop.
 
-The loop solves every 200th of them, for its time grows with their number. Both are compared with solve_ivp at a
-tolerance of 1e-11. Times are of the processor, one core on both sides. The limit: as many evaluations of the rates as
-the loop needs, at what one of a whole batch costs us.
+The loop solves every 200th of them, for its time grows with their number. Both are compared with
+solve_ivp at a tolerance of 1e-11. Times are of the processor, one core on both sides. The limit: as
+many evaluations of the rates as the loop needs, at what one of a whole batch costs us.
 
-`laws` prints the nominal laws of contact on one impact: a ball of delrin, 30 mm in radius, on 10 mm of aluminium at
-1 m/s. It is a sphere, so that the laws of a sphere and those of a mass can be compared. A third of its velocity is lost
-where a law loses energy, as in Fig. 1.7, which FIGURE.png shows. The exit code is 1 where a law takes more than a
-second for 1,800 impacts.
+`laws` prints the nominal laws of contact on one impact: a ball of delrin, 30 mm in radius, on 10 mm
+of aluminium at 1 m/s. It is a sphere, so that the laws of a sphere and those of a mass can be
+compared. A third of its velocity is lost where a law loses energy, as in Fig. 1.7, which FIGURE.png
+shows. The exit code is 1 where a law takes more than a second for 1,800 impacts.
 """
 
 from __future__ import annotations
@@ -62,7 +63,8 @@ LAWS: Mapping[str, PulseLaw] = {
 
 
 def bodies(every: int = 1, count: int = IMPACTS) -> Bodies:
-    """Bullets of 0.1 to 1 kg with a tip of delrin on 10 mm of aluminium, 0.5 to 20 m/s; every `every`-th of them."""
+    """Bullets of 0.1 to 1 kg with a tip of delrin on 10 mm of aluminium, 0.5 to 20 m/s; every
+    `every`-th of them."""
     rng = np.random.default_rng(7)
     velocity, mass = rng.uniform(0.5, 20, count), rng.uniform(0.1, 1, count)
     return impacts(impactor_mass_kg=mass[::every], impact_velocity_m_s=velocity[::every])
@@ -79,7 +81,8 @@ def ours(some: Bodies) -> NDArray[np.float64]:
 def looped(
     some: Bodies, tolerance: float, evaluations: list[int] | None = None
 ) -> NDArray[np.float64]:
-    """The same, one after the other; into `evaluations` goes how often each part asked for the rates."""
+    """The same, one after the other; into `evaluations` goes how often each part asked for the
+    rates."""
     prepared, counts = _prepared(some), [] if evaluations is None else evaluations
     names = ("mass_kg", "stiffness_n_mp", "rate_loss_s_m", "yield_load_n", "plate_mobility_m_n_s")
     rows = zip(some.impact_velocity_m_s, *(getattr(prepared, name) for name in names), strict=True)
@@ -94,7 +97,8 @@ def _prepared(some: Bodies) -> Impacts:
 
 
 def evaluated(some: Bodies, times: int) -> Callable[[], object]:
-    """So many evaluations of the rates of all impacts, as they begin: what a step cannot do without."""
+    """So many evaluations of the rates of all impacts, as they begin: what a step cannot do
+    without."""
     numbers = Numbers.of(_prepared(some))
     names = ("exponent", "damping", "inelasticity", "yield_depth")
     columns = np.stack([getattr(numbers, name) for name in names], axis=1)
@@ -124,7 +128,8 @@ def _solved(
     load: float,
     mobility: float,
 ) -> tuple[float, float, float, float]:
-    """Loading to the turn, unloading to parting; the peak where the force's rate changes its sign."""
+    """Loading to the turn, unloading to parting; the peak where the force's rate changes its
+    sign."""
     from scipy.integrate import solve_ivp
 
     yields = (load / k) ** (2 / 3)
@@ -168,7 +173,8 @@ def _solved(
         steepness.direction = -1.0  # type: ignore[attr-defined]
         # An event is as exact as the polynomial between two steps.
         solved = solve_ivp(
-            rate, (time, time + 1.0), start, "DOP853", events=(end, steepness), rtol=tolerance, atol=1e-15,
+            rate, (time, time + 1.0), start, "DOP853", events=(end, steepness), rtol=tolerance,
+            atol=1e-15,
             first_step=1e-7, max_step=2e-5 if tolerance < 1e-9 else np.inf,
         )  # fmt: skip
         counts.append(int(solved.nfev))
@@ -202,8 +208,10 @@ def measure_impacts(
     shares = {"ours": 1, peer: every, "bound": needed / 10}
     taken = take_turns(functions, repeats, processor_seconds)
     yield beside(
-        THEME, f"{count:,} impacts with three effects", {k: [shares[k] * t for t in taken[k]] for k in taken}, peer,
-        unit="s", limit=LIMIT, bound=f"{needed:.0f} evaluations of the rates of each, as the loop needs them",
+        THEME, f"{count:,} impacts with three effects",
+        {k: [shares[k] * t for t in taken[k]] for k in taken}, peer,
+        unit="s", limit=LIMIT,
+        bound=f"{needed:.0f} evaluations of the rates of each, as the loop needs them",
         question="a batch of impacts",
     )  # fmt: skip
     errors = ", ".join(f"{name} {error:.1g}" for name, error in zip(_NAMES, theirs, strict=True))

@@ -1,9 +1,11 @@
-"""`python -m benchmarks.independent_figures [FOLDER]`: figures of measured records beside an independent calculation.
+"""`python -m benchmarks.independent_figures [FOLDER]`: figures of measured records beside an
+independent calculation.
 
-FOLDER holds the measured records of others (default: where the tests look for them). PYROSHOCK_RECORDS may name a
-folder of further ones, text or LabVIEW files. The calculation shares nothing with the product: NumPy reads the files,
-and peak, width at half of the peak and impulse follow from the samples by the trapezoid rule and linear crossings. The
-table shows the largest deviation of ours, by origin and figure.
+FOLDER holds the measured records of others (default: where the tests look for them).
+PYROSHOCK_RECORDS may name a folder of further ones, text or LabVIEW files. The calculation shares
+nothing with the product: NumPy reads the files, and peak, width at half of the peak and impulse
+follow from the samples by the trapezoid rule and linear crossings. The table shows the largest
+deviation of ours, by origin and figure.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ from pyroshock.signals.units import to_si
 
 from .harness import ROOT, table, table_row
 
-#: Where the tests look for the measured records of others; the variable names a folder of further ones.
+#: Where the tests look for the measured records of others; the variable names a folder of further
+#: ones.
 REAL_DATA, VARIABLE = ROOT.parent / "shared" / "real-data", "PYROSHOCK_RECORDS"
 #: The largest deviation from the independent calculation that is allowed.
 LIMITS = {"peak": 0.005, "half width": 0.01, "impulse": 0.01}
@@ -45,7 +48,8 @@ class Record:
 
 
 def shipped_records(folder: Path) -> Iterator[Record]:
-    """The measured records that the tests have: 33 hits, one hit, and six shocks of a drop table."""
+    """The measured records that the tests have: 33 hits, one hit, and six shocks of a drop
+    table."""
     hits = np.load(folder / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
     for key in hits.files:
         for i, hit in enumerate(hits[key] if hits[key].ndim == 3 else ()):
@@ -59,8 +63,8 @@ def shipped_records(folder: Path) -> Iterator[Record]:
 
 
 def further_records(folder: Path) -> Iterator[Record]:
-    """Text of two columns, time in s and acceleration in g, and LabVIEW files of accelerations in m/s2; each file must
-    be read by the product's readers to the same numbers."""
+    """Text of two columns, time in s and acceleration in g, and LabVIEW files of accelerations in
+    m/s2; each file must be read by the product's readers to the same numbers."""
     for path in sorted(folder.glob("*.txt")):
         time, acceleration = np.loadtxt(path, unpack=True)
         _refuse_other_numbers(path, "acceleration", acceleration * G)
@@ -93,7 +97,8 @@ def lvm_columns(path: Path) -> dict[str, Floats]:
 
 
 def calculated_pulse(force: Floats, rate_hz: float) -> dict[str, float]:
-    """Peak, width at half of it and impulse of the one contact of a force (n,), above the median of the 5 ms before."""
+    """Peak, width at half of it and impulse of the one contact of a force (n,), above the median of
+    the 5 ms before."""
     upright = force if force.max() - np.median(force) > np.median(force) - force.min() else -force
     top = int(upright.argmax())
     start = top - int(0.001 * rate_hz) - int(0.005 * rate_hz)
@@ -110,7 +115,8 @@ def calculated_pulse(force: Floats, rate_hz: float) -> dict[str, float]:
 
 
 def calculated_shock(acceleration: Floats) -> dict[str, float]:
-    """Largest acceleration of a shock (n,) above the mean of the first half of what lies before it."""
+    """Largest acceleration of a shock (n,) above the mean of the first half of what lies before
+    it."""
     loud = np.flatnonzero(
         np.abs(acceleration - np.median(acceleration)) > 0.05 * np.abs(acceleration).max()
     )
@@ -166,7 +172,8 @@ def main() -> None:
             largest[record.origin, name].append(deviation)
     head = ("records", "figure", "number", "median deviation", "largest", "limit")
     print(table(head, (
-        table_row(*key, str(len(x)), f"{np.median(x):.2%}", f"{max(x):.2%}", f"{LIMITS[key[1]]:.1%}")
+        table_row(*key, str(len(x)), f"{np.median(x):.2%}", f"{max(x):.2%}",
+        f"{LIMITS[key[1]]:.1%}")
         for key, x in largest.items()
     )))  # fmt: skip
 

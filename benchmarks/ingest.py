@@ -1,4 +1,5 @@
-"""The ingest of a campaign beside a program that reads its files and writes the series with h5py; and its memory.
+"""The ingest of a campaign beside a program that reads its files and writes the series with h5py;
+and its memory.
 
 `python -m benchmarks.ingest FOLDER FILE.h5` is that peer.
 """
@@ -17,7 +18,10 @@ from .harness import PYROSHOCK, Figure, beside, run_python, take_turns
 from .shared_records import hammer_record, kept_campaign
 
 RECORDINGS, LIMIT, MEMORY_LIMIT = 180, 1.5, 1.1
-THEME = "Ingest of {} recordings (10 s, two channels at 51.2 kHz, ten impacts each), extraction included"
+THEME = (
+    "Ingest of {} recordings (10 s, two channels at 51.2 kHz, ten impacts each), "
+    "extraction included"
+)
 MEMORY_THEME = "Peak memory of the ingest, all its processes together"
 _LIBRARIES = "import pyroshock.app.ingest.cli, pyroshock.ingest.load, time; time.sleep(0.2)"
 _FORMATS = {".mat": "MATLAB 5, uncompressed", ".npz": "NumPy .npz"}
@@ -42,7 +46,8 @@ def measure_ingest(
         }
         yield beside(
             THEME.format(recordings), _FORMATS[suffix], seconds, peer, unit="s", limit=LIMIT,
-            bound="hashing and compressing the same bytes on one processor", question="a campaign into the store",
+            bound="hashing and compressing the same bytes on one processor",
+            question="a campaign into the store",
         )  # fmt: skip
 
 
@@ -60,7 +65,8 @@ def ingest_once(
 
 
 def copy_recordings(folder: Path, target: Path) -> None:
-    """The peer: every recording of a campaign, its channels with gzip and shuffle in one HDF5 file."""
+    """The peer: every recording of a campaign, its channels with gzip and shuffle in one HDF5
+    file."""
     import h5py
     from scipy.io import loadmat
 
@@ -94,7 +100,8 @@ def _hash_and_compress_s(recordings: int, repeats: int) -> list[float]:
 def measure_memory(
     folder: Path, recordings: int = RECORDINGS, repeats: int = 3
 ) -> Iterator[Figure]:
-    """Peak memory of larger and larger campaigns over that of the smallest, which is long enough for all to be busy."""
+    """Peak memory of larger and larger campaigns over that of the smallest, which is long enough
+    for all to be busy."""
 
     def peaks(count: int, jobs: int) -> list[float]:
         source = kept_campaign(folder, count, ".mat")
@@ -109,7 +116,8 @@ def measure_memory(
             peer = f"ours with {recordings // 4} recordings"
             yield beside(
                 MEMORY_THEME, f"{count} recordings against {recordings // 4}, --jobs {jobs}",
-                {"ours": peaks(count, jobs), peer: smallest, "bound": libraries}, peer, unit="MiB", limit=MEMORY_LIMIT,
+                {"ours": peaks(count, jobs), peer: smallest, "bound": libraries}, peer, unit="MiB",
+                limit=MEMORY_LIMIT,
                 bound=f"{in_flight} x 4 MiB of recordings in flight at most, and one process that only loads the "
                 "libraries", question="memory of an ingest as the campaign grows", kind="growth",
             )  # fmt: skip

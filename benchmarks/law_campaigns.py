@@ -1,7 +1,9 @@
-"""Pulses of benches whose laws of contact are not the twin's: those of the virtual bench, and its second laws.
+"""Pulses of benches whose laws of contact are not the twin's: those of the virtual bench, and its
+second laws.
 
-Each bench has effects of its own at strengths of its own. What is measured scatters: velocities by 1 % (a hand's by
-3 %), pulses of a configuration by 2 % in force and 1 % in time for how it was set up, and again from hit to hit.
+Each bench has effects of its own at strengths of its own. What is measured scatters: velocities by
+1 % (a hand's by 3 %), pulses of a configuration by 2 % in force and 1 % in time for how it was set
+up, and again from hit to hit.
 """
 
 from __future__ import annotations
@@ -52,7 +54,8 @@ _HAMMER_RADIUS_M = {"aluminum": 0.03, "delrin": 0.03, "polyurethane": 0.015}
 
 @dataclass(frozen=True)
 class LawBench:
-    """`kind` is gun or hammer; `laws` are "first" (the virtual bench's), or a split of the second laws."""
+    """`kind` is gun or hammer; `laws` are "first" (the virtual bench's), or a split of the second
+    laws."""
 
     kind: str
     laws: str
@@ -60,8 +63,8 @@ class LawBench:
 
     @classmethod
     def drawn(cls, kind: str, laws: str, rng: np.random.Generator) -> LawBench:
-        """Each effect has with probability one half a strength from a half to two of its usual one; else it does not
-        act or, among the first laws, acts as usual."""
+        """Each effect has with probability one half a strength from a half to two of its usual one;
+        else it does not act or, among the first laws, acts as usual."""
         low, high = np.log(_STRENGTHS)
         strengths = {
             name: float(np.exp(rng.uniform(low, high))) for name in _EFFECTS if rng.random() < 0.5
@@ -106,7 +109,8 @@ def drawn_pulses(
     campaign: str,
     without: Collection[str] = (),
 ) -> PulseTable:
-    """A campaign of random configurations, none of those in `without` (names as in `PulseTable.configuration`)."""
+    """A campaign of random configurations, none of those in `without` (names as in
+    `PulseTable.configuration`)."""
     rows = _drawn_rows(bench.kind, configurations, rng, without)
     rows = [row for row in rows for _ in range(repetitions)]
     n, gun = len(rows), bench.kind == "gun"
@@ -151,7 +155,8 @@ def drawn_pulses(
     columns: dict[str, Floats | list[float]] = {
         "tip_radius": radii, "impact_velocity": measured, "bullet_mass": masses,
         "anvil_material": [float(("none", "aluminum", "steel").index(anvil)) for anvil in anvils],
-        "insulator": [float(layer == "polymeric") for layer in layers], "boundary_conditions": [0.0] * n,
+        "insulator": [float(layer == "polymeric") for layer in layers],
+        "boundary_conditions": [0.0] * n,
         "plate_mass": [THICKNESS_M * PLATE_AREA_M2 * THESIS[plate].density_kg_m3 for plate in plates],
     }  # fmt: skip
     for part, materials in (("tip", tips), ("plate", faces)):
@@ -194,7 +199,8 @@ def _name(row: Mapping[str, Word]) -> str:
 def _drawn_rows(
     kind: str, count: int, rng: np.random.Generator, without: Collection[str]
 ) -> list[Mapping[str, Word]]:
-    """Different configurations, each factor's levels about equally often; layers are an anvil and its insulator."""
+    """Different configurations, each factor's levels about equally often; layers are an anvil and
+    its insulator."""
     rows: dict[str, Mapping[str, Word]] = {}
     while len(rows) < count:
         columns = {

@@ -1,4 +1,5 @@
-"""What a user waits for: commands from call to end, `import pyroshock` and its frames, and filtered listings.
+"""What a user waits for: commands from call to end, `import pyroshock` and its frames, and filtered
+listings.
 
 `python -m benchmarks start-up library listings` measures it.
 """
@@ -34,13 +35,15 @@ from .shared_records import HITS, RARE, WRITER, campaign_name, filled, kept_camp
 COMMANDS = "Commands from call to end, in fresh processes"
 LIBRARY = "The Python library: import, listings as DataFrames, slices of recordings"
 LISTINGS = "Filtered listings with {:,} impacts against {:,}"
-#: What `import pyroshock` may take beside Python's own start, and `store.impacts()` over `pandas.read_sql`.
+#: What `import pyroshock` may take beside Python's own start, and `store.impacts()` over
+#: `pandas.read_sql`.
 IMPORT_LIMIT_S, FRAME_LIMIT, LISTING_LIMIT = 0.15, 1.5, 2.0
 SMALL, LARGE = 10_000, 1_000_000
 _RECORDINGS, _SLICE = 4, 1000
 _BIN = Path(sys.executable).parent
 _PLAIN = "SELECT * FROM impacts AS i JOIN pulses AS p ON p.impact_id = i.id"
-#: The columns of the listing that stand in tables; the library finds factors, quality and kind of velocity as well.
+#: The columns of the listing that stand in tables; the library finds factors, quality and kind of
+#: velocity as well.
 _ROWS = """
     SELECT i.id, c.name AS campaign, i.run, i.repetition, i.configuration_id, i.recording_id, i.velocity_source,
            i.impact_velocity_m_s, p.contact_time_s, p.peak_force_n, p.impulse_n_s, p.compression_time_s,
@@ -108,8 +111,10 @@ def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> I
     )
     own = [max(a - b, 0.0) for a, b in zip(seconds["import"], seconds["start"], strict=True)]
     yield promised(
-        LIBRARY, "import pyroshock, beyond Python's start", own, IMPORT_LIMIT_S, question="import of the library",
-        bound="numpy, pandas, SQLAlchemy and torch are imported when they are used", peer_name="the promise",
+        LIBRARY, "import pyroshock, beyond Python's start", own, IMPORT_LIMIT_S,
+        question="import of the library",
+        bound="numpy, pandas, SQLAlchemy and torch are imported when they are used",
+        peer_name="the promise",
     )  # fmt: skip
     with ps.open(filled(folder, impacts), create=False) as store:
         yield frame_figure(store, repeats)
@@ -124,13 +129,15 @@ def measure_library(folder: Path, impacts: int = 100_000, repeats: int = 7) -> I
             3 * repeats,
         )
         yield beside(
-            LIBRARY, f"recording[...][a:b], {_SLICE} of {len(channel):,} samples", seconds, whole, limit=1.0,
+            LIBRARY, f"recording[...][a:b], {_SLICE} of {len(channel):,} samples", seconds, whole,
+            limit=1.0,
             bound="the chunks that the slice touches are fetched", question="slice of a recording",
         )  # fmt: skip
 
 
 def frame_figure(store: Any, repeats: int) -> Figure:
-    """`store.impacts()` of an `ExperimentStore` beside pandas. Raises `ValueError` where the two have other rows."""
+    """`store.impacts()` of an `ExperimentStore` beside pandas. Raises `ValueError` where the two
+    have other rows."""
 
     def read_sql() -> pd.DataFrame:
         with store.store.engine.connect() as connection:
@@ -143,7 +150,8 @@ def frame_figure(store: Any, repeats: int) -> Figure:
         )
     seconds = take_turns({"ours": store.impacts, "pandas.read_sql": read_sql}, repeats)
     return beside(
-        LIBRARY, f"store.impacts(), {len(ours):,} of them, {store.store.engine.dialect.name}", seconds,
+        LIBRARY, f"store.impacts(), {len(ours):,} of them, {store.store.engine.dialect.name}",
+        seconds,
         "pandas.read_sql", limit=FRAME_LIMIT, question="listing as a DataFrame",
         bound="the fetch of the rows; ours adds factors, quality and kind of velocity, which pandas does not read",
     )  # fmt: skip
@@ -179,7 +187,8 @@ FILTERED = (
 
 
 def measure_listings(folder: Path, large: int = LARGE, repeats: int = 15) -> Iterator[Figure]:
-    """Every listing on two stores in `folder`. Raises `ValueError` when one gives another number of rows."""
+    """Every listing on two stores in `folder`. Raises `ValueError` when one gives another number of
+    rows."""
     urls = filled(folder, SMALL), filled(folder, large)
     with open_store(urls[0], WRITER) as small, open_store(urls[1], WRITER) as many:
         for listing in FILTERED:
@@ -194,14 +203,17 @@ def measure_listings(folder: Path, large: int = LARGE, repeats: int = 15) -> Ite
                 beside_small: partial(listing.keys, small),
             }
             yield beside(
-                LISTINGS.format(large, SMALL), listing.name, take_turns({**asked_of, "bound": by_key}, repeats),
-                beside_small, limit=LISTING_LIMIT, question="a filtered listing as the store grows", kind="growth",
+                LISTINGS.format(large, SMALL), listing.name, take_turns({**asked_of,
+                "bound": by_key}, repeats),
+                beside_small, limit=LISTING_LIMIT, question="a filtered listing as the store grows",
+                kind="growth",
                 bound=f"the driver's own fetch of the {counts[0]} rows by their keys",
             )  # fmt: skip
 
 
 def _rows_by_key(store: Store, keys: list[int]) -> int:
-    """The same impacts and pulses as tuples, whose keys are known already: neither searched, nor named, nor judged."""
+    """The same impacts and pulses as tuples, whose keys are known already: neither searched, nor
+    named, nor judged."""
     with store.reading() as session:
         statement = f"{_PLAIN} WHERE i.id IN ({','.join(map(str, keys))})"
         return len(session.connection().exec_driver_sql(statement).fetchall())

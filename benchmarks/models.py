@@ -1,8 +1,10 @@
-"""`python -m benchmarks.models [SEED…]`: every model on 180 x 10 campaigns, into docs/measurements/model-figures.md.
+"""`python -m benchmarks.models [SEED…]`: every model on 180 x 10 campaigns, into
+docs/measurements/model-figures.md.
 
-A seed is a campaign of its own, simulated, ingested, frozen and trained on by the commands that a user types. On the
-first, all models are trained and the clock runs; on the others those that the promises are about. Takes half an hour
-on two cores. $PYROSHOCK_BENCH_FOLDER keeps campaigns and registries, and a repeat goes on from there.
+A seed is a campaign of its own, simulated, ingested, frozen and trained on by the commands that a
+user types. On the first, all models are trained and the clock runs; on the others those that the
+promises are about. Takes half an hour on two cores. $PYROSHOCK_BENCH_FOLDER keeps campaigns and
+registries, and a repeat goes on from there.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Campaign:
-    """One seed's campaign: JSON rows of its models, floors by split and scope, seconds of the training."""
+    """One seed's campaign: JSON rows of its models, floors by split and scope, seconds of the
+    training."""
 
     seed: str
     rows: list[Row]
@@ -65,7 +68,8 @@ class Campaign:
 
 
 def measured(seed: str, models: str, folder: Path) -> Campaign:
-    """The campaign of a seed, from its plan to its registry; what is in the folder is not made again."""
+    """The campaign of a seed, from its plan to its registry; what is in the folder is not made
+    again."""
     folder.mkdir(parents=True, exist_ok=True)
     frozen, clock, rows = folder / "dataset.json", folder / "seconds.json", folder / "rows.json"
 
@@ -136,7 +140,10 @@ def checks(campaigns: Sequence[Campaign]) -> list[Check]:
                 statistics.fmean(campaign.covered(model, "configurations", what))
                 for campaign in campaigns
             ]
-            promise = f"{model}: {what} by the 90 % band, mean of {len(DRAWS) + 1} draws of configurations, .87 to .93"
+            promise = (
+                f"{model}: {what} by the 90 % band, mean of {len(DRAWS) + 1} "
+                f"draws of configurations, .87 to .93"
+            )
             results.append(
                 Check(promise, shares, COVERAGE[0] <= min(shares) and max(shares) <= COVERAGE[1])
             )
@@ -145,7 +152,8 @@ def checks(campaigns: Sequence[Campaign]) -> list[Check]:
 
 
 def model_table(campaign: Campaign) -> str:
-    """Every model of a campaign, ranked by force NRMSE of the thesis's split, the floors among them."""
+    """Every model of a campaign, ranked by force NRMSE of the thesis's split, the floors among
+    them."""
     lines = []
     for scope in ("configuration", "treatment"):
         floors = [campaign.floors[split][scope] for split in SPLITS[:2]]
@@ -168,7 +176,8 @@ def model_table(campaign: Campaign) -> str:
         lines.append(
             (campaign.metric(model, "repetitions", "force_nrmse"), table_row(f"`{model}`", *cells))
         )
-    head = ("model", "NRMSE rep.", "conf.", "thesis", "time rep.", "conf.", "thesis", "impulse rep.", "conf.", "thesis",
+    head = ("model", "NRMSE rep.", "conf.", "thesis", "time rep.", "conf.", "thesis",
+    "impulse rep.", "conf.", "thesis",
             "cost rep.", "cover conf.", "s")  # fmt: skip
     return table(head, (line for _, line in sorted(lines)))
 

@@ -1,4 +1,5 @@
-"""The page of all figures and its two pictures: a row for each question, then what is behind, then everything."""
+"""The page of all figures and its two pictures: a row for each question, then what is behind, then
+everything."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ QUICK_COMMAND, FULL_COMMAND = "make bench", "python -m benchmarks --full"
 #: What ours builds on, and the peers, by their names in the registry of packages.
 FOUNDATIONS = ("numpy", "scipy", "numba", "h5py", "numcodecs", "SQLAlchemy", "psycopg", "torch")
 PEERS = (
-    "pyyeti", "endaq", "pyDOE3", "smt", "botorch", "gpytorch", "GPy", "scikit-learn", "qcodes", "pandas", "mlflow",
+    "pyyeti", "endaq", "pyDOE3", "smt", "botorch", "gpytorch", "GPy", "scikit-learn", "qcodes",
+    "pandas", "mlflow",
 )  # fmt: skip
 AHEAD, BEHIND, SAME = "#1b6ca8", "#d1495b", "#7a7a7a"
 
@@ -30,11 +32,13 @@ be **missed**. The first call, with its imports and its compiling, does not coun
 measured. The same run measures what bounds our value; the last column is our value over that bound.
 """.strip()
 _RATIO_CAPTION = (
-    "The picture shows our time over each peer's time on a logarithmic axis. We are faster left of the line. Bars "
+    "The picture shows our time over each peer's time on a logarithmic axis. "
+    "We are faster left of the line. Bars "
     "reach from the least to the largest repeat."
 )
 _GROWTH_CAPTION = (
-    "The picture shows what more impacts, more configurations and more training pulses cost, on logarithmic axes. Bars "
+    "The picture shows what more impacts, more configurations and more "
+    "training pulses cost, on logarithmic axes. Bars "
     "reach from the least to the largest repeat."
 )
 _SUMMARY_HEAD = (
@@ -59,7 +63,8 @@ _DETAIL_HEAD = (
 def page(
     figures: Sequence[Figure], command: str, minutes: float, pictures: Sequence[str] = ()
 ) -> str:
-    """Markdown. `pictures`: paths beside the page of the ratios and, where it was drawn, of the growth."""
+    """Markdown. `pictures`: paths beside the page of the ratios and, where it was drawn, of the
+    growth."""
     title = "# Benchmarks" if command == QUICK_COMMAND else "# Benchmarks at full size"
     parts = [title, "", *_preface(command, minutes)]
     parts += ["", "## In short", "", table(_SUMMARY_HEAD, map(_summary_row, summary(figures)))]
@@ -81,7 +86,8 @@ def page(
 
 
 def summary(figures: Sequence[Figure]) -> list[Figure]:
-    """For each question the figure that is worst for us; one without a value only where no other has one."""
+    """For each question the figure that is worst for us; one without a value only where no other
+    has one."""
     questions = dict.fromkeys(figure.question for figure in figures if figure.question)
 
     def badness(figure: Figure) -> float:
@@ -104,9 +110,11 @@ def _summary_row(figure: Figure) -> str:
 def _preface(command: str, minutes: float) -> list[str]:
     sizes = (
         "The sizes are such that the run takes less than a quarter of an hour on two cores. "
-        "[Benchmarks at full size](benchmarks-full.md) has 180 recordings, 1,000,000 impacts and every kind of series."
+        "[Benchmarks at full size](benchmarks-full.md) has 180 recordings, "
+        "1,000,000 impacts and every kind of series."
         if command == QUICK_COMMAND
-        else "[Benchmarks](benchmarks.md) answers the same questions in less than a quarter of an hour."
+        else "[Benchmarks](benchmarks.md) answers the same questions in less than "
+        "a quarter of an hour."
     )
     return [
         f"`{command}` wrote this page in {minutes:.0f} minutes. {sizes}",
@@ -146,7 +154,8 @@ def drawn_figures(figures: Sequence[Figure]) -> list[Figure]:
 
 
 def draw_ratios(figures: Sequence[Figure], path: Path) -> None:
-    """A line for each figure; blue where all repeats are faster, red where all are slower, grey between."""
+    """A line for each figure; blue where all repeats are faster, red where all are slower, grey
+    between."""
     rows = drawn_figures(figures)
     canvas = new_figure(9.5, 1.2 + 0.3 * max(len(rows), 1))
     axes, labels, question = canvas.subplots(), [], ""
@@ -177,7 +186,8 @@ def draw_ratios(figures: Sequence[Figure], path: Path) -> None:
     canvas.savefig(path, dpi=110)
 
 
-#: Panels of the picture of growth: what the size counts, how a curve's name begins, unit, and labels of the axes.
+#: Panels of the picture of growth: what the size counts, how a curve's name begins, unit, and
+#: labels of the axes.
 _PANELS = (
     ("impacts", "", "s", "impacts in the store", "time, s"),
     ("impacts", "", "bytes", "impacts in the store", "room, MB"),
@@ -189,7 +199,8 @@ _PANELS_ACROSS, _LEAST_RANGE = 3, 30.0
 
 
 def draw_growth(points: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Points as growth.json holds them (`growth.Point`), each curve with its spread and its fitted exponent."""
+    """Points as growth.json holds them (`growth.Point`), each curve with its spread and its fitted
+    exponent."""
     from matplotlib.ticker import NullFormatter
 
     panels = [

@@ -1,7 +1,8 @@
-"""Peers in environments of their own: `python -m benchmarks.peer_programs endaq|gpy|qcodes FILES…` (`harness.Program`).
+"""Peers in environments of their own: `python -m benchmarks.peer_programs endaq|gpy|qcodes FILES…`
+(`harness.Program`).
 
-Each may need other versions than ours, so that its data comes as files, and nothing of ours but the harness is
-imported.
+Each may need other versions than ours, so that its data comes as files, and nothing of ours but the
+harness is imported.
 """
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ def endaq(file: str) -> Callable[[Message], Message]:
 
 
 class CoregionalizedRegression:
-    """GPy's own model of many outputs: a row for each output of each pulse, a kernel times a `Coregionalize`, and a
-    noise for each output."""
+    """GPy's own model of many outputs: a row for each output of each pulse, a kernel times a
+    `Coregionalize`, and a noise for each output."""
 
     def __init__(self, file: str) -> None:
         import GPy
@@ -98,9 +99,9 @@ def gpy(folder: str) -> Callable[[Message], Message]:
 
 
 class QcodesDataset:
-    """A recording is a run of an experiment, a channel an array of it, a pulse another one; factors are its metadata,
-    which QCoDeS keeps as columns of its table of runs. There are no arrays of set points: a series has a rate, and its
-    times would take its room again."""
+    """A recording is a run of an experiment, a channel an array of it, a pulse another one; factors
+    are its metadata, which QCoDeS keeps as columns of its table of runs. There are no arrays of set
+    points: a series has a rate, and its times would take its room again."""
 
     def __init__(self, content: Path, folder: Path, factor: str) -> None:
         self._folder, self._factor, self._number = folder, factor, 0
@@ -151,7 +152,8 @@ class QcodesDataset:
         from qcodes.dataset import load_by_id
 
         where = f"WHERE {self._factor} = ?"
-        query = f"SELECT run_id FROM runs {where} ORDER BY run_id"  # noqa: S608 - the factor is our own word
+        # noqa: S608 - the factor is our own word
+        query = f"SELECT run_id FROM runs {where} ORDER BY run_id"
         pulses = []
         for (key,) in self._experiment.conn.execute(query, (level,)):
             data = load_by_id(key, self._experiment.conn)

@@ -1,6 +1,8 @@
-"""`python -m benchmarks.plate`: modes of the virtual bench's plate, and its answer to pulses beside scipy.
+"""`python -m benchmarks.plate`: modes of the virtual bench's plate, and its answer to pulses beside
+scipy.
 
-The plate is free, of 10 mm of aluminium. A table gives the distance of its modes from the bench's own Mindlin model.
+The plate is free, of 10 mm of aluminium. A table gives the distance of its modes from the bench's
+own Mindlin model.
 """
 
 from __future__ import annotations
@@ -37,7 +39,8 @@ from .harness import (
 THEME = "The plate of the virtual bench: 10 mm of aluminium, modes up to 20 kHz, two sensors"
 STEP_S, SAMPLES, PULSES, WIDTH, HIGHEST_HZ = 1e-5, 10_000, 64, 300, 20e3
 SOLVE_LIMIT_S, CONVOLVE_LIMIT_S, DIFFERENCE = 30.0, 15e-3, 1e-6
-#: Of a recursion of second order with two terms of the force: five products, four sums; and of each sensor's sum.
+#: Of a recursion of second order with two terms of the force: five products, four sums; and of each
+#: sensor's sum.
 FLOPS_PER_STEP, FLOPS_PER_SENSOR = 9, 2
 #: As on a lab's drawing; the same places that `virtualbench.plate.resonant` has.
 IMPACTS_M = {"#1": (0.47, 0.28), "#2": (0.31, 0.37), "#3": (0.68, 0.22)}
@@ -67,7 +70,8 @@ def measure_plate(_folder: Path, repeats: int = 9) -> Iterator[Figure]:
     bench_modes()
     seconds, bench_seconds = [solved - begin], [time.perf_counter() - solved]
     yield compared(
-        THEME, f"{plate.frequency_hz.size} modes, once", seconds, bench_seconds, "s", bound="a sparse eigenproblem",
+        THEME, f"{plate.frequency_hz.size} modes, once", seconds, bench_seconds, "s",
+        bound="a sparse eigenproblem",
         question="the modes of a plate", peer_name="the virtual bench's Mindlin elements",
     )  # fmt: skip
     yield promised(THEME, "modes, once", seconds, SOLVE_LIMIT_S, "s")
@@ -89,7 +93,8 @@ def _one_pulse(plate: ModalPlate, force: Floats, repeats: int) -> Iterator[Figur
         "bound": multiplying(float(flops)),
     }
     yield beside(
-        THEME, f"one pulse of {SAMPLES:,} samples, mode by mode", take_turns(functions, repeats, reported=["bound"]),
+        THEME, f"one pulse of {SAMPLES:,} samples, mode by mode", take_turns(functions, repeats,
+        reported=["bound"]),
         peer, bound="the recursions' operations at the rate of a product of matrices",
         question="a plate's answer to a pulse",
     )  # fmt: skip
@@ -116,14 +121,16 @@ def _many_pulses(plate: ModalPlate, force: Floats, repeats: int) -> Iterator[Fig
     for name, answer in zip(list(methods)[1:], answers[1:], strict=True):
         yield beside(
             THEME, f"{PULSES} pulses of {WIDTH} samples, {name}", seconds, name,
-            bound="copying the accelerations in memory", question=f"a plate's answers to {PULSES} pulses",
+            bound="copying the accelerations in memory",
+            question=f"a plate's answers to {PULSES} pulses",
         )  # fmt: skip
         yield _same(f"{PULSES} pulses, from {name}", ours, answer)
     yield promised(THEME, f"{PULSES} pulses convolved", seconds["ours"], CONVOLVE_LIMIT_S)
 
 
 def filters(plate: ModalPlate) -> Callable[[Floats], Floats]:
-    """What a user of scipy would write: a filter for each mode, `cont2discrete` by first-order hold, and their sum."""
+    """What a user of scipy would write: a filter for each mode, `cont2discrete` by first-order
+    hold, and their sum."""
     from scipy.signal import cont2discrete, lfilter
 
     rigid = plate.frequency_hz == 0  # nothing is taken from their force

@@ -1,9 +1,11 @@
-"""`python -m benchmarks.prediction`: one end-to-end prediction of a warm process, from tank pressure to spectrum.
+"""`python -m benchmarks.prediction`: one end-to-end prediction of a warm process, from tank
+pressure to spectrum.
 
-64 random shots through gun, contact, plate (300 modes), two sensors and 41 lines: with a law of contact, and with a
-Gaussian process that learned from 300 pulses, as the registry gives it back. No other software has this chain, so that
-each time stands beside its promise, and beside what no way of computing leaves out: one inverse transform for each
-acceleration. Nominal spectra of many settings at once are what a search asks for.
+64 random shots through gun, contact, plate (300 modes), two sensors and 41 lines: with a law of
+contact, and with a Gaussian process that learned from 300 pulses, as the registry gives it back. No
+other software has this chain, so that each time stands beside its promise, and beside what no way
+of computing leaves out: one inverse transform for each acceleration. Nominal spectra of many
+settings at once are what a search asks for.
 """
 
 from __future__ import annotations
@@ -77,8 +79,10 @@ def measure_prediction(_folder: Path, runs: int = 40) -> Iterator[Figure]:
             predict()
         seconds = take_turns({"ours": predict, "transforms": transforms}, runs)
         yield promised(
-            THEME, f"one prediction, {name}", seconds["ours"], limit, question=f"a prediction with {name}",
-            bound=f"the inverse transforms of {DRAWS * SENSORS} accelerations", bound_values=seconds["transforms"],
+            THEME, f"one prediction, {name}", seconds["ours"], limit,
+            question=f"a prediction with {name}",
+            bound=f"the inverse transforms of {DRAWS * SENSORS} accelerations",
+            bound_values=seconds["transforms"],
         )  # fmt: skip
     settings = [setting(tank_pressure_pa=p) for p in np.linspace(1e5, 8e5, SEARCHED)]
     seconds = take_turns({"spectra": lambda: law.spectra(settings)}, 3)

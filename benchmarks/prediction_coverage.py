@@ -1,13 +1,15 @@
-"""Do the bands of promoted models hold? `python -m benchmarks.prediction_coverage [--seeds 7,8,9] [--draws 200]`.
+"""Do the bands of promoted models hold? `python -m benchmarks.prediction_coverage [--seeds 7,8,9]
+[--draws 200]`.
 
-Benches whose laws of contact are not the twin's (`law_campaigns`) are hit at random configurations. Models learn from
-these, the gate of `promote` judges each against a model in use, and the bands of every model are then scored on fresh
-configurations, which neither model, calibration nor gate has seen. With --law the contact law that was updated by the
-same pulses is a second reference. The second figure is the null: of two equal models, one in use and one a candidate,
-the share that the gate promotes.
+Benches whose laws of contact are not the twin's (`law_campaigns`) are hit at random configurations.
+Models learn from these, the gate of `promote` judges each against a model in use, and the bands of
+every model are then scored on fresh configurations, which neither model, calibration nor gate has
+seen. With --law the contact law that was updated by the same pulses is a second reference. The
+second figure is the null: of two equal models, one in use and one a candidate, the share that the
+gate promotes.
 
-Exit code 1 where the promoted models' mean coverage of a quantity is outside of 85 to 97 %, or where more than 6 % of
-the equal models are promoted.
+Exit code 1 where the promoted models' mean coverage of a quantity is outside of 85 to 97 %, or
+where more than 6 % of the equal models are promoted.
 """
 
 from __future__ import annotations
@@ -54,8 +56,8 @@ NULL_CONFIGURATIONS, MOST_BY_CHANCE = 20, 0.06
 
 @dataclass(frozen=True)
 class CoverageRow:
-    """A candidate on one bench: what the gate said beside each reference, and shares inside the 90 % bands on fresh
-    configurations."""
+    """A candidate on one bench: what the gate said beside each reference, and shares inside the 90
+    % bands on fresh configurations."""
 
     seed: int
     bench: str
@@ -146,8 +148,9 @@ def promotions_by_chance(
     models: Sequence[str] = NULL_MODELS,
     configurations: int = NULL_CONFIGURATIONS,
 ) -> list[str]:
-    """Verdicts on candidates that are equal to what is in use: both learned from the same configurations, each from its
-    own repetitions, of a law in closed form. The bands need not hold: only what the comparison lets pass is counted."""
+    """Verdicts on candidates that are equal to what is in use: both learned from the same
+    configurations, each from its own repetitions, of a law in closed form. The bands need not hold:
+    only what the comparison lets pass is counted."""
     verdicts = []
     for number in range(draws):
         rng = np.random.default_rng([seed, 1_000 + number])
@@ -196,12 +199,14 @@ def report(seeds: Sequence[int], draws: int, law: bool = False) -> int:
     for place, reference in enumerate((f"{EARLIER_MODEL}@0", *([UPDATED_LAW] if law else []))):
         counts = Counter(row.verdicts[place] for row in rows)
         print(
-            f"\nbeside {reference}: {', '.join(f'{verdict} {count}' for verdict, count in counts.items())}"
+            f"\nbeside {reference}: "
+            f"{', '.join(f'{verdict} {count}' for verdict, count in counts.items())}"
         )
     verdicts = promotions_by_chance(draws, seeds[0])
     by_chance = verdicts.count("better") / max(draws, 1)
     print(
-        f"equal models promoted: {verdicts.count('better')} of {draws} ({by_chance:.1%}, at most {MOST_BY_CHANCE:.0%})"
+        f"equal models promoted: {verdicts.count('better')} of {draws} "
+        f"({by_chance:.1%}, at most {MOST_BY_CHANCE:.0%})"
     )
     print(f"{time.monotonic() - begin:.0f} s")
     means = np.mean([row.coverage for row in promoted], axis=0) if promoted else np.full(3, np.nan)

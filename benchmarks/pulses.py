@@ -1,7 +1,8 @@
-"""Pulse extraction beside what a user of `scipy.signal.find_peaks` would write: speed, and who is right.
+"""Pulse extraction beside what a user of `scipy.signal.find_peaks` would write: speed, and who is
+right.
 
-Records are the virtual bench's, whose truth is known. Ours also fits a spline and measures widths, compression and
-impulses; the peers give contact time, peak, impulse and 20 points.
+Records are the virtual bench's, whose truth is known. Ours also fits a spline and measures widths,
+compression and impulses; the peers give contact time, peak, impulse and 20 points.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ Floats = NDArray[np.float64]
 THEME = "Pulses out of force records: ten seconds at 51.2 kHz, ten hits"
 #: An impact is found where a pulse begins so near to it.
 NEAR_S = 5e-3
-#: As ours by default: events above a tenth of the largest, contacts down to 0.5 % of the peak, 0.1 s between swings.
+#: As ours by default: events above a tenth of the largest, contacts down to 0.5 % of the peak, 0.1
+#: s between swings.
 EVENT_SHARE, END_SHARE, INTERVAL_S = 0.1, 0.005, 0.1
 #: What the peers call a second hit: from 5 % of the first, a millisecond after it at least.
 SECOND_SHARE, SECOND_INTERVAL_S, POINTS = 0.05, 1e-3, 20
@@ -78,7 +80,8 @@ def by_peak_widths(force: Floats, rate_hz: float) -> list[PeerPulse]:
 
 
 def by_threshold(force: Floats, rate_hz: float) -> list[PeerPulse]:
-    """`find_peaks` on the record less its median, then outward from each peak to the first sample below the share."""
+    """`find_peaks` on the record less its median, then outward from each peak to the first sample
+    below the share."""
     from scipy.signal import find_peaks
 
     force, reach, pulses = force - np.median(force), round(INTERVAL_S * rate_hz), []
@@ -124,7 +127,8 @@ PEERS: dict[str, Callable[[Floats, float], list[PeerPulse]]] = {
 
 @dataclass(frozen=True)
 class Score:
-    """Of one record: impacts and second hits that were missed or made up, error of the contact time (rms, a share)."""
+    """Of one record: impacts and second hits that were missed or made up, error of the contact time
+    (rms, a share)."""
 
     miscounted: int
     misjudged: int
@@ -189,7 +193,8 @@ def _correctness(
             [float(sum(getattr(score, key) for score in scores))] for scores in (mine, theirs)
         )
         yield compared(
-            THEME, f"{what}, {name}, of {total}", wrong, peers, "", limit=1.0, kind="quality", question=what,
+            THEME, f"{what}, {name}, of {total}", wrong, peers, "", limit=1.0, kind="quality",
+            question=what,
             peer_name=name, bound="none is wrong",
         )  # fmt: skip
     steps = [
@@ -197,7 +202,9 @@ def _correctness(
         for r in records
     ]
     yield compared(
-        THEME, f"error of the contact time, {name}", [x.error for x in mine], [x.error for x in theirs],
+        THEME, f"error of the contact time, {name}", [x.error for x in mine],
+        [x.error for x in theirs],
         "%", kind="quality", question="error of a contact time", peer_name=name,
-        bound="both ends of a contact lie between samples", bound_values=[float(np.median(steps))] * len(mine),
+        bound="both ends of a contact lie between samples",
+        bound_values=[float(np.median(steps))] * len(mine),
     )  # fmt: skip

@@ -1,10 +1,12 @@
-"""`python -m benchmarks.quality_scores [FOLDER] [--seed N] [--each N]`: what the quality verdicts are worth.
+"""`python -m benchmarks.quality_scores [FOLDER] [--seed N] [--each N]`: what the quality verdicts
+are worth.
 
-Made records, whose faults are known, and the measured ones of FOLDER (default: where the tests look for them) are
-judged as an ingest judges them. The folder that PYROSHOCK_RECORDS names may hold `Test_001.lvm` to `Test_032.lvm` of
-the public "Dataset-5 Extended Impact Testing" (High-Rate SHM Working Group): their authors say that two of the 32 are
-wrong. Precision is the share of a verdict's records that deserve it, recall the share of records that deserve it and
-get it. A record's verdict is its gravest finding.
+Made records, whose faults are known, and the measured ones of FOLDER (default: where the tests look
+for them) are judged as an ingest judges them. The folder that PYROSHOCK_RECORDS names may hold
+`Test_001.lvm` to `Test_032.lvm` of the public "Dataset-5 Extended Impact Testing" (High-Rate SHM
+Working Group): their authors say that two of the 32 are wrong. Precision is the share of a
+verdict's records that deserve it, recall the share of records that deserve it and get it. A
+record's verdict is its gravest finding.
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ def judge(record: Labelled) -> tuple[str, tuple[str, ...]]:
     """The verdict, and the checks that said it."""
     channels = [
         Channel(
-            Sensor(s.name, s.quantity, SI_UNITS[s.quantity], range=s.range_si, axis=s.axis, position=s.position),
+            Sensor(s.name, s.quantity, SI_UNITS[s.quantity], range=s.range_si, axis=s.axis,
+            position=s.position),
             s.samples, record.rate_hz,
         )
         for s in record.signals
@@ -49,8 +52,9 @@ def _rate_hz(times_s: NDArray[np.float64]) -> float:
 
 
 def real_records(folder: Path) -> Iterator[Labelled]:
-    """Measured ones whose verdict their authors disclosed: hits verified as single, shocks with published figures, one
-    saturated sensor beside its reference, one raw record with an offset beside its cleaned ones."""
+    """Measured ones whose verdict their authors disclosed: hits verified as single, shocks with
+    published figures, one saturated sensor beside its reference, one raw record with an offset
+    beside its cleaned ones."""
     hits = np.load(folder / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
     for key in hits.files:
         for hit in hits[key].astype(float) if hits[key].ndim == 3 else ():
@@ -106,14 +110,18 @@ def impact_tests(folder: Path) -> Iterator[Labelled]:
 
 #: Channel 33 rests 6 g lower after the shock than before (its neighbours move by 1.5 g and less).
 IRVINE = {
-    "rv_separation_raw_txt": "warning", "rv_separation_cleaned_txt": "ok", "rv_separation_dat": "ok",
-    "flight_stage_sep_txt": "ok", "pyro_sep_test": "ok", "avionics_channel_25": "ok", "avionics_channel_30": "ok",
-    "avionics_channel_33": "warning", "midfield_shock_txt": "ok", "asrs_txt": "ok", "srs2000G_accel_txt": "ok",
+    "rv_separation_raw_txt": "warning", "rv_separation_cleaned_txt": "ok",
+    "rv_separation_dat": "ok",
+    "flight_stage_sep_txt": "ok", "pyro_sep_test": "ok", "avionics_channel_25": "ok",
+    "avionics_channel_30": "ok",
+    "avionics_channel_33": "warning", "midfield_shock_txt": "ok", "asrs_txt": "ok",
+    "srs2000G_accel_txt": "ok",
 }  # fmt: skip
 
 
 def report(records: Iterable[Labelled]) -> list[str]:
-    """Precision and recall by verdict, then each kind that was judged otherwise than it deserves."""
+    """Precision and recall by verdict, then each kind that was judged otherwise than it
+    deserves."""
     pairs: Counter[tuple[str, str]] = Counter()
     wrong: Counter[tuple[str, str, str, str]] = Counter()
     origins: Counter[str] = Counter()
@@ -134,7 +142,8 @@ def report(records: Iterable[Labelled]) -> list[str]:
         rows.append(table_row(verdict, str(deserve), str(given), *shares))
     others = (table_row(*key, str(count)) for key, count in sorted(wrong.items()))
     return [
-        f"{sum(origins.values())} records: {', '.join(f'{n} {name}' for name, n in origins.items())}\n",
+        f"{sum(origins.values())} records: "
+        f"{', '.join(f'{n} {name}' for name, n in origins.items())}\n",
         table(("verdict", "records", "given", "precision", "recall"), rows) + "\n",
         table(("judged otherwise", "deserves", "got", "by", "records"), others),
     ]

@@ -1,9 +1,10 @@
-"""`python -m benchmarks.real_records [FOLDER]`: the virtual bench beside real records, as a picture and in figures.
+"""`python -m benchmarks.real_records [FOLDER]`: the virtual bench beside real records, as a picture
+and in figures.
 
-FOLDER holds the measured records of others (default: where the tests look for them). The left panel shows a modal
-hammer's hit and the virtual hammer's, the middle one pulse width against peak force of 33 small hits, of which hammer
-and tip are not known, the right one the five gun shots of Table 3.1. The picture goes to
-docs/images/virtual-bench.png; the command prints its figures.
+FOLDER holds the measured records of others (default: where the tests look for them). The left panel
+shows a modal hammer's hit and the virtual hammer's, the middle one pulse width against peak force
+of 33 small hits, of which hammer and tip are not known, the right one the five gun shots of Table
+3.1. The picture goes to docs/images/virtual-bench.png; the command prints its figures.
 """
 
 from __future__ import annotations
@@ -58,7 +59,8 @@ def small_hits(folder: Path) -> Hits:
 
 
 def virtual_hits(hits: int = 33) -> Hits:
-    """A small hammer with a hard plastic tip on a heavy steel plate, over the same range of forces."""
+    """A small hammer with a hard plastic tip on a heavy steel plate, over the same range of
+    forces."""
     impactor, plate = hammer("delrin", 0.003, mass_kg=0.005), target("steel", 0.04)
     velocities, rng = np.geomspace(0.05, 0.32, hits), np.random.default_rng(1)
     truths = strike_many([impactor] * hits, [plate] * hits, Effects.default(), velocities, rng)
@@ -85,14 +87,16 @@ def modal_hit(folder: Path) -> tuple[Floats, Floats]:
 def virtual_hit() -> tuple[Floats, Floats]:
     """The virtual hammer with an aluminium tip on a steel anvil."""
     (truth,) = strike_many(
-        [hammer("aluminum", 0.030)], [target("aluminum", 0.01, anvil_material="steel")], Effects.default(),
+        [hammer("aluminum", 0.030)], [target("aluminum", 0.01, anvil_material="steel")],
+        Effects.default(),
         np.array([0.3]), np.random.default_rng(2),
     )  # fmt: skip
     return truth.time_s, truth.force_n
 
 
 def virtual_shots(offset_bar: float) -> Floats:
-    """Muzzle velocities (m/s) at the pressures of Table 3.1, true pressures higher by `offset_bar`."""
+    """Muzzle velocities (m/s) at the pressures of Table 3.1, true pressures higher by
+    `offset_bar`."""
     effects = Effects.default().with_strength("bench.hand_scatter", 0.0)
     gun, bullet = GunBuild(), Projectile()
     fired = [
@@ -132,7 +136,8 @@ def _draw_widths(axes: Any, real: Hits, virtual: Hits) -> None:
         axes.loglog(hits.peak_n, hits.width_s * 1e6, "o", color=colour, ms=4, label=label)
         forces = f"{hits.peak_n.min():.3g} to {hits.peak_n.max():.3g} N"
         print(
-            f"{label}, {forces}, {hits.width_s.min() * 1e6:.3g} to {hits.width_s.max() * 1e6:.3g} us"
+            f"{label}, {forces}, {hits.width_s.min() * 1e6:.3g} to "
+            f"{hits.width_s.max() * 1e6:.3g} us"
         )
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")

@@ -1,7 +1,8 @@
 """An ingest into PostgreSQL with the hash of every row beside the same ingest without hashes.
 
-`python -m benchmarks row-hashes` measures it. The other side is a process of its own, in which no column has the hash
-as its default, hence no row gets one: the product has no such switch. Keys are reserved in both.
+`python -m benchmarks row-hashes` measures it. The other side is a process of its own, in which no
+column has the hash as its default, hence no row gets one: the product has no such switch. Keys are
+reserved in both.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ CLOCKS = {
 
 
 def measure_row_hashes(folder: Path, recordings: int = 30, repeats: int = 8) -> Iterator[Figure]:
-    """Raises `RuntimeError` where rows of the side without hashes have one, or others lack theirs."""
+    """Raises `RuntimeError` where rows of the side without hashes have one, or others lack
+    theirs."""
     source = kept_campaign(folder, recordings, ".npz")
     answers: dict[str, list[dict[str, Any]]] = {WITH: [], WITHOUT: []}
     with ExitStack() as stack:
@@ -60,7 +62,8 @@ def measure_row_hashes(folder: Path, recordings: int = 30, repeats: int = 8) -> 
     for clock, name in CLOCKS.items():
         seconds = {side: [float(answer[clock]) for answer in answers[side]] for side in answers}
         yield beside(
-            THEME.format(recordings), name, {"ours": seconds[WITH], WITHOUT: seconds[WITHOUT]}, WITHOUT, unit="s",
+            THEME.format(recordings), name, {"ours": seconds[WITH], WITHOUT: seconds[WITHOUT]},
+            WITHOUT, unit="s",
             limit=LIMIT, kind="growth", binding=clock == "processor_s", question="",
         )  # fmt: skip
 

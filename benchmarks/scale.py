@@ -1,8 +1,9 @@
-"""`python -m benchmarks.scale`: a laboratory of a million impacts on PostgreSQL, and what ten million would cost.
+"""`python -m benchmarks.scale`: a laboratory of a million impacts on PostgreSQL, and what ten
+million would cost.
 
-Two stores are filled on the server of $TEST_DATABASE_URL and kept there, or on one that is started for it. The measured
-values go to scale.json in $PYROSHOCK_BENCH_FOLDER, and from there, also with `--again`, below the mark in
-docs/measurements/scale.md.
+Two stores are filled on the server of $TEST_DATABASE_URL and kept there, or on one that is started
+for it. The measured values go to scale.json in $PYROSHOCK_BENCH_FOLDER, and from there, also with
+`--again`, below the mark in docs/measurements/scale.md.
 """
 
 from __future__ import annotations
@@ -104,7 +105,8 @@ _SIZES = text(
 
 
 class Question(NamedTuple):
-    """What a laboratory asks of its store; `ask` gets a session of a store that was filled to the size."""
+    """What a laboratory asks of its store; `ask` gets a session of a store that was filled to the
+    size."""
 
     name: str
     ask: Callable[[Session, StoreSize], object]
@@ -122,7 +124,8 @@ def _page(*where: Condition, campaign: bool = False) -> Callable[[Session, Store
 
 
 def _impact_with_slice(session: Session, size: StoreSize) -> object:
-    """The page of an impact whose recording has its series, and a tenth of a second of a channel."""
+    """The page of an impact whose recording has its series, and a tenth of a second of a
+    channel."""
     recording = size.recordings // 2 // size.series_every * size.series_every
     page = impact_page(session, recording * HITS_PER_RECORDING)
     first = select(func.min(RecordedChannel.id)).where(RecordedChannel.recording_id == recording)
@@ -210,8 +213,8 @@ def measure(folder: Path) -> Measured:
 
 
 def kept_store(server_url: str, size: StoreSize) -> str:
-    """The store of this size on the server, filled where the server lacks it, at this software's revision; one that is
-    half filled is filled anew."""
+    """The store of this size on the server, filled where the server lacks it, at this software's
+    revision; one that is half filled is filled anew."""
     server, name = (
         make_url(server_url).set(drivername="postgresql+psycopg"),
         f"pyroshock_scale_{size.impacts}",
@@ -258,7 +261,8 @@ def frames_share(store: Store) -> float:
 
 
 def series_kinds(folder: Path) -> Iterator[Measured]:
-    """What raw series weigh, of made, measured and simulated campaigns, each in a store of its own."""
+    """What raw series weigh, of made, measured and simulated campaigns, each in a store of its
+    own."""
     made = write_campaign(folder / "made", 8, ".mat", np.random.default_rng(11))
     yield _series_row(
         "hammer: two channels, ten hits in 10 s (`tests/support/records/hammer_recordings.py`)",
@@ -312,7 +316,8 @@ def measured_question(
 
 
 def plans_of(store: Store, ask: Callable[[], object]) -> Measured:
-    """How many statements a question is, and the plan of the dearest: lines, from the last step to the first."""
+    """How many statements a question is, and the plan of the dearest: lines, from the last step to
+    the first."""
     statements: list[tuple[str, Any]] = []
 
     def record(_connection: Any, _cursor: Any, statement: str, parameters: Any, *_: Any) -> None:
@@ -351,7 +356,10 @@ def _plan_lines(node: Mapping[str, Any], depth: int) -> Iterator[str]:
         rows = f"{round(node['Actual Rows'] * loops):,} rows".replace(",", " ")
         pages = int(node.get("Shared Hit Blocks", 0)) + int(node.get("Shared Read Blocks", 0))
         times, spent = f" in {loops} turns" if loops > 1 else "", node["Actual Total Time"] * loops
-        yield f"{'  ' * depth}{what}: {rows}{times}, {spent:{'.3g' if spent < 999 else '.0f'}} ms, {pages} pages"
+        yield (
+            f"{'  ' * depth}{what}: {rows}{times}, "
+            f"{spent:{'.3g' if spent < 999 else '.0f'}} ms, {pages} pages"
+        )
     for child in node.get("Plans", []):
         yield from _plan_lines(child, depth if silent else depth + 1)
 
@@ -446,19 +454,22 @@ A page has 8 kB.
 
 
 def page_of(measured: Measured) -> str:
-    """Markdown: the stores, the questions with their growth, the plans, room, raw series, ingest."""
+    """Markdown: the stores, the questions with their growth, the plans, room, raw series,
+    ingest."""
     small, large = measured["stores"]
     sizes = ("impacts", "campaigns", "recordings")
     ingest, processor_s = measured["ingest"], Spread.of(measured["ingest"]["full_processor_s"])
     return _PAGE.format(
-        server=measured["server"], machine=measured["machine"], target=f"{TARGET:,}", slow_s=_SLOW_S,
+        server=measured["server"], machine=measured["machine"], target=f"{TARGET:,}",
+        slow_s=_SLOW_S,
         stores=[", ".join(f"{store[what]:,} {what}" for what in sizes) for store in (small, large)],
         campaigns=TARGET // (large["impacts"] // large["campaigns"]),
         **_questions(measured["questions"], small["impacts"], large["impacts"]),
         rooms=_rooms(measured["rooms"], small["impacts"], large["impacts"]),
         series=_series(measured["series"], float(measured["frames_share"])),
         frames_extra=100 * (float(measured["frames_share"]) - 1),
-        impacts=ingest["impacts"], ingest=_ingest_rates(ingest), rate=ratio(ingest["full"], ingest["new"]).text(),
+        impacts=ingest["impacts"], ingest=_ingest_rates(ingest), rate=ratio(ingest["full"],
+        ingest["new"]).text(),
         processor=processor_s.text(" ms", 1e3), hours=TARGET * processor_s.median / 3600,
     )  # fmt: skip
 

@@ -1,7 +1,9 @@
-"""Stored series beside h5py, and a campaign's series and pulses kept by us, h5py, sqlite3, pandas and QCoDeS.
+"""Stored series beside h5py, and a campaign's series and pulses kept by us, h5py, sqlite3, pandas
+and QCoDeS.
 
-`python -m benchmarks series querying` measures it. Every way of keeping a campaign is written as its user would write
-it, and says what it guarantees. Everything lies in the system's cache; nobody waits for the disk.
+`python -m benchmarks series querying` measures it. Every way of keeping a campaign is written as
+its user would write it, and says what it guarantees. Everything lies in the system's cache; nobody
+waits for the disk.
 """
 
 from __future__ import annotations
@@ -123,7 +125,8 @@ def _one_series(
     seconds = take_turns(writing, max(15, repeats // 3))
     encoding = take_turns({"encode": lambda: encode_series(samples)}, 5)["encode"]
     yield beside(
-        SERIES, f"writing, {kind}", seconds, peer, limit=TIME_LIMIT, question="writing a raw series",
+        SERIES, f"writing, {kind}", seconds, peer, limit=TIME_LIMIT,
+        question="writing a raw series",
         bound=f"encoding takes {spread_text(encoding, 'ms')}, of which the SHA-256 of the samples",
     )  # fmt: skip
     reading: dict[str, Callable[[], object]] = {
@@ -137,7 +140,8 @@ def _one_series(
     }
     seconds = take_turns(reading, repeats)
     yield beside(
-        SERIES, f"reading, {kind}", seconds, peer, limit=TIME_LIMIT, question="reading a raw series",
+        SERIES, f"reading, {kind}", seconds, peer, limit=TIME_LIMIT,
+        question="reading a raw series",
         bound=f"decoding takes {spread_text(seconds['decode'], 'ms')}, copying as many bytes",
     )  # fmt: skip
     rooms = {
@@ -146,19 +150,22 @@ def _one_series(
         "bound": [_noise_bytes(samples)],
     }
     yield beside(
-        SERIES, f"room, {kind}", rooms, peer, unit="MB", limit=1.0, kind="room", question="room of a raw series",
+        SERIES, f"room, {kind}", rooms, peer, unit="MB", limit=1.0, kind="room",
+        question="room of a raw series",
         bound="the entropy of the recorder's noise, which no packing loses",
     )  # fmt: skip
     slices, wholes = [0.01 * s for s in seconds["slices"]], [0.1 * s for s in seconds["wholes"]]
     shares = [0.01 * a / b for a, b in zip(seconds["peer's slices"], seconds[peer], strict=True)]
     yield compared(
-        SERIES, f"1 % over the whole, all in one session, {kind}", slices, wholes, limit=SLICE_LIMIT, kind="growth",
+        SERIES, f"1 % over the whole, all in one session, {kind}", slices, wholes,
+        limit=SLICE_LIMIT, kind="growth",
         bound=f"a chunk is decoded whole; h5py, its file open: {Spread.of(shares).text()}",
     )  # fmt: skip
 
 
 def _noise_bytes(samples: Samples) -> float:
-    """Of normal noise as it is before the first hit, in steps of the converter: log2(sigma sqrt(2 pi e)) a sample.
+    """Of normal noise as it is before the first hit, in steps of the converter: log2(sigma sqrt(2
+    pi e)) a sample.
 
     (Cover and Thomas, Elements of Information Theory, theorem 8.3.1 and example 8.1.2.)
     """
@@ -190,11 +197,13 @@ class _StoredSeries:
             encoded = encode_series(self._samples)
             channel = RecordedChannel(
                 name="force", quantity="force", unit="N", si_unit="N", si_gain=1.0, si_offset=0.0,
-                sampling_rate_hz=1.0, start_s=0.0, samples=self._samples.size, **vars(encoded.layout),
+                sampling_rate_hz=1.0, start_s=0.0, samples=self._samples.size,
+                **vars(encoded.layout),
                 sha256=encoded.sha256, header={},
             )  # fmt: skip
             recording = Recording(
-                campaign_id=self._campaign, path=f"{next(self._paths)}", sha256="0" * 64, size_bytes=1, format="npz",
+                campaign_id=self._campaign, path=f"{next(self._paths)}", sha256="0" * 64,
+                size_bytes=1, format="npz",
                 status="stored", channels=[channel],
             )  # fmt: skip
             session.add(recording)
@@ -218,12 +227,16 @@ class _StoredSeries:
         return float(frames) + 16 * float(rows)
 
 
-QUERYING = "Series and pulses of {} recordings (10 s, two channels at 51.2 kHz, ten impacts each), kept and asked for"
+QUERYING = (
+    "Series and pulses of {} recordings (10 s, two channels at 51.2 kHz, ten "
+    "impacts each), kept and asked for"
+)
 CHANNEL, FACTOR, LEVEL, RUN = "force", "tip_material", "steel", 2
 #: What is kept of an impact, beside its pulse.
 FIGURES = ("start_s", "contact_time_s", "peak_force_n", "impulse_n_s")
 OURS, RAW = "ours", "bound"
-#: What is asked of a `Storage`, by its method: as the row of a figure says it, and its question in the first table.
+#: What is asked of a `Storage`, by its method: as the row of a figure says it, and its question in
+#: the first table.
 QUESTIONS = {
     "store": ("storing them", "storing series and pulses"),
     "whole": ("one series whole", "reading a stored series"),
@@ -234,8 +247,8 @@ QUESTIONS = {
 
 @dataclass(frozen=True, eq=False)
 class RecordingContent:
-    """One recording: factors, rate and path, `series` by channel (n,), `pulses` (m,) N of its impacts, and what our own
-    ingest holds of it."""
+    """One recording: factors, rate and path, `series` by channel (n,), `pulses` (m,) N of its
+    impacts, and what our own ingest holds of it."""
 
     run: int
     attributes: dict[str, str | float]
@@ -249,7 +262,8 @@ class RecordingContent:
 
 @dataclass(frozen=True, eq=False)
 class Content:
-    """What every way of storing is given: recordings with factors, series and cut pulses, in memory."""
+    """What every way of storing is given: recordings with factors, series and cut pulses, in
+    memory."""
 
     file: CampaignFile
     rows: tuple[RunRow, ...]
@@ -257,7 +271,8 @@ class Content:
 
     @classmethod
     def of(cls, folder: Path) -> Self:
-        """Of a campaign folder with a recording a run, each read, judged and cut as an ingest does."""
+        """Of a campaign folder with a recording a run, each read, judged and cut as an ingest
+        does."""
         file = read_campaign_file(folder)
         rows, recordings = read_runs(folder, file.kind, lambda name: name), []
         for row in rows:
@@ -279,7 +294,9 @@ class Content:
                 row.run, {"path": path, "rate_hz": channels[0].sampling_rate_hz, **factors},
                 {channel.name: channel.recorded for channel in channels}, tuple(impacts),
                 tuple(pulse.fine_force_n for pulse in done.pulses), tuple(channels),
-                replace(done, series=()),  # encoding the series is part of storing them, which is measured
+                # encoding the series is part of storing them, which is measured
+                replace(done, series=()),
+                # encoding the series is part of storing them, which is measured
                 match(path, [row], len(done.pulses), rows),
             ))  # fmt: skip
         return cls(file, rows, tuple(recordings))
@@ -294,7 +311,8 @@ class Content:
         )
 
     def request(self, what: str) -> tuple[Any, ...]:
-        """The arguments of a question; a window is a hundredth of a series, from its first third on."""
+        """The arguments of a question; a window is a hundredth of a series, from its first third
+        on."""
         size = self.recordings[0].series[CHANNEL].size
         window = (RUN, size // 3, size // 3 + size // 100)
         return {"store": (), "whole": (RUN,), "window": window, "pulses": (LEVEL,)}[what]
@@ -309,12 +327,14 @@ class Content:
         ]
 
     def write(self, folder: Path) -> Path:
-        """The recordings as plain arrays with an index, for a program that imports nothing of ours."""
+        """The recordings as plain arrays with an index, for a program that imports nothing of
+        ours."""
         folder.mkdir(parents=True, exist_ok=True)
         index: list[dict[str, Any]] = []
         for recording in self.recordings:
             pulses = {f"pulse_{i}": pulse for i, pulse in enumerate(recording.pulses)}
-            np.savez(folder / f"{recording.run}.npz", **recording.series, **pulses)  # type: ignore[arg-type]  # takes them by name
+            # takes them by name
+            np.savez(folder / f"{recording.run}.npz", **recording.series, **pulses)  # type: ignore[arg-type]
             index.append(
                 {
                     "run": recording.run,
@@ -331,7 +351,8 @@ _ELSEWHERE = "this storage answers in a program of its own"
 
 
 class Storage:
-    """A way of keeping a campaign in `folder`, which is its own. Reading opens what it needs, and closes it again."""
+    """A way of keeping a campaign in `folder`, which is its own. Reading opens what it needs, and
+    closes it again."""
 
     name = guarantees = ""
 
@@ -373,7 +394,8 @@ class Storage:
 
 
 class OurStore(Storage):
-    """One SQLite store, opened once, as a command or a server does; each question is a session of its own."""
+    """One SQLite store, opened once, as a command or a server does; each question is a session of
+    its own."""
 
     name, guarantees = OURS, "a transaction a recording, SHA-256 of each series, CRC of each chunk"
 
@@ -393,7 +415,8 @@ class OurStore(Storage):
         self._open()
 
     def room(self) -> int:
-        self.close()  # the log of the last writing goes into the store's file, as at the end of every command
+        # the log of the last writing goes into the store's file, as at the end of every command
+        self.close()
         return super().room()
 
     def store(self) -> None:
@@ -461,7 +484,8 @@ class Hdf5(Storage):
 
 
 class PlainSqlite(Storage):
-    """Three tables and the module of the standard library; a series is its bytes, a window of it a part of the blob."""
+    """Three tables and the module of the standard library; a series is its bytes, a window of it a
+    part of the blob."""
 
     name, guarantees = (
         "sqlite3",
@@ -500,7 +524,8 @@ class PlainSqlite(Storage):
                     ("impacts", impacts),
                 ):
                     marks = ", ".join("?" * len(rows[0]))
-                    db.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)  # noqa: S608 - question marks
+                    # noqa: S608 - question marks
+                    db.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)
                 db.commit()
 
     def whole(self, run: int) -> Samples:
@@ -520,7 +545,8 @@ class PlainSqlite(Storage):
 
     def pulses(self, level: str) -> list[Floats]:
         where = f"WHERE {FACTOR} = ? ORDER BY run, repetition"
-        query = f"SELECT force FROM impacts JOIN recordings USING (run) {where}"  # noqa: S608 - the factor is our own
+        # noqa: S608 - the factor is our own
+        query = f"SELECT force FROM impacts JOIN recordings USING (run) {where}"
         with self._open() as db:
             return [np.frombuffer(force) for (force,) in db.execute(query, (level,))]
 
@@ -601,7 +627,8 @@ PEERS: tuple[type[Storage], ...] = (Hdf5, PlainSqlite, Parquet)
 def measure_querying(
     folder: Path, recordings: int = 24, stores: int = 3, reads: int = 15
 ) -> Iterator[Figure]:
-    """Every question of every way. Raises `ValueError` where a way gives back other numbers than were stored."""
+    """Every question of every way. Raises `ValueError` where a way gives back other numbers than
+    were stored."""
     with tempfile.TemporaryDirectory(dir=folder) as name, ExitStack() as stack:
         place = Path(name)
         content = Content.of(
@@ -640,21 +667,28 @@ def _querying_figures(
         for name in names:
             bound = "the same bytes in plain files"
             if what == "store" and name in storages:
-                bound = f"ours keeps {storages[OURS].guarantees}; {name} keeps {storages[name].guarantees}; {bound}"
+                bound = (
+                    f"ours keeps {storages[OURS].guarantees}; {name} keeps "
+                    f"{storages[name].guarantees}; {bound}"
+                )
             yield beside(
-                theme, f"{row}, beside {name}", seconds, name, limit=1.0, binding=False, bound=bound,
+                theme, f"{row}, beside {name}", seconds, name, limit=1.0, binding=False,
+                bound=bound,
                 question=question,
             )  # fmt: skip
     for name in [name for name in names if name in storages]:
         rooms = {key: [float(storages[key].room())] for key in (OURS, name)}
         yield beside(
-            theme, f"room on disk, beside {name}", rooms, name, unit="MB", limit=1.0, binding=False, kind="room",
-            bound=f"in memory {content.bytes / 1e6:.3g} MB; noise does not pack", question="room on disk",
+            theme, f"room on disk, beside {name}", rooms, name, unit="MB", limit=1.0, binding=False,
+            kind="room",
+            bound=f"in memory {content.bytes / 1e6:.3g} MB; noise does not pack",
+            question="room on disk",
         )  # fmt: skip
 
 
 def check_answers(what: str, storages: Mapping[str, Storage], content: Content) -> None:
-    """Raises `ValueError` where a way does not give back what was stored; the limit gives the pulses in one piece."""
+    """Raises `ValueError` where a way does not give back what was stored; the limit gives the
+    pulses in one piece."""
     force, (_, *window) = content.recordings[RUN - 1].series[CHANNEL], content.request("window")
     stored: dict[str, list[Any]] = {"whole": [force], "window": [force[slice(*window)]]}
     expected = _sums(stored.get(what) or content.pulses(LEVEL))

@@ -1,8 +1,10 @@
-"""Tank pressure, opening of the valve and muzzle velocity, read from virtual shots and compared with the truth.
+"""Tank pressure, opening of the valve and muzzle velocity, read from virtual shots and compared
+with the truth.
 
-`python -m benchmarks.shot_readings [--seed 0] [--every 1]` prints for each class of shots: the share that was read,
-median and root mean square of the errors, median stated uncertainty, and root mean square and largest of the errors
-over their stated uncertainties (1 is right, below it is cautious).
+`python -m benchmarks.shot_readings [--seed 0] [--every 1]` prints for each class of shots: the
+share that was read, median and root mean square of the errors, median stated uncertainty, and root
+mean square and largest of the errors over their stated uncertainties (1 is right, below it is
+cautious).
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ from pyroshock.virtualbench.gun.fire import ShotTruth, Trigger, fire, shot_signa
 from pyroshock.virtualbench.gun.gas import DEAD_SHARE, RANGEABILITY, ValveWay
 from pyroshock.virtualbench.sensors.filters import low_passed
 
-#: Open share of the port over the share of its time; None is the equal percentage of the virtual gun.
+#: Open share of the port over the share of its time; None is the equal percentage of the virtual
+#: gun.
 PORTS: Mapping[str, Callable[[Floats], Floats] | None] = {
     "equal percentage": None,
     "two circles": lambda u: (2 * np.arccos(1 - u) - 2 * (1 - u) * np.sqrt(u * (2 - u))) / np.pi,
@@ -33,9 +36,11 @@ PORTS: Mapping[str, Callable[[Floats], Floats] | None] = {
 }
 SHOTS = ((0.3e5, 0.1428), (1e5, 0.1428), (1e5, 0.5), (3e5, 0.5), (6e5, 1.0), (8e5, 0.1428))
 PRE_TRIGGERS_S = (0.01, 0.025, 0.05, 0.3)
-#: Rate, white noise (0.25 % of 16 bar, or a good recorder's) and hum at 50 Hz (Pa), corner of the transducer.
+#: Rate, white noise (0.25 % of 16 bar, or a good recorder's) and hum at 50 Hz (Pa), corner of the
+#: transducer.
 RECORDERS = (
-    (1e5, 200.0, 0.0, 1e3), (1e5, 4000.0, 0.0, 1e3), (1e4, 4000.0, 0.0, 400.0), (1e5, 200.0, 400.0, 1e3),
+    (1e5, 200.0, 0.0, 1e3), (1e5, 4000.0, 0.0, 1e3), (1e4, 4000.0, 0.0, 400.0), (1e5, 200.0, 400.0,
+    1e3),
     (2.5e4, 4000.0, 1600.0, 1e3),
 )  # fmt: skip
 #: Noise and hum of the laser (m; a bullet takes 48 mm), and the corner of its electronics.

@@ -1,12 +1,13 @@
 """`python -m benchmarks.srs`: shock response spectra from our peers and from us, on two processors.
 
-50,000 samples of noise at 100 kHz, 80 lines from 10 Hz to 10 kHz, Q = 10. Ours are whole spectra: both signs, primary,
-residual and pseudo velocity, of the record as it is. The peers give the maximax while the record lasts, which is less
-work; pyyeti also with more processes and as it comes, which raises the sampling rate for all lines.
+50,000 samples of noise at 100 kHz, 80 lines from 10 Hz to 10 kHz, Q = 10. Ours are whole spectra:
+both signs, primary, residual and pseudo velocity, of the record as it is. The peers give the
+maximax while the record lasts, which is less work; pyyeti also with more processes and as it comes,
+which raises the sampling rate for all lines.
 
-Then ours as the product computes it, which resamples a record where its content requires that, beside the record as it
-is: of that noise, of half sines of 2 ms, of sines that decay, and of the shipped hit of a modal hammer; and the figures
-that an ingest measures of that hit.
+Then ours as the product computes it, which resamples a record where its content requires that,
+beside the record as it is: of that noise, of half sines of 2 ms, of sines that decay, and of the
+shipped hit of a modal hammer; and the figures that an ingest measures of that hit.
 """
 
 from __future__ import annotations
@@ -46,9 +47,13 @@ from .shared_records import absolute_acceleration
 
 THEME = "Shock response spectra: 50,000 samples, 80 lines, Q = 10; ours whole, the peers' maximax"
 QUESTION = "a shock response spectrum"
-DEFAULT_THEME = "Shock response spectra by default, resampled where the content requires it, beside the record as it is"
+DEFAULT_THEME = (
+    "Shock response spectra by default, resampled where the content requires it, "
+    "beside the record as it is"
+)
 SAMPLES, RATE_HZ, LINES, Q, PROCESSORS = 50_000, 1e5, 80, 10.0, 2
-#: Ours over pyyeti's without roll-off, whose lines are the same; and by what equal lines may differ.
+#: Ours over pyyeti's without roll-off, whose lines are the same; and by what equal lines may
+#: differ.
 LIMIT, DIFFERENCE = 1 / 8, 1e-9
 #: By default over the record as it is, where nothing is resampled.
 NOT_RESAMPLED, DEFAULT_LIMIT = "a half sine of 2 ms", 1.1
@@ -104,13 +109,15 @@ def measure_srs(folder: Path, repeats: int = 45) -> Iterator[Figure]:
                 np.abs(np.array(program.ask(value=True)["value"]) / ours - 1).max()
             )
         seconds = take_turns(functions, repeats, reported=[ENDAQ])
-        # The product's threads go on waiting for work and would take a processor from whatever comes next.
+        # The product's threads go on waiting for work and would take a processor from whatever
+        # comes next.
         limit = multiplying(float(FLOPS_PER_STEP * SAMPLES * LINES))
         seconds |= take_turns({"bound": limit}, repeats, reported=["bound"])
     for name in [*methods, ENDAQ][1:]:
         apart = f", largest difference {difference[name]:.1g}" if name in difference else ""
         yield beside(
-            THEME, f"{name}{apart}", seconds, name, program if isinstance(program, str) else "", question=QUESTION,
+            THEME, f"{name}{apart}", seconds, name, program if isinstance(program, str) else "",
+            question=QUESTION,
             limit=LIMIT if name in PROMISED else None,
             bound=f"{FLOPS_PER_STEP} operations a step at the rate of a matrix product",
         )  # fmt: skip

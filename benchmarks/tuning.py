@@ -1,12 +1,13 @@
 """`python -m benchmarks.tuning [FOLDER] [--cases N] [--seed S]`: settings for spectra.
 
-A lab with 105 shots behind it is given spectra that the virtual bench made at settings unknown to it. The lab knows its
-drawing (outline, thickness, where it strikes and measures), its gun's drawing and its measurements: no damping, no
-friction, nothing of the seal. Promised: in 18 of 20 cases a setting whose true spectrum lies within +-6 dB at 95 % of
-the lines or more, after three shots at most, under 60 s a proposal. Beside it stands an operator who changes one
-variable at a time. Results of each case are kept in FOLDER (by default that of PYROSHOCK_BENCH_FOLDER, else a temporary
-one), and not made again. The exit code is 1 where the promise is lost. Choices of the method were made on cases of
-seeds below 2000; those judged have seed 2000.
+A lab with 105 shots behind it is given spectra that the virtual bench made at settings unknown to
+it. The lab knows its drawing (outline, thickness, where it strikes and measures), its gun's drawing
+and its measurements: no damping, no friction, nothing of the seal. Promised: in 18 of 20 cases a
+setting whose true spectrum lies within +-6 dB at 95 % of the lines or more, after three shots at
+most, under 60 s a proposal. Beside it stands an operator who changes one variable at a time.
+Results of each case are kept in FOLDER (by default that of PYROSHOCK_BENCH_FOLDER, else a temporary
+one), and not made again. The exit code is 1 where the promise is lost. Choices of the method were
+made on cases of seeds below 2000; those judged have seed 2000.
 """
 
 from __future__ import annotations
@@ -55,17 +56,22 @@ SHARE, TOLERANCE_DB, PROPOSAL_S = 0.95, 6.0, 60.0
 MOST_SHOTS, MOST_SHOTS_BY_HAND = 3, 30
 THICKNESS_M, MAX_MODE_HZ, PLATES = BUILD.thickness_m, 20e3, ("aluminum", "steel")
 RUNS, NAME, MODEL = 105, "lab", "coregional-gp"
-_POSITION = '[[factors]]\nname = "impact_position"\nkind = "categorical"\nlevels = ["#1", "#2", "#3"]\nchange = 1\n\n'
+_POSITION = (
+    '[[factors]]\nname = "impact_position"\nkind = "categorical"\nlevels = '
+    '["#1", "#2", "#3"]\nchange = 1\n\n'
+)
 #: Lines of all targets: six per octave, Q = 10.
 LINES_HZ = 100.0 * 2 ** (np.arange(41) / 6)
 SENSOR = "acceleration_1"
-#: What a noise-free record leaves out: noise, drift and scatter of the bench, and what the accelerometer does wrong.
-#: What makes a setting mean what it means (the transducer's errors among it) stays.
+#: What a noise-free record leaves out: noise, drift and scatter of the bench, and what the
+#: accelerometer does wrong. What makes a setting mean what it means (the transducer's errors among
+#: it) stays.
 NOISE = (
     "bench.noise", "bench.drift", "bench.hand_scatter", "bench.trigger_jitter",
     "sensor.acceleration_gain", "sensor.zero_shift", "sensor.mount_resonance",
 )  # fmt: skip
-#: A range that clips nothing, in g (the sensor's own is 10,000 g), and samples before anything hits.
+#: A range that clips nothing, in g (the sensor's own is 10,000 g), and samples before anything
+#: hits.
 _WIDE_G, _QUIET = 1e6, 10_000
 #: Beyond the sensor's range, or no hit at all.
 Spoiled = Literal["clipped", "silent"]
@@ -78,7 +84,8 @@ class VirtualGun:
     seed: int
 
     def shot(self, setting: Setting, number: int) -> Floats | Spoiled:
-        """The spectrum (f,) that a shot shows, m/s2, noise and scatter with it; how the record is spoiled otherwise."""
+        """The spectrum (f,) that a shot shows, m/s2, noise and scatter with it; how the record is
+        spoiled otherwise."""
         bench = self._bench(Effects.default())
         record = _record(bench, setting, np.random.default_rng([self.seed, 1, number]))
         record = record - np.median(record[:_QUIET])
@@ -97,7 +104,8 @@ class VirtualGun:
 
     def _bench(self, effects: Effects) -> VirtualGunBench:
         """Plates come from the first child of the seed, as `virtualbench.simulate` draws them."""
-        row = {"run": "1", "anvil_material": "none", "insulator": "none", "tip_material": "PLA", "tip_radius_mm": "30",
+        row = {"run": "1", "anvil_material": "none", "insulator": "none", "tip_material": "PLA",
+        "tip_radius_mm": "30",
                "bullet_mass_kg": "0.5", "tank_pressure_bar": "1"}  # fmt: skip
         rows = [{**row, "plate_material": name} for name in PLATES]
         return set_up(
@@ -127,9 +135,12 @@ def row_of(setting: Setting) -> dict[str, str]:
     assert setting.tank_pressure_pa is not None
     return {
         "run": "1", "plate_material": setting.plate.name, "tip_material": setting.tip.name,
-        "anvil_material": setting.anvil.name if setting.anvil else "none", "insulator": setting.insulator,
-        "tip_radius_mm": repr(setting.tip_radius_m * 1e3), "bullet_mass_kg": repr(setting.impactor_mass_kg),
-        "tank_pressure_bar": repr(setting.tank_pressure_pa / 1e5), "impact_position": setting.impact_position,
+        "anvil_material": setting.anvil.name if setting.anvil else "none",
+        "insulator": setting.insulator,
+        "tip_radius_mm": repr(setting.tip_radius_m * 1e3),
+        "bullet_mass_kg": repr(setting.impactor_mass_kg),
+        "tank_pressure_bar": repr(setting.tank_pressure_pa / 1e5),
+        "impact_position": setting.impact_position,
     }  # fmt: skip
 
 
@@ -143,8 +154,8 @@ class Lab:
 
 
 def lab(folder: Path, seed: int) -> Lab:
-    """Plan, shoot, ingest, train and promote in `folder`, each step once; then the twin as `app.twins` makes it, with
-    both plates and the drawing's places."""
+    """Plan, shoot, ingest, train and promote in `folder`, each step once; then the twin as
+    `app.twins` makes it, with both plates and the drawing's places."""
     folder.mkdir(parents=True, exist_ok=True)
     factors, url = folder / "factors.toml", f"sqlite:///{(folder / 'lab.db').resolve()}"
     shipped = (ROOT / "doe" / "data" / "gun.toml").read_text(encoding="utf-8")
@@ -176,7 +187,8 @@ def lab(folder: Path, seed: int) -> Lab:
             mark.touch()
     builds = {name: replace(BUILD, material=THESIS[name]) for name in PLATES}
     request = TwinRequest(
-        campaign=NAME, frequency_hz=tuple(LINES_HZ.tolist()), impact_points=tuple(IMPACTS_M.values()),
+        campaign=NAME, frequency_hz=tuple(LINES_HZ.tolist()),
+        impact_points=tuple(IMPACTS_M.values()),
         sensors=tuple(SENSORS_M.values()),
     )  # fmt: skip
     with open_store(url, Writer("benchmarks.tuning", "0")) as store:
@@ -205,8 +217,8 @@ def _history(store: Store, plate: CampaignPlate) -> FiredShots:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """All that a way may know: goal, space, what the bench refuses, and a shot, which gives a spectrum (f,) in m/s2 or
-    how the record is spoiled."""
+    """All that a way may know: goal, space, what the bench refuses, and a shot, which gives a
+    spectrum (f,) in m/s2 or how the record is spoiled."""
 
     goal: Goal
     space: TuningSpace
@@ -226,13 +238,15 @@ class Outcome:
 def by_tuner(
     task: Task, forward: Forward, history: FiredShots, rng: np.random.Generator
 ) -> Outcome:
-    """Fire the best proposal until a shot meets the goal, three times at most; then hand over the best by then."""
+    """Fire the best proposal until a shot meets the goal, three times at most; then hand over the
+    best by then."""
     measured, seconds = history, []
     spoiled: list[tuple[Setting, Spoiled]] = []
     for shots in range(MOST_SHOTS + 1):
         begin = time.perf_counter()
         tuned = tune(
-            forward, task.space, task.goal, rng, measured=measured, refusals=_and_spoiled(task.refusals, spoiled),
+            forward, task.space, task.goal, rng, measured=measured,
+            refusals=_and_spoiled(task.refusals, spoiled),
             extrapolate=True,
         )  # fmt: skip
         seconds.append(time.perf_counter() - begin)
@@ -250,7 +264,8 @@ def by_tuner(
 
 
 def _and_spoiled(refusals: Refusals, spoiled: list[tuple[Setting, Spoiled]]) -> Refusals:
-    """What clipped the record is not fired as hard again on the same mount, what did not hit not as softly."""
+    """What clipped the record is not fired as hard again on the same mount, what did not hit not as
+    softly."""
 
     def worse(setting: Setting, other: Setting, why: Spoiled) -> bool:
         pressure, before = setting.tank_pressure_pa or 0.0, other.tank_pressure_pa or 0.0
@@ -269,10 +284,12 @@ Variable = Callable[[Setting], Iterator[Setting]]
 
 
 def by_one_variable(task: Task) -> Outcome:
-    """Coordinate search from the middle: each variable in turn, keeping what brings more lines within.
+    """Coordinate search from the middle: each variable in turn, keeping what brings more lines
+    within.
 
-    Numbers step by a ratio in the direction that helps, and by its root once no variable helps any more; words are
-    tried one after the other. Thirty shots at most; what the bench refuses is not fired.
+    Numbers step by a ratio in the direction that helps, and by its root once no variable helps any
+    more; words are tried one after the other. Thirty shots at most; what the bench refuses is not
+    fired.
     """
     setting = _middle(task)
     best, shots = _worth(task, setting), 1
@@ -295,9 +312,11 @@ def by_one_variable(task: Task) -> Outcome:
 
 
 def _middle(task: Task) -> Setting:
-    """Of the permitted settings of the middle mount the one in the middle of pressures and masses."""
+    """Of the permitted settings of the middle mount the one in the middle of pressures and
+    masses."""
     space = task.space
-    mount = Mount(space.tips[len(space.tips) // 2], space.tip_radii_m[len(space.tip_radii_m) // 2], None, "none",
+    mount = Mount(space.tips[len(space.tips) // 2], space.tip_radii_m[len(space.tip_radii_m) // 2],
+    None, "none",
                   space.impact_positions[0])  # fmt: skip
     mass = float(np.median(space.impactor_mass_kg.grid(3)))
     settings = [space.setting(mount, p, mass) for p in space.tank_pressure_pa.grid(21)]
@@ -354,11 +373,14 @@ Hidden = tuple[Goal, Setting]
 
 
 def space_on(plate: str, lab: Lab) -> TuningSpace:
-    """What the lab has for one plate: tips, layers and places of its plan, any pressure, any mass from 0.2 to 1 kg."""
+    """What the lab has for one plate: tips, layers and places of its plan, any pressure, any mass
+    from 0.2 to 1 kg."""
     limits = BenchLimits()
     return TuningSpace(
-        plate=THESIS[plate], plate_thickness_m=THICKNESS_M, plate_mass_kg=lab.plate_masses_kg[plate],
-        tips=(THESIS["PLA"], THESIS["aluminum"], THESIS["steel"]), tip_radii_m=(0.030, 0.045, 0.060),
+        plate=THESIS[plate], plate_thickness_m=THICKNESS_M,
+        plate_mass_kg=lab.plate_masses_kg[plate],
+        tips=(THESIS["PLA"], THESIS["aluminum"], THESIS["steel"]), tip_radii_m=(0.030, 0.045,
+        0.060),
         anvils=(None, THESIS["aluminum"], THESIS["steel"]), insulators=("none", "polymeric"),
         impact_positions=tuple(IMPACTS_M),
         tank_pressure_pa=ContinuousRange(LEAST_PRESSURE_PA, limits.max_regulated_pressure_pa),
@@ -369,7 +391,8 @@ def space_on(plate: str, lab: Lab) -> TuningSpace:
 def hidden(number: int, seed: int, lab: Lab, gun: VirtualGun) -> Hidden:
     """Plate and mount at random, pressure evenly in its logarithm, mass evenly.
 
-    Drawn anew where the bench refuses it, and where the true acceleration is beyond the 10,000 g of its limits.
+    Drawn anew where the bench refuses it, and where the true acceleration is beyond the 10,000 g of
+    its limits.
     """
     rng = np.random.default_rng([seed, number])
     refusals, most = (
@@ -402,7 +425,8 @@ def judged(
     )
     outcome = method(task, lab, np.random.default_rng([seed, number, 1]))
     share = float(np.mean(goal.margin_db(level_db(gun.truth(outcome.setting)[0])) >= 0))
-    return {"success": share >= SHARE, "share_within": share, "shots": outcome.shots, "seconds": outcome.seconds,
+    return {"success": share >= SHARE, "share_within": share, "shots": outcome.shots,
+    "seconds": outcome.seconds,
             "setting": str(outcome.setting), "hidden": str(setting)}  # fmt: skip
 
 

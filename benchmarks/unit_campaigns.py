@@ -1,7 +1,8 @@
 """Virtual campaigns whose units are right, and the same campaigns with one unit wrong.
 
-Recorded ones (`simulate`) hold all channels of the bench; withheld ones (`validation.cases`) reach gaps of 60
-tolerances, also by second laws of every effect. Strengths reach from nothing to the ends of their physical ranges.
+Recorded ones (`simulate`) hold all channels of the bench; withheld ones (`validation.cases`) reach
+gaps of 60 tolerances, also by second laws of every effect. Strengths reach from nothing to the ends
+of their physical ranges.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from pyroshock.virtualbench.effects import CATALOGUE, SIGNED, Effects, EffectSwi
 from pyroshock.virtualbench.recorder import open_seal, write_recording, write_runs
 from pyroshock.virtualbench.simulate import simulate
 
-#: In these turns: 120 of 240 campaigns have a gun's force and velocity, 20 a gun's velocity alone, 60 a hammer, 40
-#: forces and accelerations of a plate.
+#: In these turns: 120 of 240 campaigns have a gun's force and velocity, 20 a gun's velocity alone,
+#: 60 a hammer, 40 forces and accelerations of a plate.
 TURNS = (
     *("shots", "chain", "hammer", "shots", "plate", "blows"),
     *("shots", "chain", "gun", "chain", "plate", "blows"),
@@ -57,7 +58,8 @@ _LAYERS = (("none", "none"), ("steel", "none"), ("aluminum", "none"), ("steel", 
 
 
 def write_campaign(number: int, seed: int, folder: Path) -> tuple[str, str]:
-    """Write campaign `number` into the new `folder`; its kind (of `KINDS`), and its strengths in words."""
+    """Write campaign `number` into the new `folder`; its kind (of `KINDS`), and its strengths in
+    words."""
     kind = TURNS[number % len(TURNS)]
     rng = np.random.default_rng([seed, number])
     if kind in ("shots", "blows"):
@@ -112,7 +114,8 @@ def _coarse_plates() -> Iterator[None]:
 
 
 def _drawn_effects(rng: np.random.Generator, *, full_scale: bool) -> Effects:
-    """Each effect off, or at 0.3 to 3 times its default; at full scale some are drawn up to their ends."""
+    """Each effect off, or at 0.3 to 3 times its default; at full scale some are drawn up to their
+    ends."""
     scaled = [
         name
         for name in CATALOGUE
@@ -185,7 +188,8 @@ def _faces(tip: tuple[str, object], layer: tuple[str, object]) -> dict[str, str]
 
 @dataclass(frozen=True)
 class WrongUnit:
-    """A unit that is wrong in all of a campaign: `write` changes its folder; `words` must be in what is said of it."""
+    """A unit that is wrong in all of a campaign: `write` changes its folder; `words` must be in
+    what is said of it."""
 
     name: str
     words: str
@@ -242,7 +246,8 @@ _PLATE_G = WrongUnit("g as m/s2: plate", "values in g where m/s2", _channels("ac
 _HEAD_G = WrongUnit(
     "g as m/s2: hammer", "values in g where m/s2", _channels("acceleration_hammer", _G)
 )
-#: The wrong units of each kind of campaign, in turns. A muzzle velocity stands in every second table of shots.
+#: The wrong units of each kind of campaign, in turns. A muzzle velocity stands in every second
+#: table of shots.
 WRONG_UNITS: Mapping[str, tuple[WrongUnit, ...]] = {
     "shots": (_FORCE, _MUZZLE, _PSI_BAR, _BAR_KPA, _CLOCK, _LENGTH),
     "chain": (_FORCE, _MUZZLE, _PSI_BAR, _BAR_KPA, _PLATE_G, _CLOCK, _RADIUS),
@@ -254,7 +259,8 @@ WRONG_UNITS: Mapping[str, tuple[WrongUnit, ...]] = {
 
 
 def wrong_unit_of(kind: str, turn: int, folder: Path) -> WrongUnit:
-    """The wrong unit of the `turn`-th campaign of its kind: the next one that its `folder` can have."""
+    """The wrong unit of the `turn`-th campaign of its kind: the next one that its `folder` can
+    have."""
     wrong = WRONG_UNITS[kind][turn % len(WRONG_UNITS[kind])]
     head = (folder / "runs.csv").read_text(encoding="utf-8").split("\n", 1)[0]
     reported = "measured_velocity_m_s" in head

@@ -1,10 +1,12 @@
-"""Are wrong units told, and right ones left alone? `python -m benchmarks.wrong_units [--campaigns 240] [--seed 1]`.
+"""Are wrong units told, and right ones left alone? `python -m benchmarks.wrong_units [--campaigns
+240] [--seed 1]`.
 
-Virtual campaigns of guns and hammers, their units right, are ingested and held against the twin as a diagnosis does;
-then the first --wrong of them (all) once more with one unit wrong (`unit_campaigns`). Printed by kind of campaign:
-refusals and warnings of wrong units where all are right; and by wrong unit how many are refused, with the factor or
-setting named, and how many are not noticed. Exit code 1 where a right campaign is refused or warned of. --rows FILE
-keeps one line of JSON for each campaign, and goes on where the file stops.
+Virtual campaigns of guns and hammers, their units right, are ingested and held against the twin as
+a diagnosis does; then the first --wrong of them (all) once more with one unit wrong
+(`unit_campaigns`). Printed by kind of campaign: refusals and warnings of wrong units where all are
+right; and by wrong unit how many are refused, with the factor or setting named, and how many are
+not noticed. Exit code 1 where a right campaign is refused or warned of. --rows FILE keeps one line
+of JSON for each campaign, and goes on where the file stops.
 """
 
 from __future__ import annotations
@@ -46,8 +48,8 @@ class UnitAlarm:
 
 
 def unit_alarms(folder: Path) -> list[UnitAlarm]:
-    """What the ingest of a campaign's folder says of units, and, where it takes the campaign, what the diagnosis does
-    before it begins."""
+    """What the ingest of a campaign's folder says of units, and, where it takes the campaign, what
+    the diagnosis does before it begins."""
     with open_scratch_store(Writer("benchmark", "0")) as store:
         try:
             report = ingest_folder(store, folder, jobs=1)
@@ -95,7 +97,8 @@ class UnitRow:
 
 
 def unit_rows(numbers: Sequence[int], seed: int, wrong_below: int = CAMPAIGNS) -> Iterator[UnitRow]:
-    """The campaigns of these numbers, one after the other; those below `wrong_below` with a wrong unit, too."""
+    """The campaigns of these numbers, one after the other; those below `wrong_below` with a wrong
+    unit, too."""
     for number in numbers:
         with tempfile.TemporaryDirectory(prefix="pyroshock-units-") as place:
             folder, changed = Path(place) / "campaign", Path(place) / "changed"
@@ -170,7 +173,8 @@ def report(rows: Sequence[UnitRow]) -> str:
 
 
 def _alarms_by_place(rows: Sequence[UnitRow]) -> list[int]:
-    """Campaigns with at least one: refused and warned at ingest, refused and warned by the diagnosis."""
+    """Campaigns with at least one: refused and warned at ingest, refused and warned by the
+    diagnosis."""
     return [
         sum(any((alarm.by, alarm.refusal) == (by, refusal) for alarm in row.right) for row in rows)
         for by in ("ingest", "diagnosis")

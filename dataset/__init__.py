@@ -1,1 +1,2 @@
-"""What a model was trained on: predictors, targets, frozen snapshots, splits and the domain they are valid in."""
+"""What a model was trained on: predictors, targets, frozen snapshots, splits and the domain they
+are valid in."""

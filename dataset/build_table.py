@@ -1,6 +1,7 @@
 """From rows of the store to a table of pulses; what cannot enter it is told with a reason.
 
-What a pulse and a snapshot are known by: hashes of content, never of a database's keys or of clocks.
+What a pulse and a snapshot are known by: hashes of content, never of a database's keys or of
+clocks.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ _FIGURES = (
 def pulse_key(row: Row) -> str:
     """64 hexadecimal digits, the same in any store.
 
-    The first half is the impact's (campaign, run, repetition, raw file) and so outlives a re-extraction; the second
-    is the pulse's (extraction settings, figures, force points).
+    The first half is the impact's (campaign, run, repetition, raw file) and so outlives a
+    re-extraction; the second is the pulse's (extraction settings, figures, force points).
     """
     impact = [row["campaign"], row["run"], row["repetition"], row["recording_sha256"]]
     pulse = [row["extraction"], [float(row[name]).hex() for name in _FIGURES]]
@@ -50,10 +51,11 @@ def pulse_key(row: Row) -> str:
 
 
 def content_hash(predictors: PredictorSet, table: PulseTable) -> str:
-    """SHA-256 of what models see of a snapshot: predictors with their sources, and every column, in the table's order.
+    """SHA-256 of what models see of a snapshot: predictors with their sources, and every column, in
+    the table's order.
 
-    The row's key in this store and the set's name are left out; the keys stand for raw files and extraction, and so for
-    the sampling period.
+    The row's key in this store and the set's name are left out; the keys stand for raw files and
+    extraction, and so for the sampling period.
     """
     entries = predictors.as_json()["predictors"]
     parts: list[bytes | NDArray[Any]] = [json.dumps([_SCHEME, len(table), entries]).encode()]
@@ -85,7 +87,8 @@ def _digest(*parts: bytes | NDArray[Any]) -> str:
 
 
 class MissingError(ValueError):
-    """The store does not know what a predictor asks for; the message is the reason, one per kind of cause."""
+    """The store does not know what a predictor asks for; the message is the reason, one per kind of
+    cause."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +158,8 @@ def table_of(members: Sequence[Member], predictors: PredictorSet) -> PulseTable:
 
 
 def _sample_s(row: Row) -> float:
-    """The sampling period of the force: that of the finely smoothed pulse times what its extraction refined it by."""
+    """The sampling period of the force: that of the finely smoothed pulse times what its extraction
+    refined it by."""
     settings = row.get("extraction_settings") or {}
     return (
         float(row["fine_period_s"]) * float(settings["refinement"])
@@ -170,7 +174,8 @@ def configuration_text(words: Mapping[str, str]) -> str:
 
 
 def _treatment(inputs: Sequence[float], predictors: PredictorSet) -> str:
-    """The values that the predictors other than the velocity have; to twelve digits, for numbers come by two roads."""
+    """The values that the predictors other than the velocity have; to twelve digits, for numbers
+    come by two roads."""
     triples = zip(predictors.predictors, predictors.sources, inputs, strict=True)
     return "/".join(
         predictor.levels[int(value)] if predictor.levels else f"{value:.12g}"

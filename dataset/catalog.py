@@ -1,6 +1,7 @@
 """The snapshots there are.
 
-Snapshots whose pulses went with a campaign or recording that was deleted, as tombstones of the store tell.
+Snapshots whose pulses went with a campaign or recording that was deleted, as tombstones of the
+store tell.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ _SHORTEST_HASH = 8
 
 
 def get_snapshot_row(session: Session, name: str) -> DatasetSnapshot:
-    """The row of a snapshot by name, hash or start of a hash. Raises `LookupError` naming those there are."""
+    """The row of a snapshot by name, hash or start of a hash. Raises `LookupError` naming those
+    there are."""
     row = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.name == name)).one_or_none()
     if row is not None:
         return row
@@ -35,12 +37,14 @@ def get_snapshot_row(session: Session, name: str) -> DatasetSnapshot:
         session.scalars(select(DatasetSnapshot.name).order_by(DatasetSnapshot.name).limit(10))
     )
     raise LookupError(
-        f"no dataset {name!r} in the store; there: {existing_names or 'none yet (pyroshock dataset build)'}"
+        f"no dataset {name!r} in the store; there: "
+        f"{existing_names or 'none yet (pyroshock dataset build)'}"
     )
 
 
 def list_snapshots(session: Session) -> list[dict[str, Any]]:
-    """Every snapshot, the oldest first: name, hash, pulses, campaigns, predictors, quality rule, when it was frozen."""
+    """Every snapshot, the oldest first: name, hash, pulses, campaigns, predictors, quality rule,
+    when it was frozen."""
     counts = select(SnapshotPulse.snapshot_id, func.count()).group_by(SnapshotPulse.snapshot_id)
     pulses: dict[int, int] = dict(iter(session.execute(counts)))
     rows = session.scalars(
@@ -62,7 +66,8 @@ def list_snapshots(session: Session) -> list[dict[str, Any]]:
 
 @dataclass(frozen=True)
 class Withdrawal:
-    """Pulses that a dataset lost by deletions: how many, of how many that it was frozen with, and the last deletion."""
+    """Pulses that a dataset lost by deletions: how many, of how many that it was frozen with, and
+    the last deletion."""
 
     dataset: str
     hash: str
@@ -75,14 +80,15 @@ class Withdrawal:
     def words(self) -> str:
         """A sentence for listings."""
         return (
-            f"{self.lost} of the {self.frozen} pulses of dataset {self.dataset} (hash {self.hash[:12]}) were "
+            f"{self.lost} of the {self.frozen} pulses of dataset "
+            f"{self.dataset} (hash {self.hash[:12]}) were "
             f"withdrawn: they stood on {self.source})"
         )
 
 
 def source_deleted(session: Session, row: DatasetSnapshot) -> str | None:
-    """What to say of a snapshot that has fewer pulses than before a deletion; None where deletions do not explain all
-    that it lacks."""
+    """What to say of a snapshot that has fewer pulses than before a deletion; None where deletions
+    do not explain all that it lacks."""
     withdrawal = _withdrawal(
         session, row, session.scalars(select(Tombstone).order_by(Tombstone.id)).all()
     )
@@ -140,6 +146,8 @@ def _error(row: DatasetSnapshot, stone: Tombstone, source: str) -> str:
     else:
         again = "ingest the same again and build it again"
     return (
-        f"dataset {row.name!r} (hash {row.content_hash[:12]}) stood on {source}; tombstone {stone.id}, content "
-        f"{stone.content_hash[:12]}): models that were trained on it stay; {again}, or build another dataset"
+        f"dataset {row.name!r} (hash {row.content_hash[:12]}) stood on "
+        f"{source}; tombstone {stone.id}, content "
+        f"{stone.content_hash[:12]}): models that were trained on it stay; "
+        f"{again}, or build another dataset"
     )

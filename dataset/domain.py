@@ -1,13 +1,15 @@
 """Where a model may be asked: the values, and the combinations of values, that it was trained on.
 
-Leverage: how far a combination of predictors lies from all that were recorded, though each value may lie inside.
+Leverage: how far a combination of predictors lies from all that were recorded, though each value
+may lie inside.
 
-Predictors of one campaign are collinear (three tips have five properties), so the covariance is singular: leverage is
-taken in the subspace that the training rows span, and what lies off it is judged by its distance.
+Predictors of one campaign are collinear (three tips have five properties), so the covariance is
+singular: leverage is taken in the subspace that the training rows span, and what lies off it is
+judged by its distance.
 
-Glossary: z (n x p) are numbers in standard deviations and categories as one column per level, centred and scaled;
-h = |z V / S|^2 is the leverage of a row (z = U S V^T for the training rows), e = z - z V V^T what lies off the
-subspace.
+Glossary: z (n x p) are numbers in standard deviations and categories as one column per level,
+centred and scaled; h = |z V / S|^2 is the leverage of a row (z = U S V^T for the training rows), e
+= z - z V V^T what lies off the subspace.
 """
 
 from __future__ import annotations
@@ -30,8 +32,8 @@ OFF_LIMIT = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Distances:
-    """Of n rows: leverage and distance off the subspace as multiples of what is allowed, and each column's share
-    (n x p) of the larger one."""
+    """Of n rows: leverage and distance off the subspace as multiples of what is allowed, and each
+    column's share (n x p) of the larger one."""
 
     leverage: Floats
     off: Floats
@@ -40,8 +42,8 @@ class Distances:
 
 @dataclass(frozen=True, eq=False)
 class Subspace:
-    """Where the training rows lie: `mean` and `scale` (p,), `axes` (r x p) whose rows are V^T / S, their largest
-    leverage and their largest distance off the subspace."""
+    """Where the training rows lie: `mean` and `scale` (p,), `axes` (r x p) whose rows are V^T / S,
+    their largest leverage and their largest distance off the subspace."""
 
     mean: Floats
     scale: Floats
@@ -108,8 +110,9 @@ _Found = list[list[OutOfRange]]
 
 @dataclass(frozen=True, eq=False)
 class Domain:
-    """The validity domain of what is trained on a table. `bench` limits what no predictor tells; `met` (k x q) are
-    the combinations of levels that were recorded, of the limits that have levels."""
+    """The validity domain of what is trained on a table. `bench` limits what no predictor tells;
+    `met` (k x q) are the combinations of levels that were recorded, of the limits that have
+    levels."""
 
     limits: tuple[Limit, ...]
     bench: tuple[Limit, ...]
@@ -118,11 +121,13 @@ class Domain:
 
     @classmethod
     def of(cls, table: Inputs) -> Self:
-        """The domain of training rows: none of them lies outside. Raises `ValueError` for no rows, or a NaN."""
+        """The domain of training rows: none of them lies outside. Raises `ValueError` for no rows,
+        or a NaN."""
         unknown = int(np.isnan(table.x).sum())
         if not len(table) or unknown:
             raise ValueError(
-                f"{len(table)} impacts with {unknown} unknown values; expected at least one, and none"
+                f"{len(table)} impacts with {unknown} "
+                f"unknown values; expected at least one, and none"
             )
         limits = tuple(
             Limit.of(p, column) for p, column in zip(table.predictors, table.x.T, strict=True)
@@ -138,8 +143,9 @@ class Domain:
     def outside(self, inputs: Inputs) -> list[tuple[OutOfRange, ...]]:
         """For each impact what lies outside, an empty tuple where nothing does.
 
-        First each value by itself; where all are inside, their combination: levels that never met, then leverage. A
-        combination is told by the predictor that contributes most. Raises `ValueError` for other predictors.
+        First each value by itself; where all are inside, their combination: levels that never met,
+        then leverage. A combination is told by the predictor that contributes most. Raises
+        `ValueError` for other predictors.
         """
         if inputs.predictors != self.predictors:
             own_names, theirs = (
@@ -153,12 +159,14 @@ class Domain:
         self._tell_far(inputs.x, _clean(limits_by_row), limits_by_row)
         for limit in self.bench:
             column = getattr(inputs, _BENCH[limit.predictor.name][0])
-            # Not known is no error here: the bench is no predictor, and most models do not ask for it.
+            # Not known is no error here: the bench is no predictor, and most models do not ask for
+            # it.
             _tell(limit, column, ~limit.inside(column) & ~np.isnan(column), limits_by_row)
         return [tuple(row_limits) for row_limits in limits_by_row]
 
     def numbers(self, inputs: Inputs) -> Iterator[tuple[Limit, Floats]]:
-        """The limits that are numbers, of predictors and of the bench, with the values (n,) that are asked about."""
+        """The limits that are numbers, of predictors and of the bench, with the values (n,) that
+        are asked about."""
         for limit, column in zip(self.limits, inputs.x.T, strict=True):
             if not limit.predictor.levels:
                 yield limit, column
@@ -166,7 +174,8 @@ class Domain:
             yield limit, getattr(inputs, _BENCH[limit.predictor.name][0])
 
     def _tell_unmet(self, x: Floats, rows: Integers, reasons: _Found) -> None:
-        """Levels that never met; the one that most others never met is named, of equals the first."""
+        """Levels that never met; the one that most others never met is named, of equals the
+        first."""
         at = [i for i, limit in enumerate(self.limits) if limit.values]
         pairs = unmet(self.met, _positions(self.limits, x[rows]))
         for number in np.unique(pairs[:, 0]):

@@ -1,7 +1,8 @@
-"""Pulses that are copies of each other but for round-off or a change of unit and back: they are no two measurements.
+"""Pulses that are copies of each other but for round-off or a change of unit and back: they are no
+two measurements.
 
-Two measured pulses never agree so closely: one step of a 24-bit recorder is 1e-7 of its range, and its noise some steps
-of each sample.
+Two measured pulses never agree so closely: one step of a 24-bit recorder is 1e-7 of its range, and
+its noise some steps of each sample.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 
 from ..array_types import Floats
 
-#: Pulses are copies where contact time, peak, impulse and every point of the force, over the peak, agree to this share.
+#: Pulses are copies where contact time, peak, impulse and every point of the force, over the peak,
+#: agree to this share.
 TOLERANCE = 1e-6
 
 
@@ -22,7 +24,8 @@ def duplicate_groups(
     contact_time_s: Floats,
     impulse_n_s: Floats,
 ) -> NDArray[np.intp]:
-    """The first row, in the order of keys (n,), of the pulses that each pulse is a copy of; its own for all others.
+    """The first row, in the order of keys (n,), of the pulses that each pulse is a copy of; its own
+    for all others.
 
     Pulses are sorted by their peak, so that each is compared only with those whose peak is as near.
     """

@@ -71,7 +71,8 @@ def shipped(name: str) -> PredictorSet:
 
 
 def predictors_named(text: str) -> PredictorSet:
-    """A shipped set by its name, else the file of that name. Raises `LookupError`, `ValueError`, `OSError`."""
+    """A shipped set by its name, else the file of that name. Raises `LookupError`, `ValueError`,
+    `OSError`."""
     if text in SHIPPED or not Path(text).suffix:
         return shipped(text)
     try:
@@ -131,7 +132,8 @@ def _is_known(source: str) -> bool:
 
 
 def _check_kind(source: str, unit: str, levels: tuple[str, ...], where: str) -> None:
-    """Words need levels, numbers their unit; what a lab's own factor holds, only its store knows."""
+    """Words need levels, numbers their unit; what a lab's own factor holds, only its store
+    knows."""
     factor = BY_NAME.get(source.removeprefix(FACTOR)) if source.startswith(FACTOR) else None
     is_number = source in NUMBERS or (factor is not None and factor.is_number)
     is_word = source in WORDS or (factor is not None and not factor.is_number)
@@ -178,7 +180,8 @@ class Correlation:
 
 
 def correlation(inputs: Inputs) -> Correlation:
-    """Correlation over all rows. A category counts by the position of its level, as in the thesis."""
+    """Correlation over all rows. A category counts by the position of its level, as in the
+    thesis."""
     x = inputs.x
     spread = np.ptp(x, axis=0) if len(x) else np.zeros(x.shape[1])
     varied = spread > 1e-12 * np.abs(x).max(axis=0, initial=0.0)
@@ -192,7 +195,8 @@ def correlation(inputs: Inputs) -> Correlation:
 
 
 def ranges(inputs: Inputs) -> list[dict[str, Any]]:
-    """One row per predictor: its unit, smallest and largest value, distinct values; of a category its level counts."""
+    """One row per predictor: its unit, smallest and largest value, distinct values; of a category
+    its level counts."""
     rows = []
     for predictor, column in zip(inputs.predictors, inputs.x.T, strict=True):
         row: dict[str, Any] = {

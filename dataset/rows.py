@@ -67,7 +67,8 @@ _COLUMNS = (
 def rows_of_campaigns(
     session: Session, campaigns: Sequence[int], extraction: int | None
 ) -> list[Row]:
-    """Every impact of the campaigns with its pulse in use, or that of one extraction; without pulse those are None."""
+    """Every impact of the campaigns with its pulse in use, or that of one extraction; without pulse
+    those are None."""
     version = (
         and_(Pulse.settings_id == extraction) if extraction is not None else and_(Pulse.current)
     )
@@ -135,7 +136,8 @@ def levels_of(session: Session, configurations: Iterable[int]) -> dict[int, Leve
 
 
 def force_hashes(session: Session, campaigns: Sequence[int]) -> dict[int, str]:
-    """Hash of the force samples of every recording: the same whatever the file's format, name and header."""
+    """Hash of the force samples of every recording: the same whatever the file's format, name and
+    header."""
     query = (
         select(Recording.id, func.min(RecordedChannel.sha256))
         .join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
@@ -156,7 +158,8 @@ def materials_of(session: Session) -> Materials:
 
 
 def case_of(row: Row, levels: Levels) -> ImpactSource:
-    """What an impact was made with. A bullet's speed is the laser's where the impact has none of its own."""
+    """What an impact was made with. A bullet's speed is the laser's where the impact has none of
+    its own."""
     words, numbers = levels
     own, laser = row["impact_velocity_m_s"], row["measured_velocity_m_s"]
     return ImpactSource(

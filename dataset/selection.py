@@ -2,8 +2,9 @@
 
 The quality verdicts, obeyed: which impacts a rule leaves out, and which check said so.
 
-An impact answers for what was found on itself, and for what was found on the whole of its recording or of a channel
-that its numbers come from: the force, and the impactor's accelerometer where the velocity was integrated.
+An impact answers for what was found on itself, and for what was found on the whole of its recording
+or of a channel that its numbers come from: the force, and the impactor's accelerometer where the
+velocity was integrated.
 
 Facts that predictors ask for and impacts lack: how many lack which, and where each is written down.
 """
@@ -52,7 +53,8 @@ _MATERIAL = "the material with pyroshock materials add"
 
 @dataclass(frozen=True)
 class MissingFacts:
-    """`impacts` impacts lack the values of `predictors`; each of `remedies` says what is to be written where."""
+    """`impacts` impacts lack the values of `predictors`; each of `remedies` says what is to be
+    written where."""
 
     impacts: int
     predictors: tuple[str, ...]
@@ -62,7 +64,8 @@ class MissingFacts:
 def missing_in_campaigns(
     session: Session, campaigns: Sequence[str], predictors: PredictorSet
 ) -> list[MissingFacts]:
-    """What the impacts of `campaigns` lack that have a pulse in use. Raises `LookupError` for an unknown campaign."""
+    """What the impacts of `campaigns` lack that have a pulse in use. Raises `LookupError` for an
+    unknown campaign."""
     rows = rows_of_campaigns(
         session, [get_campaign_id(session, name) for name in sorted(set(campaigns))], None
     )
@@ -76,7 +79,8 @@ def missing_facts(
     predictors: PredictorSet,
     materials: Materials,
 ) -> list[MissingFacts]:
-    """What the impacts with a pulse lack, in the predictors' order; predictors that lack the same thing together."""
+    """What the impacts with a pulse lack, in the predictors' order; predictors that lack the same
+    thing together."""
     counts: Counter[tuple[str, tuple[str, ...]]] = Counter()
     for row in rows:
         if row["pulse_id"] is None:
@@ -100,7 +104,8 @@ def missing_facts(
 
 
 def missing_words(missing: Sequence[MissingFacts]) -> str:
-    """One sentence, "11 impacts have no plate_density; 11 no boundary_conditions: ..."; empty where nothing is."""
+    """One sentence, "11 impacts have no plate_density; 11 no boundary_conditions: ..."; empty where
+    nothing is."""
     if not missing:
         return ""
     lacking = [f"{fact.impacts} no {', '.join(fact.predictors)}" for fact in missing]
@@ -119,7 +124,8 @@ def _remedies(source: str, case: ImpactSource, kind: str) -> tuple[str, ...]:
         return (f"{column_of(source.removeprefix(FACTOR))[0]} in runs.csv",)
     if source == VELOCITY:
         return (
-            "impact_velocity_m_s in runs.csv (not to impacts that are stored: give the campaign another name)",
+            "impact_velocity_m_s in runs.csv (not to impacts that are "
+            "stored: give the campaign another name)",
         )
     if source == "impactor.mass":
         return ("bullet_mass_kg in runs.csv" if kind == "gun" else "mass_kg in [bench.hammer]",)
@@ -141,7 +147,8 @@ def _of_material(part: str, case: ImpactSource) -> tuple[str, ...]:
     return tuple(remedies) or (_MATERIAL,)
 
 
-#: A recording without one of its accelerometers; no number of its impacts comes from what is not there.
+#: A recording without one of its accelerometers; no number of its impacts comes from what is not
+#: there.
 MISSING_CHANNEL = "missing-channel"
 #: Rule -> severities that leave an impact out.
 RULES: dict[str, tuple[str, ...]] = {
@@ -154,7 +161,8 @@ RULES: dict[str, tuple[str, ...]] = {
 def verdicts(
     session: Session, campaigns: Sequence[int], rows: Iterable[Row], rule: str
 ) -> dict[int, str]:
-    """Impacts that `rule` leaves out: the impact's key -> "CHECK (SEVERITY)", the worst. `ValueError` for no rule."""
+    """Impacts that `rule` leaves out: the impact's key -> "CHECK (SEVERITY)", the worst.
+    `ValueError` for no rule."""
     if rule not in RULES:
         raise ValueError(f"quality rule is {rule!r}; expected one of {', '.join(RULES)}")
     findings = _findings(session, campaigns, RULES[rule]) if RULES[rule] else []
@@ -187,7 +195,8 @@ _Finding = tuple[int | None, int, bool, bool, str]
 def _findings(
     session: Session, campaigns: Sequence[int], severities: tuple[str, ...]
 ) -> list[_Finding]:
-    """(impact, recording, on the force or the recording, on the impactor's accelerometer, text), rejects first."""
+    """(impact, recording, on the force or the recording, on the impactor's accelerometer, text),
+    rejects first."""
     recordings = select(Impact.recording_id).where(Impact.campaign_id.in_(campaigns))
     query = (
         select(
@@ -232,7 +241,8 @@ def select_pulses(
     velocity: str | None = None,
     impacts: Collection[int] | None = None,
 ) -> DatasetDraft:
-    """The usable pulses of `campaigns`, of all or only of these `impacts`. Raises as `snapshot.build_snapshot`."""
+    """The usable pulses of `campaigns`, of all or only of these `impacts`. Raises as
+    `snapshot.build_snapshot`."""
     names = sorted(set(campaigns))
     if not names:
         raise ValueError("no campaign is named; expected at least one")
@@ -258,7 +268,8 @@ def select_pulses(
         levels = levels_of(session, (row["configuration_id"] for row in rows))
         facts = missing_words(missing_facts(rows, levels, chosen, materials))
         raise ValueError(
-            f"no usable pulse in {', '.join(names)}: {_reasons_text(left_out)}{facts and f'; {facts}'}"
+            f"no usable pulse in {', '.join(names)}: "
+            f"{_reasons_text(left_out)}{facts and f'; {facts}'}"
         )
     entered = [member.row for member in members]
     kind = one_kind(entered) if changed is None else CHOICES.get(velocity or "")
@@ -300,13 +311,15 @@ def _fitting(
     if predictors is None:
         if len(set(kinds.values())) > 1:
             raise ValueError(
-                f"campaigns of two kinds ({_pairs(kinds)}) have no predictors in common: take one kind"
+                f"campaigns of two kinds ({_pairs(kinds)}) "
+                f"have no predictors in common: take one kind"
             )
         return shipped(next(iter(kinds.values())))
     others = {name: kind for name, kind in kinds.items() if kind != predictors.kind}
     if others:
         raise ValueError(
-            f"predictors {predictors.name!r} are for campaigns of kind {predictors.kind!r}, not {_pairs(others)}; "
+            f"predictors {predictors.name!r} are for campaigns of kind "
+            f"{predictors.kind!r}, not {_pairs(others)}; "
             f"take others: --predictors {next(iter(others.values()))}"
         )
     return predictors
@@ -317,14 +330,16 @@ def _pairs(kinds: dict[str, str]) -> str:
 
 
 def _check_factors(session: Session, predictors: PredictorSet) -> None:
-    """Raises `LookupError` for a factor that no campaign of the store has; the thesis's may be missing in this one."""
+    """Raises `LookupError` for a factor that no campaign of the store has; the thesis's may be
+    missing in this one."""
     there = set(session.scalars(select(Factor.name)))
     for predictor, source in zip(predictors.predictors, predictors.sources, strict=True):
         name = source.removeprefix(FACTOR)
         if source.startswith(FACTOR) and name not in there and name not in BY_NAME:
             existing_names = ", ".join(sorted(there))
             raise LookupError(
-                f"predictor {predictor.name}: no factor {name!r} in the store; known: {existing_names}"
+                f"predictor {predictor.name}: no factor "
+                f"{name!r} in the store; known: {existing_names}"
             )
 
 
@@ -367,7 +382,8 @@ def _entering(
 def _without_twins(
     members: list[Member], force: Mapping[int, str], left_out: Counter[str]
 ) -> list[Member]:
-    """The first of the impacts that are one contact of one record: two would stand on both sides of every split."""
+    """The first of the impacts that are one contact of one record: two would stand on both sides of
+    every split."""
     first: dict[tuple[str, float], Member] = {}
     for member in members:
         # A pulse has a force channel; were its record gone, the raw file's hash would do.

@@ -42,7 +42,8 @@ class SourceDeletedError(SnapshotError):
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A frozen dataset. `definition` is plain data: campaigns, predictors, rules, materials, what was left out."""
+    """A frozen dataset. `definition` is plain data: campaigns, predictors, rules, materials, what
+    was left out."""
 
     name: str
     hash: str
@@ -56,7 +57,8 @@ class Snapshot:
 
 @dataclass(frozen=True, eq=False)
 class Built:
-    """What `build_snapshot` gives: `added` is False where the store had the content, under whatever name."""
+    """What `build_snapshot` gives: `added` is False where the store had the content, under whatever
+    name."""
 
     snapshot: Snapshot
     added: bool
@@ -72,14 +74,15 @@ def build_snapshot(
     velocity: str | None = None,
     impacts: Collection[int] | None = None,
 ) -> Built:
-    """Freeze the usable pulses of `campaigns`: those in use, or those of one extraction (its fingerprint, or the start
-    of it). `predictors` are the shipped ones of the campaigns' kind where none are given. `velocity`, one of
-    `velocities.CHOICES`, converts impact velocities to one kind; without it they must be of one kind. `impacts` limits
-    the pulses to those of these impacts.
+    """Freeze the usable pulses of `campaigns`: those in use, or those of one extraction (its
+    fingerprint, or the start of it). `predictors` are the shipped ones of the campaigns' kind where
+    none are given. `velocity`, one of `velocities.CHOICES`, converts impact velocities to one kind;
+    without it they must be of one kind. `impacts` limits the pulses to those of these impacts.
 
-    The same content again is the snapshot that exists, whatever its name. Raises `SnapshotError` where the name is
-    taken by other content, `LookupError` for a campaign or extraction that is unknown, `ValueError` for campaigns
-    that do not fit the predictors, have no usable pulse, or an unknown rule.
+    The same content again is the snapshot that exists, whatever its name. Raises `SnapshotError`
+    where the name is taken by other content, `LookupError` for a campaign or extraction that is
+    unknown, `ValueError` for campaigns that do not fit the predictors, have no usable pulse, or an
+    unknown rule.
     """
     _check_name(name)
     with store.reading() as session:
@@ -118,7 +121,8 @@ class _Known:
 
 
 def _find_snapshot(session: Session, name: str, digest: str) -> _Known | None:
-    """The snapshot of this content. Raises `SnapshotError` where there is none and the name is taken."""
+    """The snapshot of this content. Raises `SnapshotError` where there is none and the name is
+    taken."""
     same = session.scalars(
         select(DatasetSnapshot).where(DatasetSnapshot.content_hash == digest)
     ).one_or_none()
@@ -127,7 +131,8 @@ def _find_snapshot(session: Session, name: str, digest: str) -> _Known | None:
     taken = session.scalar(select(DatasetSnapshot.content_hash).where(DatasetSnapshot.name == name))
     if taken is not None:
         raise SnapshotError(
-            f"dataset {name!r} is frozen with other content (hash {taken[:12]}, not {digest[:12]}); "
+            f"dataset {name!r} is frozen with other content (hash "
+            f"{taken[:12]}, not {digest[:12]}); "
             "build this one under another name"
         )
     return None
@@ -146,7 +151,8 @@ def _add(store: Store, session: Session, name: str, digest: str, draft: DatasetD
 def _fill_up(
     store: Store, session: Session, settled: _Known, digest: str, draft: DatasetDraft
 ) -> None:
-    """Give a snapshot back the pulses that it lost by a deletion, when the same content was ingested again."""
+    """Give a snapshot back the pulses that it lost by a deletion, when the same content was
+    ingested again."""
     own = set(
         session.scalars(
             select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == settled.key)
@@ -166,7 +172,8 @@ def _add_pulses(store: Store, session: Session, snapshot: int, pulses: Sequence[
 def read_snapshot(source: Store | Session, name: str) -> Snapshot:
     """The snapshot of this name, or of this hash (or the start of one, eight digits at least).
 
-    Raises `LookupError` naming those there are, `SnapshotError` where the store's rows no longer give its hash.
+    Raises `LookupError` naming those there are, `SnapshotError` where the store's rows no longer
+    give its hash.
     """
     with _session(source) as session:
         row = get_snapshot_row(session, name)
@@ -196,8 +203,10 @@ def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
     digest = content_hash(predictors, frozen.table)
     if digest != frozen.hash:
         raise SnapshotError(
-            f"dataset {frozen.name!r}: the store's rows give {digest[:12]}, it was frozen as {frozen.hash[:12]}: "
-            "pulses or campaigns were changed since; restore the store, or build a dataset under another name"
+            f"dataset {frozen.name!r}: the store's rows give {digest[:12]}, "
+            f"it was frozen as {frozen.hash[:12]}: "
+            "pulses or campaigns were changed since; restore the store, or "
+            "build a dataset under another name"
         )
     return frozen
 
@@ -205,7 +214,8 @@ def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
 def _with_kept_facts(
     session: Session, name: str, rows: Sequence[Row], definition: Mapping[str, Any]
 ) -> Sequence[Any]:
-    """The rows with the facts that the dataset was frozen with, where facts were added to a campaign since."""
+    """The rows with the facts that the dataset was frozen with, where facts were added to a
+    campaign since."""
     if FACTS not in definition:
         return rows
     kept = {row["campaign"]: read_frozen_facts(definition, row["campaign"]) for row in rows}
@@ -232,7 +242,8 @@ def _session(source: Store | Session) -> AbstractContextManager[Session]:
 def _understood(row: DatasetSnapshot) -> dict[str, Any]:
     if row.definition.get("format") != FORMAT:
         raise SnapshotError(
-            f"dataset {row.name!r} has format {row.definition.get('format')!r}, this software reads {FORMAT}: "
+            f"dataset {row.name!r} has format "
+            f"{row.definition.get('format')!r}, this software reads {FORMAT}: "
             "update pyroshock, or build it under another name"
         )
     return row.definition
@@ -248,7 +259,8 @@ def _table(
         ]
     except ValueError as error:
         raise SnapshotError(
-            f"dataset {name!r}: a pulse no longer enters it ({error}): rows of the store were changed since; "
+            f"dataset {name!r}: a pulse no longer enters it ({error}): rows "
+            f"of the store were changed since; "
             "restore the store, or build a dataset under another name"
         ) from error
     if not members:
@@ -289,7 +301,8 @@ class Trace:
 
 
 def trace(session: Session, snapshot: Snapshot, key: str) -> Trace:
-    """The origin of a pulse by its key, or the start of it. Raises `LookupError` where none or several have it."""
+    """The origin of a pulse by its key, or the start of it. Raises `LookupError` where none or
+    several have it."""
     matches = [
         row
         for row, text in enumerate(snapshot.table.key)
@@ -330,7 +343,8 @@ def trace(session: Session, snapshot: Snapshot, key: str) -> Trace:
 
 
 def raw_files(session: Session, snapshot: Snapshot) -> list[dict[str, Any]]:
-    """Every recording that pulses of a dataset were cut from: campaign, path, SHA-256, how many pulses."""
+    """Every recording that pulses of a dataset were cut from: campaign, path, SHA-256, how many
+    pulses."""
     query = (
         select(Campaign.name, Recording.path, Recording.sha256, func.count())
         .select_from(SnapshotPulse)

@@ -1,4 +1,5 @@
-"""Where a predictor's value comes from: one visible list of sources, each reads an `ImpactSource`."""
+"""Where a predictor's value comes from: one visible list of sources, each reads an
+`ImpactSource`."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ FACTOR = "factor."
 
 @dataclass(frozen=True)
 class ImpactSource:
-    """What one impact was made with; None where the store does not know. `words` and `numbers` are factors (SI)."""
+    """What one impact was made with; None where the store does not know. `words` and `numbers` are
+    factors (SI)."""
 
     words: Mapping[str, str]
     numbers: Mapping[str, float]
@@ -47,7 +49,8 @@ class ImpactSource:
 
     @property
     def target(self) -> str | None:
-        """The material of the first layer hit. Unknown where no row says whether there is an anvil."""
+        """The material of the first layer hit. Unknown where no row says whether there is an
+        anvil."""
         anvil = self.words.get("anvil_material")
         return self.plate if anvil == NONE else anvil
 

@@ -2,9 +2,9 @@
 
 Which pulses a model learns from and which it is judged on.
 
-The draw depends on the content of the pulses and the seed, never on the order of rows: who is drawn is who has the
-smallest hash of seed and name. So a configuration keeps its held-out repetitions when another campaign joins it, and
-an impact keeps its side when its pulse is extracted anew.
+The draw depends on the content of the pulses and the seed, never on the order of rows: who is drawn
+is who has the smallest hash of seed and name. So a configuration keeps its held-out repetitions
+when another campaign joins it, and an impact keeps its side when its pulse is extracted anew.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ POINTS = 20
 
 @dataclass(frozen=True)
 class Predictor:
-    """One input of the models: `unit` in SI ("" for a number without one); `levels` name the values of a category.
+    """One input of the models: `unit` in SI ("" for a number without one); `levels` name the values
+    of a category.
 
     A category's value is the position of its level: 0 for the first, 1 for the next.
     """
@@ -43,8 +44,8 @@ class Predictor:
 class Inputs:
     """What a model is asked with: n impacts, `x` (n x d) in the order of `predictors`, SI.
 
-    `impactor_mass_kg` and `plate_thickness_m` (n,) are the bench's: physical pulses need them even where they never
-    varied and are no predictor. NaN where they are not known.
+    `impactor_mass_kg` and `plate_thickness_m` (n,) are the bench's: physical pulses need them even
+    where they never varied and are no predictor. NaN where they are not known.
     """
 
     predictors: tuple[Predictor, ...]
@@ -74,11 +75,13 @@ class Inputs:
 class PulseTable(Inputs):
     """Measured pulses beside their inputs; every array has n rows.
 
-    `force_n` (n x 20) is equidistant over the contact, ends included; the four figures after `contact_time_s` are those
-    of the finely smoothed pulse (`peak_force_n` its peak). `configuration` tells factor combinations apart (repetitions
-    share it), `treatment` only those that the predictors other than the impact velocity see. `target_material` is the
-    first layer hit. `key` identifies the pulse by content, in any store; `pulse_id` is its row in this one.
-    `sample_s` is the sampling period of the force record, NaN where it is not known; None: it is known of no pulse.
+    `force_n` (n x 20) is equidistant over the contact, ends included; the four figures after
+    `contact_time_s` are those of the finely smoothed pulse (`peak_force_n` its peak).
+    `configuration` tells factor combinations apart (repetitions share it), `treatment` only those
+    that the predictors other than the impact velocity see. `target_material` is the first layer
+    hit. `key` identifies the pulse by content, in any store; `pulse_id` is its row in this one.
+    `sample_s` is the sampling period of the force record, NaN where it is not known; None: it is
+    known of no pulse.
     """
 
     force_n: Floats
@@ -133,10 +136,11 @@ class Split:
 
 
 def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
-    """The split that `text` names: one of `forms()`. Copies of a pulse (`near_duplicates`) are on one side.
+    """The split that `text` names: one of `forms()`. Copies of a pulse (`near_duplicates`) are on
+    one side.
 
-    Raises `ValueError` for another text, or where a side would be empty, `LookupError` for a material or campaign
-    that the table has not.
+    Raises `ValueError` for another text, or where a side would be empty, `LookupError` for a
+    material or campaign that the table has not.
     """
     check_form(text)
     name, _, value = text.partition("=")
@@ -150,7 +154,8 @@ def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
 
 
 def first_copies(table: PulseTable) -> NDArray[np.intp]:
-    """The row (n,) of the pulse that each pulse is a copy of, which may be its own (`near_duplicates`)."""
+    """The row (n,) of the pulse that each pulse is a copy of, which may be its own
+    (`near_duplicates`)."""
     return duplicate_groups(
         table.key, table.force_n, table.peak_force_n, table.contact_time_s, table.impulse_n_s
     )
@@ -169,9 +174,11 @@ def forms() -> tuple[str, ...]:
 
 
 def expand(table: PulseTable, text: str) -> tuple[str, ...]:
-    """ "materials" and "campaigns" as the splits that leave out one after the other; any other text as it is.
+    """ "materials" and "campaigns" as the splits that leave out one after the other; any other text
+    as it is.
 
-    What every pulse has (the only campaign, a plate's material throughout) cannot be left out and is not listed.
+    What every pulse has (the only campaign, a plate's material throughout) cannot be left out and
+    is not listed.
     """
     if text == "materials":
         materials = sorted({*table.tip_material.tolist(), *table.target_material.tolist()} - {""})

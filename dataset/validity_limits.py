@@ -1,6 +1,7 @@
 """What was recorded of one predictor by itself: two ends, or the levels.
 
-Which settings were recorded together: pairs of levels that never met lie outside, though each was there.
+Which settings were recorded together: pairs of levels that never met lie outside, though each was
+there.
 """
 
 from __future__ import annotations
@@ -50,14 +51,16 @@ def unmet(met: Integers, requested: Integers) -> Integers:
 LEVELS_UP_TO = 2
 #: Why such a number lies outside.
 BETWEEN_LEVELS = "is none of the values that were recorded"
-#: A number of at most so many distinct values, each recorded so many times on average, was set and not measured.
+#: A number of at most so many distinct values, each recorded so many times on average, was set and
+#: not measured.
 _MOST_LEVELS, _LEAST_REPEATS = 12, 5
 _ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
 class OutOfRange:
-    """A predictor of one impact that lies outside. `range` is what was recorded: from and to, or the levels."""
+    """A predictor of one impact that lies outside. `range` is what was recorded: from and to, or
+    the levels."""
 
     predictor: str
     value: float | str
@@ -88,7 +91,8 @@ class OutOfRange:
 
 @dataclass(frozen=True)
 class Limit:
-    """Of one number or category: its distinct `values` where they are levels that others may meet, and its ends."""
+    """Of one number or category: its distinct `values` where they are levels that others may meet,
+    and its ends."""
 
     predictor: Predictor
     low: float

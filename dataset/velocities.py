@@ -1,7 +1,9 @@
-"""One meaning of the impact velocity in a dataset: the kind of every row's, and velocities converted to one kind.
+"""One meaning of the impact velocity in a dataset: the kind of every row's, and velocities
+converted to one kind.
 
-An integral to the peak of the force is not the velocity before contact where the target gives way. What the target
-does meanwhile follows from the pulse and from the plate (`twin.contact.target_motion`), with an uncertainty.
+An integral to the peak of the force is not the velocity before contact where the target gives way.
+What the target does meanwhile follows from the pulse and from the plate
+(`twin.contact.target_motion`), with an uncertainty.
 """
 
 from __future__ import annotations
@@ -21,16 +23,19 @@ from .sources import Materials
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
-#: How `dataset build --velocity` names what a dataset is converted to -> the kind of a velocity that it then has.
+#: How `dataset build --velocity` names what a dataset is converted to -> the kind of a velocity
+#: that it then has.
 CHOICES = {"before-contact": TARGET_MOTION_ADDED, "integrated": INTEGRATED}
-#: Converted velocities are kept to so many digits: they are computed again whenever a frozen dataset is read.
+#: Converted velocities are kept to so many digits: they are computed again whenever a frozen
+#: dataset is read.
 _DIGITS = 6
 _PLATE = ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3")
 
 
 @dataclass(frozen=True, eq=False)
 class ConvertedRows:
-    """Rows with velocities of one kind; by impact, relative standard uncertainties, and why others have none."""
+    """Rows with velocities of one kind; by impact, relative standard uncertainties, and why others
+    have none."""
 
     rows: list[Any]
     relative_u: Mapping[int, float]
@@ -38,14 +43,16 @@ class ConvertedRows:
 
 
 def kind_of_row(row: Row) -> str | None:
-    """Of the velocity that `rows.case_of` takes: the impact's own, else the shot's. None without a velocity."""
+    """Of the velocity that `rows.case_of` takes: the impact's own, else the shot's. None without a
+    velocity."""
     if row["impact_velocity_m_s"] is not None:
         return velocity_kind(row["velocity_source"])
     return None if row["measured_velocity_m_s"] is None else BEFORE_CONTACT
 
 
 def one_kind(rows: Sequence[Row]) -> str | None:
-    """The kind of all velocities; None where there is none. Raises `ValueError` for several kinds."""
+    """The kind of all velocities; None where there is none. Raises `ValueError` for several
+    kinds."""
     counts = Counter(kind for row in rows if (kind := kind_of_row(row)) is not None)
     if len(counts) > 1:
         words = ", ".join(f"{count} {kind}" for kind, count in counts.most_common())
@@ -59,8 +66,8 @@ def one_kind(rows: Sequence[Row]) -> str | None:
 def definition_of(
     kind: str | None, converted: ConvertedRows | None, impacts: Sequence[int]
 ) -> dict[str, Any]:
-    """What a dataset's definition states of its velocities: kind, how many of the `impacts` have a converted one, and
-    the median relative standard uncertainty of these."""
+    """What a dataset's definition states of its velocities: kind, how many of the `impacts` have a
+    converted one, and the median relative standard uncertainty of these."""
     relative_u = {} if converted is None else converted.relative_u
     shares = [relative_u[impact] for impact in impacts if impact in relative_u]
     return {
@@ -71,8 +78,8 @@ def definition_of(
 
 
 def kind_of_snapshot(session: Session, digest: str, definition: Mapping[str, Any]) -> str | None:
-    """The kind that a dataset's definition states; of one that was frozen before datasets did, the kind of most of the
-    impacts of the dataset with this hash."""
+    """The kind that a dataset's definition states; of one that was frozen before datasets did, the
+    kind of most of the impacts of the dataset with this hash."""
     stated = definition.get("velocity")
     if stated is not None:
         return None if stated["kind"] is None else str(stated["kind"])
@@ -86,9 +93,11 @@ def kind_of_snapshot(session: Session, digest: str, definition: Mapping[str, Any
 def converted(
     rows: Sequence[Row], levels: Mapping[int, Levels], materials: Materials, wanted: str
 ) -> ConvertedRows:
-    """The rows with velocities of the `wanted` kind of `CHOICES`' values, each from its own pulse and plate.
+    """The rows with velocities of the `wanted` kind of `CHOICES`' values, each from its own pulse
+    and plate.
 
-    Refused are rows whose plate is not known. Rows without a velocity or a pulse are left as they are.
+    Refused are rows whose plate is not known. Rows without a velocity or a pulse are left as they
+    are.
     """
     from ..twin.contact.impacts import plate_impedance
     from ..twin.contact.target_motion import (

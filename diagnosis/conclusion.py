@@ -19,20 +19,22 @@ from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
 
 #: Entries below this probability are not listed; what is listed sums to one.
 _LISTED = 1e-3
-#: What the evidence makes an entry beside the first may grow by so much, and not from next to nothing to a rival.
+#: What the evidence makes an entry beside the first may grow by so much, and not from next to
+#: nothing to a rival.
 _MOST_GROWN = 5.0
-#: Two sets are one entry where these data leave the less likely one a twentieth of both; an entry has at most so many.
+#: Two sets are one entry where these data leave the less likely one a twentieth of both; an entry
+#: has at most so many.
 _ALIKE, _MOST_ALIKE = 0.05, 4
-#: A set of effects with less of the gap, and without which no more is left held out, stands in the table of effects
-#: alone.
+#: A set of effects with less of the gap, and without which no more is left held out, stands in the
+#: table of effects alone.
 _LEAST_LISTED = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Conclusion:
-    """The entries of a report. `fits`: every set that can be adopted, as it was fitted; `established`: the sets that
-    are causes; `unknown_figures`: what the probability of "unknown" follows from, None where there is no gap to
-    explain."""
+    """The entries of a report. `fits`: every set that can be adopted, as it was fitted;
+    `established`: the sets that are causes; `unknown_figures`: what the probability of "unknown"
+    follows from, None where there is no gap to explain."""
 
     causes: tuple[Cause, ...]
     effects: tuple[EffectShare, ...]
@@ -49,8 +51,8 @@ def conclude(
     unknown: UnknownMap,
     stages: Sequence[Stage] = (),
 ) -> Conclusion:
-    """`held` is what was held out by configuration; None where there are too few configurations. `stages` say what
-    channels that were not recorded would show."""
+    """`held` is what was held out by configuration; None where there are too few configurations.
+    `stages` say what channels that were not recorded would show."""
     judged = _by_families(posterior, held)
     established = established_sets(posterior, shares, held, judged, stages)
     large_sets = [
@@ -102,8 +104,8 @@ def _large(posterior: HypothesisPosterior) -> bool:
 def _by_families(
     posterior: HypothesisPosterior, held: FoldCorrections | None
 ) -> FoldCorrections | None:
-    """What was held out, by the size of the gap; where that is within tolerance and some family of observables is not,
-    by the families that are not, each counted alike, in tolerances."""
+    """What was held out, by the size of the gap; where that is within tolerance and some family of
+    observables is not, by the families that are not, each counted alike, in tolerances."""
     gap = posterior.gap
     families = {item.family for item in family_gaps(gap) if item.beyond_noise}
     if held is None or not families or posterior.metric.size(gap).beyond_noise:
@@ -119,8 +121,9 @@ def _by_families(
 
 
 def _remaining_gap(posterior: HypothesisPosterior, held: FoldCorrections) -> float:
-    """What sets of effects leave held out beyond the noise floor, in tolerances, of the family of observables of which
-    they leave most, but for those whose tolerances are finer than the laws of effects are."""
+    """What sets of effects leave held out beyond the noise floor, in tolerances, of the family of
+    observables of which they leave most, but for those whose tolerances are finer than the laws of
+    effects are."""
     gap, table = posterior.gap, held.unseen(np.array([fold.averaged for fold in held.folds]))
     rows = held.split.held_out
     excess = ((gap.mean - table) ** 2 - gap.floor_variance)[rows] / gap.tolerance**2
@@ -135,8 +138,8 @@ def _remaining_gap(posterior: HypothesisPosterior, held: FoldCorrections) -> flo
 def _listed_sets(
     posterior: HypothesisPosterior, sets: Sequence[EffectSet]
 ) -> tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], SubsetFit]]:
-    """Probabilities, and fits, by the effects that a report lists of a set: those of the established `sets`, the larger
-    set first; the major ones of a set that has none of them."""
+    """Probabilities, and fits, by the effects that a report lists of a set: those of the
+    established `sets`, the larger set first; the major ones of a set that has none of them."""
     probabilities: dict[tuple[str, ...], float] = {}
     fits: dict[tuple[str, ...], SubsetFit] = {}
     for major, p in posterior.set_probabilities().items():
@@ -154,7 +157,8 @@ def _known_causes(
     probabilities: Mapping[tuple[str, ...], float],
     sets: Mapping[tuple[str, ...], SubsetFit],
 ) -> list[Cause]:
-    """No effect, and sets of effects, those that the data cannot separate in one entry; by falling probability."""
+    """No effect, and sets of effects, those that the data cannot separate in one entry; by falling
+    probability."""
     entries = [Cause((NONE,), posterior.none_probability)]
     remaining = sorted(probabilities, key=lambda names: -probabilities[names])
     while remaining:
@@ -172,10 +176,11 @@ def _known_causes(
 def _weighed(
     entries: Sequence[Cause], fraction: float | None, p_unknown: float = 0.0
 ) -> list[Cause]:
-    """The first entry with the probability that such entries are right by experience, and the others with what it
-    leaves, in proportion, but no more than `_MOST_GROWN` times their own; but "none" keeps its own where it is not the
-    first: other sets that may act do not make it likelier. What the first entry leaves and no other takes is nobody's:
-    with `p_unknown`, no more than may be unknown."""
+    """The first entry with the probability that such entries are right by experience, and the
+    others with what it leaves, in proportion, but no more than `_MOST_GROWN` times their own; but
+    "none" keeps its own where it is not the first: other sets that may act do not make it likelier.
+    What the first entry leaves and no other takes is nobody's: with `p_unknown`, no more than may
+    be unknown."""
     first, *others = entries
     effects = () if first.effects == (NONE,) else tuple(first.effects[0].split("+"))
     p = first_entry_probability(effects, fraction)
@@ -201,10 +206,12 @@ def _weighed(
 def _listed(
     causes: Sequence[Cause], p_unknown: float, background: float = 0.0
 ) -> tuple[Cause, ...]:
-    """Entries by falling probability, of sum one; `p_unknown` given that the gap is more than sets within tolerance.
+    """Entries by falling probability, of sum one; `p_unknown` given that the gap is more than sets
+    within tolerance.
 
-    What the first entry loses and no other has is unknown, too; but it does not make "unknown" the likeliest. What no
-    effect explains is a simulator's background with the probability `background`: then nothing acts.
+    What the first entry loses and no other has is unknown, too; but it does not make "unknown" the
+    likeliest. What no effect explains is a simulator's background with the probability
+    `background`: then nothing acts.
     """
     entries = [
         entry
@@ -278,8 +285,8 @@ def _fits(
     established: EstablishedSets,
     sets: Mapping[tuple[str, ...], SubsetFit],
 ) -> dict[str, SubsetFit]:
-    """By name, "a+b" for several: the choices of the established sets, every set of the report, and single effects. One
-    that was fitted by itself goes before a larger set that holds it."""
+    """By name, "a+b" for several: the choices of the established sets, every set of the report, and
+    single effects. One that was fitted by itself goes before a larger set that holds it."""
     own = best_by_effects(posterior)
     fits = {"+".join(fit.effects): fit for fit, _ in established.choices}
     fits |= {"+".join(names): own.get(frozenset(names), fit) for names, fit in sets.items()}

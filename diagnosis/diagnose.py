@@ -1,4 +1,5 @@
-"""The diagnosis: where the gap between bench and twin lies, which effect causes it, how far it shrinks.
+"""The diagnosis: where the gap between bench and twin lies, which effect causes it, how far it
+shrinks.
 
 Where the gap lies: every part of the answer that the campaign's channels allow.
 """
@@ -90,8 +91,8 @@ __all__ = ["Options", "diagnose"]
 
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
-#: Called with the gap, the stages and the choices of fitted effects whose predictions are averaged, with their weights:
-#: what the page draws.
+#: Called with the gap, the stages and the choices of fitted effects whose predictions are averaged,
+#: with their weights: what the page draws.
 Draw = Callable[[GapTable, Sequence[Stage], Sequence[tuple[Sequence[Effect], float]]], Pictures]
 _STEPS = 6
 #: Held out, effects that take less of the gap than this do not predict what they have not seen.
@@ -105,8 +106,9 @@ def diagnose(
     progress: Progress | None = None,
     draw: Draw | None = None,
 ) -> Verdict:
-    """All of it, in the order of the report; without pictures where nobody draws them. Raises `ValueError` where the
-    campaign has nothing to compare, and `ImplausibleRecordError` where a channel or a unit is mislabelled."""
+    """All of it, in the order of the report; without pictures where nobody draws them. Raises
+    `ValueError` where the campaign has nothing to compare, and `ImplausibleRecordError` where a
+    channel or a unit is mislabelled."""
     # The matrices are many and small: threads would wait for each other, and take twice the time.
     with threadpool_limits(limits=1):
         return _verdict(record, options or Options(), progress or (lambda *_: None), draw)
@@ -172,15 +174,15 @@ def _verdict(
 def _drawn_choices(
     posterior: HypothesisPosterior, conclusion: Conclusion
 ) -> list[tuple[Sequence[Effect], float]]:
-    """The effects that the established sets stand for, as they were fitted, with weights of sum one; the likeliest
-    effects where no set is established."""
+    """The effects that the established sets stand for, as they were fitted, with weights of sum
+    one; the likeliest effects where no set is established."""
     choices = conclusion.established.drawn or ((posterior.best, 1.0),)
     return [(fitted_effects(fit), weight) for fit, weight in choices]
 
 
 def _effect_kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect]]:
-    """The effects that are looked for. Raises `LookupError` for one that there is not, and `ValueError` where the
-    campaign can show none of them."""
+    """The effects that are looked for. Raises `LookupError` for one that there is not, and
+    `ValueError` where the campaign can show none of them."""
     table = catalogue()
     for name in (*(options.catalogue or ()), *options.without):
         if name not in table:
@@ -201,13 +203,21 @@ def _effect_kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect
 def _assumptions(
     gap: GapTable, options: Options, conclusion: Conclusion, entries: Sequence[Shrinkage]
 ) -> Iterator[str]:
-    """Priors, an assumed floor, parameters outside of their likely range, and effects that predict little."""
-    yield "priors: every effect acts with the same probability, such that none acts with probability 0.2"
+    """Priors, an assumed floor, parameters outside of their likely range, and effects that predict
+    little."""
+    yield (
+        "priors: every effect acts with the same probability, such that none "
+        "acts with probability 0.2"
+    )
     if options.unknown_map.source:
-        yield f"the probabilities of unknown and of the first entry were learned on {options.unknown_map.source}"
+        yield (
+            f"the probabilities of unknown and of the first entry were learned on "
+            f"{options.unknown_map.source}"
+        )
     if gap.noise.assumed:
         yield (
-            "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "
+            "floor assumed: nothing was repeated, the scatter of one run is "
+            "the sensors' data sheets', and the "
             "probabilities are not calibrated"
         )
     measured = {(fact.effect, fact.parameter) for fact in gap.record.known_facts}
@@ -217,7 +227,8 @@ def _assumptions(
             if exceeded is not None and (row.effect, item.parameter) not in measured:
                 where = "beyond" if exceeded.is_beyond else "at the end of"
                 yield (
-                    f"{row.effect}: {item.name} = {f'{item.value:.3g} {item.unit}'.rstrip()} lies {where} its range "
+                    f"{row.effect}: {item.name} = "
+                    f"{f'{item.value:.3g} {item.unit}'.rstrip()} lies {where} its range "
                     f"({exceeded.limit:g}); this is a miss of the law and not a value of the part"
                 )
     first = conclusion.causes[0].effects[0]
@@ -228,7 +239,9 @@ def _assumptions(
             and entry.fraction < _PREDICTS
         ):
             yield (
-                f"{first} is the likeliest cause of the catalogue, but what is chosen on other configurations takes "
-                f"only {entry.fraction:.0%} of the gap where it was not fitted: a cause outside of the catalogue is "
+                f"{first} is the likeliest cause of the catalogue, but what "
+                f"is chosen on other configurations takes "
+                f"only {entry.fraction:.0%} of the gap where it was not "
+                f"fitted: a cause outside of the catalogue is "
                 "possible"
             )

@@ -1,8 +1,8 @@
-"""The sets of effects that a report calls causes: what they take away held out, in what order, and what would tell
-their members apart.
+"""The sets of effects that a report calls causes: what they take away held out, in what order, and
+what would tell their members apart.
 
-An effect that these runs cannot tell from another is named together with it. What a set predicts is the mean of what
-its effects predict, by their probabilities: no single one of them is established.
+An effect that these runs cannot tell from another is named together with it. What a set predicts is
+the mean of what its effects predict, by their probabilities: no single one of them is established.
 """
 
 from __future__ import annotations
@@ -37,12 +37,14 @@ from .verdict import (
 
 #: A set with less of the squared gap than this is no cause.
 _LEAST_SHARE = 0.02
-#: but for one that acts with this probability, and without which at least so much more of the gap is left held out: it
-#: hides what others do.
+#: but for one that acts with this probability, and without which at least so much more of the gap
+#: is left held out: it hides what others do.
 _CERTAIN, _LEAST_GAIN = 0.9, 0.05
-#: From this probability on others of the fit may make up for a set held out, as long as it does no harm there.
+#: From this probability on others of the fit may make up for a set held out, as long as it does no
+#: harm there.
 _SURE = 0.85
-#: Choices of one effect from each set whose predictions are averaged, at most, and the least weight of one.
+#: Choices of one effect from each set whose predictions are averaged, at most, and the least weight
+#: of one.
 _MOST_CHOICES, _LEAST_WEIGHT = 4, 0.05
 #: What the effects of no set take away is a step of its own from this fraction on.
 _LEAST_STEP = 0.005
@@ -52,10 +54,11 @@ _TOLD_APART = 3.0
 
 @dataclass(frozen=True, eq=False)
 class EstablishedSets:
-    """`sets` by falling share. `gains` by effect of the catalogue: by how much the fraction that goes is larger with it
-    on configurations that it was not fitted to, in the place of the others of its set. `choices`: one effect of each
-    set, as they were fitted together, with their weights, the likeliest first. `possible_choices`: those that
-    `averaged` has, of all sets or of the largest of them, with parameters that the parts can have."""
+    """`sets` by falling share. `gains` by effect of the catalogue: by how much the fraction that
+    goes is larger with it on configurations that it was not fitted to, in the place of the others
+    of its set. `choices`: one effect of each set, as they were fitted together, with their weights,
+    the likeliest first. `possible_choices`: those that `averaged` has, of all sets or of the
+    largest of them, with parameters that the parts can have."""
 
     sets: tuple[EffectSet, ...]
     gains: Mapping[str, float]
@@ -66,7 +69,8 @@ class EstablishedSets:
 
     @property
     def drawn(self) -> tuple[tuple[SubsetFit, float], ...]:
-        """What a picture shows of the sets: what can be adopted of them, or all choices where nothing can."""
+        """What a picture shows of the sets: what can be adopted of them, or all choices where
+        nothing can."""
         return self.possible_choices or self.choices
 
     @property
@@ -85,9 +89,10 @@ def established_sets(
     judged: FoldCorrections | None,
     stages: Sequence[Stage],
 ) -> EstablishedSets:
-    """The sets that probably act, make a part of the gap, and predict what they have not seen, or are sure and do no
-    harm there. `held` is what was held out by configuration; None where there are too few configurations, and then
-    nothing is asked of predictions. `judged`: the same, over the families of observables by which sets are judged."""
+    """The sets that probably act, make a part of the gap, and predict what they have not seen, or
+    are sure and do no harm there. `held` is what was held out by configuration; None where there
+    are too few configurations, and then nothing is asked of predictions. `judged`: the same, over
+    the families of observables by which sets are judged."""
     weighted = [(frozenset(fit.effects), weight) for fit, weight in posterior.weighted]
     groups = credible_sets(weighted)
     gains, of_groups = _held_out_gains(posterior, judged, groups)
@@ -103,7 +108,8 @@ def established_sets(
             own = EffectSet(group, probability, share, interval, measured_gain)
             sets.append(replace(own, settled_by=_settled_by(posterior, group, stages)))
     sets.sort(key=lambda own: -own.share)
-    # Without a set that is established, what the likeliest effects would take still says how near they come.
+    # Without a set that is established, what the likeliest effects would take still says how near
+    # they come.
     steps = [own.effects for own in sets] or [(name,) for name in posterior.major(posterior.best)]
     choices = [_choices(posterior, steps[: i + 1]) for i in range(len(steps))]
     tables: dict[tuple[str, ...], Floats] = {}
@@ -112,7 +118,8 @@ def established_sets(
         tables = dict(zip(fits, _unseen(posterior, held, list(fits.values())), strict=True))
     path = _path(held, steps, choices, tables) if held is not None and steps else ()
     chosen = tuple(choices[-1]) if sets else ()
-    # Where the parts cannot have what all sets together need, the larger sets by themselves may be adopted.
+    # Where the parts cannot have what all sets together need, the larger sets by themselves may be
+    # adopted.
     possible = next(filter(None, map(_possible_choices, reversed(choices))), ()) if sets else ()
     averaged = _averaged(possible, held, tables) if possible else None
     return EstablishedSets(tuple(sets), gains, path, chosen, averaged, possible)
@@ -121,10 +128,11 @@ def established_sets(
 def _held_out_gains(
     posterior: HypothesisPosterior, held: FoldCorrections | None, groups: Sequence[tuple[str, ...]]
 ) -> tuple[dict[str, float], dict[tuple[str, ...], tuple[float, float]]]:
-    """By effect the fraction that it adds held out, and by set the same with its standard error; 0 without a gap.
+    """By effect the fraction that it adds held out, and by set the same with its standard error; 0
+    without a gap.
 
-    An effect of a set takes the place of the others there: beside them it would add nothing. Others are left out of the
-    likeliest set, or added to it.
+    An effect of a set takes the place of the others there: beside them it would add nothing. Others
+    are left out of the likeliest set, or added to it.
     """
     if held is None:
         return {}, {}
@@ -172,7 +180,8 @@ def _held_out_gains(
 
 
 def _gain(held: FoldCorrections, without: Floats, with_effect: Floats) -> tuple[float, float]:
-    """Difference of the roots over the room, and its jackknife standard error over configurations."""
+    """Difference of the roots over the room, and its jackknife standard error over
+    configurations."""
     before, floor = held.squares(), held.gaps.floor[held.split.held_out]
 
     def value(rows: NDArray[np.bool_]) -> float:
@@ -197,8 +206,8 @@ def _path(
     choices: Sequence[Sequence[tuple[SubsetFit, float]]],
     tables: Mapping[tuple[str, ...], Floats],
 ) -> tuple[PathStep, ...]:
-    """Sets added one by one, largest share first, held out, up to what all effects of the fit take: the last figure is
-    that of the shrinkage."""
+    """Sets added one by one, largest share first, held out, up to what all effects of the fit take:
+    the last figure is that of the shrinkage."""
     path = [
         _step(set_name(own), held, _mean(some, tables))
         for own, some in zip(steps, choices, strict=True)
@@ -267,8 +276,8 @@ def _differ(a: float, b: float) -> bool:
 def _choices(
     posterior: HypothesisPosterior, sets: Sequence[tuple[str, ...]]
 ) -> list[tuple[SubsetFit, float]]:
-    """What the likely sets of effects have of some sets, an effect of each at least, fitted by itself; with weights of
-    sum one, the largest first."""
+    """What the likely sets of effects have of some sets, an effect of each at least, fitted by
+    itself; with weights of sum one, the largest first."""
     effects = {name for own in sets for name in own}
     mass: dict[frozenset[str], float] = {}
     for fit, weight in posterior.weighted:
@@ -302,7 +311,8 @@ def _fit_missing(posterior: HypothesisPosterior, sets: Sequence[frozenset[str]])
 def _unseen(
     posterior: HypothesisPosterior, held: FoldCorrections, fits: Sequence[SubsetFit]
 ) -> list[Floats]:
-    """By set (C, D): what it predicts of each configuration, fitted to the folds that do not have it."""
+    """By set (C, D): what it predicts of each configuration, fitted to the folds that do not have
+    it."""
     tables = [set_predictions(posterior.library, fold.training, fits) for fold in held.folds]
     return [held.unseen(held.gaps.over_scale(np.array(own))) for own in zip(*tables, strict=True)]
 
@@ -310,7 +320,8 @@ def _unseen(
 def _settled_by(
     posterior: HypothesisPosterior, group: Sequence[str], stages: Sequence[Stage]
 ) -> SettledBy | None:
-    """Of the channels that were not recorded, the one that tells every two effects of a set apart by most."""
+    """Of the channels that were not recorded, the one that tells every two effects of a set apart
+    by most."""
     if len(group) < 2 or not any(stage.possible_channels for stage in stages):
         return None
     other_effects = frozenset(posterior.best.effects) - set(group)
@@ -332,8 +343,9 @@ def _possible(
 
 
 def least_distance(observables: PossibleObservables) -> float:
-    """The least d' between any two of the k sets: the root of the squared difference of their predictions, whitened by
-    the noise of one run in each configuration. What one of them does not answer says nothing."""
+    """The least d' between any two of the k sets: the root of the squared difference of their
+    predictions, whitened by the noise of one run in each configuration. What one of them does not
+    answer says nothing."""
     from scipy.linalg import cholesky, solve_triangular
 
     lower = cholesky(observables.noise, lower=True)

@@ -12,7 +12,8 @@ from ..array_types import Floats, Rows
 from ..doe.factor_rules import short_between
 from ..schema.known_factors import column_of
 
-#: The part of the configurations that makes a corner, and the part beyond which it is cut down by another factor.
+#: The part of the configurations that makes a corner, and the part beyond which it is cut down by
+#: another factor.
 _CORNER, _LARGE = 0.25, 0.4
 #: Configurations on either side.
 _LEAST = 3
@@ -29,11 +30,13 @@ class FactorCorner:
 def corner_of_factors(
     factors: Sequence[Mapping[str, str | float]], size: Floats
 ) -> FactorCorner | None:
-    """About a quarter of the configurations, at one end of the numeric factor that the gap goes with most.
+    """About a quarter of the configurations, at one end of the numeric factor that the gap goes
+    with most.
 
-    `factors` of n configurations; `size` (n,) is how large the gap of each is. The end is the one with the larger gap.
-    Where that end is far more than a quarter (a factor of two levels) it is taken together with the end of the next
-    factor. None where no number varies, or too few configurations would be left.
+    `factors` of n configurations; `size` (n,) is how large the gap of each is. The end is the one
+    with the larger gap. Where that end is far more than a quarter (a factor of two levels) it is
+    taken together with the end of the next factor. None where no number varies, or too few
+    configurations would be left.
     """
     ends = []
     for name in dict.fromkeys(name for row in factors for name in row):
@@ -52,7 +55,8 @@ def corner_of_factors(
 
 
 def _end(name: str, values: Floats, size: Floats) -> tuple[str, NDArray[np.bool_], float]:
-    """One end of a factor as a rule, the configurations in it, and how closely the gap goes with the factor."""
+    """One end of a factor as a rule, the configurations in it, and how closely the gap goes with
+    the factor."""
     from scipy.stats import spearmanr
 
     levels = np.unique(values)

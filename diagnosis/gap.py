@@ -1,8 +1,10 @@
-"""The gap as a table: what was measured less what the nominal simulators say, for each configuration and observable.
+"""The gap as a table: what was measured less what the nominal simulators say, for each
+configuration and observable.
 
 Means over the runs of a configuration, and what their scatter leaves of them.
 
-What repetitions say of the scatter of one run, drawn towards the sensors' data sheets where they are few.
+What repetitions say of the scatter of one run, drawn towards the sensors' data sheets where they
+are few.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ from .verdict import GapSize
 def means(
     residuals: Floats, configuration: Rows, configurations: int
 ) -> tuple[Floats, NDArray[np.intp]]:
-    """Mean over the runs of each configuration (C, D), NaN where there is none, and their number."""
+    """Mean over the runs of each configuration (C, D), NaN where there is none, and their
+    number."""
     finite = np.isfinite(residuals)
     total = np.zeros((configurations, residuals.shape[1]))
     count = np.zeros(total.shape, dtype=np.intp)
@@ -36,7 +39,8 @@ def means(
 
 @dataclass(frozen=True, eq=False)
 class Means:
-    """C configurations by d observables. `mean` and `variance` of that mean (C, d), NaN where no run has a value."""
+    """C configurations by d observables. `mean` and `variance` of that mean (C, d), NaN where no
+    run has a value."""
 
     mean: Floats
     variance: Floats
@@ -45,7 +49,8 @@ class Means:
     def of(
         cls, values: Floats, configuration: Rows, configurations: int, floor: Floats | float = 0.0
     ) -> Self:
-        """From runs (R, d), NaN allowed. The scatter is pooled over configurations; without repetitions: `floor`."""
+        """From runs (R, d), NaN allowed. The scatter is pooled over configurations; without
+        repetitions: `floor`."""
         mean, count = means(values, configuration, configurations)
         deviation = np.where(np.isfinite(values), values - mean[configuration], 0.0)
         freedom = np.maximum(count - 1, 0).sum(axis=0)
@@ -65,24 +70,25 @@ def floors(observables: Sequence[Observable]) -> Floats:
     return np.array([item.floor for item in observables], dtype=np.float64)
 
 
-#: The data sheet weighs as much as so many degrees of freedom. Few: a bench scatters more than its sensors, and a
-#: scatter that is taken too small accuses.
+#: The data sheet weighs as much as so many degrees of freedom. Few: a bench scatters more than its
+#: sensors, and a scatter that is taken too small accuses.
 SHEET_WEIGHT = 3.0
-#: A configuration scatters more than the others where chance would show as much in one campaign of so many, of any of
-#: its configurations; at most so large a share of them does.
+#: A configuration scatters more than the others where chance would show as much in one campaign of
+#: so many, of any of its configurations; at most so large a share of them does.
 _OUTLYING, _MOST_OUTLYING = 1e-3, 0.25
-#: Correlations are drawn towards what lines of a channel share on average, and that towards none, as if so many runs
-#: for each observable, and for each channel, had shown just that.
+#: Correlations are drawn towards what lines of a channel share on average, and that towards none,
+#: as if so many runs for each observable, and for each channel, had shown just that.
 PLAIN_WEIGHT = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Scatter of one run: covariance (D, D), and the degrees of freedom (D,) that measured it; 0: floor assumed.
+    """Scatter of one run: covariance (D, D), and the degrees of freedom (D,) that measured it; 0:
+    floor assumed.
 
-    `relative` (C, D) or (1, 1): standard deviation in a configuration over that of the covariance. It is larger than
-    one where the variance is an outlier by Cochran's test (ISO 5725-2:2019, 8.3.3): a shot that hardly leaves the
-    barrel scatters many times as much as others.
+    `relative` (C, D) or (1, 1): standard deviation in a configuration over that of the covariance.
+    It is larger than one where the variance is an outlier by Cochran's test (ISO 5725-2:2019,
+    8.3.3): a shot that hardly leaves the barrel scatters many times as much as others.
     """
 
     covariance: Floats
@@ -98,12 +104,14 @@ class Noise:
     def of(
         cls, deviations: Floats, configuration: NDArray[np.intp], observables: Sequence[Observable]
     ) -> Self:
-        """From deviations (R, D) of runs from the mean of their configuration, NaN where there is none.
+        """From deviations (R, D) of runs from the mean of their configuration, NaN where there is
+        none.
 
-        Variances: (nu s^2 + nu0 f^2) / (nu + nu0) with f of the data sheets. Correlations pooled over observables that
-        a run has both of, times nu / (nu + D), and the rest of the weight to their mean over the lines of a channel
-        (Ledoit and Wolf, J. Portfolio Manag. 30 (2004) 110, with a weight that is fixed since the optimal one is itself
-        uncertain with few runs). Drawn towards none, a shot that is louder as a whole would count once for each line.
+        Variances: (nu s^2 + nu0 f^2) / (nu + nu0) with f of the data sheets. Correlations pooled
+        over observables that a run has both of, times nu / (nu + D), and the rest of the weight to
+        their mean over the lines of a channel (Ledoit and Wolf, J. Portfolio Manag. 30 (2004) 110,
+        with a weight that is fixed since the optimal one is itself uncertain with few runs). Drawn
+        towards none, a shot that is louder as a whole would count once for each line.
         """
         measured = np.isfinite(deviations)
         values = np.where(measured, deviations, 0.0)
@@ -125,8 +133,8 @@ class Noise:
 
 
 def _relative_scatter(squares: Floats, freedom: Floats, sheet: Floats) -> Floats:
-    """(C, D), 1 where the variance is no outlier: sums of squared deviations (C, D), their degrees of freedom (C, D),
-    and the variances of the data sheets (D,)."""
+    """(C, D), 1 where the variance is no outlier: sums of squared deviations (C, D), their degrees
+    of freedom (C, D), and the variances of the data sheets (D,)."""
     from scipy.stats import f as f_distribution
 
     relative = np.ones(squares.shape)
@@ -153,7 +161,8 @@ def _relative_scatter(squares: Floats, freedom: Floats, sheet: Floats) -> Floats
 
 
 def _shared(correlation: Floats, observables: Sequence[Observable], freedom: float) -> Floats:
-    """(D, D): mean correlation of the lines of each channel, with each other and with all else; one on the diagonal."""
+    """(D, D): mean correlation of the lines of each channel, with each other and with all else; one
+    on the diagonal."""
     # What is no line stands alone.
     keys = [
         (o.stage, o.channel, o.unit, i if o.frequency_hz is None else -1)
@@ -182,10 +191,11 @@ _NEPER = float(np.log(10)) / 20
 class GapTable:
     """C configurations of a record by D observables of all its stages.
 
-    `residuals` (R, D) of every run, NaN where it has none; `mean` (C, D) over the runs of a configuration, `count`
-    (C, D) of them; `noise` of one run. `nuisances` (q, C, D): what one standard deviation of each nominal parameter
-    that is declared uncertain does. `loudness` (C,) by stage: the logarithm of how hard the nominal simulator says the
-    configurations are, NaN without an answer.
+    `residuals` (R, D) of every run, NaN where it has none; `mean` (C, D) over the runs of a
+    configuration, `count` (C, D) of them; `noise` of one run. `nuisances` (q, C, D): what one
+    standard deviation of each nominal parameter that is declared uncertain does. `loudness` (C,) by
+    stage: the logarithm of how hard the nominal simulator says the configurations are, NaN without
+    an answer.
     """
 
     record: CampaignRecord
@@ -204,7 +214,8 @@ class GapTable:
         stages: Sequence[Stage],
         widened: Mapping[str, float] | None = None,
     ) -> Self:
-        """`widened`: a factor on the tolerances of a stage. Raises `ValueError` where nothing can be compared."""
+        """`widened`: a factor on the tolerances of a stage. Raises `ValueError` where nothing can
+        be compared."""
         factor = widened or {}
         items = [item for stage in stages for item in stage.observables]
         observables = tuple(
@@ -214,7 +225,8 @@ class GapTable:
         mean, count = means(residuals, record.configuration_of, len(record.configurations))
         if not count.any():
             raise ValueError(
-                f"campaign {record.name}: no run has both a measured and a simulated value to compare"
+                f"campaign {record.name}: no run has both "
+                f"a measured and a simulated value to compare"
             )
         noise = Noise.of(
             residuals - mean[record.configuration_of], record.configuration_of, observables
@@ -280,14 +292,16 @@ _NAMES = {
     "contact": "rms error of the pulse's peak, impulse and width (natural logarithm)",
     "plate": "rms error of the shock response spectrum (dB)",
 }
-#: What makes the number; stages with more observables than these have them for telling causes apart.
+#: What makes the number; stages with more observables than these have them for telling causes
+#: apart.
 _CONTACT = ("ln_peak", "ln_impulse", "ln_width_half")
 
 
 @dataclass(frozen=True, eq=False)
 class GapMetric:
-    """`columns` (m,) of the gap table, each over `unit` (m,): 1 where one unit serves all, tolerances otherwise, such
-    that each of several stages counts the same, however many observables it has."""
+    """`columns` (m,) of the gap table, each over `unit` (m,): 1 where one unit serves all,
+    tolerances otherwise, such that each of several stages counts the same, however many observables
+    it has."""
 
     name: str
     columns: NDArray[np.intp]
@@ -296,7 +310,8 @@ class GapMetric:
 
     @classmethod
     def of(cls, gap: GapTable) -> Self:
-        """One stage in its own unit, several in tolerances; a plate without spectra by its modes, in tolerances."""
+        """One stage in its own unit, several in tolerances; a plate without spectra by its modes,
+        in tolerances."""
         spectra = any(item.unit == "dB" for item in gap.observables)
         columns = metric_columns(gap.observables)
         tolerance = gap.tolerance[columns]
@@ -318,7 +333,8 @@ class GapMetric:
         return cls(name, columns, tolerance * np.sqrt(_stage_counts(gap, columns)), 1.0)
 
     def weights(self, gap: GapTable) -> Floats:
-        """(D,): of the squares of all observables in tolerances; 0 where one does not count, the others' mean is 1."""
+        """(D,): of the squares of all observables in tolerances; 0 where one does not count, the
+        others' mean is 1."""
         weight = np.zeros(len(gap.observables))
         weight[self.columns] = 1 / _stage_counts(gap, self.columns)
         return weight
@@ -340,7 +356,8 @@ class GapMetric:
         )
 
     def by_stage(self, gap: GapTable) -> dict[str, float]:
-        """By stage: rms of what is above the noise floor, in tolerances; 0 where a stage has no cell."""
+        """By stage: rms of what is above the noise floor, in tolerances; 0 where a stage has no
+        cell."""
         sizes = {}
         excess = (gap.mean**2 - gap.floor_variance) / gap.tolerance**2
         for name in gap.stages:

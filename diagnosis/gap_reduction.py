@@ -1,4 +1,5 @@
-"""Gap reduction on held-out configurations: everything is chosen inside the fold, and the noise floor cannot go.
+"""Gap reduction on held-out configurations: everything is chosen inside the fold, and the noise
+floor cannot go.
 
 The gap of every configuration before and after a correction, in the metric of the report.
 """
@@ -39,8 +40,8 @@ class ConfigurationFolds:
 
 
 def by_configuration(rows: Rows) -> ConfigurationFolds:
-    """These configurations in turn, spread at random over the folds, always the same way: two methods that hold out the
-    same configurations can be compared."""
+    """These configurations in turn, spread at random over the folds, always the same way: two
+    methods that hold out the same configurations can be compared."""
     parts = np.array_split(np.random.default_rng(0).permutation(rows), min(_FOLDS, len(rows)))
     return ConfigurationFolds("configuration", tuple(np.sort(part) for part in parts))
 
@@ -48,7 +49,8 @@ def by_configuration(rows: Rows) -> ConfigurationFolds:
 def corner(
     configurations: Sequence[RunConfiguration], rows: Rows, size: Floats
 ) -> ConfigurationFolds | None:
-    """The corner of the factor space that extrapolates most (`corner_of_factors`); None where there is none."""
+    """The corner of the factor space that extrapolates most (`corner_of_factors`); None where there
+    is none."""
     extrapolated = corner_of_factors([configurations[row].factors for row in rows], size[rows])
     return (
         None
@@ -59,10 +61,11 @@ def corner(
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """Mean residuals (C, D) of all stages over `scale` (D,), and the variance (C, D) that repetitions leave of them.
+    """Mean residuals (C, D) of all stages over `scale` (D,), and the variance (C, D) that
+    repetitions leave of them.
 
-    `chance` (C,): standard deviation that the scatter alone gives to a configuration's mean square. `freedom`: the
-    degrees of freedom that measured the scatter.
+    `chance` (C,): standard deviation that the scatter alone gives to a configuration's mean square.
+    `freedom`: the degrees of freedom that measured the scatter.
     """
 
     observables: tuple[Observable, ...]
@@ -100,13 +103,15 @@ class Gaps:
         return np.flatnonzero(np.isfinite(self.mean).any(axis=1))
 
     def over_scale(self, tables: Floats) -> Floats:
-        """(k, C, D): changes (k, C, D') of all observables in their units; zero where there is no answer."""
+        """(k, C, D): changes (k, C, D') of all observables in their units; zero where there is no
+        answer."""
         used = np.isfinite(self.scale)
         return np.asarray(np.nan_to_num(tables[:, :, used] / self.scale[used]))
 
     def squares(self, correction: Floats | float = 0.0) -> Floats:
-        """(C,): squared gap of each configuration over all of its observables, its scatter included; the mean over the
-        configurations is that over all cells, so that one with few cells counts for no more than they do."""
+        """(C,): squared gap of each configuration over all of its observables, its scatter
+        included; the mean over the configurations is that over all cells, so that one with few
+        cells counts for no more than they do."""
         return _over_observables((self.mean - correction) ** 2)
 
     @property
@@ -116,7 +121,8 @@ class Gaps:
 
     @property
     def floor_error(self) -> float:
-        """Relative standard deviation of `floor`, from the number of repetitions that measured it."""
+        """Relative standard deviation of `floor`, from the number of repetitions that measured
+        it."""
         ratio = self.chance[self.rows] / np.maximum(self.floor[self.rows], 1e-300)
         return float(np.median(ratio) / np.sqrt(self.freedom)) if self.freedom > 0 else 0.0
 
@@ -132,7 +138,8 @@ def _mean_count(values: Floats) -> float:
 
 
 def _chance(deviation: Floats, means: Means) -> Floats:
-    """sqrt(2 tr(S^2)) / d of the mean's covariance S: observables that scatter together average out less."""
+    """sqrt(2 tr(S^2)) / d of the mean's covariance S: observables that scatter together average out
+    less."""
     values = np.nan_to_num(deviation)
     values = values / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
     correlation = values.T @ values
@@ -150,16 +157,18 @@ def measure_reduction(
     pulses: bool = True,
     stage_tolerances: Mapping[str, Floats] | None = None,
 ) -> list[tuple[Shrinkage, FoldCorrections]]:
-    """Held out by configuration in five folds, and once a corner of the factor space, where there is one; with what
-    each fold fitted.
+    """Held out by configuration in five folds, and once a corner of the factor space, where there
+    is one; with what each fold fitted.
 
-    `fit` chooses and fits effects on training configurations (rows of the record). `before` and `after` are rms over
-    held-out configurations and observables of mean residuals over `scales` (d,) by stage (tolerances where none is
-    given; infinite: left out), repetition scatter included. `fraction` is what disappears of what is above the
-    scatter's part. It is None where the gap before is not two standard errors of the scatter above it: no gap to
-    shrink. Negative: the effects made it worse. `effects` are those that most folds chose. `pulses`: whether force
-    pulses are rated after ISO 18571, which costs their simulation. `stage_tolerances` (d,) by stage, in the units of
-    its observables, of the figures in tolerances; those of the observables where none is given.
+    `fit` chooses and fits effects on training configurations (rows of the record). `before` and
+    `after` are rms over held-out configurations and observables of mean residuals over `scales`
+    (d,) by stage (tolerances where none is given; infinite: left out), repetition scatter included.
+    `fraction` is what disappears of what is above the scatter's part. It is None where the gap
+    before is not two standard errors of the scatter above it: no gap to shrink. Negative: the
+    effects made it worse. `effects` are those that most folds chose. `pulses`: whether force pulses
+    are rated after ISO 18571, which costs their simulation. `stage_tolerances` (d,) by stage, in
+    the units of its observables, of the figures in tolerances; those of the observables where none
+    is given.
     """
     gaps = Gaps.of(stages, scales)
     if len(gaps.rows) < 2:
@@ -172,7 +181,8 @@ def measure_reduction(
 
 
 def _by_stage(stages: Sequence[Stage], sizes: Mapping[str, Floats]) -> Floats:
-    """(D,): sizes (d,) by stage, in the units of its observables; tolerances where none is given."""
+    """(D,): sizes (d,) by stage, in the units of its observables; tolerances where none is
+    given."""
     return np.concatenate(
         [sizes.get(stage.name, tolerances(stage.observables)) for stage in stages]
     )
@@ -180,8 +190,8 @@ def _by_stage(stages: Sequence[Stage], sizes: Mapping[str, Floats]) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class FoldCorrections:
-    """What each fold of a split fitted; `corrections` (k, C, D): what its effects add to the simulation, over the scale
-    of `gaps`."""
+    """What each fold of a split fitted; `corrections` (k, C, D): what its effects add to the
+    simulation, over the scale of `gaps`."""
 
     gaps: Gaps
     split: ConfigurationFolds
@@ -204,7 +214,8 @@ class FoldCorrections:
         return Counter(self.effects_of_folds).most_common(1)[0][0]
 
     def unseen(self, tables: Floats) -> Floats:
-        """(C, D): of tables (k, C, D), each configuration's by the fold that has not seen it; else 0."""
+        """(C, D): of tables (k, C, D), each configuration's by the fold that has not seen it; else
+        0."""
         whole = np.zeros_like(tables[0])
         for held, table in zip(self.split.folds, tables, strict=True):
             whole[held] = table[held]
@@ -230,7 +241,8 @@ class FoldCorrections:
 
     @property
     def is_gap(self) -> bool:
-        """Whether the gap is two standard errors of the scatter above the scatter's part: else none to shrink."""
+        """Whether the gap is two standard errors of the scatter above the scatter's part: else none
+        to shrink."""
         chance = self.gaps.chance[self.split.held_out]
         return bool(
             (self.squares() - self.floor).mean() > 2 * np.sqrt((chance**2).sum()) / len(chance)
@@ -279,9 +291,11 @@ def _entry(
 
 
 def _training_spread(held: FoldCorrections, folds: FoldCorrections) -> float:
-    """Standard deviation of the fraction by the choice of training configurations: a jackknife over the folds.
+    """Standard deviation of the fraction by the choice of training configurations: a jackknife over
+    the folds.
 
-    Over folds that chose the same effects; a fold that chose another one has its say in the fraction itself.
+    Over folds that chose the same effects; a fold that chose another one has its say in the
+    fraction itself.
     """
     pairs = zip(folds.effects_of_folds, folds.corrections, strict=True)
     fractions = [held.fraction(table) for effects, table in pairs if effects == held.effects]
@@ -291,8 +305,9 @@ def _training_spread(held: FoldCorrections, folds: FoldCorrections) -> float:
 
 
 def _figures(gaps: Gaps, table: Floats, tolerance: Floats) -> dict[str, float]:
-    """Of mean residuals (n, D) over the scale: the rms of each stage alone in tolerances (D',) of all observables; of
-    lines of spectra in dB the median and the 95th percentile of the deviation, and the shares within 3 and 6 dB."""
+    """Of mean residuals (n, D) over the scale: the rms of each stage alone in tolerances (D',) of
+    all observables; of lines of spectra in dB the median and the 95th percentile of the deviation,
+    and the shares within 3 and 6 dB."""
     used = np.isfinite(gaps.scale)
     residuals = table * gaps.scale[used]
     in_tolerances = residuals / tolerance[used]

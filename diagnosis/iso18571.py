@@ -1,7 +1,8 @@
-"""The rating of a simulated record beside a measured one after ISO/TS 18571: from 0 to 1 for a perfect simulation.
+"""The rating of a simulated record beside a measured one after ISO/TS 18571: from 0 to 1 for a
+perfect simulation.
 
-Written from the specification's formulas. `objective-rating-metrics` (TU Graz) is a peer for the tests and no
-dependency: it brings seaborn, shapely and others along.
+Written from the specification's formulas. `objective-rating-metrics` (TU Graz) is a peer for the
+tests and no dependency: it brings seaborn, shapely and others along.
 
 Ratings of the force pulses after ISO/TS 18571, before and after a correction.
 """
@@ -21,8 +22,9 @@ from ..twin.effects import Effect
 from .observables.base import Stage, at_rows
 from .observables.contact.stage import ContactObservables, pulse_residuals
 
-#: Inner and outer corridor as parts of the largest measured value; the largest shift and the warping's window as parts
-#: of the record; the errors of magnitude and slope at which their scores are 0.
+#: Inner and outer corridor as parts of the largest measured value; the largest shift and the
+#: warping's window as parts of the record; the errors of magnitude and slope at which their scores
+#: are 0.
 _INNER, _OUTER, _SHIFT, _WINDOW, _MAGNITUDE, _SLOPE = 0.05, 0.50, 0.20, 0.10, 0.50, 2.0
 #: Of corridor, phase, magnitude and slope.
 _WEIGHTS = np.array([0.4, 0.2, 0.2, 0.2])
@@ -35,10 +37,12 @@ _QUIET = 0.01
 
 
 def rating(measured: Floats, simulated: Floats) -> float:
-    """Of two records (n,) at the same even steps. Raises `ValueError` for different lengths or a constant record."""
+    """Of two records (n,) at the same even steps. Raises `ValueError` for different lengths or a
+    constant record."""
     if measured.shape != simulated.shape or len(measured) <= 2 * _SMOOTH:
         raise ValueError(
-            f"records of {len(measured)} and {len(simulated)} samples: give two of one length, above 18"
+            f"records of {len(measured)} and {len(simulated)} samples: give "
+            f"two of one length, above 18"
         )
     if not (np.ptp(measured) > 0 and np.ptp(simulated) > 0):
         raise ValueError(
@@ -51,7 +55,8 @@ def rating(measured: Floats, simulated: Floats) -> float:
 
 
 def pulse_rating(measured: Floats, simulated: Floats) -> float:
-    """Of two pulses (n,) at the same even steps, of the stretch that is not quiet; NaN where there is none."""
+    """Of two pulses (n,) at the same even steps, of the stretch that is not quiet; NaN where there
+    is none."""
     if not (np.isfinite(measured).all() and np.isfinite(simulated).all()):
         return float("nan")
     size = np.maximum(np.abs(measured), np.abs(simulated))
@@ -69,7 +74,8 @@ def _corridor(measured: Floats, simulated: Floats) -> float:
 
 
 def _overlap(measured: Floats, simulated: Floats, shift: int) -> tuple[Floats, Floats]:
-    """The parts that lie over each other when the simulation, `shift` samples late, is moved forward."""
+    """The parts that lie over each other when the simulation, `shift` samples late, is moved
+    forward."""
     count = len(measured)
     return measured[max(0, -shift) : count - max(0, shift)], simulated[
         max(0, shift) : count - max(0, -shift)
@@ -77,9 +83,11 @@ def _overlap(measured: Floats, simulated: Floats, shift: int) -> tuple[Floats, F
 
 
 def _best_shift(measured: Floats, simulated: Floats) -> int:
-    """In samples, above 0 where the simulation comes late: where both correlate best; the smallest of equals.
+    """In samples, above 0 where the simulation comes late: where both correlate best; the smallest
+    of equals.
 
-    An overlap where either is constant does not count: a force that rests for part of its record has no phase there.
+    An overlap where either is constant does not count: a force that rests for part of its record
+    has no phase there.
     """
     least = [_CONSTANT * values.size * values.var() for values in (measured, simulated)]
 
@@ -113,7 +121,8 @@ def _score(error: float, size: float, most: float) -> float:
 
 
 def _smooth_slope(values: Floats) -> Floats:
-    """Central differences averaged over nine samples; over the first or last 1, 3, 5, 7 at the ends."""
+    """Central differences averaged over nine samples; over the first or last 1, 3, 5, 7 at the
+    ends."""
     slope, half = np.gradient(values), _SMOOTH // 2
     smooth = np.convolve(slope, np.ones(_SMOOTH) / _SMOOTH, mode="same")
     for i in range(half):
@@ -125,8 +134,8 @@ def _smooth_slope(values: Floats) -> Floats:
 def warping_path(x: Floats, y: Floats, window: int) -> NDArray[np.int64]:
     """(k, 2): pairs of samples of x and y on the path of the least sum of squared differences.
 
-    Steps of one sample in x, in y or in both, all of one weight, and at most `window` samples apart (Sakoe and Chiba,
-    IEEE Trans. ASSP 26 (1978) 43).
+    Steps of one sample in x, in y or in both, all of one weight, and at most `window` samples apart
+    (Sakoe and Chiba, IEEE Trans. ASSP 26 (1978) 43).
     """
     n, m = len(x), len(y)
     cost = np.full((n + 1, m + 1), np.inf)
@@ -155,7 +164,8 @@ def pulse_ratings(
 ) -> tuple[float, float] | None:
     """Mean ratings over one run of each held-out configuration; None without measured pulses.
 
-    Records are aligned at half their peak, so that the rating is of size and shape and no trigger counts.
+    Records are aligned at half their peak, so that the rating is of size and shape and no trigger
+    counts.
     """
     pairs: list[tuple[float, float]] = []
     for stage in [stage for stage in stages if isinstance(stage, ContactObservables)]:
@@ -169,7 +179,8 @@ def pulse_ratings(
 
 
 def _ratings(stage: ContactObservables, held: Rows, effects: Sequence[Effect]) -> list[float]:
-    """Of each held-out configuration that has a pulse: of its first run with a force and a velocity."""
+    """Of each held-out configuration that has a pulse: of its first run with a force and a
+    velocity."""
     runs = stage.record.runs
     usable = [i for i, run in enumerate(runs) if run.force is not None and run.velocity_m_s]
     rows = sorted(

@@ -1,10 +1,10 @@
-"""What a report says of the facts that the laboratory measured (`[known]` of campaign.toml): which of them were used as
-priors, and which of them the record contradicts.
+"""What a report says of the facts that the laboratory measured (`[known]` of campaign.toml): which
+of them were used as priors, and which of them the record contradicts.
 
-A fact is never overruled: the probabilities rest on it. Hence each parameter is fitted once more without the fact,
-beside the effects that were found and in the place of each; and where the fact says that an effect acts, without that
-effect. Where the record is explained better so, and the parameter then lies many standard uncertainties from the stated
-value, the report says both numbers.
+A fact is never overruled: the probabilities rest on it. Hence each parameter is fitted once more
+without the fact, beside the effects that were found and in the place of each; and where the fact
+says that an effect acts, without that effect. Where the record is explained better so, and the
+parameter then lies many standard uncertainties from the stated value, the report says both numbers.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _NATS = 3.0
 
 @dataclass(frozen=True)
 class Contradiction:
-    """A fact, what the record gives for its parameter without it, and by how many nats that explains the record
-    better."""
+    """A fact, what the record gives for its parameter without it, and by how many nats that
+    explains the record better."""
 
     fact: KnownFact
     fitted: Fitted
@@ -48,7 +48,10 @@ def known_fact_sentences(posterior: HypothesisPosterior) -> Iterator[str]:
         if fact.effect in posterior.effects:
             yield f"known: {fact.name} = {fact.words}, taken as the prior of this parameter"
         else:
-            yield f"known: {fact.name} = {fact.words}, not used: {fact.effect} was not looked for in this campaign"
+            yield (
+                f"known: {fact.name} = {fact.words}, not used: {fact.effect} was "
+                f"not looked for in this campaign"
+            )
     for contradiction in contradictions(posterior):
         yield _sentence(contradiction)
 
@@ -77,13 +80,15 @@ def contradictions(posterior: HypothesisPosterior) -> Iterator[Contradiction]:
 
 
 def _score(posterior: HypothesisPosterior, effect: str, fit: SubsetFit) -> float:
-    """Log evidence and log prior of a set, but for whether this effect acts: that is what the fact has settled."""
+    """Log evidence and log prior of a set, but for whether this effect acts: that is what the fact
+    has settled."""
     own_prior = posterior.library.prior[effect][effect in fit.effects]
     return posterior.library.log_joint(fit) - own_prior
 
 
 def _settles_effect(posterior: HypothesisPosterior, fact: KnownFact) -> bool:
-    """Whether the effect acts by the fact, and no parameter is left by which it may come to nothing."""
+    """Whether the effect acts by the fact, and no parameter is left by which it may come to
+    nothing."""
     measured = {
         other.parameter for other in posterior.gap.record.known_facts if other.effect == fact.effect
     }
@@ -119,7 +124,9 @@ def _sentence(contradiction: Contradiction) -> str:
     value = f"{fitted.value:.4g} {fitted.unit}".rstrip()
     interval = f" ({low:.4g} to {high:.4g})" if low < high else f", that is without {fact.effect}"
     return (
-        f"{fact.name}: campaign.toml states {fact.words}, and the record is explained better by {value}{interval}, "
-        f"{contradiction.uncertainties:.0f} standard uncertainties away; the causes of this report rest on the stated "
+        f"{fact.name}: campaign.toml states {fact.words}, and the record is "
+        f"explained better by {value}{interval}, "
+        f"{contradiction.uncertainties:.0f} standard uncertainties away; the "
+        f"causes of this report rest on the stated "
         "value, so check it, its unit and its source"
     )

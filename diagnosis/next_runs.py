@@ -1,4 +1,5 @@
-"""The experiment that would tell the likeliest causes apart: at the campaign's settings, or between and near them."""
+"""The experiment that would tell the likeliest causes apart: at the campaign's settings, or between
+and near them."""
 
 from __future__ import annotations
 
@@ -21,19 +22,21 @@ from .verdict import NONE, UNKNOWN, Cause, NextRun
 
 #: Two causes are told apart at this distance: one case in forty goes wrong.
 APART = 4.0
-#: Draws of each cause's parameters; more shots of one setting than this are nobody's next experiment.
+#: Draws of each cause's parameters; more shots of one setting than this are nobody's next
+#: experiment.
 _DRAWS, MOST_RUNS = 24, 30
 #: Shots of the configuration in which most of an unexplained gap remains.
 _REPEATS = 3
 _PAIRS, _LEAST = 3, 0.01
-#: How far beyond the campaign's own range numbers may go: by this factor, down and up; so many numbers within it, and
-#: so many settings of a contact at most.
+#: How far beyond the campaign's own range numbers may go: by this factor, down and up; so many
+#: numbers within it, and so many settings of a contact at most.
 _BEYOND, _NUMBERS, _MOST = 1.5, 5, 160
 
 
 @dataclass(frozen=True, eq=False)
 class _Forecast:
-    """What a cause says of n settings: mean (n, D) and covariance (n, D, D) over its likely parameters."""
+    """What a cause says of n settings: mean (n, D) and covariance (n, D, D) over its likely
+    parameters."""
 
     mean: Floats
     covariance: Floats
@@ -45,11 +48,13 @@ def next_runs(
     causes: Sequence[Cause],
     rng: np.random.Generator,
 ) -> tuple[NextRun, ...]:
-    """For each pair of likely causes the setting that tells them apart with the fewest shots, likely pairs first; where
-    the gap is not explained first of all the setting where most of it remains.
+    """For each pair of likely causes the setting that tells them apart with the fewest shots,
+    likely pairs first; where the gap is not explained first of all the setting where most of it
+    remains.
 
-    Distance between what two causes say of n shots: (y_j - y_k)' (V_j + V_k + S / n)^-1 (y_j - y_k), V their spread
-    over likely parameters, S the scatter of a shot (Buzzi-Ferraris and Forzatti, Chem. Eng. Sci. 38 (1983) 225).
+    Distance between what two causes say of n shots: (y_j - y_k)' (V_j + V_k + S / n)^-1 (y_j -
+    y_k), V their spread over likely parameters, S the scatter of a shot (Buzzi-Ferraris and
+    Forzatti, Chem. Eng. Sci. 38 (1983) 225).
     """
     unexplained = _where_unexplained(posterior) if causes[0].effects == (UNKNOWN,) else ()
     pairs = _pairs(causes)
@@ -65,7 +70,8 @@ def next_runs(
 
 
 def _where_unexplained(posterior: HypothesisPosterior) -> tuple[NextRun, ...]:
-    """The configuration in which the best set of effects leaves most, shot again in another order of runs."""
+    """The configuration in which the best set of effects leaves most, shot again in another order
+    of runs."""
     gap = posterior.gap
     table = np.zeros(len(gap.mean))
     for block, change in zip(posterior.problem.blocks, posterior.best.change, strict=True):
@@ -74,14 +80,16 @@ def _where_unexplained(posterior: HypothesisPosterior) -> tuple[NextRun, ...]:
     pattern = posterior.likeliest_pattern
     acts = f"where {pattern.pattern}" if " = " in pattern.pattern else pattern.pattern
     why = (
-        "repeats the configuration in which most of the gap remains, in another order of runs: what remains looks most "
+        "repeats the configuration in which most of the gap remains, in "
+        "another order of runs: what remains looks most "
         f"like something in the {pattern.stage} that acts {acts}"
     )
     return (NextRun(why, _columns(factors), _REPEATS),)
 
 
 def _pairs(causes: Sequence[Cause]) -> list[tuple[str, str]]:
-    """Of the first group's members, and of the first with the next groups, the more probable the earlier."""
+    """Of the first group's members, and of the first with the next groups, the more probable the
+    earlier."""
     rows = [
         (name, cause.probability * share)
         for cause in causes
@@ -109,7 +117,8 @@ def _forecast(
 
 
 def _parameter_draws(fit: SubsetFit, rng: np.random.Generator) -> list[tuple[Effect, ...]]:
-    """Parameters as likely as the data leave them; those that differ between levels by what levels have in common."""
+    """Parameters as likely as the data leave them; those that differ between levels by what levels
+    have in common."""
     covariance = np.linalg.inv(fit.precision)
     root = np.linalg.cholesky((covariance + covariance.T) / 2 + 1e-9 * np.eye(len(covariance)))
     draws = fit.u + rng.standard_normal((_DRAWS, len(fit.u))) @ root.T
@@ -163,8 +172,9 @@ def _columns(factors: Mapping[str, Factor]) -> dict[str, Factor]:
 def candidate_stages(stages: Sequence[Stage]) -> Sequence[Stage]:
     """The stages on a record of settings that one more shot could have, none of which was shot.
 
-    For a campaign of one stage, gun or contact: its own settings, and those between and a little beyond them. For
-    others, and where nothing was shot, the stages as they are: their own settings are all.
+    For a campaign of one stage, gun or contact: its own settings, and those between and a little
+    beyond them. For others, and where nothing was shot, the stages as they are: their own settings
+    are all.
     """
     stage = stages[0]
     if len(stages) == 1 and isinstance(stage, GunObservables):
@@ -177,7 +187,8 @@ def candidate_stages(stages: Sequence[Stage]) -> Sequence[Stage]:
 
 
 def _gun_settings(record: CampaignRecord) -> CampaignRecord:
-    """Every combination of pressure and mass; the travel is that of the projectile whose mass is nearest."""
+    """Every combination of pressure and mass; the travel is that of the projectile whose mass is
+    nearest."""
     shots = [
         run
         for run in record.runs
@@ -196,7 +207,8 @@ def _gun_settings(record: CampaignRecord) -> CampaignRecord:
 
 
 def _contact_settings(record: CampaignRecord) -> CampaignRecord:
-    """Every combination of tip, target and layer that the campaign has levels of, at low and high velocity."""
+    """Every combination of tip, target and layer that the campaign has levels of, at low and high
+    velocity."""
     hits = [run for run in record.runs if run.velocity_m_s and run.force is not None]
     speeds = (
         np.quantile([float(run.velocity_m_s or 0) for run in hits], [0.05, 0.95]).tolist()

@@ -1,6 +1,8 @@
-"""Families of observables: how large the error of each is, and how likely it is that a simulator's background makes it.
+"""Families of observables: how large the error of each is, and how likely it is that a simulator's
+background makes it.
 
-`none` is said of all of them: a damping ratio may be off by three tolerances where the spectrum hardly feels it.
+`none` is said of all of them: a damping ratio may be off by three tolerances where the spectrum
+hardly feels it.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ from .gap import GapTable
 from .observables.base import Observable
 from .verdict import FamilyGap
 
-#: Families by stage, each with the beginnings of the names of its observables without their channel; "" is any.
+#: Families by stage, each with the beginnings of the names of its observables without their
+#: channel; "" is any.
 _OF_STAGE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     "gun": (("velocity", ("ln_velocity",)),),
     "contact": (
@@ -29,8 +32,8 @@ _OF_STAGE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("rest and delay", ("rest", "delay")),
     ),
 }
-#: Families whose tolerances are finer than the laws of effects are: what is read from the free ringing of a plate and
-#: beside its shock, and of the pressures of a gun.
+#: Families whose tolerances are finer than the laws of effects are: what is read from the free
+#: ringing of a plate and beside its shock, and of the pressures of a gun.
 FINER_THAN_LAWS = frozenset(
     {
         "frequencies",
@@ -43,8 +46,9 @@ FINER_THAN_LAWS = frozenset(
 )
 #: Families that a channel makes, whatever its observables are called.
 _OF_CHANNEL: Mapping[str, str] = {"tank_pressure": "pressure trace", "set_pressure": "set pressure"}
-#: Standard deviation of a background beyond the tolerance, in tolerances. Rough ones of development campaigns have an
-#: rms of up to 1.9, causes outside of the catalogue one of two and more; from 0.5 to 0.8 it makes no difference there.
+#: Standard deviation of a background beyond the tolerance, in tolerances. Rough ones of development
+#: campaigns have an rms of up to 1.9, causes outside of the catalogue one of two and more; from 0.5
+#: to 0.8 it makes no difference there.
 BEYOND = 0.7
 
 
@@ -62,7 +66,8 @@ def family_of(observable: Observable) -> str:
 
 
 def family_columns(gap: GapTable) -> dict[str, NDArray[np.intp]]:
-    """By family, in the order of the observables: its columns of the gap table; those without any value left out."""
+    """By family, in the order of the observables: its columns of the gap table; those without any
+    value left out."""
     names = np.array([family_of(item) for item in gap.observables])
     measured = np.isfinite(gap.mean).any(axis=0)
     columns = {
@@ -72,7 +77,8 @@ def family_columns(gap: GapTable) -> dict[str, NDArray[np.intp]]:
 
 
 def family_gaps(gap: GapTable) -> tuple[FamilyGap, ...]:
-    """Every family with its rms over configurations and observables, in the unit of its observables."""
+    """Every family with its rms over configurations and observables, in the unit of its
+    observables."""
     return tuple(
         FamilyGap.of(
             name,
@@ -85,9 +91,9 @@ def family_gaps(gap: GapTable) -> tuple[FamilyGap, ...]:
 
 
 def background_probability(gap: GapTable) -> float:
-    """The probability that the error of every family is a simulator's background: one within tolerance, and a larger
-    one with a normal prior of what is beyond it. What nominal parameters that are declared uncertain may do is taken
-    off, as the noise is."""
+    """The probability that the error of every family is a simulator's background: one within
+    tolerance, and a larger one with a normal prior of what is beyond it. What nominal parameters
+    that are declared uncertain may do is taken off, as the noise is."""
     expected = gap.floor_variance + (gap.nuisances**2).sum(axis=0)
     squares = [
         float(np.nanmean(gap.mean[:, columns] ** 2 - expected[:, columns]))

@@ -1,19 +1,21 @@
 """What a user may ask of a diagnosis.
 
-Two probabilities of a report that evidence alone says too surely, learned on campaigns whose cause was known
-(`benchmarks/diagnosis_maps.py`).
+Two probabilities of a report that evidence alone says too surely, learned on campaigns whose cause
+was known (`benchmarks/diagnosis_maps.py`).
 
-That something outside of the catalogue makes most of the gap: a law that is a little wrong is beaten by a free form.
-Hence a logit of the compressed log odds of the evidence, of the fraction of the gap that the effects take away where
-they were not fitted, of how much is left there of the family of observables of which most is left, in tolerances
-(but for modes and pressures), of how wrong the laws of the effects have to be, and of how much likelier the data are if
-something else acts beside the likeliest effects.
-The probability is at most twice the fraction that is not taken away. Where it is likely that no effect acts there is
-nothing to predict, and the fraction says nothing.
+That something outside of the catalogue makes most of the gap: a law that is a little wrong is
+beaten by a free form. Hence a logit of the compressed log odds of the evidence, of the fraction of
+the gap that the effects take away where they were not fitted, of how much is left there of the
+family of observables of which most is left, in tolerances (but for modes and pressures), of how
+wrong the laws of the effects have to be, and of how much likelier the data are if something else
+acts beside the likeliest effects. The probability is at most twice the fraction that is not taken
+away. Where it is likely that no effect acts there is nothing to predict, and the fraction says
+nothing.
 
-That the first entry is right, where the catalogue has what acts: a set of it has no effect that does not act, and
-leaves out none that makes a tenth of the gap. Sets that are not quite right are many, several effects are seldom all
-found, and effects that predict well are more often the right ones.
+That the first entry is right, where the catalogue has what acts: a set of it has no effect that
+does not act, and leaves out none that makes a tenth of the gap. Sets that are not quite right are
+many, several effects are seldom all found, and effects that predict well are more often the right
+ones.
 """
 
 from __future__ import annotations
@@ -25,15 +27,17 @@ import numpy as np
 
 from ..twin.contact_interface import ContactStage
 
-#: Of the probability that the first entry is right (`first_entry_probability`): intercept of the logit,
-#: what "none" adds to it and several effects at once take off, and the weight of the fraction held out. How much
-#: likelier the evidence makes the entry than the others says nothing more on the campaigns of which this was learned.
+#: Of the probability that the first entry is right (`first_entry_probability`): intercept of the
+#: logit, what "none" adds to it and several effects at once take off, and the weight of the
+#: fraction held out. How much likelier the evidence makes the entry than the others says nothing
+#: more on the campaigns of which this was learned.
 ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION = 1.16, 0.72, -0.85, 3.33
 #: Fraction held out about which the weight turns, and which stands for one that is not known.
 _USUAL_FRACTION = 0.85
 #: Less than this is left by any simulator, and more than that says no more, in tolerances.
 _LEAST_LEFT, _MOST_LEFT = 0.3, 3.0
-#: The probability of `unknown` is at most so many times the fraction of the gap that effects leave held out.
+#: The probability of `unknown` is at most so many times the fraction of the gap that effects leave
+#: held out.
 _OF_REMAINDER = 2.0
 
 
@@ -41,11 +45,12 @@ _OF_REMAINDER = 2.0
 class UnknownFigures:
     """What the probability of a cause outside of the catalogue follows from.
 
-    `log_odds` of such a cause by the evidence alone. `fraction` of the reducible gap that the effects take away held
-    out, and `remaining_gap`, the rms that they leave there beyond the noise floor, in tolerances; None where nothing
-    was held out. `none`: the probability of sets within tolerance. `discrepancy`: the posterior mean of how far the
-    laws of the effects are off, a share of what they do. `beside`: log evidence with something unexplained beside the
-    likeliest set, less that without.
+    `log_odds` of such a cause by the evidence alone. `fraction` of the reducible gap that the
+    effects take away held out, and `remaining_gap`, the rms that they leave there beyond the noise
+    floor, in tolerances; None where nothing was held out. `none`: the probability of sets within
+    tolerance. `discrepancy`: the posterior mean of how far the laws of the effects are off, a share
+    of what they do. `beside`: log evidence with something unexplained beside the likeliest set,
+    less that without.
     """
 
     log_odds: float
@@ -75,9 +80,10 @@ def _finite(value: float | None, otherwise: float) -> float:
 
 @dataclass(frozen=True)
 class UnknownMap:
-    """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1 - p_none) (1/2 - held-out fraction) + `left`
-    ln(remaining gap) + `discrepancy` (mean discrepancy) + `beside` asinh(max(gain beside, 0) / 2); p is at most twice
-    the fraction that is left held out. Without figures that are held out the evidence alone decides."""
+    """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1 - p_none) (1/2 - held-out
+    fraction) + `left` ln(remaining gap) + `discrepancy` (mean discrepancy) + `beside`
+    asinh(max(gain beside, 0) / 2); p is at most twice the fraction that is left held out. Without
+    figures that are held out the evidence alone decides."""
 
     intercept: float = -2.19
     odds: float = 0.20
@@ -85,7 +91,10 @@ class UnknownMap:
     left: float = 0.58
     discrepancy: float = 2.63
     beside: float = 0.26
-    source: str = "development and calibration campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
+    source: str = (
+        "development and calibration campaigns of the virtual bench "
+        "(docs/blind-check/development/maps.jsonl)"
+    )
 
     def __call__(self, figures: UnknownFigures) -> float:
         weights = [
@@ -101,7 +110,8 @@ class UnknownMap:
 
 
 def unknown_bound(fraction: float | None, none: float = 0.0) -> float:
-    """The largest probability of `unknown`, by the fraction of the gap that goes held out; 1 where none is known."""
+    """The largest probability of `unknown`, by the fraction of the gap that goes held out; 1 where
+    none is known."""
     if fraction is None or not np.isfinite(fraction):
         return 1.0
     remainder = none / 2 + (1 - none) * (
@@ -111,8 +121,8 @@ def unknown_bound(fraction: float | None, none: float = 0.0) -> float:
 
 
 def first_entry_probability(effects: Sequence[str], fraction: float | None) -> float:
-    """The probability that an entry is right, given that the catalogue has what acts: by the `effects` of its likeliest
-    set (none: no effect acts) and the fraction held out."""
+    """The probability that an entry is right, given that the catalogue has what acts: by the
+    `effects` of its likeliest set (none: no effect acts) and the fraction held out."""
     numbers = [ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION]
     return float(1 / (1 + np.exp(-np.dot(numbers, entry_features(effects, fraction)))))
 
@@ -130,7 +140,8 @@ def entry_features(
     )
 
 
-#: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
+#: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances
+#: stand for.
 TOLERANCES = {"gun": 0.01, "contact": 0.03, "plate": 0.5}
 
 #: Stages whose nominal parameters may be declared uncertain.
@@ -141,13 +152,14 @@ _UNCERTAIN = ("gun", "contact")
 class Options:
     """`tolerances` by stage (gun and contact: shares, plate: dB); a gap within them is none.
 
-    `uncertain`: standard deviations of nominal parameters, "gun.friction_coefficient" in SI, "contact.impactor_mass_kg"
-    and what else an impact is made of as shares. `contact`: a registered model in the place of Hertz' impact, which may
-    want to know `plate_mass_kg`. `catalogue`: ids of the effects that are looked for (`diagnose --with`);
-    None: all there are. `without`: ids that are left out (`diagnose --without`).
-    `unknown_map`: from log odds to the probability of something outside of the catalogue. `shrink`, `where`, `plan`
-    and `rate_pulses` (ISO 18571) leave out parts of the report that take time. Raises `ValueError` for a stage there is
-    none of and for a tolerance that is not positive.
+    `uncertain`: standard deviations of nominal parameters, "gun.friction_coefficient" in SI,
+    "contact.impactor_mass_kg" and what else an impact is made of as shares. `contact`: a registered
+    model in the place of Hertz' impact, which may want to know `plate_mass_kg`. `catalogue`: ids of
+    the effects that are looked for (`diagnose --with`); None: all there are. `without`: ids that
+    are left out (`diagnose --without`). `unknown_map`: from log odds to the probability of
+    something outside of the catalogue. `shrink`, `where`, `plan` and `rate_pulses` (ISO 18571)
+    leave out parts of the report that take time. Raises `ValueError` for a stage there is none of
+    and for a tolerance that is not positive.
     """
 
     seed: int = 0
@@ -167,7 +179,8 @@ class Options:
         for stage, value in self.tolerances.items():
             if stage not in TOLERANCES:
                 raise ValueError(
-                    f"tolerance of {stage!r}: no such stage; expected one of {', '.join(TOLERANCES)}"
+                    f"tolerance of {stage!r}: no such stage; "
+                    f"expected one of {', '.join(TOLERANCES)}"
                 )
             if not value > 0:
                 raise ValueError(f"tolerance of {stage} = {value!r}: expected a positive number")

@@ -1,5 +1,5 @@
-"""Fitted parameters that are no values of a part: beyond what the part can be, or at the end of where they were looked
-for. The law then stands for something else, and nobody should adopt it."""
+"""Fitted parameters that are no values of a part: beyond what the part can be, or at the end of
+where they were looked for. The law then stands for something else, and nobody should adopt it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ _AT_END = 0.01
 
 @dataclass(frozen=True)
 class ExceededLimit:
-    """A parameter of an effect, its fitted value, and the limit at which or beyond which that lies, in SI."""
+    """A parameter of an effect, its fitted value, and the limit at which or beyond which that lies,
+    in SI."""
 
     effect: str
     parameter: Parameter
@@ -30,8 +31,9 @@ class ExceededLimit:
 
 
 def exceeded_limit(effect: str, name: str, value: float) -> ExceededLimit | None:
-    """Of one parameter by its name in the catalogue; None where its value lies inside of its range, and at what
-    switches the effect off. What the part can be goes before where the parameter is looked for."""
+    """Of one parameter by its name in the catalogue; None where its value lies inside of its range,
+    and at what switches the effect off. What the part can be goes before where the parameter is
+    looked for."""
     kind = catalogue().get(effect)
     item = next((item for item in kind.parameters() if item.name == name), None) if kind else None
     if item is None or value == item.off:

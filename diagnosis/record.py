@@ -19,7 +19,8 @@ Factor = str | float
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Evenly spaced samples (n,), SI. Sample i is at `start_s + i / sampling_rate_hz`; 0 s is when contact begins."""
+    """Evenly spaced samples (n,), SI. Sample i is at `start_s + i / sampling_rate_hz`; 0 s is when
+    contact begins."""
 
     values: Floats
     sampling_rate_hz: float
@@ -44,10 +45,11 @@ class Series:
 
 @dataclass(frozen=True)
 class RunConfiguration:
-    """A setting that runs share. `factors` by the names of the store, without units in them, numbers in SI.
+    """A setting that runs share. `factors` by the names of the store, without units in them,
+    numbers in SI.
 
-    ("tip_material", "tip_radius", "anvil_material", "insulator", "impact_position", "tank_pressure", "bullet_mass",
-    "hammer_speed" and the lab's own.)
+    ("tip_material", "tip_radius", "anvil_material", "insulator", "impact_position",
+    "tank_pressure", "bullet_mass", "hammer_speed" and the lab's own.)
     """
 
     label: str
@@ -56,15 +58,17 @@ class RunConfiguration:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One impact or shot. What was not measured is None. `order` is its place in the order of runs, from 0.
+    """One impact or shot. What was not measured is None. `order` is its place in the order of runs,
+    from 0.
 
-    `configuration` is a row of `CampaignRecord.configurations`. Pressures are gauge, as read. `velocity_m_s` is the
-    recorded one: muzzle velocity of a shot, impact velocity of a hammer. `travel_m` is the projectile's travel to the
-    vent holes where the campaign states it for each run; else that of the gun holds. `force` is what the force
-    channel shows of the contact, with some samples before it; `accelerations` by channel, on the same clock,
-    as long as they ring. `tank_pressure` is the record of a shot's tank, in means over half a millisecond, and its 0 s
-    is the middle of the projectile's passage through the laser. `set_pressure_pa` is what the regulator was set to,
-    where it is another instrument than the transducer: they differ.
+    `configuration` is a row of `CampaignRecord.configurations`. Pressures are gauge, as read.
+    `velocity_m_s` is the recorded one: muzzle velocity of a shot, impact velocity of a hammer.
+    `travel_m` is the projectile's travel to the vent holes where the campaign states it for each
+    run; else that of the gun holds. `force` is what the force channel shows of the contact, with
+    some samples before it; `accelerations` by channel, on the same clock, as long as they ring.
+    `tank_pressure` is the record of a shot's tank, in means over half a millisecond, and its 0 s is
+    the middle of the projectile's passage through the laser. `set_pressure_pa` is what the
+    regulator was set to, where it is another instrument than the transducer: they differ.
     """
 
     configuration: int
@@ -87,11 +91,12 @@ class CampaignRecord:
     """A campaign as it was measured, and the bench as the lab believes it to be.
 
     `plate` is the measured modal table (or a solved model) with the channels' names as its sensors.
-    `plate_points_known` is false for a model whose impact points and sensors were assumed: then its frequencies count,
-    and its shapes do not. `plate_model_material` is what such a model was solved for. `plate_material` and
-    `plate_outline_m` (corners in m) are those of `[bench.plate]`; a configuration with a factor `plate_material` goes
-    by that. `materials` by the words of the factors. `known_facts` are what the laboratory measured of its bench, by
-    parameters of effects. `assumptions` are sentences for the report: what was taken for granted on reading.
+    `plate_points_known` is false for a model whose impact points and sensors were assumed: then its
+    frequencies count, and its shapes do not. `plate_model_material` is what such a model was solved
+    for. `plate_material` and `plate_outline_m` (corners in m) are those of `[bench.plate]`; a
+    configuration with a factor `plate_material` goes by that. `materials` by the words of the
+    factors. `known_facts` are what the laboratory measured of its bench, by parameters of effects.
+    `assumptions` are sentences for the report: what was taken for granted on reading.
     """
 
     name: str
@@ -111,7 +116,8 @@ class CampaignRecord:
     assumptions: tuple[str, ...] = ()
 
     def plate_material_of(self, configuration: RunConfiguration) -> str | None:
-        """The material of the plate that a configuration strikes; None where the campaign does not state it."""
+        """The material of the plate that a configuration strikes; None where the campaign does not
+        state it."""
         factor = configuration.factors.get("plate_material")
         return self.plate_material if factor is None else str(factor)
 

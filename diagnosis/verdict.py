@@ -1,6 +1,7 @@
 """What a diagnosis says: the records of a report, and their JSON.
 
-What a report draws of a diagnosis beside its numbers: residuals and curves without and with the effects that it names.
+What a report draws of a diagnosis beside its numbers: residuals and curves without and with the
+effects that it names.
 """
 
 from __future__ import annotations
@@ -20,10 +21,12 @@ from .options import UnknownFigures
 
 @dataclass(frozen=True, eq=False)
 class ResidualPicture:
-    """One observable over the configurations: measured less simulated, means over runs, NaN where there is none.
+    """One observable over the configurations: measured less simulated, means over runs, NaN where
+    there is none.
 
-    `before` (C,) is the nominal simulator's, `after` (C,) with the fitted effects, None without them. `floor` (C,) is
-    what repetitions leave of such a mean, one standard deviation. All in `unit`.
+    `before` (C,) is the nominal simulator's, `after` (C,) with the fitted effects, None without
+    them. `floor` (C,) is what repetitions leave of such a mean, one standard deviation. All in
+    `unit`.
     """
 
     name: str
@@ -37,7 +40,8 @@ class ResidualPicture:
 
 @dataclass(frozen=True, eq=False)
 class CurvePicture:
-    """A record as it was measured, and as it is simulated before and after: a pulse (x in s), a spectrum (x in Hz)."""
+    """A record as it was measured, and as it is simulated before and after: a pulse (x in s), a
+    spectrum (x in Hz)."""
 
     title: str
     x_name: str
@@ -53,9 +57,9 @@ class CurvePicture:
 
 @dataclass(frozen=True)
 class Pictures:
-    """What is drawn. `configurations` are the labels of the C configurations. `drawn_effects`: ids of the effects that
-    `after` is drawn with; of several such sets the mean of their predictions. () where nothing is drawn after, and of
-    an older version's pictures, which did not say it."""
+    """What is drawn. `configurations` are the labels of the C configurations. `drawn_effects`: ids
+    of the effects that `after` is drawn with; of several such sets the mean of their predictions.
+    () where nothing is drawn after, and of an older version's pictures, which did not say it."""
 
     configurations: tuple[str, ...] = ()
     residuals: tuple[ResidualPicture, ...] = ()
@@ -80,7 +84,8 @@ def stage_figure(stage: str) -> str:
 
 @dataclass(frozen=True)
 class FamilyGap:
-    """How large the gap of one family of observables is, in their unit: velocity, spectrum, damping.
+    """How large the gap of one family of observables is, in their unit: velocity, spectrum,
+    damping.
 
     `beyond_noise`: whether more than the tolerance is left of it above the noise floor.
     """
@@ -105,9 +110,11 @@ class FamilyGap:
 
 @dataclass(frozen=True)
 class GapSize:
-    """How large the gap is; all in the unit that `metric` names. `noise_floor` is what repetitions alone leave.
+    """How large the gap is; all in the unit that `metric` names. `noise_floor` is what repetitions
+    alone leave.
 
-    `families` has the gap of every family of observables, also of those that `metric` does not count.
+    `families` has the gap of every family of observables, also of those that `metric` does not
+    count.
     """
 
     metric: str
@@ -120,10 +127,11 @@ class GapSize:
 
 @dataclass(frozen=True)
 class StageShare:
-    """A stage's part of the gap that the chain shows when it runs freely, at every measured exit alike.
+    """A stage's part of the gap that the chain shows when it runs freely, at every measured exit
+    alike.
 
-    `own` is its gap given its measured input, in tolerances, by the observables that the size of the gap counts;
-    `own_ci90` its 90 % interval, None where one configuration says nothing of it.
+    `own` is its gap given its measured input, in tolerances, by the observables that the size of
+    the gap counts; `own_ci90` its 90 % interval, None where one configuration says nothing of it.
     """
 
     name: str
@@ -162,7 +170,8 @@ class FrequencyBand:
 
 @dataclass(frozen=True)
 class Where:
-    """Where the gap lies. `drift` are sentences about the order of runs; empty lists where channels do not tell."""
+    """Where the gap lies. `drift` are sentences about the order of runs; empty lists where channels
+    do not tell."""
 
     stage: tuple[StageShare, ...] = ()
     factors: tuple[Region, ...] = ()
@@ -172,8 +181,9 @@ class Where:
 
     @property
     def nearly_largest(self) -> tuple[StageShare, ...]:
-        """The stages whose own gap is as large as that of the first, as far as the intervals tell: that of the
-        difference, from the half of either that faces the other, holds zero. Empty where the first is the largest."""
+        """The stages whose own gap is as large as that of the first, as far as the intervals tell:
+        that of the difference, from the half of either that faces the other, holds zero. Empty
+        where the first is the largest."""
         if not self.stage or self.stage[0].own_ci90 is None:
             return ()
         first, below = self.stage[0], self.stage[0].own - self.stage[0].own_ci90[0]
@@ -189,8 +199,9 @@ class Where:
 class Fitted:
     """One parameter of an effect, with its interval.
 
-    `name` is the catalogue's, with the effect before it in a set ("gun.valve_flow.loss_coefficient") and the level that
-    it holds for behind it ("loss_coefficient (PLA)").
+    `name` is the catalogue's, with the effect before it in a set
+    ("gun.valve_flow.loss_coefficient") and the level that it holds for behind it ("loss_coefficient
+    (PLA)").
     """
 
     name: str
@@ -209,9 +220,10 @@ class Fitted:
 class Cause:
     """One entry of the answer.
 
-    `effects` has several ids where the data cannot tell them apart; "a+b" for two that act together; "none" or
-    "unknown" alone. `split` are the shares of a group's members, `parameters` those of its likeliest member; `fitted`
-    is that member as effects of the twin, empty for none and unknown.
+    `effects` has several ids where the data cannot tell them apart; "a+b" for two that act
+    together; "none" or "unknown" alone. `split` are the shares of a group's members, `parameters`
+    those of its likeliest member; `fitted` is that member as effects of the twin, empty for none
+    and unknown.
     """
 
     effects: tuple[str, ...]
@@ -223,12 +235,14 @@ class Cause:
 
 @dataclass(frozen=True)
 class Shrinkage:
-    """How far the gap shrinks on configurations that neither the choice of the cause nor its parameters have seen.
+    """How far the gap shrinks on configurations that neither the choice of the cause nor its
+    parameters have seen.
 
-    `held_out_by`: "configuration", or "corner: tank_pressure > 2e+05" for the extrapolation. In the unit of the gap;
-    `fraction` of the reducible gap, None where there was no gap to shrink. `more` are further figures by name, each a
-    pair before and after: `CORRECTED` in the unit of the gap, `stage_figure` in tolerances, the others as they are
-    named: dB, shares of lines within 3 and 6 dB, ISO 18571 scores.
+    `held_out_by`: "configuration", or "corner: tank_pressure > 2e+05" for the extrapolation. In the
+    unit of the gap; `fraction` of the reducible gap, None where there was no gap to shrink. `more`
+    are further figures by name, each a pair before and after: `CORRECTED` in the unit of the gap,
+    `stage_figure` in tolerances, the others as they are named: dB, shares of lines within 3 and 6
+    dB, ISO 18571 scores.
     """
 
     effects: tuple[str, ...]
@@ -242,14 +256,15 @@ class Shrinkage:
 
 @dataclass(frozen=True)
 class EffectShare:
-    """What one effect of the catalogue has to do with the gap, averaged over the sets of effects that may act.
+    """What one effect of the catalogue has to do with the gap, averaged over the sets of effects
+    that may act.
 
-    `inclusion` is the posterior probability that it acts. `share` of the squared gap is its Shapley value, with its
-    90 % interval. `held_out_gain` is by how much the fraction of the reducible gap that disappears on configurations
-    that the fit has not seen is larger with it than without it: beside the other effects of the likeliest set, which
-    without it are fitted again and may take a part of its place, and in the place of the others of its own set.
-    `credible_set` is the number of its set among `Verdict.sets`, from 1; None for an effect of no set. `named`: it is
-    in one.
+    `inclusion` is the posterior probability that it acts. `share` of the squared gap is its Shapley
+    value, with its 90 % interval. `held_out_gain` is by how much the fraction of the reducible gap
+    that disappears on configurations that the fit has not seen is larger with it than without it:
+    beside the other effects of the likeliest set, which without it are fitted again and may take a
+    part of its place, and in the place of the others of its own set. `credible_set` is the number
+    of its set among `Verdict.sets`, from 1; None for an effect of no set. `named`: it is in one.
     """
 
     effect: str
@@ -264,26 +279,29 @@ class EffectShare:
 
 @dataclass(frozen=True)
 class SettledBy:
-    """The channel, not recorded, that would tell the effects of a set apart, and by how much: `d_prime` is the least
-    distance between what two of them predict of it, in standard deviations of the noise."""
+    """The channel, not recorded, that would tell the effects of a set apart, and by how much:
+    `d_prime` is the least distance between what two of them predict of it, in standard deviations
+    of the noise."""
 
     channel: str
     d_prime: float
 
 
 def set_name(effects: Sequence[str]) -> str:
-    """A set of effects of which at least one acts, as the path has it: "gun.barrel_loss or gun.valve_flow"."""
+    """A set of effects of which at least one acts, as the path has it: "gun.barrel_loss or
+    gun.valve_flow"."""
     return _OR.join(effects)
 
 
 @dataclass(frozen=True)
 class EffectSet:
-    """Effects of which at least one acts and which these runs cannot tell apart, the likeliest first; one effect that
-    is established by itself is a set of one.
+    """Effects of which at least one acts and which these runs cannot tell apart, the likeliest
+    first; one effect that is established by itself is a set of one.
 
-    `inclusion` is the posterior probability that at least one acts, `share` that of all together of the squared gap,
-    with its 90 % interval, `held_out_gain` the fraction of the gap that the set takes away on configurations that it
-    was not fitted to. `settled_by` is None where no channel is known that would tell them apart.
+    `inclusion` is the posterior probability that at least one acts, `share` that of all together of
+    the squared gap, with its 90 % interval, `held_out_gain` the fraction of the gap that the set
+    takes away on configurations that it was not fitted to. `settled_by` is None where no channel is
+    known that would tell them apart.
     """
 
     effects: tuple[str, ...]
@@ -300,8 +318,9 @@ class EffectSet:
 
 @dataclass(frozen=True)
 class WeightedEffects:
-    """Effects that may stand for the established sets, one of each set, as they were fitted together: their `weight`
-    among such choices, and the gap that they leave held out, in the unit of `GapSize` (None: not measured)."""
+    """Effects that may stand for the established sets, one of each set, as they were fitted
+    together: their `weight` among such choices, and the gap that they leave held out, in the unit
+    of `GapSize` (None: not measured)."""
 
     weight: float
     effects: tuple[Effect, ...]
@@ -310,9 +329,10 @@ class WeightedEffects:
 
 @dataclass(frozen=True)
 class AveragedEffects:
-    """What can be adopted of the established sets, or of the largest of them: `choices` of one effect of each set, the
-    likeliest first, whose parameters are values that the parts can have, and the gap that the mean of their predictions
-    leaves held out, in the unit of `GapSize` (None: not measured)."""
+    """What can be adopted of the established sets, or of the largest of them: `choices` of one
+    effect of each set, the likeliest first, whose parameters are values that the parts can have,
+    and the gap that the mean of their predictions leaves held out, in the unit of `GapSize` (None:
+    not measured)."""
 
     choices: tuple[WeightedEffects, ...]
     after: float | None
@@ -330,9 +350,10 @@ class Unexplained:
 class PathStep:
     """One step of the path of the shrinkage, largest share first.
 
-    `added` is an effect, or the name of a set of several (`set_name`), or `OTHERS`. `after` is the gap that is
-    left, in the unit of `GapSize`, when it acts with all effects before it, measured on configurations that the fit has
-    not seen; `fraction` is the part of the reducible gap that is gone by then.
+    `added` is an effect, or the name of a set of several (`set_name`), or `OTHERS`. `after` is the
+    gap that is left, in the unit of `GapSize`, when it acts with all effects before it, measured on
+    configurations that the fit has not seen; `fraction` is the part of the reducible gap that is
+    gone by then.
     """
 
     added: str
@@ -358,15 +379,17 @@ class NextRun:
 class Verdict:
     """A finished diagnosis. `causes` by falling probability, summing to one.
 
-    `effects` has every effect of the catalogue that the campaign's channels can show, by falling share; their shares
-    and `unexplained` add up to one. `sets` are those that are established as causes, by falling share; `path` adds them
-    in that order, and ends at the fraction of `shrinkage`.
+    `effects` has every effect of the catalogue that the campaign's channels can show, by falling
+    share; their shares and `unexplained` add up to one. `sets` are those that are established as
+    causes, by falling share; `path` adds them in that order, and ends at the fraction of
+    `shrinkage`.
 
-    What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from which one can be
-    adopted that is not the likeliest of its group; `averaged`, what can be adopted of the established sets, None where
-    no choice of their effects has parameters that the parts can have; `unknown_figures`, what the probability of a
-    cause outside of the catalogue follows from, None where there is no gap to explain; `set_scores`, the major effects
-    of each likely set with its log evidence, the log prior of the set, and the probability that it is within tolerance;
+    What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from
+    which one can be adopted that is not the likeliest of its group; `averaged`, what can be adopted
+    of the established sets, None where no choice of their effects has parameters that the parts can
+    have; `unknown_figures`, what the probability of a cause outside of the catalogue follows from,
+    None where there is no gap to explain; `set_scores`, the major effects of each likely set with
+    its log evidence, the log prior of the set, and the probability that it is within tolerance;
     `pictures`, what the page draws.
     """
 
@@ -395,10 +418,11 @@ class Verdict:
 
     @property
     def cause_sets(self) -> tuple[EffectSet, ...]:
-        """The sets of effects that are called causes, by falling share: every text and figure takes them from here.
+        """The sets of effects that are called causes, by falling share: every text and figure takes
+        them from here.
 
-        Of a verdict without `sets`, as an older version kept it: the named effects, each with the others of its
-        credible set, whose shares have no interval together (NaN).
+        Of a verdict without `sets`, as an older version kept it: the named effects, each with the
+        others of its credible set, whose shares have no interval together (NaN).
         """
         if self.sets:
             return self.sets
@@ -455,7 +479,8 @@ def _set_of(group: Sequence[EffectShare]) -> EffectSet:
 
 
 def plain(value: Any) -> Any:
-    """Records and tuples as JSON has them; of arrays NaN, of which pictures are full, as null, infinities by name."""
+    """Records and tuples as JSON has them; of arrays NaN, of which pictures are full, as null,
+    infinities by name."""
     if isinstance(value, Effect):
         return value.as_json()
     if isinstance(value, np.ndarray):

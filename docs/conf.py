@@ -1,4 +1,5 @@
-"""The documentation's site: `make docs`. Why Sphinx: docs/decisions/0021-a-site-from-the-same-pages.md."""
+"""The documentation's site: `make docs`. Why Sphinx:
+docs/decisions/0021-a-site-from-the-same-pages.md."""
 
 from __future__ import annotations
 

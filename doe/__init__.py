@@ -1,1 +1,2 @@
-"""Planning campaigns: factors and their feasible combinations, designs, the order of runs, the bench's limits."""
+"""Planning campaigns: factors and their feasible combinations, designs, the order of runs, the
+bench's limits."""

@@ -1,4 +1,5 @@
-"""Rules over factors as a person reads them: "insulator = polymeric and tank_pressure_bar > 1.2"."""
+"""Rules over factors as a person reads them: "insulator = polymeric and tank_pressure_bar >
+1.2"."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ _AND, _SIGN = " and ", "(?:=|!=|>|<=)"
 class SettingRule:
     """`inside` (C,) are the settings that it holds for.
 
-    `same`: rules of one condition on other factors that hold for the same settings. `columns`: the factors of
-    all of these, as the campaign's files name them.
+    `same`: rules of one condition on other factors that hold for the same settings. `columns`: the
+    factors of all of these, as the campaign's files name them.
     """
 
     text: str
@@ -34,11 +35,11 @@ class SettingRule:
 
 
 def rules(settings: Sequence[Mapping[str, Level]], least: int = 2) -> tuple[SettingRule, ...]:
-    """All rules of one or two conditions that split the settings (levels by factor), with at least so many on both
-    sides.
+    """All rules of one or two conditions that split the settings (levels by factor), with at least
+    so many on both sides.
 
-    Rules that hold for the same settings are one: the first, and simplest, stands for them, and names those on other
-    factors.
+    Rules that hold for the same settings are one: the first, and simplest, stands for them, and
+    names those on other factors.
     """
     names = dict.fromkeys(name for setting in settings for name in setting)
     single = [rule for name in names for rule in _conditions(name, settings)]
@@ -63,12 +64,15 @@ def rules(settings: Sequence[Mapping[str, Level]], least: int = 2) -> tuple[Sett
 
 
 def holds(text: str, setting: Mapping[str, Level]) -> bool:
-    """Whether a setting (levels in SI by the factors' names in the store) lies in the region of a rule.
+    """Whether a setting (levels in SI by the factors' names in the store) lies in the region of a
+    rule.
 
-    Raises `ValueError` for a text that is no rule, `LookupError` for a factor that the setting does not have.
+    Raises `ValueError` for a text that is no rule, `LookupError` for a factor that the setting does
+    not have.
     """
     named = {column_of(name)[0]: (value, column_of(name)[1]) for name, value in setting.items()}
-    # A level may hold the word "and": only before a column and its sign does it join two conditions.
+    # A level may hold the word "and": only before a column and its sign does it join two
+    # conditions.
     columns = "|".join(map(re.escape, named))
     return all(
         _holds(condition, named)
@@ -92,7 +96,8 @@ def _holds(condition: str, named: Mapping[str, tuple[Level, float]]) -> bool:
 
 
 def _conditions(name: str, settings: Sequence[Mapping[str, Level]]) -> list[SettingRule]:
-    """Rules of one condition on a factor: thresholds where all its values are numbers, else levels."""
+    """Rules of one condition on a factor: thresholds where all its values are numbers, else
+    levels."""
     values = [setting.get(name) for setting in settings]
     column, unit = column_of(name)
     if all(isinstance(value, int | float) for value in values):

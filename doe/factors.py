@@ -1,8 +1,9 @@
-"""What a campaign varies: factors with their levels, and the rules by which some levels need others.
+"""What a campaign varies: factors with their levels, and the rules by which some levels need
+others.
 
-Glossary: a level is one setting of a factor; a combination holds one level for each of several factors; a treatment
-is a combination of all factors of a space. The levels of a continuous factor are all values from its lowest to its
-highest in steps of what the bench can set.
+Glossary: a level is one setting of a factor; a combination holds one level for each of several
+factors; a treatment is a combination of all factors of a space. The levels of a continuous factor
+are all values from its lowest to its highest in steps of what the bench can set.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from dataclasses import dataclass
 
 from ..files.delimited_text import parse_number
 
-#: Names stand in table headers and in names of axes: no signs that a table or an axis gives a meaning to.
+#: Names stand in table headers and in names of axes: no signs that a table or an axis gives a
+#: meaning to.
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,62}", re.ASCII)
 #: Columns of a plan's sheet or of runs.csv that say something else about a run.
 _RESERVED = (
@@ -37,7 +39,8 @@ _MOST_VALUES = 2001
 
 @dataclass(frozen=True)
 class DesignFactor:
-    """One thing that the bench can set. Raises `ValueError` naming the factor, the value and what was expected."""
+    """One thing that the bench can set. Raises `ValueError` naming the factor, the value and what
+    was expected."""
 
     name: str  #: as in the store where recordings know the column too: "tip_radius"
     column: str  #: in a plan's table and in runs.csv: "tip_radius_mm"
@@ -57,7 +60,8 @@ class DesignFactor:
         for key, value in (("name", self.name), ("column", self.column)):
             if not _NAME.fullmatch(value) or value in _RESERVED:
                 raise ValueError(
-                    f"factor {self.name!r}: {key} is {value!r}; expected lower-case letters, digits and _, at most 63, "
+                    f"factor {self.name!r}: {key} is {value!r}; expected "
+                    f"lower-case letters, digits and _, at most 63, "
                     "and no name that a table of runs needs for something else"
                 )
         if self.change < 0:
@@ -88,20 +92,26 @@ class DesignFactor:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """The lowest and the highest number, in `unit`. Raises `ValueError` for a factor of words."""
+        """The lowest and the highest number, in `unit`. Raises `ValueError` for a factor of
+        words."""
         if self.numbers is None:
             raise ValueError(f"factor {self.name!r} has words for levels; expected numbers")
         return self.numbers[0], self.numbers[-1]
 
     @property
     def level_text(self) -> str:
-        """The levels as a message or a page names them: "steel, PLA", "0.8 to 6 bar in steps of 0.05"."""
+        """The levels as a message or a page names them: "steel, PLA", "0.8 to 6 bar in steps of
+        0.05"."""
         if not self.continuous:
             return ", ".join(self.levels)
-        return f"{self.levels[0]} to {self.levels[-1]} {self.unit} in steps of {number_label(self.step)}"
+        return (
+            f"{self.levels[0]} to {self.levels[-1]} {self.unit} in steps of "
+            f"{number_label(self.step)}"
+        )
 
     def index(self, text: str) -> int:
-        """Index of the level that a cell names; a number may be written otherwise ("30.0", "30", "0,5").
+        """Index of the level that a cell names; a number may be written otherwise ("30.0", "30",
+        "0,5").
 
         Raises `ValueError` with the known levels.
         """
@@ -117,11 +127,12 @@ class DesignFactor:
 
 
 def continuous_levels(low: float, high: float, step: float | None) -> tuple[str, ...]:
-    """The values of a continuous factor as a table writes them: from `low` to `high`, both included.
+    """The values of a continuous factor as a table writes them: from `low` to `high`, both
+    included.
 
-    Without a `step` it is the largest of 1, 2 or 5 times a power of ten that divides the range into fifty parts or
-    more. Raises `ValueError` for limits that do not rise, a step that does not divide the range, and more than 2001
-    values.
+    Without a `step` it is the largest of 1, 2 or 5 times a power of ten that divides the range into
+    fifty parts or more. Raises `ValueError` for limits that do not rise, a step that does not
+    divide the range, and more than 2001 values.
     """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ValueError(
@@ -179,7 +190,8 @@ class Requirement:
 
 @dataclass(frozen=True)
 class Tie:
-    """Factors that are set together: only these combinations exist (each hammer tip has its radius)."""
+    """Factors that are set together: only these combinations exist (each hammer tip has its
+    radius)."""
 
     factors: tuple[str, ...]
     combinations: tuple[tuple[str, ...], ...]
@@ -206,10 +218,12 @@ Combinations = tuple[tuple[int, ...], ...]
 def connected(
     factors: Sequence[DesignFactor], rules: Sequence[Rule]
 ) -> list[tuple[tuple[DesignFactor, ...], Combinations]]:
-    """Factors that depend on each other, with the feasible combinations (level index per factor) of each group.
+    """Factors that depend on each other, with the feasible combinations (level index per factor) of
+    each group.
 
-    Groups stand in the order of their first factor; combinations in that of their levels, the last factor fastest.
-    Raises `ValueError` where a rule names what is not there, where nothing is feasible, and where a level never is.
+    Groups stand in the order of their first factor; combinations in that of their levels, the last
+    factor fastest. Raises `ValueError` where a rule names what is not there, where nothing is
+    feasible, and where a level never is.
     """
     _check_rules(factors, rules)
     group = {factor.name: index for index, factor in enumerate(factors)}
@@ -228,7 +242,8 @@ def _feasible(factors: tuple[DesignFactor, ...], rules: Sequence[Rule]) -> Combi
     names = "+".join(factor.name for factor in factors)
     if math.prod(len(factor.levels) for factor in factors) > _MOST_COMBINATIONS:
         raise ValueError(
-            f"{names}: more than {_MOST_COMBINATIONS} combinations of connected factors; expected fewer"
+            f"{names}: more than {_MOST_COMBINATIONS} combinations of "
+            f"connected factors; expected fewer"
         )
     feasible = []
     for levels in itertools.product(*(range(len(factor.levels)) for factor in factors)):
@@ -254,12 +269,14 @@ def _check_rules(factors: Sequence[DesignFactor], rules: Sequence[Rule]) -> None
     for rule in rules:
         if len(set(rule.factors)) != len(rule.factors) or len(rule.factors) < 2:
             raise ValueError(
-                f"rule '{rule}': factors are {', '.join(rule.factors)}; expected two or more different ones"
+                f"rule '{rule}': factors are {', '.join(rule.factors)}; "
+                f"expected two or more different ones"
             )
         for name in rule.factors:
             if name not in factors_by_name:
                 raise ValueError(
-                    f"rule '{rule}': factor {name!r} is unknown; expected one of {', '.join(factors_by_name)}"
+                    f"rule '{rule}': factor {name!r} is unknown; expected one "
+                    f"of {', '.join(factors_by_name)}"
                 )
             if factors_by_name[name].continuous:
                 raise ValueError(
@@ -284,7 +301,8 @@ def _check_levels(factor: DesignFactor) -> None:
             or len(level) > _LONGEST_LEVEL
         ):
             raise ValueError(
-                f"factor {factor.name!r}: level {level[:_LONGEST_LEVEL]!r}; expected printable text without blanks "
+                f"factor {factor.name!r}: level {level[:_LONGEST_LEVEL]!r}; "
+                f"expected printable text without blanks "
                 f"around it, at most {_LONGEST_LEVEL} characters"
             )
     if len(set(factor.levels)) < len(factor.levels):
@@ -297,7 +315,8 @@ def _check_levels(factor: DesignFactor) -> None:
 def _check_numbers(factor: DesignFactor, numbers: tuple[float, ...]) -> None:
     if len(numbers) != len(factor.levels):
         raise ValueError(
-            f"factor {factor.name!r}: {len(numbers)} numbers; expected {len(factor.levels)}, one per level"
+            f"factor {factor.name!r}: {len(numbers)} numbers; expected "
+            f"{len(factor.levels)}, one per level"
         )
     if factor.continuous and len(numbers) < 2:
         raise ValueError(f"factor {factor.name!r}: one value; expected a range")
@@ -310,7 +329,8 @@ def _check_numbers(factor: DesignFactor, numbers: tuple[float, ...]) -> None:
 
 
 def number_label(number: float) -> str:
-    """A number as a table writes it: 12 digits at most, none to spare. Levels with the same label are the same."""
+    """A number as a table writes it: 12 digits at most, none to spare. Levels with the same label
+    are the same."""
     return f"{number + 0.0:.12g}"  # the sum makes -0 a 0
 
 
@@ -323,6 +343,7 @@ def _label_of(cell: str) -> str | None:
 
 
 def _ending(unit: str) -> str:
-    """What a column's name ends in: "_m_s" for "m/s", nothing where a unit has no letters ("%", "1")."""
+    """What a column's name ends in: "_m_s" for "m/s", nothing where a unit has no letters ("%",
+    "1")."""
     words = re.findall("[a-z]+[0-9]*", unit.lower())
     return "".join(f"_{word}" for word in words)

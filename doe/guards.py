@@ -1,7 +1,8 @@
 """The guard: every planned shot against the bench, before anything is fired.
 
-The estimates err on the safe side: the peak force of a planned shot is Hertz's, without plasticity or any give, unless
-the plan brings a better one. The acceleration of the plate is the one estimate that can be too low: see `check_run`.
+The estimates err on the safe side: the peak force of a planned shot is Hertz's, without plasticity
+or any give, unless the plan brings a better one. The acceleration of the plate is the one estimate
+that can be too low: see `check_run`.
 """
 
 from __future__ import annotations
@@ -27,9 +28,10 @@ V = TypeVar("V")
 class PlannedShot:
     """One shot of the gun as planned, with what is expected of its contact.
 
-    At least one of `peak_force_n` and `contact_time_s` is needed; the other follows from eq. 2.5 (complete transfer of
-    the momentum, so that a bullet that rebounds gives up to twice as much: bring the peak where it is known). Raises
-    `ValueError` naming the run and the field where a value is missing or not positive.
+    At least one of `peak_force_n` and `contact_time_s` is needed; the other follows from eq. 2.5
+    (complete transfer of the momentum, so that a bullet that rebounds gives up to twice as much:
+    bring the peak where it is known). Raises `ValueError` naming the run and the field where a
+    value is missing or not positive.
     """
 
     run: str
@@ -90,7 +92,8 @@ class Exceeded:
 
 
 class UnsafeRunError(ValueError):
-    """Planned runs beyond the bench. `exceeded` has each of them with all its limits, in the order of the plan."""
+    """Planned runs beyond the bench. `exceeded` has each of them with all its limits, in the order
+    of the plan."""
 
     def __init__(self, exceeded: Sequence[tuple[PlannedShot, list[Exceeded]]], runs: int) -> None:
         self.exceeded = tuple(exceeded)
@@ -99,7 +102,8 @@ class UnsafeRunError(ValueError):
         ]
         more = f"; and {len(named) - _NAMED_RUNS} more" if len(named) > _NAMED_RUNS else ""
         super().__init__(
-            f"{len(named)} of {runs} planned runs beyond the bench: {'; '.join(named[:_NAMED_RUNS])}{more}"
+            f"{len(named)} of {runs} planned runs beyond the bench: "
+            f"{'; '.join(named[:_NAMED_RUNS])}{more}"
         )
 
 
@@ -108,13 +112,15 @@ _Check = tuple[str, str, float, float, str]  # limit, words, value, allowed, uni
 
 
 def check_run(run: PlannedShot, limits: BenchLimits) -> list[Exceeded]:
-    """Every limit that a shot is beyond; none for a shot that the bench withstands. A value at its limit passes.
+    """Every limit that a shot is beyond; none for a shot that the bench withstands. A value at its
+    limit passes.
 
-    The safety plate allows its ballistic limit for the bullet's mass, over the margin. The plate's acceleration is
-    that of a rigid body under the expected peak force (eq. 2.9), which a sensor close to the impact exceeds; where
-    `accelerometer_distance_m` is known, the larger of it and the bound on the bending wave. The suspension is judged
-    where `pendulum_length_m` is known. Raises `ValueError` for a plate that the limits do not know, and for a chain
-    height without that length or beyond it.
+    The safety plate allows its ballistic limit for the bullet's mass, over the margin. The plate's
+    acceleration is that of a rigid body under the expected peak force (eq. 2.9), which a sensor
+    close to the impact exceeds; where `accelerometer_distance_m` is known, the larger of it and the
+    bound on the bending wave. The suspension is judged where `pendulum_length_m` is known. Raises
+    `ValueError` for a plate that the limits do not know, and for a chain height without that length
+    or beyond it.
     """
     return [
         Exceeded(
@@ -134,7 +140,8 @@ def check_run(run: PlannedShot, limits: BenchLimits) -> list[Exceeded]:
 
 
 def refuse_unsafe(runs: Iterable[PlannedShot], limits: BenchLimits) -> None:
-    """Raise `UnsafeRunError`, naming each run, limit, value and what is allowed, unless the bench withstands all."""
+    """Raise `UnsafeRunError`, naming each run, limit, value and what is allowed, unless the bench
+    withstands all."""
     planned = list(runs)
     checked_runs = [(run, check_run(run, limits)) for run in planned]
     exceeded = [(run, items) for run, items in checked_runs if items]
@@ -147,10 +154,11 @@ def pressures_for_levels(
     masses_kg: Sequence[float],
     pressure_for: Callable[[float, float], float],
 ) -> dict[tuple[str, float], float]:
-    """Gauge tank pressure (Pa) of each velocity level and bullet mass: `pressure_for(velocity_m_s, bullet_mass_kg)`.
+    """Gauge tank pressure (Pa) of each velocity level and bullet mass: `pressure_for(velocity_m_s,
+    bullet_mass_kg)`.
 
-    The gun's model is passed in. Raises `ValueError` for a velocity, a mass or a resulting pressure that is not
-    positive and finite.
+    The gun's model is passed in. Raises `ValueError` for a velocity, a mass or a resulting pressure
+    that is not positive and finite.
     """
     pressures = {}
     for level, velocity_m_s in levels_m_s.items():
@@ -169,12 +177,13 @@ def planned_shots(
     materials: Mapping[str, Elastic],
     velocity_for: Callable[[float, float], float] | None = None,
 ) -> list[PlannedShot]:
-    """Shots of a gun plan's rows (columns of Table A.1; `run` counted from 1 where absent), with Hertz's contact.
+    """Shots of a gun plan's rows (columns of Table A.1; `run` counted from 1 where absent), with
+    Hertz's contact.
 
-    A row with `tank_pressure_bar` in place of a velocity level has the velocity (m/s) that `velocity_for` gives for its
-    gauge pressure (Pa) and mass (kg). The bullet meets the anvil where there is one, else the plate. An insulator is
-    left out, which errs on the safe side. Raises `ValueError` naming the run and the material, the level or the mass
-    that is not known.
+    A row with `tank_pressure_bar` in place of a velocity level has the velocity (m/s) that
+    `velocity_for` gives for its gauge pressure (Pa) and mass (kg). The bullet meets the anvil where
+    there is one, else the plate. An insulator is left out, which errs on the safe side. Raises
+    `ValueError` naming the run and the material, the level or the mass that is not known.
     """
     return [
         _shot(row, row.get("run", str(number)), levels_m_s, pressures_pa, materials, velocity_for)
@@ -233,14 +242,17 @@ def _suspension_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check
     if limits.pendulum_length_m is None:
         if height:
             raise ValueError(
-                f"run {run.run}: chain_height_mm is {1e3 * height:g}, which changes how the plate swings; state "
-                "pendulum_length_m in [bench] of the factors, from the upper member to the plate's centre of mass"
+                f"run {run.run}: chain_height_mm is {1e3 * height:g}, which "
+                f"changes how the plate swings; state "
+                "pendulum_length_m in [bench] of the factors, from the upper "
+                "member to the plate's centre of mass"
             )
         return
     length = limits.pendulum_length_m - height
     if not length > 0:
         raise ValueError(
-            f"run {run.run}: chain_height_mm is {1e3 * height:g}; expected less than pendulum_length_m, "
+            f"run {run.run}: chain_height_mm is {1e3 * height:g}; expected "
+            f"less than pendulum_length_m, "
             f"{1e3 * limits.pendulum_length_m:g} mm"
         )
     swing = Swing(length, limits.plate(run.plate).mass_kg, run.momentum_kg_m_s)
@@ -275,7 +287,8 @@ def _shot(
         velocity = velocity_for(pressure, mass)
         if not velocity > 0:
             raise ValueError(
-                f"run {run}: {TANK_PRESSURE} is {row[TANK_PRESSURE]}, which drives no {mass:g} kg out"
+                f"run {run}: {TANK_PRESSURE} is "
+                f"{row[TANK_PRESSURE]}, which drives no {mass:g} kg out"
             )
     else:
         level = _text(row, "velocity_level", run)

@@ -1,9 +1,11 @@
-"""The order of runs: what is hard to change stays as long as it can, everything else is left to chance.
+"""The order of runs: what is hard to change stays as long as it can, everything else is left to
+chance.
 
-Random order spreads drift over all effects (Montgomery, section 1.3), but a plate weighs too much to be changed at
-random (thesis, appendix A). The plan becomes a split plot: the hard factors are the whole plots, and their effects
-are confounded with time as far as `time_confounding` says. Blocks visit every set-up more than once, which costs some
-changeovers and takes a steady drift out of the effects of the hard factors.
+Random order spreads drift over all effects (Montgomery, section 1.3), but a plate weighs too much
+to be changed at random (thesis, appendix A). The plan becomes a split plot: the hard factors are
+the whole plots, and their effects are confounded with time as far as `time_confounding` says.
+Blocks visit every set-up more than once, which costs some changeovers and takes a steady drift out
+of the effects of the hard factors.
 
 How often the bench is rebuilt when runs follow each other, factor by factor.
 """
@@ -27,7 +29,8 @@ def factor_levels(axis: Axis) -> NDArray[np.int64]:
 
 
 def changeovers(space: Space, treatments: NDArray[np.int64]) -> dict[str, int]:
-    """Factor to the number of times that it differs from the run before, treatments (n, axes) in order of run."""
+    """Factor to the number of times that it differs from the run before, treatments (n, axes) in
+    order of run."""
     changes_by_factor: dict[str, int] = {}
     for index, axis in enumerate(space.axes):
         changed = np.diff(factor_levels(axis)[treatments[:, index]], axis=0) != 0
@@ -55,17 +58,19 @@ def run_order(
     kind: RunOrder = "split-plot",
     blocks: int = 1,
 ) -> Levels:
-    """The run order of treatments (n, axes): indices (n,), such that `treatments[indices]` is fired from first to last.
+    """The run order of treatments (n, axes): indices (n,), such that `treatments[indices]` is fired
+    from first to last.
 
-    "random" is full randomisation, whatever the work. In a "split-plot", axes with a `change` above 0 stay together,
-    the hardest outermost: each of their combinations is one block, and blocks follow each other with few changes,
-    those of the hardest factors counted first. A block begins where the one before ended, so that the second plate
-    meets the anvils in reverse, which balances a steady drift. Within a block the runs are in random order.
+    "random" is full randomisation, whatever the work. In a "split-plot", axes with a `change` above
+    0 stay together, the hardest outermost: each of their combinations is one block, and blocks
+    follow each other with few changes, those of the hardest factors counted first. A block begins
+    where the one before ended, so that the second plate meets the anvils in reverse, which balances
+    a steady drift. Within a block the runs are in random order.
 
-    `blocks` cuts the runs into so many parts with the same share of every hard combination; each part is a split plot
-    of its own and begins where the one before ended: with two blocks, plates come as A B B A. Raises `ValueError` for
-    rows that are no treatments, an unknown kind, less than one block, more blocks than runs, and blocks in random
-    order.
+    `blocks` cuts the runs into so many parts with the same share of every hard combination; each
+    part is a split plot of its own and begins where the one before ended: with two blocks, plates
+    come as A B B A. Raises `ValueError` for rows that are no treatments, an unknown kind, less than
+    one block, more blocks than runs, and blocks in random order.
     """
     rows = space.checked(treatments)
     _check_order(kind, blocks, len(rows))
@@ -88,7 +93,8 @@ def _check_order(kind: str, blocks: int, runs: int) -> None:
         raise ValueError(f"blocks is {blocks}; expected 1 to {max(1, runs)}, the number of runs")
     if kind == "random" and blocks > 1:
         raise ValueError(
-            f"blocks is {blocks}, but the order is random; expected the order split-plot with blocks"
+            f"blocks is {blocks}, but the order is random; expected the order "
+            f"split-plot with blocks"
         )
 
 
@@ -107,7 +113,8 @@ def _blocked(
 def _even_parts(
     rows: Levels, hard: Sequence[int], blocks: int, rng: np.random.Generator
 ) -> list[Levels]:
-    """Indices of the rows in `blocks` parts, the runs of each combination of the hard axes dealt out in turn."""
+    """Indices of the rows in `blocks` parts, the runs of each combination of the hard axes dealt
+    out in turn."""
     if blocks == 1:
         return [np.arange(len(rows))]
     shuffled = rng.permutation(len(rows))
@@ -122,9 +129,10 @@ def _even_parts(
 def time_confounding(space: Space, ordered: Levels) -> dict[str, float]:
     """Axis to its correlation ratio (eta squared) with time, treatments (n, axes) in order of run.
 
-    It is the share of the variance of the run's position that the axis's levels explain: 1 would be all of it. In
-    random order k levels have (k - 1) / (n - 1) on average. A linear drift disturbs an axis's effects by that share.
-    A continuous factor is taken by the parts of its range. Raises `ValueError` for rows that are no treatments.
+    It is the share of the variance of the run's position that the axis's levels explain: 1 would be
+    all of it. In random order k levels have (k - 1) / (n - 1) on average. A linear drift disturbs
+    an axis's effects by that share. A continuous factor is taken by the parts of its range. Raises
+    `ValueError` for rows that are no treatments.
     """
     rows = space.in_strata(ordered)
     return {axis.name: _correlation_ratio(rows[:, index]) for index, axis in enumerate(space.axes)}
@@ -139,7 +147,8 @@ def _correlation_ratio(levels: Levels) -> float:
 
 
 def _weights(space: Space, runs: int) -> dict[str, int]:
-    """Cost of a change of each factor: one of a harder factor outweighs all changes of easier ones."""
+    """Cost of a change of each factor: one of a harder factor outweighs all changes of easier
+    ones."""
     ranks = sorted({factor.change for factor in space.factors} | {0})
     base = runs * len(space.factors) + 1
     return {
@@ -172,7 +181,8 @@ def _nested(
     at: dict[int, int],
     rng: np.random.Generator,
 ) -> Levels:
-    """Blocks of the first axis, in each of them blocks of the next; `at` is where each axis was left."""
+    """Blocks of the first axis, in each of them blocks of the next; `at` is where each axis was
+    left."""
     if not paths or not len(indices):
         return rng.permutation(indices)
     (axis, costs), inner = paths[0], paths[1:]

@@ -17,19 +17,23 @@ class PlanInUseError(ValueError):
 
 
 def check_plan_unused(session: Session, name: str) -> None:
-    """Raises `UnknownPlanError`, and `PlanInUseError` for a plan that a campaign has recorded repetitions of."""
+    """Raises `UnknownPlanError`, and `PlanInUseError` for a plan that a campaign has recorded
+    repetitions of."""
     recorded = sum(len(run.accepted) + len(run.rejected) for run in read_plan(session, name).runs)
     campaigns = _campaigns(session, name)
     if campaigns:
         raise PlanInUseError(
-            f"plan {name!r} cannot be deleted: {recorded} repetitions of it are recorded in campaign "
-            f"{', '.join(campaigns)}; to take a single run out of the plan: pyroshock plan discard {name} RUN --reason "
+            f"plan {name!r} cannot be deleted: {recorded} repetitions of it "
+            f"are recorded in campaign "
+            f"{', '.join(campaigns)}; to take a single run out of the plan: "
+            f"pyroshock plan discard {name} RUN --reason "
             "TEXT"
         )
 
 
 def delete_plan(store: Store, name: str) -> int:
-    """Delete plan `name` with its runs, and return how many there were. Raises as `check_plan_unused`."""
+    """Delete plan `name` with its runs, and return how many there were. Raises as
+    `check_plan_unused`."""
 
     def work(session: Session) -> int:
         take_advisory_lock(session, plan_turn(name))

@@ -42,9 +42,11 @@ class NoteMissingError(ValueError):
 
 @dataclass(frozen=True)
 class StoredRun:
-    """A planned run. `row` is the treatment as the plan's table writes it; `settings` are numbers that follow.
+    """A planned run. `row` is the treatment as the plan's table writes it; `settings` are numbers
+    that follow.
 
-    `accepted` and `rejected` are the numbers of the repetitions that were recorded, by the verdict of the checks.
+    `accepted` and `rejected` are the numbers of the repetitions that were recorded, by the verdict
+    of the checks.
     """
 
     run: int
@@ -59,7 +61,8 @@ class StoredRun:
 
     @property
     def repeats(self) -> int:
-        """How many repetitions are to be recorded again, because those that were recorded are rejected."""
+        """How many repetitions are to be recorded again, because those that were recorded are
+        rejected."""
         return (
             min(len(self.rejected), self.repetitions - len(self.accepted))
             if self.status == "planned"
@@ -100,7 +103,8 @@ class StoredPlan:
     runs: tuple[StoredRun, ...]
 
     def treatments(self, *statuses: str) -> NDArray[np.int64]:
-        """Treatments (n, axes) of the runs in these states (all where none is named), in order of position."""
+        """Treatments (n, axes) of the runs in these states (all where none is named), in order of
+        position."""
         chosen = [run.row for run in self.runs if not statuses or run.status in statuses]
         return (
             self.space.treatments(chosen)
@@ -120,10 +124,12 @@ def add_plan(
     runs: Sequence[int] | None = None,
     description: str | None = None,
 ) -> None:
-    """Store a design as plan `name`, its treatments in order of run; `factors` is the TOML that its space is made of.
+    """Store a design as plan `name`, its treatments in order of run; `factors` is the TOML that its
+    space is made of.
 
-    `settings`, `runs` (numbers; 1, 2, ... by default) and `repetitions` (or one for all) go with the treatments.
-    Raises `PlanExistsError`, and `ValueError` for a level that is none of the store's, such as an unknown material.
+    `settings`, `runs` (numbers; 1, 2, ... by default) and `repetitions` (or one for all) go with
+    the treatments. Raises `PlanExistsError`, and `ValueError` for a level that is none of the
+    store's, such as an unknown material.
     """
     numbers = list(runs) if runs is not None else list(range(1, len(design.treatments) + 1))
 
@@ -154,7 +160,8 @@ def extend_plan(
     repetitions: int,
     settings: Sequence[Settings] | None = None,
 ) -> list[int]:
-    """Add runs after the last ones of plan `name`; returns their numbers. Raises as `add_plan` does."""
+    """Add runs after the last ones of plan `name`; returns their numbers. Raises as `add_plan`
+    does."""
 
     def extend(session: Session) -> list[int]:
         take_advisory_lock(session, plan_turn(name))
@@ -181,7 +188,8 @@ def read_plan(session: Session, name: str) -> StoredPlan:
 
 
 def list_plans(session: Session) -> list[dict[str, Any]]:
-    """Every plan with its counts of runs by state, by name; `repeat` are planned runs with rejected repetitions."""
+    """Every plan with its counts of runs by state, by name; `repeat` are planned runs with rejected
+    repetitions."""
     columns = (Plan.id, Plan.name, Plan.kind, Plan.method, Plan.seed)
     rows = {
         row["id"]: {**row, "runs": 0, **dict.fromkeys(STATUSES, 0), "repeat": 0}
@@ -198,20 +206,22 @@ def list_plans(session: Session) -> list[dict[str, Any]]:
 
 
 def discard_run(store: Store, name: str, run: int, reason: str) -> None:
-    """Take a run out of plan `name`, also a recorded one that is no good. Raises `UnknownPlanError`, `ValueError`."""
+    """Take a run out of plan `name`, also a recorded one that is no good. Raises
+    `UnknownPlanError`, `ValueError`."""
     tick_run(store, name, run, status="discarded", note=reason)
 
 
 def tick_run(
     store: Store, plan_name: str, run: int, *, status: str, note: str | None = None
 ) -> StoredRun:
-    """Decide at the bench about a run: "discarded"; "done", although fewer repetitions than planned are accepted; or
-    "planned", which takes such a decision back. `note` stays with the run as its reason.
+    """Decide at the bench about a run: "discarded"; "done", although fewer repetitions than planned
+    are accepted; or "planned", which takes such a decision back. `note` stays with the run as its
+    reason.
 
-    A run whose repetitions are all accepted is done without it. A change of the decision without a note drops the old
-    one; the same decision again keeps it. Raises `UnknownPlanError`, `NoteMissingError` for a decision without its
-    reason, and `ValueError` for another status, for a run that the plan has not, for "done" where nothing is accepted,
-    and for "planned" where all is.
+    A run whose repetitions are all accepted is done without it. A change of the decision without a
+    note drops the old one; the same decision again keeps it. Raises `UnknownPlanError`,
+    `NoteMissingError` for a decision without its reason, and `ValueError` for another status, for a
+    run that the plan has not, for "done" where nothing is accepted, and for "planned" where all is.
     """
     if status not in STATUSES:
         raise ValueError(
@@ -233,14 +243,17 @@ def tick_run(
         complete = len(before.accepted) >= before.repetitions
         if status == "planned" and before.status == "done" and complete:
             raise ValueError(
-                f"run {run} of plan {plan_name!r} is done: {len(before.accepted)} of {before.repetitions} repetitions "
-                "are recorded. To record one again, discard its recording; the run then asks for a repeat"
+                f"run {run} of plan {plan_name!r} is done: "
+                f"{len(before.accepted)} of {before.repetitions} repetitions "
+                "are recorded. To record one again, discard its recording; "
+                "the run then asks for a repeat"
             )
         if status == "done":
             _check_done(
                 plan_name, before, note_text or (row.reason if row.status == "done" else None)
             )
-        # What is recorded completely needs no decision: if a recording is rejected later, the run asks for a repeat.
+        # What is recorded completely needs no decision: if a recording is rejected later, the run
+        # asks for a repeat.
         decision = "planned" if status == "done" and complete else status
         if decision != row.status or note_text is not None:
             row.status, row.reason = decision, note_text
@@ -252,18 +265,20 @@ def tick_run(
 
 
 def _check_done(plan: str, run: StoredRun, note: str | None) -> None:
-    """Raises `ValueError` for a run of which nothing is accepted, `NoteMissingError` where nobody says why it is done
-    with less than was planned."""
+    """Raises `ValueError` for a run of which nothing is accepted, `NoteMissingError` where nobody
+    says why it is done with less than was planned."""
     name = f"run {run.run} of plan {plan!r}"
     if not run.accepted:
         rejected = f" ({len(run.rejected)} rejected)" if run.rejected else ""
         raise ValueError(
-            f"{name} is not done: 0 of {run.repetitions} repetitions are recorded and accepted{rejected}. Ingest its "
+            f"{name} is not done: 0 of {run.repetitions} repetitions are "
+            f"recorded and accepted{rejected}. Ingest its "
             "recordings, or discard the run with a reason"
         )
     if len(run.accepted) < run.repetitions and note is None:
         raise NoteMissingError(
-            f"{name} has {len(run.accepted)} of {run.repetitions} repetitions; ingest the others, or write a note that "
+            f"{name} has {len(run.accepted)} of {run.repetitions} "
+            f"repetitions; ingest the others, or write a note that "
             "says why these are enough"
         )
 

@@ -1,4 +1,5 @@
-"""A design's quality as a picture. Draws on a figure that it is given: matplotlib itself is the caller's affair."""
+"""A design's quality as a picture. Draws on a figure that it is given: matplotlib itself is the
+caller's affair."""
 
 from __future__ import annotations
 
@@ -20,11 +21,13 @@ COLOUR, QUIET, MAP, LEVELS_MAP = "#1b6ca8", "#8d99ae", "RdBu_r", "viridis"
 
 
 def draw_quality(figure: Figure, space: Space, designs: Mapping[str, Levels]) -> None:
-    """Designs by name, treatments (n, axes) in order of run: a column each, on scales that no design sets.
+    """Designs by name, treatments (n, axes) in order of run: a column each, on scales that no
+    design sets.
 
-    From above: every pair of levels (`pair_matrix`); how far each two effects go together, from 0 to 1; how far the
-    cells of three axes are from their share, beside runs drawn at random; the levels run by run, where long stripes are
-    what is seldom changed. Raises `ValueError` where there is no design, a design has no run, or a row is no treatment.
+    From above: every pair of levels (`pair_matrix`); how far each two effects go together, from 0
+    to 1; how far the cells of three axes are from their share, beside runs drawn at random; the
+    levels run by run, where long stripes are what is seldom changed. Raises `ValueError` where
+    there is no design, a design has no run, or a row is no treatment.
     """
     if not designs:
         raise ValueError("designs is empty; expected at least one to draw")
@@ -52,12 +55,14 @@ PAIR_SCALE = "runs beyond the balanced share, over the share"
 
 
 def pair_matrix(space: Space, treatments: Levels) -> Floats:
-    """How far each pair of levels is from its share, (levels, levels) of all axes in turn, from -1 for an empty cell.
+    """How far each pair of levels is from its share, (levels, levels) of all axes in turn, from -1
+    for an empty cell.
 
-    It is the count less its share, over the share (over one run, where the share is smaller), and 0 where the count is
-    one of the whole numbers beside the share, which no plan can better. The blocks on the diagonal show the levels
-    themselves; NaN stands where levels of an axis exclude each other. A continuous factor has the parts of its range
-    for levels. Raises `ValueError` for rows that are no treatments (n, axes).
+    It is the count less its share, over the share (over one run, where the share is smaller), and 0
+    where the count is one of the whole numbers beside the share, which no plan can better. The
+    blocks on the diagonal show the levels themselves; NaN stands where levels of an axis exclude
+    each other. A continuous factor has the parts of its range for levels. Raises `ValueError` for
+    rows that are no treatments (n, axes).
     """
     rows, sizes = space.in_strata(treatments), [axis.strata for axis in space.axes]
     starts = np.cumsum([0, *sizes])
@@ -80,7 +85,8 @@ def _beyond_share(counts: Levels) -> Floats:
 
 
 def draw_pairs(axes: Any, space: Space, treatments: Levels) -> Any:
-    """`pair_matrix` of treatments (n, axes) as a picture, which is returned; its colours end at -1 and 1."""
+    """`pair_matrix` of treatments (n, axes) as a picture, which is returned; its colours end at -1
+    and 1."""
     picture = axes.imshow(pair_matrix(space, treatments), cmap=MAP, vmin=-1, vmax=1)
     space = space.stratified
     axes.set_facecolor(QUIET)  # where levels of one axis exclude each other
@@ -94,7 +100,8 @@ def draw_pairs(axes: Any, space: Space, treatments: Levels) -> Any:
 
 
 def level_labels(space: Space) -> list[str]:
-    """The rows of `pair_matrix`: "tip radius 30 mm", "tip material PLA", "steel/polymeric" of several factors."""
+    """The rows of `pair_matrix`: "tip radius 30 mm", "tip material PLA", "steel/polymeric" of
+    several factors."""
     labels = []
     for axis in space.stratified.axes:
         (factor, *others) = axis.factors
@@ -111,7 +118,8 @@ _MOST_NAMES = 60
 
 
 def _draw_correlations(axes: Any, space: Space, treatments: Levels) -> Any:
-    """`model_terms.term_correlations` of main effects and, beyond the line, interactions of two factors."""
+    """`model_terms.term_correlations` of main effects and, beyond the line, interactions of two
+    factors."""
     mains = main_terms(space, treatments)
     terms = [*mains, *interaction_terms(mains)]
     picture = axes.imshow(term_correlations(terms), cmap="Blues", vmin=0, vmax=1)
@@ -123,12 +131,14 @@ def _draw_correlations(axes: Any, space: Space, treatments: Levels) -> Any:
     return picture
 
 
-#: Runs above or below the share that the histogram of triples shows; what is further off is counted at its ends.
+#: Runs above or below the share that the histogram of triples shows; what is further off is counted
+#: at its ends.
 _REACH = 5.0
 
 
 def _draw_triples(axes: Any, space: Space, treatments: Levels) -> None:
-    """Deviations of the cells of three axes, and in outline those of as many runs drawn at random (seed 0)."""
+    """Deviations of the cells of three axes, and in outline those of as many runs drawn at random
+    (seed 0)."""
     random_rows = np.random.default_rng(0).integers(
         0, [axis.size for axis in space.axes], treatments.shape
     )

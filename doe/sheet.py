@@ -1,4 +1,5 @@
-"""The run sheet: a plan in order of run, for the wall of the laboratory, with a box for each repetition of a run."""
+"""The run sheet: a plan in order of run, for the wall of the laboratory, with a box for each
+repetition of a run."""
 
 from __future__ import annotations
 
@@ -32,8 +33,8 @@ _UNITS = {
 class SheetRow:
     """A run as a person reads it.
 
-    `changes` names what has to be rebuilt before it; `differs` says of each cell whether it is a setting that differs
-    from the run before.
+    `changes` names what has to be rebuilt before it; `differs` says of each cell whether it is a
+    setting that differs from the run before.
     """
 
     cells: tuple[str, ...]
@@ -44,7 +45,8 @@ class SheetRow:
 
 @dataclass(frozen=True)
 class Sheet:
-    """The table of a plan: the same content for every format. `labels` are the words and units of the `header`."""
+    """The table of a plan: the same content for every format. `labels` are the words and units of
+    the `header`."""
 
     title: str
     subtitle: str
@@ -58,7 +60,8 @@ class Sheet:
         return self.labels[2:-4]
 
     def settings_of(self, row: SheetRow) -> list[tuple[str, str, bool]]:
-        """Label, value ("–" where the run has none), and whether it differs from the run before, of each setting."""
+        """Label, value ("–" where the run has none), and whether it differs from the run before, of
+        each setting."""
         cells = (cell or "–" for cell in row.cells[2:-4])
         return list(zip(self.setting_labels, cells, row.differs[2:-4], strict=True))
 
@@ -109,7 +112,8 @@ def column_label(column: str) -> str:
 
 
 def boxes(run: StoredRun) -> str:
-    """A box for each repetition, ticked where it is recorded, with an arrow where it is rejected and to be repeated.
+    """A box for each repetition, ticked where it is recorded, with an arrow where it is rejected
+    and to be repeated.
 
     A cross for a run that was discarded.
     """
@@ -128,7 +132,8 @@ def boxes(run: StoredRun) -> str:
 def _differs(
     space: Space, settings: Sequence[str], before: StoredRun | None, run: StoredRun, cells: int
 ) -> tuple[bool, ...]:
-    """Of each cell of a row, whether it is a setting that has changed since the run before; of the first run, none."""
+    """Of each cell of a row, whether it is a setting that has changed since the run before; of the
+    first run, none."""
     if before is None:
         return (False,) * cells
     factors = [run.row[column] != before.row[column] for column in space.columns]
@@ -138,7 +143,8 @@ def _differs(
 
 
 def write_sheet(plan: StoredPlan, path: Path) -> None:
-    """Write the sheet as printable HTML, CSV or XLSX, by the suffix. Raises `ValueError` for another one."""
+    """Write the sheet as printable HTML, CSV or XLSX, by the suffix. Raises `ValueError` for
+    another one."""
     writers: dict[str, Callable[[Sheet, Path], None]] = {
         ".html": _write_html,
         ".htm": _write_html,
@@ -148,7 +154,8 @@ def write_sheet(plan: StoredPlan, path: Path) -> None:
     writer = writers.get(path.suffix.lower())
     if writer is None:
         raise ValueError(
-            f"{path.name}: no sheet of format {path.suffix or 'without suffix'!r}; known: .html, .csv, .xlsx"
+            f"{path.name}: no sheet of format "
+            f"{path.suffix or 'without suffix'!r}; known: .html, .csv, .xlsx"
         )
     with atomic_file(path) as partial:
         writer(sheet_of(plan), partial)
@@ -226,11 +233,13 @@ def _write_html(sheet: Sheet, path: Path) -> None:
     fields = "<p class='fields'>Operator <span>&nbsp;</span> Date <span>&nbsp;</span></p>"
     path.write_text(
         "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'>"
-        "<meta http-equiv='Content-Security-Policy' content=\"default-src 'none'; style-src 'unsafe-inline'; "
+        "<meta http-equiv='Content-Security-Policy' content=\"default-src "
+        "'none'; style-src 'unsafe-inline'; "
         "form-action 'none'; base-uri 'none'\">"  # it asks for nothing, whatever names it holds
         f"<title>{html.escape(sheet.title)}</title>"
         f"<style>{_STYLE}</style></head>\n<body><h1>{html.escape(sheet.title)}</h1>"
-        f"<p>{html.escape(sheet.subtitle)}. {hint}</p>\n{fields}\n<table><thead><tr>{head}</tr></thead>\n<tbody>\n"
+        f"<p>{html.escape(sheet.subtitle)}. "
+        f"{hint}</p>\n{fields}\n<table><thead><tr>{head}</tr></thead>\n<tbody>\n"
         f"{body}\n</tbody></table></body></html>\n",
         encoding="utf-8",
     )
@@ -239,7 +248,8 @@ def _write_html(sheet: Sheet, path: Path) -> None:
 def _html_row(header: Sequence[str], row: SheetRow) -> str:
     classes = " ".join([row.status, *(["change"] if row.changes else [])])
     cells = "".join(
-        f"<td class='{html.escape(name.replace(' ', '-'))}{' differs' if differs else ''}'>{html.escape(cell)}</td>"
+        f"<td "
+        f"class='{html.escape(name.replace(' ', '-'))}{' differs' if differs else ''}'>{html.escape(cell)}</td>"
         for name, cell, differs in zip(header, row.cells, row.differs, strict=True)
     )
     return f"<tr class='{classes}'>{cells}</tr>"

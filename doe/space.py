@@ -1,7 +1,8 @@
 """All treatments that the bench can run: factors, and axes along which a design moves freely.
 
-An axis is one factor, or several that depend on each other together with their feasible combinations. Axes are
-independent: every row of axis-level indices is a feasible treatment, so no design ever meets a dependency.
+An axis is one factor, or several that depend on each other together with their feasible
+combinations. Axes are independent: every row of axis-level indices is a feasible treatment, so no
+design ever meets a dependency.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ _DATA = Path(__file__).resolve().parent / "data"
 
 @dataclass(frozen=True)
 class Axis:
-    """Feasible combinations of factors that depend on each other; of a single factor, its levels."""
+    """Feasible combinations of factors that depend on each other; of a single factor, its
+    levels."""
 
     name: str  #: the factors' names with "+" between them
     factors: tuple[DesignFactor, ...]
@@ -63,12 +65,14 @@ class Axis:
 
     @property
     def continuous(self) -> bool:
-        """Whether it is one continuous factor; rules do not connect continuous factors with others."""
+        """Whether it is one continuous factor; rules do not connect continuous factors with
+        others."""
         return len(self.factors) == 1 and self.factors[0].continuous
 
     @property
     def strata(self) -> int:
-        """Cells by which its balance is judged: combinations, or parts of a continuous factor's range."""
+        """Cells by which its balance is judged: combinations, or parts of a continuous factor's
+        range."""
         return min(STRATA, self.size) if self.continuous else self.size
 
     @property
@@ -89,7 +93,8 @@ class Axis:
 
 @dataclass(frozen=True)
 class Space:
-    """What a campaign varies. Raises `ValueError` where names repeat or the axes do not hold each factor once."""
+    """What a campaign varies. Raises `ValueError` where names repeat or the axes do not hold each
+    factor once."""
 
     name: str
     kind: Kind
@@ -105,7 +110,8 @@ class Space:
     def __post_init__(self) -> None:
         if self.kind not in get_args(Kind):
             raise ValueError(
-                f"space {self.name!r}: kind is {self.kind!r}; expected one of {', '.join(get_args(Kind))}"
+                f"space {self.name!r}: kind is {self.kind!r}; expected one of "
+                f"{', '.join(get_args(Kind))}"
             )
         for key, names in (
             ("name", [f.name for f in self.factors]),
@@ -114,7 +120,8 @@ class Space:
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise ValueError(
-                    f"space {self.name!r}: {key} {twice[0]!r} stands twice; expected one factor of it"
+                    f"space {self.name!r}: {key} "
+                    f"{twice[0]!r} stands twice; expected one factor of it"
                 )
         if not self.factors:
             raise ValueError(f"space {self.name!r}: factors is empty; expected at least one")
@@ -153,7 +160,8 @@ class Space:
         return tuple(factor.column for factor in self.factors)
 
     def velocity_m_s(self, row: Mapping[str, str]) -> float | None:
-        """What the level of a row stands for, of a factor whose levels have values in m/s; None where there is none."""
+        """What the level of a row stands for, of a factor whose levels have values in m/s; None
+        where there is none."""
         for factor in self.factors:
             if (
                 factor.unit == "m/s"
@@ -164,16 +172,19 @@ class Space:
         return None
 
     def all_treatments(self) -> NDArray[np.int64]:
-        """Every feasible treatment, (size, axes), the last axis fastest. Raises `ValueError` beyond a million."""
+        """Every feasible treatment, (size, axes), the last axis fastest. Raises `ValueError` beyond
+        a million."""
         if self.size > _MOST_TREATMENTS:
             raise ValueError(
-                f"space {self.name!r}: {self.size} treatments; expected at most {_MOST_TREATMENTS} to list"
+                f"space {self.name!r}: {self.size} treatments; expected at "
+                f"most {_MOST_TREATMENTS} to list"
             )
         grid = np.indices([axis.size for axis in self.axes], dtype=np.int64)
         return grid.reshape(len(self.axes), -1).T.copy()
 
     def checked(self, treatments: NDArray[Any]) -> NDArray[np.int64]:
-        """The rows (n, axes) as int64; `ValueError` for another shape, no integers, or an index beyond its axis."""
+        """The rows (n, axes) as int64; `ValueError` for another shape, no integers, or an index
+        beyond its axis."""
         rows = np.asarray(treatments)
         if (
             rows.ndim != 2
@@ -181,19 +192,22 @@ class Space:
             or not (np.issubdtype(rows.dtype, np.integer))
         ):
             raise ValueError(
-                f"treatments are {rows.shape} of {rows.dtype}; expected (n, {len(self.axes)}) of integers"
+                f"treatments are {rows.shape} of {rows.dtype}; expected (n, "
+                f"{len(self.axes)}) of integers"
             )
         beyond = np.argwhere((rows < 0) | (rows >= np.array([axis.size for axis in self.axes])))
         if beyond.size:
             row, column = map(int, beyond[0])
             axis = self.axes[column]
             raise ValueError(
-                f"treatment {row}: {axis.name} is {rows[row, column]}; expected 0 to {axis.size - 1}"
+                f"treatment {row}: {axis.name} is "
+                f"{rows[row, column]}; expected 0 to {axis.size - 1}"
             )
         return rows.astype(np.int64)
 
     def rows(self, treatments: NDArray[np.int64]) -> list[dict[str, str]]:
-        """Column to level for each treatment (n, axes), in the order of the columns. Raises as `checked` does."""
+        """Column to level for each treatment (n, axes), in the order of the columns. Raises as
+        `checked` does."""
         result = []
         for treatment in self.checked(treatments).tolist():
             cells = {
@@ -205,10 +219,11 @@ class Space:
         return result
 
     def treatments(self, rows: Sequence[Mapping[str, str]]) -> NDArray[np.int64]:
-        """The treatments (n, axes) that rows of a table name: the inverse of `rows`; other columns are left alone.
+        """The treatments (n, axes) that rows of a table name: the inverse of `rows`; other columns
+        are left alone.
 
-        Raises `ValueError` naming the run ("run" of the row, else its number from 1), column and value of an unknown
-        level, of a missing column, and the rule that an infeasible row breaks.
+        Raises `ValueError` naming the run ("run" of the row, else its number from 1), column and
+        value of an unknown level, of a missing column, and the rule that an infeasible row breaks.
         """
         result = np.empty((len(rows), len(self.axes)), dtype=np.int64)
         for number, row in enumerate(rows):
@@ -244,7 +259,8 @@ class Space:
 
 
 def _stratified(axis: Axis) -> Axis:
-    """A continuous axis with a level per part of its range; the text is that of the part's lowest and highest value."""
+    """A continuous axis with a level per part of its range; the text is that of the part's lowest
+    and highest value."""
     (factor,) = axis.factors
     starts = [-(-stratum * axis.size // axis.strata) for stratum in range(axis.strata + 1)]
     labels = tuple(
@@ -274,7 +290,8 @@ def space_of(
     rules: Sequence[Rule] = (),
     bench: Mapping[str, Any] | None = None,
 ) -> Space:
-    """The space of factors under rules: connected factors become one axis, in the order of their first factor.
+    """The space of factors under rules: connected factors become one axis, in the order of their
+    first factor.
 
     Raises `ValueError` as `Space` and `factors.connected` do.
     """
@@ -288,7 +305,8 @@ def space_of(
 def read_space(path: Path) -> Space:
     """The space that a TOML file describes (its format: `toml_space`).
 
-    Raises `ValueError` naming file, key, value and what was expected; `FileNotFoundError` where there is none.
+    Raises `ValueError` naming file, key, value and what was expected; `FileNotFoundError` where
+    there is none.
     """
     try:
         return space_from_text(read_toml_text(path))
@@ -297,7 +315,8 @@ def read_space(path: Path) -> Space:
 
 
 def space_from_text(text: str) -> Space:
-    """The space that the text of such a file describes. Raises `ValueError` as `read_space` does, without the file."""
+    """The space that the text of such a file describes. Raises `ValueError` as `read_space` does,
+    without the file."""
     content = parse(text)
     return space_of(
         content.name, cast(Kind, content.kind), content.factors, content.rules, content.bench
@@ -305,7 +324,8 @@ def space_from_text(text: str) -> Space:
 
 
 def space_from_form(text: str) -> Space:
-    """The space that a text typed into a form describes. Raises `ValueError` as `read_space`, with the field's name."""
+    """The space that a text typed into a form describes. Raises `ValueError` as `read_space`, with
+    the field's name."""
     try:
         return space_from_text(text)
     except ValueError as error:

@@ -3,13 +3,11 @@
 name = "gun"                        # of the space
 kind = "gun"                        # or "hammer"
 
-[[factors]]
-name = "tip_radius"                 # as in the store
-column = "tip_radius_mm"            # in tables; the name where it is left out
-kind = "numeric"                    # numbers; "ordered": words with an order; "categorical": words without
-unit = "mm"                         # of numbers
-levels = [30, 45, 60]               # rising
-change = 0                          # work to change it: 0 for easy (the default), the higher the more
+[[factors]] name = "tip_radius"                 # as in the store column = "tip_radius_mm"
+# in tables; the name where it is left out kind = "numeric"                    # numbers; "ordered":
+words with an order; "categorical": words without unit = "mm"                         # of numbers
+levels = [30, 45, 60]               # rising change = 0                          # work to change
+it: 0 for easy (the default), the higher the more
 
 [[factors]]
 name = "tank_pressure"
@@ -39,7 +37,8 @@ combinations = [["aluminum", 30], ["polyurethane", 15]]
 
 [bench]                             # what the bench withstands; kept as it is, read by the guards
 
-A factors file with ranges in place of levels, as the command line's `--range` and the Python API write them.
+A factors file with ranges in place of levels, as the command line's `--range` and the Python API
+write them.
 """
 
 from __future__ import annotations
@@ -64,7 +63,8 @@ _TIED = (("factors", "combinations"), ())
 
 @dataclass(frozen=True)
 class SpaceFile:
-    """What the file says, each entry checked by itself; what they say together is the space's business."""
+    """What the file says, each entry checked by itself; what they say together is the space's
+    business."""
 
     name: str
     kind: str
@@ -101,11 +101,13 @@ def _factor(entry: dict[str, Any], where: str) -> DesignFactor:
     measured = is_number or (kind == "ordered" and "values" in entry)
     if measured != ("unit" in entry):
         raise ValueError(
-            f"{where}: unit is {entry.get('unit')!r}; expected one for a factor of numbers, or with values"
+            f"{where}: unit is {entry.get('unit')!r}; expected one for a "
+            f"factor of numbers, or with values"
         )
     if "values" in entry and kind != "ordered":
         raise ValueError(
-            f"{where}: values are given; expected them for an ordered factor, whose levels are words"
+            f"{where}: values are given; expected them for an ordered factor, "
+            f"whose levels are words"
         )
     change = entry.get("change", 0)
     if not isinstance(change, int) or isinstance(change, bool):
@@ -149,7 +151,8 @@ def _values(entry: dict[str, Any], where: str) -> tuple[float, ...]:
 
 
 def _check_known(name: str, column: str, kind: str, levels: tuple[str, ...], where: str) -> None:
-    """A factor that recordings know too must be the same there, or no recording would ever match its plan."""
+    """A factor that recordings know too must be the same there, or no recording would ever match
+    its plan."""
     factor = BY_COLUMN.get(column) or BY_NAME.get(name)
     if factor is None:
         return
@@ -244,12 +247,13 @@ _PRESSURE, _VELOCITY_LEVEL = "tank_pressure", "velocity_level"
 
 
 def with_ranges(text: str, ranges: Mapping[str, Sequence[float]]) -> str:
-    """The factors file with continuous factors: column (or name) to low, high and, if wished, step, in the column's
-    unit.
+    """The factors file with continuous factors: column (or name) to low, high and, if wished, step,
+    in the column's unit.
 
-    A factor of the file keeps its place and its work to change; a column that only recordings know, such as
-    "tank_pressure_bar", is added. A tank pressure takes the place of the velocity levels, which it would contradict.
-    Raises `ValueError` for any other column, for words, and for a range that is none; comments of the text are lost.
+    A factor of the file keeps its place and its work to change; a column that only recordings know,
+    such as "tank_pressure_bar", is added. A tank pressure takes the place of the velocity levels,
+    which it would contradict. Raises `ValueError` for any other column, for words, and for a range
+    that is none; comments of the text are lost.
     """
     if not ranges:
         return text

@@ -1,1 +1,2 @@
-"""How a file is read and written safely: tables, TOML, numbers as people write them, whole files."""
+"""How a file is read and written safely: tables, TOML, numbers as people write them, whole
+files."""

@@ -1,7 +1,8 @@
-"""Files for people and other programs: a file has its name when all of it is there, never half of it.
+"""Files for people and other programs: a file has its name when all of it is there, never half of
+it.
 
-It grows beside its place under another name, and takes its own at the end. A full disk, a kill or an error leaves what
-stood there before.
+It grows beside its place under another name, and takes its own at the end. A full disk, a kill or
+an error leaves what stood there before.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ class OutputError(OSError):
 def atomic_file(path: Path) -> Iterator[Path]:
     """Gives the name to write to, of the same ending; after the block the file is at `path`.
 
-    A device or a pipe ("/dev/stdout") is written to as it is. Raises `OutputError` where the system refuses it.
+    A device or a pipe ("/dev/stdout") is written to as it is. Raises `OutputError` where the system
+    refuses it.
     """
     try:
         if path.exists() and not path.is_file():
@@ -35,7 +37,8 @@ def atomic_file(path: Path) -> Iterator[Path]:
             partial.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(
-            f"cannot write {path}: {error.strerror or error}; what was there is as it was: make room or choose another "
+            f"cannot write {path}: {error.strerror or error}; what was there "
+            f"is as it was: make room or choose another "
             "place, and repeat"
         ) from error
 

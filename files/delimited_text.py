@@ -26,7 +26,8 @@ _UTF8_LETTER = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}")
 
 
 def decode_utf8(content: bytes) -> str:
-    """What a person wrote, with or without a byte order mark. Raises `ValueError` with the first byte that is no UTF-8.
+    """What a person wrote, with or without a byte order mark. Raises `ValueError` with the first
+    byte that is no UTF-8.
 
     No other encoding is tried: a name that is read wrongly would be stored as another name.
     """
@@ -37,10 +38,11 @@ def decode_utf8(content: bytes) -> str:
 
 
 def decode_instrument_text(content: bytes) -> str:
-    """What an instrument wrote: whole UTF-8, UTF-16 or Windows-1252. Raises `ValueError` for anything else.
+    """What an instrument wrote: whole UTF-8, UTF-16 or Windows-1252. Raises `ValueError` for
+    anything else.
 
-    UTF-16 is known by its mark. What is no UTF-8 and has no letter of it is Windows-1252, which instruments write for
-    `°` and `µ`.
+    UTF-16 is known by its mark. What is no UTF-8 and has no letter of it is Windows-1252, which
+    instruments write for `°` and `µ`.
     """
     if content.startswith(_UTF16_MARKS):
         try:
@@ -62,7 +64,8 @@ def decode_instrument_text(content: bytes) -> str:
 
 
 def delimiter_of(text: str) -> str:
-    """The semicolon, tab or comma that stands most often in the first line that holds anything; a comma without any."""
+    """The semicolon, tab or comma that stands most often in the first line that holds anything; a
+    comma without any."""
     first = next((line for line in text.splitlines() if line.strip()), "")
     return max((sign for sign in ";\t," if sign in first), key=first.count, default=",")
 
@@ -70,9 +73,10 @@ def delimiter_of(text: str) -> str:
 def table_rows(text: str, *, strict: bool = False) -> list[Row]:
     """The rows that hold anything, with `delimiter_of` between their cells.
 
-    A number that can be read in two ways (`1,250`) is written as Python does where the other numbers of the table prove
-    its meaning. A text that was guarded against spreadsheets is as it was before. Raises `ValueError` naming the row
-    where they do not, and for what is no CSV; `strict` refuses a quote that is not closed, too.
+    A number that can be read in two ways (`1,250`) is written as Python does where the other
+    numbers of the table prove its meaning. A text that was guarded against spreadsheets is as it
+    was before. Raises `ValueError` naming the row where they do not, and for what is no CSV;
+    `strict` refuses a quote that is not closed, too.
     """
     if "\0" in text:
         raise ValueError(f"holds a NUL character at {text.index(chr(0))}; not a text file")
@@ -152,10 +156,11 @@ class HeadedTable:
 
 
 def parse_number(text: str) -> float:
-    """A number as a person or a spreadsheet writes it, thousands apart or not; `ValueError` for anything that is not
-    finite, and for a comma that has two readings (`1,250`)."""
+    """A number as a person or a spreadsheet writes it, thousands apart or not; `ValueError` for
+    anything that is not finite, and for a comma that has two readings (`1,250`)."""
     try:
-        # Python's own spellings, 1_0 and digits of other scripts, are slips of the keyboard in a table.
+        # Python's own spellings, 1_0 and digits of other scripts, are slips of the keyboard in a
+        # table.
         value = float(text if text.isascii() and "_" not in text else plain_number(text))
     except ValueError:
         value = float(plain_number(text))

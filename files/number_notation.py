@@ -1,9 +1,9 @@
-"""Numbers as people and instruments write them: point or decimal comma, and thousands set apart by a comma, a point, a
-blank or an apostrophe.
+"""Numbers as people and instruments write them: point or decimal comma, and thousands set apart by
+a comma, a point, a blank or an apostrophe.
 
-`1,250` can be 1.25 or 1250. Which one it is, the other numbers of the same table prove (`notation_of`), or nobody knows
-and it is refused. Thousands count as set apart only where one to three digits, no leading zero, are followed by groups
-of exactly three.
+`1,250` can be 1.25 or 1250. Which one it is, the other numbers of the same table prove
+(`notation_of`), or nobody knows and it is refused. Thousands count as set apart only where one to
+three digits, no leading zero, are followed by groups of exactly three.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-#: Signs that mean the same between thousands: blanks of Unicode (no-break, thin, narrow no-break), and apostrophes.
+#: Signs that mean the same between thousands: blanks of Unicode (no-break, thin, narrow no-break),
+#: and apostrophes.
 _SAME_SIGN = str.maketrans({"\u00a0": " ", "\u2009": " ", "\u202f": " ", "\u2019": "'"})
 #: What can stand between thousands and nowhere else in a number.
 GROUP_SIGNS = " '\u00a0\u2009\u202f\u2019"
@@ -26,7 +27,8 @@ _DIGITS = re.compile(r"\d+", re.ASCII)
 
 @dataclass(frozen=True)
 class Reading:
-    """One meaning of a number's text: its signs, None where it has none, and the number as Python writes it."""
+    """One meaning of a number's text: its signs, None where it has none, and the number as Python
+    writes it."""
 
     decimal: str | None
     thousands: str | None
@@ -41,7 +43,8 @@ class Notation:
     thousands: str | None = None
 
     def plain(self, text: str) -> str:
-        """`text` as Python writes the number. Raises `ValueError` where it is no number of this notation."""
+        """`text` as Python writes the number. Raises `ValueError` where it is no number of this
+        notation."""
         for reading in readings(text):
             if reading.decimal in (None, self.decimal) and reading.thousands in (
                 None,
@@ -52,7 +55,8 @@ class Notation:
 
 
 class AmbiguousNumberError(ValueError):
-    """A number that has two readings, `text`; `choices` names both as they can be written without doubt."""
+    """A number that has two readings, `text`; `choices` names both as they can be written without
+    doubt."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -73,7 +77,8 @@ def _undoubted(plain: str) -> str:
 
 
 def readings(text: str) -> list[Reading]:
-    """Every meaning of `text` as a number: two of `1,250` and `1.250`, none of what is no number."""
+    """Every meaning of `text` as a number: two of `1,250` and `1.250`, none of what is no
+    number."""
     match = _NUMBER.fullmatch(text.translate(_SAME_SIGN).strip())
     if match is None:
         return []
@@ -103,8 +108,8 @@ def readings(text: str) -> list[Reading]:
 
 
 def plain_number(text: str) -> str:
-    """A number that stands alone, as Python writes it. Raises `AmbiguousNumberError` for a comma that has two readings;
-    a point alone is a decimal point."""
+    """A number that stands alone, as Python writes it. Raises `AmbiguousNumberError` for a comma
+    that has two readings; a point alone is a decimal point."""
     meanings = readings(text)
     if not meanings:
         raise ValueError(f"{text!r} is no decimal number")
@@ -120,16 +125,18 @@ def notation_of(
     by_hand: bool = False,
     decimal: str | None = None,
 ) -> Notation | None:
-    """The notation in which a table's numbers are written; None where single numbers contradict each other without
-    doubt about any of them (`0.5` beside `1,5`). Cells that are no numbers do not count.
+    """The notation in which a table's numbers are written; None where single numbers contradict
+    each other without doubt about any of them (`0.5` beside `1,5`). Cells that are no numbers do
+    not count.
 
-    What proves a sign: `0,5` and `12,34` a decimal sign, `1,234,567` and `1,234.5` a sign between thousands; `decimal`
-    is a sign that the laboratory states. Where no cell proves any, two things count. A comma sets thousands apart in a
-    column that also has numbers below 1000 without it and a group that ends in zero: three decimals in every number
-    would leave no bare ones, and dropped zeros no `1,250`. Between commas (`comma_cells`) a point is a decimal point.
-    What people write (`by_hand`) is less regular: there, only a decimal point between commas, or a decimal comma
-    between other signs, proves what the other sign is.
-    Raises `AmbiguousNumberError` where two readings remain.
+    What proves a sign: `0,5` and `12,34` a decimal sign, `1,234,567` and `1,234.5` a sign between
+    thousands; `decimal` is a sign that the laboratory states. Where no cell proves any, two things
+    count. A comma sets thousands apart in a column that also has numbers below 1000 without it and
+    a group that ends in zero: three decimals in every number would leave no bare ones, and dropped
+    zeros no `1,250`. Between commas (`comma_cells`) a point is a decimal point. What people write
+    (`by_hand`) is less regular: there, only a decimal point between commas, or a decimal comma
+    between other signs, proves what the other sign is. Raises `AmbiguousNumberError` where two
+    readings remain.
     """
     decimals: set[str] = set() if decimal is None else {decimal}
     thousands: set[str] = set()

@@ -1,8 +1,9 @@
-"""Text in CSV files that a spreadsheet would take for a formula: written with an apostrophe before it, read without.
+"""Text in CSV files that a spreadsheet would take for a formula: written with an apostrophe before
+it, read without.
 
-A name such as `=HYPERLINK(...)` of a file of unknown origin would act where a person opens an export (OWASP, "CSV
-Injection"). Numbers stay as they are, negative ones too. A text that has the apostrophe already gets another, so that
-reading gives back what was written.
+A name such as `=HYPERLINK(...)` of a file of unknown origin would act where a person opens an
+export (OWASP, "CSV Injection"). Numbers stay as they are, negative ones too. A text that has the
+apostrophe already gets another, so that reading gives back what was written.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, TextIO
 
-#: What a formula begins with, as a keyboard for Chinese or Japanese writes it, too; and more text behind it.
+#: What a formula begins with, as a keyboard for Chinese or Japanese writes it, too; and more text
+#: behind it.
 _FORMULA = re.compile("'*[=+\\-@\t\r\n＝＋－＠].", re.DOTALL)
 _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 _guarding: ContextVar[bool] = ContextVar("spreadsheet_guard", default=True)

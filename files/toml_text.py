@@ -1,7 +1,9 @@
-"""TOML that somebody else has written: how large, how wide and how deep it may be is asked before it is parsed.
+"""TOML that somebody else has written: how large, how wide and how deep it may be is asked before
+it is parsed.
 
-Python's own parser takes time and memory that grow with the square of the parts of a dotted key: 16,000 parts, 32 kB,
-took 3 s and 1.0 GB. What is within the limits is parsed in a second and 100 MB at most.
+Python's own parser takes time and memory that grow with the square of the parts of a dotted key:
+16,000 parts, 32 kB, took 3 s and 1.0 GB. What is within the limits is parsed in a second and 100 MB
+at most.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ _KEY = re.compile(r"(?<!=)=(?!=)|^[ \t]*+\[", re.MULTILINE)
 def read_toml_text(path: Path) -> str:
     """The text of a TOML file, with or without a byte order mark.
 
-    Raises `ValueError` where it is no UTF-8 or larger than any such file, of which no more is read; `OSError`.
+    Raises `ValueError` where it is no UTF-8 or larger than any such file, of which no more is read;
+    `OSError`.
     """
     with path.open("rb") as file:
         content = file.read(LARGEST_BYTES + 1)
@@ -39,7 +42,8 @@ def read_toml_text(path: Path) -> str:
 
 
 def toml_table(text: str) -> dict[str, Any]:
-    """What the text of a TOML file says. Raises `ValueError` for no TOML, and beyond a limit: which, how far."""
+    """What the text of a TOML file says. Raises `ValueError` for no TOML, and beyond a limit:
+    which, how far."""
     _check_size(text)
     try:
         table = tomllib.loads(text)
@@ -55,7 +59,8 @@ def toml_table(text: str) -> dict[str, Any]:
 
 
 def key_problems(table: Mapping[str, Any], allowed: Collection[str], prefix: str = "") -> list[str]:
-    """A message for each key of a table that is not `allowed`; `prefix` stands before the key, such as "bench."."""
+    """A message for each key of a table that is not `allowed`; `prefix` stands before the key, such
+    as "bench."."""
     expected = ", ".join(allowed)
     return [
         f"unknown key {_shortened(f'{prefix}{key}')}; known: {expected}"
@@ -67,7 +72,8 @@ def key_problems(table: Mapping[str, Any], allowed: Collection[str], prefix: str
 def check_keys(
     table: object, allowed: Collection[str], where: str, required: Collection[str] = ()
 ) -> None:
-    """Raises `ValueError` for what is no table, for an unknown key, and for a `required` key that is missing."""
+    """Raises `ValueError` for what is no table, for an unknown key, and for a `required` key that
+    is missing."""
     if not isinstance(table, Mapping):
         raise ValueError(f"{where} is {_shortened(table)}; expected a table")
     for problem in key_problems(table, allowed):
@@ -94,12 +100,14 @@ def _check_size(text: str) -> None:
     if deep_key := _DEEP_KEY.search(text):
         parts = len(re.findall(_PART, deep_key[0]))
         raise ValueError(
-            f"the key {deep_key[0][:40] + '…'!r} has {parts:,} parts joined by dots; expected at most {DEEPEST}"
+            f"the key {deep_key[0][:40] + '…'!r} has {parts:,} parts joined "
+            f"by dots; expected at most {DEEPEST}"
         )
 
 
 def _depth(table: dict[str, Any]) -> int:
-    """Of tables and lists, the whole being the first; counted without recursion, which would end at some depth."""
+    """Of tables and lists, the whole being the first; counted without recursion, which would end at
+    some depth."""
     depth, level = 0, list[Any]([table])
     while level:
         depth += 1

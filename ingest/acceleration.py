@@ -1,5 +1,6 @@
-"""A structure's own dynamics taken out of what a sensor on it saw (thesis, eq. 2.8, 2.9 and 4.2), and the delay of a
-hammer's accelerometer behind its load cell: the wave's travel, and no more (section 4.1)."""
+"""A structure's own dynamics taken out of what a sensor on it saw (thesis, eq. 2.8, 2.9 and 4.2),
+and the delay of a hammer's accelerometer behind its load cell: the wave's travel, and no more
+(section 4.1)."""
 
 from __future__ import annotations
 
@@ -19,10 +20,12 @@ from .transfer_function import (
     transfer_functions_of_the_others,
 )
 
-#: On a resonance of 2 % damping a half-sine comes back to 1 % of its peak, and to 3 % under noise of 0.1 %.
+#: On a resonance of 2 % damping a half-sine comes back to 1 % of its peak, and to 3 % under noise
+#: of 0.1 %.
 DEFAULT_REGULARISATION = 1e-7
 
-#: Segments in one block of a long record, without its margins: beyond, a transform leaves the processor's cache.
+#: Segments in one block of a long record, without its margins: beyond, a transform leaves the
+#: processor's cache.
 _BLOCK_SEGMENTS = 6
 
 
@@ -34,13 +37,14 @@ def deconvolve(
 ) -> Floats:
     """What drove `output` (..., n) through `tf`, same shape: eq. 4.2, regularised after Tikhonov.
 
-    conj(H) / (|H|^2 + regularisation * max |H|^2) replaces 1 / H, which would amplify noise without bound where the
-    structure does not respond; noise grows by 1 / (2 sqrt(regularisation) max |H|) at most. Zeros on either side keep
-    the end of a record from wrapping around to its beginning. A long one is cut into blocks that overlap by two
-    segments, half the time of one long transform.
+    conj(H) / (|H|^2 + regularisation * max |H|^2) replaces 1 / H, which would amplify noise without
+    bound where the structure does not respond; noise grows by 1 / (2 sqrt(regularisation) max |H|)
+    at most. Zeros on either side keep the end of a record from wrapping around to its beginning. A
+    long one is cut into blocks that overlap by two segments, half the time of one long transform.
 
-    A record of hits is better given as windows (hits, n), one for each hit: cheaper, and silence adds only noise.
-    Raises `TransferFunctionError` when the rates differ, or `output` outlasts an exponentially weighted `tf`.
+    A record of hits is better given as windows (hits, n), one for each hit: cheaper, and silence
+    adds only noise. Raises `TransferFunctionError` when the rates differ, or `output` outlasts an
+    exponentially weighted `tf`.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 
@@ -66,10 +70,11 @@ def deconvolve_together(
     to_hz: float,
     regularisation: float = DEFAULT_REGULARISATION,
 ) -> Floats:
-    """What drove `outputs` (k, n) through k transfer functions at once, (n,): the least squares of all, up to `to_hz`.
+    """What drove `outputs` (k, n) through k transfer functions at once, (n,): the least squares of
+    all, up to `to_hz`.
 
-    As `deconvolve`, for one window that is no longer than the functions' segment; from 0.8 `to_hz` on the result fades
-    to zero. Raises `TransferFunctionError` as `deconvolve`.
+    As `deconvolve`, for one window that is no longer than the functions' segment; from 0.8 `to_hz`
+    on the result fades to zero. Raises `TransferFunctionError` as `deconvolve`.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 
@@ -102,11 +107,12 @@ def clean_acceleration(
     segment: int,
     band_hz: tuple[float, float],
 ) -> Floats:
-    """Eq. 4.2 hit by hit: windows (hits, segment) of the acceleration at the impact plane, from records (n,).
+    """Eq. 4.2 hit by hit: windows (hits, segment) of the acceleration at the impact plane, from
+    records (n,).
 
-    Each hit is cleaned by the transfer function of the others: by its own, a / (a / F) returns the measured force
-    whatever the acceleration was. `band_hz` is where the impactor moves as one body. Raises `TransferFunctionError` for
-    fewer than two hits, and as what it calls.
+    Each hit is cleaned by the transfer function of the others: by its own, a / (a / F) returns the
+    measured force whatever the acceleration was. `band_hz` is where the impactor moves as one body.
+    Raises `TransferFunctionError` for fewer than two hits, and as what it calls.
     """
     if len(starts) < 2:
         raise TransferFunctionError(
@@ -126,8 +132,9 @@ def force_from_acceleration(
 ) -> Floats:
     """Contact force (..., n) by eq. 2.9: minus plate mass times corrected acceleration.
 
-    `tf` is a `rigid_body_normalised` one: by eq. 2.7 as printed, eq. 2.8 already is a force. The minus makes the force
-    of a blow positive for a sensor whose axis points against it. Raises `TransferFunctionError` for any other `tf`.
+    `tf` is a `rigid_body_normalised` one: by eq. 2.7 as printed, eq. 2.8 already is a force. The
+    minus makes the force of a blow positive for a sensor whose axis points against it. Raises
+    `TransferFunctionError` for any other `tf`.
     """
     if tf.unit != "1":
         raise TransferFunctionError(
@@ -145,7 +152,8 @@ def _check(
         )
     if tf.decay_1_s and output.shape[-1] > tf.segment:
         raise TransferFunctionError(
-            f"{output.shape[-1]} samples under an exponential window of {tf.segment}: give one window per hit"
+            f"{output.shape[-1]} samples under an exponential window of "
+            f"{tf.segment}: give one window per hit"
         )
     if not regularisation >= 0:
         raise TransferFunctionError(f"regularisation = {regularisation!r}: expected not negative")
@@ -154,7 +162,8 @@ def _check(
 def _regularised_inverse(
     tf: TransferFunction, length: int, regularisation: float
 ) -> NDArray[np.complex128]:
-    """On the bins of a longer FFT, by the impulse response: interpolating the response itself would smear its phase."""
+    """On the bins of a longer FFT, by the impulse response: interpolating the response itself would
+    smear its phase."""
     response = _padded_response(tf, length)
     floor = regularisation * tf.largest_gain**2
     return np.asarray(
@@ -180,19 +189,23 @@ def propagation_delay(youngs_modulus_pa: float, density_kg_m3: float, length_m: 
     return length_m / math.sqrt(youngs_modulus_pa / density_kg_m3)
 
 
-#: Samples by which a delay is looked for, and by which it may miss the wave's travel: the thesis' discrepancy.
+#: Samples by which a delay is looked for, and by which it may miss the wave's travel: the thesis'
+#: discrepancy.
 _LONGEST, _TOLERANCE = 16, 2.0
 
 
 def measured_delay_samples(force: Floats, acceleration: Floats, first: int, last: int) -> float:
-    """Samples by which `acceleration` (n,) follows `force` (n,) in the contact `first` to `last`; negative: it leads.
+    """Samples by which `acceleration` (n,) follows `force` (n,) in the contact `first` to `last`;
+    negative: it leads.
 
-    The peak of the cross-correlation, between samples by a cubic spline; either polarity. The answer is within
-    ±16, and at that limit where the two are not alike. Raises `ValueError` for a contact outside the record.
+    The peak of the cross-correlation, between samples by a cubic spline; either polarity. The
+    answer is within ±16, and at that limit where the two are not alike. Raises `ValueError` for a
+    contact outside the record.
     """
     if not 0 <= first < last < force.size or force.shape != acceleration.shape:
         raise ValueError(
-            f"contact {first} to {last} in records of {force.shape} and {acceleration.shape} samples"
+            f"contact {first} to {last} in records of {force.shape} and "
+            f"{acceleration.shape} samples"
         )
     from scipy.interpolate import CubicSpline
 

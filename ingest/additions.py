@@ -1,8 +1,10 @@
-"""Facts that a stored campaign lacked and its folder has now: of the bench, and factors of rows. They are added. What
-stored samples mean (their calibration) may not change from one ingest to the next.
+"""Facts that a stored campaign lacked and its folder has now: of the bench, and factors of rows.
+They are added. What stored samples mean (their calibration) may not change from one ingest to the
+next.
 
-A fact that the store has stays as it is (`stored_rows`). Figures, pulses and verdicts of stored impacts are not made
-anew; datasets that are frozen keep the facts that they were frozen with (`schema.frozen_facts`).
+A fact that the store has stays as it is (`stored_rows`). Figures, pulses and verdicts of stored
+impacts are not made anew; datasets that are frozen keep the facts that they were frozen with
+(`schema.frozen_facts`).
 """
 
 from __future__ import annotations
@@ -37,8 +39,8 @@ HitKey = tuple[int, int]
 
 @dataclass(frozen=True)
 class Additions:
-    """Facts of the bench ("bench.hammer.mass_kg = 0.32"), and for each row with new factors the stored hits that it
-    stands for and the names of the factors."""
+    """Facts of the bench ("bench.hammer.mass_kg = 0.32"), and for each row with new factors the
+    stored hits that it stands for and the names of the factors."""
 
     bench: tuple[str, ...] = ()
     rows: tuple[tuple[RunRow, tuple[HitKey, ...], tuple[str, ...]], ...] = ()
@@ -94,7 +96,8 @@ def add_facts(
     modes: ModalTableFile | None,
     additions: Additions,
 ) -> None:
-    """Write what is added, with a row of provenance that says what; nothing where another process has added it."""
+    """Write what is added, with a row of provenance that says what; nothing where another process
+    has added it."""
     campaign = session.scalars(select(Campaign).where(Campaign.name == file.name)).one()
     bench = bool(bench_additions(session, campaign, file))
     table: type[Impact] | type[Shot] = Shot if campaign.kind == "gun" else Impact
@@ -155,10 +158,12 @@ class Stored:
 
 
 def refuse_changed_channels(session: Session, campaign: Campaign, file: CampaignFile) -> None:
-    """Raise `IngestError` where `[channels]` gives a stored channel another meaning, with both values of each change.
+    """Raise `IngestError` where `[channels]` gives a stored channel another meaning, with both
+    values of each change.
 
-    Another meaning is another quantity, conversion to SI, full scale, position or axis; the same meaning may be written
-    otherwise (10 kN for 10,000 N). Force channels are summed, so that one more or less is a change too.
+    Another meaning is another quantity, conversion to SI, full scale, position or axis; the same
+    meaning may be written otherwise (10 kN for 10,000 N). Force channels are summed, so that one
+    more or less is a change too.
     """
     columns = (getattr(RecordedChannel, item.name) for item in fields(Stored))
     query = select(*columns).join(Recording).where(Recording.campaign_id == campaign.id).distinct()
@@ -174,7 +179,8 @@ def refuse_changed_channels(session: Session, campaign: Campaign, file: Campaign
     if changes:
         listed = "; ".join(dict.fromkeys(changes))
         raise IngestError(
-            f"{FILE}: {listed}: later figures of campaign {campaign.name!r} would not mean what the stored ones do; "
+            f"{FILE}: {listed}: later figures of campaign {campaign.name!r} "
+            f"would not mean what the stored ones do; "
             "restore the stored values, or give this campaign another name"
         )
 
@@ -228,8 +234,10 @@ def _calibration(calibration: Calibration | None) -> str | None:
         return None
     line = calibration.line
     return (
-        f"{calibration.points} points of {calibration.date} (sensitivity {line.sensitivity:.6g} with u "
-        f"{line.sensitivity_u:.2g}, offset {line.offset:.6g} V with u {line.offset_u:.2g}, common u "
+        f"{calibration.points} points of {calibration.date} (sensitivity "
+        f"{line.sensitivity:.6g} with u "
+        f"{line.sensitivity_u:.2g}, offset {line.offset:.6g} V with u "
+        f"{line.offset_u:.2g}, common u "
         f"{calibration.common_u:g})"
     )
 

@@ -1,4 +1,5 @@
-"""Points of a transducer's static calibration: `[channels.NAME.calibration]` of campaign.toml, and tables of points."""
+"""Points of a transducer's static calibration: `[channels.NAME.calibration]` of campaign.toml, and
+tables of points."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ COLUMNS, UNCERTAINTIES = ("reference", "reading_v"), ("reference_u", "reading_u_
 
 @dataclass(frozen=True)
 class CalibrationPoints:
-    """References in the channel's unit and readings in volt, (n,), with standard uncertainties; 0 where unstated."""
+    """References in the channel's unit and readings in volt, (n,), with standard uncertainties; 0
+    where unstated."""
 
     reference: tuple[float, ...]
     reading_v: tuple[float, ...]
@@ -31,11 +33,13 @@ class CalibrationPoints:
     reading_u_v: tuple[float, ...] | float = 0.0
 
     def calibration(self, date: dt.date, common_u: float = 0.0) -> Calibration:
-        """The line through the points. Raises `ValueError` as `fit_line`, and for a line without slope."""
+        """The line through the points. Raises `ValueError` as `fit_line`, and for a line without
+        slope."""
         line = fit_line(self.reference, self.reading_v, self.reference_u, self.reading_u_v)
         if not abs(line.sensitivity) > 3 * line.sensitivity_u:
             raise ValueError(
-                f"the readings do not follow the references: sensitivity {line.sensitivity:.4g} with a standard "
+                f"the readings do not follow the references: sensitivity "
+                f"{line.sensitivity:.4g} with a standard "
                 f"uncertainty of {line.sensitivity_u:.2g}"
             )
         return Calibration(line, date, len(self.reference), common_u)
@@ -44,9 +48,11 @@ class CalibrationPoints:
 def read_points(
     path: Path, reference_u: float = 0.0, reading_u_v: float = 0.0
 ) -> CalibrationPoints:
-    """A table with the columns `reference` and `reading_v`, and `reference_u` and `reading_u_v` where it has them.
+    """A table with the columns `reference` and `reading_v`, and `reference_u` and `reading_u_v`
+    where it has them.
 
-    A column of uncertainties comes before `reference_u` and `reading_u_v`. Raises `IngestError` naming row and column.
+    A column of uncertainties comes before `reference_u` and `reading_u_v`. Raises `IngestError`
+    naming row and column.
     """
     try:
         header, lines = read_table(path, path.name)
@@ -69,7 +75,8 @@ def read_points(
                 values[column].append(parse_number(text))
             except ValueError as error:
                 raise IngestError(
-                    f"{path.name}: row {line}, column {column!r}: {printable(text)}; expected a number"
+                    f"{path.name}: row {line}, column "
+                    f"{column!r}: {printable(text)}; expected a number"
                 ) from error
     return CalibrationPoints(
         tuple(values["reference"]),
@@ -82,8 +89,8 @@ def read_points(
 def stated_calibration(channel: Mapping[str, Any], where: str, folder: Path) -> Calibration | None:
     """`calibration` of a channel's table, whose name is `where`; None without it.
 
-    Raises `IngestError` with the key, its value and what was expected, also where the channel states a sensitivity of
-    its own beside the points.
+    Raises `IngestError` with the key, its value and what was expected, also where the channel
+    states a sensitivity of its own beside the points.
     """
     table = channel.get("calibration")
     if table is None:
@@ -140,7 +147,8 @@ def _not_negative(table: Mapping[str, Any], key: str, where: str) -> float:
     value = table.get(key, 0.0)
     if not _is_number(value) or value < 0:
         raise IngestError(
-            f"{FILE}: {where}.{key} is {printable(value)}; expected a standard uncertainty of 0 or more"
+            f"{FILE}: {where}.{key} is {printable(value)}; expected a "
+            f"standard uncertainty of 0 or more"
         )
     return float(value)
 

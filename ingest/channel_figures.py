@@ -1,7 +1,8 @@
 """Figures of each acceleration channel for each impact of a recording, and the rows that hold them.
 
-One row of `runs.csv` is the whole record. More rows are that many shocks, the largest of those that stand out of the
-envelope, in the order of time; `segmentation.find_events` tells them apart, as it tells contacts of a force.
+One row of `runs.csv` is the whole record. More rows are that many shocks, the largest of those that
+stand out of the envelope, in the order of time; `segmentation.find_events` tells them apart, as it
+tells contacts of a force.
 """
 
 from __future__ import annotations
@@ -22,14 +23,17 @@ from .pulses import Hits
 from .segmentation import RestLevel, find_events, rest_level
 from .settings import ExtractionSettings
 
-#: Shares of the largest peak from which on a shock counts, tried in this order until there are as many as rows: a
-#: smaller one finds small shocks, a larger one tells apart those between which the structure rings on.
+#: Shares of the largest peak from which on a shock counts, tried in this order until there are as
+#: many as rows: a smaller one finds small shocks, a larger one tells apart those between which the
+#: structure rings on.
 _SHARES = (1.0, 0.5, 0.2, 2.0, 3.5, 5.0)
 #: A record is cut into so many pieces for its noise, which is that of a quiet one among them.
 _PIECES, _QUIET_QUANTILE = 32, 0.1
-#: A shock begins where the envelope is last below this share of its first peak, as far back as half of the gap.
+#: A shock begins where the envelope is last below this share of its first peak, as far back as half
+#: of the gap.
 _ONSET_SHARE = 0.05
-#: Rest before a shock that its part of the record begins with: at least so long, and so many samples.
+#: Rest before a shock that its part of the record begins with: at least so long, and so many
+#: samples.
 _REST_S, _REST_SAMPLES = 10e-3, 64
 #: Shocks that a message names; all are in the evidence.
 _NAMED = 5
@@ -37,8 +41,9 @@ _NAMED = 5
 
 @dataclass(frozen=True)
 class ShockParts:
-    """Part of the record of each impact as (begin, end) in seconds on the record's clock, in the order of time; none
-    where there are fewer shocks than rows. `findings` say what was left out or is missing."""
+    """Part of the record of each impact as (begin, end) in seconds on the record's clock, in the
+    order of time; none where there are fewer shocks than rows. `findings` say what was left out or
+    is missing."""
 
     parts_s: tuple[tuple[float, float], ...]
     findings: tuple[Finding, ...] = ()
@@ -50,10 +55,11 @@ WHOLE = (float("-inf"), float("inf"))
 def parts_between(
     onsets_s: Sequence[float], wanted: Sequence[int], sampling_rate_hz: float
 ) -> tuple[tuple[float, float], ...]:
-    """Parts of a record for the events with the numbers `wanted` among those that begin at `onsets_s` (ascending).
+    """Parts of a record for the events with the numbers `wanted` among those that begin at
+    `onsets_s` (ascending).
 
-    Each begins with some rest before its onset, at most half of the way back to the event before, and ends where the
-    next event's part begins, whether that is wanted or not.
+    Each begins with some rest before its onset, at most half of the way back to the event before,
+    and ends where the next event's part begins, whether that is wanted or not.
     """
     rest_s = max(_REST_S, _REST_SAMPLES / sampling_rate_hz)
     gaps = np.diff(onsets_s)
@@ -95,7 +101,8 @@ def _filled(channel: Channel) -> Floats:
 
 
 def _on_samples_of(loudest: Channel, channel: Channel) -> Floats:
-    """The size of a channel at the samples of the loudest, to the nearest sample; 0 where it was not recorded."""
+    """The size of a channel at the samples of the loudest, to the nearest sample; 0 where it was
+    not recorded."""
     size = np.zeros(loudest.recorded.size)
     first = round((channel.start_s - loudest.start_s) * loudest.sampling_rate_hz)
     begin, end = max(first, 0), min(first + channel.recorded.size, size.size)
@@ -105,7 +112,8 @@ def _on_samples_of(loudest: Channel, channel: Channel) -> Floats:
 
 
 def _noise(x: Floats) -> float:
-    """Deviation of a quiet piece of the record: its own median deviation is that of the ringing where it rings long."""
+    """Deviation of a quiet piece of the record: its own median deviation is that of the ringing
+    where it rings long."""
     length = x.size // _PIECES
     if length < 2:
         return 0.0
@@ -136,7 +144,8 @@ def _onset(envelope: Floats, events: list[NDArray[np.int64]], i: int) -> int:
 
 def _too_few(number: int, expected: int, channel: str) -> Finding:
     message = (
-        f"{number} shocks found in the accelerations for {expected} rows of runs.csv: which row lacks its shock cannot "
+        f"{number} shocks found in the accelerations for {expected} rows of "
+        f"runs.csv: which row lacks its shock cannot "
         "be told, so none has figures of its accelerations; give each row a recording of its own"
     )
     return Finding(
@@ -165,7 +174,8 @@ def _left_out(
     )
     more = f" and {len(shocks) - _NAMED} more" if len(shocks) > _NAMED else ""
     message = (
-        f"{len(events)} shocks found for {len(wanted)} rows of runs.csv; the largest are stored, not stored: "
+        f"{len(events)} shocks found for {len(wanted)} rows of runs.csv; the "
+        f"largest are stored, not stored: "
         f"{named}{more}"
     )
     doubtful = max(shock["peak_acceleration_m_s2"] for shock in shocks) >= 0.5 * smallest
@@ -195,11 +205,11 @@ class RecordingFigures:
 def measure_channels(
     channels: Sequence[Channel], hits: Hits, rows: int, settings: ExtractionSettings
 ) -> RecordingFigures:
-    """Figures of the acceleration channels of a recording; beside a force not of those that ride on the impactor, whose
-    motion its velocity tells.
+    """Figures of the acceleration channels of a recording; beside a force not of those that ride on
+    the impactor, whose motion its velocity tells.
 
-    Its impacts are the contacts that its force shows (`hits`), else as many shocks of the accelerations as `rows` of
-    runs.csv name it; none where they are 0.
+    Its impacts are the contacts that its force shows (`hits`), else as many shocks of the
+    accelerations as `rows` of runs.csv name it; none where they are 0.
     """
     force = bool(hits.pulses)
     accelerations = [
@@ -225,7 +235,8 @@ def measure_channels(
 def figure_rows(
     figures: Sequence[ImpactFigures], impacts: Sequence[int], channels: Mapping[str, int]
 ) -> list[dict[str, Any]]:
-    """Rows of `channel_figures` for the impacts with these keys, in the order of `figures`; `channels`: key by name."""
+    """Rows of `channel_figures` for the impacts with these keys, in the order of `figures`;
+    `channels`: key by name."""
     rows = []
     for impact, by_channel in zip(impacts, figures, strict=True):
         largest = max(

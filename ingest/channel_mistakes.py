@@ -1,8 +1,10 @@
-"""Mistakes of channels: the sign of a force, held against that of the campaign's other recordings; units (factors of
-NIST SP 811) and gains of amplifiers that nobody wrote down; numbers that no sensor gives, in any unit.
+"""Mistakes of channels: the sign of a force, held against that of the campaign's other recordings;
+units (factors of NIST SP 811) and gains of amplifiers that nobody wrote down; numbers that no
+sensor gives, in any unit.
 
-A contact pushes. Which sign a push has is the wiring's choice, and an extraction turns it upright by itself; but within
-a campaign it is the same, unless a cable was turned over or the sensor was pulled.
+A contact pushes. Which sign a push has is the wiring's choice, and an extraction turns it upright
+by itself; but within a campaign it is the same, unless a cable was turned over or the sensor was
+pulled.
 """
 
 from __future__ import annotations
@@ -40,8 +42,9 @@ def check_force_sign(pulses: Sequence[ForcePulse], channel: str) -> list[Finding
 
 
 def warn_of_sign(store: Store, campaign: str) -> None:
-    """A `warning` on each recording of `campaign` whose force has another sign than that of most; on those of negative
-    force where there are as many of either. What was said before is brought up to date."""
+    """A `warning` on each recording of `campaign` whose force has another sign than that of most;
+    on those of negative force where there are as many of either. What was said before is brought up
+    to date."""
     wanted, present = store.read(lambda session: _minority(session, campaign))
     if wanted.keys() != present:
         store.write(
@@ -79,7 +82,8 @@ def _minority(session: Session, campaign: str) -> tuple[dict[Place, str], set[Pl
     if len(positive) < len(negative):
         minority, sign, others = positive, "positive", len(negative)
     message = (
-        f"the force is {sign} here and the other way in {others} recordings of the campaign: a cable was turned over, "
+        f"the force is {sign} here and the other way in {others} recordings "
+        f"of the campaign: a cable was turned over, "
         "or the sensor was pulled; look at the wiring and at the sensitivity's sign"
     )
     wanted: dict[Place, str] = {(key, channels[key]): message for key in minority} if others else {}
@@ -112,7 +116,8 @@ def _write(
 
 
 _POUND_FORCE_N, _GRAVITY_M_S2, _FOOT_M, _MILE_KM = 4.4482216, 9.80665, 0.3048, 1.609344
-#: By quantity the unit of its columns, and others with what they read per truth: one may be taken for the other.
+#: By quantity the unit of its columns, and others with what they read per truth: one may be taken
+#: for the other.
 _UNITS: dict[str, tuple[str, dict[str, float]]] = {
     "force": ("N", {"kN": 1e-3, "lbf": 1 / _POUND_FORCE_N, "kgf": 1 / _GRAVITY_M_S2}),
     "acceleration": (
@@ -131,7 +136,8 @@ _AMPLIFIED = {"force": (10.0, 100.0), "acceleration": (10.0, 100.0)}
 
 
 def unit_mistakes(quantity: str) -> Iterator[tuple[float, str]]:
-    """Readings over the truth, each with the mistake that makes them; those of a quantity, in both directions."""
+    """Readings over the truth, each with the mistake that makes them; those of a quantity, in both
+    directions."""
     unit, factors = _UNITS[quantity]
     for name, factor in factors.items():
         yield factor, f"values in {name} where {unit} is declared"
@@ -146,13 +152,15 @@ LARGEST = 1e100
 
 
 def refuse_no_reading(file: str, channel: str, samples: NDArray[Any]) -> None:
-    """Raises `RecordingError` for a finite sample beyond `LARGEST`: the file is damaged, or has another type."""
+    """Raises `RecordingError` for a finite sample beyond `LARGEST`: the file is damaged, or has
+    another type."""
     if samples.dtype.kind != "f" or samples.dtype.itemsize < 8:
         return
     beyond = (np.abs(samples) > LARGEST) & np.isfinite(samples)
     if beyond.any():
         at = int(np.argmax(beyond))
         raise RecordingError(
-            f"{file}: channel {channel!r} holds {samples[at]:.3g} at sample {at}; no sensor gives such a number, "
+            f"{file}: channel {channel!r} holds {samples[at]:.3g} at sample "
+            f"{at}; no sensor gives such a number, "
             "the file is damaged or has another type of number"
         )

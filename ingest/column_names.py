@@ -1,7 +1,9 @@
-"""Column names of `runs.csv`: those with a meaning, and those that resemble one and are probably misspelt.
+"""Column names of `runs.csv`: those with a meaning, and those that resemble one and are probably
+misspelt.
 
-Every other column is a free factor. It needs no declaration unless its name resembles a known one: the contract of the
-campaign folder keeps further columns as free factors, and plans write such columns.
+Every other column is a free factor. It needs no declaration unless its name resembles a known one:
+the contract of the campaign folder keeps further columns as free factors, and plans write such
+columns.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ MEASURED: dict[str, tuple[str, float, bool]] = {
 #: Free factors that `diagnose` gives a meaning: the projectile's own travel.
 TRAVEL = ("travel_m", "travel_mm")
 KNOWN = (*KEYS, "recording", *BY_COLUMN, *MEASURED, *TRAVEL)
-#: A table has both keys, or is refused: no other column can be one of them misspelt ("repetitions" of a plan's sheet).
+#: A table has both keys, or is refused: no other column can be one of them misspelt ("repetitions"
+#: of a plan's sheet).
 _RESEMBLED = tuple(column for column in KNOWN if column not in KEYS)
 
 #: One or two letters added, left out, changed or swapped.
@@ -48,10 +51,11 @@ def check_columns(
     confirmed: Collection[str],
     table: str = RUNS_FILE,
 ) -> None:
-    """Refuse a column that resembles a known one, unless campaign.toml declares it or the user confirmed it.
+    """Refuse a column that resembles a known one, unless campaign.toml declares it or the user
+    confirmed it.
 
-    `declared` and `confirmed` are free factors by their columns, `table` the file's name. Raises `IngestError` with the
-    suggestion, and for a declaration that the table does not bear out.
+    `declared` and `confirmed` are free factors by their columns, `table` the file's name. Raises
+    `IngestError` with the suggestion, and for a declaration that the table does not bear out.
     """
     faults = Faults()
     for place, columns in (("campaign.toml: [factors]", declared), ("--free-factor", confirmed)):
@@ -59,14 +63,16 @@ def check_columns(
             if column in KNOWN:
                 faults.add(
                     [
-                        f"{place}: {column!r} is a known column of {table}, not a free factor; remove it"
+                        f"{place}: {column!r} is a known column "
+                        f"of {table}, not a free factor; remove it"
                     ]
                 )
             elif column not in header:
                 there = printable(", ".join(header))
                 faults.add(
                     [
-                        f"{place}: {printable(column)} is no column of {table}; its columns are {there}"
+                        f"{place}: {printable(column)} is no "
+                        f"column of {table}; its columns are {there}"
                     ]
                 )
     for column in header:
@@ -74,8 +80,10 @@ def check_columns(
         if similar is not None and column not in declared and column not in confirmed:
             faults.add(
                 [
-                    f"{table}: column {printable(column)} resembles the known column {similar!r}; correct its name, "
-                    f"or, if it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
+                    f"{table}: column {printable(column)} resembles the known "
+                    f"column {similar!r}; correct its name, "
+                    f"or, if it is a factor of its own, declare it in "
+                    f"campaign.toml ([factors], {_toml_key(column)} = "
                     f'"what it is") or confirm it with --free-factor {_argument(column)}'
                 ]
             )
@@ -83,7 +91,8 @@ def check_columns(
 
 
 def resembled(column: str) -> str | None:
-    """The known column that a name resembles by case, blanks, unit or up to two letters; None for any other name."""
+    """The known column that a name resembles by case, blanks, unit or up to two letters; None for
+    any other name."""
     if column in KNOWN:
         return None
     plain = _plain(column)
@@ -100,8 +109,8 @@ def resembled(column: str) -> str | None:
 def resembled_channel(channel: str, others: Collection[str]) -> str | None:
     """The one of `others` that may be `channel` in another spelling; None where there is none.
 
-    Case, blanks, a unit and a letter or two do not count, as for columns; a letter of a short name does, and so does a
-    number: acc_2 is another channel than acc_3.
+    Case, blanks, a unit and a letter or two do not count, as for columns; a letter of a short name
+    does, and so does a number: acc_2 is another channel than acc_3.
     """
     plain = _plain(channel)
     for other in others:
@@ -133,7 +142,8 @@ def _is_other_unit(plain: str, stem: str) -> bool:
 
 
 def suggestion(column: str, header: Collection[str]) -> str:
-    """For a key that is missing: the column that was probably meant, as the end of a sentence; else nothing."""
+    """For a key that is missing: the column that was probably meant, as the end of a sentence; else
+    nothing."""
     for heading in header:
         if _edits(_plain(heading), column) <= 1:
             return f"; column {printable(heading)} resembles it"
@@ -141,13 +151,14 @@ def suggestion(column: str, header: Collection[str]) -> str:
 
 
 def _plain(column: str) -> str:
-    """Small letters, with one underscore for whatever parts words ("Tip  material", "tip-material")."""
+    """Small letters, with one underscore for whatever parts words ("Tip  material",
+    "tip-material")."""
     return re.sub(r"[^a-z0-9]+", "_", column.lower()).strip("_")
 
 
 def _edits(first: str, second: str) -> int:
-    """Letters added, left out, changed or swapped with their neighbour (optimal string alignment); a name that is
-    longer or shorter by more than `_MOST_EDITS` is told at once."""
+    """Letters added, left out, changed or swapped with their neighbour (optimal string alignment);
+    a name that is longer or shorter by more than `_MOST_EDITS` is told at once."""
     if abs(len(first) - len(second)) > _MOST_EDITS:
         return _MOST_EDITS + 1
     before: list[int] = []

@@ -1,5 +1,5 @@
-"""Channels of one recording on one time grid: each may start at an instant of its own (`start_s`), and samples of the
-same number are then not of the same moment."""
+"""Channels of one recording on one time grid: each may start at an instant of its own (`start_s`),
+and samples of the same number are then not of the same moment."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from ..array_types import Floats
 from ..signals.channel import Channel
 from ..signals.checks.base import Contact, Finding
 
-#: Samples on either side that a value between samples is made of, and the shape of their Kaiser window.
+#: Samples on either side that a value between samples is made of, and the shape of their Kaiser
+#: window.
 HALF_WIDTH, _KAISER = 32, 8.6
-#: What is between samples by less is not interpolated: it moves a wave at half of the Nyquist frequency by 0.02 %.
+#: What is between samples by less is not interpolated: it moves a wave at half of the Nyquist
+#: frequency by 0.02 %.
 _ON_SAMPLE = 1e-4
 
 
@@ -24,7 +26,8 @@ class GridError(ValueError):
 
 @dataclass(frozen=True)
 class CommonGrid:
-    """SI readings of several channels (k, n) on the grid of the first, whose sample `first` is theirs of number 0."""
+    """SI readings of several channels (k, n) on the grid of the first, whose sample `first` is
+    theirs of number 0."""
 
     values: Floats
     sampling_rate_hz: float
@@ -35,16 +38,17 @@ class CommonGrid:
 def on_one_grid(channels: Sequence[Channel]) -> CommonGrid:
     """The span that all `channels` cover, on the samples of the first.
 
-    Where another channel's samples lie between these, it is interpolated band-limited: up to 0.9 of the Nyquist
-    frequency the error is below 1e-4 of the peak. Raises `GridError` for different rates, and for channels that have no
-    moment in common.
+    Where another channel's samples lie between these, it is interpolated band-limited: up to 0.9 of
+    the Nyquist frequency the error is below 1e-4 of the peak. Raises `GridError` for different
+    rates, and for channels that have no moment in common.
     """
     first = channels[0]
     rate = first.sampling_rate_hz
     for other in channels[1:]:
         if not np.isclose(other.sampling_rate_hz, rate, rtol=1e-6, atol=0.0):
             raise GridError(
-                f"{first.name!r} is recorded at {rate:g} Hz and {other.name!r} at {other.sampling_rate_hz:g} Hz; "
+                f"{first.name!r} is recorded at {rate:g} Hz and "
+                f"{other.name!r} at {other.sampling_rate_hz:g} Hz; "
                 "record them at one rate"
             )
     offsets = [(channel.start_s - first.start_s) * rate for channel in channels]
@@ -65,7 +69,8 @@ def on_one_grid(channels: Sequence[Channel]) -> CommonGrid:
 
 
 def _on_samples(samples: Floats, offset: float) -> tuple[int, Floats]:
-    """Number on the grid of the first of `samples` (n,), which begin `offset` samples after it, and samples there."""
+    """Number on the grid of the first of `samples` (n,), which begin `offset` samples after it, and
+    samples there."""
     number = round(offset)
     between = offset - number
     return number, samples if abs(between) < _ON_SAMPLE else delayed(samples, between)
@@ -74,8 +79,8 @@ def _on_samples(samples: Floats, offset: float) -> tuple[int, Floats]:
 def delayed(samples: Floats, delay: float) -> Floats:
     """The signal of `samples` (n,) later by `delay` samples, within ±0.5, at the same instants.
 
-    By a sinc under a Kaiser window (A. V. Oppenheim and R. W. Schafer, Discrete-Time Signal Processing, section 7.5);
-    beyond its ends the record is held at its last value.
+    By a sinc under a Kaiser window (A. V. Oppenheim and R. W. Schafer, Discrete-Time Signal
+    Processing, section 7.5); beyond its ends the record is held at its last value.
     """
     taps = np.arange(-HALF_WIDTH, HALF_WIDTH + 1)
     place = taps - delay
@@ -88,7 +93,8 @@ def delayed(samples: Floats, delay: float) -> Floats:
 def contacts_on(
     channel: Channel, force: Channel, contacts: Sequence[Contact]
 ) -> list[tuple[int, Contact]]:
-    """Contacts of `force` as samples of `channel`, each with its number; those outside of its record are left out."""
+    """Contacts of `force` as samples of `channel`, each with its number; those outside of its
+    record are left out."""
     if channel.start_s == force.start_s and channel.sampling_rate_hz == force.sampling_rate_hz:
         return list(enumerate(contacts))
     last = channel.recorded.size - 1
@@ -108,5 +114,6 @@ def contacts_on(
 
 
 def with_numbers(findings: Sequence[Finding], numbers: Sequence[int]) -> list[Finding]:
-    """Findings whose contacts are counted among those of a channel, by the `numbers` of these in the recording."""
+    """Findings whose contacts are counted among those of a channel, by the `numbers` of these in
+    the recording."""
     return [f if f.contact is None else replace(f, contact=numbers[f.contact]) for f in findings]

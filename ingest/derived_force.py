@@ -1,9 +1,11 @@
-"""The contact force of a shot from the accelerations of the plate it strikes (thesis, section 2.2.1, eq. 2.7 to 2.9).
+"""The contact force of a shot from the accelerations of the plate it strikes (thesis, section
+2.2.1, eq. 2.7 to 2.9).
 
-Hammer hits at the point that the projectile strikes give the transfer functions H = a / F of the accelerometers (eq.
-2.7). A shot's accelerations over H (eq. 2.8) are its force: eq. 2.9, minus the plate's mass times the corrected
-acceleration, holds for an H that was normalised to 1, which this one is not. Several accelerometers are taken together
-by least squares, so that one sees what another does not.
+Hammer hits at the point that the projectile strikes give the transfer functions H = a / F of the
+accelerometers (eq.
+2.7). A shot's accelerations over H (eq. 2.8) are its force: eq. 2.9, minus the plate's mass times
+the corrected acceleration, holds for an H that was normalised to 1, which this one is not. Several
+accelerometers are taken together by least squares, so that one sees what another does not.
 """
 
 from __future__ import annotations
@@ -31,22 +33,26 @@ from .transfer_function import TransferFunction, TransferFunctionError, estimate
 NAME = "force_derived"
 #: Fewer hits give no coherence that says anything.
 MIN_HITS = 3
-#: Rest before a contact, and the weight at the end of a hit's window (as in the thesis's database of hits).
+#: Rest before a contact, and the weight at the end of a hit's window (as in the thesis's database
+#: of hits).
 _BEFORE_S, _END_WEIGHT = 6e-3, 1e-3
 #: H is known as far as its coherence, over a sixth of an octave, stays above this.
 MIN_COHERENCE = 0.9
-#: A pulse that lasts T at a tenth of its peak needs H up to so many over T. The filter at that end makes a shorter
-#: pulse as long as about 1.2 over it, so a length of 1.8 over it or more is the pulse's own.
+#: A pulse that lasts T at a tenth of its peak needs H up to so many over T. The filter at that end
+#: makes a shorter pulse as long as about 1.2 over it, so a length of 1.8 over it or more is the
+#: pulse's own.
 BAND_OF_PULSE = 1.8
 #: The part of a window that is kept: later, the exponential weight has made noise of what is left.
 _KEPT_SHARE = 0.25
-#: Force outside of the contact, rms over peak: up to the first a `note`, up to the second a `warning`.
+#: Force outside of the contact, rms over peak: up to the first a `note`, up to the second a
+#: `warning`.
 _RESIDUALS = (0.02, 0.1)
 
 
 @dataclass(frozen=True)
 class TransferFunctions:
-    """Transfer functions of the accelerometers of `source`, known up to `to_hz`; `sha256` of the hammer's recording."""
+    """Transfer functions of the accelerometers of `source`, known up to `to_hz`; `sha256` of the
+    hammer's recording."""
 
     source: ForceSource
     functions: tuple[TransferFunction, ...]
@@ -65,7 +71,8 @@ def plate_response(
     sensors: dict[str, Sensor],
     reading: ReadingOptions = AS_IN_FILE,
 ) -> TransferFunctions:
-    """H of each accelerometer from the hammer's recording (eq. 2.7). Raises `IngestError` that says how to get it."""
+    """H of each accelerometer from the hammer's recording (eq. 2.7). Raises `IngestError` that says
+    how to get it."""
     file = folder / source.recording
     wanted = {name: sensors[name] for name in source.accelerometers} | {
         source.hammer.name: source.hammer
@@ -92,7 +99,8 @@ def plate_response(
     hits = find_hits(force, rate).pulses
     if len(hits) < MIN_HITS:
         raise IngestError(
-            f"{FILE}: force.transfer_function: {source.recording} holds {len(hits)} hits, {MIN_HITS} needed; {ADVICE}"
+            f"{FILE}: force.transfer_function: {source.recording} holds "
+            f"{len(hits)} hits, {MIN_HITS} needed; {ADVICE}"
         )
     upright = force * hits[0].sign - hits[0].rest_n
     starts = np.array(
@@ -116,8 +124,9 @@ def plate_response(
 def derived_force(
     channels: Sequence[Channel], plate: TransferFunctions, settings: ExtractionSettings
 ) -> tuple[Channel | None, Finding]:
-    """The force of one shot as a channel of its own, which begins shortly before the contact, and what is to be said of
-    it. None, and a finding `reject`, where H does not reach as high as the pulse, or has another sampling rate."""
+    """The force of one shot as a channel of its own, which begins shortly before the contact, and
+    what is to be said of it. None, and a finding `reject`, where H does not reach as high as the
+    pulse, or has another sampling rate."""
     by_name = {channel.name: channel for channel in channels}
     used = [by_name[name] for name in plate.source.accelerometers]
     first, rate = used[0], used[0].sampling_rate_hz
@@ -125,7 +134,8 @@ def derived_force(
         grid = on_one_grid(used)
         if not np.isclose(rate, plate.sampling_rate_hz):
             raise GridError(
-                f"the shot was recorded at {rate:g} Hz, the hammer's hits at {plate.sampling_rate_hz:g} Hz; record "
+                f"the shot was recorded at {rate:g} Hz, the hammer's hits at "
+                f"{plate.sampling_rate_hz:g} Hz; record "
                 "both at one rate"
             )
     except GridError as error:
@@ -147,8 +157,10 @@ def derived_force(
     pulse = hits[0]
     if plate.to_hz * pulse.width_tenth_s < BAND_OF_PULSE:
         message = (
-            f"no force derived: the pulse lasts {pulse.width_tenth_s * 1e3:.3g} ms or less and needs the plate's "
-            f"transfer function up to {BAND_OF_PULSE / pulse.width_tenth_s:.4g} Hz, which the hammer's hits give up to "
+            f"no force derived: the pulse lasts "
+            f"{pulse.width_tenth_s * 1e3:.3g} ms or less and needs the plate's "
+            f"transfer function up to "
+            f"{BAND_OF_PULSE / pulse.width_tenth_s:.4g} Hz, which the hammer's hits give up to "
             f"{plate.to_hz:.4g} Hz; hit with a harder tip"
         )
         evidence = {"known_to_hz": plate.to_hz, "pulse_s": pulse.width_tenth_s}
@@ -183,8 +195,10 @@ def _residual_finding(plate: TransferFunctions, residual: float) -> Finding:
         else "; that both struck one place is assumed, for nobody states where"
     )
     message = (
-        f"the force is derived from {', '.join(plate.source.accelerometers)} by {plate.hits} hammer hits, up to "
-        f"{plate.to_hz:.4g} Hz; outside of the contact, where it should be 0, its rms is {residual:.2%} of the "
+        f"the force is derived from {', '.join(plate.source.accelerometers)} "
+        f"by {plate.hits} hammer hits, up to "
+        f"{plate.to_hz:.4g} Hz; outside of the contact, where it should be 0, "
+        f"its rms is {residual:.2%} of the "
         f"peak{place}"
     )
     evidence = {"residual": residual, "known_to_hz": plate.to_hz, "hits": plate.hits}
@@ -205,7 +219,8 @@ def _known_to(functions: Sequence[TransferFunction]) -> float:
 
 
 def _begin(accelerations: Floats, rate_hz: float) -> int:
-    """The sample that a shot's window begins with: some rest before the accelerations (k, n) leave it."""
+    """The sample that a shot's window begins with: some rest before the accelerations (k, n) leave
+    it."""
     away = np.max([np.abs(x - np.median(x[:64])) for x in accelerations], axis=0)
     onset = int(np.argmax(away > 0.02 * away.max()))
     return max(0, onset - round(_BEFORE_S * rate_hz))

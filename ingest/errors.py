@@ -1,5 +1,5 @@
-"""What an ingest refuses. Each fault is one line: file, row, column, value as a message shows it, and what was
-expected."""
+"""What an ingest refuses. Each fault is one line: file, row, column, value as a message shows it,
+and what was expected."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ MOST_LISTED = 20
 class IngestError(ValueError):
     """The campaign cannot be ingested, and nothing of it was stored.
 
-    `faults` has a line for each fault. The message is the only fault, or says how many there are and lists them below.
+    `faults` has a line for each fault. The message is the only fault, or says how many there are
+    and lists them below.
     """
 
     def __init__(self, *faults: str) -> None:
@@ -84,7 +85,8 @@ def printable(value: object) -> str:
 
 
 def parse_date(value: object, expected: str) -> dt.date:
-    """A day that TOML holds as a date, a time or a text. Raises `ValueError` with the value and what was expected."""
+    """A day that TOML holds as a date, a time or a text. Raises `ValueError` with the value and
+    what was expected."""
     if isinstance(value, dt.datetime):
         return value.date()
     if isinstance(value, dt.date):
@@ -96,9 +98,13 @@ def parse_date(value: object, expected: str) -> dt.date:
 
 
 def difference(name: str, given: str | None, stored: str | None) -> str:
-    """How a message tells what a folder says and what the store holds; None where one of them says nothing."""
+    """How a message tells what a folder says and what the store holds; None where one of them says
+    nothing."""
     absent = "not given"
-    return f"{name} is {absent if given is None else given}, {absent if stored is None else stored} in the store"
+    return (
+        f"{name} is {absent if given is None else given}, "
+        f"{absent if stored is None else stored} in the store"
+    )
 
 
 def enumerated(names: Sequence[str]) -> str:

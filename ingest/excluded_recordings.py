@@ -1,5 +1,5 @@
-"""Recordings that could not be read, where a row says why until the file is mended; and those that were discarded: an
-ingest recognises their files, and stores none of them unasked."""
+"""Recordings that could not be read, where a row says why until the file is mended; and those that
+were discarded: an ingest recognises their files, and stores none of them unasked."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ def delete_rejected(session: Session, campaign: Campaign, path: str) -> None:
 
 @dataclass(frozen=True)
 class Discarded:
-    """A tombstone of a recording. `current`: of the campaign as it is now, not of one of its name before it."""
+    """A tombstone of a recording. `current`: of the campaign as it is now, not of one of its name
+    before it."""
 
     path: str
     sha256: str | None
@@ -75,11 +76,13 @@ class Discarded:
     def finding(self) -> dict[str, Any]:
         """What an ingest says of it, in the form of a report's findings."""
         message = (
-            f"recording {self.path} was discarded on {self.date} because {self.reason}; not stored again "
+            f"recording {self.path} was discarded on {self.date} because "
+            f"{self.reason}; not stored again "
             f"(to store it again: pyroshock ingest FOLDER --again {self.path})"
         )
         return {
-            "recording": self.path, "channel": None, "check": DISCARDED, "severity": "note", "message": message
+            "recording": self.path, "channel": None, "check": DISCARDED, "severity": "note",
+            "message": message
         }  # fmt: skip
 
 
@@ -106,7 +109,8 @@ class DiscardedRecordings:
         self.withheld: list[Discarded] = []
 
     def withhold(self, path: str, sha256: str) -> bool:
-        """Whether this file was discarded and nobody asks for it again; it is then listed in `withheld`.
+        """Whether this file was discarded and nobody asks for it again; it is then listed in
+        `withheld`.
 
         Raises `IngestError` for another file in the place of a discarded one: it must be asked for.
         """
@@ -119,12 +123,15 @@ class DiscardedRecordings:
         if not stone.current:
             return False
         raise IngestError(
-            f"{path}: recording {path} was discarded on {stone.date} because {stone.reason}, and another file is in "
-            f"its place now (SHA-256 {stone.sha256[:12] if stone.sha256 else '?'}… was discarded, {sha256[:12]}… is "
+            f"{path}: recording {path} was discarded on {stone.date} because "
+            f"{stone.reason}, and another file is in "
+            f"its place now (SHA-256 "
+            f"{stone.sha256[:12] if stone.sha256 else '?'}… was discarded, {sha256[:12]}… is "
             f"there); to store it: pyroshock ingest FOLDER --again {path}"
         )
 
     def settle(self, session: Session, part: Part, sha256: str, written_by: int) -> None:
-        """Say on the tombstone that the recording is stored; datasets get the pulses back that agree."""
+        """Say on the tombstone that the recording is stored; datasets get the pulses back that
+        agree."""
         if part.recording in self._stones:
             settle(session, part, sha256, written_by)

@@ -48,7 +48,8 @@ class HammerPart:
 
 @dataclass(frozen=True)
 class PlatePart:
-    """`[bench.plate]`: a modal table's file name, or material, thickness (m) and outline (corners in m)."""
+    """`[bench.plate]`: a modal table's file name, or material, thickness (m) and outline (corners
+    in m)."""
 
     modes: str | None = None
     material: str | None = None
@@ -87,7 +88,8 @@ class CampaignFile:
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of what two parts of one campaign must share: kind, date, bench and known facts."""
+        """SHA-256 of what two parts of one campaign must share: kind, date, bench and known
+        facts."""
         parts = {key: asdict(part) if part else None for key, part in self.bench.items()}
         facts = [facts_to_json(self.known_facts)] if self.known_facts else []
         text = json.dumps([self.kind, self.date.isoformat(), parts, *facts], sort_keys=True)
@@ -99,7 +101,8 @@ class CampaignFile:
 
 
 def read_campaign_file(folder: Path) -> CampaignFile:
-    """Read and check `folder`/campaign.toml. Raises `IngestError` with file, key, value and what was expected."""
+    """Read and check `folder`/campaign.toml. Raises `IngestError` with file, key, value and what
+    was expected."""
     if not folder.is_dir():
         raise IngestError(
             f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv"
@@ -149,8 +152,8 @@ def read_campaign_file(folder: Path) -> CampaignFile:
 
 
 def stated_kind_and_factors(folder: Path) -> tuple[str | None, Mapping[str, str]]:
-    """What a `campaign.toml` with faults says of `runs.csv`: the campaign's kind (None where it is not one) and the
-    factors that it declares, so that the table's faults can be told as well."""
+    """What a `campaign.toml` with faults says of `runs.csv`: the campaign's kind (None where it is
+    not one) and the factors that it declares, so that the table's faults can be told as well."""
     try:
         data = _load(folder / FILE)
     except IngestError:
@@ -301,7 +304,8 @@ def _confirmed(bench: Mapping[str, Any]) -> tuple[str, ...]:
     value = bench.get("confirmed", [])
     if not isinstance(value, list) or not all(isinstance(rule, str) for rule in value):
         raise IngestError(
-            f'{FILE}: bench.confirmed is {printable(value)}; expected a list such as ["negative-size"]'
+            f"{FILE}: bench.confirmed is {printable(value)}; expected a list "
+            f'such as ["negative-size"]'
         )
     return tuple(value)
 
@@ -332,7 +336,8 @@ def _plate(bench: Mapping[str, Any]) -> PlatePart | None:
     if "modes" not in table and not {"material", "thickness_m"} <= table.keys():
         faults.add(
             [
-                f'{FILE}: [bench.plate] needs modes = "FILE.csv", or material and thickness_m (with outline_m for the '
+                f'{FILE}: [bench.plate] needs modes = "FILE.csv", or material '
+                f"and thickness_m (with outline_m for the "
                 "finite element model)"
             ]
         )
@@ -423,6 +428,7 @@ def _sensor(name: str, channels: Mapping[str, Any], folder: Path) -> Sensor:
         raise IngestError(f"{FILE}: {where}: {error}") from error
     if not (math.isfinite(gain) and math.isfinite(offset)) or gain == 0:
         raise IngestError(
-            f"{FILE}: {where}.sensitivity is {sensor.sensitivity}; its conversion to SI is not a number"
+            f"{FILE}: {where}.sensitivity is {sensor.sensitivity}; its "
+            f"conversion to SI is not a number"
         )
     return sensor

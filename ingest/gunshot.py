@@ -1,5 +1,6 @@
-"""What a gun's recording says of the shot: muzzle velocity from the laser, tank pressure before the valve opened, and,
-for recordings that no trigger began, when it opened, from the drop of the pressure alone."""
+"""What a gun's recording says of the shot: muzzle velocity from the laser, tank pressure before the
+valve opened, and, for recordings that no trigger began, when it opened, from the drop of the
+pressure alone."""
 
 from __future__ import annotations
 
@@ -17,10 +18,11 @@ SHORT_REST = "no-rest-before-drop"
 
 @dataclass(frozen=True)
 class ValveOpening:
-    """The moment at which the port begins to open, on the recording's clock, and when the drop shows.
+    """The moment at which the port begins to open, on the recording's clock, and when the drop
+    shows.
 
-    `time_u_s` is a standard uncertainty: of the noise and of the law of the drop (`pressure_drop`). The drop exceeds
-    the noise at `seen_s`; `power` is the mean exponent of time.
+    `time_u_s` is a standard uncertainty: of the noise and of the law of the drop (`pressure_drop`).
+    The drop exceeds the noise at `seen_s`; `power` is the mean exponent of time.
     """
 
     time_s: float
@@ -29,13 +31,15 @@ class ValveOpening:
     power: float
 
 
-#: Where a laser across the barrel stands in campaign.toml's `position`; a channel named laser… is one too.
+#: Where a laser across the barrel stands in campaign.toml's `position`; a channel named laser… is
+#: one too.
 MUZZLE_POSITIONS = ("muzzle", "barrel")
 
 
 @dataclass(frozen=True)
 class ShotMeasurement:
-    """Measured values with their standard uncertainties; None where the channel is missing or tells nothing."""
+    """Measured values with their standard uncertainties; None where the channel is missing or tells
+    nothing."""
 
     velocity_m_s: float | None = None
     velocity_u_m_s: float | None = None
@@ -45,7 +49,8 @@ class ShotMeasurement:
 
 
 def laser_channel(channels: list[Channel]) -> Channel | None:
-    """The channel that sees the bullet pass: a displacement or voltage at the muzzle, or one named laser…"""
+    """The channel that sees the bullet pass: a displacement or voltage at the muzzle, or one named
+    laser…"""
     for channel in channels:
         at_muzzle = (channel.sensor.position or "").lower() in MUZZLE_POSITIONS
         if channel.quantity in ("displacement", "voltage") and (
@@ -58,7 +63,8 @@ def laser_channel(channels: list[Channel]) -> Channel | None:
 def measure_shot(
     channels: list[Channel], bullet_length_m: float | None, bullet_length_u_m: float | None
 ) -> tuple[ShotMeasurement | None, list[Finding]]:
-    """Velocity (eq. 5.2) and pressure of a shot, and findings where a channel is there but says nothing usable."""
+    """Velocity (eq. 5.2) and pressure of a shot, and findings where a channel is there but says
+    nothing usable."""
     velocity, problems = _velocity(laser_channel(channels), bullet_length_m, bullet_length_u_m)
     tank = next((c for c in channels if c.quantity == "pressure"), None)
     drop, more = _drop(tank)

@@ -24,7 +24,8 @@ from .velocity import impact_velocity
 
 @dataclass(frozen=True)
 class ImpactSpeed:
-    """Impact velocity and its standard uncertainty (m/s), and its source (`schema.velocity_kinds`)."""
+    """Impact velocity and its standard uncertainty (m/s), and its source
+    (`schema.velocity_kinds`)."""
 
     velocity_m_s: float
     velocity_u_m_s: float
@@ -33,7 +34,8 @@ class ImpactSpeed:
 
 @dataclass(frozen=True)
 class StruckPlate:
-    """What the motion of a plate's surface under a force follows from, SI; an `anvil` may lie on it."""
+    """What the motion of a plate's surface under a force follows from, SI; an `anvil` may lie on
+    it."""
 
     youngs_modulus_pa: float
     poisson_ratio: float
@@ -42,8 +44,9 @@ class StruckPlate:
     anvil: bool
 
 
-#: A speed with the motion of the target's surface added, from the integrated one, the force (points,) at equal phases
-#: of the contact and the plate. The law of that motion is physics, which the ingest is given and does not know.
+#: A speed with the motion of the target's surface added, from the integrated one, the force
+#: (points,) at equal phases of the contact and the plate. The law of that motion is physics, which
+#: the ingest is given and does not know.
 TargetMotion = Callable[[ImpactSpeed, Floats, StruckPlate], ImpactSpeed]
 
 
@@ -59,7 +62,8 @@ def _earlier(contact: Contact, samples: int) -> Contact:
     return Contact(contact.first - samples, contact.peak - samples, contact.last - samples)
 
 
-#: Samples before a contact that its window begins with: the rest that noise and zero are taken from.
+#: Samples before a contact that its window begins with: the rest that noise and zero are taken
+#: from.
 _BEFORE = 64
 #: Longest window of a hit in seconds: a hammer head has rung down by then.
 _LONGEST_WINDOW_S = 0.08
@@ -71,13 +75,15 @@ def impact_speeds(
     settings: ExtractionSettings,
     contact_force: tuple[Floats, Channel] | None,
 ) -> tuple[tuple[ImpactSpeed | None, ...], list[Finding]]:
-    """Velocity of each hit, and findings on the channel; no velocity where the impactor carries no accelerometer.
+    """Velocity of each hit, and findings on the channel; no velocity where the impactor carries no
+    accelerometer.
 
-    `contact_force` are the samples in which the pulses were found, and the channel on whose clock these are.
-    With enough hits the acceleration is first freed of the hammer's own dynamics, each hit by the transfer
-    function of the others. The delay behind the force is checked against eq. 4.1: the head's length is not part
-    of a campaign, and its wave takes less than a sample (thesis: 12.4 of 19.5 µs), so the limit is two samples.
-    Raises `RecordingError` for a sample beside a contact that is no number.
+    `contact_force` are the samples in which the pulses were found, and the channel on whose clock
+    these are. With enough hits the acceleration is first freed of the hammer's own dynamics, each
+    hit by the transfer function of the others. The delay behind the force is checked against eq.
+    4.1: the head's length is not part of a campaign, and its wave takes less than a sample (thesis:
+    12.4 of 19.5 µs), so the limit is two samples. Raises `RecordingError` for a sample beside a
+    contact that is no number.
     """
     channel = impactor_channel(channels)
     if channel is None or contact_force is None or not pulses:
@@ -94,7 +100,8 @@ def impact_speeds(
     force, acceleration = force[samples], grid.values[1]
     if pulses[0].contact.first < samples.start or pulses[-1].contact.last >= samples.stop:
         message = (
-            f"no velocity from the impactor's acceleration: {channel.name!r} is recorded from {grid.start_s:.6g} s on "
+            f"no velocity from the impactor's acceleration: {channel.name!r} "
+            f"is recorded from {grid.start_s:.6g} s on "
             f"for {force.size / grid.sampling_rate_hz:.6g} s only, in which not all contacts are"
         )
         return (None,) * len(pulses), [
@@ -133,7 +140,8 @@ def _windows(
     pulses: tuple[ExtractedPulse, ...],
     settings: ExtractionSettings,
 ) -> tuple[list[Floats], list[int], list[Finding]]:
-    """The acceleration about each hit, its first sample in the record, and why it was not cleaned if it should be."""
+    """The acceleration about each hit, its first sample in the record, and why it was not cleaned
+    if it should be."""
     rate = channel.sampling_rate_hz
     origins = [max(0, pulse.contact.first - _BEFORE) for pulse in pulses]
     ends = [*origins[1:], force.size]
@@ -167,7 +175,10 @@ def _delays(channel: Channel, force: Floats, pulses: tuple[ExtractedPulse, ...])
         span = (pulse.contact.first - origin, pulse.contact.last - origin)
         delay = measured_delay_samples(force[near], channel.readings[near], *span)
         if not delay_is_plausible(delay, 0.0, channel.sampling_rate_hz):
-            message = f"acceleration follows force by {delay:.1f} samples; expected at most two, the wave's travel"
+            message = (
+                f"acceleration follows force by {delay:.1f} samples; expected at "
+                f"most two, the wave's travel"
+            )
             speeds.append(
                 Finding("delay", "warning", message, channel.name, {"delay_samples": delay}, i)
             )
@@ -175,12 +186,15 @@ def _delays(channel: Channel, force: Floats, pulses: tuple[ExtractedPulse, ...])
 
 
 def _refuse_not_finite(channel: Channel, name: str, values: Floats, near: slice) -> None:
-    """Raise `RecordingError` for a sample of `values` (n,), on the clock of `channel`, that is no number."""
+    """Raise `RecordingError` for a sample of `values` (n,), on the clock of `channel`, that is no
+    number."""
     lost = np.flatnonzero(~np.isfinite(values[near]))
     if lost.size:
         at = near.start + int(lost[0])
         raise RecordingError(
-            f"channel {name!r} has no number at sample {at} ({channel.start_s + at * channel.period_s:.6g} s), beside "
-            "a contact, so that no impact velocity can be integrated; record the hit again, or take the channel on the "
+            f"channel {name!r} has no number at sample {at} "
+            f"({channel.start_s + at * channel.period_s:.6g} s), beside "
+            "a contact, so that no impact velocity can be integrated; record "
+            "the hit again, or take the channel on the "
             "impactor out of campaign.toml"
         )

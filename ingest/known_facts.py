@@ -1,4 +1,5 @@
-"""`[known]` of campaign.toml: what the laboratory measured of its own bench, refused where it is not understood."""
+"""`[known]` of campaign.toml: what the laboratory measured of its own bench, refused where it is
+not understood."""
 
 from __future__ import annotations
 
@@ -18,10 +19,11 @@ _KEYS = ("value", "u", "source", "date", "unit")
 
 
 def read_known_facts(table: Mapping[str, Any]) -> tuple[KnownFact, ...]:
-    """The facts of `[known]`, by name: `gun.valve_flow.opening_time_s = { value = 0.12, u = 0.01, source = "..." }`.
+    """The facts of `[known]`, by name: `gun.valve_flow.opening_time_s = { value = 0.12, u = 0.01,
+    source = "..." }`.
 
-    Raises `IngestError` with every fault: a parameter or key that there is not, with those that there are, a unit of
-    another dimension, a number that is none or that the parameter cannot have.
+    Raises `IngestError` with every fault: a parameter or key that there is not, with those that
+    there are, a unit of another dimension, a number that is none or that the parameter cannot have.
     """
     faults = Faults()
     facts = [faults.of(_fact, name, entry) for name, entry in _entries(table, "")]
@@ -56,7 +58,8 @@ def _fact(name: str, entry: object) -> KnownFact:
     where = f"known.{name}"
     if not isinstance(entry, Mapping):
         raise IngestError(
-            f"{FILE}: {where} is {printable(entry)}; expected {{ value = NUMBER, u = NUMBER, source = TEXT }}"
+            f"{FILE}: {where} is {printable(entry)}; expected {{ value = "
+            f"NUMBER, u = NUMBER, source = TEXT }}"
         )
     if problems := key_problems(entry, _KEYS, f"{where}."):
         raise IngestError(*(f"{FILE}: {problem}" for problem in problems))
@@ -108,7 +111,8 @@ def _source(entry: Mapping[str, Any], where: str) -> str:
     if not text or len(text) > LONGEST_NAME or not text.isprintable():
         stated = "missing" if value is None else printable(value)
         raise IngestError(
-            f"{FILE}: {where}.source is {stated}; expected one line of at most {LONGEST_NAME} characters that says "
+            f"{FILE}: {where}.source is {stated}; expected one line of at "
+            f"most {LONGEST_NAME} characters that says "
             "where the value is from, such as a certificate or a data sheet"
         )
     return text
@@ -124,7 +128,8 @@ def _date(entry: Mapping[str, Any], where: str) -> dt.date | None:
 
 
 def _scale(entry: Mapping[str, Any], parameter: EffectParameter, where: str) -> float:
-    """What a number in the stated unit is multiplied by; without a unit it is in the parameter's own."""
+    """What a number in the stated unit is multiplied by; without a unit it is in the parameter's
+    own."""
     unit = entry.get("unit", parameter.unit)
     if unit == parameter.unit:
         return 1.0

@@ -1,8 +1,9 @@
 """`pyroshock ingest`: a campaign folder into the store, whole recordings at a time.
 
-Everything that can be refused is refused before the first row is written. Each recording is then read, judged and
-cut outside of any lock, and stored in one transaction with all its numbers and series: a kill between two
-recordings leaves whole ones, and a repeat goes on where it stopped, because what is stored is known by its hash.
+Everything that can be refused is refused before the first row is written. Each recording is then
+read, judged and cut outside of any lock, and stored in one transaction with all its numbers and
+series: a kill between two recordings leaves whole ones, and a repeat goes on where it stopped,
+because what is stored is known by its hash.
 """
 
 from __future__ import annotations
@@ -73,13 +74,15 @@ def ingest_folder(
     again: Collection[str] = (),
     target_motion: TargetMotion | None = None,
 ) -> IngestReport:
-    """Ingest the campaign in `folder`; `jobs` processes read and extract (None: what pays), and this one writes.
+    """Ingest the campaign in `folder`; `jobs` processes read and extract (None: what pays), and
+    this one writes.
 
     `target_motion` is added to velocities that are integrated from the impactor's deceleration.
-    `free_factors` are columns of `runs.csv` that are factors of their own though they resemble a known one, and
-    `confirmed` rules of `bench_rules` that rows may break; `again` are recordings to store though they were discarded.
-    A `RolledBackStore` is written to when all recordings are read, without samples: its transaction is short.
-    Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
+    `free_factors` are columns of `runs.csv` that are factors of their own though they resemble a
+    known one, and `confirmed` rules of `bench_rules` that rows may break; `again` are recordings to
+    store though they were discarded. A `RolledBackStore` is written to when all recordings are
+    read, without samples: its transaction is short. Raises `IngestError`, with nothing stored, for
+    a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
     # 1. Tables: campaign.toml, the table of runs and the modal table, held against each other.
@@ -120,7 +123,8 @@ def _processed(
     pending: list[PendingRecording],
     jobs: int | None,
 ) -> Iterator[tuple[PendingRecording, Outcome]]:
-    """Each pending recording with its hits, or with the reason for which it cannot be read, in their order."""
+    """Each pending recording with its hits, or with the reason for which it cannot be read, in
+    their order."""
     plate = campaign_plate_response(file, rows)
     processes = jobs or default_jobs(sum(recording.size_bytes for recording in pending))
     crashing = any(RecordingFiles(folder, recording.path).may_crash for recording in pending)
@@ -131,7 +135,8 @@ def _processed(
 def _units_judged(
     campaign: str, target: CampaignStore, results: Iterator[tuple[PendingRecording, Outcome]]
 ) -> Iterator[tuple[PendingRecording, Outcome]]:
-    """`results`, the first of which are held back until enough impacts tell whether a unit is wrong throughout.
+    """`results`, the first of which are held back until enough impacts tell whether a unit is wrong
+    throughout.
 
     Raises `IngestError` where one is, before anything is stored.
     """
@@ -158,7 +163,8 @@ def _store_recordings(
     total: int,
     progress: Progress | None,
 ) -> list[UnreadableRecording]:
-    """Recordings into the store; those that cannot be read are given back. A rehearsal writes after all were read."""
+    """Recordings into the store; those that cannot be read are given back. A rehearsal writes after
+    all were read."""
     damaged: list[UnreadableRecording] = []
     postponed: list[tuple[list[MatchedImpact], ProcessedRecording]] = []
     rehearsal = isinstance(store, RolledBackStore)
@@ -185,7 +191,8 @@ def _store_recordings(
 def read_campaign_tables(
     store: Store, folder: Path, free_factors: Collection[str] = (), confirmed: Collection[str] = ()
 ) -> tuple[CampaignFile, tuple[RunRow, ...], ModalTableFile | None, list[Told]]:
-    """A campaign folder's card, its table of runs, its modal table, and what the rules of a bench say of the rows.
+    """A campaign folder's card, its table of runs, its modal table, and what the rules of a bench
+    say of the rows.
 
     Raises `IngestError` with the faults of all of them.
     """
@@ -223,7 +230,8 @@ def _campaign(folder: Path, names: MaterialNames) -> CampaignFile:
     material = names(file.plate.material)
     if material is None:
         raise IngestError(
-            f"{CAMPAIGN}: bench.plate.material is {file.plate.material!r}; expected a material of the store "
+            f"{CAMPAIGN}: bench.plate.material is {file.plate.material!r}; "
+            f"expected a material of the store "
             "(pyroshock materials lists and adds them)"
         )
     return replace(file, plate=replace(file.plate, material=material))
@@ -254,7 +262,8 @@ def _pending_recordings(
 
 
 def work_of(file: CampaignFile, path: str, rows: tuple[RunRow, ...]) -> PendingRecording:
-    """One recording of a folder with its rows. Raises `IngestError` where its files cannot be read."""
+    """One recording of a folder with its rows. Raises `IngestError` where its files cannot be
+    read."""
     files = RecordingFiles(file.folder, path)
     with _refused_in(rows[0]):
         return PendingRecording(path, rows, files.sha256(), files.size_bytes)
@@ -277,8 +286,8 @@ def _refused_in(row: RunRow) -> Iterator[None]:
 def campaign_plate_response(
     file: CampaignFile, rows: tuple[RunRow, ...]
 ) -> TransferFunctions | None:
-    """The plate's transfer functions, where `[force]` asks for them. Raises `IngestError` for a row that was struck
-    elsewhere than the hammer's hits: its transfer function is another one."""
+    """The plate's transfer functions, where `[force]` asks for them. Raises `IngestError` for a row
+    that was struck elsewhere than the hammer's hits: its transfer function is another one."""
     if file.force is None:
         return None
     hammer = file.force.impact_position
@@ -287,8 +296,10 @@ def campaign_plate_response(
         place = None if struck is None else struck.label
         if place is not None and place != hammer:
             raise IngestError(
-                f"{row.place}: impact_position is {place!r}, force.impact_position of campaign.toml "
-                f"{hammer!r}: a transfer function holds for one place; hit the plate with the hammer where the "
+                f"{row.place}: impact_position is "
+                f"{place!r}, force.impact_position of campaign.toml "
+                f"{hammer!r}: a transfer function holds for one place; hit "
+                f"the plate with the hammer where the "
                 "projectile strikes it, or put these rows into a campaign of their own"
             )
     return plate_response(file.folder, file.force, dict(file.sensors), file.reading)
@@ -326,13 +337,18 @@ def process(
         IngestError,
     ):  # of the machine or of the campaign, not of this recording
         raise
-    except Exception as error:  # noqa: BLE001  # whatever a library says of one recording, the others are stored
-        reason = f"{work.path}: could not be processed ({type(error).__name__}: {error}); look at its samples"
+    except Exception as error:  # noqa: BLE001
+        # whatever a library says of one recording, the others are stored
+        reason = (
+            f"{work.path}: could not be processed ({type(error).__name__}: "
+            f"{error}); look at its samples"
+        )
         return _damaged(work, reason)
 
 
 def _impact_rows(file: CampaignFile, rows: list[RunRow]) -> int:
-    """Rows that are impacts without a contact force: a gun's are shots, unless they report an impact's velocity."""
+    """Rows that are impacts without a contact force: a gun's are shots, unless they report an
+    impact's velocity."""
     if file.kind != "gun" or all(row.impact_velocity_m_s is not None for row in rows):
         return len(rows)
     return 0

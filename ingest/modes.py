@@ -69,7 +69,8 @@ def _table(folder: Path, name: str) -> tuple[list[str], list[Line]]:
         inside = False
     if not inside:
         raise IngestError(
-            f"campaign.toml: bench.plate.modes is {name!r}; expected a file inside the campaign folder"
+            f"campaign.toml: bench.plate.modes is {name!r}; expected a file "
+            f"inside the campaign folder"
         )
     try:
         return read_table(path, name)

@@ -1,7 +1,8 @@
-"""The start of a campaign folder: a commented `campaign.toml` and a `runs.csv`, to be filled in and ingested.
+"""The start of a campaign folder: a commented `campaign.toml` and a `runs.csv`, to be filled in and
+ingested.
 
-What a person must write is marked with `FILL_IN`, which the ingest refuses wherever it stands; what was found in
-recordings and may be otherwise is marked with `PLEASE_CHECK`.
+What a person must write is marked with `FILL_IN`, which the ingest refuses wherever it stands; what
+was found in recordings and may be otherwise is marked with `PLEASE_CHECK`.
 """
 
 from __future__ import annotations
@@ -83,7 +84,8 @@ class NewFolder:
     notes: tuple[str, ...]
 
     def write(self, folder: Path) -> None:
-        """Write both into `folder`. Raises `IngestError` where one of them is there, and `OSError`."""
+        """Write both into `folder`. Raises `IngestError` where one of them is there, and
+        `OSError`."""
         folder.mkdir(parents=True, exist_ok=True)
         there = [name for name in (CAMPAIGN, *FILES) if (folder / name).exists()]
         if there:
@@ -104,14 +106,16 @@ def start_folder(
 ) -> NewFolder:
     """The files of a new campaign in `folder`, `start` is "gun", "hammer" or "drop".
 
-    `rows` are those of a plan, with run, repetition and factors by column; without any, each recording has one.
-    `recordings` is a pattern or a folder within `folder`; a plan's recordings stand in its order, one for each run or
-    for each row. Raises `IngestError` where nothing is found to begin with, and where the numbers do not agree.
+    `rows` are those of a plan, with run, repetition and factors by column; without any, each
+    recording has one. `recordings` is a pattern or a folder within `folder`; a plan's recordings
+    stand in its order, one for each run or for each row. Raises `IngestError` where nothing is
+    found to begin with, and where the numbers do not agree.
     """
     paths = _recordings(folder, recordings) if recordings is not None or not rows else []
     if not rows and not paths:
         raise IngestError(
-            f"{folder}: no recording found; name a plan, or where the recordings lie within the folder"
+            f"{folder}: no recording found; name a plan, or where the "
+            f"recordings lie within the folder"
         )
     channels: dict[str, _RecordedChannel] = {}
     usable, without_clock, notes = [], 0, []
@@ -128,7 +132,8 @@ def start_folder(
 
 
 def _recordings(folder: Path, pattern: str | None) -> list[str]:
-    """Paths within the folder, sorted. Raises `IngestError` for a pattern that leaves the folder."""
+    """Paths within the folder, sorted. Raises `IngestError` for a pattern that leaves the
+    folder."""
     text = (pattern or ".").replace("\\", "/")
     if Path(text).is_absolute() and Path(text).resolve().is_relative_to(folder.resolve()):
         text = Path(text).resolve().relative_to(folder.resolve()).as_posix()
@@ -151,7 +156,8 @@ def _may_be_recording(name: str, suffixes: Iterable[str]) -> bool:
 
 
 def _add_channels(path: Path, channels: dict[str, _RecordedChannel]) -> bool:
-    """Note the channels of a recording; whether it states no sampling rate, which campaign.toml has to give then."""
+    """Note the channels of a recording; whether it states no sampling rate, which campaign.toml has
+    to give then."""
     try:
         _add_channels_as(path, channels, AS_IN_FILE)
     except RecordingError as error:
@@ -183,7 +189,8 @@ def _campaign(
         "  # accelerometers alone: kind hammer without [bench.hammer]" if start == DROP else ""
     )
     lines = [
-        f'{_HEAD}\n[campaign]\nname = {_toml(name)}  {PLEASE_CHECK}\nkind = "{KIND_OF_START[start]}"{about_kind}',
+        f"{_HEAD}\n[campaign]\nname = {_toml(name)}  {PLEASE_CHECK}\nkind = "
+        f'"{KIND_OF_START[start]}"{about_kind}',
         f'date = "{FILL_IN}"  # such as 2026-11-01\n# description = ""\n# operator = ""\n',
     ]
     if start in _BENCH:
@@ -195,7 +202,8 @@ def _campaign(
     lines += [
         "# [bench.plate]",
         '# modes = "plate_modes.csv"  # a modal table; or material, thickness_m and outline_m:',
-        '# material = "steel"\n# thickness_m = 0.01\n# outline_m = [[0, 0], [0.3, 0], [0.3, 0.3], [0, 0.3]]\n',
+        '# material = "steel"\n# thickness_m = 0.01\n# outline_m = [[0, 0], '
+        "[0.3, 0], [0.3, 0.3], [0, 0.3]]\n",
     ]
     if without_clock:
         lines += [
@@ -219,7 +227,8 @@ def _channel(name: str, recorded: _RecordedChannel, files: int) -> str:
     if files:
         rates = enumerated([f"{rate:.12g} Hz" for rate in sorted(recorded.rates_hz)])
         lines.append(
-            f"# in {recorded.files} of {files} recordings, at {rates or 'a rate that they do not state'}"
+            f"# in {recorded.files} of {files} recordings, at "
+            f"{rates or 'a rate that they do not state'}"
         )
     if len(recorded.units) > 1:
         lines.append(
@@ -230,7 +239,8 @@ def _channel(name: str, recorded: _RecordedChannel, files: int) -> str:
     if unit == "V":
         lines.append("# volts of a sensor: state its sensitivity, with its own quantity and unit")
     lines += [
-        f'quantity = "{quantity or FILL_IN}"  {PLEASE_CHECK if quantity else "# one of " + ", ".join(SI_UNITS)}',
+        f'quantity = "{quantity or FILL_IN}"  '
+        f"{PLEASE_CHECK if quantity else '# one of ' + ', '.join(SI_UNITS)}",
         f"unit = {_toml(unit)}  {PLEASE_CHECK}" if unit and is_unit else f'unit = "{FILL_IN}"',
         "# sensitivity = 0.01  # volt per unit, where the recordings hold volts",
         '# position = "tip"',
@@ -284,7 +294,8 @@ def _with_recordings(
     runs = dict.fromkeys(row["run"] for row in rows)
     if len(recordings) != len(runs):
         raise IngestError(
-            f"{len(recordings)} recordings for a plan of {len(runs)} runs and {len(rows)} repetitions; expected one "
+            f"{len(recordings)} recordings for a plan of {len(runs)} runs and "
+            f"{len(rows)} repetitions; expected one "
             "for each run or for each repetition"
         )
     of_run = dict(zip(runs, recordings, strict=True))

@@ -1,8 +1,9 @@
-"""Recorded runs of a campaign and the planned ones: linked where they agree, told apart where they do not.
+"""Recorded runs of a campaign and the planned ones: linked where they agree, told apart where they
+do not.
 
-A recorded run belongs to the planned run of its number when every setting agrees that the plan made: words exactly,
-numbers within a twentieth (a tank is never filled to the digit). A plan's own words that the campaign does not
-record, such as a velocity level, are left out of it.
+A recorded run belongs to the planned run of its number when every setting agrees that the plan
+made: words exactly, numbers within a twentieth (a tank is never filled to the digit). A plan's own
+words that the campaign does not record, such as a velocity level, are left out of it.
 """
 
 from __future__ import annotations
@@ -37,7 +38,8 @@ Levels = Mapping[str, tuple[str, float | None]]  # factor -> label, number
 
 @dataclass(frozen=True)
 class PlanLinks:
-    """What of a campaign is planned: linked repetitions, runs that became done, and what does not match and why."""
+    """What of a campaign is planned: linked repetitions, runs that became done, and what does not
+    match and why."""
 
     plan: str
     linked: int
@@ -59,7 +61,8 @@ class PlanLinks:
 
 
 def link_to_plan(store: Store, campaign: str, plan: str | None) -> PlanLinks | None:
-    """`link_campaign` with the plan named; without a name, with the campaign's own, or not at all (None)."""
+    """`link_campaign` with the plan named; without a name, with the campaign's own, or not at all
+    (None)."""
     if plan is None:
         with store.reading() as session:
             if session.scalar(select(Plan.id).where(Plan.name == campaign)) is None:
@@ -68,9 +71,11 @@ def link_to_plan(store: Store, campaign: str, plan: str | None) -> PlanLinks | N
 
 
 def link_campaign(store: Store, campaign: str, plan: str) -> PlanLinks:
-    """Point the campaign's impacts and shots to the runs of `plan`, which makes those done that have enough of them.
+    """Point the campaign's impacts and shots to the runs of `plan`, which makes those done that
+    have enough of them.
 
-    Safe to repeat: what is linked stays so. Raises `IngestError` for an unknown campaign or plan, or another kind.
+    Safe to repeat: what is linked stays so. Raises `IngestError` for an unknown campaign or plan,
+    or another kind.
     """
     return store.write(lambda session: link_within(session, campaign, plan), idempotent=True)
 
@@ -114,7 +119,8 @@ def _rows(session: Session, campaign: str, plan: str) -> tuple[Campaign, Plan]:
         raise IngestError(f"no plan {plan!r} in the store; there: {plan_names}")
     if campaign_row.kind != plan_row.kind:
         raise IngestError(
-            f"campaign {campaign!r} is one of a {campaign_row.kind}, plan {plan!r} of a {plan_row.kind}"
+            f"campaign {campaign!r} is one of a {campaign_row.kind}, plan "
+            f"{plan!r} of a {plan_row.kind}"
         )
     return campaign_row, plan_row
 
@@ -176,4 +182,5 @@ def _link(
         table.configuration_id == configuration,
     )
     result = session.execute(update(table).where(*of_run).values(planned_run_id=planned.id))
-    return int(result.rowcount)  # type: ignore[attr-defined]  # SQLAlchemy types `execute` for rows only
+    # SQLAlchemy types `execute` for rows only
+    return int(result.rowcount)  # type: ignore[attr-defined]

@@ -1,13 +1,16 @@
-"""The drop of the tank's pressure in a gun's recording: the level before it, and the moment at which it begins.
+"""The drop of the tank's pressure in a gun's recording: the level before it, and the moment at
+which it begins.
 
-Both are fitted together. A mean over what lies before some sample is wrong where a valve opens slowly, because the
-drop has begun long before it exceeds the noise; here the level holds what the drop has taken by then.
+Both are fitted together. A mean over what lies before some sample is wrong where a valve opens
+slowly, because the drop has begun long before it exceeds the noise; here the level holds what the
+drop has taken by then.
 
-The record is y = p0 - D f(t - t0) (1 + g(ln(t - t0))) + noise with f = (t - t0)^k, scaled to 1 at the end of the fit:
-while a port opens, its area grows with a power of time (1 for a sharp edge, 3/2 for two circles, 2 for a cosine), and
-the gas that has left with one more. A gun keeps to no power: gas fills the dead volume, and the projectile moves off.
-g is what the power leaves open, a Gaussian process over the logarithm of time (Kennedy and O'Hagan 2001). p0 and D are
-integrated out in closed form, t0 and k on a grid, so that the uncertainties hold the form of the law, too.
+The record is y = p0 - D f(t - t0) (1 + g(ln(t - t0))) + noise with f = (t - t0)^k, scaled to 1 at
+the end of the fit: while a port opens, its area grows with a power of time (1 for a sharp edge, 3/2
+for two circles, 2 for a cosine), and the gas that has left with one more. A gun keeps to no power:
+gas fills the dead volume, and the projectile moves off. g is what the power leaves open, a Gaussian
+process over the logarithm of time (Kennedy and O'Hagan 2001). p0 and D are integrated out in closed
+form, t0 and k on a grid, so that the uncertainties hold the form of the law, too.
 """
 
 from __future__ import annotations
@@ -26,32 +29,38 @@ _BLOCK_S = 1e-3
 _FEWEST_BLOCKS = 12
 #: A shot falls by more than this many deviations of a block's noise.
 _SEEN = 4.0
-#: The fit ends where the pressure has fallen by so many deviations of a block's noise, or by the first share of its
-#: fall where that is more, and by the second one at most.
+#: The fit ends where the pressure has fallen by so many deviations of a block's noise, or by the
+#: first share of its fall where that is more, and by the second one at most.
 _DEPTH, _LEAST_DEPTH, _MOST_DEPTH = 40.0, 0.01, 0.5
 #: Means in the fit: within the drop, as close before it, and in the rest before that.
 _IN_DROP, _BEFORE, _AT_REST = 16, 12, 8
-#: Means within a drop are of 5 ms at most, unless there would be more of them than this: memory goes with their square.
+#: Means within a drop are of 5 ms at most, unless there would be more of them than this: memory
+#: goes with their square.
 _MOST_IN_DROP = 100
 _LONGEST_REST_S = 0.25
-#: Powers of time, and the standard deviation of their prior about that of an area that grows evenly.
+#: Powers of time, and the standard deviation of their prior about that of an area that grows
+#: evenly.
 _POWERS = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5])
 _POWER, _POWER_U = 2.0, 0.7
-#: Of g: standard deviation, and length in nats of time. By virtual guns with five laws of the valve.
+#: Of g: standard deviation, and length in nats of time. By virtual guns with five laws of the
+#: valve.
 _FORM, _FORM_NATS = 0.25, 0.8
-#: The level may creep by this share of itself in a second (standard deviation), as a gas that was filled in cools.
+#: The level may creep by this share of itself in a second (standard deviation), as a gas that was
+#: filled in cools.
 _CREEP_1_S = 0.02
-#: A transducer and its filter delay the drop, by 0.4 ms with a corner at 1 kHz and by 1 ms at 400 Hz (fourth order);
-#: nobody states it.
+#: A transducer and its filter delay the drop, by 0.4 ms with a corner at 1 kHz and by 1 ms at 400
+#: Hz (fourth order); nobody states it.
 _DELAY_U_S = 0.8e-3
 _MOMENTS = 32
-#: With more probability than this that the drop has begun before the record, there is no level to be read.
+#: With more probability than this that the drop has begun before the record, there is no level to
+#: be read.
 _MOST_BEFORE_RECORD = 0.05
 #: A drop that begins so many deviations from where those of other records begin is another one.
 _FARTHEST = 2.0
 #: Hum stands out of its neighbours in the spectrum by this factor of power, in this band.
 _HUM_MARGIN, _HUM_HZ = 20.0, (40.0, 220.0)
-#: Means over so many pieces of the rest show noise that is not white, where they scatter by this factor of variance.
+#: Means over so many pieces of the rest show noise that is not white, where they scatter by this
+#: factor of variance.
 _PIECES, _PIECES_MARGIN = 8, 2.5
 
 
@@ -60,13 +69,15 @@ class NoDropError(ValueError):
 
 
 class ShortRestError(NoDropError):
-    """The pressure falls from the record's beginning on, so that nobody can know from which level."""
+    """The pressure falls from the record's beginning on, so that nobody can know from which
+    level."""
 
 
 @dataclass(frozen=True)
 class PressureDrop:
-    """Level before the drop and moment (s from the record's first sample) at which it begins, with their standard
-    uncertainties: of noise, hum, creep and of the law of the drop, without the calibration.
+    """Level before the drop and moment (s from the record's first sample) at which it begins, with
+    their standard uncertainties: of noise, hum, creep and of the law of the drop, without the
+    calibration.
 
     The drop exceeds the noise at `seen_s`; `power` of time is the mean one.
     """
@@ -84,10 +95,11 @@ def pressure_drop(
 ) -> PressureDrop:
     """The drop in a record of tank pressure (n,), Pa.
 
-    `opening`: moment (s from the first sample) at which the drop begins in other records of the same trigger, and its
-    standard deviation, for a record whose noise leaves open whether it begins within the drop. Lone spikes are left
-    out. Raises `NoDropError` where the pressure does not fall by more than its noise,
-    `ShortRestError` where it may have fallen before the record began, and `ValueError` for a sample that is not finite.
+    `opening`: moment (s from the first sample) at which the drop begins in other records of the
+    same trigger, and its standard deviation, for a record whose noise leaves open whether it begins
+    within the drop. Lone spikes are left out. Raises `NoDropError` where the pressure does not fall
+    by more than its noise, `ShortRestError` where it may have fallen before the record began, and
+    `ValueError` for a sample that is not finite.
     """
     values = np.asarray(pressure_pa, dtype=np.float64)
     if not np.all(np.isfinite(values)):
@@ -112,8 +124,10 @@ def pressure_drop(
         early = 1.0  # what follows is no drop that begins when those of the other records do
     if early > _MOST_BEFORE_RECORD:
         raise ShortRestError(
-            f"the pressure falls from the record's beginning on, or from within {1e3 * shortest:.2g} ms of it, with a "
-            f"probability of {early:.2g}: the level before the shot is not in the record; begin it earlier "
+            f"the pressure falls from the record's beginning on, or from "
+            f"within {1e3 * shortest:.2g} ms of it, with a "
+            f"probability of {early:.2g}: the level before the shot is not in "
+            f"the record; begin it earlier "
             "(a longer pre-trigger)"
         )
     above = np.flatnonzero(means[:stop] >= level - _SEEN * noise)
@@ -142,7 +156,8 @@ def _block_means(values: Floats, block: int) -> Floats:
 
 
 def _noise(values: Floats) -> float:
-    """Robust deviation of white noise, of second differences, which the slope of the drop leaves alone."""
+    """Robust deviation of white noise, of second differences, which the slope of the drop leaves
+    alone."""
     return float(np.median(np.abs(np.diff(values, 2)))) * 1.4826 / math.sqrt(6)
 
 
@@ -158,10 +173,12 @@ def _resolution(values: Floats) -> float:
 
 
 def _located(means: Floats, noise: float) -> tuple[float, int, int]:
-    """The level before the drop, the block at which it is first seen, and the number of blocks up to the fit's end.
+    """The level before the drop, the block at which it is first seen, and the number of blocks up
+    to the fit's end.
 
-    The knee of the curve is where it lies highest above the chord from its beginning to half its fall: a level that
-    leaks before the shot has the same knee, where a threshold would be crossed by the leak.
+    The knee of the curve is where it lies highest above the chord from its beginning to half its
+    fall: a level that leaks before the shot has the same knee, where a threshold would be crossed
+    by the leak.
     """
     level = float(np.median(means[: max(3, means.size // 20)]))
     fall = level - float(means.min())
@@ -170,8 +187,10 @@ def _located(means: Floats, noise: float) -> tuple[float, int, int]:
     knee = int(np.argmax(above))
     if not min(fall, 2 * float(above[knee])) > 2 * _SEEN * noise:
         raise NoDropError(
-            f"no drop: pressure falls by {fall:.3g} Pa, by {float(above[knee]):.3g} Pa at once, with noise of "
-            f"{noise:.3g} Pa in {_BLOCK_S * 1e3:g} ms; a shot is expected to exceed {2 * _SEEN:g} times the noise"
+            f"no drop: pressure falls by {fall:.3g} Pa, by "
+            f"{float(above[knee]):.3g} Pa at once, with noise of "
+            f"{noise:.3g} Pa in {_BLOCK_S * 1e3:g} ms; a shot is expected to "
+            f"exceed {2 * _SEEN:g} times the noise"
         )
     early = max(0, knee - (half - knee) // 4)
     near = means[max(0, early - 50) : early + 1]
@@ -185,7 +204,8 @@ def _located(means: Floats, noise: float) -> tuple[float, int, int]:
 
 
 def _hum_lines(means: Floats, period_s: float) -> list[tuple[float, float, float]]:
-    """Frequency (Hz), amplitude (Pa) and uncertainty of the frequency of up to three lines in what follows the drop."""
+    """Frequency (Hz), amplitude (Pa) and uncertainty of the frequency of up to three lines in what
+    follows the drop."""
     if means.size < 64:
         return []
     differences = np.diff(means, 2)  # the blow-down leaks less into the lines
@@ -213,7 +233,8 @@ def _hum_lines(means: Floats, period_s: float) -> list[tuple[float, float, float
 
 
 def _edges(begin: int, stop: int, rate_hz: float) -> NDArray[np.intp]:
-    """First samples of the means that are fitted, and the end of the last: short ones in the drop and before it."""
+    """First samples of the means that are fitted, and the end of the last: short ones in the drop
+    and before it."""
     longest = max(1.0, 5e-3 * rate_hz, (stop - begin) / _MOST_IN_DROP)
     length = int(min(max((stop - begin) / _IN_DROP, 1e-4 * rate_hz, 1.0), longest))
     nearest = max(0, min(begin - _BEFORE * length, 2 * begin - stop))
@@ -227,8 +248,8 @@ def _edges(begin: int, stop: int, rate_hz: float) -> NDArray[np.intp]:
 
 @dataclass(frozen=True)
 class _Window:
-    """Means (m,) of the pressure above `level`, their middle times, and the covariance (m, m) of all but the drop,
-    which is seen first at `begin_s`."""
+    """Means (m,) of the pressure above `level`, their middle times, and the covariance (m, m) of
+    all but the drop, which is seen first at `begin_s`."""
 
     begin_s: float
     time_s: Floats
@@ -281,7 +302,8 @@ def _window(
 
 
 def _excess(rest: Floats, white: float, hum: list[tuple[float, float, float]]) -> float:
-    """By how much more the means of pieces of the rest vary than white noise (of this variance) and hum let them."""
+    """By how much more the means of pieces of the rest vary than white noise (of this variance) and
+    hum let them."""
     length = rest.size // _PIECES
     if length < 16:
         return 1.0
@@ -306,8 +328,8 @@ class _DropFit:
 
 
 def _fitted(window: _Window, opening: tuple[float, float] | None) -> _DropFit:
-    """By two grids of moments: one that is the finer the closer it is to what is seen of the drop, and one between the
-    moments that the first one leaves possible."""
+    """By two grids of moments: one that is the finer the closer it is to what is seen of the drop,
+    and one between the moments that the first one leaves possible."""
     moments = _around(window)
     likelihood, _, _ = _posterior(window, moments, opening)
     possible = np.flatnonzero(likelihood.max(axis=1) > likelihood.max() - 12.0)
@@ -334,7 +356,8 @@ def _fitted(window: _Window, opening: tuple[float, float] | None) -> _DropFit:
 
 
 def _around(window: _Window) -> Floats:
-    """Moments (k,), rising, from as long before the window as it is long to the last but one of its means."""
+    """Moments (k,), rising, from as long before the window as it is long to the last but one of its
+    means."""
     time = window.time_s
     earliest, latest = 2 * float(time[0]) - float(time[-1]), float(time[-2])
     middle = min(max(window.begin_s, float(time[0])), latest)
@@ -347,8 +370,8 @@ def _around(window: _Window) -> Floats:
 def _posterior(
     window: _Window, moments: Floats, opening: tuple[float, float] | None
 ) -> tuple[Floats, Floats, Floats]:
-    """Logarithm of the probability of each moment and power (g, k), up to a constant; level above the window's and its
-    variance for each."""
+    """Logarithm of the probability of each moment and power (g, k), up to a constant; level above
+    the window's and its variance for each."""
     from scipy.special import log_ndtr
 
     time, above = window.time_s, window.above_pa

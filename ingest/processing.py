@@ -41,7 +41,8 @@ MUZZLE_VELOCITY = "pyroshock_muzzle_velocity"
 
 @dataclass(frozen=True)
 class StoredSeries:
-    """A channel without its samples, which are heavy to hand from process to process, and their compressed frames."""
+    """A channel without its samples, which are heavy to hand from process to process, and their
+    compressed frames."""
 
     channel: Channel  # `recorded` is empty, of the samples' dtype
     encoded: EncodedSeries
@@ -54,8 +55,8 @@ class StoredSeries:
 
 @dataclass(frozen=True)
 class ProcessedRecording:
-    """What a file gave. `speeds` has one entry per pulse (None where no impactor acceleration was recorded), `figures`
-    one per impact (of its acceleration channels), in the order of time."""
+    """What a file gave. `speeds` has one entry per pulse (None where no impactor acceleration was
+    recorded), `figures` one per impact (of its acceleration channels), in the order of time."""
 
     path: str
     sha256: str
@@ -91,10 +92,12 @@ def process_recording(
     reading: ReadingOptions = AS_IN_FILE,
     plate: TransferFunctions | None = None,
 ) -> ProcessedRecording:
-    """Read the files of `path` in `folder`, judge them, cut out their pulses and measure their accelerations.
+    """Read the files of `path` in `folder`, judge them, cut out their pulses and measure their
+    accelerations.
 
-    `rows` of runs.csv name it; `expected`: hits of the force to keep. `plate`: the contact force is derived from the
-    accelerations. Raises `RecordingError` when one of the files cannot be read whole.
+    `rows` of runs.csv name it; `expected`: hits of the force to keep. `plate`: the contact force is
+    derived from the accelerations. Raises `RecordingError` when one of the files cannot be read
+    whole.
     """
     files = RecordingFiles(folder, path, reading)
     digest = sha256 or files.sha256()
@@ -132,8 +135,8 @@ def process_recording(
 
 
 def _with_readings(channels: Sequence[Channel], shot: ShotMeasurement | None) -> list[Channel]:
-    """The channels as they are stored: the header of the tank's pressure says when the valve opened, and the laser's
-    which velocity it shows, which a row of runs.csv may state otherwise."""
+    """The channels as they are stored: the header of the tank's pressure says when the valve
+    opened, and the laser's which velocity it shows, which a row of runs.csv may state otherwise."""
     if shot is None:
         return list(channels)
     added: dict[str, dict[str, object]] = {}
@@ -152,9 +155,11 @@ def _with_readings(channels: Sequence[Channel], shot: ShotMeasurement | None) ->
 def read_channels(
     file: Path, sensors: Mapping[str, Sensor], reading: ReadingOptions = AS_IN_FILE
 ) -> tuple[list[Channel], list[Finding]]:
-    """The declared channels of a file, a warning for each that it lacks, and a note for each that nobody declared.
+    """The declared channels of a file, a warning for each that it lacks, and a note for each that
+    nobody declared.
 
-    Raises `RecordingError` for a file that has none of them, lacks a force channel, or has one in another spelling.
+    Raises `RecordingError` for a file that has none of them, lacks a force channel, or has one in
+    another spelling.
     """
     return read_recording(RecordingFiles(file.parent, file.name, reading), sensors)
 
@@ -206,8 +211,8 @@ def _missing_channels(
 ) -> dict[str, Finding]:
     """Declared channels that a recording can do without, by name, each with its warning.
 
-    Raises `RecordingError` where the recording cannot: its hits are found in the force, and a channel in another
-    spelling would be lost without need.
+    Raises `RecordingError` where the recording cannot: its hits are found in the force, and a
+    channel in another spelling would be lost without need.
     """
     missing = [name for name in sensors if not recording.names(name)]
     for name in missing:
@@ -215,7 +220,8 @@ def _missing_channels(
             recording.info(name)  # raises, and names the channels that there are
         if other := resembled_channel(name, undeclared):
             raise RecordingError(
-                f"no channel {name!r}, but {other!r}, which resembles it and is not declared; correct the name in "
+                f"no channel {name!r}, but {other!r}, which resembles it and "
+                f"is not declared; correct the name in "
                 "campaign.toml or in the file, or declare both"
             )
     there = ", ".join(channel.name for channel in recording.channels)
@@ -232,7 +238,8 @@ def _missing_channels(
 
 
 def _check_unit(file: str, sensor: Sensor, written: str | None) -> None:
-    """Refuse a file whose own unit contradicts campaign.toml: one of them is wrong, and we cannot know which."""
+    """Refuse a file whose own unit contradicts campaign.toml: one of them is wrong, and we cannot
+    know which."""
     if not written or not written.strip():
         return
     expected_unit, quantity = (
@@ -250,14 +257,17 @@ def _check_unit(file: str, sensor: Sensor, written: str | None) -> None:
         written_unit = None
     if written_unit is None or not np.allclose(written_unit, declared, rtol=1e-6, atol=0):
         raise RecordingError(
-            f"{file}: channel {sensor.name!r} is in {written!r} by the file, in {expected_unit!r} by campaign.toml"
+            f"{file}: channel {sensor.name!r} is in {written!r} by the file, "
+            f"in {expected_unit!r} by campaign.toml"
         )
 
 
 def total_force(channels: list[Channel]) -> tuple[NDArray[np.float64], Channel] | None:
-    """The contact force: the force channel, or the sum of a load-cell array's (thesis, section 2.2.1).
+    """The contact force: the force channel, or the sum of a load-cell array's (thesis, section
+    2.2.1).
 
-    With it a channel on whose clock its samples are: the first of an array, as far as all of its cells were recorded.
+    With it a channel on whose clock its samples are: the first of an array, as far as all of its
+    cells were recorded.
     """
     forces = [c for c in channels if c.quantity == "force"]
     if not forces:
@@ -274,7 +284,8 @@ def total_force(channels: list[Channel]) -> tuple[NDArray[np.float64], Channel] 
 
 
 def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> Hits:
-    """The pulses, and the hits of the same record that were left out because `expected` are fewer."""
+    """The pulses, and the hits of the same record that were left out because `expected` are
+    fewer."""
     force = total_force(channels)
     if force is None:
         return Hits(())
@@ -297,8 +308,8 @@ def check_recording(channels: list[Channel], hits: Hits) -> list[Finding]:
 
 
 def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:
-    """What the extraction itself noticed: no contact, a hit without a row or before another one, a contact cut by the
-    record's end, a raised threshold."""
+    """What the extraction itself noticed: no contact, a hit without a row or before another one, a
+    contact cut by the record's end, a raised threshold."""
     name = next((c.name for c in channels if c.quantity == "force"), None)
     if name is None:
         return []
@@ -315,7 +326,10 @@ def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:
                 Finding("truncated-contact", "reject", message, name, {"start_s": pulse.start_s}, i)
             )
         if pulse.threshold_raised:
-            message = "noise lies above the extraction's threshold, which was raised: the contact is cut short"
+            message = (
+                "noise lies above the extraction's threshold, which was raised: "
+                "the contact is cut short"
+            )
             findings.append(
                 Finding("threshold-raised", "note", message, name, {"start_s": pulse.start_s}, i)
             )

@@ -1,10 +1,12 @@
-"""From a force record to pulses: segment, smooth, resample, measure (thesis, sections 4.1 and 4.2.2).
+"""From a force record to pulses: segment, smooth, resample, measure (thesis, sections 4.1 and
+4.2.2).
 
-The cubic smoothing spline (eq. 4.6 and MATLAB's `csaps`) is on the sample index. With x in seconds the problem is so
-badly scaled that libraries return no smoothing, or refuse (scipy and csaps both); on the index it is well posed and p
-means the same at every sampling rate. `csaps` with parameter p is scipy's `make_smoothing_spline` with lam = (1 - p) /
-p, which this equals to rounding. On the index its equations are the same few numbers in every row, and need not be
-built from divided differences: a tenth of the time.
+The cubic smoothing spline (eq. 4.6 and MATLAB's `csaps`) is on the sample index. With x in seconds
+the problem is so badly scaled that libraries return no smoothing, or refuse (scipy and csaps both);
+on the index it is well posed and p means the same at every sampling rate. `csaps` with parameter p
+is scipy's `make_smoothing_spline` with lam = (1 - p) / p, which this equals to rounding. On the
+index its equations are the same few numbers in every row, and need not be built from divided
+differences: a tenth of the time.
 """
 
 from __future__ import annotations
@@ -20,15 +22,17 @@ from ..signals.checks.base import Contact
 from .segmentation import RestLevel, Segment, delimit, find_events, orientation, record_rest
 from .settings import ExtractionSettings
 
-#: scipy's smoothing spline needs five points; below, the interpolating cubic (or less) is all there is.
+#: scipy's smoothing spline needs five points; below, the interpolating cubic (or less) is all there
+#: is.
 _SMALLEST_SMOOTHED = 5
 
 
 def smoothing_spline(values: Floats, smoothing: float) -> Callable[[Floats], Floats]:
     """The spline through `values` (n,), n >= 2, at x = 0 … n-1. `smoothing` is csaps' p in (0, 1].
 
-    Green and Silverman, Nonparametric Regression and Generalized Linear Models (1994), section 2.3: with R and Q of
-    a natural spline, (R + lam Q'Q) c = Q'y gives its second derivatives, y - lam Q c its values.
+    Green and Silverman, Nonparametric Regression and Generalized Linear Models (1994), section 2.3:
+    with R and Q of a natural spline, (R + lam Q'Q) c = Q'y gives its second derivatives, y - lam Q
+    c its values.
     """
     from scipy.interpolate import PPoly, make_interp_spline
     from scipy.linalg import solveh_banded
@@ -55,15 +59,18 @@ def nrmse(values: Floats, fitted: Floats) -> float:
     return float(np.sqrt(np.mean((values - fitted) ** 2))) / spread if spread > 0 else 0.0
 
 
-#: Samples on either side of the contact that the spline sees, so that its ends are not its weak spots.
+#: Samples on either side of the contact that the spline sees, so that its ends are not its weak
+#: spots.
 _MARGIN = 4
-#: As in `signals.checks.double_hit`: a swing below rest by more than this share of a peak is ringing.
+#: As in `signals.checks.double_hit`: a swing below rest by more than this share of a peak is
+#: ringing.
 _RINGING_SHARE = 0.5
 
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact that is not cut out: the time of its peak (s, on the record's clock) and its peak (N) above rest."""
+    """A contact that is not cut out: the time of its peak (s, on the record's clock) and its peak
+    (N) above rest."""
 
     time_s: float
     peak_force_n: float
@@ -71,14 +78,15 @@ class Touch:
 
 @dataclass(frozen=True)
 class ExtractedPulse:
-    """One contact's force. Times in seconds on the record's clock, forces in newtons above the rest before the hit.
+    """One contact's force. Times in seconds on the record's clock, forces in newtons above the rest
+    before the hit.
 
-    `peak_force_n` and the widths are those of the recorded samples (widths cross linearly between them), as
-    published records state them; `spline_peak_force_n`, the impulses and the time of compression are the
-    spline's, which comes nearer to the truth between samples on short contacts.
-    `force_points_n` (points,) are equidistant over the contact, both ends included; `fine_force_n` (m,) has
-    `refinement` points per recorded sample. `rest_n` is that rest in the record, turned by `sign`; `threshold_n` the
-    force above it at which the contact was delimited.
+    `peak_force_n` and the widths are those of the recorded samples (widths cross linearly between
+    them), as published records state them; `spline_peak_force_n`, the impulses and the time of
+    compression are the spline's, which comes nearer to the truth between samples on short contacts.
+    `force_points_n` (points,) are equidistant over the contact, both ends included; `fine_force_n`
+    (m,) has `refinement` points per recorded sample. `rest_n` is that rest in the record, turned by
+    `sign`; `threshold_n` the force above it at which the contact was delimited.
     """
 
     contact: Contact
@@ -103,13 +111,15 @@ class ExtractedPulse:
     sign: int
     rest_n: float
     threshold_n: float
-    #: Contacts within the separation before this one, lower than it: they belong to the same impact.
+    #: Contacts within the separation before this one, lower than it: they belong to the same
+    #: impact.
     earlier_touches: tuple[Touch, ...] = ()
 
 
 @dataclass(frozen=True)
 class Hits:
-    """The pulses of a record in time order, and the hits that were left out because fewer were expected."""
+    """The pulses of a record in time order, and the hits that were left out because fewer were
+    expected."""
 
     pulses: tuple[ExtractedPulse, ...]
     left_out: tuple[Touch, ...] = ()
@@ -123,9 +133,11 @@ def extract_pulses(
     start_s: float = 0.0,
     expected: int | None = None,
 ) -> tuple[ExtractedPulse, ...]:
-    """The pulses of a force record (n,) in newtons, in time order; none when nothing rises above the noise.
+    """The pulses of a force record (n,) in newtons, in time order; none when nothing rises above
+    the noise.
 
-    `expected` keeps that many main peaks where the record shows more (the thesis's "ten main peaks").
+    `expected` keeps that many main peaks where the record shows more (the thesis's "ten main
+    peaks").
     """
     return find_hits(force, sampling_rate_hz, settings, start_s=start_s, expected=expected).pulses
 
@@ -138,7 +150,8 @@ def find_hits(
     start_s: float = 0.0,
     expected: int | None = None,
 ) -> Hits:
-    """`extract_pulses`, with the hits beyond `expected` as well: nothing that was found is forgotten."""
+    """`extract_pulses`, with the hits beyond `expected` as well: nothing that was found is
+    forgotten."""
     settings = settings or ExtractionSettings()
     if force.size < 2 or not np.isfinite(force).any():
         return Hits(())
@@ -168,8 +181,8 @@ def find_hits(
 def _touches_before(
     force: Floats, peaks: NDArray[np.int64], first: int, rest: RestLevel
 ) -> list[int]:
-    """Peaks before sample `first` that are contacts: a contact cannot pull, so what swings below rest by a good part of
-    its height is the ringing of a filter that has no phase."""
+    """Peaks before sample `first` that are contacts: a contact cannot pull, so what swings below
+    rest by a good part of its height is the ringing of a filter that has no phase."""
     earlier = []
     for peak in sorted(int(p) for p in peaks if p < first):
         around = force[max(0, 2 * peak - first) : first + 1]
@@ -201,7 +214,8 @@ def _measure(
     first, last = segment_found.contact.first, segment_found.contact.last
     low, high = max(0, first - _MARGIN), min(force.size - 1, last + _MARGIN)
     window = force[low : high + 1] - rest.baseline
-    # A sensor's gap inside the margin must not poison the spline: the contact itself holds no NaN by construction.
+    # A sensor's gap inside the margin must not poison the spline: the contact itself holds no NaN
+    # by construction.
     window = np.where(np.isfinite(window), window, 0.0)
     spline = smoothing_spline(window, settings.smoothing)
     span = last - first
@@ -243,7 +257,8 @@ def _integral(values: Floats, period: float) -> float:
 
 
 def _width(values: Floats, share: float) -> float:
-    """Samples between the crossings of `share` of the peak on either side of it, interpolated linearly."""
+    """Samples between the crossings of `share` of the peak on either side of it, interpolated
+    linearly."""
     top = int(np.argmax(values))
     level = share * values[top]
     below = np.flatnonzero(values[:top] <= level)

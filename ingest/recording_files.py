@@ -28,10 +28,12 @@ SEPARATOR = ";"
 
 
 def recording_path(folder: Path, text: str) -> str:
-    """The path of a recording as it is stored, relative to the campaign's folder, from a cell that names its files.
+    """The path of a recording as it is stored, relative to the campaign's folder, from a cell that
+    names its files.
 
-    Folders are parted by / or \\ there and by / in the store, and several files are sorted, so that the same recording
-    has the same path whoever writes it on whatever system. Raises `ValueError` with what was expected.
+    Folders are parted by / or \\ there and by / in the store, and several files are sorted, so that
+    the same recording has the same path whoever writes it on whatever system. Raises `ValueError`
+    with what was expected.
     """
     whole = text.replace("\\", "/")
     names = (
@@ -95,7 +97,8 @@ class RecordingFiles:
 
     @property
     def format(self) -> str:
-        """The short names of the files' formats. Raises `RecordingError` where there is no reader for one."""
+        """The short names of the files' formats. Raises `RecordingError` where there is no reader
+        for one."""
         return "+".join(dict.fromkeys(reader_for(path).format for path in self.paths))
 
     @property
@@ -104,7 +107,8 @@ class RecordingFiles:
         return any(may_crash(path) for path in self.paths)
 
     def sha256(self) -> str:
-        """Of the file; of several, of their SHA-256s, a line each. Raises `RecordingError` when one cannot be read."""
+        """Of the file; of several, of their SHA-256s, a line each. Raises `RecordingError` when one
+        cannot be read."""
         hashes = [file_hash(path) for path in self.paths]
         return (
             hashes[0]
@@ -134,9 +138,11 @@ def file_hash(path: Path) -> str:
 class JoinedRecording(OpenRecording):
     """Several files as one recording, each channel with the rate and start of its own file.
 
-    Where every file says at which instant its time is 0, all start on one clock; else they begin together.
+    Where every file says at which instant its time is 0, all start on one clock; else they begin
+    together.
 
-    A channel that two of the files have is refused when it is asked for: nobody can say which is meant.
+    A channel that two of the files have is refused when it is asked for: nobody can say which is
+    meant.
     """
 
     def __init__(self, paths: Sequence[Path], reading: ReadingOptions = AS_IN_FILE) -> None:
@@ -182,7 +188,8 @@ class JoinedRecording(OpenRecording):
 
 
 def _later_s(recordings: Sequence[OpenRecording]) -> list[float]:
-    """By how much the zero of each file's clock is later than the earliest; nothing where one of them says none."""
+    """By how much the zero of each file's clock is later than the earliest; nothing where one of
+    them says none."""
     zeros = [
         next((c.header[CLOCK_ZERO] for c in file.channels if CLOCK_ZERO in c.header), None)
         for file in recordings

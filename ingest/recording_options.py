@@ -1,5 +1,5 @@
-"""`[recordings]` of campaign.toml: what the recordings do not say themselves; and `[force]`: from which accelerometers
-a force is derived, and by which hammer hits."""
+"""`[recordings]` of campaign.toml: what the recordings do not say themselves; and `[force]`: from
+which accelerometers a force is derived, and by which hammer hits."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ REFUSE, RESAMPLE = UNEVEN_TIME = ("refuse", "resample")
 
 
 def reading_options(data: Mapping[str, Any]) -> ReadingOptions:
-    """`[recordings]` of a campaign.toml. Raises `IngestError` with the key, its value and what was expected."""
+    """`[recordings]` of a campaign.toml. Raises `IngestError` with the key, its value and what was
+    expected."""
     table = data.get("recordings", {})
     if not isinstance(table, Mapping):
         raise IngestError(
@@ -43,7 +44,8 @@ def reading_options(data: Mapping[str, Any]) -> ReadingOptions:
     decimal = _sign(table, "decimal", dict(zip(_DECIMALS, _DECIMALS, strict=True)), '"." or ","')
     if delimiter == "," and decimal == ",":
         raise IngestError(
-            "campaign.toml: recordings.delimiter and recordings.decimal are both ','; expected two signs"
+            "campaign.toml: recordings.delimiter and recordings.decimal are "
+            "both ','; expected two signs"
         )
     expected = '"refuse" or "resample"'
     uneven_time = _sign(
@@ -77,7 +79,8 @@ def _columns(table: Mapping[str, Any]) -> tuple[str, ...]:
     double = next((name for name in names if name and names.count(name) > 1), None)
     if double is not None:
         raise IngestError(
-            f"campaign.toml: recordings.columns names {printable(double)} twice; expected different names "
+            f"campaign.toml: recordings.columns names {printable(double)} "
+            f"twice; expected different names "
             '("" for a column that is not read)'
         )
     return tuple(names)
@@ -95,7 +98,8 @@ def _rate(table: Mapping[str, Any]) -> float | None:
     ):
         return float(value)
     raise IngestError(
-        f"campaign.toml: recordings.sampling_rate_hz is {printable(value)}; expected a number above zero, in hertz"
+        f"campaign.toml: recordings.sampling_rate_hz is {printable(value)}; "
+        f"expected a number above zero, in hertz"
     )
 
 
@@ -105,7 +109,8 @@ def _harmless_fields(table: Mapping[str, Any]) -> tuple[str, ...]:
         isinstance(name, str) and name.strip() for name in value
     ):
         raise IngestError(
-            f"campaign.toml: recordings.harmless_fields is {printable(value)}; expected the names of fields of the "
+            f"campaign.toml: recordings.harmless_fields is "
+            f"{printable(value)}; expected the names of fields of the "
             'files that change no number, such as ["Trigger delay"]'
         )
     return tuple(value)
@@ -128,15 +133,16 @@ FILE = "campaign.toml"
 _KEYS = ("from", "transfer_function", "channel", "unit", "sensitivity", "impact_position")
 #: What to do where no transfer function can be had.
 ADVICE = (
-    "record at least three hits of an instrumented hammer at the point that the projectile strikes, with the "
+    "record at least three hits of an instrumented hammer at the point that "
+    "the projectile strikes, with the "
     "accelerometers as they stay for the shots, and name the recording in force.transfer_function"
 )
 
 
 @dataclass(frozen=True)
 class ForceSource:
-    """Accelerometers (names of channels), the recording of hammer hits relative to the folder, its force channel, and
-    the impact position of those hits where it is stated."""
+    """Accelerometers (names of channels), the recording of hammer hits relative to the folder, its
+    force channel, and the impact position of those hits where it is stated."""
 
     accelerometers: tuple[str, ...]
     recording: str
@@ -145,7 +151,8 @@ class ForceSource:
 
 
 def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> ForceSource | None:
-    """The table `[force]`; None where it is empty. Raises `IngestError` with key, value and what was expected."""
+    """The table `[force]`; None where it is empty. Raises `IngestError` with key, value and what
+    was expected."""
     if not table:
         return None
     if problems := key_problems(table, _KEYS, "force."):
@@ -153,12 +160,14 @@ def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> For
     recorded = sorted(sensor.name for sensor in sensors.values() if sensor.quantity == "force")
     if recorded:
         raise IngestError(
-            f"{FILE}: [force] derives a force, and channels.{recorded[0]} records one; remove [force], or the channel"
+            f"{FILE}: [force] derives a force, and channels.{recorded[0]} "
+            f"records one; remove [force], or the channel"
         )
     names = table.get("from")
     if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
         raise IngestError(
-            f'{FILE}: force.from is {printable(names)}; expected a list of channels such as ["acc_1"]'
+            f"{FILE}: force.from is {printable(names)}; expected a list of "
+            f'channels such as ["acc_1"]'
         )
     for name in names:
         if name not in sensors or sensors[name].quantity != "acceleration":
@@ -167,7 +176,8 @@ def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> For
                 or "none"
             )
             raise IngestError(
-                f"{FILE}: force.from names {printable(name)}; expected acceleration channels, here: {accelerometers}"
+                f"{FILE}: force.from names {printable(name)}; expected "
+                f"acceleration channels, here: {accelerometers}"
             )
     recording = _text(table, "transfer_function")
     if recording is None:
@@ -202,6 +212,7 @@ def _sensitivity(table: Mapping[str, Any]) -> float | None:
         or not 0 < abs(value) < float("inf")
     ):
         raise IngestError(
-            f"{FILE}: force.sensitivity is {printable(value)}; expected volt per unit, other than zero"
+            f"{FILE}: force.sensitivity is {printable(value)}; expected volt "
+            f"per unit, other than zero"
         )
     return float(value)

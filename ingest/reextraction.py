@@ -1,8 +1,8 @@
-"""Pulses cut anew from the stored series with other settings: looked at, or stored as the version in use. Old versions
-stay.
+"""Pulses cut anew from the stored series with other settings: looked at, or stored as the version
+in use. Old versions stay.
 
-Accelerations are measured anew where a recording has no figures of them yet, or no force that says where its impacts
-lie.
+Accelerations are measured anew where a recording has no figures of them yet, or no force that says
+where its impacts lie.
 """
 
 from __future__ import annotations
@@ -35,10 +35,12 @@ from .stored import list_channels, read_channel
 
 @dataclass(frozen=True)
 class HitReextraction:
-    """What settings make of a recording: keys of its impacts in the order of their contacts, and the pulses found.
+    """What settings make of a recording: keys of its impacts in the order of their contacts, and
+    the pulses found.
 
-    Each impact has its pulse where `mismatch` is None; else it says why nobody can tell which belongs to which.
-    `figures` are those of the acceleration channels for each impact, where they were read too.
+    Each impact has its pulse where `mismatch` is None; else it says why nobody can tell which
+    belongs to which. `figures` are those of the acceleration channels for each impact, where they
+    were read too.
     """
 
     settings: ExtractionSettings
@@ -53,14 +55,16 @@ class HitReextraction:
         return f"{len(self.pulses)} impacts found with these settings, {len(self.impacts)} stored"
 
     def pulse_of(self, impact: int) -> ExtractedPulse | None:
-        """The pulse of an impact; None where they cannot be told apart, or it is another recording's."""
+        """The pulse of an impact; None where they cannot be told apart, or it is another
+        recording's."""
         if self.mismatch is not None or impact not in self.impacts:
             return None
         return self.pulses[self.impacts.index(impact)]
 
 
 def impacts_of(session: Session, recording: int) -> list[int]:
-    """Impacts of a recording in the order of their contacts; those without a contact are left out."""
+    """Impacts of a recording in the order of their contacts; those without a contact are left
+    out."""
     query = (
         select(Impact.id)
         .join(PulseRow, PulseRow.impact_id == Impact.id)
@@ -79,7 +83,8 @@ def cut(
 
 
 def force_channels(session: Session, recording: int) -> tuple[Channel, ...]:
-    """What contacts are looked for in. Raises `schema.series.SeriesError` where samples are damaged."""
+    """What contacts are looked for in. Raises `schema.series.SeriesError` where samples are
+    damaged."""
     return _channels(session, recording, "force")
 
 
@@ -107,7 +112,8 @@ def put_in_use(session: Session, impacts: Sequence[int], pulses: Sequence[int]) 
 
 
 def add_versions(session: Session, hits: HitReextraction) -> None:
-    """Store the pulses as the versions in use. Raises `ValueError` where they cannot be told apart."""
+    """Store the pulses as the versions in use. Raises `ValueError` where they cannot be told
+    apart."""
     if hits.mismatch is not None:
         raise ValueError(hits.mismatch)
     key = settings_id(session, hits.settings)
@@ -125,7 +131,8 @@ def _retire(session: Session, impacts: Sequence[int]) -> None:
 
 
 def impacts_without_contact(session: Session, recording: int) -> list[int]:
-    """Impacts of a recording of which none has a pulse, in the order of their rows; empty where some has one."""
+    """Impacts of a recording of which none has a pulse, in the order of their rows; empty where
+    some has one."""
     if impacts_of(session, recording):
         return []
     return list(
@@ -157,7 +164,8 @@ def _channels(session: Session, recording: int, quantity: str) -> tuple[Channel,
 def replace_figures(
     session: Session, recording: int, impacts: Sequence[int], figures: Sequence[ImpactFigures]
 ) -> int:
-    """Store the figures of a recording's accelerations instead of those that were there; how many impacts have them."""
+    """Store the figures of a recording's accelerations instead of those that were there; how many
+    impacts have them."""
     session.execute(delete(ChannelFigures).where(ChannelFigures.impact_id.in_(impacts)))
     channels = {row.name: row.id for row in list_channels(session, recording)}
     session.add_all(ChannelFigures(**row) for row in figure_rows(figures, impacts, channels))
@@ -170,8 +178,8 @@ _ON_A_CLUSTER = 64
 
 @dataclass
 class ReextractionReport:
-    """What changed: pulses `added`, pulses of earlier versions put back in use, impacts whose accelerations were
-    `measured` anew, recordings left as they were."""
+    """What changed: pulses `added`, pulses of earlier versions put back in use, impacts whose
+    accelerations were `measured` anew, recordings left as they were."""
 
     campaign: str
     added: int = 0
@@ -190,10 +198,12 @@ def reextract(
     progress: Callable[[int, int, str], None] | None = None,
     executor: ExecutorConfig = HERE,
 ) -> ReextractionReport:
-    """Cut every recording of `campaign` again, one transaction each. Raises `LookupError` for an unknown campaign.
+    """Cut every recording of `campaign` again, one transaction each. Raises `LookupError` for an
+    unknown campaign.
 
-    A recording in which the new settings find another number of impacts is skipped and named: which pulse belongs to
-    which impact would be a guess. So is one with damaged samples. `executor` cuts; reading and storing stay here.
+    A recording in which the new settings find another number of impacts is skipped and named: which
+    pulse belongs to which impact would be a guess. So is one with damaged samples. `executor` cuts;
+    reading and storing stay here.
     """
     report = ReextractionReport(campaign)
     with store.reading() as session:
@@ -229,7 +239,8 @@ def preview_impacts(
 ) -> HitReextraction:
     """What `reextract_recording` would store of a recording; nothing is.
 
-    Raises `LookupError` for a recording that there is not, was set aside, or in which no contact was found.
+    Raises `LookupError` for a recording that there is not, was set aside, or in which no contact
+    was found.
     """
     with store.reading() as session:
         _, _, impacts = _recording(session, recording_key)
@@ -259,7 +270,8 @@ def _recording(session: Session, key: int) -> tuple[str, str, list[int]]:
 
 @dataclass(frozen=True)
 class _Read:
-    """A recording as it is cut, wherever that is. `channels` is None where nothing is to be cut; `damage` says why.
+    """A recording as it is cut, wherever that is. `channels` is None where nothing is to be cut;
+    `damage` says why.
 
     `contacts`: its impacts are contacts of a force; else they are shocks of its accelerations.
     """

@@ -1,4 +1,5 @@
-"""Damaged series read again from their campaign folder: only where the file is the one that was recorded."""
+"""Damaged series read again from their campaign folder: only where the file is the one that was
+recorded."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ from .rows import refuse_other_campaign
 
 @dataclass
 class RepairReport:
-    """Series that are whole again, and those that stay as they are with the reason; "recording: channel"."""
+    """Series that are whole again, and those that stay as they are with the reason; "recording:
+    channel"."""
 
     campaign: str
     mended: list[str] = field(default_factory=list)
@@ -35,10 +37,11 @@ class RepairReport:
 
 
 def repair_series(store: Store, folder: Path) -> RepairReport:
-    """Write the damaged series of the campaign in `folder` anew from its files, one transaction a recording.
+    """Write the damaged series of the campaign in `folder` anew from its files, one transaction a
+    recording.
 
-    Nothing else changes: the samples must be those whose SHA-256 the store holds. Raises `IngestError` for a folder
-    that is no campaign of the store.
+    Nothing else changes: the samples must be those whose SHA-256 the store holds. Raises
+    `IngestError` for a folder that is no campaign of the store.
     """
     file = read_campaign_file(folder)
     report = RepairReport(file.name)
@@ -52,7 +55,8 @@ def _damaged(store: Store, file: CampaignFile) -> list[ChannelRow]:
         campaign = session.scalars(select(Campaign).where(Campaign.name == file.name)).one_or_none()
         if campaign is None:
             raise IngestError(
-                f"no campaign {file.name!r} in the store to repair; pyroshock ingest {file.folder} adds it"
+                f"no campaign {file.name!r} in the store to repair; pyroshock "
+                f"ingest {file.folder} adds it"
             )
         refuse_other_campaign(session, campaign, file)
         connection = session.connection()
@@ -86,7 +90,8 @@ def _mend(
 def _encoded(
     store: Store, file: CampaignFile, path: str, rows: Sequence[ChannelRow]
 ) -> dict[str, EncodedSeries]:
-    """The series of the recording's file by channel. Raises `RecordingError` where it is not the file it was."""
+    """The series of the recording's file by channel. Raises `RecordingError` where it is not the
+    file it was."""
     with store.reading() as session:
         query = select(Recording.sha256).join(
             RecordedChannel, RecordedChannel.recording_id == Recording.id
@@ -108,7 +113,8 @@ def _encoded(
 def _rewrite(
     session: Session, channel: ChannelRow, encoded: EncodedSeries, written_by: int
 ) -> None:
-    """Write the chunks that are missing or not as they were written; all of them where the series is then not whole.
+    """Write the chunks that are missing or not as they were written; all of them where the series
+    is then not whole.
 
     The second needs an administrator on PostgreSQL: it changes what was recorded of the series.
     """

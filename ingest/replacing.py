@@ -1,4 +1,5 @@
-"""One stored recording replaced from its campaign folder: by a corrected row, another file, or both."""
+"""One stored recording replaced from its campaign folder: by a corrected row, another file, or
+both."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ from .stored_rows import KnownRow, RowDifferences, known_recordings, known_rows
 
 @dataclass(frozen=True)
 class Replacement:
-    """What is to be stored in the place of a recording: read, judged and cut, and not yet written."""
+    """What is to be stored in the place of a recording: read, judged and cut, and not yet
+    written."""
 
     store: Store
     campaign: str
@@ -43,15 +45,18 @@ class Replacement:
         return recording_part(session, self.campaign, self.old)
 
     def write(self, session: Session, stone: Tombstone) -> dict[str, int]:
-        """Store the new recording in the transaction that has taken the old one out and left `stone`.
+        """Store the new recording in the transaction that has taken the old one out and left
+        `stone`.
 
-        Datasets get the pulses of earlier deletions back where all of their content agrees: how many, by name.
+        Datasets get the pulses of earlier deletions back where all of their content agrees: how
+        many, by name.
         """
         stone.replaced_by = self.new.sha256
         self.target.write(session, self.new, list(self.hits))
         session.flush()
         return restore_references(
-            session, recording_part(session, self.campaign, self.new.path), self.store.written_by(session)
+            session, recording_part(session, self.campaign, self.new.path),
+            self.store.written_by(session)
         )  # fmt: skip
 
 
@@ -66,11 +71,12 @@ def prepared_replacement(
     free_factors: Collection[str] = (),
     confirmed: Collection[str] = (),
 ) -> Replacement:
-    """Read what replaces recording `old`: the file of that path in `folder`, or of another `path`, with its rows.
+    """Read what replaces recording `old`: the file of that path in `folder`, or of another `path`,
+    with its rows.
 
-    Other recordings of the folder are not looked at. Raises `LookupError` for what is not in the store, `IngestError`
-    where the folder is another campaign's, no row names the recording, the file cannot be read, nothing has changed, or
-    as an ingest of it would; nothing is written.
+    Other recordings of the folder are not looked at. Raises `LookupError` for what is not in the
+    store, `IngestError` where the folder is another campaign's, no row names the recording, the
+    file cannot be read, nothing has changed, or as an ingest of it would; nothing is written.
     """
     settings, path = settings or ExtractionSettings(), path or old
     with store.reading() as session:
@@ -78,19 +84,22 @@ def prepared_replacement(
     file, rows, modes, _ = read_campaign_tables(store, folder, free_factors, confirmed)
     if file.name != campaign:
         raise IngestError(
-            f"{CAMPAIGN}: campaign.name is {file.name!r}; expected {campaign!r}, whose recording goes"
+            f"{CAMPAIGN}: campaign.name is {file.name!r}; expected "
+            f"{campaign!r}, whose recording goes"
         )
     own = tuple(row for row in rows if row.recording == path)
     if not own:
         raise IngestError(
-            f"no row of {FILE} names recording {path!r}; add its rows, or discard: pyroshock runs discard"
+            f"no row of {FILE} names recording {path!r}; add its rows, or "
+            f"discard: pyroshock runs discard"
         )
     work = work_of(file, path, own)
     store.read(lambda session: _refuse_unchanged(session, file, old, work))
     target = CampaignStore(store, file, modes, own, settings, again=(path,), replaced=old)
     if target.has_recording(path, work.sha256):
         raise IngestError(
-            f"recording {path!r} is in the store as it is; replace it by another, or discard {old!r} alone"
+            f"recording {path!r} is in the store as it is; replace it by "
+            f"another, or discard {old!r} alone"
         )
     outcome = process(file, rows, settings, campaign_plate_response(file, rows), work)
     if isinstance(outcome, UnreadableRecording):
@@ -115,7 +124,8 @@ def _refuse_unchanged(
     ):
         return
     raise IngestError(
-        f"recording {old!r}: its file and its rows of {FILE} are those in the store; nothing to replace"
+        f"recording {old!r}: its file and its rows of {FILE} are those in the "
+        f"store; nothing to replace"
     )
 
 
@@ -133,7 +143,8 @@ def _differs(
 
 
 def _counted(rows: Sequence[RunRow], stored: Collection[tuple[int, int]]) -> bool:
-    """Whether the rows stand for all stored hits: each for its own, or one for the repetitions of its run."""
+    """Whether the rows stand for all stored hits: each for its own, or one for the repetitions of
+    its run."""
     return len(rows) == len(stored) or (
         len(rows) == 1 and {run for run, _ in stored} == {rows[0].run}
     )

@@ -30,7 +30,8 @@ class IngestReport:
     added: dict[str, int] = field(
         default_factory=lambda: {"recordings": 0, "impacts": 0, "shots": 0}
     )
-    #: Facts that the stored campaign lacked: "bench.hammer.mass_kg = 0.32; boundary_conditions of 11 impacts".
+    #: Facts that the stored campaign lacked: "bench.hammer.mass_kg = 0.32; boundary_conditions of
+    #: 11 impacts".
     added_facts: str = ""
     #: Columns of runs.csv without a known meaning and without a declaration in campaign.toml.
     undeclared_factors: list[str] = field(default_factory=list)

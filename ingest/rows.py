@@ -1,5 +1,5 @@
-"""From what was read to rows of the store, within a transaction that the caller holds. The lab's own word on a velocity
-or pressure goes before what the record gives."""
+"""From what was read to rows of the store, within a transaction that the caller holds. The lab's
+own word on a velocity or pressure goes before what the record gives."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ Part = TypeVar("Part", Gun, Hammer)
 
 
 def campaign_row(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> Campaign:
-    """The campaign and its bench, added on first sight. Raises `IngestError` when another folder has the name."""
+    """The campaign and its bench, added on first sight. Raises `IngestError` when another folder
+    has the name."""
     campaign = session.scalars(select(Campaign).filter_by(name=file.name)).one_or_none()
     row = campaign or get_or_add(
         session, Campaign, {"name": file.name}, campaign_values(session, file, modes)
@@ -62,8 +63,8 @@ def campaign_values(
 
 
 def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -> None:
-    """Raise `IngestError`, with both values, when a stored campaign of this name has another kind, date, bench or known
-    fact."""
+    """Raise `IngestError`, with both values, when a stored campaign of this name has another kind,
+    date, bench or known fact."""
     if row.fingerprint == file.fingerprint:
         return
     differences = bench_differences(session, row, file)
@@ -73,7 +74,8 @@ def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -
         or "the name of the modal table's file is another"
     )
     raise IngestError(
-        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date, bench or known fact: {words}; "
+        f"campaign.toml: campaign {file.name!r} is in the store with another "
+        f"kind, date, bench or known fact: {words}; "
         "restore the stored values, or give this campaign another name"
     )
 
@@ -110,7 +112,8 @@ def _plate(session: Session, part: PlatePart, modes: ModalTableFile | None) -> P
 
 
 def plate_mass(session: Session, part: PlatePart) -> float | None:
-    """Mass in kg of a plate of known material, thickness and outline (by the shoelace formula); None otherwise."""
+    """Mass in kg of a plate of known material, thickness and outline (by the shoelace formula);
+    None otherwise."""
     if part.material is None or part.thickness_m is None or part.outline_m is None:
         return None
     x, y = np.array(part.outline_m).T
@@ -122,7 +125,8 @@ def plate_mass(session: Session, part: PlatePart) -> float | None:
 
 
 def struck_plate(session: Session, part: PlatePart | None, row: RunRow) -> StruckPlate | None:
-    """The plate that a row was struck on, of the row's own material or the bench's; None where it is not known."""
+    """The plate that a row was struck on, of the row's own material or the bench's; None where it
+    is not known."""
     levels = row.levels_by_factor
     stated_plate = levels.get("plate_material")
     name = stated_plate.label if stated_plate is not None else (part.material if part else None)
@@ -165,7 +169,8 @@ def settings_id(session: Session, settings: ExtractionSettings) -> int:
 
 
 def channel_values(series: StoredSeries) -> dict[str, Any]:
-    """The row of a channel (its frames are written by `schema.series.write_series`), but for its recording."""
+    """The row of a channel (its frames are written by `schema.series.write_series`), but for its
+    recording."""
     channel = series.channel
     sensor = channel.sensor
     gain, offset = sensor.conversion
@@ -230,7 +235,8 @@ def impact_values(
 
 
 def hit_velocity(row: RunRow, hit: MatchedImpact, done: ProcessedRecording) -> float | None:
-    """The impact velocity by whatever tells it first: the row, the impactor's acceleration, the shot (m/s)."""
+    """The impact velocity by whatever tells it first: the row, the impactor's acceleration, the
+    shot (m/s)."""
     velocity = impact_values(row, hit, done).get("impact_velocity_m_s")
     shot = done.shot.velocity_m_s if done.shot else None
     best = velocity if isinstance(velocity, float) else row.measured_velocity_m_s or shot

@@ -1,10 +1,11 @@
-"""`runs.csv`, or a spreadsheet in its place: one row per recorded impact or shot, every cell checked before anything is
-stored; and which hit of a recording is which row.
+"""`runs.csv`, or a spreadsheet in its place: one row per recorded impact or shot, every cell
+checked before anything is stored; and which hit of a recording is which row.
 
-One row for a recording that holds several hits: they are its repetitions, counted on from the row's. As many rows as
-hits: in time order. More hits than rows: the largest ones are the rows' (the thesis's "ten main peaks"), unless the one
-row may count on; the others are told, each with its time and its peak. Fewer hits than rows: nobody can say which row
-lacks its hit, so the recording is set aside.
+One row for a recording that holds several hits: they are its repetitions, counted on from the
+row's. As many rows as hits: in time order. More hits than rows: the largest ones are the rows' (the
+thesis's "ten main peaks"), unless the one row may count on; the others are told, each with its time
+and its peak. Fewer hits than rows: nobody can say which row lacks its hit, so the recording is set
+aside.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ FILES = (FILE, *(f"runs{suffix}" for suffix in SUFFIXES))
 
 @dataclass(frozen=True)
 class RunRow:
-    """A row of `runs.csv`. `line` is its line in the `file`, or its row in a sheet; velocities in m/s, lengths in m."""
+    """A row of `runs.csv`. `line` is its line in the `file`, or its row in a sheet; velocities in
+    m/s, lengths in m."""
 
     line: int
     run: int
@@ -76,10 +78,11 @@ def read_runs(
 
     Raises `IngestError` with file, row, column, value and what was expected.
 
-    Delimiter (comma, semicolon, tab) and decimal comma are recognised. Recordings must lie inside `folder` and exist.
-    `declared` (with what they are) and `confirmed` are columns that are free factors though they resemble a known one.
-    A `kind` of None, of a campaign.toml with faults, asks for no column of its own. Where `faults` are given, all of
-    the table's are kept there, and the rows without are returned.
+    Delimiter (comma, semicolon, tab) and decimal comma are recognised. Recordings must lie inside
+    `folder` and exist. `declared` (with what they are) and `confirmed` are columns that are free
+    factors though they resemble a known one. A `kind` of None, of a campaign.toml with faults, asks
+    for no column of its own. Where `faults` are given, all of the table's are kept there, and the
+    rows without are returned.
     """
     own = Faults()
     name = own.attempt(_file_name, folder) or ""
@@ -115,7 +118,8 @@ def _runs_rows(reading: _Reading, lines: list[Line], faults: Faults) -> list[Run
         if key in seen:
             faults.add(
                 [
-                    f"{row.place}: duplicate run {row.run}, repetition {row.repetition}; see row {seen[key]}"
+                    f"{row.place}: duplicate run {row.run}, repetition "
+                    f"{row.repetition}; see row {seen[key]}"
                 ]
             )
             continue
@@ -152,7 +156,8 @@ def _check_header(
 
 
 class _Reading:
-    """Rows of one table. A recording's file is looked for once, and refused once, by the first row that names it."""
+    """Rows of one table. A recording's file is looked for once, and refused once, by the first row
+    that names it."""
 
     def __init__(
         self, folder: Path, name: str, required: tuple[str, ...], materials: MaterialNames
@@ -198,7 +203,10 @@ class _Reading:
         )
 
     def _fault(self, line: int, column: str, text: str, expected: str) -> str:
-        return f"{self._name}: row {line}, column {printable(column)}: {printable(text)}; expected {expected}"
+        return (
+            f"{self._name}: row {line}, column {printable(column)}: "
+            f"{printable(text)}; expected {expected}"
+        )
 
     def _whole(self, line: int, column: str, text: str, lowest: int) -> int:
         value = int(text) if text.isascii() and text.isdigit() and len(text) <= 10 else lowest - 1
@@ -259,7 +267,8 @@ def _profile(text: str) -> str:
 
 @dataclass(frozen=True)
 class MatchedImpact:
-    """A row's impact: its repetition number, and the index of its pulse (None: no contact was found)."""
+    """A row's impact: its repetition number, and the index of its pulse (None: no contact was
+    found)."""
 
     row: RunRow
     repetition: int
@@ -274,7 +283,8 @@ def expected_hits(rows: list[RunRow], all_rows: Collection[RunRow]) -> int | Non
 def match(
     path: str, rows: list[RunRow], hits: int, all_rows: Collection[RunRow]
 ) -> list[MatchedImpact]:
-    """Assign `hits` contacts in time order to a recording's rows. Raises `RecordingError` when it cannot be done."""
+    """Assign `hits` contacts in time order to a recording's rows. Raises `RecordingError` when it
+    cannot be done."""
     if hits == 0:
         return [MatchedImpact(row, row.repetition, None) for row in rows]
     if hits == len(rows):
@@ -287,8 +297,8 @@ def match(
 
 
 def _counts_on(rows: list[RunRow], all_rows: Collection[RunRow]) -> bool:
-    """Whether a recording's only row may stand for several repetitions: it is the run's only row, and reports no
-    velocity (which would be that of one hit)."""
+    """Whether a recording's only row may stand for several repetitions: it is the run's only row,
+    and reports no velocity (which would be that of one hit)."""
     if (
         len(rows) != 1
         or rows[0].impact_velocity_m_s is not None
@@ -298,21 +308,24 @@ def _counts_on(rows: list[RunRow], all_rows: Collection[RunRow]) -> bool:
     return sum(row.run == rows[0].run for row in all_rows) == 1
 
 
-#: From this share of the smallest hit that has a row, a hit without a row may be the row's own: the largest hits are
-#: taken to be the rows', and between peaks that differ by less than a factor of two their size says nothing.
+#: From this share of the smallest hit that has a row, a hit without a row may be the row's own: the
+#: largest hits are taken to be the rows', and between peaks that differ by less than a factor of
+#: two their size says nothing.
 DOUBTFUL_SHARE = 0.5
 
 
 def hits_without_row(hits: Hits, channel: str) -> list[Finding]:
-    """One finding for all hits that no row of `runs.csv` stands for: a `warning` where one of them is as large as those
-    that have a row, else a `note`. The rows' hits are the largest (the thesis's "ten main peaks")."""
+    """One finding for all hits that no row of `runs.csv` stands for: a `warning` where one of them
+    is as large as those that have a row, else a `note`. The rows' hits are the largest (the
+    thesis's "ten main peaks")."""
     if not hits.left_out:
         return []
     rows, smallest = len(hits.pulses), min(pulse.peak_force_n for pulse in hits.pulses)
     doubtful = max(touch.peak_force_n for touch in hits.left_out) >= DOUBTFUL_SHARE * smallest
     message = (
         f"{rows + len(hits.left_out)} hits found for {_rows(rows)} of runs.csv; "
-        f"{'the largest is' if rows == 1 else 'the largest are'} stored, not stored: {_named(hits.left_out)}"
+        f"{'the largest is' if rows == 1 else 'the largest are'} stored, not "
+        f"stored: {_named(hits.left_out)}"
     )
     evidence = {
         "hits": rows + len(hits.left_out),
@@ -326,10 +339,14 @@ def hits_without_row(hits: Hits, channel: str) -> list[Finding]:
 
 
 def touches_before(pulse: ExtractedPulse, contact: int, channel: str) -> list[Finding]:
-    """A contact before the hit that belongs to the same swing; `signals.checks.double_hit` looks for those after it."""
+    """A contact before the hit that belongs to the same swing; `signals.checks.double_hit` looks
+    for those after it."""
     if not pulse.earlier_touches:
         return []
-    message = f"before this hit of {pulse.peak_force_n:.4g} N the force shows {_named(pulse.earlier_touches)}"
+    message = (
+        f"before this hit of {pulse.peak_force_n:.4g} N the force shows "
+        f"{_named(pulse.earlier_touches)}"
+    )
     evidence = {"peak_force_n": pulse.peak_force_n, "earlier": _evidence(pulse.earlier_touches)}
     return [Finding("double-hit", "warning", message, channel, evidence, contact)]
 

@@ -1,10 +1,10 @@
 """Where the contacts of a force record lie: the two methods of the thesis, section 4.1 (Fig. 4.3).
 
-Both first find the impacts: stretches above a level, grouped when nearer than a separation. The walk then goes
-outward from each peak to the first sample at or below the threshold; the mask takes the record's logical
-array "above the threshold" and its steps, as MATLAB's `diff` gives them: the sample before the rise, and
-the last one before the fall. On the same pulse the mask is therefore one sample shorter, the 12 % that the
-thesis saw on nine-sample contacts.
+Both first find the impacts: stretches above a level, grouped when nearer than a separation. The
+walk then goes outward from each peak to the first sample at or below the threshold; the mask takes
+the record's logical array "above the threshold" and its steps, as MATLAB's `diff` gives them: the
+sample before the rise, and the last one before the fall. On the same pulse the mask is therefore
+one sample shorter, the 12 % that the thesis saw on nine-sample contacts.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ if TYPE_CHECKING:
 _ESTIMATE_SAMPLES = 16384
 #: Fewer samples say nothing of a rest.
 _LEAST_SAMPLES = 16
-#: Where more of a record than this share lies beyond `_FOOT` of its height, its median is not its rest.
+#: Where more of a record than this share lies beyond `_FOOT` of its height, its median is not its
+#: rest.
 _FILLED, _FOOT = 0.2, 0.05
-#: What lies so near before a contact, as a share of its length, may be its flank already: below a twentieth of the peak
-#: a half sine spends 2 % of its length, and its square 8 %.
+#: What lies so near before a contact, as a share of its length, may be its flank already: below a
+#: twentieth of the peak a half sine spends 2 % of its length, and its square 8 %.
 _FLANK = 0.15
 #: Share of the peak to which a contact is followed before its rest is known.
 _ROUGH_SHARE = 0.1
@@ -39,7 +40,8 @@ _MAD_TO_SIGMA = 1.4826
 
 @dataclass(frozen=True)
 class RestLevel:
-    """A record's rest: `baseline` and the standard deviation `noise` about it, both in the record's unit."""
+    """A record's rest: `baseline` and the standard deviation `noise` about it, both in the record's
+    unit."""
 
     baseline: float
     noise: float
@@ -49,8 +51,9 @@ class RestLevel:
 class Segment:
     """One contact, and how it was delimited.
 
-    `walk` and `mask` are (first, last) by either method; `threshold` is the force level used and `raised` says
-    whether noise lifted it above its share of the peak. `truncated`: the record begins or ends inside the contact.
+    `walk` and `mask` are (first, last) by either method; `threshold` is the force level used and
+    `raised` says whether noise lifted it above its share of the peak. `truncated`: the record
+    begins or ends inside the contact.
     """
 
     contact: Contact
@@ -79,8 +82,9 @@ def rest_level(force: Floats) -> RestLevel:
 
 
 def record_rest(force: Floats) -> RestLevel:
-    """Rest of a record (n,) that contacts may fill: its median and deviation, unless a slow pulse or what a sensor sags
-    by after it makes up much of the record. Then those of the stretch before the pulse, or else of that behind it."""
+    """Rest of a record (n,) that contacts may fill: its median and deviation, unless a slow pulse
+    or what a sensor sags by after it makes up much of the record. Then those of the stretch before
+    the pulse, or else of that behind it."""
     whole = rest_level(force)
     sample = force[:: max(1, force.size // _ESTIMATE_SAMPLES)]
     sample = sample[np.isfinite(sample)]
@@ -93,7 +97,8 @@ def record_rest(force: Floats) -> RestLevel:
 
 
 def _quiet_stretch(sample: Floats) -> RestLevel | None:
-    """Rest of what comes before the excursion of a record (n,); None where that is not much of the record."""
+    """Rest of what comes before the excursion of a record (n,); None where that is not much of the
+    record."""
     away = np.abs(sample - np.median(sample[:_LEAST_SAMPLES]))
     beyond = np.flatnonzero(away > _FOOT * away.max())
     if beyond.size < _FILLED * sample.size:
@@ -102,8 +107,8 @@ def _quiet_stretch(sample: Floats) -> RestLevel | None:
 
 
 def _climbs(values: Floats) -> bool:
-    """Whether values (n,) lie on a flank, as where a record begins inside of a pulse: a line through them climbs or
-    falls by more than four of its standard errors."""
+    """Whether values (n,) lie on a flank, as where a record begins inside of a pulse: a line
+    through them climbs or falls by more than four of its standard errors."""
     at = np.arange(values.size) - (values.size - 1) / 2
     slope = float(at @ values) / float(at @ at)
     remainder = values - values.mean() - slope * at
@@ -112,7 +117,8 @@ def _climbs(values: Floats) -> bool:
 
 
 def orientation(force: Floats, level: RestLevel) -> int:
-    """+1 or -1: the sign in which the record's largest excursion is positive (compression may be negative)."""
+    """+1 or -1: the sign in which the record's largest excursion is positive (compression may be
+    negative)."""
     up = float(np.nanmax(force)) - level.baseline
     down = level.baseline - float(np.nanmin(force))
     return 1 if up >= down else -1
@@ -121,7 +127,8 @@ def orientation(force: Floats, level: RestLevel) -> int:
 def find_events(
     force: Floats, level: RestLevel, sampling_rate_hz: float, settings: ExtractionSettings
 ) -> list[NDArray[np.int64]]:
-    """The impacts of a record `force` (n,), oriented upwards: for each, the peaks (sample indices) of its contacts.
+    """The impacts of a record `force` (n,), oriented upwards: for each, the peaks (sample indices)
+    of its contacts.
 
     The first index of each array is the main peak.
     """
@@ -138,7 +145,8 @@ def find_events(
 def segment(
     force: Floats, peaks: NDArray[np.int64], level: RestLevel, settings: ExtractionSettings
 ) -> Segment:
-    """Delimit the contact around `peaks[0]` in `force` (n,), oriented upwards, `level.baseline` its rest before it."""
+    """Delimit the contact around `peaks[0]` in `force` (n,), oriented upwards, `level.baseline` its
+    rest before it."""
     peak = int(peaks[0])
     height = float(force[peak]) - level.baseline
     share = settings.threshold * height
@@ -168,7 +176,8 @@ def delimit(
     sampling_rate_hz: float,
     settings: ExtractionSettings,
 ) -> tuple[RestLevel, Segment]:
-    """The contact around `peaks[0]` in `force` (n,), oriented upwards, and the rest before it that it was cut by."""
+    """The contact around `peaks[0]` in `force` (n,), oriented upwards, and the rest before it that
+    it was cut by."""
     # roughly: a rest that drifts between hits, or that a sensor sags below, is no end of a contact
     roughly = replace(settings, threshold=max(settings.threshold, _ROUGH_SHARE))
     rest = local_baseline(
@@ -183,8 +192,9 @@ def delimit(
 def _until_shifted_rest(
     force: Floats, contact: Segment, rest: RestLevel, settings: ExtractionSettings
 ) -> Segment:
-    """A contact that seems to last to the record's end, cut where the force comes down to a rest above the one before
-    it; unchanged where the second half of what follows the peak is no such rest.
+    """A contact that seems to last to the record's end, cut where the force comes down to a rest
+    above the one before it; unchanged where the second half of what follows the peak is no such
+    rest.
 
     A sensor that rests higher after a hit (zero shift) never comes back to the threshold.
     """
@@ -211,10 +221,11 @@ def _until_shifted_rest(
 def local_baseline(
     force: Floats, walk: tuple[int, int], level: RestLevel, sampling_rate_hz: float
 ) -> RestLevel:
-    """The rest just before a contact that `walk` (first, last) delimits: drift between hits must not tilt thresholds.
+    """The rest just before a contact that `walk` (first, last) delimits: drift between hits must
+    not tilt thresholds.
 
-    Median of the 5 ms (at least 16 samples) that end four samples earlier, of a long contact 15 % of it, where the
-    record holds them; else `level`.
+    Median of the 5 ms (at least 16 samples) that end four samples earlier, of a long contact 15 %
+    of it, where the record holds them; else `level`.
     """
     first, last = walk
     stop = first - max(4, round(_FLANK * (last - first)))
@@ -245,7 +256,8 @@ def _peaks(force: Floats, starts: NDArray[np.int64], stops: NDArray[np.int64]) -
 
 
 def _walk_left(force: Floats, peak: int, threshold: float) -> tuple[int, bool]:
-    """Index of the last sample at or below the threshold before `peak`, and whether the record began first."""
+    """Index of the last sample at or below the threshold before `peak`, and whether the record
+    began first."""
     width = 64
     while True:
         low = max(0, peak - width)

@@ -1,4 +1,5 @@
-"""How pulses are cut out of a record: data, stored with every pulse, so that a re-extraction is a new version."""
+"""How pulses are cut out of a record: data, stored with every pulse, so that a re-extraction is a
+new version."""
 
 from __future__ import annotations
 
@@ -15,15 +16,18 @@ Segmentation = Literal["walk", "mask"]
 
 @dataclass(frozen=True)
 class ExtractionSettings:
-    """Settings of the extraction (thesis, section 4.1). Raises `ValueError` naming the setting and its bounds."""
+    """Settings of the extraction (thesis, section 4.1). Raises `ValueError` naming the setting and
+    its bounds."""
 
-    #: "walk": outward from each peak (the thesis's choice). "mask": where the whole record is above the threshold.
+    #: "walk": outward from each peak (the thesis's choice). "mask": where the whole record is above
+    #: the threshold.
     segmentation: Segmentation = "walk"
     #: Contact ends where the force falls to this share of the peak.
     threshold: float = 0.005
     #: Points of the fine pulse per recorded sample.
     refinement: int = 10
-    #: csaps smoothing parameter p on the sample index: 1 interpolates. At 0.99 a nine-sample half-sine loses
+    #: csaps smoothing parameter p on the sample index: 1 interpolates. At 0.99 a nine-sample
+    #: half-sine loses
     #: 0.015 % of its peak, and noise at the sampling limit is halved.
     smoothing: float = 0.99
     #: Equidistant points of the force for the models.
@@ -32,14 +36,18 @@ class ExtractionSettings:
     event_share: float = 0.1
     #: ... and of at least this many standard deviations of the noise.
     event_noise: float = 10.0
-    #: Contacts nearer than this belong to one impact: a second hit of the same swing, not a further repetition.
+    #: Contacts nearer than this belong to one impact: a second hit of the same swing, not a further
+    #: repetition.
     separation_s: float = 0.1
-    #: The threshold never lies below this many standard deviations of the noise, where a walk would not end.
+    #: The threshold never lies below this many standard deviations of the noise, where a walk would
+    #: not end.
     threshold_noise: float = 2.0
-    #: Remove the hammer's own dynamics from its acceleration (eq. 4.2) where a recording holds at least this many
-    #: hits to estimate them from; 0 never does. With one hit, a / (a / F) would return the force by construction.
+    #: Remove the hammer's own dynamics from its acceleration (eq. 4.2) where a recording holds at
+    #: least this many hits to estimate them from; 0 never does. With one hit, a / (a / F) would
+    #: return the force by construction.
     deconvolve_from_hits: int = 3
-    #: Where the hammer moves as one body, between the hand's resonance and the head's: there its response is 1.
+    #: Where the hammer moves as one body, between the hand's resonance and the head's: there its
+    #: response is 1.
     rigid_from_hz: float = 100.0
     rigid_to_hz: float = 1000.0
 

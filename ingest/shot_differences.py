@@ -1,10 +1,10 @@
-"""What runs.csv says of shots, held against their recordings: the velocity against the laser's, the tank's pressure
-against the transducer's.
+"""What runs.csv says of shots, held against their recordings: the velocity against the laser's, the
+tank's pressure against the transducer's.
 
-A finding for a shot that differs by more than its uncertainties and a share allow, and one for a campaign most of
-whose shots differ alike: by a factor, as a wrong unit, bullet length or sensitivity makes, or by a pressure, as
-absolute values for gauge ones do. The latter is made of what is stored whenever it is asked for, because it changes
-with each shot.
+A finding for a shot that differs by more than its uncertainties and a share allow, and one for a
+campaign most of whose shots differ alike: by a factor, as a wrong unit, bullet length or
+sensitivity makes, or by a pressure, as absolute values for gauge ones do. The latter is made of
+what is stored whenever it is asked for, because it changes with each shot.
 """
 
 from __future__ import annotations
@@ -28,14 +28,16 @@ from .stored_rows import reported_uncertainty
 
 VELOCITY, PRESSURE = "velocity-differs", "pressure-differs"
 COMMON_VELOCITY, COMMON_PRESSURE = "velocity-differs-throughout", "pressure-differs-throughout"
-#: Two values of one quantity may differ by so many of their standard uncertainties, and by this share beside.
+#: Two values of one quantity may differ by so many of their standard uncertainties, and by this
+#: share beside.
 _UNCERTAINTIES, _SHARE = 3.0, 0.05
 #: What gauges of a regulator and of a recorder differ by at any pressure (Pa).
 _GAUGES_PA = 3e3
-#: The velocity at the plate over that at the laser: gas still pushes behind the vents, or friction brakes. 108 shots of
-#: the virtual gun have 0.69 to 1.25.
+#: The velocity at the plate over that at the laser: gas still pushes behind the vents, or friction
+#: brakes. 108 shots of the virtual gun have 0.69 to 1.25.
 _AT_PLATE = (0.6, 1.6)
-#: So many shots are compared, so large a share of them must differ, and so large a share agree by the correction.
+#: So many shots are compared, so large a share of them must differ, and so large a share agree by
+#: the correction.
 _LEAST_SHOTS, _OFF_SHARE, _RIGHT_SHARE = 3, 2 / 3, 0.8
 _ATMOSPHERE_PA = 101_325.0
 #: Pressures that differ by less (in nats) cannot tell a factor from a constant.
@@ -44,8 +46,9 @@ _PRESSURE_SPAN = 0.2
 
 @dataclass(frozen=True)
 class ValuePair:
-    """The value of runs.csv and the recording's for one shot, with standard uncertainties (SI). `allowed`: what they
-    may differ by whatever the value; `ratios`: between which the row's may lie over the recording's."""
+    """The value of runs.csv and the recording's for one shot, with standard uncertainties (SI).
+    `allowed`: what they may differ by whatever the value; `ratios`: between which the row's may lie
+    over the recording's."""
 
     row: float
     row_u: float
@@ -83,7 +86,8 @@ _USED_PRESSURE = (
 def check_shot(
     row: RunRow, shot: ShotMeasurement | None, laser: str | None, tank: str | None
 ) -> list[Finding]:
-    """A `warning` for each value of `row` that differs from the recording's; `laser` and `tank` are channels."""
+    """A `warning` for each value of `row` that differs from the recording's; `laser` and `tank` are
+    channels."""
     findings: list[Finding] = []
     if shot is None:
         return findings
@@ -107,9 +111,12 @@ def check_shot(
         for column, pair in pairs:
             if pair.differs():
                 message = (
-                    f"{column} of runs.csv is {pair.row:.4g} m/s and the laser shows {read:.4g} m/s (standard "
-                    f"uncertainty {read_u:.2g} m/s): their ratio is {pair.row / read:.3g}, and {pair.ratios[0]:.3g} to "
-                    f"{pair.ratios[1]:.3g} is expected beyond {_UNCERTAINTIES:g} uncertainties. {_USED_VELOCITY}"
+                    f"{column} of runs.csv is {pair.row:.4g} m/s and the "
+                    f"laser shows {read:.4g} m/s (standard "
+                    f"uncertainty {read_u:.2g} m/s): their ratio is "
+                    f"{pair.row / read:.3g}, and {pair.ratios[0]:.3g} to "
+                    f"{pair.ratios[1]:.3g} is expected beyond "
+                    f"{_UNCERTAINTIES:g} uncertainties. {_USED_VELOCITY}"
                 )
                 evidence = {
                     "column": column,
@@ -123,9 +130,12 @@ def check_shot(
         pair = pressure_pair(set_pa, shot.tank_pressure_pa, shot.tank_pressure_u_pa)
         if pair.differs():
             message = (
-                f"tank_pressure_bar of runs.csv is {set_pa / 1e5:.4g} bar and {pair.read / 1e5:.4g} bar is recorded "
-                f"before the shot (standard uncertainty {pair.read_u / 1e5:.2g} bar): they differ by more than "
-                f"{_UNCERTAINTIES:g} uncertainties, {_SHARE:.0%} and {_GAUGES_PA / 1e5:g} bar together. "
+                f"tank_pressure_bar of runs.csv is {set_pa / 1e5:.4g} bar and "
+                f"{pair.read / 1e5:.4g} bar is recorded "
+                f"before the shot (standard uncertainty "
+                f"{pair.read_u / 1e5:.2g} bar): they differ by more than "
+                f"{_UNCERTAINTIES:g} uncertainties, {_SHARE:.0%} and "
+                f"{_GAUGES_PA / 1e5:g} bar together. "
                 f"{_USED_PRESSURE}"
             )
             evidence = {"row_pa": set_pa, "recorded_pa": pair.read, "recorded_u_pa": pair.read_u}
@@ -135,7 +145,8 @@ def check_shot(
 
 @dataclass(frozen=True)
 class CommonDifference:
-    """By what the rows of most shots differ from their recordings: `factor` with its interval (95 %), or `offset`."""
+    """By what the rows of most shots differ from their recordings: `factor` with its interval (95
+    %), or `offset`."""
 
     shots: int
     off: int
@@ -196,7 +207,8 @@ def common_difference(
 
 
 def campaign_differences(session: Session, campaign_id: int) -> list[Finding]:
-    """At most one `warning` of each column of velocities and one of pressures, of the first shot's channels."""
+    """At most one `warning` of each column of velocities and one of pressures, of the first shot's
+    channels."""
     velocities, at_plate, pressures, laser, tank = _stored_pairs(session, campaign_id)
     findings = []
     of_velocity = common_difference(velocities)
@@ -217,7 +229,8 @@ def campaign_differences(session: Session, campaign_id: int) -> list[Finding]:
 def _stored_pairs(
     session: Session, campaign_id: int
 ) -> tuple[list[ValuePair], list[ValuePair], list[ValuePair], str, str]:
-    """Velocities at the muzzle and at the plate, pressures; the first laser and the first transducer."""
+    """Velocities at the muzzle and at the plate, pressures; the first laser and the first
+    transducer."""
     query = (
         select(Shot, RecordedChannel.name, RecordedChannel.quantity, RecordedChannel.header, Impact)
         .join(RecordedChannel, RecordedChannel.recording_id == Shot.recording_id)
@@ -285,7 +298,8 @@ _RATIOS = (1 - _SHARE, 1 + _SHARE)
 def _units(
     quantity: str, common: CommonDifference, ratios: tuple[float, float] = _RATIOS
 ) -> list[str]:
-    """Mistakes of the row's unit within the factor's interval, or within what two values may differ by."""
+    """Mistakes of the row's unit within the factor's interval, or within what two values may differ
+    by."""
     low, high = common.low / ratios[1], common.high / ratios[0]
     fitting = [
         (abs(math.log(value / common.factor)), words)
@@ -305,13 +319,16 @@ def _velocity_finding(
     reasons = _units("velocity", common, ratios)
     if length_m is not None and 1 / 3 < common.factor < 3:
         reasons.append(
-            f"the bullet is {1e3 * common.factor * length_m:.4g} mm long, where bullet_length_mm is "
+            f"the bullet is {1e3 * common.factor * length_m:.4g} mm long, "
+            f"where bullet_length_mm is "
             f"{1e3 * length_m:.4g}"
         )
     message = (
-        f"the velocities of runs.csv ({column}) are {common.factor:.3g} times the laser's (95 %: {common.low:.3g} to "
+        f"the velocities of runs.csv ({column}) are {common.factor:.3g} times "
+        f"the laser's (95 %: {common.low:.3g} to "
         f"{common.high:.3g}) in most of {common.shots} shots; {common.off} are outside of "
-        f"{ratios[0]:g} to {ratios[1]:g} times it by more than {_UNCERTAINTIES:g} of their uncertainties. "
+        f"{ratios[0]:g} to {ratios[1]:g} times it by more than "
+        f"{_UNCERTAINTIES:g} of their uncertainties. "
         f"One of these would explain it: {'; '.join((*reasons, 'a clock or gain that is wrong'))}. "
         f"{_USED_VELOCITY}: correct the column or the length"
     )
@@ -321,7 +338,10 @@ def _velocity_finding(
 def _pressure_finding(common: CommonDifference, tank: str) -> Finding:
     if common.offset is not None:
         bar, bar_u = common.offset / 1e5, common.offset_u / 1e5
-        size = f"{abs(bar):.3f} ± {2 * bar_u:.2g} bar {'above' if bar > 0 else 'below'} the recorded ones"
+        size = (
+            f"{abs(bar):.3f} ± {2 * bar_u:.2g} bar "
+            f"{'above' if bar > 0 else 'below'} the recorded ones"
+        )
         near = abs(abs(common.offset) - _ATMOSPHERE_PA) < _GAUGES_PA + 2 * common.offset_u
         absolute = "those of runs.csv are absolute" if bar > 0 else "the transducer's are absolute"
         reason = (
@@ -329,14 +349,19 @@ def _pressure_finding(common: CommonDifference, tank: str) -> Finding:
             if near
             else "the zero of a gauge or of the transducer (offset_v in campaign.toml) is off"
         )
-        message = f"the pressures of runs.csv are {size} in most of {common.shots} shots, whatever the pressure; {reason}"
+        message = (
+            f"the pressures of runs.csv are {size} in most of {common.shots} "
+            f"shots, whatever the pressure; {reason}"
+        )
     else:
         reasons = _units("pressure", common) or [
             "the sensitivity of the transducer in campaign.toml is wrong"
         ]
         message = (
-            f"the pressures of runs.csv are {common.factor:.3g} times the recorded ones (95 %: {common.low:.3g} to "
-            f"{common.high:.3g}) in most of {common.shots} shots; this would explain it: {', or '.join(reasons)}, or "
+            f"the pressures of runs.csv are {common.factor:.3g} times the "
+            f"recorded ones (95 %: {common.low:.3g} to "
+            f"{common.high:.3g}) in most of {common.shots} shots; this would "
+            f"explain it: {', or '.join(reasons)}, or "
             "the regulator's gauge is off by this factor"
         )
     return Finding(

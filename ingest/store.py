@@ -1,4 +1,5 @@
-"""One campaign's rows in the store: what is there, and one transaction for each recording that is added."""
+"""One campaign's rows in the store: what is there, and one transaction for each recording that is
+added."""
 
 from __future__ import annotations
 
@@ -80,10 +81,11 @@ class Added:
 
 
 class CampaignStore:
-    """The rows of one campaign. Raises `IngestError` when the store holds other values under the same numbers.
+    """The rows of one campaign. Raises `IngestError` when the store holds other values under the
+    same numbers.
 
-    `again` are recordings to store though they were discarded; `replaced` is one that goes before anything is written;
-    `target_motion` is added to integrated velocities.
+    `again` are recordings to store though they were discarded; `replaced` is one that goes before
+    anything is written; `target_motion` is added to integrated velocities.
     """
 
     def __init__(
@@ -115,10 +117,11 @@ class CampaignStore:
         self._additions = store.read(self._row_additions)
 
     def has_recording(self, path: str, sha256: str) -> bool:
-        """Whether this recording is stored, or was discarded. One that was set aside is not stored: what mends it may
-        be a row or a channel.
+        """Whether this recording is stored, or was discarded. One that was set aside is not stored:
+        what mends it may be a row or a channel.
 
-        Raises `IngestError` for a stored recording whose file has changed since: raw data are not replaced silently.
+        Raises `IngestError` for a stored recording whose file has changed since: raw data are not
+        replaced silently.
         """
         stored = self._recordings.get(path)
         if stored is None:
@@ -127,13 +130,16 @@ class CampaignStore:
             return False
         if stored.sha256 != sha256:
             raise IngestError(
-                f"{path}: the file has changed since it was ingested (SHA-256 {stored.sha256[:12]}… is stored, "
-                f"{sha256[:12]}… found); give the new recording a name of its own, {way_out(self._file.name, path)}"
+                f"{path}: the file has changed since it was ingested (SHA-256 "
+                f"{stored.sha256[:12]}… is stored, "
+                f"{sha256[:12]}… found); give the new recording a name of its "
+                f"own, {way_out(self._file.name, path)}"
             )
         return True
 
     def add_facts(self) -> None:
-        """Store the facts that the stored campaign lacks and its folder has, before anything else is added."""
+        """Store the facts that the stored campaign lacks and its folder has, before anything else
+        is added."""
         if not self._additions:
             return
 
@@ -144,7 +150,8 @@ class CampaignStore:
         self._report.added_facts = self._additions.words(self._file.kind)
 
     def add_recording(self, done: ProcessedRecording, hits: list[MatchedImpact]) -> None:
-        """Store one recording with its series, impacts, shots, pulses and findings, or nothing of it."""
+        """Store one recording with its series, impacts, shots, pulses and findings, or nothing of
+        it."""
 
         def add(session: Session) -> Added:
             if self._stored_meanwhile(session, done):
@@ -178,7 +185,8 @@ class CampaignStore:
         self._added(self._write_rows(FILE, add))
 
     def set_aside(self, damaged: list[UnreadableRecording]) -> None:
-        """Remember the recordings that could not be read: their rows say why, and nothing else of them is stored."""
+        """Remember the recordings that could not be read: their rows say why, and nothing else of
+        them is stored."""
         new = [
             d
             for d in damaged
@@ -201,7 +209,8 @@ class CampaignStore:
     def _stored(
         self, session: Session
     ) -> tuple[dict[str, KnownRecording], dict[tuple[int, int], KnownRow]]:
-        """Recordings and rows of this campaign that are there. Raises `IngestError` for one with another bench."""
+        """Recordings and rows of this campaign that are there. Raises `IngestError` for one with
+        another bench."""
         campaign = session.scalars(
             select(Campaign).where(Campaign.name == self._file.name)
         ).one_or_none()
@@ -241,7 +250,8 @@ class CampaignStore:
             store_rejected(session, campaign, self._file, item)
 
     def _row_additions(self, session: Session) -> Additions:
-        """Facts that the store lacks. Raises `IngestError` where a row says otherwise than the stored one."""
+        """Facts that the store lacks. Raises `IngestError` where a row says otherwise than the
+        stored one."""
         differences = RowDifferences(self._file.kind)
         refuse_changed_rows(
             session, self._file, self._rows, self._known, self._recordings, differences
@@ -252,7 +262,8 @@ class CampaignStore:
         )
 
     def write(self, session: Session, done: ProcessedRecording, hits: list[MatchedImpact]) -> Added:
-        """The rows of one recording within a transaction of the caller's, who knows that it is not stored."""
+        """The rows of one recording within a transaction of the caller's, who knows that it is not
+        stored."""
         campaign = campaign_row(session, self._file, self._modes)
         if self._target_motion is not None:
             done = self._with_target_motion(session, done, hits, self._target_motion)
@@ -303,7 +314,8 @@ class CampaignStore:
         hits: Sequence[MatchedImpact],
         add: TargetMotion,
     ) -> ProcessedRecording:
-        """The recording with the target's motion in its integrated velocities, where their plates are known."""
+        """The recording with the target's motion in its integrated velocities, where their plates
+        are known."""
         speeds = list(done.speeds)
         for hit in hits:
             speed = speeds[hit.pulse] if hit.pulse is not None and speeds else None
@@ -320,7 +332,8 @@ class CampaignStore:
         hits: list[MatchedImpact],
         done: ProcessedRecording,
     ) -> list[Finding]:
-        """What mass, velocity and tip of the rows say against the pulses, and recordings of the same samples."""
+        """What mass, velocity and tip of the rows say against the pulses, and recordings of the
+        same samples."""
         name = next(
             (s.channel.name for s in done.series if s.channel.quantity == "force"),
             next(iter(channels)),
@@ -385,8 +398,8 @@ class CampaignStore:
         return ratios
 
     def _is_behind_anvil(self, row: RunRow, done: ProcessedRecording) -> bool:
-        """Whether the force of a row is measured on the target's side of an anvil: no sensor of it rides on the
-        impactor."""
+        """Whether the force of a row is measured on the target's side of an anvil: no sensor of it
+        rides on the impactor."""
         anvil = row.levels_by_factor.get("anvil_material")
         if self._file.hammer is not None or anvil is None or anvil.label == NONE:
             return False
@@ -418,7 +431,8 @@ class CampaignStore:
         done: ProcessedRecording | None,
         channels: dict[str, int],
     ) -> tuple[Added, dict[int, int]]:
-        """Impacts and shots of hits, a table at a time; also the impact's key by the number of its pulse.
+        """Impacts and shots of hits, a table at a time; also the impact's key by the number of its
+        pulse.
 
         `channels` of the recording: their keys by name.
         """

@@ -1,4 +1,5 @@
-"""Channels read back from the store, whole or by slice, as they were when they came from the file."""
+"""Channels read back from the store, whole or by slice, as they were when they came from the
+file."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ def read_samples(session: Session, row: RecordedChannel, first: int, stop: int) 
 def read_channel(
     session: Session, row: RecordedChannel, start: int | None = None, stop: int | None = None
 ) -> Channel:
-    """Samples `start:stop` of a stored channel. Raises `schema.series.SeriesError` when its chunks are damaged."""
+    """Samples `start:stop` of a stored channel. Raises `schema.series.SeriesError` when its chunks
+    are damaged."""
     first, last = resolve(start, stop, row.samples)
     recorded = read_samples(session, row, first, last)
     sensor = Sensor(

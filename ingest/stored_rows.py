@@ -1,5 +1,6 @@
-"""What the store knows of a campaign before an ingest, beside what its folder says now: of recordings, of kind, date
-and bench, and of each row of `runs.csv` every value that differs, with both."""
+"""What the store knows of a campaign before an ingest, beside what its folder says now: of
+recordings, of kind, date and bench, and of each row of `runs.csv` every value that differs, with
+both."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ from .velocity import muzzle_velocity_uncertainty
 def bench_differences(
     session: Session, row: Campaign, file: CampaignFile
 ) -> list[tuple[str, str | None, str | None]]:
-    """What of `campaign.toml` differs from the stored campaign: ("campaign.date", given, stored); None: not given."""
+    """What of `campaign.toml` differs from the stored campaign: ("campaign.date", given, stored);
+    None: not given."""
     values: list[tuple[str, object, object]] = [
         ("campaign.kind", file.kind, row.kind),
         ("campaign.date", file.date, row.date),
@@ -49,7 +51,8 @@ def bench_differences(
 
 
 def mode_changes(session: Session, table: int, modes: ModalTableFile) -> list[str]:
-    """What of a modal table differs from the stored one with key `table`: the first mode that does, value by value."""
+    """What of a modal table differs from the stored one with key `table`: the first mode that does,
+    value by value."""
     stored = {
         mode.number: mode for mode in session.scalars(select(Mode).where(Mode.table_id == table))
     }
@@ -132,8 +135,8 @@ class KnownRecording:
 
 @dataclass(frozen=True)
 class KnownRow:
-    """A row of `runs.csv` that is in the store: its recording's path, the fingerprint of its factors, and the values
-    that it reported, by column."""
+    """A row of `runs.csv` that is in the store: its recording's path, the fingerprint of its
+    factors, and the values that it reported, by column."""
 
     recording: str | None
     factors: str
@@ -218,13 +221,15 @@ _IMPACT_VELOCITY = (
 def reported_velocity(
     what: str, source: str | None, speed: float | None, speed_u: float | None
 ) -> dict[str, float | None]:
-    """A velocity and its uncertainty where the laboratory reported them; what a record gave is no word of a row."""
+    """A velocity and its uncertainty where the laboratory reported them; what a record gave is no
+    word of a row."""
     names = (f"{what}_velocity_m_s", f"{what}_velocity_u_m_s")
     return dict(zip(names, (speed, speed_u) if source == "reported" else (None, None), strict=True))
 
 
 def refuse_other_modes(session: Session, campaign: Campaign, modes: ModalTableFile | None) -> None:
-    """Raise `IngestError`, with both values, when the stored plate of the campaign has another modal table."""
+    """Raise `IngestError`, with both values, when the stored plate of the campaign has another
+    modal table."""
     query = select(ModalTable.id, ModalTable.fingerprint).join(
         Plate, Plate.modal_table_id == ModalTable.id
     )
@@ -232,13 +237,15 @@ def refuse_other_modes(session: Session, campaign: Campaign, modes: ModalTableFi
     if modes is not None and plate_row is not None and plate_row.fingerprint != modes.fingerprint:
         changes = "; ".join(mode_changes(session, plate_row.id, modes))
         raise IngestError(
-            f"campaign.toml: campaign {campaign.name!r} is in the store with another modal table: {changes}; "
+            f"campaign.toml: campaign {campaign.name!r} is in the store with "
+            f"another modal table: {changes}; "
             "restore the stored values, or give this campaign another name"
         )
 
 
 def reported_uncertainty(row: RunRow) -> float | None:
-    """The lab's own standard uncertainty; else eq. 5.2 where bullet length and laser sampling rate are given."""
+    """The lab's own standard uncertainty; else eq. 5.2 where bullet length and laser sampling rate
+    are given."""
     if row.measured_velocity_u_m_s is not None or not row.measured_velocity_m_s:
         return row.measured_velocity_u_m_s
     if row.bullet_length_m is None or row.laser_sampling_rate_hz is None:
@@ -298,14 +305,16 @@ def row_values(row: RunRow, kind: str) -> dict[str, float | None]:
 
 
 class RowDifferences:
-    """Rows of `runs.csv` beside the stored ones of their numbers; each stored combination of factors is read once."""
+    """Rows of `runs.csv` beside the stored ones of their numbers; each stored combination of
+    factors is read once."""
 
     def __init__(self, kind: str) -> None:
         self._kind = kind
         self._factors: dict[str, dict[str, str]] = {}
 
     def changes(self, session: Session, row: RunRow, stored: KnownRow) -> list[str]:
-        """What a row says otherwise than the stored one: "tip_radius is 0.02 m, 0.01 m in the store"; none where equal.
+        """What a row says otherwise than the stored one: "tip_radius is 0.02 m, 0.01 m in the
+        store"; none where equal.
 
         A factor that the stored row lacks is an addition, and no change.
         """
@@ -348,7 +357,8 @@ def refuse_changed_rows(
     recordings: Mapping[str, KnownRecording],
     differences: RowDifferences,
 ) -> None:
-    """Raise `IngestError` for a row that is in the store with other values, or from another recording."""
+    """Raise `IngestError` for a row that is in the store with other values, or from another
+    recording."""
     for row in rows:
         where = f"{row.place}: run {row.run}, repetition {row.repetition}"
         stored = known_rows.get((row.run, row.repetition))
@@ -356,7 +366,8 @@ def refuse_changed_rows(
             path = row.recording or ""
             if path in recordings and recordings[path].status == STORED:
                 raise IngestError(
-                    f"{where}: {path} is in the store already, without this row; give it back its rows, "
+                    f"{where}: {path} is in the store already, "
+                    f"without this row; give it back its rows, "
                     f"{way_out(file.name, path)}"
                 )
         elif stored.recording != row.recording:
@@ -374,13 +385,15 @@ def refuse_changed_rows(
                 "" if stored.recording is None else f", {way_out(file.name, stored.recording)}"
             )
             raise IngestError(
-                f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
+                f"{where} is in the store with other factors, velocity or "
+                f"bullet: {'; '.join(changes)}; "
                 f"restore the stored values, or give the corrected run a number of its own{replace}"
             )
 
 
 def way_out(campaign: str, recording: str, other: str | None = None) -> str:
-    """The command that puts what the folder holds, or its `other` file, in the place of a stored recording."""
+    """The command that puts what the folder holds, or its `other` file, in the place of a stored
+    recording."""
     source = "--from FOLDER" if other is None else f"FOLDER/{other}"
     return f"or replace it: pyroshock runs replace {campaign} {recording} {source} --reason TEXT"
 

@@ -2,7 +2,8 @@
 
 Every row is as long as the header.
 
-Tables from spreadsheets, `.xlsx` and `.xls`: each cell as the text that a CSV file would hold, without loss.
+Tables from spreadsheets, `.xlsx` and `.xls`: each cell as the text that a CSV file would hold,
+without loss.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from .errors import LONGEST_NAME, Faults, IngestError, enumerated, printable
 SUFFIXES = (".xlsx", ".xls")
 #: Of the sheet that is read where a workbook has several.
 SHEET = "runs"
-#: A table of 10,000 rows and 20 columns has 1 MB as .xlsx and 7 MB of XML within, for which openpyxl takes 200 MB.
+#: A table of 10,000 rows and 20 columns has 1 MB as .xlsx and 7 MB of XML within, for which
+#: openpyxl takes 200 MB.
 LARGEST_FILE_BYTES, LARGEST_CONTENT_BYTES, MOST_ROWS, MOST_COLUMNS = (
     10 * 10**6,
     20 * 10**6,
@@ -40,11 +42,13 @@ class SheetError:
 
 
 def sheet_lines(path: Path, name: str) -> list[Row]:
-    """Row number and cells, as many as the header's, of each row that holds anything; the first is the header.
+    """Row number and cells, as many as the header's, of each row that holds anything; the first is
+    the header.
 
-    Numbers are written with all their digits and without a needless point (0.1, 12), dates as ISO. Raises `IngestError`
-    for what is no spreadsheet, for one that unpacks to far more than such a table needs, and with row and column for
-    cells that would be lost: merged, to the right of the header, or a formula without a value. `FileNotFoundError`.
+    Numbers are written with all their digits and without a needless point (0.1, 12), dates as ISO.
+    Raises `IngestError` for what is no spreadsheet, for one that unpacks to far more than such a
+    table needs, and with row and column for cells that would be lost: merged, to the right of the
+    header, or a formula without a value. `FileNotFoundError`.
     """
     content = _content(path, name)
     read = _xlsx if path.suffix.lower() == ".xlsx" else _xls
@@ -56,7 +60,8 @@ def sheet_lines(path: Path, name: str) -> list[Row]:
         raise IngestError(
             f"{name}: reading it needs the package {error.name}; pip install {error.name}"
         ) from error
-    # What the libraries raise on damaged files: BadZipFile, KeyError, XLRDError, struct.error, AssertionError and more.
+    # What the libraries raise on damaged files: BadZipFile, KeyError, XLRDError, struct.error,
+    # AssertionError and more.
     except Exception as error:
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise IngestError(f"{name}: damaged, or not what its suffix says: {reason}") from error
@@ -84,7 +89,8 @@ def _lines(cells: _Cells, name: str) -> list[Row]:
         if isinstance(value, SheetError):
             faults.add(
                 [
-                    f"{name}: row {row}, column {_letters(column)}: {printable(value.text)}; expected a value"
+                    f"{name}: row {row}, column {_letters(column)}: "
+                    f"{printable(value.text)}; expected a value"
                 ]
             )
         elif text := cell_text(value).strip():
@@ -92,7 +98,8 @@ def _lines(cells: _Cells, name: str) -> list[Row]:
     if rows:
         width = max(rows[min(rows)])
         faults.add(
-            f"{name}: row {row}, column {_letters(column)}: {printable(text)}; the header has no name for this column"
+            f"{name}: row {row}, column {_letters(column)}: "
+            f"{printable(text)}; the header has no name for this column"
             for row, texts in rows.items()
             for column, text in texts.items()
             if column > width
@@ -127,11 +134,13 @@ def _letters(column: int) -> str:
 
 
 def _chosen(filled: Mapping[str, object], name: str) -> str | None:
-    """The sheet with the table: the only one that holds anything, or the one called "runs"; None of an empty book."""
+    """The sheet with the table: the only one that holds anything, or the one called "runs"; None of
+    an empty book."""
     if len(filled) > 1 and SHEET not in filled:
         sheets = enumerated([repr(sheet) for sheet in filled])
         raise IngestError(
-            f"{name}: {len(filled)} sheets hold something: {sheets}; call the one with the runs {SHEET!r}"
+            f"{name}: {len(filled)} sheets hold something: {sheets}; call the "
+            f"one with the runs {SHEET!r}"
         )
     return SHEET if SHEET in filled else next(iter(filled), None)
 
@@ -139,7 +148,8 @@ def _chosen(filled: Mapping[str, object], name: str) -> str | None:
 def _refuse_size(name: str, rows: int, columns: int) -> None:
     if rows > MOST_ROWS or columns > MOST_COLUMNS:
         raise IngestError(
-            f"{name}: its last cell is in row {rows:,}, column {_letters(columns)}; expected a table of at most "
+            f"{name}: its last cell is in row {rows:,}, column "
+            f"{_letters(columns)}; expected a table of at most "
             f"{MOST_ROWS:,} rows and {MOST_COLUMNS:,} columns"
         )
 
@@ -147,7 +157,8 @@ def _refuse_size(name: str, rows: int, columns: int) -> None:
 def _refuse_merged(name: str, ranges: list[str]) -> None:
     if ranges:
         raise IngestError(
-            f"{name}: merged cells {enumerated(ranges)}; write the value into each cell, for a merged one has it once"
+            f"{name}: merged cells {enumerated(ranges)}; write the value into "
+            f"each cell, for a merged one has it once"
         )
 
 
@@ -178,7 +189,8 @@ def _xlsx(content: bytes, name: str) -> _Cells:
 
 
 def _filled(sheet: Any) -> Iterator[tuple[tuple[int, int], Any]]:
-    # Its own iterators make a cell of every place up to the last one, which may be the 17,000,000,000th.
+    # Its own iterators make a cell of every place up to the last one, which may be the
+    # 17,000,000,000th.
     return ((place, cell) for place, cell in sheet._cells.items() if cell.value is not None)
 
 
@@ -188,7 +200,8 @@ def _refuse_bomb(content: bytes, name: str) -> None:
         large = sum(member.file_size for member in archive.infolist())
         if large > LARGEST_CONTENT_BYTES:
             raise IngestError(
-                f"{name}: unpacks to {large:,} bytes from {len(content):,}; expected at most {LARGEST_CONTENT_BYTES:,}"
+                f"{name}: unpacks to {large:,} bytes from {len(content):,}; "
+                f"expected at most {LARGEST_CONTENT_BYTES:,}"
             )
         if (damaged := archive.testzip()) is not None:
             raise IngestError(
@@ -239,11 +252,13 @@ def _xls_cells(book: Any, sheet: Any) -> Iterator[tuple[tuple[int, int], Any]]:
 
 
 def read_table(path: Path, name: str, faults: Faults | None = None) -> tuple[list[str], list[Line]]:
-    """The header and, for each row that holds anything, its line number and its cells by column, blanks stripped.
+    """The header and, for each row that holds anything, its line number and its cells by column,
+    blanks stripped.
 
-    Raises `IngestError` with `name` and row for a file that is neither UTF-8 text nor a spreadsheet (`sheets`), for
-    columns without a name of their own, and for rows of another length than the header; `FileNotFoundError` where there
-    is none. Where `faults` are given, those of rows are kept there, and the other rows are returned.
+    Raises `IngestError` with `name` and row for a file that is neither UTF-8 text nor a spreadsheet
+    (`sheets`), for columns without a name of their own, and for rows of another length than the
+    header; `FileNotFoundError` where there is none. Where `faults` are given, those of rows are
+    kept there, and the other rows are returned.
     """
     try:
         is_sheet = path.suffix.lower() in SUFFIXES

@@ -1,4 +1,5 @@
-"""Transfer function between two channels, by H1 (thesis, eq. 2.7 and 4.2; MATLAB's `tfestimate`)."""
+"""Transfer function between two channels, by H1 (thesis, eq. 2.7 and 4.2; MATLAB's
+`tfestimate`)."""
 
 from __future__ import annotations
 
@@ -10,22 +11,25 @@ from numpy.typing import NDArray
 
 from ..array_types import Floats
 
-#: Bins below this coherence (or NaN, without excitation) say nothing about the size of the response.
+#: Bins below this coherence (or NaN, without excitation) say nothing about the size of the
+#: response.
 MEANINGFUL_COHERENCE = 0.5
 ACCELERATION_OVER_FORCE = "(m/s2)/N"
 
 
 class TransferFunctionError(ValueError):
-    """A transfer function cannot be estimated or applied; the message says what was found and expected."""
+    """A transfer function cannot be estimated or applied; the message says what was found and
+    expected."""
 
 
 @dataclass(frozen=True)
 class TransferFunction:
-    """Response on the bins of a real FFT of `segment` samples: all arrays (segment // 2 + 1,), segment even.
+    """Response on the bins of a real FFT of `segment` samples: all arrays (segment // 2 + 1,),
+    segment even.
 
-    `unit` is output unit over input unit, "1" once normalised. `decay_1_s` is the rate of the exponential window under
-    which the response was seen: it is then that of a system with that much more damping, and whatever uses it
-    weights its signals alike.
+    `unit` is output unit over input unit, "1" once normalised. `decay_1_s` is the rate of the
+    exponential window under which the response was seen: it is then that of a system with that much
+    more damping, and whatever uses it weights its signals alike.
     """
 
     frequency_hz: Floats
@@ -44,7 +48,8 @@ class TransferFunction:
 
     @property
     def largest_gain(self) -> float:
-        """Largest |response| over the bins with coherence; `TransferFunctionError` when there is none."""
+        """Largest |response| over the bins with coherence; `TransferFunctionError` when there is
+        none."""
         meaningful = self.coherence >= MEANINGFUL_COHERENCE
         if not meaningful.any():
             raise TransferFunctionError(f"no bin has a coherence of {MEANINGFUL_COHERENCE} or more")
@@ -61,16 +66,19 @@ def estimate_transfer_function(
     end_weight: float = 1.0,
     unit: str = ACCELERATION_OVER_FORCE,
 ) -> TransferFunction:
-    """H1, cross spectrum over input spectrum: noise of the output averages out, noise of the input biases it low.
+    """H1, cross spectrum over input spectrum: noise of the output averages out, noise of the input
+    biases it low.
 
-    `output` and `input_` (n,) have one clock. For a record of hits give `starts`: each segment then begins at
-    one of them (some samples before the contact), holds one whole hit, and is not tapered, since a taper would weigh
-    the hit by where it lies. `segment` is by default the least distance between starts. Where the response
-    outlasts the segment, `end_weight` < 1 (0.01, say) weights both channels by an exponential that falls to it.
+    `output` and `input_` (n,) have one clock. For a record of hits give `starts`: each segment then
+    begins at one of them (some samples before the contact), holds one whole hit, and is not
+    tapered, since a taper would weigh the hit by where it lies. `segment` is by default the least
+    distance between starts. Where the response outlasts the segment, `end_weight` < 1 (0.01, say)
+    weights both channels by an exponential that falls to it.
 
-    Without `starts`: Welch with Hann windows that overlap by half, eight of them by default, as `tfestimate`
-    cuts a record. Right for steady excitation; on hits most windows hold silence, or part of a hit.
-    The coherence of a single segment is 1 by construction. Raises `TransferFunctionError`.
+    Without `starts`: Welch with Hann windows that overlap by half, eight of them by default, as
+    `tfestimate` cuts a record. Right for steady excitation; on hits most windows hold silence, or
+    part of a hit. The coherence of a single segment is 1 by construction. Raises
+    `TransferFunctionError`.
     """
     if output.ndim != 1 or output.shape != input_.shape:
         raise TransferFunctionError(
@@ -93,7 +101,8 @@ def transfer_functions_of_the_others(
     *,
     segment: int,
 ) -> Iterator[TransferFunction]:
-    """For each hit in turn `estimate_transfer_function` over all hits but this one, each transformed only once."""
+    """For each hit in turn `estimate_transfer_function` over all hits but this one, each
+    transformed only once."""
     x, y, decay = _hit_spectra(output, input_, sampling_rate_hz, starts, segment, 1.0)
     for hit in range(len(starts)):
         yield _h1(
@@ -106,7 +115,8 @@ def transfer_functions_of_the_others(
 
 
 def hit_windows(signal: Floats, starts: NDArray[np.int64], segment: int) -> Floats:
-    """Windows (hits, segment) of `signal` (n,) from `starts`. Raises `TransferFunctionError` when one does not fit."""
+    """Windows (hits, segment) of `signal` (n,) from `starts`. Raises `TransferFunctionError` when
+    one does not fit."""
     starts = np.asarray(starts, dtype=np.int64)
     if starts.size == 0 or segment < 4 or segment % 2:
         raise TransferFunctionError(
@@ -114,16 +124,19 @@ def hit_windows(signal: Floats, starts: NDArray[np.int64], segment: int) -> Floa
         )
     if starts.min() < 0 or starts.max() + segment > signal.size:
         raise TransferFunctionError(
-            f"segments of {segment} from {starts.min()} to {starts.max()} leave the record of {signal.size} samples"
+            f"segments of {segment} from {starts.min()} to {starts.max()} "
+            f"leave the record of {signal.size} samples"
         )
     return np.asarray(signal[starts[:, None] + np.arange(segment)], dtype=np.float64)
 
 
 def rigid_body_normalised(tf: TransferFunction, band_hz: tuple[float, float]) -> TransferFunction:
-    """`tf` over its mean real part in `band_hz`, below the first resonance: 1 where the structure moves as one body.
+    """`tf` over its mean real part in `band_hz`, below the first resonance: 1 where the structure
+    moves as one body.
 
-    Deviation from eq. 4.2, which divides by acceleration over force and so returns a force: divided by this, a
-    cleaned acceleration stays an acceleration, with the sensor's own sign. Raises `TransferFunctionError`.
+    Deviation from eq. 4.2, which divides by acceleration over force and so returns a force: divided
+    by this, a cleaned acceleration stays an acceleration, with the sensor's own sign. Raises
+    `TransferFunctionError`.
     """
     inside = (tf.frequency_hz >= band_hz[0]) & (tf.frequency_hz <= band_hz[1])
     inside &= tf.coherence >= MEANINGFUL_COHERENCE
@@ -134,7 +147,8 @@ def rigid_body_normalised(tf: TransferFunction, band_hz: tuple[float, float]) ->
     rigid = float(tf.response[inside].real.mean())
     if not abs(rigid) > 0.1 * float(np.abs(tf.response[inside]).mean()):
         raise TransferFunctionError(
-            f"between {band_hz[0]:g} and {band_hz[1]:g} Hz the response is not in phase with the force: no rigid body"
+            f"between {band_hz[0]:g} and {band_hz[1]:g} Hz the response is "
+            f"not in phase with the force: no rigid body"
         )
     return replace(tf, response=tf.response / rigid, unit="1")
 

@@ -1,5 +1,5 @@
-"""Velocities of the bench: at the muzzle by the laser that the bullet interrupts (thesis, sections 2.2.1 and 5.1), at
-contact by the impactor's deceleration (section 4.1)."""
+"""Velocities of the bench: at the muzzle by the laser that the bullet interrupts (thesis, sections
+2.2.1 and 5.1), at contact by the impactor's deceleration (section 4.1)."""
 
 from __future__ import annotations
 
@@ -12,17 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 from ..array_types import Floats
 from .segmentation import rest_level
 
-#: A contact has begun above this share of its peak (thesis, section 4.1), or this many noise deviations.
+#: A contact has begun above this share of its peak (thesis, section 4.1), or this many noise
+#: deviations.
 _ONSET_SHARE, _ONSET_NOISE = 0.005, 4.0
-#: Samples above this share of the peak locate it: a cubic through them is within 0.02 samples on clean pulses.
+#: Samples above this share of the peak locate it: a cubic through them is within 0.02 samples on
+#: clean pulses.
 _PEAK_SHARE = 0.7
-#: The contact is refined ten times (thesis, section 4.1): how finely interpolation can place the end of compression.
+#: The contact is refined ten times (thesis, section 4.1): how finely interpolation can place the
+#: end of compression.
 _REFINEMENT = 10
 
 
 @dataclass(frozen=True)
 class ImpactVelocity:
-    """An impactor's velocity at first contact, positive; onset and end of compression in fractional samples."""
+    """An impactor's velocity at first contact, positive; onset and end of compression in fractional
+    samples."""
 
     velocity_m_s: float
     velocity_u_m_s: float
@@ -39,15 +43,18 @@ def impact_velocity(
     noise_m_s2: float | None = None,
     gain_u: float = 0.0,
 ) -> ImpactVelocity:
-    """Integral of the impactor's deceleration (n,) from first contact to the end of compression, where it stands still.
+    """Integral of the impactor's deceleration (n,) from first contact to the end of compression,
+    where it stands still.
 
-    `first` and `peak` are samples of the contact as segmentation found it. A cubic spline through the contact's samples
-    is integrated from where it is zero before the first of them to the acceleration's peak, both between samples: on
-    ten samples per contact the trapezoid rule between whole samples is wrong by up to 16 % of the velocity.
+    `first` and `peak` are samples of the contact as segmentation found it. A cubic spline through
+    the contact's samples is integrated from where it is zero before the first of them to the
+    acceleration's peak, both between samples: on ten samples per contact the trapezoid rule between
+    whole samples is wrong by up to 16 % of the velocity.
 
-    Standard uncertainty by the GUM: the noise, integrated; the end of compression, by the noise and by a tenth
-    of a sample (uniform); `gain_u`, the relative standard uncertainty of the sensor's gain. `noise_m_s2` is by
-    default the deviation of up to 200 samples before the contact. Raises `ValueError` when there are fewer than 16.
+    Standard uncertainty by the GUM: the noise, integrated; the end of compression, by the noise and
+    by a tenth of a sample (uniform); `gain_u`, the relative standard uncertainty of the sensor's
+    gain. `noise_m_s2` is by default the deviation of up to 200 samples before the contact. Raises
+    `ValueError` when there are fewer than 16.
     """
     values = np.asarray(acceleration_m_s2, dtype=np.float64)
     if not 0 <= first < peak < values.size - 1:
@@ -69,13 +76,15 @@ def _noise_before(values: Floats, first: int) -> float:
     quiet = values[max(0, first - 204) : max(0, first - 4)]
     if quiet.size < 16:
         raise ValueError(
-            f"{quiet.size} samples before the contact at {first}: give `noise_m_s2`, or at least 16 samples"
+            f"{quiet.size} samples before the contact at {first}: give "
+            f"`noise_m_s2`, or at least 16 samples"
         )
     return rest_level(quiet).noise
 
 
 def _end_of_compression(values: Floats, peak: int, noise: float) -> tuple[float, float, int]:
-    """The peak between samples, its standard uncertainty by noise (samples), and the last sample that was used."""
+    """The peak between samples, its standard uncertainty by noise (samples), and the last sample
+    that was used."""
     low = np.flatnonzero(values[:peak] < _PEAK_SHARE * values[peak])
     high = np.flatnonzero(values[peak:] < _PEAK_SHARE * values[peak])
     begin = min(peak - 1, int(low[-1]) + 1 if low.size else 0)
@@ -96,8 +105,8 @@ def _end_of_compression(values: Floats, peak: int, noise: float) -> tuple[float,
 def _maximum(cubic: np.polynomial.Polynomial, low: float, high: float) -> float:
     """Where a cubic or parabola has its maximum within [low, high].
 
-    0.0 where it has none there, or does not curve down at 0.0.
-    Not by a general root finder: a symmetric contact has a cubic term of rounding errors, which throws its roots off.
+    0.0 where it has none there, or does not curve down at 0.0. Not by a general root finder: a
+    symmetric contact has a cubic term of rounding errors, which throws its roots off.
     """
     slope, curvature, third = (*cubic.deriv().coef, 0.0)[:3]
     discriminant = curvature**2 - 4 * third * slope
@@ -113,7 +122,8 @@ def _integral(
     """Onset (samples) and the spline's integral from it to `top`, per sample."""
     from scipy.interpolate import CubicSpline
 
-    # Samples before the onset belong to another curve: a spline through them would ring into the contact.
+    # Samples before the onset belong to another curve: a spline through them would ring into the
+    # contact.
     above = values[first : peak + 1] > max(_ONSET_SHARE * values[peak], _ONSET_NOISE * noise)
     start = first + int(np.argmax(above))
     x = np.arange(start, min(values.size, last + 4))
@@ -124,7 +134,8 @@ def _integral(
     return onset, float(spline.integrate(onset, top))
 
 
-#: A passage is deeper than this many standard deviations of the noise at rest, and than this share of the deepest one.
+#: A passage is deeper than this many standard deviations of the noise at rest, and than this share
+#: of the deepest one.
 _LASER_NOISE_MARGIN, _DEPTH_SHARE = 8.0, 1 / 3
 #: Shorter interruptions are spikes: 85 mm at 80 m/s is 26 samples at 25 kHz.
 _SHORTEST_PASSAGE = 5
@@ -136,7 +147,8 @@ class NoPassageError(ValueError):
 
 @dataclass(frozen=True)
 class MuzzleVelocity:
-    """A bullet's passage; the edges in (fractional) samples, the levels in the signal's own unit."""
+    """A bullet's passage; the edges in (fractional) samples, the levels in the signal's own
+    unit."""
 
     velocity_m_s: float
     velocity_u_m_s: float
@@ -150,12 +162,14 @@ class MuzzleVelocity:
 def muzzle_velocity(
     signal: NDArray[Any], sampling_rate_hz: float, length_m: float, *, length_u_m: float = 1e-3
 ) -> MuzzleVelocity:
-    """Bullet length over the time that it stays in the beam, first passage only (a rebound may bring it back).
+    """Bullet length over the time that it stays in the beam, first passage only (a rebound may
+    bring it back).
 
-    `signal` (n,) in volts or metres, of either polarity; its first fiftieth (32 samples at least) shows the beam free.
-    The edges are where it crosses half the depth of the passage, between samples; uncertainty by eq. 5.2, in which
-    the time's also holds what noise and hum move a slow edge by. Raises `NoPassageError` where nothing crosses, or the
-    bullet is in the beam at the record's end; `ValueError` for NaN.
+    `signal` (n,) in volts or metres, of either polarity; its first fiftieth (32 samples at least)
+    shows the beam free. The edges are where it crosses half the depth of the passage, between
+    samples; uncertainty by eq. 5.2, in which the time's also holds what noise and hum move a slow
+    edge by. Raises `NoPassageError` where nothing crosses, or the bullet is in the beam at the
+    record's end; `ValueError` for NaN.
     """
     values = np.asarray(signal, dtype=np.float64)
     if not np.all(np.isfinite(values)):
@@ -180,7 +194,8 @@ def muzzle_velocity_uncertainty(
     *,
     time_u_s: ArrayLike,
 ) -> Floats:
-    """Standard uncertainty (m/s) of length over time, broadcasting: eq. 5.2, whose time uncertainty is 1/fs."""
+    """Standard uncertainty (m/s) of length over time, broadcasting: eq. 5.2, whose time uncertainty
+    is 1/fs."""
     length, time = (
         np.asarray(length_m, dtype=np.float64),
         np.asarray(transit_time_s, dtype=np.float64),
@@ -190,15 +205,16 @@ def muzzle_velocity_uncertainty(
 
 
 def _first_passage(departure: Floats, noise: float) -> tuple[float, float, float, float]:
-    """Edges (samples), depth (signed) and the edges' uncertainty (samples) of the first long excursion of `departure`
-    (n,) from rest."""
+    """Edges (samples), depth (signed) and the edges' uncertainty (samples) of the first long
+    excursion of `departure` (n,) from rest."""
     from scipy.ndimage import median_filter
 
     smooth = median_filter(departure, size=_SHORTEST_PASSAGE) if departure.size else departure
     extreme = float(smooth[np.argmax(np.abs(smooth))]) if departure.size else 0.0
     if not abs(extreme) > _LASER_NOISE_MARGIN * noise:
         raise NoPassageError(
-            f"no passage: the laser departs from rest by {abs(extreme):.3g} at most, and its noise is {noise:.3g}; "
+            f"no passage: the laser departs from rest by {abs(extreme):.3g} "
+            f"at most, and its noise is {noise:.3g}; "
             f"a bullet is expected to exceed {_LASER_NOISE_MARGIN:g} times the noise"
         )
     sign = np.sign(extreme)
@@ -207,7 +223,8 @@ def _first_passage(departure: Floats, noise: float) -> tuple[float, float, float
     share, smooth = sign * departure / depth, sign * smooth / depth
     enter, rise = _crossing(share, smooth, start)
     from_end, fall = _crossing(share[::-1], smooth[::-1], share.size - stop)
-    # Hum has no time to show within the first samples: the deviation of all that lies before the passage has it.
+    # Hum has no time to show within the first samples: the deviation of all that lies before the
+    # passage has it.
     before = share[: max(32, start - 2 * int(rise) - 1)]
     unrest = float(np.std(before)) if before.size else 0.0
     return (
@@ -224,17 +241,22 @@ def _first_long_run(blocked: NDArray[np.bool_]) -> tuple[int, int]:
     for start, stop in zip(starts, stops, strict=False):  # the last run may not stop
         if stop - start >= _SHORTEST_PASSAGE:
             return int(start), int(stop)
-    seen = f"the beam is blocked at sample {starts[-1]} and not freed by the record's end, sample {blocked.size - 1}"
+    seen = (
+        f"the beam is blocked at sample {starts[-1]} and not freed by the "
+        f"record's end, sample {blocked.size - 1}"
+    )
     raise NoPassageError(
         f"no whole passage: {seen}" if starts.size > stops.size else "no passage: only short spikes"
     )
 
 
 def _crossing(share: Floats, smooth: Floats, inside: int) -> tuple[float, float]:
-    """Where `share` (1 = blocked) last crosses one half before the blocked sample `inside`, in fractional samples, and
-    how many samples its whole rise takes by that between the quarter points.
+    """Where `share` (1 = blocked) last crosses one half before the blocked sample `inside`, in
+    fractional samples, and how many samples its whole rise takes by that between the quarter
+    points.
 
-    The mean of all crossings between the smoothed signal's quarter points: noise on a slow edge makes several.
+    The mean of all crossings between the smoothed signal's quarter points: noise on a slow edge
+    makes several.
     """
     free = np.flatnonzero(smooth[:inside] < 0.25)
     if not free.size:

@@ -21,14 +21,16 @@ WAIT_S = 10
 
 
 def connect_cluster(address: str) -> Client:
-    """Raises `ValueError` where nobody answers, where there is no worker, and where one runs another pyroshock."""
+    """Raises `ValueError` where nobody answers, where there is no worker, and where one runs
+    another pyroshock."""
     from distributed import Client
 
     try:
         client = Client(address, timeout=WAIT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise ValueError(
-            f"no Dask scheduler answers at {address} ({error or type(error).__name__}); start one: dask scheduler"
+            f"no Dask scheduler answers at {address} "
+            f"({error or type(error).__name__}); start one: dask scheduler"
         ) from None
     try:
         _check_workers(client, address)
@@ -51,7 +53,8 @@ def _check_workers(client: Client, address: str) -> None:
         theirs = worker_versions["packages"]["pyroshock"]
         if theirs != ours:
             raise ValueError(
-                f"the Dask worker at {worker} has pyroshock {theirs}, here it is {ours}; install the same"
+                f"the Dask worker at {worker} has pyroshock {theirs}, here it "
+                f"is {ours}; install the same"
             )
 
 
@@ -59,9 +62,11 @@ def _check_workers(client: Client, address: str) -> None:
 def dask_pool(
     address: str, function: Callable[..., Any], shared: tuple[Any, ...]
 ) -> Iterator[WorkerPool]:
-    """Workers of the cluster, as long as the block lasts; what is left then is cancelled with the connection."""
+    """Workers of the cluster, as long as the block lasts; what is left then is cancelled with the
+    connection."""
     with _told_once(), connect_cluster(address) as client:
-        # A task, not scattered data: the scheduler has it made again when the workers that hold it are gone.
+        # A task, not scattered data: the scheduler has it made again when the workers that hold it
+        # are gone.
         sent = client.submit(pickle.loads, pickle.dumps(shared), pure=False) if shared else ()
         yield _OnDask(client, address, function, sent)
 
@@ -93,7 +98,8 @@ class _OnDask:
         with parallel_config(_backend(self.client, self.address)):
             stream = Parallel(n_jobs=-1, **options)(calls)
         with cancel_after(stream):
-            for outcome in stream:  # noqa: UP028 - `yield from` would close the stream itself, and joblib warn
+            # noqa: UP028 - `yield from` would close the stream itself, and joblib warn
+            for outcome in stream:
                 yield outcome
 
 
@@ -102,10 +108,12 @@ def _backend(client: Client, address: str) -> Any:
     from joblib._dask import DaskDistributedBackend  # imports Dask
 
     class Backend(DaskDistributedBackend):  # type: ignore[misc]
-        """joblib's, which waits for ever for a task that Dask gives up, and knows nothing of a lost scheduler."""
+        """joblib's, which waits for ever for a task that Dask gives up, and knows nothing of a lost
+        scheduler."""
 
         def effective_n_jobs(self, n_jobs: int) -> int:
-            """At least 2: a cluster of one thread joblib would not use, and work in this process."""
+            """At least 2: a cluster of one thread joblib would not use, and work in this
+            process."""
             return max(2, int(super().effective_n_jobs(n_jobs)))
 
         def submit(self, func: Any, callback: Callable[[Any], None]) -> Future[Any]:

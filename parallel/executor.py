@@ -13,7 +13,8 @@ BACKENDS = (LOCAL, DASK)
 
 
 def usual_jobs() -> int:
-    """Processes where nobody says how many: one per core that this process may use, four at most."""
+    """Processes where nobody says how many: one per core that this process may use, four at
+    most."""
     return min(
         4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )
@@ -21,9 +22,11 @@ def usual_jobs() -> int:
 
 @dataclass(frozen=True)
 class ExecutorConfig:
-    """`jobs` processes of this machine (1: this process), or the workers of the cluster whose `scheduler` is named.
+    """`jobs` processes of this machine (1: this process), or the workers of the cluster whose
+    `scheduler` is named.
 
-    Raises `ValueError` for what is no executor, and where the library of its backend is not installed.
+    Raises `ValueError` for what is no executor, and where the library of its backend is not
+    installed.
     """
 
     backend: str = LOCAL
@@ -45,7 +48,8 @@ class ExecutorConfig:
             )
         if self.backend == DASK and find_spec("distributed") is None:
             raise ValueError(
-                "backend 'dask' needs distributed, which is not installed: pip install 'pyroshock[cluster]'"
+                "backend 'dask' needs distributed, which is not installed: "
+                "pip install 'pyroshock[cluster]'"
             )
 
     @property
@@ -54,7 +58,8 @@ class ExecutorConfig:
         return self.backend == LOCAL and self.jobs == 1
 
     def check(self) -> None:
-        """Raises `ValueError` within some ten seconds where the cluster cannot be reached, or runs other software."""
+        """Raises `ValueError` within some ten seconds where the cluster cannot be reached, or runs
+        other software."""
         if self.backend == DASK:
             from .cluster import connect_cluster
 

@@ -25,7 +25,8 @@ class WorkerPool(Protocol):
     """Workers that are ready."""
 
     def outcomes(self, tasks: Iterable[WorkerTask]) -> Generator[Outcome, None, None]:
-        """As they come. A task over which its worker died comes with `WorkerDied()`; then some may not come at all."""
+        """As they come. A task over which its worker died comes with `WorkerDied()`; then some may
+        not come at all."""
         ...
 
 
@@ -47,7 +48,8 @@ def cancel_after(stream: Generator[Any, None, None]) -> Iterator[None]:
 
 
 def exit_with_parent(parent: int) -> None:
-    """End this process soon after its parent: a killed parent tells nobody, and nobody would take the result."""
+    """End this process soon after its parent: a killed parent tells nobody, and nobody would take
+    the result."""
     Thread(target=_watch, args=(parent,), daemon=True).start()
 
 
@@ -106,7 +108,8 @@ class _Beside:
     ) -> Generator[Outcome, None, None]:
         from joblib import Parallel, delayed, parallel_config
 
-        # A worker that has grown leaves after its task and another comes; nothing is lost, nobody need know.
+        # A worker that has grown leaves after its task and another comes; nothing is lost, nobody
+        # need know.
         warnings.filterwarnings(
             "ignore", "A worker stopped while some jobs were given", UserWarning
         )
@@ -116,7 +119,8 @@ class _Beside:
                 under_way[task.number] = None
                 yield delayed(run_task)(self.function, task, self.shared)
 
-        # joblib takes one process for none: it would work in this one. So there are two, and one task at a time.
+        # joblib takes one process for none: it would work in this one. So there are two, and one
+        # task at a time.
         processes = max(2, self.jobs)
         options = {
             "batch_size": 1,

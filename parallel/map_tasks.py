@@ -29,19 +29,23 @@ def run_all_tasks(
 ) -> Generator[tuple[Item, Result], None, None]:
     """(item, function(item, *shared)) as they are finished, in any order.
 
-    The function is one of a module's, which workers import by its name; items, what is shared and results can be
-    pickled. Each worker gets `shared` once, and has one thread of linear algebra, so that the results are the same
-    wherever they are made. `isolated`, or `patience_s`, keeps an executor of one job too out of this process.
+    The function is one of a module's, which workers import by its name; items, what is shared and
+    results can be pickled. Each worker gets `shared` once, and has one thread of linear algebra, so
+    that the results are the same wherever they are made. `isolated`, or `patience_s`, keeps an
+    executor of one job too out of this process.
 
-    The items under way when a process dies (a C library can be crashed by a damaged file, or want all memory) are
-    tried once more, alone; one that dies again gives `lost(item)`. A process is ended where its item takes longer
-    than `patience_s`, a number or a function of the item. A cluster gives the work of a worker that is gone to the
-    others by itself; where it gives up, the same is done.
+    The items under way when a process dies (a C library can be crashed by a damaged file, or want
+    all memory) are tried once more, alone; one that dies again gives `lost(item)`. A process is
+    ended where its item takes longer than `patience_s`, a number or a function of the item. A
+    cluster gives the work of a worker that is gone to the others by itself; where it gives up, the
+    same is done.
 
-    With a `window`, items are drawn, here, that many at a time, and no more of them and of their results exist. What
-    is left when the iterator is closed is cancelled. An error of the function ends everything, and is raised here.
+    With a `window`, items are drawn, here, that many at a time, and no more of them and of their
+    results exist. What is left when the iterator is closed is cancelled. An error of the function
+    ends everything, and is raised here.
 
-    Raises `ValueError` where the cluster cannot be reached, and for an item that dies without `lost`.
+    Raises `ValueError` where the cluster cannot be reached, and for an item that dies without
+    `lost`.
     """
     watched = patience_s if callable(patience_s) or patience_s is None else _always(patience_s)
     rest = enumerate(items)
@@ -81,7 +85,8 @@ def _open_pool(
 
 
 def _outcomes(pool: WorkerPool, tasks: dict[int, WorkerTask]) -> Iterator[tuple[int, Any]]:
-    """Of every task; those over which a worker died last, each tried again when nothing else is under way."""
+    """Of every task; those over which a worker died last, each tried again when nothing else is
+    under way."""
     rest, suspects = dict(tasks), list[WorkerTask]()
     while rest:
         for number, result in pool.outcomes(list(rest.values())):
@@ -97,6 +102,7 @@ def _outcomes(pool: WorkerPool, tasks: dict[int, WorkerTask]) -> Iterator[tuple[
 def _lost_result(item: Item, lost: Callable[[Item], Result] | None) -> Result:
     if lost is None:
         raise ValueError(
-            f"the process that worked on {reprlib.repr(item)} died twice, for memory perhaps; repeat with fewer jobs"
+            f"the process that worked on {reprlib.repr(item)} died twice, for "
+            f"memory perhaps; repeat with fewer jobs"
         )
     return lost(item)

@@ -1,7 +1,8 @@
 """Reading ahead: several processes work on the next recordings while this one stores.
 
-`local_backend` cannot stand in: joblib keeps its processes for the next call, and a reader's process ends itself when a
-C library hangs, so that it must do nothing else; nor does joblib fork from a server that has the readers imported.
+`local_backend` cannot stand in: joblib keeps its processes for the next call, and a reader's
+process ends itself when a C library hangs, so that it must do nothing else; nor does joblib fork
+from a server that has the readers imported.
 """
 
 from __future__ import annotations
@@ -25,12 +26,14 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-#: Below this, starting processes costs more than they save (measured: 1.5 s, in which one reads about 200 MB).
+#: Below this, starting processes costs more than they save (measured: 1.5 s, in which one reads
+#: about 200 MB).
 _WORTH_PROCESSES_BYTES = 64 * 2**20
 
 
 def default_jobs(total_bytes: int) -> int:
-    """Processes for files of `total_bytes`: reading and compressing scale, the one writer soon does not."""
+    """Processes for files of `total_bytes`: reading and compressing scale, the one writer soon does
+    not."""
     if total_bytes < _WORTH_PROCESSES_BYTES:
         return 1
     return usual_jobs()
@@ -42,11 +45,12 @@ def _nothing() -> None:
 
 @dataclass(frozen=True)
 class Isolation(Generic[Item, Result]):
-    """What stands in for an item whose process dies (a C library can be crashed by a damaged file, or never return).
+    """What stands in for an item whose process dies (a C library can be crashed by a damaged file,
+    or never return).
 
-    `patience_s(item)` is the time after which its process is ended; with `always`, not even a single item, or a
-    single job, runs in this process. `begin` is called first in each process, and modules of `preload` are imported
-    once for all of them.
+    `patience_s(item)` is the time after which its process is ended; with `always`, not even a
+    single item, or a single job, runs in this process. `begin` is called first in each process, and
+    modules of `preload` are imported once for all of them.
     """
 
     lost: Callable[[Item], Result]
@@ -62,9 +66,9 @@ def map_ahead(
     jobs: int,
     isolation: Isolation[Item, Result],
 ) -> Iterator[tuple[Item, Result]]:
-    """(item, function(item)) in order. With `jobs` > 1, at most `2 * jobs` results exist at a time, so that memory
-    does not grow with the number of items. An item whose process dies gives `isolation.lost(item)`, and the others
-    go on.
+    """(item, function(item)) in order. With `jobs` > 1, at most `2 * jobs` results exist at a time,
+    so that memory does not grow with the number of items. An item whose process dies gives
+    `isolation.lost(item)`, and the others go on.
     """
     if not isolation.always and (jobs <= 1 or len(items) < 2):
         for item in items:
@@ -88,8 +92,8 @@ def _open_pool(jobs: int, isolation: Isolation[Any, Any]) -> Iterator[ProcessPoo
     """Raises `OSError` where no process begins: then no item is the cause, and none is given up."""
     from .workers_without_main import ContextWithoutMain  # which Windows lacks
 
-    # Processes are forked from a clean server, not from this one, which may hold connections and threads; the
-    # server has imported what they need, so that each does not do it again.
+    # Processes are forked from a clean server, not from this one, which may hold connections and
+    # threads; the server has imported what they need, so that each does not do it again.
     context = ContextWithoutMain()
     context.set_forkserver_preload(list(isolation.preload))
     processes = ProcessPoolExecutor(
@@ -100,8 +104,10 @@ def _open_pool(jobs: int, isolation: Isolation[Any, Any]) -> Iterator[ProcessPoo
             pool.submit(_nothing).result()
         except BrokenProcessPool as error:
             raise OSError(
-                "a process that reads files ended before it read one, so nothing is known about the files; its error "
-                "output says why, and where it says nothing, memory is short: close other programs, then repeat"
+                "a process that reads files ended before it read one, so "
+                "nothing is known about the files; its error "
+                "output says why, and where it says nothing, memory is "
+                "short: close other programs, then repeat"
             ) from error
         yield pool
 
@@ -117,7 +123,8 @@ def _begin(begin: Callable[[], None]) -> None:
 
 
 def _end_with_parent() -> None:
-    """Leave no process behind when the parent is killed: it cannot tell, and would be waited for in vain."""
+    """Leave no process behind when the parent is killed: it cannot tell, and would be waited for in
+    vain."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_wait_and_exit, args=(parent.join,), daemon=True).start()

@@ -1,6 +1,7 @@
 """What a worker does: one call of one function, watched.
 
-One thread of linear algebra for each worker: the same sums everywhere, and as many workers as there are cores.
+One thread of linear algebra for each worker: the same sums everywhere, and as many workers as there
+are cores.
 
 What all calls share, sent to each process once.
 """
@@ -35,7 +36,8 @@ class SharedPayload:
     sha256: str
 
     def contents(self) -> tuple[Any, ...]:
-        """Read once by each process. Raises `ValueError` where the file is not the one that was packed."""
+        """Read once by each process. Raises `ValueError` where the file is not the one that was
+        packed."""
         if self not in _latest:
             content = Path(self.path).read_bytes()
             if hashlib.sha256(content).hexdigest() != self.sha256:
@@ -73,7 +75,8 @@ _VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 @cache
 def use_one_thread() -> None:
     """From now on, in a process that is a worker and nothing else."""
-    import scipy.linalg  # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+    # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+    import scipy.linalg
     from threadpoolctl import threadpool_limits
 
     os.environ.update(dict.fromkeys(_VARIABLES, "1"))
@@ -84,7 +87,8 @@ def use_one_thread() -> None:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """As long as the block lasts, in a process that has other things to do; what is loaded within it stays at one."""
+    """As long as the block lasts, in a process that has other things to do; what is loaded within
+    it stays at one."""
     import scipy.linalg  # noqa: F401 - as above
     from threadpoolctl import threadpool_limits
 
@@ -105,10 +109,11 @@ def one_thread() -> Iterator[None]:
 
 
 class WorkerTask(NamedTuple):
-    """An item by its number, and the seconds after which its worker is ended; None: it may take as long as it likes.
+    """An item by its number, and the seconds after which its worker is ended; None: it may take as
+    long as it likes.
 
-    A tuple, for joblib hands tuples to Dask as they are; other objects it would first place on one worker, and with
-    that worker they would be lost.
+    A tuple, for joblib hands tuples to Dask as they are; other objects it would first place on one
+    worker, and with that worker they would be lost.
     """
 
     number: int
@@ -130,7 +135,8 @@ def run_task(function: Callable[..., Any], task: WorkerTask, shared: Any) -> Out
     from joblib import parallel_config
 
     use_one_thread()
-    # The function's own libraries get no workers of their own: on a cluster they would wait for each other.
+    # The function's own libraries get no workers of their own: on a cluster they would wait for
+    # each other.
     with parallel_config("sequential"), ended_after(task.patience_s):
         return task.number, function(task.item, *payload_contents(shared))
 

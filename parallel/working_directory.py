@@ -1,8 +1,10 @@
-"""Files of the working directory are data: no process that is started here imports or unpickles one of them.
+"""Files of the working directory are data: no process that is started here imports or unpickles one
+of them.
 
-`python -c` and `python -m`, by which process pools start their workers, look for modules in the working directory
-before anywhere else: a `copy.py` in a campaign folder would run. Python does not look there where PYTHONSAFEPATH is set
-(documentation of Python 3.11, "Command line and environment"). A worker then looks where its parent does.
+`python -c` and `python -m`, by which process pools start their workers, look for modules in the
+working directory before anywhere else: a `copy.py` in a campaign folder would run. Python does not
+look there where PYTHONSAFEPATH is set (documentation of Python 3.11, "Command line and
+environment"). A worker then looks where its parent does.
 """
 
 from __future__ import annotations
@@ -13,8 +15,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
 
-#: numba reads settings from a `.numba_config.yaml` of the working directory, which could name a folder of pickles
-#: there as its cache; what the environment says, even nothing, goes before that file.
+#: numba reads settings from a `.numba_config.yaml` of the working directory, which could name a
+#: folder of pickles there as its cache; what the environment says, even nothing, goes before that
+#: file.
 _CLOSED = {"PYTHONSAFEPATH": "1", "NUMBA_CACHE_DIR": "", "NUMBA_CACHE_LOCATOR_CLASSES": ""}
 
 _lock = Lock()
@@ -30,7 +33,8 @@ def close_working_directory() -> None:
 
 @contextmanager
 def working_directory_closed() -> Iterator[None]:
-    """For processes that are started within the block, in any thread; the environment is afterwards what it was."""
+    """For processes that are started within the block, in any thread; the environment is afterwards
+    what it was."""
     global _blocks
     with _lock:
         _blocks += 1

@@ -1,9 +1,9 @@
-"""Addresses of stores and servers: what they mean, and how they and any other text may be shown, without passwords
-and tokens.
+"""Addresses of stores and servers: what they mean, and how they and any other text may be shown,
+without passwords and tokens.
 
-Whatever leaves the software - a message, a log, a page, a row of provenance - goes through `address_for_display` or
-`without_secrets`. Both find a secret by its place in the text, never by its value: a short password would else blank
-out half of a sentence.
+Whatever leaves the software - a message, a log, a page, a row of provenance - goes through
+`address_for_display` or `without_secrets`. Both find a secret by its place in the text, never by
+its value: a short password would else blank out half of a sentence.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 #: What stands for a secret.
 HIDDEN = "***"
 
-#: `://user:password@`, to the last @ of the word, for a password may hold one; not `://host:5000/models/linear@3`.
+#: `://user:password@`, to the last @ of the word, for a password may hold one; not
+#: `://host:5000/models/linear@3`.
 _LOGIN = re.compile(r"(://[^\s/?#:@]*):(?!\d{1,5}/)\S*@")
 #: `user:password@host/` without its scheme.
 _BARE_LOGIN = re.compile(r"(?<![\w/])([\w.+-]+):[^\s:/@]+@(?=[\w.-]+[/:])")
@@ -30,7 +31,8 @@ _PAIR = re.compile(
 )
 
 
-#: `sqlite:///` and what SQLAlchemy adds as a driver's name; what follows is the path of a file, sign for sign.
+#: `sqlite:///` and what SQLAlchemy adds as a driver's name; what follows is the path of a file,
+#: sign for sign.
 _SQLITE = re.compile(r"sqlite(?:\+\w+)?:", re.IGNORECASE)
 #: Options of SQLite's own addresses and of Python's driver, as the last part of an address.
 _SQLITE_OPTIONS = re.compile(
@@ -48,7 +50,8 @@ class AddressError(ValueError):
 
 
 def parse_store_address(address: str) -> URL:
-    """The parts of a store's address: a server's address, `sqlite:///FILE`, or the path of a file alone.
+    """The parts of a store's address: a server's address, `sqlite:///FILE`, or the path of a file
+    alone.
 
     Raises `AddressError`, also for a store in memory, which would be gone when the command ends.
     """
@@ -61,7 +64,8 @@ def parse_store_address(address: str) -> URL:
 def sqlite_file(address: str) -> str | None:
     """The path of an SQLite store; None for what may be a server's address.
 
-    It is taken sign for sign: `%20`, `?` and `#` belong to it. Raises `AddressError` as `parse_store_address`.
+    It is taken sign for sign: `%20`, `?` and `#` belong to it. Raises `AddressError` as
+    `parse_store_address`.
     """
     scheme = _SQLITE.match(address)
     if scheme is None:
@@ -82,7 +86,8 @@ def sqlite_file(address: str) -> str | None:
 
 
 def _file_path(path: str, address: str) -> str:
-    """`path` of an SQLite store. Raises `AddressError` for one in memory and for options behind the name."""
+    """`path` of an SQLite store. Raises `AddressError` for one in memory and for options behind the
+    name."""
     if not path.strip() or path == ":memory:" or path.startswith("file:"):
         raise AddressError(
             f"{address!r} names no file, so that nothing stored in it would be kept; {_EXPECTED}"
@@ -91,7 +96,8 @@ def _file_path(path: str, address: str) -> str:
         raise AddressError(f"{address!r} holds a NUL character, which no path can; {_EXPECTED}")
     if option := _SQLITE_OPTIONS.search(path):
         raise AddressError(
-            f"{address!r} has the options {option.group()!r}, which the software does not take; leave them out: "
+            f"{address!r} has the options {option.group()!r}, which the "
+            f"software does not take; leave them out: "
             f"{address.removesuffix(option.group())}"
         )
     return path
@@ -110,13 +116,15 @@ def parse_address(address: str) -> URL:
         ) from None
     if "@" in (url.host or ""):
         raise AddressError(
-            f"unreadable address {address_for_display(address)!r}: write an @ within the password as %40"
+            f"unreadable address {address_for_display(address)!r}: write an @ "
+            f"within the password as %40"
         )
     return url
 
 
 def address_for_display(address: str | URL) -> str:
-    """An address for people, as typed where it holds no secret; an unreadable one keeps what follows its last @."""
+    """An address for people, as typed where it holds no secret; an unreadable one keeps what
+    follows its last @."""
     from sqlalchemy import make_url
     from sqlalchemy.exc import ArgumentError
 
@@ -139,7 +147,8 @@ def _rendered(url: URL) -> str:
 
 
 def without_secrets(text: str) -> str:
-    """A text with *** for the passwords of addresses and the values of `password=` and `token=` in it."""
+    """A text with *** for the passwords of addresses and the values of `password=` and `token=` in
+    it."""
     login = rf"\1:{HIDDEN}@"
     for pattern, replacement in (
         (_LOGIN, login),

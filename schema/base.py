@@ -1,8 +1,9 @@
-"""What all tables share: names of constraints, aware UTC times, exact numbers, who wrote a row, and JSON that both
-engines take.
+"""What all tables share: names of constraints, aware UTC times, exact numbers, who wrote a row, and
+JSON that both engines take.
 
-`to_plain` and `from_plain` are inverse on what JSON can say plus non-finite numbers; numpy scalars and arrays become
-Python's, tuples lists, and what is no character (lone surrogates, NUL) a question mark or the replacement character.
+`to_plain` and `from_plain` are inverse on what JSON can say plus non-finite numbers; numpy scalars
+and arrays become Python's, tuples lists, and what is no character (lone surrogates, NUL) a question
+mark or the replacement character.
 """
 
 from __future__ import annotations
@@ -72,12 +73,14 @@ NAMING = {
 }
 
 
-#: A number beyond two thousand millions, such as a size in bytes; SQLite's integers are as long anyway.
+#: A number beyond two thousand millions, such as a size in bytes; SQLite's integers are as long
+#: anyway.
 LONG = BigInteger().with_variant(Integer(), "sqlite")
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """An aware time, kept in UTC. A naive one is refused: nobody knows later which clock it meant."""
+    """An aware time, kept in UTC. A naive one is refused: nobody knows later which clock it
+    meant."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
@@ -154,7 +157,8 @@ NAMES_ROW = "names_row"
 
 
 def names_row(label: str) -> dict[str, str]:
-    """The `info` of a column by which people know a row: what a finding calls it, such as "campaign"."""
+    """The `info` of a column by which people know a row: what a finding calls it, such as
+    "campaign"."""
     return {NAMES_ROW: label}
 
 

@@ -1,8 +1,9 @@
-"""The parts of a bench: gun, hammer, plate with its modal table; and the materials of tips, plates and anvils, each
-with its source. A part is stored once, whoever uses it.
+"""The parts of a bench: gun, hammer, plate with its modal table; and the materials of tips, plates
+and anvils, each with its source. A part is stored once, whoever uses it.
 
-`fingerprint` is the hash of a part's content: two campaigns with the same gun share one row, and a gun whose friction
-was re-identified is another row. Sensors belong to the channel that they recorded (`recordings`).
+`fingerprint` is the hash of a part's content: two campaigns with the same gun share one row, and a
+gun whose friction was re-identified is another row. Sensors belong to the channel that they
+recorded (`recordings`).
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ class Hammer(HasId, WithProvenance, Base):
 
 
 class Plate(HasId, WithProvenance, Base):
-    """A resonant plate: a modal table, or material, thickness and outline for the finite element model."""
+    """A resonant plate: a modal table, or material, thickness and outline for the finite element
+    model."""
 
     __tablename__ = "plates"
     __table_args__ = (
@@ -143,7 +145,8 @@ class MaterialAlias(HasId, WithProvenance, Base):
 
 
 def material_id(session: Session, name: str) -> int:
-    """Key of the material with the store's own `name`. Raises `NoResultFound` where there is none."""
+    """Key of the material with the store's own `name`. Raises `NoResultFound` where there is
+    none."""
     return session.scalars(select(Material.id).where(Material.name == name)).one()
 
 

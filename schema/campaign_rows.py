@@ -22,7 +22,8 @@ from .recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 
 
 def members(campaign: int) -> dict[str, ColumnElement[bool]]:
-    """The rows of the campaign with this key, as a condition on each table; the writers' are left open."""
+    """The rows of the campaign with this key, as a condition on each table; the writers' are left
+    open."""
     own = Campaign.id == campaign
     plates = select(Campaign.plate_id).where(own)
     tables = select(Plate.modal_table_id).where(Plate.id.in_(plates))

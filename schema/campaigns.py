@@ -1,5 +1,5 @@
-"""Campaigns, the configurations that they test (factors are data, so a lab adds its own), plans, and what became of
-each planned run."""
+"""Campaigns, the configurations that they test (factors are data, so a lab adds its own), plans,
+and what became of each planned run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ class Campaign(HasId, WithProvenance, Base):
     gun_id: Mapped[int | None] = mapped_column(ForeignKey("guns.id"))
     hammer_id: Mapped[int | None] = mapped_column(ForeignKey("hammers.id"))
     plate_id: Mapped[int | None] = mapped_column(ForeignKey("plates.id"))
-    #: Hash of campaign.toml's content: a folder that changed under the same name is refused, not mixed.
+    #: Hash of campaign.toml's content: a folder that changed under the same name is refused, not
+    #: mixed.
     fingerprint: Mapped[str]
     #: `[known]` of campaign.toml, as `known_facts.facts_to_json` has it; NULL where it states none.
     known_facts: Mapped[dict[str, Any] | None] = mapped_column(PlainJson(none_as_null=True))
@@ -39,7 +40,8 @@ class Campaign(HasId, WithProvenance, Base):
 
 
 class Factor(HasId, WithProvenance, Base):
-    """A variable of the design. `name` has no unit in it; numbers of its levels are in `si_unit`."""
+    """A variable of the design. `name` has no unit in it; numbers of its levels are in
+    `si_unit`."""
 
     __tablename__ = "factors"
 
@@ -110,7 +112,8 @@ class Plan(HasId, WithProvenance, Base):
 
 
 class PlannedRun(HasId, WithProvenance, Base):
-    """One treatment of a plan, in firing order. What was recorded for it points back here (`impacts`, `shots`)."""
+    """One treatment of a plan, in firing order. What was recorded for it points back here
+    (`impacts`, `shots`)."""
 
     __tablename__ = "planned_runs"
     __table_args__ = (
@@ -130,7 +133,8 @@ class PlannedRun(HasId, WithProvenance, Base):
     configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"), index=True)
     treatment: Mapped[dict[str, Any]]  # column of the plan's table -> level, as written there
     settings: Mapped[dict[str, Any]]  # what follows from the treatment, such as tank_pressure_bar
-    #: What a person decided, see `run_states`: "planned" says nothing, also of a run that is recorded completely.
+    #: What a person decided, see `run_states`: "planned" says nothing, also of a run that is
+    #: recorded completely.
     status: Mapped[str] = mapped_column(default="planned")
     reason: Mapped[str | None]
     plan: Mapped[Plan] = relationship()

@@ -41,7 +41,8 @@ _KINDS: tuple[tuple[type[Any], str], ...] = (
 
 
 def kind_of(column: Column[Any]) -> str:
-    """One of the kinds above. Raises `TypeError` for a type that no table had when this was written."""
+    """One of the kinds above. Raises `TypeError` for a type that no table had when this was
+    written."""
     own = column.type.impl_instance if isinstance(column.type, TypeDecorator) else column.type
     for known_type, kind in _KINDS:
         if isinstance(own, known_type):
@@ -52,5 +53,6 @@ def kind_of(column: Column[Any]) -> str:
 
 
 def stored_type(column: Column[Any]) -> Any:
-    """The type by which a value is read and written as it is stored: JSON is its text, so that nothing is rewritten."""
+    """The type by which a value is read and written as it is stored: JSON is its text, so that
+    nothing is rewritten."""
     return Text() if kind_of(column) == JSON_TEXT else column.type

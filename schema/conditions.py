@@ -1,11 +1,14 @@
-"""Conditions of a listing, and its rows page by page, at a cost that follows what is listed and not what is stored.
+"""Conditions of a listing, and its rows page by page, at a cost that follows what is listed and not
+what is stored.
 
-A condition on a column goes into the query; one on a factor is first turned into the configurations that meet it.
+A condition on a column goes into the query; one on a factor is first turned into the configurations
+that meet it.
 
-A database that is asked for the first rows of a filter in order of their key either walks the keys, which is slow where
-matches are rare, or collects and sorts every match, which is slow where they are many; and it guesses which. So it is
-asked for a window of keys at a time: the windows begin at the first key that can match, end at the last one, and widen
-or narrow until a window holds about a page.
+A database that is asked for the first rows of a filter in order of their key either walks the keys,
+which is slow where matches are rare, or collects and sorts every match, which is slow where they
+are many; and it guesses which. So it is asked for a window of keys at a time: the windows begin at
+the first key that can match, end at the last one, and widen or narrow until a window holds about a
+page.
 """
 
 from __future__ import annotations
@@ -24,7 +27,8 @@ from .recordings import NOT_JUDGED, SEVERITIES, QualityFinding
 
 Table = type[Impact] | type[Shot]
 
-#: The first page is small, for a caller who wants a few rows; each further one four times as large, up to the limit.
+#: The first page is small, for a caller who wants a few rows; each further one four times as large,
+#: up to the limit.
 _FIRST_ROWS, _GROWTH = 128, 4
 #: A window without a match is followed by one this many times as wide.
 _LEAP = 16
@@ -47,8 +51,9 @@ def span_of(
 ) -> KeySpan:
     """Where rows of a campaign (None: all) with one of `configurations` (None: any) can lie.
 
-    Two look-ups in an index for each configuration: asked for the least key of many, a database reads them all. And
-    each in a query of its own within the one that is sent: of two in one, a database reads the whole table.
+    Two look-ups in an index for each configuration: asked for the least key of many, a database
+    reads them all. And each in a query of its own within the one that is sent: of two in one, a
+    database reads the whole table.
     """
     ends = [select(f(table.id)) for f in (func.min, func.max)]
     if campaign_id is not None:
@@ -75,7 +80,8 @@ def _span(first: int | None, last: int | None) -> KeySpan:
 def iter_pages(
     session: Session, query: Select[Any], key: Any, span: KeySpan, page: int
 ) -> Iterator[list[dict[str, Any]]]:
-    """The query's rows in order of `key` (its column "id"), at most `page` at a time; no page is empty."""
+    """The query's rows in order of `key` (its column "id"), at most `page` at a time; no page is
+    empty."""
     limit = min(_FIRST_ROWS, page)
     after, width = span.first - 1, 2 * limit
     while after < span.last:
@@ -102,8 +108,8 @@ OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     ">=": operator.ge,
 }
 
-#: The pulse in use of an impact, as its partial index has it: SQLAlchemy's own `current = 1` finds no use for it in
-#: SQLite, and every pulse's row is read for its flag.
+#: The pulse in use of an impact, as its partial index has it: SQLAlchemy's own `current = 1` finds
+#: no use for it in SQLite, and every pulse's row is read for its flag.
 IN_USE = and_(Pulse.impact_id == Impact.id, text("pulses.current"))
 
 #: The same of the acceleration channel with the largest peak.
@@ -154,8 +160,9 @@ class UnknownFieldError(ConditionError):
     """A filter names no column and no factor; the message lists those there are."""
 
 
-#: More configurations than these are looked up impact by impact, for they are no rare ones: each costs two look-ups to
-#: tell where its impacts lie, and a statement takes no more than 65,535 values on PostgreSQL, 32,766 on SQLite.
+#: More configurations than these are looked up impact by impact, for they are no rare ones: each
+#: costs two look-ups to tell where its impacts lie, and a statement takes no more than 65,535
+#: values on PostgreSQL, 32,766 on SQLite.
 _MOST_KEYS = 1_000
 
 
@@ -213,7 +220,8 @@ def restricted(
 def _of_campaign(session: Session, table: Table, condition: Condition) -> ColumnElement[bool]:
     if condition.operator not in ("=", "!="):
         raise ConditionError(
-            f"condition {CAMPAIGN}{condition.operator}{condition.value}; expected = or != and a name"
+            f"condition {CAMPAIGN}{condition.operator}{condition.value}; "
+            f"expected = or != and a name"
         )
     matches: ColumnElement[bool] = OPERATORS[condition.operator](
         table.campaign_id, get_campaign_id(session, str(condition.value))
@@ -222,12 +230,14 @@ def _of_campaign(session: Session, table: Table, condition: Condition) -> Column
 
 
 def _of_quality(condition: Condition) -> ColumnElement[bool]:
-    """Of an impact's findings and its recording's, the gravest, as the listing has it; without a recording, none."""
+    """Of an impact's findings and its recording's, the gravest, as the listing has it; without a
+    recording, none."""
     wanted = str(condition.value)
     if condition.operator not in ("=", "!=") or wanted not in QUALITIES:
         condition_text = f"{QUALITY}{condition.operator}{wanted}"
         raise ConditionError(
-            f"condition {condition_text!r}; expected {QUALITY}= or {QUALITY}!= one of {', '.join(QUALITIES)}"
+            f"condition {condition_text!r}; expected {QUALITY}= or "
+            f"{QUALITY}!= one of {', '.join(QUALITIES)}"
         )
     graver = QUALITIES[QUALITIES.index(wanted) + 1 : -1]
     unsaid = [not_(_has_finding_of(*graver))] if graver else []
@@ -248,7 +258,8 @@ def _has_finding_of(*severities: str) -> ColumnElement[bool]:
 
 
 def _refuse_word(condition: Condition) -> None:
-    """Every other column of a listing is a number: one database would find nothing equal to a word, another fail."""
+    """Every other column of a listing is a number: one database would find nothing equal to a word,
+    another fail."""
     if isinstance(condition.value, str):
         raise ConditionError(
             f"{condition.field} is compared with {condition.value!r}; expected a number, in SI"
@@ -292,7 +303,8 @@ def _matching_configurations(
     except ValueError:
         pass
     else:
-        # SI numbers that came by different roads differ in the last digit: equality means to nine digits.
+        # SI numbers that came by different roads differ in the last digit: equality means to nine
+        # digits.
         slack = 1e-9 * abs(number)
         near = FactorLevel.number.between(number - slack, number + slack)
         exact = {"=": near, "!=": ~near}.get(condition.operator)
@@ -309,7 +321,8 @@ def _matching_configurations(
 
 
 def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -> int:
-    """Key of a factor by its name or its listing's key; `UnknownFieldError` naming those there are, and `columns`."""
+    """Key of a factor by its name or its listing's key; `UnknownFieldError` naming those there are,
+    and `columns`."""
     known_factors = session.execute(select(Factor.id, Factor.name, Factor.si_unit)).all()
     factors = {listing_key(name, si_unit): key for key, name, si_unit in known_factors}
     factors |= {name: key for key, name, _ in known_factors}

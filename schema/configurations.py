@@ -1,4 +1,5 @@
-"""Configurations by their levels: found where the combination is known, added once where it is new, and read."""
+"""Configurations by their levels: found where the combination is known, added once where it is new,
+and read."""
 
 from __future__ import annotations
 
@@ -16,20 +17,22 @@ from .transactions import add_or_get, fingerprint_of
 
 
 def configuration_fingerprint(levels: Sequence[RunLevel]) -> str:
-    """Hash of a combination of levels; the same combination has the same, whoever plans or records it."""
+    """Hash of a combination of levels; the same combination has the same, whoever plans or records
+    it."""
     return fingerprint_of(sorted([level.factor, level.label] for level in levels))
 
 
 def configuration_id(session: Session, levels: Sequence[RunLevel]) -> int:
-    """Key of the configuration with these levels, made of known factors and levels where it is new."""
+    """Key of the configuration with these levels, made of known factors and levels where it is
+    new."""
     return configuration_ids(session, [levels])[0]
 
 
 def configuration_ids(session: Session, combinations: Sequence[Sequence[RunLevel]]) -> list[int]:
     """`configuration_id` of each, in their order.
 
-    What is new is added in one order, whoever adds it: of two transactions that add the same rows, one waits for the
-    other, and never both. So a transaction asks once, for all that it needs.
+    What is new is added in one order, whoever adds it: of two transactions that add the same rows,
+    one waits for the other, and never both. So a transaction asks once, for all that it needs.
     """
     prints = [configuration_fingerprint(levels) for levels in combinations]
     of_print = dict(zip(prints, combinations, strict=True))
@@ -47,7 +50,8 @@ def configuration_ids(session: Session, combinations: Sequence[Sequence[RunLevel
 def configuration_factors(
     session: Session, keys: Sequence[int]
 ) -> dict[int, dict[str, str | float]]:
-    """Factors of each configuration by its key, in the order of the factors: a number in SI where the level is one."""
+    """Factors of each configuration by its key, in the order of the factors: a number in SI where
+    the level is one."""
     factors: dict[int, dict[str, str | float]] = {key: {} for key in keys}
     for row in iter_levels(session, keys):
         factors[row.configuration][row.factor] = row.level
@@ -96,7 +100,8 @@ def _key(level: RunLevel) -> tuple[str, str]:
 
 def _add(session: Session, fingerprint: str, levels: Sequence[FactorLevel]) -> int:
     row = add_or_get(session, Configuration, {"fingerprint": fingerprint})
-    # Whoever was faster stored it with its levels, in one transaction; nobody else can add to it before ours ends.
+    # Whoever was faster stored it with its levels, in one transaction; nobody else can add to it
+    # before ours ends.
     query = select(ConfigurationLevel.level_id).where(ConfigurationLevel.configuration_id == row.id)
     there = set(session.scalars(query))
     session.add_all(

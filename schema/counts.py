@@ -1,8 +1,9 @@
-"""Counts of a converter: a series of whole multiples of one step, kept as 16-bit integers and the step.
+"""Counts of a converter: a series of whole multiples of one step, kept as 16-bit integers and the
+step.
 
-What a 16-bit recorder writes as floats fills four or eight bytes with at most two bytes of information, and packs
-and unpacks several times slower than the counts it came from. The step is found, not declared, and counts are used
-only where they give back every bit.
+What a 16-bit recorder writes as floats fills four or eight bytes with at most two bytes of
+information, and packs and unpacks several times slower than the counts it came from. The step is
+found, not declared, and counts are used only where they give back every bit.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ _NEAR = 64
 
 
 def as_counts(samples: NDArray[Any]) -> tuple[Counts, float] | None:
-    """Counts (n,) and their step, from which `from_counts` makes the same bits as `samples` (n,); None if none do."""
+    """Counts (n,) and their step, from which `from_counts` makes the same bits as `samples` (n,);
+    None if none do."""
     if samples.dtype not in (np.dtype("<f4"), np.dtype("<f8")) or samples.size < 2:
         return None
     with np.errstate(
@@ -54,8 +56,8 @@ def _as_counts(samples: NDArray[Any]) -> tuple[Counts, float] | None:
 
 def from_counts(counts: Counts, step: float, out: NDArray[Any]) -> None:
     """Counts times step into `out` (n,), rounded once to its dtype."""
-    # A step that float32 holds gives the same product in single precision, ten times faster: 15 and 24 bits fit in
-    # the 53 of a double, so that either way the exact product is rounded once.
+    # A step that float32 holds gives the same product in single precision, ten times faster: 15 and
+    # 24 bits fit in the 53 of a double, so that either way the exact product is rounded once.
     narrow = out.dtype == np.float32 and float(np.float32(step)) == step
     np.multiply(
         counts, np.float32(step) if narrow else np.float64(step), out=out, casting="same_kind"
@@ -65,7 +67,8 @@ def from_counts(counts: Counts, step: float, out: NDArray[Any]) -> None:
 def _step(values: NDArray[np.float64], rough: float, dtype: np.dtype[Any]) -> float | None:
     """A step whose multiples round to all of `values` in `dtype`, if there is one near `rough`."""
     size = np.abs(values[values != 0])
-    # A difference of rounded values is off by their rounding: too much for the larger counts, not for small ones.
+    # A difference of rounded values is off by their rounding: too much for the larger counts, not
+    # for small ones.
     near = size[size <= _NEAR * rough]
     if near.size:
         rough = float(near.max() / np.rint(near.max() / rough))
@@ -83,7 +86,8 @@ def _step(values: NDArray[np.float64], rough: float, dtype: np.dtype[Any]) -> fl
 
 def _counts_of(samples: NDArray[Any], step: float) -> tuple[Counts, NDArray[np.intp]]:
     """Counts of `samples` (n,), and the indices of those that they do not give back."""
-    # Beyond the counts, and where there is no number, the conversion gives anything: the comparison notices.
+    # Beyond the counts, and where there is no number, the conversion gives anything: the comparison
+    # notices.
     counts = (
         np.rint(samples / samples.dtype.type(step))
         .clip(-LARGEST_COUNT, LARGEST_COUNT)

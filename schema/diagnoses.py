@@ -1,5 +1,5 @@
-"""Diagnoses of the sim-to-real gap, as they were reported and drawn, and versions of the twin's configuration: the
-effects that a laboratory has adopted from them."""
+"""Diagnoses of the sim-to-real gap, as they were reported and drawn, and versions of the twin's
+configuration: the effects that a laboratory has adopted from them."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Diagnosis(HasId, WithProvenance, Base):
     simulator: Mapped[str] = mapped_column(info=names_row("simulator"))
     diagnosed_at: Mapped[datetime]
     report: Mapped[dict[str, Any]]
-    #: What the report leaves out and its page draws: 5 to 50 kB, which a listing does not read. None in stores
-    #: that were filled before revision 0003.
+    #: What the report leaves out and its page draws: 5 to 50 kB, which a listing does not read.
+    #: None in stores that were filled before revision 0003.
     details: Mapped[dict[str, Any] | None] = mapped_column(
         PlainJson(none_as_null=True), deferred=True
     )
@@ -31,10 +31,11 @@ class Diagnosis(HasId, WithProvenance, Base):
 
 
 class TwinVersion(HasId, WithProvenance, Base):
-    """What one diagnosis left in the twin: the effects of the stages that it decides, none of them included.
+    """What one diagnosis left in the twin: the effects of the stages that it decides, none of them
+    included.
 
-    Versions are numbered through the laboratory. For each stage the newest version counts whose campaign had the same
-    part there: its gun, its hammer, its plate.
+    Versions are numbered through the laboratory. For each stage the newest version counts whose
+    campaign had the same part there: its gun, its hammer, its plate.
     """
 
     __tablename__ = "twin_configurations"
@@ -46,6 +47,7 @@ class TwinVersion(HasId, WithProvenance, Base):
     diagnosis_id: Mapped[int | None] = mapped_column(ForeignKey("diagnoses.id"))
     adopted_at: Mapped[datetime]
     reason: Mapped[str]
-    #: Keys of the twin's configuration as JSON: "effects", "sources"; and "stages", those that it decides.
+    #: Keys of the twin's configuration as JSON: "effects", "sources"; and "stages", those that it
+    #: decides.
     configuration: Mapped[dict[str, Any]]
     campaign: Mapped[Campaign] = relationship()

@@ -1,4 +1,5 @@
-"""Engines: SQLite, the embedded default, and PostgreSQL, the laboratory's server, through the same code."""
+"""Engines: SQLite, the embedded default, and PostgreSQL, the laboratory's server, through the same
+code."""
 
 from __future__ import annotations
 
@@ -16,11 +17,12 @@ from .transactions import RetryPolicy, retry
 
 #: Wait this long for another writer before giving up (SQLite lets one write at a time).
 BUSY_TIMEOUT_S = 60.0
-#: Pages of the write-ahead log that wait to be written into the file (16 MB): SQLite's own 1,000 are two recordings.
+#: Pages of the write-ahead log that wait to be written into the file (16 MB): SQLite's own 1,000
+#: are two recordings.
 _LOG_PAGES = 4_000
 
-#: Of connections to a server: who they are, in its list of activity; and a server that vanished is noticed in a minute
-#: (the system's own keepalive waits two hours).
+#: Of connections to a server: who they are, in its list of activity; and a server that vanished is
+#: noticed in a minute (the system's own keepalive waits two hours).
 _SERVER = {
     "fallback_application_name": "pyroshock",
     "connect_timeout": 10,
@@ -28,7 +30,8 @@ _SERVER = {
     "keepalives_interval": 10,
     "keepalives_count": 3,
 }
-#: What a server says that is restarting, or has as many clients as it takes (57P03, 53300); and one that refuses us.
+#: What a server says that is restarting, or has as many clients as it takes (57P03, 53300); and one
+#: that refuses us.
 _NEVER = (
     "does not exist",
     "authentication failed",
@@ -72,14 +75,16 @@ def describe(engine: Engine) -> str:
 
 
 def first_line(error: DBAPIError) -> str:
-    """What the driver said, without what it goes on to tell of itself; and what to do where a disk is full."""
+    """What the driver said, without what it goes on to tell of itself; and what to do where a disk
+    is full."""
     lines = str(error.orig).strip().splitlines()
     line = without_secrets(lines[0]) if lines else type(error.orig).__name__
     return f"{line}; {MAKE_ROOM}" if _had_no_room(error.orig) else line
 
 
 def disk_is_full(error: BaseException | None) -> bool:
-    """Whether a system, SQLite or a PostgreSQL server had no room for what was to be written, and this came of it."""
+    """Whether a system, SQLite or a PostgreSQL server had no room for what was to be written, and
+    this came of it."""
     while error is not None:
         if _had_no_room(error) or _had_no_room(getattr(error, "orig", None)):
             return True
@@ -98,7 +103,8 @@ def _had_no_room(error: BaseException | None) -> bool:
 
 
 def make_engine(url: str) -> Engine:
-    """An engine with the rules that the store relies on. Raises `StoreError` for an unusable address."""
+    """An engine with the rules that the store relies on. Raises `StoreError` for an unusable
+    address."""
     try:
         parsed = parse_store_address(url)
     except AddressError as error:
@@ -106,7 +112,8 @@ def make_engine(url: str) -> Engine:
     backend = parsed.get_backend_name()
     if backend not in ("sqlite", "postgresql"):
         raise StoreError(
-            f"unsupported store {backend!r} in {address_for_display(url)!r}; use sqlite:/// or postgresql+psycopg://"
+            f"unsupported store {backend!r} in {address_for_display(url)!r}; "
+            f"use sqlite:/// or postgresql+psycopg://"
         )
     if backend == "postgresql" and parsed.drivername == "postgresql":
         parsed = parsed.set(drivername="postgresql+psycopg")
@@ -130,7 +137,8 @@ def make_memory_engine() -> Engine:
 
 
 def one_state(engine: Engine) -> dict[str, Any]:
-    """Options of a transaction that only reads: it sees one state throughout, as SQLite's do by themselves."""
+    """Options of a transaction that only reads: it sees one state throughout, as SQLite's do by
+    themselves."""
     if engine.dialect.name == "sqlite":
         return {}
     return {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True}
@@ -155,7 +163,8 @@ def _configure_postgresql(engine: Engine) -> None:
 
 
 def _may_come(message: str, is_known: bool) -> bool:
-    """Whether a connection that failed may be had later. The driver gives no SQLSTATE to it, only words."""
+    """Whether a connection that failed may be had later. The driver gives no SQLSTATE to it, only
+    words."""
     if is_known:
         return not any(words in message for words in _NEVER)
     return any(words in message for words in _LATER)
@@ -168,7 +177,8 @@ def _refuse_missing_folder(database: Path) -> None:
         )
     if database.is_dir():
         raise StoreError(
-            f"{str(database)!r} is a folder; a store is a file: give one in it, such as {database}/lab.db"
+            f"{str(database)!r} is a folder; a store is a file: give one in "
+            f"it, such as {database}/lab.db"
         )
 
 
@@ -197,10 +207,11 @@ def _configure_sqlite(engine: Engine) -> None:
 
 
 def _write_ahead(cursor: sqlite3.Cursor) -> None:
-    """Write-ahead log: readers do not wait for the writer; a killed writer leaves the last whole transaction.
+    """Write-ahead log: readers do not wait for the writer; a killed writer leaves the last whole
+    transaction.
 
-    The mode is the file's, and set once. Setting it does not wait for other connections as all else does, so two
-    commands that make one store at the same moment would fail without a second try.
+    The mode is the file's, and set once. Setting it does not wait for other connections as all else
+    does, so two commands that make one store at the same moment would fail without a second try.
     """
     deadline = time.monotonic() + BUSY_TIMEOUT_S
     while True:
@@ -224,5 +235,6 @@ def make_engine_of_existing(url: str) -> Engine:
 def no_store(engine: Engine, url: str) -> NoStoreError:
     """What to raise where an address leads to no store."""
     return NoStoreError(
-        f"no store at {describe(engine)}; make one with: pyroshock init --db {address_for_display(url)}"
+        f"no store at {describe(engine)}; make one with: pyroshock init --db "
+        f"{address_for_display(url)}"
     )

@@ -1,7 +1,9 @@
-"""Facts of a campaign as they were when a dataset was frozen, kept with it when facts are added later.
+"""Facts of a campaign as they were when a dataset was frozen, kept with it when facts are added
+later.
 
-A dataset's pulses are rows of the store, and what they were made with is read from their configuration and their bench.
-Before either is changed, `freeze_facts` writes the old ones into the definition of each dataset that has such pulses:
+A dataset's pulses are rows of the store, and what they were made with is read from their
+configuration and their bench. Before either is changed, `freeze_facts` writes the old ones into the
+definition of each dataset that has such pulses:
 
 "facts": {CAMPAIGN: {"bench": {...}, "configurations": {"RUN/REPETITION": FINGERPRINT}}}
 """
@@ -24,8 +26,9 @@ FACTS = "facts"
 def freeze_facts(
     session: Session, campaign: Campaign, hits: Collection[tuple[int, int]], *, bench: bool
 ) -> None:
-    """Keep what the datasets with pulses of `campaign` know of it: the configurations of `hits` (run, repetition), and
-    with `bench` the bench. What a dataset has kept already is older, and stays."""
+    """Keep what the datasets with pulses of `campaign` know of it: the configurations of `hits`
+    (run, repetition), and with `bench` the bench. What a dataset has kept already is older, and
+    stays."""
     query = (
         select(SnapshotPulse.snapshot_id, Impact.run, Impact.repetition, Configuration.fingerprint)
         .join(Pulse, SnapshotPulse.pulse_id == Pulse.id)
@@ -59,7 +62,8 @@ def freeze_facts(
 def read_frozen_facts(
     definition: Mapping[str, Any], campaign: str
 ) -> tuple[Mapping[str, Any], Mapping[str, str]]:
-    """What a dataset has kept of a campaign: values of its bench by name, and fingerprints by `hit_key`."""
+    """What a dataset has kept of a campaign: values of its bench by name, and fingerprints by
+    `hit_key`."""
     facts = definition.get(FACTS, {}).get(campaign, {})
     return facts.get("bench", {}), facts.get("configurations", {})
 

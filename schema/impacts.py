@@ -1,9 +1,11 @@
-"""Impacts, the pulses that were extracted from their records, the figures of their acceleration channels, shots of the
-gun, frozen selections of pulses, and what an impact velocity means, by how it was obtained.
+"""Impacts, the pulses that were extracted from their records, the figures of their acceleration
+channels, shots of the gun, frozen selections of pulses, and what an impact velocity means, by how
+it was obtained.
 
-A velocity that was integrated from the impactor's deceleration to the peak of the force (thesis, section 4.1) is the
-one that the impactor lost until then. Where the target gives way, the impactor still moves with the target's surface at
-the peak, and the integral is only 0.3 to 0.8 of the velocity before contact.
+A velocity that was integrated from the impactor's deceleration to the peak of the force (thesis,
+section 4.1) is the one that the impactor lost until then. Where the target gives way, the impactor
+still moves with the target's surface at the peak, and the integral is only 0.3 to 0.8 of the
+velocity before contact.
 """
 
 from __future__ import annotations
@@ -62,7 +64,8 @@ class Impact(HasId, WithProvenance, Base):
 
 
 class ExtractionSettingsRow(HasId, WithProvenance, Base):
-    """How pulses were cut out, stored once per distinct setting; `code_version` counts changes of the algorithm."""
+    """How pulses were cut out, stored once per distinct setting; `code_version` counts changes of
+    the algorithm."""
 
     __tablename__ = "extraction_settings"
     __table_args__ = (CheckConstraint("code_version >= 1", "code_version_positive"),)
@@ -73,7 +76,8 @@ class ExtractionSettingsRow(HasId, WithProvenance, Base):
 
 
 class Pulse(HasId, WithProvenance, Base):
-    """The contact force of one impact. A re-extraction is a further row; `current` marks the one in use."""
+    """The contact force of one impact. A re-extraction is a further row; `current` marks the one in
+    use."""
 
     __tablename__ = "pulses"
     __table_args__ = (
@@ -120,7 +124,8 @@ class Pulse(HasId, WithProvenance, Base):
 
 
 class ChannelFigures(HasId, WithProvenance, Base):
-    """What one acceleration channel recorded of one impact (see `signals.shock_figures`), above the rest before it.
+    """What one acceleration channel recorded of one impact (see `signals.shock_figures`), above the
+    rest before it.
 
     `largest` marks the channel with the largest peak of the impact, whose figures the listing has.
     """

@@ -16,7 +16,8 @@ ENDED = (DONE, FAILED, STOPPED)
 
 
 class Job(HasId, WithProvenance, Base):
-    """One piece of work. Whoever holds `attempt` while the state is running may write; all others are too late.
+    """One piece of work. Whoever holds `attempt` while the state is running may write; all others
+    are too late.
 
     No time of day decides anything: the times are for people to read.
     """
@@ -25,10 +26,12 @@ class Job(HasId, WithProvenance, Base):
     __table_args__ = (
         CheckConstraint(one_of("state", STATES), "state_known"),
         CheckConstraint(
-            "state <> 'running' OR (worker IS NOT NULL AND lease_s IS NOT NULL AND attempt > 0)", "running_with_worker"
+            "state <> 'running' OR (worker IS NOT NULL AND lease_s IS NOT NULL AND attempt > 0)",
+            "running_with_worker"
         ),
         CheckConstraint(positive("lease_s"), "lease_positive"),
-        CheckConstraint("(ended_at IS NOT NULL) = (state IN ('done', 'failed', 'stopped'))", "ended_when_over"),
+        CheckConstraint("(ended_at IS NOT NULL) = (state IN ('done', 'failed', 'stopped'))",
+        "ended_when_over"),
         CheckConstraint("(error IS NOT NULL) = (state = 'failed')", "failed_with_error"),
         CheckConstraint("state <> 'done' OR address IS NOT NULL", "done_with_address"),
         *(CheckConstraint(not_negative(column), f"{column}_not_negative")
@@ -39,7 +42,8 @@ class Job(HasId, WithProvenance, Base):
 
     kind: Mapped[str]  # a key of `app.jobs.kinds`
     label: Mapped[str] = mapped_column(info=names_row("job"))  # what people call it
-    #: All that another process needs to do it again; up to the size of an imported plan, hence not in listings.
+    #: All that another process needs to do it again; up to the size of an imported plan, hence not
+    #: in listings.
     arguments: Mapped[dict[str, Any]] = mapped_column(deferred=True)
     #: The one machine that has what the work needs, such as an uploaded folder; None: any.
     host: Mapped[str | None]

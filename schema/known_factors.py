@@ -1,4 +1,5 @@
-"""The factors of the thesis (Tables 3.2 and 4.1) as tables of runs name them, and what a cell may hold.
+"""The factors of the thesis (Tables 3.2 and 4.1) as tables of runs name them, and what a cell may
+hold.
 
 Any other column is a free factor, kept under its own name as number or text.
 """
@@ -16,7 +17,8 @@ from ..files.number_notation import AmbiguousNumberError
 NONE = "none"
 #: The plate is hung up by other links of its chains, whose pitch this is (section 2.1.1).
 CHAIN_PITCH_M = 0.056
-#: What the regulator of the thesis's gun gives at most (gauge; section 2.1.2). Another gun states its own.
+#: What the regulator of the thesis's gun gives at most (gauge; section 2.1.2). Another gun states
+#: its own.
 MAX_REGULATED_PRESSURE_PA = 0.8e6
 
 
@@ -24,8 +26,8 @@ MAX_REGULATED_PRESSURE_PA = 0.8e6
 class KnownFactor:
     """A column of a table of runs, recorded or planned, with a meaning.
 
-    `name` and `si_unit` are stored; a cell times `scale` is SI. `words` are the allowed texts; `material` takes the
-    name of a known material (`optional_layer`: or "none").
+    `name` and `si_unit` are stored; a cell times `scale` is SI. `words` are the allowed texts;
+    `material` takes the name of a known material (`optional_layer`: or "none").
     """
 
     column: str
@@ -110,7 +112,8 @@ class RunLevel:
 
 
 def level_of(column: str, text: str, materials: MaterialNames) -> RunLevel:
-    """The level that a cell states. Raises `LevelError` where a known column holds something else."""
+    """The level that a cell states. Raises `LevelError` where a known column holds something
+    else."""
     factor = BY_COLUMN.get(column)
     if factor is None:
         return _free_level(column, text)

@@ -1,9 +1,9 @@
-"""What a laboratory knows of its own bench, `[known]` of campaign.toml: a value of one parameter with its standard
-uncertainty, its source and its date.
+"""What a laboratory knows of its own bench, `[known]` of campaign.toml: a value of one parameter
+with its standard uncertainty, its source and its date.
 
-The parameters are those of the effects that a diagnosis looks for. Their names, units and ranges are a table of this
-room (`data/effect_parameters.csv`), because what reads a campaign's folder does not know the catalogue of effects; a
-test compares the two.
+The parameters are those of the effects that a diagnosis looks for. Their names, units and ranges
+are a table of this room (`data/effect_parameters.csv`), because what reads a campaign's folder does
+not know the catalogue of effects; a test compares the two.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from typing import Any
 
 @dataclass(frozen=True)
 class EffectParameter:
-    """A parameter of an effect by its whole name, such as "gun.valve_flow.opening_time_s", its SI unit ("" for a pure
-    number) and what it may be, ends included."""
+    """A parameter of an effect by its whole name, such as "gun.valve_flow.opening_time_s", its SI
+    unit ("" for a pure number) and what it may be, ends included."""
 
     name: str
     unit: str
@@ -43,8 +43,8 @@ def effect_parameters() -> Mapping[str, EffectParameter]:
 
 @dataclass(frozen=True)
 class KnownFact:
-    """A parameter by its whole name, its `value` with the standard uncertainty `u`, SI; where it is from, and when that
-    was measured (None: not stated)."""
+    """A parameter by its whole name, its `value` with the standard uncertainty `u`, SI; where it is
+    from, and when that was measured (None: not stated)."""
 
     name: str
     value: float

@@ -1,7 +1,9 @@
-"""Listings: plain rows, page by page, filtered in the database; and the pulses of a filter, thinned evenly there.
+"""Listings: plain rows, page by page, filtered in the database; and the pulses of a filter, thinned
+evenly there.
 
-A page is three queries however long it is (impacts with their pulse in use, the configurations that are new on it, the
-findings), and `conditions` cuts them so that a listing costs what it returns and not what the store holds.
+A page is three queries however long it is (impacts with their pulse in use, the configurations that
+are new on it, the findings), and `conditions` cuts them so that a listing costs what it returns and
+not what the store holds.
 """
 
 from __future__ import annotations
@@ -42,7 +44,8 @@ PAGE = 2000
 
 
 def list_campaigns(session: Session) -> list[dict[str, Any]]:
-    """Every campaign with its counts; `planned` and `done` are runs of the plans that it works off."""
+    """Every campaign with its counts; `planned` and `done` are runs of the plans that it works
+    off."""
     impacts = _count_by_campaign(session, Impact)
     shots = _count_by_campaign(session, Shot)
     plans = list_plan_counts(session)
@@ -71,7 +74,8 @@ def _count_by_campaign(session: Session, table: type[Impact] | type[Shot]) -> di
 def list_plan_counts(
     session: Session, campaigns: list[int] | None = None
 ) -> dict[int, tuple[int, int]]:
-    """Runs, and those that are done, of the plans that campaigns work off: by key, of all or of `campaigns`."""
+    """Runs, and those that are done, of the plans that campaigns work off: by key, of all or of
+    `campaigns`."""
     counts: dict[int, tuple[int, int]] = {}
     for table in (Impact, Shot):
         touched = (
@@ -97,11 +101,11 @@ def iter_impacts(
     page: int = PAGE,
     after: int | None = None,
 ) -> Iterator[dict[str, Any]]:
-    """Impacts in order of their key, factors included, with the numbers of the pulse in use and those of the
-    acceleration channel with the largest peak; those beyond key `after`.
+    """Impacts in order of their key, factors included, with the numbers of the pulse in use and
+    those of the acceleration channel with the largest peak; those beyond key `after`.
 
-    Raises `UnknownFieldError` for a condition on nothing known, `LookupError` for an unknown campaign, `ValueError` for
-    a column that is compared with a word.
+    Raises `UnknownFieldError` for a condition on nothing known, `LookupError` for an unknown
+    campaign, `ValueError` for a column that is compared with a word.
     """
     query, span = restricted(session, _impacts(), Impact, IMPACT_COLUMNS, campaign, where)
     yield from _impact_rows(
@@ -183,8 +187,8 @@ def list_impacts_sorted(
 ) -> tuple[Rows, bool]:
     """`limit` impacts in order of a column of the listing or of a factor, and whether more follow.
 
-    Impacts without a value come last; equal ones are in order of their key. Raises as `iter_impacts`, and
-    `UnknownFieldError` for a column that there is not.
+    Impacts without a value come last; equal ones are in order of their key. Raises as
+    `iter_impacts`, and `UnknownFieldError` for a column that there is not.
     """
     _check_limit(limit)
     query = select(Impact.id).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
@@ -240,7 +244,8 @@ def _quality_rank() -> Any:
 
 
 def list_levels(session: Session, most: int = 60, fewest: int = 2) -> dict[str, list[float | str]]:
-    """Levels that the store has of each factor, by its key in a listing; without factors of more or fewer levels."""
+    """Levels that the store has of each factor, by its key in a listing; without factors of more or
+    fewer levels."""
     query = select(Factor.name, Factor.si_unit, FactorLevel.number, FactorLevel.label)
     query = query.join(FactorLevel, FactorLevel.factor_id == Factor.id).order_by(
         Factor.id, FactorLevel.number, FactorLevel.label
@@ -254,7 +259,8 @@ def list_levels(session: Session, most: int = 60, fewest: int = 2) -> dict[str, 
 
 
 def list_thumbnails(session: Session, impacts: Sequence[int]) -> dict[int, list[float]]:
-    """The 20 forces (N) of the pulse in use of each of these impacts; none for one without a pulse."""
+    """The 20 forces (N) of the pulse in use of each of these impacts; none for one without a
+    pulse."""
     query = select(Pulse.impact_id, Pulse.force_points_n).where(
         Pulse.impact_id.in_(impacts), Pulse.current
     )
@@ -268,9 +274,11 @@ def list_impacts_page(
     after: int | None,
     limit: int,
 ) -> tuple[Rows, int | None]:
-    """At most `limit` impacts beyond key `after` (None: from the first), and the key that the next page goes on from.
+    """At most `limit` impacts beyond key `after` (None: from the first), and the key that the next
+    page goes on from.
 
-    That key is None on the last page. Raises as `iter_impacts`, and `ValueError` for a limit below 1.
+    That key is None on the last page. Raises as `iter_impacts`, and `ValueError` for a limit below
+    1.
     """
     _check_limit(limit)
     return _page(iter_impacts(session, campaign, where, limit + 1, after), limit)
@@ -321,7 +329,8 @@ class _Configurations:
 
 
 def _quality(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
-    """Worst severity per impact of a page, where it is more than a note: of its own findings and its recording's."""
+    """Worst severity per impact of a page, where it is more than a note: of its own findings and
+    its recording's."""
     recordings = sorted({row["recording_id"] for row in rows if row["recording_id"] is not None})
     columns = (QualityFinding.recording_id, QualityFinding.impact_id, QualityFinding.severity)
     doubts = select(*columns).where(QualityFinding.severity.in_(SEVERITIES[1:])).distinct()
@@ -360,8 +369,8 @@ def list_pulse_keys(
 ) -> tuple[list[int], int]:
     """Keys of the pulses in use of the impacts that match, at most `most`, and how many match.
 
-    Where there are more, the database takes them evenly over the order of impacts, the first one included. Raises as
-    `iter_impacts`, and `ValueError` for fewer than one.
+    Where there are more, the database takes them evenly over the order of impacts, the first one
+    included. Raises as `iter_impacts`, and `ValueError` for fewer than one.
     """
     if most < 1:
         raise ValueError(f"most is {most!r}; expected 1 or more pulses")
@@ -379,6 +388,7 @@ def list_pulse_keys(
     numbered = query.add_columns(
         (func.row_number().over(order_by=Impact.id) - 1).label("place")
     ).subquery()
-    # Of `total` places these are as many as wanted: those where place * most / total has just passed a whole number.
+    # Of `total` places these are as many as wanted: those where place * most / total has just
+    # passed a whole number.
     chosen = select(numbered.c.id).where(numbered.c.place * most % total < most)
     return list(session.scalars(chosen.order_by(numbered.c.impact).limit(most))), total

@@ -1,4 +1,5 @@
-"""Where a store stands, and how Alembic moves it. Alembic is imported to move a store, not to look at one."""
+"""Where a store stands, and how Alembic moves it. Alembic is imported to move a store, not to look
+at one."""
 
 from __future__ import annotations
 
@@ -18,16 +19,19 @@ if TYPE_CHECKING:
     from alembic.config import Config
     from alembic.script import ScriptDirectory
 
-#: The revision that this software reads and writes: the newest in `migrations/versions` (a test holds it to that).
+#: The revision that this software reads and writes: the newest in `migrations/versions` (a test
+#: holds it to that).
 HEAD = "0013"
 #: Stores of earlier ones have no hash of each row (`row_hashes`).
 FIRST_WITH_ROW_HASHES = "0011"
-#: Who makes or moves a store on PostgreSQL holds it. Any number will do that no other program on the server takes.
+#: Who makes or moves a store on PostgreSQL holds it. Any number will do that no other program on
+#: the server takes.
 MIGRATION_LOCK = 0x5EED
 
 
 def config(engine: Engine | None = None) -> Config:
-    """Alembic's configuration, without a file: the scripts lie in `migrations/` beside this module."""
+    """Alembic's configuration, without a file: the scripts lie in `migrations/` beside this
+    module."""
     from alembic.config import Config
 
     settings = Config()
@@ -70,7 +74,8 @@ def upgrade(engine: Engine, revision: str = "head") -> None:
 
 
 def make_within(connection: Connection) -> None:
-    """Make the tables in an empty place, as a part of the transaction that is open on `connection`."""
+    """Make the tables in an empty place, as a part of the transaction that is open on
+    `connection`."""
     from alembic import command
 
     settings = config()
@@ -88,7 +93,8 @@ def downgrade(engine: Engine, revision: str) -> None:
 
 @contextmanager
 def _database_errors(engine: Engine) -> Iterator[None]:
-    """What the database refuses, as an error of ours: above all that this is not the owner's login."""
+    """What the database refuses, as an error of ours: above all that this is not the owner's
+    login."""
     try:
         yield
     except DBAPIError as error:
@@ -96,7 +102,8 @@ def _database_errors(engine: Engine) -> Iterator[None]:
 
 
 def differences(engine: Engine) -> list[object]:
-    """What Alembic would still have to change for the tables to be the models': empty when they agree."""
+    """What Alembic would still have to change for the tables to be the models': empty when they
+    agree."""
     from alembic.autogenerate import compare_metadata
     from alembic.migration import MigrationContext
 

@@ -1,5 +1,5 @@
-"""Who wrote a row, one entry per command that changed the store; and what was deleted, and what stood on it: nothing
-that was used disappears without a word."""
+"""Who wrote a row, one entry per command that changed the store; and what was deleted, and what
+stood on it: nothing that was used disappears without a word."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ def _hash_of(column: str, kind: str) -> str:
 class Tombstone(HasId, WithProvenance, Base):
     """One deletion: of a campaign with all that was its own, or of a recording with its hits.
 
-    `content_hash` is of what was deleted (`removal.content`): the same content, ingested again, has it again. A
-    recording's tombstone is open until `restored_at` (the same file is stored again) or `replaced_by` is set.
+    `content_hash` is of what was deleted (`removal.content`): the same content, ingested again, has
+    it again. A recording's tombstone is open until `restored_at` (the same file is stored again) or
+    `replaced_by` is set.
     """
 
     __tablename__ = "tombstones"
@@ -59,10 +60,10 @@ class Tombstone(HasId, WithProvenance, Base):
     deleted_at: Mapped[datetime]
     reason: Mapped[str]
     counts: Mapped[dict[str, Any]]  # rows by table
-    #: "datasets": name, hash, pulses that it lost, pulses that it had before, the lost ones' digests ("members",
-    #: `removal.returning`), how many of them it has again ("returned"); "models": label, dataset, hash;
-    #: "diagnoses": of a campaign with their report; "adopted": versions of the twin's configuration; "reopened":
-    #: planned runs that are to do again.
+    #: "datasets": name, hash, pulses that it lost, pulses that it had before, the lost ones'
+    #: digests ("members", `removal.returning`), how many of them it has again ("returned");
+    #: "models": label, dataset, hash; "diagnoses": of a campaign with their report; "adopted":
+    #: versions of the twin's configuration; "reopened": planned runs that are to do again.
     stood_on: Mapped[dict[str, Any]]
     file_sha256: Mapped[str | None]  # of the recording's file
     replaced_by: Mapped[str | None]  # SHA-256 of the file that is stored in its place

@@ -1,8 +1,8 @@
-"""Recordings as the bench wrote them: one row per file, one per channel, the samples in chunks; and verdicts on the
-signals, each with its evidence.
+"""Recordings as the bench wrote them: one row per file, one per channel, the samples in chunks; and
+verdicts on the signals, each with its evidence.
 
-The numbers are the file's own, bit for bit; `si_gain` and `si_offset` take them to SI. Chunks lie in a table of their
-own so that no listing touches them, and a slice reads the chunks that it needs.
+The numbers are the file's own, bit for bit; `si_gain` and `si_offset` take them to SI. Chunks lie
+in a table of their own so that no listing touches them, and a slice reads the chunks that it needs.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ STORED, SET_ASIDE = STATUSES = ("stored", "set aside")
 
 
 class Recording(HasId, WithProvenance, Base):
-    """A file of a campaign. A damaged one is set aside: its row says why, and nothing else is stored of it."""
+    """A file of a campaign. A damaged one is set aside: its row says why, and nothing else is
+    stored of it."""
 
     __tablename__ = "recordings"
     __table_args__ = (

@@ -1,5 +1,5 @@
-"""Versions of models that were registered, as the store knows them: what a registry must hold, and what a lost one
-held."""
+"""Versions of models that were registered, as the store knows them: what a registry must hold, and
+what a lost one held."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from .base import Base, HasId, WithProvenance, names_row, positive
 
 
 class RegisteredVersion(HasId, WithProvenance, Base):
-    """A version of a model as it was registered. The registry has its files; `record` is all that it said of it."""
+    """A version of a model as it was registered. The registry has its files; `record` is all that
+    it said of it."""
 
     __tablename__ = "registered_versions"
     __table_args__ = (

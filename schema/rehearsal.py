@@ -1,4 +1,5 @@
-"""A dry run: what would be stored is written, told and taken back, in one transaction that never ends well."""
+"""A dry run: what would be stored is written, told and taken back, in one transaction that never
+ends well."""
 
 from __future__ import annotations
 
@@ -14,9 +15,11 @@ from .session import Store, Writer, open_store
 
 
 class RolledBackStore(Store):
-    """A store whose transactions are parts of one, which is rolled back; what was written is read until then.
+    """A store whose transactions are parts of one, which is rolled back; what was written is read
+    until then.
 
-    The transaction begins with the first writing, and others' writers wait for it as for any other: read files before.
+    The transaction begins with the first writing, and others' writers wait for it as for any other:
+    read files before.
     """
 
     def __init__(self, store: Store, within: ExitStack) -> None:
@@ -64,7 +67,8 @@ def run_rehearsal(store: Store) -> Iterator[RolledBackStore]:
 
 @contextmanager
 def open_for_rehearsal(url: str, writer: Writer) -> Iterator[Store]:
-    """The store at `url`; where there is none, an empty one that is gone after the block, and none is made at `url`.
+    """The store at `url`; where there is none, an empty one that is gone after the block, and none
+    is made at `url`.
 
     Raises `StoreError` for an unusable address.
     """

@@ -1,26 +1,30 @@
-"""Every row carries the SHA-256 of itself (`row_sha256`, declared once in `base.Base`), so that a number or a sentence
-that was altered in the store is noticed, whichever its table and column.
+"""Every row carries the SHA-256 of itself (`row_sha256`, declared once in `base.Base`), so that a
+number or a sentence that was altered in the store is noticed, whichever its table and column.
 
-What is hashed is the row's canonical form: one line for each column that is not NULL, by name, the row's own keys and
-references included and `row_sha256` excepted. Numbers count by all of their bits, times by their instant in UTC, JSON
-by its stored text, bytes by their SHA-256. Both engines give the same form; what one of them does not keep (the sign of
-zero; NaN, which SQLite takes for NULL) does not count. A column that a later revision adds changes no hash while it is
-NULL; a revision that gives it a value calls `row_sealing.seal_table`.
+What is hashed is the row's canonical form: one line for each column that is not NULL, by name, the
+row's own keys and references included and `row_sha256` excepted. Numbers count by all of their
+bits, times by their instant in UTC, JSON by its stored text, bytes by their SHA-256. Both engines
+give the same form; what one of them does not keep (the sign of zero; NaN, which SQLite takes for
+NULL) does not count. A column that a later revision adds changes no hash while it is NULL; a
+revision that gives it a value calls `row_sealing.seal_table`.
 
 How a hash is made on write:
 
-- INSERT through a model, by the ORM or not: the row's key is reserved first (`row_keys`), and `row_sha256` is a default
-  that is computed of the row's own parameters. The row arrives whole and needs no UPDATE, so that tables may be
-  append-only. A role that inserts needs USAGE on the table's sequence.
-- UPDATE through a model, of whatever rows: `row_sha256` becomes `UNSEALED` with it. Before COMMIT, `Store.writing`
-  calls `row_sealing.seal`, which reads these rows by their partial index and writes their hashes: an UPDATE of
-  `row_sha256` alone, on rows that the transaction has changed anyway. A role that may update any column of a table
-  must be able to update `row_sha256` there.
-- Rows that come from another store (`transfer.merging`) get theirs by `row_hash` after their keys are those of here.
+- INSERT through a model, by the ORM or not: the row's key is reserved first (`row_keys`), and
+  `row_sha256` is a default that is computed of the row's own parameters. The row arrives whole and
+  needs no UPDATE, so that tables may be append-only. A role that inserts needs USAGE on the table's
+  sequence.
+- UPDATE through a model, of whatever rows: `row_sha256` becomes `UNSEALED` with it. Before COMMIT,
+  `Store.writing` calls `row_sealing.seal`, which reads these rows by their partial index and writes
+  their hashes: an UPDATE of `row_sha256` alone, on rows that the transaction has changed anyway. A
+  role that may update any column of a table must be able to update `row_sha256` there.
+- Rows that come from another store (`transfer.merging`) get theirs by `row_hash` after their keys
+  are those of here.
 
-SQL that bypasses all of this leaves `row_sha256` as it is, or NULL: the check names the row. Nothing that is read back
-is sealed unless this software has marked it, so that a row which was inserted by hand is not approved by the next
-command. A writer that dies leaves nothing, for what it marked and did not seal was never committed.
+SQL that bypasses all of this leaves `row_sha256` as it is, or NULL: the check names the row.
+Nothing that is read back is sealed unless this software has marked it, so that a row which was
+inserted by hand is not approved by the next command. A writer that dies leaves nothing, for what it
+marked and did not seal was never committed.
 """
 
 from __future__ import annotations
@@ -41,7 +45,8 @@ from .column_kinds import BYTES, INTEGER, JSON_TEXT, NUMBER, TEXT, kind_of
 ROW_SHA256 = "row_sha256"
 #: In place of the hash: the row was changed in a transaction that has not ended yet.
 UNSEALED = "unsealed"
-#: In place of the hash: the row's figures had another SHA-256 than the recorded one when the store was upgraded.
+#: In place of the hash: the row's figures had another SHA-256 than the recorded one when the store
+#: was upgraded.
 ALTERED = "altered before revision 0011"
 
 _MARKED = "pyroshock_unsealed_tables"
@@ -65,7 +70,8 @@ def hashed_columns(table: Table) -> tuple[tuple[str, str], ...]:
 
 
 def _canonical(kind: str, value: Any) -> bytes:
-    """A stored value that is not None as bytes: its type, its length where it has one, and all of it.
+    """A stored value that is not None as bytes: its type, its length where it has one, and all of
+    it.
 
     A value of another kind than its column's, which SQLite takes, has a form too.
     """
@@ -103,7 +109,8 @@ def _number(text: str) -> float | str:
 def hash_on_insert(context: Any) -> str:
     """The default of `row_sha256`: SQLAlchemy gives it the statement with the row that is written.
 
-    `UNSEALED` where the statement does not say what will be stored: what an expression gives, what is converted.
+    `UNSEALED` where the statement does not say what will be stored: what an expression gives, what
+    is converted.
     """
     statement = context.compiled.statement
     plain = (
@@ -165,7 +172,8 @@ def _written_columns(table: Table) -> tuple[_WrittenColumn, ...]:
 
 
 def _as_stored(table: Table, parameters: Mapping[str, Any], dialect: Any) -> dict[str, Any] | None:
-    """The values that the engine will keep of an INSERT's parameters; None where it would convert one."""
+    """The values that the engine will keep of an INSERT's parameters; None where it would convert
+    one."""
     stored = {}
     for column in _written_columns(table):
         if column.name in parameters:

@@ -14,7 +14,8 @@ _STOCK = "pyroshock_reserved_keys"
 
 
 def reserve_keys(connection: Connection, table: Table, count: int) -> list[int]:
-    """Keys for so many new rows: of the counter, or in SQLite, whose writer is alone, those after the largest."""
+    """Keys for so many new rows: of the counter, or in SQLite, whose writer is alone, those after
+    the largest."""
     transaction, stock = connection.info.get(_STOCK, (None, {}))
     keys: list[int] = stock.get(table, []) if transaction is connection.get_transaction() else []
     if len(keys) < count:
@@ -25,7 +26,8 @@ def reserve_keys(connection: Connection, table: Table, count: int) -> list[int]:
 
 
 def reserve_ahead(connection: Connection, counts: Mapping[Table, int]) -> None:
-    """Reserve keys of several tables in one statement: in the open transaction, `reserve_keys` gives them."""
+    """Reserve keys of several tables in one statement: in the open transaction, `reserve_keys`
+    gives them."""
     wanted = {table: count for table, count in counts.items() if count}
     connection.info[_STOCK] = (connection.get_transaction(), _new_keys(connection, wanted))
 
@@ -71,7 +73,8 @@ _RESERVED: WeakKeyDictionary[Any, list[int]] = WeakKeyDictionary()
 
 
 def key_on_insert(context: Any) -> int:
-    """The default of a surrogate key: SQLAlchemy calls it once for each row of the statement in `context`."""
+    """The default of a surrogate key: SQLAlchemy calls it once for each row of the statement in
+    `context`."""
     keys = _RESERVED.get(context)
     if not keys:
         count = len(context.compiled_parameters)

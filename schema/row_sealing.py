@@ -1,4 +1,5 @@
-"""Hashes of rows that are there: read back and written where `row_hashes` marked them, and compared by the check."""
+"""Hashes of rows that are there: read back and written where `row_hashes` marked them, and compared
+by the check."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ MARKED = f"{ROW_SHA256} = '{UNSEALED}'"
 
 
 class HashedRow(NamedTuple):
-    """A row's values as they are stored, by column; the hash that is stored with it, and that of its content now."""
+    """A row's values as they are stored, by column; the hash that is stored with it, and that of
+    its content now."""
 
     values: dict[str, Any]
     recorded: str | None
@@ -68,7 +70,8 @@ def _hashed(table: Table, values: dict[str, Any]) -> HashedRow:
 
 
 def _stored(connection: Connection, column: Any) -> ColumnElement[Any]:
-    """Without any conversion of ours, which damaged values may not survive. A server hashes its bytes itself."""
+    """Without any conversion of ours, which damaged values may not survive. A server hashes its
+    bytes itself."""
     kind, raw = kind_of(column), type_coerce(column, NULLTYPE)
     if connection.dialect.name == "postgresql":
         if kind == JSON_TEXT:
@@ -94,7 +97,8 @@ def _undecodable_text(connection: Connection) -> Iterator[None]:
 
 
 def seal(connection: Connection) -> None:
-    """Write the hashes of all rows that were marked on this connection: the last act before COMMIT."""
+    """Write the hashes of all rows that were marked on this connection: the last act before
+    COMMIT."""
     for table in take_marked(connection):
         seal_table(connection, table, text(MARKED))  # type: ignore[arg-type]
 

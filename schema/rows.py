@@ -1,5 +1,6 @@
-"""Rows of any table as they are stored, a batch at a time, so that memory does not grow with the table: read, hashed to
-what is the same on every engine, and written into an empty table, by COPY where the engine has it."""
+"""Rows of any table as they are stored, a batch at a time, so that memory does not grow with the
+table: read, hashed to what is the same on every engine, and written into an empty table, by COPY
+where the engine has it."""
 
 from __future__ import annotations
 
@@ -76,8 +77,8 @@ def stored_columns(table: Table) -> list[ColumnElement[Any]]:
 class TableDigest:
     """SHA-256 over rows in the order of their keys, and their count.
 
-    Numbers count by their bits but for the sign of zero, which SQLite does not keep; times by their instant; JSON by
-    its text.
+    Numbers count by their bits but for the sign of zero, which SQLite does not keep; times by their
+    instant; JSON by its text.
     """
 
     def __init__(self) -> None:
@@ -88,7 +89,8 @@ class TableDigest:
         """The batches as they are, counted and hashed on their way."""
         for batch in batches:
             for row in batch:
-                # repr tells types, NaN, infinities and every bit of a number, and where a text ends.
+                # repr tells types, NaN, infinities and every bit of a number, and where a text
+                # ends.
                 self._hash.update(repr([_plain(value) for value in row]).encode())
             self.rows += len(batch)
             yield batch
@@ -155,7 +157,8 @@ _POSTGRES = {
 
 
 def load(connection: Connection, target: Table, batches: Iterable[Sequence[Values]]) -> None:
-    """Insert all rows as they are, keys included. Raises `StoreError` with the table where the store refuses one."""
+    """Insert all rows as they are, keys included. Raises `StoreError` with the table where the
+    store refuses one."""
     put: Callable[[Connection, Table, Iterable[Sequence[Values]]], None]
     put = _by_copy if connection.dialect.name == "postgresql" else _by_insert
     try:
@@ -227,7 +230,8 @@ def set_sequences(connection: Connection) -> None:
 
 
 def iter_lagging(connection: Connection) -> Iterator[tuple[Column[int], int, int | None]]:
-    """Keys whose counter will give a number that is taken: (column, largest key, what the counter gave last)."""
+    """Keys whose counter will give a number that is taken: (column, largest key, what the counter
+    gave last)."""
     if connection.dialect.name != "postgresql":
         return
     for key in counted_columns():

@@ -1,7 +1,9 @@
-"""The state of a planned run, which follows from what was recorded for it and from what a person decided about it.
+"""The state of a planned run, which follows from what was recorded for it and from what a person
+decided about it.
 
-Of `planned_runs`, `status` and `reason` hold the decision alone: "discarded", or "done" with the reason why fewer
-repetitions than planned are enough, or "planned" where nothing was decided. Whether a run is done is asked here.
+Of `planned_runs`, `status` and `reason` hold the decision alone: "discarded", or "done" with the
+reason why fewer repetitions than planned are enough, or "planned" where nothing was decided.
+Whether a run is done is asked here.
 """
 
 from __future__ import annotations
@@ -22,10 +24,12 @@ def repetition_table(kind: str) -> type[Impact] | type[Shot]:
 
 
 def is_rejected(table: type[Impact] | type[Shot]) -> ColumnElement[bool]:
-    """Whether a check rejects an impact or a shot, so that a dataset leaves it out by its usual rule.
+    """Whether a check rejects an impact or a shot, so that a dataset leaves it out by its usual
+    rule.
 
-    A finding counts that is on the hit itself, on its recording as a whole, or on the force of its recording. An
-    accelerometer that failed over the whole recording does not count: the pulse of the hit is good.
+    A finding counts that is on the hit itself, on its recording as a whole, or on the force of its
+    recording. An accelerometer that failed over the whole recording does not count: the pulse of
+    the hit is good.
     """
     impact = Impact.id if table is Impact else Shot.impact_id
     forces = select(RecordedChannel.id).where(
@@ -47,15 +51,17 @@ def is_rejected(table: type[Impact] | type[Shot]) -> ColumnElement[bool]:
 
 
 def accepted_repetitions() -> ColumnElement[int]:
-    """Of each `PlannedRun` of a query, the repetitions that were recorded and that no check rejects."""
+    """Of each `PlannedRun` of a query, the repetitions that were recorded and that no check
+    rejects."""
     return _count(rejected=False)
 
 
 def run_status() -> Label[str]:
-    """Of each `PlannedRun` of a query: "discarded", "done" or "planned", as the column "run_status".
+    """Of each `PlannedRun` of a query: "discarded", "done" or "planned", as the column
+    "run_status".
 
-    A run is done when as many repetitions as planned are accepted, or when a person has given the reason why fewer are
-    enough, as long as one of them is accepted.
+    A run is done when as many repetitions as planned are accepted, or when a person has given the
+    reason why fewer are enough, as long as one of them is accepted.
     """
     accepted = accepted_repetitions()
     fewer_are_enough = and_(
@@ -69,7 +75,8 @@ def run_status() -> Label[str]:
 
 
 def has_rejected() -> Label[bool]:
-    """Of each `PlannedRun` of a query, whether repetitions are rejected, as the column "has_rejected"."""
+    """Of each `PlannedRun` of a query, whether repetitions are rejected, as the column
+    "has_rejected"."""
     return (_count(rejected=True) > 0).label("has_rejected")
 
 

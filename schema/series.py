@@ -1,18 +1,20 @@
 """Raw series in the store: exact, compressed, read by slice.
 
-A series is cut into chunks of equal length; each chunk is one Blosc frame (bits or bytes transposed, then packed), and
-a slice fetches and decodes only the chunks that it touches. Frames tell their own packing and length; what else it
-takes to read them, the `SeriesLayout`, stands in the channel's row.
+A series is cut into chunks of equal length; each chunk is one Blosc frame (bits or bytes
+transposed, then packed), and a slice fetches and decodes only the chunks that it touches. Frames
+tell their own packing and length; what else it takes to read them, the `SeriesLayout`, stands in
+the channel's row.
 
-Floats that are whole multiples of one step are kept as the counts of their converter (`counts`): a third less room,
-and four times faster either way (benchmarks.md). Transposed bits pack better than bytes where noise is of a few
-steps, and bytes where it uses every bit of a mantissa; where noise is all there is to pack, as of 24 bits, lz4 takes a
-third of zstd's time for a hundredth more room: hence a look at some samples before one of `PACKINGS` is chosen. Higher
-levels of zstd save 1 to 5 % of room for two to three times the time.
+Floats that are whole multiples of one step are kept as the counts of their converter (`counts`): a
+third less room, and four times faster either way (benchmarks.md). Transposed bits pack better than
+bytes where noise is of a few steps, and bytes where it uses every bit of a mantissa; where noise is
+all there is to pack, as of 24 bits, lz4 takes a third of zstd's time for a hundredth more room:
+hence a look at some samples before one of `PACKINGS` is chosen. Higher levels of zstd save 1 to 5 %
+of room for two to three times the time.
 
-Blosc decodes a frame with a changed byte to other numbers without a word, so each frame ends with its CRC-32, and
-every reading looks at it: a slice is whole or names its chunk. Frames that were stored before have none; their series'
-SHA-256 tells (`care.checks.series`).
+Blosc decodes a frame with a changed byte to other numbers without a word, so each frame ends with
+its CRC-32, and every reading looks at it: a slice is whole or names its chunk. Frames that were
+stored before have none; their series' SHA-256 tells (`care.checks.series`).
 """
 
 from __future__ import annotations
@@ -32,19 +34,22 @@ from sqlalchemy.orm import Session
 from .counts import as_counts, from_counts
 from .recordings import RecordedChannel, SeriesChunk
 
-#: A chunk is this share of its series: shorter ones decode slower (15 µs each), longer ones make short slices dear.
+#: A chunk is this share of its series: shorter ones decode slower (15 µs each), longer ones make
+#: short slices dear.
 CHUNKS_PER_SERIES = 16
 SHORTEST_CHUNK, LONGEST_CHUNK = 16_384, 262_144
 #: As many samples, from the middle of a series, decide on its packing.
 _PROBE_SAMPLES = 16_384
-#: Of Blosc's header (README_CHUNK_FORMAT.rst, version 1): length of the content and of the frame, little-endian.
+#: Of Blosc's header (README_CHUNK_FORMAT.rst, version 1): length of the content and of the frame,
+#: little-endian.
 _CONTENT_BYTES, _FRAME_BYTES = slice(4, 8), slice(12, 16)
 _HEADER_BYTES, _CHECKSUM_BYTES = 16, 4
 
 
 @dataclass(frozen=True)
 class Packing:
-    """How the numbers of a frame are packed: by which of Blosc's codecs, after their bits are transposed or bytes."""
+    """How the numbers of a frame are packed: by which of Blosc's codecs, after their bits are
+    transposed or bytes."""
 
     codec: bytes
     level: int
@@ -59,7 +64,8 @@ _WORTH_THE_TIME = 1.02
 
 @dataclass(frozen=True)
 class SeriesLayout:
-    """What a reader must know of a stored series: dtype and chunk length of its samples, and the step of its counts.
+    """What a reader must know of a stored series: dtype and chunk length of its samples, and the
+    step of its counts.
 
     Without a step the frames hold the samples themselves.
     """
@@ -80,7 +86,8 @@ class EncodedSeries:
 
 
 class SeriesError(ValueError):
-    """A stored series is missing a chunk or cannot be decoded; the message names channel and chunk."""
+    """A stored series is missing a chunk or cannot be decoded; the message names channel and
+    chunk."""
 
 
 def layout_of(row: RecordedChannel) -> SeriesLayout:
@@ -124,7 +131,8 @@ def _packed(samples: NDArray[Any], packing: Packing) -> bytes:
     from numcodecs.blosc import BITSHUFFLE, SHUFFLE, compress
 
     shuffle = BITSHUFFLE if packing.by_bits else SHUFFLE
-    # One block: Blosc's threads share out the blocks of a frame, and where cores are busy lose by it.
+    # One block: Blosc's threads share out the blocks of a frame, and where cores are busy lose by
+    # it.
     return bytes(
         compress(
             np.ascontiguousarray(samples), packing.codec, packing.level, shuffle, samples.nbytes
@@ -133,7 +141,8 @@ def _packed(samples: NDArray[Any], packing: Packing) -> bytes:
 
 
 def decode(frame: bytes, dtype: str) -> NDArray[Any]:
-    """The samples of a frame, writable. Raises `ValueError` or `RuntimeError` on a damaged frame."""
+    """The samples of a frame, writable. Raises `ValueError` or `RuntimeError` on a damaged
+    frame."""
     from numcodecs.blosc import decompress
 
     # A copy of the few bytes takes less time than numcodecs' look at an array to decode into.
@@ -169,7 +178,8 @@ def write_series(
     written_by_id: int,
     without: Container[int] = (),
 ) -> None:
-    """Insert the frames of a channel, but for the chunks `without`, within the caller's transaction."""
+    """Insert the frames of a channel, but for the chunks `without`, within the caller's
+    transaction."""
     rows = [
         {"channel_id": channel_id, "number": number, "frame": frame, "written_by_id": written_by_id}
         for number, frame in enumerate(frames)
@@ -180,7 +190,10 @@ def write_series(
 
 
 #: In the drivers' two ways to mark a value's place: neither takes the other's.
-_SELECT = "SELECT number, frame FROM series_chunks WHERE channel_id = ? AND number BETWEEN ? AND ? ORDER BY number"
+_SELECT = (
+    "SELECT number, frame FROM series_chunks WHERE channel_id = ? AND number "
+    "BETWEEN ? AND ? ORDER BY number"
+)
 _SELECT_POSTGRESQL = _SELECT.replace("?", "%s")
 
 
@@ -189,8 +202,8 @@ def read_slice(
 ) -> NDArray[Any]:
     """Samples `start:stop` of a stored channel, exactly as recorded.
 
-    `start` and `stop` lie within the series (0 <= start <= stop <= samples): callers resolve open ends.
-    Raises `SeriesError` when a chunk is missing, damaged, or cannot be fetched.
+    `start` and `stop` lie within the series (0 <= start <= stop <= samples): callers resolve open
+    ends. Raises `SeriesError` when a chunk is missing, damaged, or cannot be fetched.
     """
     length = layout.chunk_samples
     chunks = range(start // length, -(-stop // length)) if stop > start else range(0)
@@ -237,8 +250,8 @@ def _frames(
 ) -> Generator[tuple[int, bytes], None, None]:
     """Numbers and frames of `chunks`, by the driver's own cursor.
 
-    SQLAlchemy's result costs as much as decoding a short slice, and psycopg sends bytes as hexadecimal text unless
-    told otherwise.
+    SQLAlchemy's result costs as much as decoding a short slice, and psycopg sends bytes as
+    hexadecimal text unless told otherwise.
     """
     if not chunks:
         return
@@ -256,7 +269,8 @@ def _frames(
             cursor.close()
     except connection.dialect.loaded_dbapi.Error as error:
         raise SeriesError(
-            f"channel {channel_id}: chunks {chunks.start} to {chunks.stop - 1} cannot be fetched ({error})"
+            f"channel {channel_id}: chunks {chunks.start} to "
+            f"{chunks.stop - 1} cannot be fetched ({error})"
         ) from error
 
 
@@ -286,7 +300,8 @@ def content_bytes(frame: bytes) -> int:
 
 
 def _verified(frame: bytes) -> memoryview:
-    """The frame without its checksum. Raises `ValueError` when it is not as long as it says, nor what was written."""
+    """The frame without its checksum. Raises `ValueError` when it is not as long as it says, nor
+    what was written."""
     declared = int.from_bytes(frame[_FRAME_BYTES], "little")
     packed, rest = memoryview(frame)[:declared], len(frame) - declared
     if rest not in (0, _CHECKSUM_BYTES) or declared < _HEADER_BYTES:
@@ -309,7 +324,8 @@ def resolve(start: int | None, stop: int | None, samples: int) -> tuple[int, int
 
 
 def as_floats(frame: bytes, name: str) -> NDArray[np.float64]:
-    """A float64 frame, such as a pulse's fine force. Raises `SeriesError` with `name` when it is damaged."""
+    """A float64 frame, such as a pulse's fine force. Raises `SeriesError` with `name` when it is
+    damaged."""
     try:
         return cast(
             "NDArray[np.float64]", decode(frame, "<f8")

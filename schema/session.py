@@ -1,8 +1,8 @@
-"""The one door to the store: opening, version check, reading and writing transactions, and the materials that every
-store starts with.
+"""The one door to the store: opening, version check, reading and writing transactions, and the
+materials that every store starts with.
 
-SQLite is the embedded default and PostgreSQL the laboratory's server, through the same code. Nobody else makes an
-engine or touches a session's commit.
+SQLite is the embedded default and PostgreSQL the laboratory's server, through the same code. Nobody
+else makes an engine or touches a session's commit.
 """
 
 from __future__ import annotations
@@ -45,11 +45,12 @@ from .transactions import get_or_add, is_disconnect, is_transient, is_unique_vio
 
 Result = TypeVar("Result")
 
-#: A row that came between looking and writing is seen when looked for again; a rule that is truly broken stays so.
+#: A row that came between looking and writing is seen when looked for again; a rule that is truly
+#: broken stays so.
 _LOOKS = 5
 
-#: A writing transaction on a server waits as long for another's rows as one on SQLite does, and does not keep its own
-#: from the others when its process sleeps (a laptop that was closed).
+#: A writing transaction on a server waits as long for another's rows as one on SQLite does, and
+#: does not keep its own from the others when its process sleeps (a laptop that was closed).
 _WAITS = select(
     func.set_config("lock_timeout", f"{BUSY_TIMEOUT_S:.0f}s", True),
     func.set_config("idle_in_transaction_session_timeout", "300s", True),
@@ -82,13 +83,15 @@ class Writer:
 class Store:
     """An open store; `close()` or `with` releases the engine.
 
-    `reading()` and `writing()` give sessions. `read` and `write` run a function in one, and once more from the start
-    where what stopped it passes by itself: use them wherever others are at work.
+    `reading()` and `writing()` give sessions. `read` and `write` run a function in one, and once
+    more from the start where what stopped it passes by itself: use them wherever others are at
+    work.
     """
 
     def __init__(self, engine: Engine, writer: Writer) -> None:
         self.engine = engine
-        # Made once: with options made anew, each session would look up every event of the engine again (30 µs).
+        # Made once: with options made anew, each session would look up every event of the engine
+        # again (30 µs).
         self._reads = engine.execution_options(**one_state(engine))
         self._writes = engine.execution_options(pyroshock_writes=True)
         self.writer = writer
@@ -104,7 +107,8 @@ class Store:
             yield session
 
     def read(self, work: Callable[[Session], Result]) -> Result:
-        """What `work` returns of a session of `reading`, asked again where the server was lost meanwhile."""
+        """What `work` returns of a session of `reading`, asked again where the server was lost
+        meanwhile."""
 
         def attempt() -> Result:
             with self.reading() as session:
@@ -115,13 +119,14 @@ class Store:
     def write(self, work: Callable[[Session], Result], *, idempotent: bool = False) -> Result:
         """What `work` returns of a session of `writing`, in a transaction of its own.
 
-        It is run again from the start, in a new transaction, after a deadlock, a lock that was not had in time, or a
-        connection that was lost, for two minutes at most; and a few times after a unique key that another writer took
-        first, so `work` looks for that row itself. It must do nothing but write to the session, and keep no row of it.
+        It is run again from the start, in a new transaction, after a deadlock, a lock that was not
+        had in time, or a connection that was lost, for two minutes at most; and a few times after a
+        unique key that another writer took first, so `work` looks for that row itself. It must do
+        nothing but write to the session, and keep no row of it.
 
-        A connection lost in the midst of COMMIT leaves open whether all was stored. Only work that finds its own rows
-        by their natural keys, and then leaves them, is `idempotent`, and run again after that too; of other work the
-        error is raised, for it might be stored twice.
+        A connection lost in the midst of COMMIT leaves open whether all was stored. Only work that
+        finds its own rows by their natural keys, and then leaves them, is `idempotent`, and run
+        again after that too; of other work the error is raised, for it might be stored twice.
         """
         committing = False
 
@@ -143,7 +148,8 @@ class Store:
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """One transaction: everything in the block is stored, or nothing is. See `write` for others at work."""
+        """One transaction: everything in the block is stored, or nothing is. See `write` for others
+        at work."""
         provenance_id = self._written_by_id
         try:
             with self._translated(), Session(self._writes) as session:
@@ -163,7 +169,8 @@ class Store:
         """Key of this command's provenance row, made on the first row that needs it: a command that
         changes nothing leaves no trace."""
         if self._written_by_id is None:
-            # Not through the session: this may run within a flush, and no flush runs inside another.
+            # Not through the session: this may run within a flush, and no flush runs inside
+            # another.
             self._written_by_id = self.writer.insert(session.connection())
             self._written_within = session.get_nested_transaction()
         return self._written_by_id
@@ -171,7 +178,8 @@ class Store:
     def add_rows(
         self, session: Session, table: type[Base], rows: Sequence[Mapping[str, Any]]
     ) -> list[int]:
-        """Insert rows of one table in one statement, with this command as their writer; their keys, in their order.
+        """Insert rows of one table in one statement, with this command as their writer; their keys,
+        in their order.
 
         A column that only some of the rows name is NULL in the others.
         """
@@ -182,7 +190,8 @@ class Store:
         }
         keys = reserve_keys(session.connection(), metadata.tables[table.__tablename__], len(rows))
         keyed = [{**every, **row, "id": key} for row, key in zip(rows, keys, strict=True)]
-        # Otherwise SQLAlchemy leaves out what is None, and rows that differ in it take a statement each.
+        # Otherwise SQLAlchemy leaves out what is None, and rows that differ in it take a statement
+        # each.
         session.execute(insert(table), keyed, execution_options={"render_nulls": True})
         return keys
 
@@ -231,7 +240,8 @@ def _seal(session: Session) -> None:
 def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
     """Open the store at `url`; with `create`, an empty place becomes a store first.
 
-    Raises `StoreError` where there is none, and `StoreVersionError` where its tables are not this software's.
+    Raises `StoreError` where there is none, and `StoreVersionError` where its tables are not this
+    software's.
     """
     return _opened(
         make_engine(url) if create else make_engine_of_existing(url), url, writer, create
@@ -284,7 +294,8 @@ def version_error(engine: Engine, url: str, revision: str) -> StoreVersionError:
     place = f"{describe(engine)} is at revision {revision}"
     if revision in migrate.known_revisions():
         return StoreVersionError(
-            f"{place}, older than this software: pyroshock db upgrade --db {address_for_display(url)}"
+            f"{place}, older than this software: pyroshock db upgrade --db "
+            f"{address_for_display(url)}"
         )
     return StoreVersionError(f"{place}, which this software does not know: update pyroshock")
 

@@ -1,8 +1,10 @@
-"""Work that is begun again where what stopped it passes, with growing pauses of random length, until patience ends;
-writers that take turns; and rows that many writers share, found by their natural key or added once.
+"""Work that is begun again where what stopped it passes, with growing pauses of random length,
+until patience ends; writers that take turns; and rows that many writers share, found by their
+natural key or added once.
 
-SQLite lets one write at a time, so its writers take turns as it is. PostgreSQL's advisory locks are had by number; it
-releases them with the transaction or the connection that took them, however that ends.
+SQLite lets one write at a time, so its writers take turns as it is. PostgreSQL's advisory locks are
+had by number; it releases them with the transaction or the connection that took them, however that
+ends.
 """
 
 from __future__ import annotations
@@ -27,14 +29,16 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class RetryPolicy:
-    """How long to go on: seconds by a clock that nobody sets, and the pauses between two attempts."""
+    """How long to go on: seconds by a clock that nobody sets, and the pauses between two
+    attempts."""
 
     total_s: float = 120.0
     shortest_s: float = 0.02
     longest_s: float = 5.0
 
     def pause_s(self, attempt: int, rng: random.Random) -> float:
-        """After the attempt of this number. Random, so that those who met once do not meet again."""
+        """After the attempt of this number. Random, so that those who met once do not meet
+        again."""
         return rng.uniform(0.5, 1.0) * min(
             self.longest_s, self.shortest_s * 2.0 ** min(attempt, 30)
         )
@@ -48,8 +52,8 @@ def retry(
     sleep: Callable[[float], None] = time.sleep,
     clock: Callable[[], float] = time.monotonic,
 ) -> Result:
-    """What `attempt` returns. An error for which `again(error, number of attempts)` holds has it called once more;
-    any other, or one after `patience`, is raised."""
+    """What `attempt` returns. An error for which `again(error, number of attempts)` holds has it
+    called once more; any other, or one after `patience`, is raised."""
     deadline, number, rng = clock() + patience.total_s, 0, random.Random()
     while True:
         number += 1
@@ -62,8 +66,8 @@ def retry(
         sleep(pause_s)
 
 
-#: PostgreSQL's SQLSTATE: serialisation failure, deadlock, a lock not had in time, too many clients, the server is not
-#: up yet, or has ended a transaction in which this process slept.
+#: PostgreSQL's SQLSTATE: serialisation failure, deadlock, a lock not had in time, too many clients,
+#: the server is not up yet, or has ended a transaction in which this process slept.
 _UNDONE = frozenset({"40001", "40P01", "55P03", "53300", "57P03", "25P03"})
 #: The server is shut down, or has crashed; and connection exceptions.
 _LOST = ("57P01", "57P02", "08")
@@ -122,10 +126,11 @@ def _code(error: DBAPIError) -> int:
 
 
 def take_advisory_lock(session: Session, what: str) -> None:
-    """Wait until nobody else's transaction has the turn called `what`; it is ours until our transaction ends.
+    """Wait until nobody else's transaction has the turn called `what`; it is ours until our
+    transaction ends.
 
-    Take it first: what was read before it may have changed while waiting. One turn a transaction, or two transactions
-    may wait for each other.
+    Take it first: what was read before it may have changed while waiting. One turn a transaction,
+    or two transactions may wait for each other.
     """
     if session.get_bind().dialect.name == "postgresql":
         session.execute(select(func.pg_advisory_xact_lock(number_of(what))))
@@ -140,7 +145,8 @@ Row = TypeVar("Row", bound=Base)
 
 
 def fingerprint_of(content: object) -> str:
-    """SHA-256 of JSON content, whatever the order of its keys: the natural key of rows that are sets of values."""
+    """SHA-256 of JSON content, whatever the order of its keys: the natural key of rows that are
+    sets of values."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
@@ -149,7 +155,8 @@ def get_or_add(
 ) -> Row:
     """The row of `model` with this unique `key`, added with `values` where there is none.
 
-    Safe against another process that adds it at the same moment: the loser of the race reads the winner's row.
+    Safe against another process that adds it at the same moment: the loser of the race reads the
+    winner's row.
     """
     row = session.scalars(select(model).filter_by(**key)).one_or_none()
     return add_or_get(session, model, key, values) if row is None else row

@@ -1,9 +1,11 @@
-"""Static calibration of a transducer: points of reference and reading to a straight line with its uncertainty.
+"""Static calibration of a transducer: points of reference and reading to a straight line with its
+uncertainty.
 
-Reading = offset + sensitivity x reference, by least squares with the uncertainties of both: the exact solution for
-independent points by York, Evensen, López Martínez and De Basabe Delgado, Am. J. Phys. 72 (2004) 367, which is the
-generalised distance regression of ISO/TS 28037:2010, clause 7. Without any uncertainty it is ordinary least squares
-with variances from the residuals, as in the GUM's example H.3 (JCGM 100:2008).
+Reading = offset + sensitivity x reference, by least squares with the uncertainties of both: the
+exact solution for independent points by York, Evensen, López Martínez and De Basabe Delgado, Am. J.
+Phys. 72 (2004) 367, which is the generalised distance regression of ISO/TS 28037:2010, clause 7.
+Without any uncertainty it is ordinary least squares with variances from the residuals, as in the
+GUM's example H.3 (JCGM 100:2008).
 """
 
 from __future__ import annotations
@@ -26,11 +28,12 @@ _MOST_ITERATIONS, _WITHIN = 200, 1e-14
 
 @dataclass(frozen=True)
 class Line:
-    """reading = `offset` + `sensitivity` x reference, with standard uncertainties and the covariance of both.
+    """reading = `offset` + `sensitivity` x reference, with standard uncertainties and the
+    covariance of both.
 
-    `residual_sd` is the standard deviation of the readings about the line. `chi_square` is None where no uncertainty
-    was given. `enlarged` is the factor by which the points' own uncertainties had to grow to agree with the residuals
-    (the Birge ratio, at least 1).
+    `residual_sd` is the standard deviation of the readings about the line. `chi_square` is None
+    where no uncertainty was given. `enlarged` is the factor by which the points' own uncertainties
+    had to grow to agree with the residuals (the Birge ratio, at least 1).
     """
 
     offset: float
@@ -58,10 +61,11 @@ def fit_line(
     reference_u: ArrayLike = 0.0,
     reading_u: ArrayLike = 0.0,
 ) -> Line:
-    """The line through points (n,). `reference_u` and `reading_u` are standard uncertainties, for all or (n,).
+    """The line through points (n,). `reference_u` and `reading_u` are standard uncertainties, for
+    all or (n,).
 
-    Raises `ValueError` for fewer than three points, references that are all alike, numbers that are not finite,
-    uncertainties that are negative, and points without any beside points with one.
+    Raises `ValueError` for fewer than three points, references that are all alike, numbers that are
+    not finite, uncertainties that are negative, and points without any beside points with one.
     """
     x, y = np.asarray(reference, dtype=np.float64), np.asarray(reading, dtype=np.float64)
     x_u, y_u = (
@@ -76,7 +80,8 @@ def fit_line(
 def _check(x: Floats, y: Floats, x_u: Floats, y_u: Floats) -> None:
     if x.ndim != 1 or x.shape != y.shape or x.size < FEWEST_POINTS:
         raise ValueError(
-            f"{x.size} references and {y.size} readings; expected as many of both, {FEWEST_POINTS} or more"
+            f"{x.size} references and {y.size} readings; expected as many of "
+            f"both, {FEWEST_POINTS} or more"
         )
     if not all(np.all(np.isfinite(values)) for values in (x, y, x_u, y_u)):
         raise ValueError("a point of the calibration is not finite; expected numbers")
@@ -87,7 +92,8 @@ def _check(x: Floats, y: Floats, x_u: Floats, y_u: Floats) -> None:
     without = (x_u == 0) & (y_u == 0)
     if without.any() and not without.all():
         raise ValueError(
-            f"point {int(np.argmax(without)) + 1} has no uncertainty and others have one; state it for all"
+            f"point {int(np.argmax(without)) + 1} has no uncertainty and "
+            f"others have one; state it for all"
         )
 
 
@@ -148,8 +154,9 @@ def _york(x: Floats, y: Floats, x_v: Floats, y_v: Floats) -> Line:
 class Calibration:
     """A line from a channel's unit to volts, and when it was measured on how many points.
 
-    `common_u` is a standard uncertainty, in the channel's unit, that all references share: that of the instrument which
-    gave them. It moves the line as a whole and no number of points makes it smaller.
+    `common_u` is a standard uncertainty, in the channel's unit, that all references share: that of
+    the instrument which gave them. It moves the line as a whole and no number of points makes it
+    smaller.
     """
 
     line: Line
@@ -158,7 +165,8 @@ class Calibration:
     common_u: float = 0.0
 
     def uncertainty(self, value: float) -> float:
-        """Standard uncertainty of a value of the channel, in its unit, that comes from the calibration alone."""
+        """Standard uncertainty of a value of the channel, in its unit, that comes from the
+        calibration alone."""
         line = self.line
         variance = line.offset_u**2 + value**2 * line.sensitivity_u**2 + 2 * value * line.covariance
         return math.hypot(math.sqrt(max(variance, 0.0)) / abs(line.sensitivity), self.common_u)
@@ -166,7 +174,8 @@ class Calibration:
     def as_json(self) -> dict[str, Any]:
         """What `from_json` reads back."""
         return {
-            "date": self.date.isoformat(), "points": self.points, "common_u": self.common_u, "line": asdict(self.line)
+            "date": self.date.isoformat(), "points": self.points, "common_u": self.common_u,
+            "line": asdict(self.line)
         }  # fmt: skip
 
     @classmethod

@@ -17,7 +17,8 @@ from .units import SI_UNITS, to_si
 Result = TypeVar("Result")
 #: Quantities whose records may be pulses of one sample: light barriers and triggers.
 MAY_STAND_ALONE = ("voltage", "displacement")
-#: Positions of sensors on what the operator's arm or the gun moves on purpose: its velocity changes for good.
+#: Positions of sensors on what the operator's arm or the gun moves on purpose: its velocity changes
+#: for good.
 IMPACTOR_POSITIONS = ("hammer", "impactor", "projectile", "bullet", "tip")
 
 
@@ -28,11 +29,13 @@ def on_impactor(position: str | None) -> bool:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A row of `[channels.NAME]` in campaign.toml: what the channel measures and how it was calibrated.
+    """A row of `[channels.NAME]` in campaign.toml: what the channel measures and how it was
+    calibrated.
 
-    `sensitivity` is in volt per `unit` and `offset_v` in volt; where `sensitivity` is given the recorded numbers are
-    volts: value = (volt - offset_v) / sensitivity, in `unit`. `range` is the full scale in `unit`. `calibration` is
-    what both were measured by, where the campaign states its points.
+    `sensitivity` is in volt per `unit` and `offset_v` in volt; where `sensitivity` is given the
+    recorded numbers are volts: value = (volt - offset_v) / sensitivity, in `unit`. `range` is the
+    full scale in `unit`. `calibration` is what both were measured by, where the campaign states its
+    points.
     """
 
     name: str
@@ -54,7 +57,8 @@ class Sensor:
         return gain / self.sensitivity, offset - gain * self.offset_v / self.sensitivity
 
     def calibration_u_si(self, value_si: float) -> float:
-        """Standard uncertainty of a value in SI that comes from the calibration; 0 where none is stated."""
+        """Standard uncertainty of a value in SI that comes from the calibration; 0 where none is
+        stated."""
         if self.calibration is None:
             return 0.0
         gain, offset = to_si(self.unit, self.quantity)
@@ -70,7 +74,8 @@ class Sensor:
 class Channel:
     """A sensor's record in one file.
 
-    `recorded` (n,) holds the file's own numbers, dtype kept; `si` (n,) float64 the values in `si_unit`.
+    `recorded` (n,) holds the file's own numbers, dtype kept; `si` (n,) float64 the values in
+    `si_unit`.
     """
 
     sensor: Sensor
@@ -111,7 +116,8 @@ class Channel:
 
     @property
     def readings(self) -> NDArray[np.float64]:
-        """`si` with its placeholders mended (n,): what figures, spectra and contacts are taken from."""
+        """`si` with its placeholders mended (n,): what figures, spectra and contacts are taken
+        from."""
         return self._without_placeholders[1]
 
     @cached_property
@@ -119,7 +125,8 @@ class Channel:
         return without_placeholders(self.si, self.recorded, pulsed=self.quantity in MAY_STAND_ALONE)
 
     def once(self, key: Hashable, reckon: Callable[[], Result]) -> Result:
-        """What `reckon` gives, kept under `key`: several checks need the same figures of the same samples."""
+        """What `reckon` gives, kept under `key`: several checks need the same figures of the same
+        samples."""
         if key not in self._reckoned:
             self._reckoned[key] = reckon()
         result: Result = self._reckoned[key]

@@ -1,4 +1,5 @@
-"""Samples that stand alone: far from what their neighbours on either side say, which agree with one another.
+"""Samples that stand alone: far from what their neighbours on either side say, which agree with one
+another.
 
 The rule and its reasons stand in `placeholders`.
 """
@@ -20,11 +21,13 @@ LONE_RATIO = 20.0
 CODE_RATIO = 3.0
 #: Samples on either side that are looked at.
 NEIGHBOURS = 8
-#: What departs by less than this share of the record's largest deviation changes no figure: a peak by 2 % at most.
+#: What departs by less than this share of the record's largest deviation changes no figure: a peak
+#: by 2 % at most.
 LEAST_SHARE = 0.02
 #: What departs by fewer steps of the converter is its noise.
 LEAST_STEPS = 16.0
-#: So many equal samples can stand for one lone value; more are a top, which the clipping check judges.
+#: So many equal samples can stand for one lone value; more are a top, which the clipping check
+#: judges.
 LONGEST_RUN = 2
 #: Where one is mended, a smaller one may show.
 _MOST_ROUNDS = 16
@@ -32,7 +35,8 @@ _LEAST_SAMPLES = 5
 #: Values that several samples near one another have: the farthest from the rest are looked at.
 _MOST_VALUES = 8
 _SCANNED = 16384
-#: What loggers and exports write for "no value" (-999.25: Log ASCII Standard), and the ends of 16, 24 and 32 bits.
+#: What loggers and exports write for "no value" (-999.25: Log ASCII Standard), and the ends of 16,
+#: 24 and 32 bits.
 CODES = np.array(
     [
         *(
@@ -57,7 +61,8 @@ _LEAST_CODE = float(np.abs(CODES).min())
 
 
 def lone_samples(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
-    """Indices (k,) of the lone samples of a finite record `x` (n,), which the file holds as `recorded` (n,)."""
+    """Indices (k,) of the lone samples of a finite record `x` (n,), which the file holds as
+    `recorded` (n,)."""
     rounds: list[NDArray[np.int64]] = []
     for _ in range(_MOST_ROUNDS if x.size >= _LEAST_SAMPLES else 0):
         at = _round(x, recorded)
@@ -70,7 +75,8 @@ def lone_samples(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def mend(x: Floats, at: NDArray[np.int64]) -> None:
-    """Put the cubic through the two neighbours on either side in the place of the samples `at` (k,) of `x` (n,).
+    """Put the cubic through the two neighbours on either side in the place of the samples `at` (k,)
+    of `x` (n,).
 
     Neighbours that are mended themselves are passed over; at an end the last neighbour counts on.
     """
@@ -84,8 +90,8 @@ def mend(x: Floats, at: NDArray[np.int64]) -> None:
 
 @dataclass(frozen=True)
 class _Collapsed:
-    """A record in which equal neighbours that may stand for one value are one: its samples, and each one's first index
-    and number of samples in the record; None where none are equal."""
+    """A record in which equal neighbours that may stand for one value are one: its samples, and
+    each one's first index and number of samples in the record; None where none are equal."""
 
     x: Floats
     first: NDArray[np.int64] | None
@@ -129,8 +135,9 @@ def _round(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def _by_value(x: Floats, at: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Floats]]:
-    """Candidates with the record that they are held against. Those of one value that stand near one another would
-    hide each other: they are held against the record in which all of that value are mended."""
+    """Candidates with the record that they are held against. Those of one value that stand near one
+    another would hide each other: they are held against the record in which all of that value are
+    mended."""
     yield at, x
     near = at[:-1][np.diff(at) <= NEIGHBOURS + 2]
     if not near.size:
@@ -166,7 +173,8 @@ def _lone(
 
 
 def _steps(x: Floats, least: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Samples of `x` (n,) after which it moves by more than `least`, and samples that equal the one before them.
+    """Samples of `x` (n,) after which it moves by more than `least`, and samples that equal the one
+    before them.
 
     In pieces that stay in the processor's cache: most of a record is at rest.
     """
@@ -184,8 +192,8 @@ def _steps(x: Floats, least: float) -> tuple[NDArray[np.int64], NDArray[np.int64
 def _collapsed(
     x: Floats, steep: NDArray[np.int64], repeats: NDArray[np.int64], code_at: NDArray[np.int64]
 ) -> _Collapsed:
-    """The record with runs of equal samples as one sample, where these may be one value: between two steep steps, or
-    of a code."""
+    """The record with runs of equal samples as one sample, where these may be one value: between
+    two steep steps, or of a code."""
     if repeats.size and (steep.size or code_at.size):
         heads = np.flatnonzero(np.diff(repeats, prepend=-2) > 1)
         first, last = repeats[heads] - 1, np.append(repeats[heads[1:] - 1], repeats[-1])
@@ -199,7 +207,8 @@ def _collapsed(
 
 
 def _among(values: NDArray[np.int64], ascending: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which of `values` (k,) are among those of an ascending array; numpy's own test would hash all of them."""
+    """Which of `values` (k,) are among those of an ascending array; numpy's own test would hash all
+    of them."""
     if not ascending.size:
         return np.zeros(values.size, dtype=bool)
     at = np.minimum(np.searchsorted(ascending, values), ascending.size - 1)
@@ -216,7 +225,8 @@ def _code_samples(x: Floats, recorded: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def _lone_codes(short: _Collapsed, code_at: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Those of the samples of codes that lie above both of their neighbours, or below both, in the collapsed record."""
+    """Those of the samples of codes that lie above both of their neighbours, or below both, in the
+    collapsed record."""
     if not code_at.size:
         return code_at
     at = code_at
@@ -234,7 +244,8 @@ def _peaks(x: Floats, steep: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _window(x: Floats, at: NDArray[np.int64], reach: int) -> Floats:
-    """The samples `at` (k,) of `x` (n,) with `reach` on either side, (k, 2 reach + 1); the ends of `x` count on."""
+    """The samples `at` (k,) of `x` (n,) with `reach` on either side, (k, 2 reach + 1); the ends of
+    `x` count on."""
     near = at[:, None] + np.arange(-reach, reach + 1)
     if at.size and (near[0, 0] < 0 or near[-1, -1] >= x.size):
         near = np.clip(near, 0, x.size - 1)
@@ -252,13 +263,14 @@ def _expected(window: Floats) -> Floats:
 
 
 def _departure(window: Floats) -> Floats:
-    """By how much each sample in the middle of a window (k, m) departs from the cubic through its neighbours."""
+    """By how much each sample in the middle of a window (k, m) departs from the cubic through its
+    neighbours."""
     return np.abs(window[:, window.shape[1] // 2] - _expected(window))
 
 
 def _of_the_next(window: Floats) -> Floats:
-    """The larger departure of the two samples beside the middle one, by the cubic through those at -2, -1, 2 and 3 from
-    it, which passes over the middle one."""
+    """The larger departure of the two samples beside the middle one, by the cubic through those at
+    -2, -1, 2 and 3 from it, which passes over the middle one."""
     middle = window.shape[1] // 2
     sides = []
     for side in (-1, 1):
@@ -269,7 +281,8 @@ def _of_the_next(window: Floats) -> Floats:
 
 
 def _of_the_others(window: Floats) -> Floats:
-    """The largest departure of the samples from the second beside the middle one on, as if that were mended."""
+    """The largest departure of the samples from the second beside the middle one on, as if that
+    were mended."""
     middle = window.shape[1] // 2
     mended = window.copy()
     mended[:, middle] = _expected(window)
@@ -284,7 +297,8 @@ def _of_the_others(window: Floats) -> Floats:
 
 
 def _step(x: Floats, at: NDArray[np.int64]) -> float:
-    """The smallest difference of two values near the samples `at`: the converter's step, or an upper bound of it."""
+    """The smallest difference of two values near the samples `at`: the converter's step, or an
+    upper bound of it."""
     near = np.unique(np.clip(at[:, None] + np.arange(-256, 257), 0, x.size - 1))
     gaps = np.diff(
         np.unique(np.delete(x, at) if near.size > x.size // 2 else x[np.setdiff1d(near, at)])
@@ -293,7 +307,8 @@ def _step(x: Floats, at: NDArray[np.int64]) -> float:
 
 
 def _lone_ends(x: Floats, recorded: NDArray[Any], low: float, high: float) -> NDArray[np.int64]:
-    """The first and the last sample, where one is farther from all others than these are from one another."""
+    """The first and the last sample, where one is farther from all others than these are from one
+    another."""
     ends = []
     for i, near, others in (
         (0, x[1 : 1 + NEIGHBOURS], x[1:]),

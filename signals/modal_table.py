@@ -1,4 +1,5 @@
-"""The columns of a modal table, a mode a row: `plate_modes.csv` of a campaign, or the table of a bench."""
+"""The columns of a modal table, a mode a row: `plate_modes.csv` of a campaign, or the table of a
+bench."""
 
 from __future__ import annotations
 
@@ -20,10 +21,11 @@ _ANY = ("a finite number", -math.inf, math.inf)
 def modal_columns(
     header: Sequence[str], lines: Sequence[Line], required: Collection[str] = ()
 ) -> dict[str, list[float]]:
-    """Numbers of `mode`, `frequency_hz`, `damping_ratio` and each `shape_...`, by column; other columns have no say.
+    """Numbers of `mode`, `frequency_hz`, `damping_ratio` and each `shape_...`, by column; other
+    columns have no say.
 
-    Raises `ValueError` for a `required` column that is missing, a mode that stands twice, and with row, column, value
-    and what was expected for a cell.
+    Raises `ValueError` for a `required` column that is missing, a mode that stands twice, and with
+    row, column, value and what was expected for a cell.
     """
     for column in required:
         if column not in header:

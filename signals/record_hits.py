@@ -8,12 +8,14 @@ import numpy as np
 
 from ..array_types import Floats
 
-#: Below this share of the record's largest excursion, or below so many deviations of its noise, it is at rest; a hit
-#: has at least `_HIT_SHARE` of it. What is louder than half of the largest is no rest, however noisy the record.
+#: Below this share of the record's largest excursion, or below so many deviations of its noise, it
+#: is at rest; a hit has at least `_HIT_SHARE` of it. What is louder than half of the largest is no
+#: rest, however noisy the record.
 _REST_SHARE, _NOISE_SIGMAS, _MOST_REST, _HIT_SHARE = 0.05, 5.0, 0.5, 0.2
-#: Two hits are apart where the record rests this long, this many samples, and for this share of the time that the one
-#: before was loud: at each zero a slow oscillation is below 5 % for a thirtieth of the time that it was above. A hammer
-#: that bounces hits again within some milliseconds, which is one event.
+#: Two hits are apart where the record rests this long, this many samples, and for this share of the
+#: time that the one before was loud: at each zero a slow oscillation is below 5 % for a thirtieth
+#: of the time that it was above. A hammer that bounces hits again within some milliseconds, which
+#: is one event.
 _APART_S, _APART_SAMPLES, _APART_SHARE = 20e-3, 16, 0.25
 #: A record is cut into so many pieces for its noise, which is that of a quiet one among them.
 _PIECES, _QUIET_QUANTILE = 32, 0.1
@@ -21,7 +23,8 @@ _PIECES, _QUIET_QUANTILE = 32, 0.1
 
 @dataclass(frozen=True)
 class RecordHit:
-    """First and last loud sample of a hit, both included, and its largest excursion from the rest."""
+    """First and last loud sample of a hit, both included, and its largest excursion from the
+    rest."""
 
     first: int
     last: int
@@ -29,7 +32,8 @@ class RecordHit:
 
 
 def hits_of(record: Floats, sampling_rate_hz: float) -> list[RecordHit]:
-    """Hits in a record (n,), in the order of time: one for a shock, however it rings; none for a constant record."""
+    """Hits in a record (n,), in the order of time: one for a shock, however it rings; none for a
+    constant record."""
     if not record.size or not np.isfinite(record.sum()):
         return []
     size = np.abs(record - np.median(record))

@@ -24,8 +24,8 @@ _BLOCK = 4096
 
 @dataclass(frozen=True)
 class RestChoice:
-    """What to take for the zero of a record: the rest before its shock where there is one, nothing, or the mean of a
-    stretch of it, on the record's own clock."""
+    """What to take for the zero of a record: the rest before its shock where there is one, nothing,
+    or the mean of a stretch of it, on the record's own clock."""
 
     kind: Literal["before the shock", "none", "stretch"] = "before the shock"
     from_s: float = 0.0
@@ -44,11 +44,13 @@ class RemovedRest:
 
 
 def rest_before_shock(x: Floats) -> tuple[float | None, float]:
-    """The rest of a record (n,) before its shock, None where it has none; and the deviation of the noise at its begin.
+    """The rest of a record (n,) before its shock, None where it has none; and the deviation of the
+    noise at its begin.
 
-    The shock begins at the first sample that is farther from the median of the first sixteen than 5 % of the peak or
-    five deviations of the noise, whichever is more. The rest is the mean of the first half of what lies before: the
-    second half may hold the foot of a slow pulse. Fewer than sixteen samples, or a first half that climbs, are no rest.
+    The shock begins at the first sample that is farther from the median of the first sixteen than 5
+    % of the peak or five deviations of the noise, whichever is more. The rest is the mean of the
+    first half of what lies before: the second half may hold the foot of a slow pulse. Fewer than
+    sixteen samples, or a first half that climbs, are no rest.
     """
     begin = x[:NOISE_SAMPLES]
     level = float(np.median(begin[:MIN_REST_SAMPLES]))
@@ -78,7 +80,8 @@ def _first_beyond(x: Floats, level: float, distance: float) -> int:
 def without_rest(
     record: Floats, sampling_rate_hz: float, start_s: float = 0.0, choice: RestChoice = BEFORE_SHOCK
 ) -> tuple[Floats, RemovedRest]:
-    """A record (n,) less its rest, and what was removed. Raises `ValueError` for a stretch that holds no sample."""
+    """A record (n,) less its rest, and what was removed. Raises `ValueError` for a stretch that
+    holds no sample."""
     if choice.kind == "none":
         return record, RemovedRest(0.0, "nothing is removed: zero is as recorded")
     if choice.kind == "stretch":
@@ -89,7 +92,8 @@ def without_rest(
         if not stretch.size:
             end_s = start_s + record.size / sampling_rate_hz
             raise ValueError(
-                f"the rest from {choice.from_s:g} to {choice.to_s:g} s holds no sample: the record reaches from "
+                f"the rest from {choice.from_s:g} to {choice.to_s:g} s holds "
+                f"no sample: the record reaches from "
                 f"{start_s:g} to {end_s:g} s"
             )
         level, what = float(stretch.mean()), f"the mean from {choice.from_s:g} to {choice.to_s:g} s"

@@ -1,10 +1,12 @@
-"""Figures of one shock in an acceleration record: peak, durations, velocity change, and a summary of its spectrum.
+"""Figures of one shock in an acceleration record: peak, durations, velocity change, and a summary
+of its spectrum.
 
-Pulse duration: between the crossings of a tenth of the peak on either side of it, as MIL-STD-810 and IEC 60068-2-27
-read classical pulses. Effective duration: the least length of time that holds every excursion beyond a third of the
-peak (MIL-STD-810, method 516). Energy duration: from 5 to 95 % of the energy (Trifunac and Brady, BSSA 65 (1975) 581).
-Velocity change: the integral over the pulse, from where it leaves the rest to where it is back, within the 0.4
-durations before and 0.1 durations after it over which IEC 60068-2-27 integrates.
+Pulse duration: between the crossings of a tenth of the peak on either side of it, as MIL-STD-810
+and IEC 60068-2-27 read classical pulses. Effective duration: the least length of time that holds
+every excursion beyond a third of the peak (MIL-STD-810, method 516). Energy duration: from 5 to 95
+% of the energy (Trifunac and Brady, BSSA 65 (1975) 581). Velocity change: the integral over the
+pulse, from where it leaves the rest to where it is back, within the 0.4 durations before and 0.1
+durations after it over which IEC 60068-2-27 integrates.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from .srs.spectrum import SAMPLES_PER_CYCLE
 
 #: Share of the peak between whose crossings a pulse lasts, and that of the effective duration.
 PULSE_SHARE, EFFECTIVE_SHARE = 0.1, 1 / 3
-#: IEC 60068-2-27: the velocity change is integrated from so many durations before the pulse to so many after it.
+#: IEC 60068-2-27: the velocity change is integrated from so many durations before the pulse to so
+#: many after it.
 BEFORE_PULSE, AFTER_PULSE = 0.4, 0.1
 #: Energy that lies before and after the energy duration.
 ENERGY_TAIL = 0.05
@@ -27,22 +30,27 @@ ENERGY_TAIL = 0.05
 LOWEST_LINE_HZ, SRS_Q = 10.0, 10.0
 #: A long record is searched in blocks of so many samples.
 _BLOCK = 4096
-#: Low lines are those of which means of so many samples have so many to a cycle: that loses some 0.5 % of them.
+#: Low lines are those of which means of so many samples have so many to a cycle: that loses some
+#: 0.5 % of them.
 _MEANS, _SAMPLES_OF_LOW = 8, 40
-#: Second differences of this share of the peak are those of twelve samples a cycle, of which straight lines lose 2 %.
+#: Second differences of this share of the peak are those of twelve samples a cycle, of which
+#: straight lines lose 2 %.
 _FAST_SHARE = 0.27
-#: What high lines need not see: below a share of the peak that Q = 10 cannot make more than 3 % of it, or the noise.
+#: What high lines need not see: below a share of the peak that Q = 10 cannot make more than 3 % of
+#: it, or the noise.
 _SILENT_SHARE, _SILENT_SIGMAS = 0.003, 6.0
 
 
 @dataclass(frozen=True)
 class ShockFigures:
-    """Accelerations in m/s2 above the rest before the shock, times in seconds on the record's clock.
+    """Accelerations in m/s2 above the rest before the shock, times in seconds on the record's
+    clock.
 
     `rest_m_s2` is None where the record holds no rest before the shock; zero is then as recorded.
-    `pulse_start_s` is the first crossing of a tenth of the peak. `record_velocity_change_m_s` is the integral over the
-    whole record: what a zero shift and the rebound add shows there. The spectrum (maximax, Q = 10) has a line an octave
-    from 10 Hz, as far as the record holds a period and ten samples of it; None for the largest where it has no line.
+    `pulse_start_s` is the first crossing of a tenth of the peak. `record_velocity_change_m_s` is
+    the integral over the whole record: what a zero shift and the rebound add shows there. The
+    spectrum (maximax, Q = 10) has a line an octave from 10 Hz, as far as the record holds a period
+    and ten samples of it; None for the largest where it has no line.
     """
 
     rest_m_s2: float | None
@@ -64,7 +72,8 @@ class ShockFigures:
 def shock_figures(
     acceleration: Floats, sampling_rate_hz: float, start_s: float = 0.0
 ) -> ShockFigures | None:
-    """Of a record (n,) in m/s2 that holds one shock; None where it never moves, or holds fewer than two numbers.
+    """Of a record (n,) in m/s2 that holds one shock; None where it never moves, or holds fewer than
+    two numbers.
 
     Samples that are no numbers count as rest.
     """
@@ -117,8 +126,8 @@ def summary_lines(samples: int, sampling_rate_hz: float) -> tuple[float, ...]:
 
 
 def _crossings(x: Floats, top: int, sign: float, level: float) -> tuple[float, float]:
-    """Where `sign` times `x` falls to `level` on either side of its peak, in fractional samples; else the record's
-    ends."""
+    """Where `sign` times `x` falls to `level` on either side of its peak, in fractional samples;
+    else the record's ends."""
     right = _fall(x[top:], sign, level)
     start = _fall(x[: top + 1][::-1], sign, level)
     return (0.0 if start is None else top - start), (
@@ -152,7 +161,8 @@ def _effective_samples(x: Floats, level: float) -> float:
 
 
 def _energy_samples(x: Floats) -> float:
-    """Between the shares of the energy, by the trapezoid rule: in blocks first, then within the two that hold them."""
+    """Between the shares of the energy, by the trapezoid rule: in blocks first, then within the two
+    that hold them."""
     size = (x.size - 1) // _BLOCK * _BLOCK
     blocks = x[:size].reshape(-1, _BLOCK)
     edges = x[: size + 1 : _BLOCK] ** 2
@@ -166,7 +176,8 @@ def _energy_samples(x: Floats) -> float:
 
 
 def _reached(x: Floats, grown: Floats, share: float) -> float:
-    """The first time, in samples, at which a share of the energy has come; linear between samples."""
+    """The first time, in samples, at which a share of the energy has come; linear between
+    samples."""
     level = share * float(grown[-1])
     block = max(0, int(np.searchsorted(grown, level)) - 1)
     piece = x[block * _BLOCK : (block + 1) * _BLOCK + 1] ** 2
@@ -191,8 +202,9 @@ def _pulse_integral(x: Floats, top: int, sign: float, first: float, last: float)
 def _spectrum(
     x: Floats, sampling_rate_hz: float, silent: float
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Lines and maximax. Low lines see the whole record in means of `_MEANS` samples, high ones its part that is above
-    `silent`: within a percent of the whole record's spectrum, at a tenth of the time."""
+    """Lines and maximax. Low lines see the whole record in means of `_MEANS` samples, high ones its
+    part that is above `silent`: within a percent of the whole record's spectrum, at a tenth of the
+    time."""
     lines = summary_lines(x.size, sampling_rate_hz)
     if not lines:
         return (), ()

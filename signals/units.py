@@ -1,7 +1,7 @@
 """Units of what a laboratory writes, converted to SI once, on entry.
 
-pint's registry, with one change: `g` is standard gravity here, not gram (a shock laboratory's `g` is an
-acceleration), and the spellings that acquisition systems write are known.
+pint's registry, with one change: `g` is standard gravity here, not gram (a shock laboratory's `g`
+is an acceleration), and the spellings that acquisition systems write are known.
 """
 
 from __future__ import annotations
@@ -81,8 +81,8 @@ def registry() -> pint.UnitRegistry[float]:
 def unit_spelling(unit: str) -> str:
     """A unit as pint reads it: our own spellings, and `m3` or `mm2` as powers.
 
-    Raises `UnitError` for what pint would take for ever to reckon, such as `10**10**10`: powers are of names, to one or
-    two digits.
+    Raises `UnitError` for what pint would take for ever to reckon, such as `10**10**10`: powers are
+    of names, to one or two digits.
     """
     unit = unit.strip()
     if len(unit) > _LONGEST or len(_POWER.findall(unit)) != len(_POWER_OF_NAME.findall(unit)):
@@ -112,7 +112,8 @@ def unit_quantity(unit: str) -> Any:
 
 @cache
 def to_si(unit: str, quantity: str) -> tuple[float, float]:
-    """Gain and offset that take a number in `unit` to the SI unit of `quantity`: si = gain * x + offset.
+    """Gain and offset that take a number in `unit` to the SI unit of `quantity`: si = gain * x +
+    offset.
 
     Raises `UnitError` for an unknown quantity, an unknown unit, or a unit of another dimension.
     """

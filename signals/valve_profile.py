@@ -19,11 +19,13 @@ _MOST_POINTS = 1000
 
 @dataclass(frozen=True)
 class ValveProfile:
-    """Position of a ball valve over time: 0 is shut, 1 is a quarter turn further and open, straight lines in between.
+    """Position of a ball valve over time: 0 is shut, 1 is a quarter turn further and open, straight
+    lines in between.
 
-    Times (k,) are in seconds from the trigger and rise; before the first point the valve has its position, after the
-    last one the last. What area a position leaves open is the law of the valve, and no part of the profile. Raises
-    `ValueError` for no or more than 1,000 points, times that do not rise, and positions outside of 0 to 1.
+    Times (k,) are in seconds from the trigger and rise; before the first point the valve has its
+    position, after the last one the last. What area a position leaves open is the law of the valve,
+    and no part of the profile. Raises `ValueError` for no or more than 1,000 points, times that do
+    not rise, and positions outside of 0 to 1.
     """
 
     time_s: tuple[float, ...]
@@ -32,7 +34,8 @@ class ValveProfile:
     def __post_init__(self) -> None:
         if not 0 < len(self.time_s) <= _MOST_POINTS or len(self.time_s) != len(self.position):
             raise ValueError(
-                f"valve profile: {len(self.time_s)} times and {len(self.position)} positions; expected as many of "
+                f"valve profile: {len(self.time_s)} times and "
+                f"{len(self.position)} positions; expected as many of "
                 f"both, 1 to {_MOST_POINTS}"
             )
         for time, position in zip(self.time_s, self.position, strict=True):
@@ -40,7 +43,8 @@ class ValveProfile:
                 raise ValueError(f"valve profile: time {time!r} s; expected 0 or more, finite")
             if not 0 <= position <= 1:
                 raise ValueError(
-                    f"valve profile: position {position!r} at {time:g} s; expected 0 (shut) to 1 (open)"
+                    f"valve profile: position {position!r} at "
+                    f"{time:g} s; expected 0 (shut) to 1 (open)"
                 )
         for first, second in pairwise(self.time_s):
             if not first < second:
@@ -55,10 +59,12 @@ class ValveProfile:
         closing_start_s: float | None = None,
         closing_time_s: float | None = None,
     ) -> Self:
-        """Evenly open within `opening_time_s`; from `closing_start_s` on evenly shut within `closing_time_s`.
+        """Evenly open within `opening_time_s`; from `closing_start_s` on evenly shut within
+        `closing_time_s`.
 
-        The closing takes as long as the opening where its time is not given; a valve that is told to close while it
-        opens turns back from where it is. Raises `ValueError` for times that are not positive.
+        The closing takes as long as the opening where its time is not given; a valve that is told
+        to close while it opens turns back from where it is. Raises `ValueError` for times that are
+        not positive.
         """
         back_s = opening_time_s if closing_time_s is None else closing_time_s
         for name, value in (("opening_time_s", opening_time_s), ("closing_time_s", back_s)):
@@ -76,7 +82,8 @@ class ValveProfile:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Of "0:0 0.1:1 0.4:1 0.5:0", each point as time in s and position, commas or blanks in between.
+        """Of "0:0 0.1:1 0.4:1 0.5:0", each point as time in s and position, commas or blanks in
+        between.
 
         Raises `ValueError` quoting the point that is not understood.
         """
@@ -87,14 +94,16 @@ class ValveProfile:
                 points.append((float(time), float(position)))
             except ValueError:
                 raise ValueError(
-                    f"valve profile {text!r}: point {part!r}; expected TIME:POSITION in s and 0 (shut) to 1 (open), "
+                    f"valve profile {text!r}: point {part!r}; expected "
+                    f"TIME:POSITION in s and 0 (shut) to 1 (open), "
                     "such as '0:0 0.1:1'"
                 ) from None
         return cls(*zip(*points, strict=True))
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Of a CSV file with the columns `time_s` and `valve_position`. Raises `ValueError` naming line and value."""
+        """Of a CSV file with the columns `time_s` and `valve_position`. Raises `ValueError` naming
+        line and value."""
         try:
             table = HeadedTable.of(table_rows(decode_utf8(path.read_bytes())))
             table.check()

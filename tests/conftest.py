@@ -18,7 +18,8 @@ pytest_plugins = ["support.stores.databases", "support.stores.web_stores"]
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
-# Each test has its time limit; an example that waited for a busy machine is no failure. It changes no other profile.
+# Each test has its time limit; an example that waited for a busy machine is no failure. It changes
+# no other profile.
 settings.register_profile("default", deadline=None)
 
 
@@ -32,7 +33,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture(scope="session")
 def shared() -> Path:
-    """The folder of exchange formats and measured data beside the repository; skips where it is absent."""
+    """The folder of exchange formats and measured data beside the repository; skips where it is
+    absent."""
     folder = REPOSITORY.parent / "shared"
     if not (folder / "campaign-format.md").is_file():
         pytest.skip("no ../shared beside the repository: the measured records live there")
@@ -68,7 +70,8 @@ EXAMPLES = {
 
 @pytest.fixture(scope="session")
 def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the folders of `EXAMPLES`: two repetitions of each configuration, played with a fixed seed."""
+    """A folder with the folders of `EXAMPLES`: two repetitions of each configuration, played with a
+    fixed seed."""
     from pyroshock.validation.cases import record
     from pyroshock.validation.cases.case import BackgroundGap, Case
 
@@ -93,8 +96,9 @@ def real_data(shared: Path) -> Path:
 
 @pytest.fixture(scope="session", autouse=True)
 def played_here() -> Iterator[Callable[[], int]]:
-    """The virtual bench plays in the test's own process where no number of processes is given: others cost seconds to
-    start, and the tests run in several processes already. Gives what else says how many."""
+    """The virtual bench plays in the test's own process where no number of processes is given:
+    others cost seconds to start, and the tests run in several processes already. Gives what else
+    says how many."""
     from pyroshock.virtualbench import simulate
 
     really = simulate.default_jobs
@@ -105,7 +109,8 @@ def played_here() -> Iterator[Callable[[], int]]:
 
 @pytest.fixture(scope="module")
 def coarse_plates() -> Iterator[None]:
-    """The virtual bench with plates of a few modes: solving for all 300 of them takes ten seconds a plate."""
+    """The virtual bench with plates of a few modes: solving for all 300 of them takes ten seconds a
+    plate."""
     from pyroshock.virtualbench.campaigns import ringing
 
     with pytest.MonkeyPatch.context() as patch:

@@ -28,7 +28,8 @@ def table_names(url: str) -> list[str]:
 
 
 def ends_soon(pid: int) -> bool:
-    """Whether the process ends within five seconds: its parent may take a moment to notice that it did."""
+    """Whether the process ends within five seconds: its parent may take a moment to notice that it
+    did."""
     deadline = time.monotonic() + 5
     while time.monotonic() < deadline:
         try:
@@ -43,7 +44,8 @@ def ends_soon(pid: int) -> bool:
 def test_every_test_gets_an_empty_database(
     database_url: str, turn: str, request: pytest.FixtureRequest
 ) -> None:
-    """Of both kinds; both turns write the same table: the second fails if it sees the first one's."""
+    """Of both kinds; both turns write the same table: the second fails if it sees the first
+    one's."""
     assert make_url(database_url).get_backend_name() in request.node.name
     assert table_names(database_url) == []
     with engine_of(database_url) as engine, engine.begin() as connection:

@@ -1,4 +1,5 @@
-"""The wheel holds the whole product and nothing else, and the command starts without its heavy parts."""
+"""The wheel holds the whole product and nothing else, and the command starts without its heavy
+parts."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ print(json.dumps(sorted(sys.modules)))
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel built from a copy of the sources, so that no leftover of an earlier build gets in."""
+    """The wheel built from a copy of the sources, so that no leftover of an earlier build gets
+    in."""
     work = tmp_path_factory.mktemp("wheel")
     source = copytree(REPOSITORY, work / "source", ignore=ignore_patterns(*NOT_SOURCE))
     build = [

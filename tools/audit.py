@@ -1,7 +1,8 @@
-"""Whether an installed package has a published vulnerability: `make audit`, by pip-audit and the services it asks.
+"""Whether an installed package has a published vulnerability: `make audit`, by pip-audit and the
+services it asks.
 
-A vulnerability fails unless `advisories.toml` accepts it for the time being. A machine that cannot ask the service
-does not fail, and is not told that all is well: it is told that nothing was asked.
+A vulnerability fails unless `advisories.toml` accepts it for the time being. A machine that cannot
+ask the service does not fail, and is not told that all is well: it is told that nothing was asked.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ PATIENCE_S = 120.0
 
 @dataclass(frozen=True)
 class Outcome:
-    """`asked`: packages that the service knows; `unknown`: those it does not; `vulnerable`: (package, id, fixed in)."""
+    """`asked`: packages that the service knows; `unknown`: those it does not; `vulnerable`:
+    (package, id, fixed in)."""
 
     asked: int = 0
     unknown: tuple[str, ...] = ()
@@ -80,7 +82,10 @@ def not_accepted(
     for package, identity, fixed in outcome.vulnerable:
         end = until.get((package.split()[0], identity))
         if end is None:
-            yield f"{package}: {identity}, mended in {fixed}: raise its pin, or accept it in {ACCEPTED.name}"
+            yield (
+                f"{package}: {identity}, mended in {fixed}: raise its pin, or "
+                f"accept it in {ACCEPTED.name}"
+            )
         elif end < today:
             yield f"{package}: {identity}, mended in {fixed}: was accepted until {end}"
 

@@ -1,7 +1,9 @@
-"""Runs a command as on a machine that has only Python and make: `python tools/clean_environment.py COMMAND...`.
+"""Runs a command as on a machine that has only Python and make: `python tools/clean_environment.py
+COMMAND...`.
 
-The home is an empty folder, no font is known, PATH holds the system's folders and this Python's alone, and of the
-variables only those below are left. What then passes needs nothing that a person has installed, set or kept.
+The home is an empty folder, no font is known, PATH holds the system's folders and this Python's
+alone, and of the variables only those below are left. What then passes needs nothing that a person
+has installed, set or kept.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ _NO_FONTS = (
 
 
 def clean_variables(given: Mapping[str, str], home: Path) -> dict[str, str]:
-    """The variables of the command. `home` is an empty folder, in which `write_settings` puts what they name."""
+    """The variables of the command. `home` is an empty folder, in which `write_settings` puts what
+    they name."""
     kept = {
         name: value for name, value in given.items() if name in _KEPT or name.startswith("PIP_")
     }

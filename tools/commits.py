@@ -1,4 +1,5 @@
-"""What no commit may hold: files too large for every clone to carry, and lines that a merge left. FILE... as words."""
+"""What no commit may hold: files too large for every clone to carry, and lines that a merge left.
+FILE... as words."""
 
 from __future__ import annotations
 
@@ -16,7 +17,10 @@ def objections(path: Path) -> Iterator[str]:
     """A line for each thing that is wrong with a file."""
     size = path.stat().st_size
     if size > LARGEST_BYTES:
-        yield f"{path}: {size} bytes; at most {LARGEST_BYTES} go into the repository: make it where it is needed"
+        yield (
+            f"{path}: {size} bytes; at most {LARGEST_BYTES} go into the "
+            f"repository: make it where it is needed"
+        )
         return
     content = path.read_bytes()
     if found := _LEFT.search(content):

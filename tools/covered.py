@@ -1,6 +1,8 @@
-"""How much of each room the tests ran, of what `make coverage` counted; `--floor` holds it to `covered.toml`.
+"""How much of each room the tests ran, of what `make coverage` counted; `--floor` holds it to
+`covered.toml`.
 
-`--page` writes the table of docs/measurements/coverage.md; `--set-floor` puts the floor below what was counted.
+`--page` writes the table of docs/measurements/coverage.md; `--set-floor` puts the floor below what
+was counted.
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 FLOOR = HERE / "covered.toml"
 PAGE = ROOT / "docs" / "measurements" / "coverage.md"
-#: Points between what is counted and the floor: tests that wait for other processes take other branches by chance.
+#: Points between what is counted and the floor: tests that wait for other processes take other
+#: branches by chance.
 MARGIN = 1.0
 #: Between these the page holds the table.
 _BEGIN, _END = "<!-- rooms: written by make coverage -->", "<!-- end of rooms -->"
@@ -38,7 +41,8 @@ class Covered:
 
     @property
     def percent(self) -> float:
-        """Of statements and branches together, as coverage.py reckons it; 100 where there is nothing to run."""
+        """Of statements and branches together, as coverage.py reckons it; 100 where there is
+        nothing to run."""
         wanted = self.statements + self.branches
         return 100.0 * (self.statements_run + self.branches_run) / wanted if wanted else 100.0
 
@@ -69,7 +73,8 @@ def _covered(name: str, found: Mapping[str, Any]) -> Covered:
 
 
 def by_room(files: list[Covered]) -> list[Covered]:
-    """Rooms in the order of their names, and the whole at the end. A room is a folder of the package."""
+    """Rooms in the order of their names, and the whole at the end. A room is a folder of the
+    package."""
     rooms = sorted({file.name.split("/")[0] for file in files if "/" in file.name})
     return [
         *(_sum(room, [f for f in files if f.name.startswith(f"{room}/")]) for room in rooms),
@@ -91,7 +96,10 @@ def below(rooms: list[Covered], floor: Mapping[str, float]) -> Iterator[str]:
     for room in rooms:
         least = floor.get(room.name)
         if least is None:
-            yield f"{room.name}: no floor in {FLOOR.name}; set one: python -m tools.covered --set-floor"
+            yield (
+                f"{room.name}: no floor in {FLOOR.name}; "
+                f"set one: python -m tools.covered --set-floor"
+            )
         elif room.percent < least:
             yield f"{room.name}: {room.percent:.2f} % covered, under its floor of {least:g} %"
 

@@ -1,4 +1,5 @@
-"""Whether every installed package may be used on our terms: `make licences`; `--list` prints each with its licence.
+"""Whether every installed package may be used on our terms: `make licences`; `--list` prints each
+with its licence.
 
 Only what is installed can be asked: with the extra `dev`, that is all that constraints.txt pins.
 """
@@ -16,14 +17,16 @@ from typing import Any
 
 OWN = "pyroshock"
 RULES = Path(__file__).with_name("licences.toml")
-#: Between the names of an SPDX expression; of alternatives we would have to choose one, so all must do.
+#: Between the names of an SPDX expression; of alternatives we would have to choose one, so all must
+#: do.
 _JOINTS = re.compile(r"\s+(?:AND|OR|WITH)\s+|[()]")
 #: Classifiers that name no licence.
 _EMPTY = ("OSI Approved", "DFSG approved")
 
 
 def licence_of(package: Distribution, called: Mapping[str, str]) -> str:
-    """The SPDX expression that a package's metadata give, made of its classifiers where they are older; "" for none."""
+    """The SPDX expression that a package's metadata give, made of its classifiers where they are
+    older; "" for none."""
     about = package.metadata
     if "License-Expression" in about:
         return about["License-Expression"]
@@ -40,14 +43,21 @@ def licence_of(package: Distribution, called: Mapping[str, str]) -> str:
 
 
 def objections(found: Mapping[str, str], rules: Mapping[str, Any]) -> Iterator[str]:
-    """What is wrong, a line each. `found`: package -> licence; `rules`: the content of `licences.toml`."""
+    """What is wrong, a line each. `found`: package -> licence; `rules`: the content of
+    `licences.toml`."""
     for name, licence in found.items():
         reviewed = rules["reviewed"].get(name)
         if reviewed is not None:
             if reviewed["says"] != licence:
-                yield f"{name}: {licence or 'no licence'}; reviewed as {reviewed['says'] or 'none'}: look again"
+                yield (
+                    f"{name}: {licence or 'no licence'}; reviewed as "
+                    f"{reviewed['says'] or 'none'}: look again"
+                )
         elif not licence:
-            yield f"{name}: its metadata name no licence; read it, and enter it in {RULES.name} with the reason"
+            yield (
+                f"{name}: its metadata name no licence; read it, and enter it in "
+                f"{RULES.name} with the reason"
+            )
         elif refused := [
             part for part in _JOINTS.split(licence) if part and part not in rules["allowed"]
         ]:

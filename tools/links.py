@@ -1,6 +1,8 @@
-"""Whether every link in the Markdown of the repository leads somewhere, anchors included: `make links`.
+"""Whether every link in the Markdown of the repository leads somewhere, anchors included: `make
+links`.
 
-Files, folders and headings of the repository alone; addresses elsewhere are asked for by `make docs-links`.
+Files, folders and headings of the repository alone; addresses elsewhere are asked for by `make
+docs-links`.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ _GENERATED = re.compile(r"^<!-- (?:generated: [a-z ]+|the file \w+\.md) -->$", r
 
 
 def pages(root: Path = ROOT) -> list[Path]:
-    """The Markdown that readers see: files of the root, and all pages of `docs`, `examples` and `deploy`."""
+    """The Markdown that readers see: files of the root, and all pages of `docs`, `examples` and
+    `deploy`."""
     below = [
         path for folder in ("docs", "examples", "deploy") for path in (root / folder).rglob("*.md")
     ]
@@ -64,7 +67,8 @@ def objection(page: Path, target: str) -> str | None:
 
 @cache
 def anchors(page: Path) -> frozenset[str]:
-    """Names of a page's headings, as repository hosts make them; what is generated on the site is counted in."""
+    """Names of a page's headings, as repository hosts make them; what is generated on the site is
+    counted in."""
     text = page.read_text(encoding="utf-8")
     if _GENERATED.search(text):
         from tools.site.pages import prepared

@@ -1,11 +1,14 @@
-"""`make lock`: the exact packages of each environment that the Makefile makes, with the SHA-256 of all of their files.
+"""`make lock`: the exact packages of each environment that the Makefile makes, with the SHA-256 of
+all of their files.
 
-uv resolves pyproject.toml within the versions of constraints.txt, for every platform at once, and knows the hashes of
-the index. The files of requirements/ name no index, each adds to the one that it begins with, and pip installs from
-them with `--require-hashes --no-deps`: nothing that is not listed, and nothing with another content.
+uv resolves pyproject.toml within the versions of constraints.txt, for every platform at once, and
+knows the hashes of the index. The files of requirements/ name no index, each adds to the one that
+it begins with, and pip installs from them with `--require-hashes --no-deps`: nothing that is not
+listed, and nothing with another content.
 
-Builds of a version that lie in the folders of PIP_FIND_LINKS (PyTorch without GPU libraries, `2.13.0+cpu`) stand in
-`cpu.txt`, which the Makefile tries first: where both are to be had, pip prefers the file whose hash the index tells.
+Builds of a version that lie in the folders of PIP_FIND_LINKS (PyTorch without GPU libraries,
+`2.13.0+cpu`) stand in `cpu.txt`, which the Makefile tries first: where both are to be had, pip
+prefers the file whose hash the index tells.
 """
 
 from __future__ import annotations
@@ -30,8 +33,8 @@ ENVIRONMENTS: dict[str, tuple[str | None, str | None]] = {
 }
 #: The oldest Python whose packages of constraints.txt all exist.
 PYTHON = "3.11.5"
-#: What PyTorch's build for GPUs needs beside its CPU build, and the CPU build does not. The Makefile installs it where
-#: the index gave that build.
+#: What PyTorch's build for GPUs needs beside its CPU build, and the CPU build does not. The
+#: Makefile installs it where the index gave that build.
 CUDA = re.compile(r"(nvidia|cuda)-|triton$")
 
 _NAME = re.compile(r"[A-Za-z0-9][\w.-]*")

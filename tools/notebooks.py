@@ -1,7 +1,9 @@
-"""The documentation's notebooks: run in a kernel, and shown as Markdown with what they printed and drew.
+"""The documentation's notebooks: run in a kernel, and shown as Markdown with what they printed and
+drew.
 
-A notebook is a file of docs/notebooks in Jupyter's percent format (`# %%` before a cell), which a reviewer reads as
-Python and Jupyter opens with jupytext. It is run in an empty folder, so that it makes its own store.
+A notebook is a file of docs/notebooks in Jupyter's percent format (`# %%` before a cell), which a
+reviewer reads as Python and Jupyter opens with jupytext. It is run in an empty folder, so that it
+makes its own store.
 
     python -m tools.notebooks docs/notebooks/ingest_and_look.py
 """
@@ -37,7 +39,8 @@ def read_notebook(file: Path) -> Any:
 
 
 def run_notebook(file: Path, folder: Path) -> Any:
-    """The notebook with its results, run in `folder`. Raises `nbclient.exceptions.CellExecutionError`."""
+    """The notebook with its results, run in `folder`. Raises
+    `nbclient.exceptions.CellExecutionError`."""
     from nbclient import NotebookClient
 
     notebook = read_notebook(file)

@@ -1,7 +1,7 @@
 """`python -m tools.package_use`: how many files of the product import each package, as Markdown.
 
-Files of the product are those of the packages that pyproject.toml installs: no tests, benchmarks, tools or pages. An
-import inside of a function counts.
+Files of the product are those of the packages that pyproject.toml installs: no tests, benchmarks,
+tools or pages. An import inside of a function counts.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ def product_files(root: Path = ROOT) -> list[Path]:
 
 
 def imported(text: str) -> set[str]:
-    """Top-level modules that a Python text imports, wherever in it; imports of its own package have none."""
+    """Top-level modules that a Python text imports, wherever in it; imports of its own package have
+    none."""
     modules = set()
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):

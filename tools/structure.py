@@ -1,10 +1,12 @@
-"""How large the product is, how it is divided, and how it names things: a table for docs and for a change's record.
+"""How large the product is, how it is divided, and how it names things: a table for docs and for a
+change's record.
 
     python -m tools.structure                # this tree
     python -m tools.structure 7d11b52        # another commit, beside this tree
     python -m tools.structure --lint         # fails on a name that says nothing, or a class name given twice
 
-The product is every Python file of the rooms that pyproject.toml installs, without tests, benchmarks and tools.
+The product is every Python file of the rooms that pyproject.toml installs, without tests,
+benchmarks and tools.
 """
 
 from __future__ import annotations
@@ -37,7 +39,8 @@ WIDTH = 100
 #: Folders of docs/ without prose of the present: pictures, the built site, the record of decisions.
 GENERATED = ("images", "_build", "decisions")
 GENERATED_MARK = re.compile(
-    r"<!-- generated|^`(make bench|python -m [a-z.]+)` wrote this page|`python -m benchmarks --full` writes the page",
+    r"<!-- generated|^`(make bench|python -m [a-z.]+)` wrote this "
+    r"page|`python -m benchmarks --full` writes the page",
     re.MULTILINE,
 )
 
@@ -109,7 +112,8 @@ def function_lengths(tree: ast.Module) -> list[int]:
 
 
 def assigned_locals(tree: ast.Module) -> Iterator[ast.Name]:
-    """Every name that a function, lambda or comprehension assigns: targets, loop variables, `with ... as`."""
+    """Every name that a function, lambda or comprehension assigns: targets, loop variables, `with
+    ... as`."""
     scopes = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
     comprehensions = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 
@@ -130,7 +134,8 @@ def parameters(tree: ast.Module) -> Iterator[ast.arg]:
 
 
 def duplicate_classes(files: Iterable[SourceFile]) -> dict[str, list[str]]:
-    """Names of classes that are defined more than once, and where; a class may have the name of one of its bases."""
+    """Names of classes that are defined more than once, and where; a class may have the name of one
+    of its bases."""
     places: dict[str, list[tuple[Path, ast.ClassDef]]] = defaultdict(list)
     for file in files:
         for node in ast.walk(file.tree):
@@ -149,7 +154,8 @@ def _has_base(node: ast.ClassDef, name: str) -> bool:
 
 
 def sibling_cycles(files: Sequence[SourceFile]) -> list[list[str]]:
-    """Groups of modules or packages of one folder that import each other, by any way round and anywhere in a file."""
+    """Groups of modules or packages of one folder that import each other, by any way round and
+    anywhere in a file."""
     modules = {_module(file.path): file for file in files}
     edges: dict[str, set[str]] = defaultdict(set)
     for name, file in modules.items():
@@ -226,7 +232,8 @@ def words_of(paths: Iterable[Path]) -> int:
 
 
 def prose_pages(root: Path) -> list[Path]:
-    """Pages of docs/ that a person wrote: a page that a program fills or writes says so by a mark."""
+    """Pages of docs/ that a person wrote: a page that a program fills or writes says so by a
+    mark."""
     pages = sorted((root / "docs").rglob("*.md"))
     written = [
         page for page in pages if not set(page.relative_to(root / "docs").parts) & set(GENERATED)
@@ -254,9 +261,11 @@ def figures(root: Path) -> dict[str, str]:
         "lines of a function, median": f"{statistics.median(functions):g}",
         "longest file": f"{longest.path} ({longest.lines})",
         f"lines over {WIDTH} characters": f"{100 * wide / len(all_lines):.1f} %",
-        "assigned locals that say nothing": f"{100 * banned / len(locals_):.2f} % ({banned} of {len(locals_):,})",
+        "assigned locals that say nothing": f"{100 * banned / len(locals_):.2f} "
+        f"% ({banned} of {len(locals_):,})",
         "class names defined more than once": f"{len(duplicate_classes(files))}",
-        "groups of siblings that import each other": f"{len(cycles)} ({sum(map(len, cycles))} of them)",
+        "groups of siblings that import each other": f"{len(cycles)} "
+        f"({sum(map(len, cycles))} of them)",
         "lines of benchmarks": f"{_python_lines(root / 'benchmarks'):,}",
         "lines of tests": f"{_python_lines(root / 'tests'):,}",
         "words of docs": f"{words_of(prose_pages(root)):,}",
@@ -282,7 +291,8 @@ def problems(root: Path) -> list[str]:
     ]
     for name, places in sorted(duplicate_classes(files).items()):
         lines.append(
-            f"{places[0]}: class {name} is also defined in {', '.join(places[1:])}; one class, one name"
+            f"{places[0]}: class {name} is also defined in "
+            f"{', '.join(places[1:])}; one class, one name"
         )
     return lines
 

@@ -1,4 +1,5 @@
-"""The twin: gun, contact, plate, sensors and spectrum as one; what is not known goes along to the end."""
+"""The twin: gun, contact, plate, sensors and spectrum as one; what is not known goes along to the
+end."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ from .srs.ringing_window import ringing_spectra
 
 #: Strikes that are computed at once: what they take stays below 50 MB for each sensor.
 _CHUNK = 128
-#: Settings of one draw hang together: the same random numbers for all, so that they can be compared.
+#: Settings of one draw hang together: the same random numbers for all, so that they can be
+#: compared.
 _NOMINAL = 0
 
 _Members = NDArray[np.intp]
@@ -48,10 +50,10 @@ def default_lines() -> Floats:
 class Twin:
     """The chain. A stage that is None is not there: without gun, settings tell the velocity.
 
-    Accelerations are `samples` from the beginning of contact at `sampling_rate_hz`; spectra are maximax, m/s2, at
-    `frequency_hz` for quality `q`. With a `calibration`, all draws have the nominal plate: what is not known of a plate
-    is in the calibration. `rests_on` says what the bands rest on; None: on the contact stage alone. Picklable where
-    its contact stage is.
+    Accelerations are `samples` from the beginning of contact at `sampling_rate_hz`; spectra are
+    maximax, m/s2, at `frequency_hz` for quality `q`. With a `calibration`, all draws have the
+    nominal plate: what is not known of a plate is in the calibration. `rests_on` says what the
+    bands rest on; None: on the contact stage alone. Picklable where its contact stage is.
     """
 
     contact: ContactStage
@@ -104,11 +106,12 @@ class Twin:
         rng: np.random.Generator | None = None,
         measured_force: MeasuredForce | None = None,
     ) -> Prediction:
-        """One shot with its bands, from `draws` random shots (0: the nominal one alone). The same rng, the same shot.
+        """One shot with its bands, from `draws` random shots (0: the nominal one alone). The same
+        rng, the same shot.
 
-        Measured interfaces stand in for the stages before them: an impact velocity in `setting`, a recorded force in
-        `measured_force`. Raises `ValueError` for a bullet that stays in the barrel, `LookupError` for a plate or an
-        impact position there is none of.
+        Measured interfaces stand in for the stages before them: an impact velocity in `setting`, a
+        recorded force in `measured_force`. Raises `ValueError` for a bullet that stays in the
+        barrel, `LookupError` for a plate or an impact position there is none of.
         """
         rng = rng or np.random.default_rng(0)
         velocity, normals, member = self._draw_inputs(setting, draws, rng)
@@ -137,7 +140,8 @@ class Twin:
         ]
 
     def spectra(self, settings: Sequence[Setting], sensor: str | None = None) -> Floats:
-        """Nominal maximax spectra (n, f), m/s2, at one sensor (the first); 0 for a bullet that stays in the barrel."""
+        """Nominal maximax spectra (n, f), m/s2, at one sensor (the first); 0 for a bullet that
+        stays in the barrel."""
         velocity = self.velocities(settings)
         nominal = self._maximax(settings, velocity, None, np.full(len(settings), _NOMINAL), sensor)
         return (
@@ -154,7 +158,8 @@ class Twin:
         rng: np.random.Generator,
         sensor: str | None = None,
     ) -> Floats:
-        """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same luck and plate for every setting."""
+        """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same luck and plate
+        for every setting."""
         z, member = self._sample_draws(count, rng)
         velocity = self._velocity_draws(settings, z)
         many = [setting for _ in range(count) for setting in settings]
@@ -170,18 +175,20 @@ class Twin:
     def accelerations(
         self, settings: Sequence[Setting], pulses: ForcePulses, sensor: str | None = None
     ) -> Floats:
-        """Measured accelerations (n, sensors, samples) of the nominal plate under pulses; of one sensor (n, 1, ...)."""
+        """Measured accelerations (n, sensors, samples) of the nominal plate under pulses; of one
+        sensor (n, 1, ...)."""
         return self._measured_accelerations(
             settings, pulses, np.full(len(settings), _NOMINAL), self._selected_sensors(sensor)
         )
 
     def replayed_db(self, shots: MeasuredShots) -> Floats:
-        """Levels of measured shots that the nominal plate shows under their measured forces, without calibration, dB re
-        1 m/s2: (n, sensors, 1 + lines), peaks first, as `SpectrumCalibration.of` takes them.
+        """Levels of measured shots that the nominal plate shows under their measured forces,
+        without calibration, dB re 1 m/s2: (n, sensors, 1 + lines), peaks first, as
+        `SpectrumCalibration.of` takes them.
 
-        Pulses have the contact's shape, peak and impulse of the measured force, or are that force where shots are
-        predicted from it. NaN for shots without a measured force (where any has one), and on plates or at positions
-        that this twin has not.
+        Pulses have the contact's shape, peak and impulse of the measured force, or are that force
+        where shots are predicted from it. NaN for shots without a measured force (where any has
+        one), and on plates or at positions that this twin has not.
         """
         out = np.full((len(shots), len(self.sensor_names), 1 + self.frequency_hz.size), np.nan)
         usable = np.array([self._has_place(setting) for setting in shots.settings], dtype=np.bool_)
@@ -196,7 +203,8 @@ class Twin:
     def _replays(
         self, shots: MeasuredShots, usable: NDArray[np.bool_]
     ) -> Iterator[tuple[_Members, ForcePulses]]:
-        """Rows of usable shots, in parts, and the pulses on the plate under their measured forces."""
+        """Rows of usable shots, in parts, and the pulses on the plate under their measured
+        forces."""
         by_setting, velocity = usable & ~shots.force_is_given, shots.impact_velocity_m_s.copy()
         if (unknown := np.flatnonzero(by_setting & ~(velocity > 0))).size:
             velocity[unknown] = self.velocities([shots.settings[row] for row in unknown])
@@ -224,7 +232,8 @@ class Twin:
     def _draw_inputs(
         self, setting: Setting, draws: int, rng: np.random.Generator
     ) -> tuple[Floats, Floats | None, _Members]:
-        """Velocities (d,), the contact's normals (d, normals), members of the plate's ensemble (d,).
+        """Velocities (d,), the contact's normals (d, normals), members of the plate's ensemble
+        (d,).
 
         Of those draws in which the bullet leaves the barrel: what strikes no target has no force.
         """
@@ -315,7 +324,8 @@ class Twin:
         )
 
     def _sample_draws(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:
-        """Normals of gun and contact (count, normals of both), and a plate of the ensemble for each draw (count,)."""
+        """Normals of gun and contact (count, normals of both), and a plate of the ensemble for each
+        draw (count,)."""
         z = stratified_normals(count, self._gun_normals + self.contact.normals, rng)
         members = self.plate.members if self.calibration is None else 0
         return z, rng.permutation(np.arange(count) % members + 1) if members else np.full(
@@ -330,7 +340,8 @@ class Twin:
         draws: int,
         rng: np.random.Generator | None,
     ) -> Floats:
-        """Of the calibration, (draws, n, sensors, 1 + lines); one row of nominal ones without draws."""
+        """Of the calibration, (draws, n, sensors, 1 + lines); one row of nominal ones without
+        draws."""
         if self.calibration is None or not sensors:
             return np.ones((max(draws, 1), len(settings), len(sensors), 1 + self.frequency_hz.size))
         z = (
@@ -345,7 +356,10 @@ class Twin:
         pressure = (setting.tank_pressure_pa or 0.0) / 1e5
         leaves = 0.0 if self.gun is None else float(self.gun.leaving([setting], self.sensors)[0])
         chance = f" (it leaves with a probability of {leaves:.0%})" if leaves else ""
-        return f"the bullet does not leave the barrel at {pressure:g} bar{chance}: raise the tank pressure"
+        return (
+            f"the bullet does not leave the barrel at {pressure:g} bar{chance}: "
+            f"raise the tank pressure"
+        )
 
     @property
     def _gun_normals(self) -> int:

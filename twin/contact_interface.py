@@ -14,7 +14,8 @@ from .setting import Setting
 
 @dataclass(frozen=True, eq=False)
 class ImpactBatch:
-    """n impacts: the settings (of which some may be the same object) and the velocity (n,) of each."""
+    """n impacts: the settings (of which some may be the same object) and the velocity (n,) of
+    each."""
 
     settings: Sequence[Setting]
     impact_velocity_m_s: Floats
@@ -25,7 +26,8 @@ class ImpactBatch:
 
 @dataclass(frozen=True)
 class OutOfDomain:
-    """One thing that lies outside of what a model has learned from: as the JSON of `predict` shows it."""
+    """One thing that lies outside of what a model has learned from: as the JSON of `predict` shows
+    it."""
 
     predictor: str
     value: float | str
@@ -38,7 +40,8 @@ class OutOfDomain:
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """A quantity that is asked for beyond what was recorded: the value asked, and the range of what was learned, SI."""
+    """A quantity that is asked for beyond what was recorded: the value asked, and the range of what
+    was learned, SI."""
 
     quantity: str
     asked: float
@@ -48,10 +51,11 @@ class Extrapolation:
 
 @dataclass(frozen=True, eq=False)
 class ForcePulses:
-    """Force on the target of n impacts: `force_n` (n, p) at equidistant phases of the contact, both ends 0.
+    """Force on the target of n impacts: `force_n` (n, p) at equidistant phases of the contact, both
+    ends 0.
 
-    `contact_time_s` (n,), `compression_time_s` (n,): until the deepest indentation, or the peak where the model knows
-    no indentation.
+    `contact_time_s` (n,), `compression_time_s` (n,): until the deepest indentation, or the peak
+    where the model knows no indentation.
     """
 
     contact_time_s: Floats
@@ -80,11 +84,13 @@ class ContactStage(Protocol):
 
     @property
     def normals(self) -> int:
-        """How many standard normal numbers one random pulse takes; 0 for a law that knows no spread."""
+        """How many standard normal numbers one random pulse takes; 0 for a law that knows no
+        spread."""
         ...
 
     def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
-        """Mean pulses for `z` None; else a random pulse for each strike, a function of `z` (n, normals)."""
+        """Mean pulses for `z` None; else a random pulse for each strike, a function of `z` (n,
+        normals)."""
         ...
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
@@ -97,7 +103,8 @@ class ExtrapolationPolicy(Protocol):
     """A contact stage that has learned from shots, and knows their range."""
 
     def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
-        """For each strike, which of its quantities lie beyond those of the shots; empty where nothing was learned."""
+        """For each strike, which of its quantities lie beyond those of the shots; empty where
+        nothing was learned."""
         ...
 
 

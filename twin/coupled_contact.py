@@ -1,4 +1,5 @@
-"""The stage of the contact where it meets the plate's: strikes to pulses, contact law and modes solved together."""
+"""The stage of the contact where it meets the plate's: strikes to pulses, contact law and modes
+solved together."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ from .plate.modal import ModalPlate
 from .plate.stage import PlateStage
 from .setting import Setting
 
-#: Steps of each contact's own time, and cycles in it above which a mode follows at once: errors of 1e-4.
+#: Steps of each contact's own time, and cycles in it above which a mode follows at once: errors of
+#: 1e-4.
 _STEPS, _CYCLES = 24, 4.0
 
 
@@ -40,7 +42,8 @@ class SolvableContact(Protocol):
     def pulses_on_plate(
         self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None
     ) -> ForcePulses:
-        """As `pulses`, by `solver` in place of the motion on a rigid target and without the plate's own compliance."""
+        """As `pulses`, by `solver` in place of the motion on a rigid target and without the plate's
+        own compliance."""
         ...
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]: ...
@@ -48,13 +51,15 @@ class SolvableContact(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class CoupledContact:
-    """A `ContactStage` that solves the law of `base` against the modes of each setting's plate at its impact position.
+    """A `ContactStage` that solves the law of `base` against the modes of each setting's plate at
+    its impact position.
 
-    The plate's modes stand in place of the effect `contact.plate_compliance`, which would count the plate twice; beyond
-    the last mode the plate is that without edges, of the plate's material and thickness. A free plate whose table lists
-    no rigid mode moves as a rigid body of its mass. Of an ensemble of plates the nominal one acts on the force: modes
-    that are wrong by 1 % change it by less than they change the accelerations. The prior's impacts on an anvil are
-    solved as without the plate's modes: there the anvil on its joint stands between contact and plate.
+    The plate's modes stand in place of the effect `contact.plate_compliance`, which would count the
+    plate twice; beyond the last mode the plate is that without edges, of the plate's material and
+    thickness. A free plate whose table lists no rigid mode moves as a rigid body of its mass. Of an
+    ensemble of plates the nominal one acts on the force: modes that are wrong by 1 % change it by
+    less than they change the accelerations. The prior's impacts on an anvil are solved as without
+    the plate's modes: there the anvil on its joint stands between contact and plate.
     """
 
     base: SolvableContact
@@ -123,9 +128,10 @@ def point_of_plate(
 ) -> PlatePoint:
     """An impact point of a plate, whose point impedance without edges is given.
 
-    `free_mass_kg` is the mass of a plate that nothing holds, infinite for a plate that is held. Where no mode of it is
-    slower than Z / (4 M) a rigid one is added: the lowest elastic mode of a free plate of area A is faster than
-    2 sqrt(D / (rho h)) / A = Z / (4 M) unless the plate is ten times as long as wide. Raises `LookupError` as `point`.
+    `free_mass_kg` is the mass of a plate that nothing holds, infinite for a plate that is held.
+    Where no mode of it is slower than Z / (4 M) a rigid one is added: the lowest elastic mode of a
+    free plate of area A is faster than 2 sqrt(D / (rho h)) / A = Z / (4 M) unless the plate is ten
+    times as long as wide. Raises `LookupError` as `point`.
     """
     frequency, damping = plate.frequency_hz, plate.damping_ratio
     shape = plate.shape_impact[plate.point(name)]

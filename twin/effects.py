@@ -1,7 +1,8 @@
 """Effects that a nominal stage leaves out: what every one of them tells, and where they are found.
 
-One effect is one file in the `effects` folder of its stage: a frozen dataclass whose fields are its parameters. Nothing
-lists the files: a new one is found by being there. A stage without effects is the nominal physics.
+One effect is one file in the `effects` folder of its stage: a frozen dataclass whose fields are its
+parameters. Nothing lists the files: a new one is found by being there. A stage without effects is
+the nominal physics.
 """
 
 from __future__ import annotations
@@ -27,14 +28,17 @@ E = TypeVar("E", bound="Effect")
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of an effect: unit ("" for a pure number), default and allowed range, ends included.
+    """One parameter of an effect: unit ("" for a pure number), default and allowed range, ends
+    included.
 
-    `off` is the value at which the effect does nothing. `likely` is where a diagnosis looks for it, inside the range:
-    what benches have, not what is possible. None: not looked for, the default stays. `typical`: the standard deviation
-    that data sheets and calibrations give for an error of either sign; None where there is no such sheet. `owner`: what
-    the parameter belongs to, and from whose one level to the next it may differ: "bench", "bullet", "tip", "face" (what
-    the tip meets), "layer", "plate", "mode band", "channel" or "session". `plausible`: what the part can be, by its
-    physics; a fitted value beyond it says that the law stands for something else. None: nothing is known.
+    `off` is the value at which the effect does nothing. `likely` is where a diagnosis looks for it,
+    inside the range: what benches have, not what is possible. None: not looked for, the default
+    stays. `typical`: the standard deviation that data sheets and calibrations give for an error of
+    either sign; None where there is no such sheet. `owner`: what the parameter belongs to, and from
+    whose one level to the next it may differ: "bench", "bullet", "tip", "face" (what the tip
+    meets), "layer", "plate", "mode band", "channel" or "session". `plausible`: what the part can
+    be, by its physics; a fitted value beyond it says that the law stands for something else. None:
+    nothing is known.
     """
 
     name: str
@@ -83,8 +87,8 @@ class Effect(ABC):
     law: ClassVar[str]
     #: Paper, book or standard that it is from.
     source: ClassVar[str]
-    #: Parameters that a diagnosis looks for together while the others are off: laws of one cause for different
-    #: circumstances. Empty: all that have a likely range, at once.
+    #: Parameters that a diagnosis looks for together while the others are off: laws of one cause
+    #: for different circumstances. Empty: all that have a likely range, at once.
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = ()
     #: How much likelier than other effects it is to act on a bench, before anything was measured.
     prior_odds: ClassVar[float] = 1.0
@@ -95,7 +99,8 @@ class Effect(ABC):
             good = (values >= item.low) & (values <= item.high)
             if not np.all(good):
                 raise ValueError(
-                    f"{self.id}: {item.name} = {float(values[~good].flat[0])!r}; expected {item.low:g} to "
+                    f"{self.id}: {item.name} = "
+                    f"{float(values[~good].flat[0])!r}; expected {item.low:g} to "
                     f"{item.high:g} {item.unit}".rstrip()
                 )
 
@@ -151,7 +156,8 @@ def catalogue() -> Mapping[str, type[Effect]]:
 
 
 def effect(identity: str, **parameters: Value) -> Effect:
-    """An effect by its id. Raises `LookupError` for one there is not, `ValueError` for a parameter it has not."""
+    """An effect by its id. Raises `LookupError` for one there is not, `ValueError` for a parameter
+    it has not."""
     if identity not in catalogue():
         raise LookupError(f"no effect {identity!r}; there are: {', '.join(catalogue())}")
     kind = catalogue()[identity]
@@ -174,7 +180,8 @@ def effect_from_json(table: Mapping[str, Any]) -> Effect:
 
 
 def checked_effects(effects: Iterable[Effect], kind: type[E]) -> tuple[E, ...]:
-    """Effects of one stage. Raises `TypeError` for another stage's, `ValueError` for one given twice."""
+    """Effects of one stage. Raises `TypeError` for another stage's, `ValueError` for one given
+    twice."""
     given: list[E] = []
     for effect in effects:
         if not isinstance(effect, kind):

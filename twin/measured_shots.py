@@ -1,4 +1,5 @@
-"""What a bench's sensors showed of shots: what a twin learns from, and what its predictions are compared with."""
+"""What a bench's sensors showed of shots: what a twin learns from, and what its predictions are
+compared with."""
 
 from __future__ import annotations
 
@@ -17,18 +18,21 @@ from .setting import Setting
 
 @dataclass(frozen=True, eq=False)
 class MeasuredShots:
-    """n shots; arrays are (n,), accelerations (n, sensors), spectra (n, sensors, lines), SI; NaN was not measured.
+    """n shots; arrays are (n,), accelerations (n, sensors), spectra (n, sensors, lines), SI; NaN
+    was not measured.
 
-    `configuration` (n,) says which shots repeat each other: shots of one configuration are learned from, or left out,
-    together. `settings` have a gun's tank pressure, or the velocity of a hammer before contact. `impact_velocity_m_s`
-    is the measured velocity before contact, converted where it was obtained in another way, and
-    `impact_velocity_u_m_s` its standard uncertainty. Spectra are maximax at `frequency_hz` (lines,) for quality `q`.
+    `configuration` (n,) says which shots repeat each other: shots of one configuration are learned
+    from, or left out, together. `settings` have a gun's tank pressure, or the velocity of a hammer
+    before contact. `impact_velocity_m_s` is the measured velocity before contact, converted where
+    it was obtained in another way, and `impact_velocity_u_m_s` its standard uncertainty. Spectra
+    are maximax at `frequency_hz` (lines,) for quality `q`.
 
-    A shot whose mass or velocity is not known is predicted from its measured force on. `given_force_n` (n, phases) is
-    that force at equal phases of the contact, both ends 0, and NaN for all other shots (None: no shot has any). Such a
-    shot has NaN as its velocity, and its setting has mass and velocity of the impact that Hertz' law needs for the
-    force: they tell the calibration which forces are alike, and no contact is solved with them.
-    Raises `ValueError` for arrays of other shapes.
+    A shot whose mass or velocity is not known is predicted from its measured force on.
+    `given_force_n` (n, phases) is that force at equal phases of the contact, both ends 0, and NaN
+    for all other shots (None: no shot has any). Such a shot has NaN as its velocity, and its
+    setting has mass and velocity of the impact that Hertz' law needs for the force: they tell the
+    calibration which forces are alike, and no contact is solved with them. Raises `ValueError` for
+    arrays of other shapes.
     """
 
     settings: tuple[Setting, ...]
@@ -71,14 +75,16 @@ class MeasuredShots:
         return np.asarray(np.isfinite(self.given_force_n).all(axis=1))
 
     def given_force(self, row: int) -> MeasuredForce | None:
-        """The measured force that a shot is predicted from; None where it is predicted from its setting."""
+        """The measured force that a shot is predicted from; None where it is predicted from its
+        setting."""
         if self.given_force_n is None or not self.force_is_given[row]:
             return None
         force = self.given_force_n[row]
         return MeasuredForce(force[1:-1], (force.size - 1) / float(self.contact_time_s[row]))
 
     def given_pulses(self, rows: NDArray[np.intp]) -> ForcePulses:
-        """The measured forces of shots that are predicted from them, (rows,). Raises `ValueError` for others."""
+        """The measured forces of shots that are predicted from them, (rows,). Raises `ValueError`
+        for others."""
         forces = [force for row in rows.tolist() if (force := self.given_force(row)) is not None]
         if len(forces) != len(rows):
             raise ValueError(

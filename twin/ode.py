@@ -1,17 +1,20 @@
 """Many small initial value problems at once, each with its own steps.
 
-A problem runs until its first quantity has grown to a target. A step that passes the target is taken again, shorter,
-until it ends there; what has ended leaves the arrays before long, so that the slowest problem does not carry the
-others. The step is Dormand and Prince's (`DORMAND_PRINCE`), or for stiff problems Rodas5P (`rosenbrock.RODAS`).
-`gun.motion_kernel` does the same for the gun alone, compiled.
+A problem runs until its first quantity has grown to a target. A step that passes the target is
+taken again, shorter, until it ends there; what has ended leaves the arrays before long, so that the
+slowest problem does not carry the others. The step is Dormand and Prince's (`DORMAND_PRINCE`), or
+for stiff problems Rodas5P (`rosenbrock.RODAS`). `gun.motion_kernel` does the same for the gun
+alone, compiled.
 
-Source: Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19; step control: Hairer, Norsett and Wanner, Solving
-Ordinary Differential Equations I, section II.4.
+Source: Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19; step control: Hairer, Norsett and
+Wanner, Solving Ordinary Differential Equations I, section II.4.
 
-A linearly implicit step for many small stiff problems: Rodas5P, of order 5 with an error of order 4, L-stable.
+A linearly implicit step for many small stiff problems: Rodas5P, of order 5 with an error of order
+4, L-stable.
 
-Source: Steinebach, BIT Numerical Mathematics 63 (2023) 27; the form of the stages, in which no product with the
-Jacobian is left: Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.7.
+Source: Steinebach, BIT Numerical Mathematics 63 (2023) 27; the form of the stages, in which no
+product with the Jacobian is left: Hairer and Wanner, Solving Ordinary Differential Equations II,
+section IV.7.
 """
 
 from __future__ import annotations
@@ -37,10 +40,12 @@ DORMAND_PRINCE_STAGES = (
 DORMAND_PRINCE_ERROR = np.array(
     [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]
 )
-# So near the target, relative to it, a straight line leads there: what it misses goes with the square of this.
+# So near the target, relative to it, a straight line leads there: what it misses goes with the
+# square of this.
 AT_TARGET = 1e-5
 MOST_STEPS = 200_000
-# What has ended leaves the arrays once the others are fewer than this share: to move them costs as well.
+# What has ended leaves the arrays once the others are fewer than this share: to move them costs as
+# well.
 _KEPT = 0.5
 
 
@@ -61,7 +66,8 @@ class Problems(Protocol):
         ...
 
     def longest_step(self, time: Floats) -> Floats:
-        """(n,): up to the next moment at which the rates have a corner; infinite where there is none."""
+        """(n,): up to the next moment at which the rates have a corner; infinite where there is
+        none."""
         ...
 
     def take(self, rows: Rows) -> Self:
@@ -80,7 +86,8 @@ class Ends:
 
 @dataclass(frozen=True)
 class StepTolerance:
-    """Error allowed in a step: `relative` times the size of a quantity, which counts as its `floor` (k, n) at least."""
+    """Error allowed in a step: `relative` times the size of a quantity, which counts as its `floor`
+    (k, n) at least."""
 
     relative: float
     floor: Floats
@@ -91,8 +98,9 @@ Rates = Callable[[Floats, Floats], Floats]
 
 @dataclass(frozen=True)
 class Method:
-    """A step: of (rates, time, state, rates at the begin, step, floor of the quantities), it gives the state at the
-    end, the rates there and the estimated error, each (k, n). The error goes with the step to the power `order`.
+    """A step: of (rates, time, state, rates at the begin, step, floor of the quantities), it gives
+    the state at the end, the rates there and the estimated error, each (k, n). The error goes with
+    the step to the power `order`.
     """
 
     step: Callable[[Rates, Floats, Floats, Floats, Floats, Floats], tuple[Floats, Floats, Floats]]
@@ -123,7 +131,8 @@ DORMAND_PRINCE = Method(dormand_prince_step, 5)
 def run(
     problems: Problems, start: Floats, first_step: Floats, tolerance: StepTolerance, method: Method
 ) -> Ends:
-    """Every problem from `start` (k, n) at time 0 to its end. `first_step` (n,) is where the search for steps begins.
+    """Every problem from `start` (k, n) at time 0 to its end. `first_step` (n,) is where the search
+    for steps begins.
 
     Raises `RuntimeError` when a problem takes more than 200,000 steps.
     """
@@ -163,13 +172,15 @@ def run(
                 under_way = np.ones(stay.size, dtype=bool)
     rows = rows[under_way]
     raise RuntimeError(
-        f"{rows.size} of {n} problems took more than {MOST_STEPS} steps; the first is number {rows[0]}"
+        f"{rows.size} of {n} problems took more than {MOST_STEPS} steps; the "
+        f"first is number {rows[0]}"
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Now:
-    """How far problems are: time (n,), state and rates (k, n), the next step (n,), whether it aims at the target."""
+    """How far problems are: time (n,), state and rates (k, n), the next step (n,), whether it aims
+    at the target."""
 
     time: Floats
     state: Floats
@@ -230,7 +241,8 @@ def _growth(ratio: Floats, order: int) -> Floats:
 def _aimed(
     step: Floats, start: Floats, rate: Floats, end: Floats, end_rate: Floats, target: Floats
 ) -> Floats:
-    """The step after which the first quantity is at its target, by the cubic through both ends of a longer one."""
+    """The step after which the first quantity is at its target, by the cubic through both ends of a
+    longer one."""
     rise, r0, r1 = end - start, step * rate, step * end_rate
     s = straight = (target - start) / rise
     bend, twist = 3 * rise - 2 * r0 - r1, r0 + r1 - 2 * rise
@@ -284,9 +296,11 @@ RODAS_STATE = (
     np.array([*_SIXTH, 1.0, 1.0]),
 )
 # fmt: off
-_SEVENTH = (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
+_SEVENTH = (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783,
+-19.097331116725623,
             -28.087943162872662)
-_EIGHTH = (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
+_EIGHTH = (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047,
+-40.06618937091002,
            -54.66780262877968, -9.48861652309627)
 # fmt: on
 RODAS_SIDE = (
@@ -312,9 +326,11 @@ RODAS_SIDE = (
 def rosenbrock_step(
     rates: Rates, time: Floats, state: Floats, first: Floats, step: Floats, floor: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """One step (n,): state, its rates and the estimated error, each (k, n). `first` are the rates at the begin.
+    """One step (n,): state, its rates and the estimated error, each (k, n). `first` are the rates
+    at the begin.
 
-    The quantities' size, with its `floor` (k, n), sets the differences that the Jacobian is taken from.
+    The quantities' size, with its `floor` (k, n), sets the differences that the Jacobian is taken
+    from.
     """
     k, n = state.shape
     by_state, by_time = _derivatives(
@@ -358,7 +374,8 @@ def _derivatives(
 def _inverse(system: Floats) -> Floats:
     """Of n matrices (k, k, n), in their place, by Gauss and Jordan.
 
-    No pivots are looked for: 1 / (gamma step) on the diagonal leads, and a step for which it does not is refused.
+    No pivots are looked for: 1 / (gamma step) on the diagonal leads, and a step for which it does
+    not is refused.
     """
     for i in range(len(system)):
         pivot = 1 / system[i, i]

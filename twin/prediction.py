@@ -64,10 +64,11 @@ def _ends(draws: Floats) -> Floats:
 
 
 def stratified_normals(count: int, columns: int, rng: np.random.Generator) -> Floats:
-    """Standard normal numbers (count, columns), each column the mid-quantiles of `count` equal strata, shuffled.
+    """Standard normal numbers (count, columns), each column the mid-quantiles of `count` equal
+    strata, shuffled.
 
-    Means and quantiles of 64 such draws scatter less than those of 64 independent ones; a Latin hypercube: McKay,
-    Beckman and Conover, Technometrics 21 (1979) 239.
+    Means and quantiles of 64 such draws scatter less than those of 64 independent ones; a Latin
+    hypercube: McKay, Beckman and Conover, Technometrics 21 (1979) 239.
     """
     from scipy.special import ndtri
 
@@ -77,7 +78,8 @@ def stratified_normals(count: int, columns: int, rng: np.random.Generator) -> Fl
 
 @dataclass(frozen=True)
 class RestsOn:
-    """What stands behind the bands: how many measured shots the contact has learned from, and the model or law.
+    """What stands behind the bands: how many measured shots the contact has learned from, and the
+    model or law.
 
     `sentence` says it in one plain line for a person.
     """
@@ -89,8 +91,8 @@ class RestsOn:
 
 @dataclass(frozen=True, eq=False)
 class ShotDraws:
-    """The d random shots behind the bands, as the sensors would show them, SI: arrays (d,); accelerations are
-    (d, sensors), spectra (d, sensors, lines)."""
+    """The d random shots behind the bands, as the sensors would show them, SI: arrays (d,);
+    accelerations are (d, sensors), spectra (d, sensors, lines)."""
 
     velocity_m_s: Floats
     contact_time_s: Floats
@@ -104,12 +106,13 @@ class ShotDraws:
 class Prediction:
     """One setting's shot, as the bench's sensors would show it: means and 90 % bands over d draws.
 
-    `force_n` is over equal phases of the contact, `time_s` (p,) those phases of the mean contact. `spectra_m_s2` and
-    the rows of `accelerations_m_s2` (d, sensors, n), from the beginning of contact on, go with `sensors`: none for a
-    twin without a plate. Accelerations and their peaks are of the band up to `acceleration_band_hz`, the highest mode
-    of the plate, whatever lines the spectra have. `models` says for each stage what answered, `outside` where it was
-    asked beyond its domain, `extrapolation` which quantities lie beyond what was recorded. `draws` are the random shots
-    of the bands.
+    `force_n` is over equal phases of the contact, `time_s` (p,) those phases of the mean contact.
+    `spectra_m_s2` and the rows of `accelerations_m_s2` (d, sensors, n), from the beginning of
+    contact on, go with `sensors`: none for a twin without a plate. Accelerations and their peaks
+    are of the band up to `acceleration_band_hz`, the highest mode of the plate, whatever lines the
+    spectra have. `models` says for each stage what answered, `outside` where it was asked beyond
+    its domain, `extrapolation` which quantities lie beyond what was recorded. `draws` are the
+    random shots of the bands.
     """
 
     setting: Setting
@@ -134,13 +137,15 @@ class Prediction:
     draws: ShotDraws
 
     def acceleration(self, sensor: str, until_s: float = 0.01) -> tuple[Floats, Band]:
-        """Time (n,) and the band of one sensor's acceleration (m/s2), made when asked for. `LookupError` as `index`."""
+        """Time (n,) and the band of one sensor's acceleration (m/s2), made when asked for.
+        `LookupError` as `index`."""
         samples = int(until_s * self.sampling_rate_hz) + 1
         draws = self.accelerations_m_s2[:, self.index(sensor), :samples]
         return np.arange(draws.shape[1]) / self.sampling_rate_hz, Band.of(draws)
 
     def peak_acceleration_m_s2(self, sensor: str) -> Quantity:
-        """Of the largest acceleration either way, in the band up to `acceleration_band_hz`. Raises as `index`."""
+        """Of the largest acceleration either way, in the band up to `acceleration_band_hz`. Raises
+        as `index`."""
         return Quantity.of(np.abs(self.accelerations_m_s2[:, self.index(sensor)]).max(axis=1))
 
     def index(self, sensor: str) -> int:

@@ -14,7 +14,8 @@ from ..signals.valve_profile import ValveProfile
 
 @dataclass(frozen=True)
 class ElasticMaterial:
-    """An isotropic elastic material. Raises `ValueError` naming the material, the field and the value."""
+    """An isotropic elastic material. Raises `ValueError` naming the material, the field and the
+    value."""
 
     name: str
     youngs_modulus_pa: float
@@ -29,11 +30,13 @@ class ElasticMaterial:
                 raise ValueError(f"{self.name}: {name} = {value!r}; expected positive and finite")
         if not -1 < self.poisson_ratio < 0.5:
             raise ValueError(
-                f"{self.name}: poisson_ratio = {self.poisson_ratio!r}; expected above -1 and below 0.5"
+                f"{self.name}: poisson_ratio = "
+                f"{self.poisson_ratio!r}; expected above -1 and below 0.5"
             )
 
 
-#: Thesis, Table 4.2; PLA: Farah, Anderson and Langer, Adv. Drug Deliv. Rev. 107 (2016) 367, solid, mid-range.
+#: Thesis, Table 4.2; PLA: Farah, Anderson and Langer, Adv. Drug Deliv. Rev. 107 (2016) 367, solid,
+#: mid-range.
 THESIS: dict[str, ElasticMaterial] = {
     m.name: m
     for m in (
@@ -52,12 +55,14 @@ BOUNDARY_CONDITIONS = ("free", "fixed")
 
 @dataclass(frozen=True)
 class Setting:
-    """What an operator sets for one shot, SI. Raises `ValueError` naming the field, the value and what is expected.
+    """What an operator sets for one shot, SI. Raises `ValueError` naming the field, the value and
+    what is expected.
 
-    Exactly one of `tank_pressure_pa` (gauge) and `impact_velocity_m_s` is given: with the velocity, the gun has no
-    part. The insulator lies on an anvil, so it needs one. `factors` are a lab's own, by name, for models that ask for
-    them; physics knows none of them. `valve_profile` is how the controller opens and closes the gun's valve, None where
-    it is not stated; it needs a tank pressure.
+    Exactly one of `tank_pressure_pa` (gauge) and `impact_velocity_m_s` is given: with the velocity,
+    the gun has no part. The insulator lies on an anvil, so it needs one. `factors` are a lab's own,
+    by name, for models that ask for them; physics knows none of them. `valve_profile` is how the
+    controller opens and closes the gun's valve, None where it is not stated; it needs a tank
+    pressure.
     """
 
     impactor_mass_kg: float
@@ -98,11 +103,13 @@ class Setting:
             )
         if self.boundary_conditions not in BOUNDARY_CONDITIONS:
             raise ValueError(
-                f"boundary_conditions = {self.boundary_conditions!r}: expected one of {', '.join(BOUNDARY_CONDITIONS)}"
+                f"boundary_conditions = {self.boundary_conditions!r}: "
+                f"expected one of {', '.join(BOUNDARY_CONDITIONS)}"
             )
         if self.insulator != "none" and self.anvil is None:
             raise ValueError(
-                f"insulator = {self.insulator!r} without an anvil: expected an anvil, on which it lies"
+                f"insulator = {self.insulator!r} without an "
+                f"anvil: expected an anvil, on which it lies"
             )
 
     @property

@@ -1,11 +1,12 @@
-"""What measured shots teach of spectra and peak accelerations beyond gun and contact: what remains under the measured
-force.
+"""What measured shots teach of spectra and peak accelerations beyond gun and contact: what remains
+under the measured force.
 
-Of each shot the twin's pulse gets the peak and the impulse of the measured force and acts on the nominal plate. What
-measured levels differ from its answer by is the Gaussian process of `tune.discrepancy`, for each sensor alone, with the
-largest acceleration as one more line. Bands are those of the process times a scatter that configurations left out have
-shown: cross-conformal prediction with local weights (Vovk, Ann. Math. Artif. Intell. 74 (2015) 9; Lei and others,
-J. Am. Stat. Assoc. 113 (2018) 1094, section 5), as Student's t of as many configurations as are alike.
+Of each shot the twin's pulse gets the peak and the impulse of the measured force and acts on the
+nominal plate. What measured levels differ from its answer by is the Gaussian process of
+`tune.discrepancy`, for each sensor alone, with the largest acceleration as one more line. Bands are
+those of the process times a scatter that configurations left out have shown: cross-conformal
+prediction with local weights (Vovk, Ann. Math. Artif. Intell. 74 (2015) 9; Lei and others, J. Am.
+Stat. Assoc. 113 (2018) 1094, section 5), as Student's t of as many configurations as are alike.
 """
 
 from __future__ import annotations
@@ -42,26 +43,30 @@ from .tune.kernels import (
 from .tune.likelihood import fitted
 from .tune.shot_correction import Discrepancy, ShotCorrection, Term
 
-#: Levels of settings at velocities of impact and lines under the measured force: (n, sensors, 1 + lines), dB.
+#: Levels of settings at velocities of impact and lines under the measured force: (n, sensors, 1 +
+#: lines), dB.
 
-#: The largest acceleration stands so many octaves above the highest line: it shares levels with all lines, and colour
-#: with none.
+#: The largest acceleration stands so many octaves above the highest line: it shares levels with all
+#: lines, and colour with none.
 _PEAK_OCTAVES = 2.0
-#: Configurations that are learned from: evenly picked ones of more. The memory grows with their square.
+#: Configurations that are learned from: evenly picked ones of more. The memory grows with their
+#: square.
 MOST_CONFIGURATIONS = 300
 _ALIKE = SettingKernel()
-#: One way of exciting one place: a soft tip excites the lowest modes alone, and then all lines follow them.
+#: One way of exciting one place: a soft tip excites the lowest modes alone, and then all lines
+#: follow them.
 _SameBlow = SameWords((PLATE, POSITION, BOUNDARY, TIP, INSULATOR))
 
 #: Before any shot, dB. All are assumed, from how far models of plates lie from plates.
 #:
-#: all: handbook damping of 0.5 % where structures have 0.2 to 1 % moves a line's ringing by up to 3 dB, mount and gain
-#: of a sensor some 0.5 dB.
-#: place: of a line that few modes make, places of a plate differ by 5.6 dB (Lyon and DeJong, Theory and Application of
-#: Statistical Energy Analysis, 1995, ch. 4), less where lines average many; edges that are bolted change the lowest
-#: modes, and a place that is known to some millimetres leaves half of it.
-#: stack: an anvil of a kilogram on a plate of 10 mm keeps 8 dB of the highest lines to itself, and a layer as much.
-#: contact, blow, setting: the corner of a spectrum moves with the pulse's rise, which peak and impulse do not tell.
+#: all: handbook damping of 0.5 % where structures have 0.2 to 1 % moves a line's ringing by up to 3
+#: dB, mount and gain of a sensor some 0.5 dB. place: of a line that few modes make, places of a
+#: plate differ by 5.6 dB (Lyon and DeJong, Theory and Application of Statistical Energy Analysis,
+#: 1995, ch. 4), less where lines average many; edges that are bolted change the lowest modes, and a
+#: place that is known to some millimetres leaves half of it. stack: an anvil of a kilogram on a
+#: plate of 10 mm keeps 8 dB of the highest lines to itself, and a layer as much. contact, blow,
+#: setting: the corner of a spectrum moves with the pulse's rise, which peak and impulse do not
+#: tell.
 TERMS: tuple[Term, ...] = (
     Term("level of all", 1.5, Everywhere(), level),
     Term("colour of all", 1.5, Everywhere(), smooth),
@@ -83,11 +88,13 @@ TERMS: tuple[Term, ...] = (
 
 #: Fewer configurations than this say nothing of scatter.
 _FEW = 4
-#: So many configurations that behave as stated stand beside those measured: of a line, and of what is alike.
+#: So many configurations that behave as stated stand beside those measured: of a line, and of what
+#: is alike.
 _LINE_WEIGHT, _ALIKE_WEIGHT = 4.0, 1.5
 #: How alike scatter is: a tip makes it, places and plates hardly.
 _SCATTER_ALIKE = SettingKernel(lengths=(2.0, 2.0, 1.4), factors=(0.7, 1.0, 0.05, 0.7, 0.4, 1.0))
-#: Squares of errors over stated ones count no further than this: one strange configuration does not widen all others.
+#: Squares of errors over stated ones count no further than this: one strange configuration does not
+#: widen all others.
 _MOST_SQUARE = 25.0
 #: Degrees of freedom of a scatter that nothing alike was measured of.
 _LEAST_FREEDOM = 3.0
@@ -95,7 +102,8 @@ _LEAST_FREEDOM = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """By how much more configurations scatter than a process says: of lines (f,), and of c configurations (c,)."""
+    """By how much more configurations scatter than a process says: of lines (f,), and of c
+    configurations (c,)."""
 
     lines: Floats
     configurations: Coordinates | None = None
@@ -105,7 +113,8 @@ class Scatter:
     def of(cls, learned: ShotCorrection, within_db2: Floats) -> Self:
         """From configurations that were learned from, each predicted from the others.
 
-        `within_db2` (c, f) are mean squares of its shots about their mean: a band is that of a single shot.
+        `within_db2` (c, f) are mean squares of its shots about their mean: a band is that of a
+        single shot.
         """
         lines = learned.prior.frequency_hz.size
         if learned.shots is None or len(learned.shots) < _FEW:
@@ -133,10 +142,11 @@ class Scatter:
 
 @dataclass(frozen=True, eq=False)
 class SpectrumCalibration:
-    """Of each of `sensors`, what to multiply a twin's spectra and peak accelerations by, and how sure that is.
+    """Of each of `sensors`, what to multiply a twin's spectra and peak accelerations by, and how
+    sure that is.
 
-    Settings are asked with the velocity of their impact. `shots` counts those that taught the sensor of which most
-    were usable; 0 for a calibration that has the prior alone.
+    Settings are asked with the velocity of their impact. `shots` counts those that taught the
+    sensor of which most were usable; 0 for a calibration that has the prior alone.
     """
 
     sensors: tuple[str, ...]
@@ -157,9 +167,11 @@ class SpectrumCalibration:
 
     @classmethod
     def of(cls, shots: MeasuredShots, predicted_db: Floats) -> Self:
-        """After shots, whose levels under the measured force a twin predicts, (n, sensors, 1 + lines), peaks first.
+        """After shots, whose levels under the measured force a twin predicts, (n, sensors, 1 +
+        lines), peaks first.
 
-        Shots with a NaN among a sensor's levels teach it nothing. Raises `ValueError` for another shape.
+        Shots with a NaN among a sensor's levels teach it nothing. Raises `ValueError` for another
+        shape.
         """
         expected = (len(shots), len(shots.sensors), shots.frequency_hz.size + 1)
         if predicted_db.shape != expected:
@@ -188,16 +200,18 @@ class SpectrumCalibration:
 
     @property
     def normals(self) -> int:
-        """How many standard normal numbers one draw takes: for each sensor one a line, and one for the peak."""
+        """How many standard normal numbers one draw takes: for each sensor one a line, and one for
+        the peak."""
         return sum(learned.prior.frequency_hz.size for learned in self.learned)
 
     def factors(
         self, settings: Sequence[Setting], sensors: Sequence[str], z: Floats | None = None
     ) -> Floats:
-        """By which peaks (first) and lines are multiplied at settings, (n, sensors, 1 + lines); of draws (d, n, ...).
+        """By which peaks (first) and lines are multiplied at settings, (n, sensors, 1 + lines); of
+        draws (d, n, ...).
 
-        `z` (d, normals): the same for all settings, so that they can be compared. Raises `LookupError` for a sensor
-        that there is none of.
+        `z` (d, normals): the same for all settings, so that they can be compared. Raises
+        `LookupError` for a sensor that there is none of.
         """
         parts, begin = {}, 0
         for sensor, learned, scatter in zip(self.sensors, self.learned, self.scatter, strict=True):
@@ -212,13 +226,15 @@ class SpectrumCalibration:
             begin = stop
         if missing := [sensor for sensor in sensors if sensor not in parts]:
             raise LookupError(
-                f"no sensor {missing[0]!r} is calibrated; there are: {', '.join(self.sensors) or 'none'}"
+                f"no sensor {missing[0]!r} is calibrated; there are: "
+                f"{', '.join(self.sensors) or 'none'}"
             )
         return np.asarray(10 ** (np.stack([parts[sensor] for sensor in sensors], axis=-2) / 20))
 
 
 def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Setting]:
-    """Settings with the velocities that their impacts have; that of the setting, or 1 m/s, where that is not known."""
+    """Settings with the velocities that their impacts have; that of the setting, or 1 m/s, where
+    that is not known."""
     set_m_s = [setting.impact_velocity_m_s or 1.0 for setting in settings]
     usable = np.where(velocity_m_s > 0, velocity_m_s, set_m_s).tolist()
     return [
@@ -230,9 +246,11 @@ def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Set
 def stretched(
     pulses: ForcePulses, law: ForcePulses, peak_force_n: Floats, impulse_n_s: Floats
 ) -> ForcePulses:
-    """Pulses as they become where those of a law are stretched to measured peaks and impulses, (n,).
+    """Pulses as they become where those of a law are stretched to measured peaks and impulses,
+    (n,).
 
-    `pulses` are the law's, or what of them acts on a plate. Those without a measured force stay as they are.
+    `pulses` are the law's, or what of them acts on a plate. Those without a measured force stay as
+    they are.
     """
     usable = np.isfinite(peak_force_n) & np.isfinite(impulse_n_s)
     force = np.where(usable, peak_force_n / law.peak_force_n, 1.0)
@@ -265,8 +283,8 @@ def _learned(
     configuration: NDArray[np.intp],
     residual_db: Floats,
 ) -> tuple[ShotCorrection, Floats]:
-    """From the shots of configurations (n,): their scatter from each, the rest from means over repeats. And the mean
-    squares (c, f) of a configuration's shots about their mean."""
+    """From the shots of configurations (n,): their scatter from each, the rest from means over
+    repeats. And the mean squares (c, f) of a configuration's shots about their mean."""
     prior = fitted(_prior(frequency_hz), settings, residual_db)
     if not len(settings):
         return prior.after((), residual_db), np.empty((0, prior.frequency_hz.size))

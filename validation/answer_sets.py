@@ -2,7 +2,8 @@
 
 Whether an answer names where the gap lies.
 
-Whether probabilities mean what they say. p are those of what was said (n,), `right` whether it was so (n,).
+Whether probabilities mean what they say. p are those of what was said (n,), `right` whether it was
+so (n,).
 
 A share of cases with its uncertainty.
 """
@@ -89,8 +90,8 @@ def curve(p: Floats, right: Floats, bins: int = BINS) -> tuple[Bin, ...]:
 
 
 def calibration_error(p: Floats, right: Floats, bins: int = BINS) -> float:
-    """ECE: mean distance of the curve from the diagonal, weighed by answers. It is never below 0: with n answers in b
-    bins a perfect forecaster has about sqrt(b / n) / 3. NaN without answers."""
+    """ECE: mean distance of the curve from the diagonal, weighed by answers. It is never below 0:
+    with n answers in b bins a perfect forecaster has about sqrt(b / n) / 3. NaN without answers."""
     if not len(p):
         return math.nan
     parts = curve(p, right, bins)
@@ -106,7 +107,8 @@ def negative_log(rows: Sequence[CaseResult]) -> float:
 
 
 def brier(rows: Sequence[CaseResult]) -> float:
-    """Mean over rows of the squared distance from the truth, summed over labels: 0 to 2; NaN without rows."""
+    """Mean over rows of the squared distance from the truth, summed over labels: 0 to 2; NaN
+    without rows."""
     return float(np.mean([_squared(row) for row in rows])) if rows else math.nan
 
 
@@ -201,7 +203,8 @@ def stage_hits(rows: Sequence[CaseResult]) -> Rate:
 
 
 def region_scores(rows: Sequence[CaseResult]) -> list[float]:
-    """F1 of the first region named, over configurations, where the effect acts in some of them only; 0 if none is."""
+    """F1 of the first region named, over configurations, where the effect acts in some of them
+    only; 0 if none is."""
     held = [row for row in rows if row.label.inside is not None]
     return [
         f1(row.said.inside[0] if row.said.inside else (), row.label.inside or ()) for row in held

@@ -1,4 +1,5 @@
-"""Simple ways of answering, which the diagnosis has to beat: a problem in, a probability for each label out.
+"""Simple ways of answering, which the diagnosis has to beat: a problem in, a probability for each
+label out.
 
 A random forest on residuals, trained on campaigns of other seeds.
 
@@ -30,9 +31,10 @@ _PLACES = (9, 5, 3)
 class GapProblem:
     """N cells: means of a configuration's residuals in one observable.
 
-    `z` (N,) the gap, `noise` (N, N) its covariance from repetitions and uncertain nominal parameters, with what no
-    simulator is better than; `stage`, `configuration` and `observable` of each. `changes` by effect: (M, N), what it
-    does at M places of its parameters; `parameters` how many it has (the most of its laws).
+    `z` (N,) the gap, `noise` (N, N) its covariance from repetitions and uncertain nominal
+    parameters, with what no simulator is better than; `stage`, `configuration` and `observable` of
+    each. `changes` by effect: (M, N), what it does at M places of its parameters; `parameters` how
+    many it has (the most of its laws).
     """
 
     z: Floats
@@ -90,14 +92,17 @@ def _prior_grid(count: int) -> Floats:
 
 Answering = Callable[[GapProblem], dict[str, float]]
 
-#: Shares of "none" and of all effects together before any evidence, as the diagnosis has them, without the rest.
+#: Shares of "none" and of all effects together before any evidence, as the diagnosis has them,
+#: without the rest.
 _NONE, _EFFECTS = 2 / 7, 5 / 7
-#: Added to variances, in tolerances squared, as the diagnosis does: no mean is known better than to a hundredth.
+#: Added to variances, in tolerances squared, as the diagnosis does: no mean is known better than to
+#: a hundredth.
 _LEAST = 1e-4
 
 
 def noise_only(problem: GapProblem) -> dict[str, float]:
-    """Evidence with the scatter of repetitions alone: no background, no unknown. All places equally likely."""
+    """Evidence with the scatter of repetitions alone: no background, no unknown. All places equally
+    likely."""
     from scipy.special import logsumexp
 
     none, logs = _log_likelihoods(problem)
@@ -122,7 +127,8 @@ def bic(problem: GapProblem) -> dict[str, float]:
 def largest_residual(
     problem: GapProblem, frequent: Mapping[str, str] | None = None
 ) -> dict[str, float]:
-    """Names the most frequent effect of the stage whose gap is the largest in tolerances, or none within tolerance.
+    """Names the most frequent effect of the stage whose gap is the largest in tolerances, or none
+    within tolerance.
 
     `frequent` by stage; by default the first effect of the stage that the campaign can show.
     """
@@ -165,14 +171,16 @@ def _normalised(joint: dict[str, float]) -> dict[str, float]:
     return dict(zip(joint, (weights / weights.sum()).tolist(), strict=True))
 
 
-#: Whitened mean residuals of every campaign are drawn out or drawn together to so many configurations by observables.
+#: Whitened mean residuals of every campaign are drawn out or drawn together to so many
+#: configurations by observables.
 CONFIGURATIONS, OBSERVABLES = 12, 24
 TREES = 300
 
 
 @dataclass(frozen=True)
 class Forest:
-    """One classifier for each kind of campaign; `frequent` are the most frequent effects by stage, for a baseline."""
+    """One classifier for each kind of campaign; `frequent` are the most frequent effects by stage,
+    for a baseline."""
 
     by_kind: Mapping[str, Any]
     frequent: Mapping[str, str]
@@ -186,7 +194,8 @@ class Forest:
         seed: int,
         trees: int = TREES,
     ) -> Self:
-        """From features and labels of campaigns. Raises `ModuleNotFoundError` without scikit-learn."""
+        """From features and labels of campaigns. Raises `ModuleNotFoundError` without
+        scikit-learn."""
         from sklearn.ensemble import RandomForestClassifier
 
         by_kind = {}
@@ -210,9 +219,11 @@ class Forest:
 
 
 def features(problem: GapProblem) -> Floats:
-    """(F,): for each stage of gun, contact and plate, residuals over their own standard errors and in tolerances.
+    """(F,): for each stage of gun, contact and plate, residuals over their own standard errors and
+    in tolerances.
 
-    A table of configurations by observables is resampled to a fixed size, with its means and spreads beside it.
+    A table of configurations by observables is resampled to a fixed size, with its means and
+    spreads beside it.
     """
     sigma = np.sqrt(np.diag(problem.noise))
     parts = [

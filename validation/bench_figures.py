@@ -1,4 +1,5 @@
-"""Figures of benches on which many effects act: how far the gap shrinks, what is named, how true the shares are.
+"""Figures of benches on which many effects act: how far the gap shrinks, what is named, how true
+the shares are.
 
 Pure functions of rows. An answer that never came shrinks nothing and names nothing.
 """
@@ -55,12 +56,14 @@ class Quantile:
 class BenchFigures:
     """Of one tier or kind.
 
-    `fraction`s of the gap that go, held out, as the report says: median and 10th percentile; `true_fraction`: median of
-    what the named effects truly remove, against a recording of the bench without scatter. `naive`: median of the joint
-    ridge fit, `at_least_naive` how often the diagnosis is not below it. `largest_named`: the effect with the largest
-    true share is in the first entry; `large_named`: effects with a true share of 0.2 and more; `off_named`: of effects
-    that do not act. `shares_error`: mean absolute error of the shares by leave-one-out and by Shapley, `shares_held`
-    how often the 90 % intervals hold the former. `all_named`, `one_named`: every acting effect, at least one.
+    `fraction`s of the gap that go, held out, as the report says: median and 10th percentile;
+    `true_fraction`: median of what the named effects truly remove, against a recording of the bench
+    without scatter. `naive`: median of the joint ridge fit, `at_least_naive` how often the
+    diagnosis is not below it. `largest_named`: the effect with the largest true share is in the
+    first entry; `large_named`: effects with a true share of 0.2 and more; `off_named`: of effects
+    that do not act. `shares_error`: mean absolute error of the shares by leave-one-out and by
+    Shapley, `shares_held` how often the 90 % intervals hold the former. `all_named`, `one_named`:
+    every acting effect, at least one.
     """
 
     name: str

@@ -1,4 +1,5 @@
-"""The blind check from end to end: draw, publish hashes, record and answer, and only then open the labels.
+"""The blind check from end to end: draw, publish hashes, record and answer, and only then open the
+labels.
 
 Answers as they come, a line of JSON each: a check that is stopped goes on where it was.
 
@@ -148,12 +149,12 @@ def run(
 ) -> Report:
     """`cases` of each tier, answered by `executor` and scored.
 
-    With a `folder` hashes, sealed labels, key and answers are kept there, and a check that was stopped goes on. The
-    forest among the baselines learns from `learn_from` campaigns, by default as many as are scored; 0: no forest.
-    `split`: of families, laws and seeds. `kinds`: these alone, in the tiers in which kinds take turns. A case that
-    takes longer than `patience_s` has no answer.
-    Raises `ValueError` for a tier that there is not and for a folder of another check, `SealError` for a folder of
-    other labels than were published.
+    With a `folder` hashes, sealed labels, key and answers are kept there, and a check that was
+    stopped goes on. The forest among the baselines learns from `learn_from` campaigns, by default
+    as many as are scored; 0: no forest. `split`: of families, laws and seeds. `kinds`: these alone,
+    in the tiers in which kinds take turns. A case that takes longer than `patience_s` has no
+    answer. Raises `ValueError` for a tier that there is not and for a folder of another check,
+    `SealError` for a folder of other labels than were published.
     """
     tell, options = progress or (lambda *_: None), options or OPTIONS
     work = tasks(cases, seed, tiers, split, kinds)
@@ -182,7 +183,8 @@ def run(
 def _published(
     place: Path, work: Sequence[CaseTask], executor: ExecutorConfig, tell: Progress
 ) -> tuple[str, ...]:
-    """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are some."""
+    """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are
+    some."""
     if not (place / _PUBLISHED).exists():
         labels = _labels(work, executor, tell)
         key = new_key()
@@ -197,7 +199,8 @@ def _same_check(place: Path, settings: dict[str, Any]) -> None:
     file = place / _SETTINGS
     if file.exists() and json.loads(file.read_text(encoding="utf-8")) != settings:
         raise ValueError(
-            f"{place}: holds a check with other settings; expected a new folder, or {file.read_text()}"
+            f"{place}: holds a check with other settings; expected a new "
+            f"folder, or {file.read_text()}"
         )
     write_text(file, json.dumps(settings))
 
@@ -231,7 +234,8 @@ def _oracles(
     executor: ExecutorConfig,
     tell: Progress,
 ) -> dict[str, dict[str, Any]]:
-    """For one effect with a gap beyond tolerance, and for the answers about benches that named an effect."""
+    """For one effect with a gap beyond tolerance, and for the answers about benches that named an
+    effect."""
     journal = CaseJournal(place / _ORACLES)
     oracle_fits = journal.read()
     wanted = [

@@ -24,7 +24,8 @@ from .cases.draw import (
 
 
 class Mix(NamedTuple):
-    """What a tier is drawn from: gaps over floor by name, causes with their shares, roughness of the background."""
+    """What a tier is drawn from: gaps over floor by name, causes with their shares, roughness of
+    the background."""
 
     gaps: tuple[str, ...]
     causes: Mapping[str, float]
@@ -34,8 +35,8 @@ class Mix(NamedTuple):
 class ManyEffectTier(NamedTuple):
     """A tier in which kinds take turns, and the seeds of the splits are apart from each other.
 
-    `draw` makes a case of a kind from random numbers, for a split, with its number within the kind (from 0). A tier
-    with `seeds_of` another one has its cases.
+    `draw` makes a case of a kind from random numbers, for a split, with its number within the kind
+    (from 0). A tier with `seeds_of` another one has its cases.
     """
 
     kinds: tuple[str, ...]
@@ -46,7 +47,8 @@ class ManyEffectTier(NamedTuple):
 _USUAL = {"catalogue": 0.6, "none": 0.2, "unknown": 0.2}
 #: Cases whose own effect is taken out of the catalogue.
 LEFT_OUT = "left out"
-#: Gaps over floor below 1.5, to 3, to 6, to 20; two effects; a rougher background than assumed; an effect left out.
+#: Gaps over floor below 1.5, to 3, to 6, to 20; two effects; a rougher background than assumed; an
+#: effect left out.
 MIXES: Mapping[str, Mix] = {
     "weak": Mix(("weak",), _USUAL),
     "middle": Mix(("middle",), _USUAL),
@@ -59,7 +61,8 @@ MIXES: Mapping[str, Mix] = {
 
 
 def laws_of(split: str) -> str:
-    """The second laws of a split: each has laws of its own. Raises `ValueError` for a split that there is not."""
+    """The second laws of a split: each has laws of its own. Raises `ValueError` for a split that
+    there is not."""
     if split not in SPLITS:
         raise ValueError(f"split {split!r}: expected one of {', '.join(SPLITS)}")
     return split
@@ -75,17 +78,19 @@ def _recorded(case: Case, recorded: bool = True) -> Case:
 
 
 def _null(kind: str, rng: np.random.Generator, split: str, number: int) -> Case:
-    """Without an effect; every other background is rough, and of guns every other pair has traces."""
+    """Without an effect; every other background is rough, and of guns every other pair has
+    traces."""
     case = replace(base_case(kind, "any", rng, rough=bool(number % 2)), laws=laws_of(split))
     return _recorded(case, number // 2 % 2 == 0)
 
 
 _SINGLE = ("gun", "hammer", "plate")
-#: The virtual bench as it is, all effects at once, at full scale with gaps of 10 to 60 tolerances; and one effect, two,
-#: and five to seven at full scale by second laws. Then what a reader acts on, by second laws: guns at full scale with
-#: tank pressure and laser, and the same shots without; one and two effects of a gun with them; a gun and what its
-#: bullet strikes at full scale; causes outside of the catalogue; five effects that are small together; no effect, with
-#: a smooth background and with a rough one.
+#: The virtual bench as it is, all effects at once, at full scale with gaps of 10 to 60 tolerances;
+#: and one effect, two, and five to seven at full scale by second laws. Then what a reader acts on,
+#: by second laws: guns at full scale with tank pressure and laser, and the same shots without; one
+#: and two effects of a gun with them; a gun and what its bullet strikes at full scale; causes
+#: outside of the catalogue; five effects that are small together; no effect, with a smooth
+#: background and with a rough one.
 BENCHES: Mapping[str, ManyEffectTier] = {
     "realistic": ManyEffectTier(KINDS, lambda kind, rng, *_: draw_realistic(kind, rng)),
     "realistic full scale": ManyEffectTier(
@@ -139,7 +144,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 }
 #: Every tier. The place of a tier is part of its seeds: new ones come last.
 TIERS: Mapping[str, Mix | ManyEffectTier] = {**MIXES, **BENCHES}
-#: Splits of causes, laws and seeds; what is tuned may look at all but the sealed one. Each has second laws of its own.
+#: Splits of causes, laws and seeds; what is tuned may look at all but the sealed one. Each has
+#: second laws of its own.
 SPLITS = ("development", "calibration", "sealed")
 #: Seeds of the tables in the documentation, by split: the same cases, for whoever runs the check.
 SEEDS: Mapping[str, int] = {"development": 26_110, "calibration": 26_111, "sealed": 26_112}
@@ -148,7 +154,8 @@ _REDRAWS = 8
 
 @dataclass(frozen=True)
 class CaseTask:
-    """One case to come, by its name; `split` says which effects outside the catalogue, and which laws, may be drawn.
+    """One case to come, by its name; `split` says which effects outside the catalogue, and which
+    laws, may be drawn.
 
     `kind` is empty where it is drawn with the case.
     """
@@ -163,7 +170,8 @@ class CaseTask:
 def tasks(
     cases: int, seed: int, tiers: Sequence[str], split: str = "sealed", kinds: Sequence[str] = ()
 ) -> list[CaseTask]:
-    """So many cases of each tier, tier by tier; of `kinds` alone where some are named, in the tiers that take turns.
+    """So many cases of each tier, tier by tier; of `kinds` alone where some are named, in the tiers
+    that take turns.
 
     Raises `ValueError` for a tier or kind that there is not.
     """
@@ -209,7 +217,8 @@ def _in_turn(cases: int, seed: int, tier: str, split: str, kinds: Sequence[str])
 
 @lru_cache(maxsize=64)
 def case_of_task(task: CaseTask) -> tuple[Case, int]:
-    """The case of a task and the seed of its recording. Raises `ValueError` where no case comes of it."""
+    """The case of a task and the seed of its recording. Raises `ValueError` where no case comes of
+    it."""
     rng = np.random.default_rng(task.seed)
     if task.tier in BENCHES:
         case = BENCHES[task.tier].draw(task.kind, rng, task.split, task.seed[-1])

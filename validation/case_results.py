@@ -22,7 +22,8 @@ _SEEN_IN = {
 
 
 def stages_of(effect: str) -> tuple[str, ...]:
-    """Where an effect of the catalogue may be named: its own stage, or either side of an interface that is misread."""
+    """Where an effect of the catalogue may be named: its own stage, or either side of an interface
+    that is misread."""
     place = effect.split(".")[0]
     return _SEEN_IN.get(effect, ("plate",) if place == "sensor" else (place,))
 
@@ -31,12 +32,13 @@ def stages_of(effect: str) -> tuple[str, ...]:
 class WithheldTruth:
     """The withheld truth of one case.
 
-    `effects` are ids of the catalogue: none of them for a campaign without effect and for one whose effect lies outside
-    the catalogue, which has a `family` instead. `gap_in_floors` and `gap_in_tolerances` are of the effect alone,
-    without background. `stages` are those in whose observables it shows; `inside` names the configurations (by their
-    place in the record) where it acts, where it does not act in all of them. `shares` of the squared gap by effect, by
-    leaving one out, and `shapley`; `shown` are the effects that such a campaign could show, acting or not. `traces`:
-    whether tank pressure and laser were recorded.
+    `effects` are ids of the catalogue: none of them for a campaign without effect and for one whose
+    effect lies outside the catalogue, which has a `family` instead. `gap_in_floors` and
+    `gap_in_tolerances` are of the effect alone, without background. `stages` are those in whose
+    observables it shows; `inside` names the configurations (by their place in the record) where it
+    acts, where it does not act in all of them. `shares` of the squared gap by effect, by leaving
+    one out, and `shapley`; `shown` are the effects that such a campaign could show, acting or not.
+    `traces`: whether tank pressure and laser were recorded.
     """
 
     case: str
@@ -56,7 +58,8 @@ class WithheldTruth:
 
     @property
     def key(self) -> str:
-        """As a diagnosis would say it: "none", "unknown", an id, or "a+b" in the order of the alphabet."""
+        """As a diagnosis would say it: "none", "unknown", an id, or "a+b" in the order of the
+        alphabet."""
         return UNKNOWN if self.family else "+".join(sorted(self.effects)) or NONE
 
     @property
@@ -80,12 +83,14 @@ class RankedAnswer:
 
 @dataclass(frozen=True)
 class CaseAnswer:
-    """An answer as it is scored. `error` is the reason where there is none: it counts as wrong wherever it can.
+    """An answer as it is scored. `error` is the reason where there is none: it counts as wrong
+    wherever it can.
 
-    `stages` in the order named; `inside` the configurations of each named region; `shrinkage` the report's entry that
-    is held out by configuration. `shares` by effect: of the squared gap, with its interval's ends. `naive` is the
-    fraction of the gap that the naive joint fit takes away, held out. `corner` is the shrinkage that is held out by a
-    corner, `sets` the effects of each set that the report names (None: the report knows no sets).
+    `stages` in the order named; `inside` the configurations of each named region; `shrinkage` the
+    report's entry that is held out by configuration. `shares` by effect: of the squared gap, with
+    its interval's ends. `naive` is the fraction of the gap that the naive joint fit takes away,
+    held out. `corner` is the shrinkage that is held out by a corner, `sets` the effects of each set
+    that the report names (None: the report knows no sets).
     """
 
     case: str
@@ -135,7 +140,8 @@ class CaseAnswer:
     def from_probabilities(
         cls, case: str, probabilities: Mapping[str, float], seconds: float = float("nan")
     ) -> Self:
-        """An answer that is a probability for each label: its stage is that of the likeliest effect."""
+        """An answer that is a probability for each label: its stage is that of the likeliest
+        effect."""
         falling = sorted(probabilities.items(), key=lambda item: -item[1])
         entries = tuple(RankedAnswer((_key(k),), float(p), (1.0,)) for k, p in falling)
         named = [name for name in (falling[0][0] if falling else "").split("+") if "." in name]
@@ -150,8 +156,8 @@ class CaseAnswer:
 
     @property
     def named(self) -> tuple[frozenset[str], ...]:
-        """Effects that the first entry names, a set for each of its alternatives, the likeliest first; empty sets for
-        "none" and "unknown"."""
+        """Effects that the first entry names, a set for each of its alternatives, the likeliest
+        first; empty sets for "none" and "unknown"."""
         first = self.entries[0].labels if self.entries else ()
         return tuple(frozenset(name for name in label.split("+") if "." in name) for label in first)
 
@@ -172,7 +178,8 @@ class CaseAnswer:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """One case: the truth, and what was said. `oracle` is the shrinkage of the right effect, where it was asked for."""
+    """One case: the truth, and what was said. `oracle` is the shrinkage of the right effect, where
+    it was asked for."""
 
     label: WithheldTruth
     said: CaseAnswer

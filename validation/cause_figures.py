@@ -1,7 +1,8 @@
-"""What a reader of a diagnosis acts on: which effect leads, what is named that does not act, what is said of nothing.
+"""What a reader of a diagnosis acts on: which effect leads, what is named that does not act, what
+is said of nothing.
 
-Pure functions of rows. True shares are Shapley values of the noise-free squared gap. An answer that never came leads
-with nothing, names nothing and is wrong wherever it can be.
+Pure functions of rows. True shares are Shapley values of the noise-free squared gap. An answer that
+never came leads with nothing, names nothing and is wrong wherever it can be.
 """
 
 from __future__ import annotations
@@ -44,17 +45,19 @@ ALL = "all tiers"
 class CauseFigures:
     """Of some campaigns.
 
-    `largest_leads`: the effect with the largest true share is the first of the table of shares; `other_leads`: the same
-    without the atmosphere, in which every gun stands; `largest_named`: it is in the first entry; `set_named`: it is in
-    a set of the report, or in the first entry, where the report has sets, and `set_size` how many effects that set has.
-    `idle_named`: of the names in the likeliest member of the first entry,
-    those that do not act. `both_named`: of two acting effects. `wrong_alone`: one effect alone is named above 0.8, and
-    it does not act. `shares_error` and `shares_held`: mean absolute error of the shares of acting effects, and how
-    often their 90 % intervals hold the true ones. `none_first` and `unknown_first` where an effect of the catalogue
-    makes a gap beyond tolerance. `outside_unknown`, `outside_none`: first answers where the cause is outside of the
-    catalogue. `false_smooth` and `false_rough`: another answer than `none` without any effect, by background. `stage`:
-    that of the largest error, of campaigns with several. `fraction`: of the gap that goes, held out by configuration;
-    `corner`: held out by corner. `at_least_naive`: not below the naive joint fit by more than 0.02. `ece`: of the first
+    `largest_leads`: the effect with the largest true share is the first of the table of shares;
+    `other_leads`: the same without the atmosphere, in which every gun stands; `largest_named`: it
+    is in the first entry; `set_named`: it is in a set of the report, or in the first entry, where
+    the report has sets, and `set_size` how many effects that set has. `idle_named`: of the names in
+    the likeliest member of the first entry, those that do not act. `both_named`: of two acting
+    effects. `wrong_alone`: one effect alone is named above 0.8, and it does not act. `shares_error`
+    and `shares_held`: mean absolute error of the shares of acting effects, and how often their 90 %
+    intervals hold the true ones. `none_first` and `unknown_first` where an effect of the catalogue
+    makes a gap beyond tolerance. `outside_unknown`, `outside_none`: first answers where the cause
+    is outside of the catalogue. `false_smooth` and `false_rough`: another answer than `none`
+    without any effect, by background. `stage`: that of the largest error, of campaigns with
+    several. `fraction`: of the gap that goes, held out by configuration; `corner`: held out by
+    corner. `at_least_naive`: not below the naive joint fit by more than 0.02. `ece`: of the first
     entry's probability.
     """
 
@@ -153,7 +156,8 @@ def cause_figures(name: str, rows: Rows) -> CauseFigures:
 
 
 def cause_tables(rows: Rows, tiers: Sequence[str]) -> tuple[CauseFigures, ...]:
-    """Of each of some tiers, of each kind within it where there are several, and of all rows of these tiers."""
+    """Of each of some tiers, of each kind within it where there are several, and of all rows of
+    these tiers."""
     tables, used = [], []
     for tier in tiers:
         own = [row for row in rows if row.label.tier == tier]
@@ -172,7 +176,8 @@ def cause_tables(rows: Rows, tiers: Sequence[str]) -> tuple[CauseFigures, ...]:
 def first_entry_right(row: CaseResult) -> bool:
     """Whether a member of the first entry is an accepted answer.
 
-    It may leave out acting effects with less than a tenth of the gap, and names none that does not act.
+    It may leave out acting effects with less than a tenth of the gap, and names none that does not
+    act.
     """
     if not row.said.entries:
         return False
@@ -241,7 +246,8 @@ def _leader(row: CaseResult, but: str = "") -> str:
 
 
 def _set_of_largest(row: CaseResult) -> frozenset[str]:
-    """The smallest set that holds the largest effect; that effect alone where the first entry names it; else empty."""
+    """The smallest set that holds the largest effect; that effect alone where the first entry names
+    it; else empty."""
     largest = _largest(row)
     holding = [members for members in row.said.sets or () if largest in members]
     if holding:

@@ -1,8 +1,9 @@
-"""The naive baseline: all effects of a stage fitted together by ridge regression, without selection.
+"""The naive baseline: all effects of a stage fitted together by ridge regression, without
+selection.
 
-It names no cause, but shrinks the gap: a diagnosis that shrinks it less has missed something. One value of every
-parameter for all materials and bullets, least squares (Levenberg-Marquardt in bounds) from near "off", in the folds by
-configuration that the diagnosis has.
+It names no cause, but shrinks the gap: a diagnosis that shrinks it less has missed something. One
+value of every parameter for all materials and bullets, least squares (Levenberg-Marquardt in
+bounds) from near "off", in the folds by configuration that the diagnosis has.
 """
 
 from __future__ import annotations
@@ -31,13 +32,15 @@ _MODEL_ERROR = 0.5
 _PATIENCE_S = 12.0
 #: A residual without an answer (a shot that stops) counts as so many standard deviations.
 _NO_ANSWER = 30.0
-#: A valve that opens slowly and hardly throttles takes forever to simulate: it has its steady regime here.
+#: A valve that opens slowly and hardly throttles takes forever to simulate: it has its steady
+#: regime here.
 _LEFT_AT_ZERO = {"gun.valve_flow": ("loss_coefficient", "opening_time_s")}
 
 
 def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
-    """Gap `before`, `inside` the sample, `after` held out, `floor`, in the metric's unit; `fraction` held out; `shares`
-    of the squared gap by what it grows without each effect; `seconds`."""
+    """Gap `before`, `inside` the sample, `after` held out, `floor`, in the metric's unit;
+    `fraction` held out; `shares` of the squared gap by what it grows without each effect;
+    `seconds`."""
     began = time.perf_counter()
     metric = GapMetric.of(gap)
     measured_rows = np.flatnonzero(np.isfinite(gap.mean[:, metric.columns]).any(axis=1))

@@ -1,4 +1,5 @@
-"""The figures of a table: one function from rows to a record. Pure; nothing here has seen a campaign.
+"""The figures of a table: one function from rows to a record. Pure; nothing here has seen a
+campaign.
 
 How far the gap shrank, beside what the right effect would have done.
 """
@@ -31,7 +32,8 @@ from .case_results import CaseResult, fraction_of
 
 
 def auroc(of_these: Sequence[float], of_others: Sequence[float]) -> float:
-    """The chance that one of these has a larger score than one of the others; ties count half. NaN without both."""
+    """The chance that one of these has a larger score than one of the others; ties count half. NaN
+    without both."""
     if not of_these or not of_others:
         return math.nan
     from scipy.stats import rankdata
@@ -87,7 +89,8 @@ _LEAST = 0.05
 
 @dataclass(frozen=True)
 class GapReductionScore:
-    """`ratio` of the share that was removed to the share that the right effect removes: its median and 10th percentile.
+    """`ratio` of the share that was removed to the share that the right effect removes: its median
+    and 10th percentile.
 
     `covered` counts intervals that hold the true share, where it is known.
     """
@@ -103,7 +106,8 @@ class GapReductionScore:
 
 
 def gap_reduction_score(rows: Sequence[CaseResult]) -> GapReductionScore:
-    """Over the rows whose oracle found a gap to shrink. A report without a share counts as 0: nothing was removed."""
+    """Over the rows whose oracle found a gap to shrink. A report without a share counts as 0:
+    nothing was removed."""
     held = [row for row in rows if (fraction_of(row.oracle) or 0.0) > _LEAST]
     reported = np.array([fraction_of(row.said.shrinkage) or 0.0 for row in held])
     best = np.array([fraction_of(row.oracle) for row in held], dtype=np.float64)
@@ -137,7 +141,8 @@ Rows = Sequence[CaseResult]
 class Unknowns:
     """Effects outside the catalogue against all other cases, by the probability of "unknown".
 
-    `recall_at_5` where 5 % of the others lie above; `declared` and `wrongly` where "unknown" was the first answer.
+    `recall_at_5` where 5 % of the others lie above; `declared` and `wrongly` where "unknown" was
+    the first answer.
     """
 
     auroc: float
@@ -148,7 +153,8 @@ class Unknowns:
 
 @dataclass(frozen=True)
 class Reliability:
-    """Of the first entry as it is printed, and of its likeliest label alone; over labels in `nll` and `brier`."""
+    """Of the first entry as it is printed, and of its likeliest label alone; over labels in `nll`
+    and `brier`."""
 
     ece: float
     ece_label: float
@@ -232,7 +238,8 @@ def unknowns(rows: Rows) -> Unknowns:
 
 
 def reliability(rows: Rows) -> Reliability:
-    """Cases without an answer said no probability: the curve leaves them out, NLL and Brier do not."""
+    """Cases without an answer said no probability: the curve leaves them out, NLL and Brier do
+    not."""
     answered = [row for row in rows if row.said.entries]
     entry = np.array([row.said.entries[0].probability for row in answered])
     label = np.array([row.said.probabilities[row.said.labels[0]] for row in answered])
@@ -259,7 +266,8 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """Records as objects, tuples as lists, and what there is none of (NaN) as null: JSON knows no NaN."""
+    """Records as objects, tuples as lists, and what there is none of (NaN) as null: JSON knows no
+    NaN."""
     if hasattr(value, "as_json"):
         return _plain(value.as_json())
     if isinstance(value, Unknowns | Reliability | GapReductionScore):

@@ -1,4 +1,5 @@
-"""What the right effects would have done: the twin's laws of them, fitted on the same kind of folds."""
+"""What the right effects would have done: the twin's laws of them, fitted on the same kind of
+folds."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ _QUIET = 0.02
 
 @dataclass(frozen=True)
 class OpenedTask:
-    """A task whose label was opened, with the effects that the first answer named, as it fitted them."""
+    """A task whose label was opened, with the effects that the first answer named, as it fitted
+    them."""
 
     task: CaseTask
     options: Options
@@ -39,10 +41,11 @@ class OpenedTask:
 
 
 def oracle(task: OpenedTask) -> dict[str, Any]:
-    """`fraction` of the right effect, held out by configuration; `true_fraction` that the answer's effects remove.
+    """`fraction` of the right effect, held out by configuration; `true_fraction` that the answer's
+    effects remove.
 
-    The latter is measured against a recording of the same bench with next to no scatter; None for an answer without
-    effects. {"error": ...} where there is none.
+    The latter is measured against a recording of the same bench with next to no scatter; None for
+    an answer without effects. {"error": ...} where there is none.
     """
     from threadpoolctl import threadpool_limits
 
@@ -50,7 +53,8 @@ def oracle(task: OpenedTask) -> dict[str, Any]:
     try:
         with threadpool_limits(1):
             stages, gap = _staged(case, seed, task.options)
-            # On a bench with many effects the right ones are not fitted: that is the diagnosis's own task.
+            # On a bench with many effects the right ones are not fitted: that is the diagnosis's
+            # own task.
             best = (
                 _best(case, stages, gap, task.options)
                 if len(case.strengths) == 1
@@ -58,7 +62,8 @@ def oracle(task: OpenedTask) -> dict[str, Any]:
             )
             fit = {"case": task.task.name, **best}
             return fit | {"true_fraction": _true(case, seed, gap, task) if task.fitted else None}
-    except Exception as error:  # noqa: BLE001 - an oracle that fails must not take the answers with it
+    except Exception as error:
+        # noqa: BLE001 - an oracle that fails must not take the answers with it
         return {"case": task.task.name, "error": f"{type(error).__name__}: {error}"}
 
 

@@ -28,9 +28,9 @@ DIAGNOSIS = "diagnosis"
 class Report:
     """`tiers` of the diagnosis and `baselines` by their name, the same tiers each, "all" the last.
 
-    `kinds`: the diagnosis by kind of campaign, over all tiers. `benches`: the tiers in which kinds take turns;
-    `causes`: of the same, what a reader acts on.
-    `published` are the salted hashes of the labels, in the order of the cases, as they were before any diagnosis.
+    `kinds`: the diagnosis by kind of campaign, over all tiers. `benches`: the tiers in which kinds
+    take turns; `causes`: of the same, what a reader acts on. `published` are the salted hashes of
+    the labels, in the order of the cases, as they were before any diagnosis.
     """
 
     cases: int
@@ -60,7 +60,8 @@ class Report:
         }
 
     def text(self) -> str:
-        """Tables: the diagnosis by tier, then every way of answering over all tiers, then errors and crashes."""
+        """Tables: the diagnosis by tier, then every way of answering over all tiers, then errors
+        and crashes."""
         if not self.tiers:
             return _left_out(self.left_out)
         parts = [table(self.tiers, "tier"), *([table(self.kinds, "kind")] if self.kinds else [])]
@@ -82,7 +83,8 @@ class Report:
 
 @dataclass(frozen=True)
 class Pool:
-    """Several finished checks as one: what each was asked for, and the tables over the campaigns of all."""
+    """Several finished checks as one: what each was asked for, and the tables over the campaigns of
+    all."""
 
     checks: tuple[Mapping[str, Any], ...]
     tiers: tuple[CaseMetrics, ...]
@@ -101,7 +103,8 @@ class Pool:
 
     def text(self) -> str:
         sections = [
-            f"{len(self.checks)} checks: seeds {', '.join(str(check['seed']) for check in self.checks)}"
+            f"{len(self.checks)} checks: seeds "
+            f"{', '.join(str(check['seed']) for check in self.checks)}"
         ]
         if self.tiers:
             sections += [
@@ -185,7 +188,8 @@ def _left_out(excluded: ExcludedEffect | None) -> str:
         return ""
     lines = [
         f"An effect left out of the catalogue, {excluded.n} cases:",
-        f"unknown {_rate(excluded.unknown)}, another effect {_rate(excluded.others)}, stage {_rate(excluded.stage)}",
+        f"unknown {_rate(excluded.unknown)}, another effect "
+        f"{_rate(excluded.others)}, stage {_rate(excluded.stage)}",
         f"put back: first, or in the first group {_rate(excluded.found)}; "
         f"the gap shrinks by {_number(excluded.fraction)}",
     ]
@@ -199,16 +203,19 @@ SCORED = "scored.jsonl"
 
 
 def write_rows(file: Path, request: Mapping[str, Any], rows: Sequence[CaseResult]) -> None:
-    """What was asked for on the first line, then a row each: the truth, what was said, and the oracle's shrinkage."""
+    """What was asked for on the first line, then a row each: the truth, what was said, and the
+    oracle's shrinkage."""
     lines = [json.dumps(dict(request)), *(json.dumps(asdict(row)) for row in rows)]
     write_text(file, "\n".join(lines) + "\n")
 
 
 def read_rows(file: Path) -> tuple[dict[str, Any], list[CaseResult]]:
-    """The inverse. Raises `ValueError` where a check was not finished, and for a file that is none of these."""
+    """The inverse. Raises `ValueError` where a check was not finished, and for a file that is none
+    of these."""
     if not file.is_file():
         raise ValueError(
-            f"{file.parent}: no {file.name} there; finish this check with blind-check --folder first"
+            f"{file.parent}: no {file.name} there; finish this check with "
+            f"blind-check --folder first"
         )
     try:
         request, *lines = [
@@ -222,7 +229,8 @@ def read_rows(file: Path) -> tuple[dict[str, Any], list[CaseResult]]:
 
 
 def pooled(files: Sequence[Path]) -> tuple[list[dict[str, Any]], list[CaseResult]]:
-    """What each check was asked for, and the rows of all. Raises `ValueError` for one that is there twice."""
+    """What each check was asked for, and the rows of all. Raises `ValueError` for one that is there
+    twice."""
     checks: list[dict[str, Any]] = []
     rows: list[CaseResult] = []
     seen: dict[tuple[int, str], Path] = {}
@@ -231,7 +239,8 @@ def pooled(files: Sequence[Path]) -> tuple[list[dict[str, Any]], list[CaseResult
         for row in own:
             if (before := seen.setdefault((request["seed"], row.label.case), file)) is not file:
                 raise ValueError(
-                    f"{file}: {row.label.case} of seed {request['seed']} is in {before} as well; pool it once"
+                    f"{file}: {row.label.case} of seed {request['seed']} is "
+                    f"in {before} as well; pool it once"
                 )
         checks.append(request)
         rows += own

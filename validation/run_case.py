@@ -28,8 +28,8 @@ _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
 
 class PeakMemory:
-    """Counts from its making on, where the operating system lets a process forget its peak (Linux); otherwise from the
-    start of the process."""
+    """Counts from its making on, where the operating system lets a process forget its peak (Linux);
+    otherwise from the start of the process."""
 
     def __init__(self) -> None:
         try:
@@ -71,7 +71,8 @@ PATIENCE_S = 900.0
 
 @dataclass(frozen=True)
 class CaseJob:
-    """A task, and how it is answered: with the options of the diagnosis, and with the simple ways or without."""
+    """A task, and how it is answered: with the options of the diagnosis, and with the simple ways
+    or without."""
 
     task: CaseTask
     options: Options
@@ -86,7 +87,8 @@ def answer_case(job: CaseJob) -> dict[str, Any]:
     with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
         folder = Path(place) / "campaign"
         record_case(case, folder, seed)
-        # From here on nothing but the folder is known. The names of effects that are left out are the exception.
+        # From here on nothing but the folder is known. The names of effects that are left out are
+        # the exception.
         left_out = next(iter(case.strengths)) if job.task.tier == LEFT_OUT else None
         answer = _from_folder(folder, job, left_out)
     return {"case": job.task.name, **answer}
@@ -112,12 +114,14 @@ def _from_folder(folder: Path, job: CaseJob, left_out: str | None) -> dict[str, 
         )
         without = diagnosed(folder, replace(job.options, catalogue=catalogue_names, shrink=False))
         return {**without, "added": diagnosed(folder, job.options)}
-    except Exception as error:  # noqa: BLE001 - whatever went wrong, the case was not answered, and is counted
+    except Exception as error:
+        # noqa: BLE001 - whatever went wrong, the case was not answered, and is counted
         return {"error": f"{type(error).__name__}: {error}", "seconds": None}
 
 
 def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
-    """What is said of a folder: the report, the first answer's effects as they were fitted, and the time it took."""
+    """What is said of a folder: the report, the first answer's effects as they were fitted, and the
+    time it took."""
     from ..diagnosis.diagnose import diagnose
     from ..diagnosis.reading import read_folder
     from ..diagnosis.verdict import plain
@@ -138,11 +142,13 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
             **cost,
         }
     )
-    return json.loads(text, parse_constant=lambda _: None)  # type: ignore[no-any-return]  # JSON knows no NaN
+    # JSON knows no NaN
+    return json.loads(text, parse_constant=lambda _: None)  # type: ignore[no-any-return]
 
 
 def gap_of_folder(folder: Path, options: Options) -> tuple[tuple[Stage, ...], GapTable]:
-    """The stages of a recorded campaign, and its gap. Raises `ValueError` for a folder that cannot be read."""
+    """The stages of a recorded campaign, and its gap. Raises `ValueError` for a folder that cannot
+    be read."""
     from ..diagnosis.chain import stages_of
     from ..diagnosis.gap import GapTable
     from ..diagnosis.reading import read_folder
@@ -164,12 +170,14 @@ def _simply(folder: Path, options: Options) -> dict[str, Any]:
 
 
 def _naive(folder: Path, options: Options) -> dict[str, Any]:
-    """The gap that all effects together take away, by a fit without selection; {"error"} where it fails."""
+    """The gap that all effects together take away, by a fit without selection; {"error"} where it
+    fails."""
     from .joint_ridge import joint_ridge
 
     try:
         return joint_ridge(*gap_of_folder(folder, options))
-    except Exception as error:  # noqa: BLE001 - a baseline that fails must not take the answer with it
+    except Exception as error:
+        # noqa: BLE001 - a baseline that fails must not take the answer with it
         return {"error": f"{type(error).__name__}: {error}"}
 
 

@@ -27,8 +27,9 @@ from .metrics import NO_ANSWER, CaseMetrics, figures
 
 @dataclass(frozen=True)
 class ExcludedEffect:
-    """Without the effect: `unknown` was the first answer, `others` when a remaining effect was, and `stage` was named.
-    With it: `found` first, or in the first group; `fraction` of the gap that disappeared (median), of `n` with a gap.
+    """Without the effect: `unknown` was the first answer, `others` when a remaining effect was, and
+    `stage` was named. With it: `found` first, or in the first group; `fraction` of the gap that
+    disappeared (median), of `n` with a gap.
 
     `instead`: by the effect left out, what was said for it and how often.
     """
@@ -155,7 +156,8 @@ def scored(
     oracles: Mapping[str, Mapping[str, Any]],
     forest: Forest | None,
 ) -> Scores:
-    """Tables of the diagnosis by tier and over all of them, the same for simple ways of answering, and left out."""
+    """Tables of the diagnosis by tier and over all of them, the same for simple ways of answering,
+    and left out."""
     usual = [task for task in work if task.tier != LEFT_OUT]
     labels = {task.name: label(task, truths[task.name]) for task in work}
     rows = rows_of(work, truths, answers, oracles)

@@ -1,7 +1,8 @@
 """The effects of the virtual bench: which of them act, and how strongly.
 
-Strength 1 is the realistic, small default of the module that plays the effect, which says what it means there;
-strength 0 is the same as off. An effect knows no physics here: this is the table of switches.
+Strength 1 is the realistic, small default of the module that plays the effect, which says what it
+means there; strength 0 is the same as off. An effect knows no physics here: this is the table of
+switches.
 """
 
 from __future__ import annotations
@@ -11,17 +12,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-#: Every effect the bench can play. The names up to `sensor.` are the causes that a diagnosis reports; those under
-#: `bench.` are habits of a bench that no diagnosis should take for a cause.
+#: Every effect the bench can play. The names up to `sensor.` are the causes that a diagnosis
+#: reports; those under `bench.` are habits of a bench that no diagnosis should take for a cause.
 CATALOGUE: Mapping[str, str] = {
-    "gun.back_pressure": "the atmosphere ahead of the projectile and the column of air it compresses",
+    "gun.back_pressure": "the atmosphere ahead of the "
+    "projectile and the column of air it compresses",
     "gun.blow_by": "leakage through the clearance between projectile and barrel",
     "gun.valve_flow": "a valve of finite area that takes time to open",
     "gun.barrel_loss": "wall friction of the moving air column and drag, growing with speed",
-    "gun.sliding_friction": "friction beyond the nominal: breakaway, Stribeck hump, seal pressed by the gas",
+    "gun.sliding_friction": "friction beyond the nominal: "
+    "breakaway, Stribeck hump, seal pressed by the gas",
     "gun.heat_exchange": "heat between the gas and the walls",
     "gun.dead_volume": "volume between valve and projectile that fills before the shot moves",
-    "contact.viscous_loss": "hysteresis of tip or target: force that depends on the rate of indentation",
+    "contact.viscous_loss": "hysteresis of tip or target: force "
+    "that depends on the rate of indentation",
     "contact.plastic_yield": "permanent indentation above a yield load",
     "contact.layer_compliance": "the insulating layer as a spring in series, where there is one",
     "contact.plate_compliance": "flexural waves that the plate carries away",
@@ -65,8 +69,8 @@ SIGNED = frozenset(
 
 @dataclass(frozen=True)
 class EffectSwitch:
-    """One switch. Raises `ValueError` for an unknown name, a strength that is not finite, or one below 0 where the
-    effect has no sign."""
+    """One switch. Raises `ValueError` for an unknown name, a strength that is not finite, or one
+    below 0 where the effect has no sign."""
 
     name: str
     on: bool = True
@@ -83,7 +87,8 @@ class EffectSwitch:
             )
         if self.strength < 0 and self.name not in SIGNED:
             raise ValueError(
-                f"strength of {self.name} = {self.strength!r}: expected 0 or more, this effect has no sign"
+                f"strength of {self.name} = {self.strength!r}: expected 0 or "
+                f"more, this effect has no sign"
             )
 
     @property
@@ -96,8 +101,8 @@ class EffectSwitch:
 class Effects(Mapping[str, float]):
     """A frozen mapping from every name of `CATALOGUE` to the strength with which it acts.
 
-    Effects that are not given are off. Raises `ValueError` for an effect given twice, and for an unknown name
-    wherever one is asked for.
+    Effects that are not given are off. Raises `ValueError` for an effect given twice, and for an
+    unknown name wherever one is asked for.
     """
 
     given: tuple[EffectSwitch, ...] = ()
@@ -148,7 +153,8 @@ class Effects(Mapping[str, float]):
         raise ValueError(f"unknown effect {name!r}: expected one of {', '.join(CATALOGUE)}")
 
     def as_json(self) -> dict[str, dict[str, Any]]:
-        """What the seal keeps: name to `{"on": bool, "strength": float}`, in the catalogue's order."""
+        """What the seal keeps: name to `{"on": bool, "strength": float}`, in the catalogue's
+        order."""
         return {
             effect.name: {"on": effect.on, "strength": float(effect.strength)}
             for effect in self.given

@@ -1,6 +1,7 @@
 """Writes a campaign folder: campaign.toml, runs.csv and recordings, each file whole or not at all.
 
-The sealed envelope beside a campaign folder: what the operator set, and what really happened in each run.
+The sealed envelope beside a campaign folder: what the operator set, and what really happened in
+each run.
 
 It is for whoever scores a diagnosis afterwards. Nothing of it stands in the folder.
 """
@@ -27,7 +28,8 @@ from .sensors import SensorBuild
 Value = str | float | Sequence[Sequence[float]]
 Channels = Mapping[str, NDArray[np.float32]]
 
-#: Converters leave few distinct numbers: the fastest level of deflate takes most of what the slowest does.
+#: Converters leave few distinct numbers: the fastest level of deflate takes most of what the
+#: slowest does.
 _DEFLATE_LEVEL = 1
 #: MATLAB 5 files begin with a text of this length, in which scipy states the time of writing.
 _MAT_TEXT_BYTES = 116
@@ -76,13 +78,15 @@ def write_runs(folder: Path, rows: Sequence[Mapping[str, str]]) -> None:
 
 
 def write_recording(path: Path, channels: Channels, sampling_rate_hz: float) -> None:
-    """Channels (n,) and their rate `fs`, as `.npz` or MATLAB 5 by the path's suffix; same channels, same bytes.
+    """Channels (n,) and their rate `fs`, as `.npz` or MATLAB 5 by the path's suffix; same channels,
+    same bytes.
 
     Raises `ValueError` for another suffix.
     """
     if path.suffix not in RECORDING_FORMATS:
         raise ValueError(
-            f"recording {path.name!r}: format unknown; expected one of {', '.join(RECORDING_FORMATS)}"
+            f"recording {path.name!r}: format unknown; expected one of "
+            f"{', '.join(RECORDING_FORMATS)}"
         )
     path.parent.mkdir(parents=True, exist_ok=True)
     _write(path, RECORDING_FORMATS[path.suffix](channels, sampling_rate_hz))
@@ -105,7 +109,8 @@ def _mat(channels: Channels, sampling_rate_hz: float) -> bytes:
     from scipy.io import savemat
 
     file = io.BytesIO()
-    savemat(file, {"fs": sampling_rate_hz, **channels}, do_compression=True)  # type: ignore[arg-type]  # takes files
+    # takes files
+    savemat(file, {"fs": sampling_rate_hz, **channels}, do_compression=True)  # type: ignore[arg-type]
     text = b"MATLAB 5.0 MAT-file".ljust(_MAT_TEXT_BYTES)
     return text + file.getvalue()[_MAT_TEXT_BYTES:]
 
@@ -156,7 +161,8 @@ class SealError(ValueError):
 
 @dataclass(frozen=True)
 class Seal:
-    """`effects` as `Effects.as_json` gives them; `runs` has for each row of runs.csv the truth of its hits or shot.
+    """`effects` as `Effects.as_json` gives them; `runs` has for each row of runs.csv the truth of
+    its hits or shot.
 
     `folder_sha256` is the `folder_hash` of the campaign that it belongs to.
     """
@@ -180,7 +186,8 @@ def seal_path(folder: Path) -> Path:
 
 
 def folder_hash(folder: Path) -> str:
-    """SHA-256 over the names and contents of all files of a folder. Raises `SealError` where there is no folder."""
+    """SHA-256 over the names and contents of all files of a folder. Raises `SealError` where there
+    is no folder."""
     if not folder.is_dir():
         raise SealError(f"{folder}: no such folder")
     digest = hashlib.sha256()
@@ -196,7 +203,8 @@ def folder_hash(folder: Path) -> str:
 def write_seal(folder: Path, seal: Seal, path: Path | None = None) -> Path:
     """Write `seal` to `path`, by default beside the campaign in `folder`; returns where.
 
-    Raises `SealError` for a path inside the folder, where a diagnosis could read it, and for one that exists.
+    Raises `SealError` for a path inside the folder, where a diagnosis could read it, and for one
+    that exists.
     """
     path = path or seal_path(folder)
     if path.resolve().is_relative_to(folder.resolve()):

@@ -1,4 +1,5 @@
-"""A plan played on the virtual bench: a campaign folder as a real bench would leave it, and a sealed envelope.
+"""A plan played on the virtual bench: a campaign folder as a real bench would leave it, and a
+sealed envelope.
 
 A simulated campaign has its folder's name when all of it is there: it grows beside its place.
 """
@@ -38,10 +39,12 @@ from .recorder import (
 
 @contextmanager
 def whole_folder(out: Path) -> Iterator[Path]:
-    """Gives the folder to write to, and its seal beside it; after the block both are at `out`, new or empty before.
+    """Gives the folder to write to, and its seal beside it; after the block both are at `out`, new
+    or empty before.
 
-    What an error leaves goes at once, so that a repeat may begin; what a kill left goes with the next folder of that
-    name. The campaign takes its place before its seal does: the two cannot in one step.
+    What an error leaves goes at once, so that a repeat may begin; what a kill left goes with the
+    next folder of that name. The campaign takes its place before its seal does: the two cannot in
+    one step.
     """
     place = out.resolve()  # of a link, the folder that it stands for
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -120,15 +123,17 @@ def simulate(
     trigger: Trigger | None = None,
     echoes: bool = False,
 ) -> SimulatedCampaign:
-    """Play every row of a plan `repetitions` times into the campaign folder `out`, and seal the truth beside it.
+    """Play every row of a plan `repetitions` times into the campaign folder `out`, and seal the
+    truth beside it.
 
-    A hammer's row gives one recording with that many hits, a gun's row that many recordings. The files depend on the
-    arguments other than `jobs` (processes; None: one per processor, four at most) and on nothing else. With `echoes`
-    the edges of the plate act on what strikes it; without, the plate has none while it is struck. The folder is there
-    when all of it is: after a kill a repeat begins anew.
+    A hammer's row gives one recording with that many hits, a gun's row that many recordings. The
+    files depend on the arguments other than `jobs` (processes; None: one per processor, four at
+    most) and on nothing else. With `echoes` the edges of the plate act on what strikes it; without,
+    the plate has none while it is struck. The folder is there when all of it is: after a kill a
+    repeat begins anew.
 
-    `trigger`: when the recordings of a gun begin. Raises `ValueError` for what cannot be played, and for a folder that
-    is not empty, before anything is written.
+    `trigger`: when the recordings of a gun begin. Raises `ValueError` for what cannot be played,
+    and for a folder that is not empty, before anything is written.
     """
     from threadpoolctl import threadpool_limits
 
@@ -137,7 +142,8 @@ def simulate(
         raise ValueError(
             f"a trigger on the tank's pressure for a {kind} campaign: expected a plan of kind 'gun'"
         )
-    # One thread of linear algebra for each process: more get into each other's way, and change the last bits.
+    # One thread of linear algebra for each process: more get into each other's way, and change the
+    # last bits.
     with threadpool_limits(limits=1), whole_folder(out) as partial:
         sequence = np.random.SeedSequence(seed)
         bench = KINDS[kind](
@@ -180,7 +186,8 @@ def simulate(
 
 
 def default_jobs() -> int:
-    """Processes where nobody says how many: one per processor that this process may use, four at most."""
+    """Processes where nobody says how many: one per processor that this process may use, four at
+    most."""
     return min(
         4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )

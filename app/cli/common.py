@@ -1,5 +1,6 @@
-"""What every command shares: the store's address, the workers, how errors end, how tables are printed, and the command
-as typed, without the secrets in it, which is stored with every row that the command writes."""
+"""What every command shares: the store's address, the workers, how errors end, how tables are
+printed, and the command as typed, without the secrets in it, which is stored with every row that
+the command writes."""
 
 from __future__ import annotations
 
@@ -49,12 +50,14 @@ def db_option(function: Function) -> Function:
         default=DEFAULT_DB,
         show_default=True,
         show_envvar=True,
-        help="Use this store: the path of a file, sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME.",
+        help="Use this store: the path of a file, sqlite:///FILE or "
+        "postgresql+psycopg://USER@HOST/NAME.",
     )(function)
 
 
 def json_option(function: Function) -> Function:
-    """`--json [FILE]`: JSON on standard output and nothing else there, or into a file; `--units` of the tables else."""
+    """`--json [FILE]`: JSON on standard output and nothing else there, or into a file; `--units` of
+    the tables else."""
     function = click.option(
         "--json",
         "json_to",
@@ -68,7 +71,8 @@ def json_option(function: Function) -> Function:
 
 
 def units_option(function: Function) -> Function:
-    """`--units bench|si`: in which units tables and pictures show quantities; the command gets no argument of it."""
+    """`--units bench|si`: in which units tables and pictures show quantities; the command gets no
+    argument of it."""
     return click.option(
         "--units",
         type=click.Choice(SYSTEMS),
@@ -96,7 +100,8 @@ def spreadsheet_guard_option(function: Function) -> Function:
         default=True,
         expose_value=False,
         callback=_guard_tables,
-        help="Write texts in CSV as they are, for programs. [default: an apostrophe stands before = + - @]",
+        help="Write texts in CSV as they are, for programs. [default: an "
+        "apostrophe stands before = + - @]",
     )(function)
 
 
@@ -105,7 +110,8 @@ def _guard_tables(ctx: click.Context, _: click.Parameter, guard: bool) -> None:
 
 
 def data_option(function: Function) -> Function:
-    """`--data FOLDER`, repeated: where campaigns lie that the web application and its workers may read."""
+    """`--data FOLDER`, repeated: where campaigns lie that the web application and its workers may
+    read."""
     return click.option(
         "--data",
         "folders",
@@ -119,7 +125,8 @@ def data_option(function: Function) -> Function:
 
 
 class CommandGroup(click.Group):
-    """A group whose help gives the whole first sentence of each command, where click cuts it to one line."""
+    """A group whose help gives the whole first sentence of each command, where click cuts it to one
+    line."""
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the section of commands."""
@@ -146,7 +153,8 @@ def errors_as_one_line() -> Iterator[None]:
 
         if not is_for_the_user(error):
             raise
-        # a refusal of several faults has a line for each; a library's message of several lines has one
+        # a refusal of several faults has a line for each; a library's message of several lines has
+        # one
         several = len(getattr(error, "faults", ())) > 1
         fail(*(words_of(error).split("\n  ") if several else [words_of(error)]))
 
@@ -173,7 +181,8 @@ def open_command_store(db: str, *, create: bool = False) -> Iterator[Store]:
 
 @contextmanager
 def open_for_dry_run(db: str) -> Iterator[Store]:
-    """The store at `db` for a dry run; where there is none, an empty one that is gone afterwards."""
+    """The store at `db` for a dry run; where there is none, an empty one that is gone
+    afterwards."""
     with errors_as_one_line():
         from ...schema.rehearsal import open_for_rehearsal
         from ...schema.session import Writer
@@ -229,8 +238,9 @@ def write_json(data: Any, json_to: str) -> None:
 def print_table(rows: Iterable[dict[str, Any]], empty: str, *, upright: bool = False) -> None:
     """Rows as aligned text; the header is the first row's keys, extended by later ones'.
 
-    A key is headed by its words, and with a unit at its end (`peak_force_n`) by the unit that is shown; its numbers are
-    in that unit. `upright`: a line for each column, the rows beside each other.
+    A key is headed by its words, and with a unit at its end (`peak_force_n`) by the unit that is
+    shown; its numbers are in that unit. `upright`: a line for each column, the rows beside each
+    other.
     """
     rows = list(rows)
     if not rows:
@@ -261,7 +271,8 @@ def _spelled(key: str) -> str:
 
 
 def _print_upright(headings: Mapping[str, str], rows: Sequence[Mapping[str, str]]) -> None:
-    """A line for each column, the rows beside each other: few rows of many columns would not fit a terminal."""
+    """A line for each column, the rows beside each other: few rows of many columns would not fit a
+    terminal."""
     lines = [[head, *(row.get(key, "") for row in rows)] for key, head in headings.items()]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in lines:
@@ -296,7 +307,8 @@ def note(message: str) -> None:
     click.echo(message, err=True)
 
 
-#: Options whose value is a secret whatever it looks like (a test finds those that are missing here).
+#: Options whose value is a secret whatever it looks like (a test finds those that are missing
+#: here).
 SECRET_OPTIONS = frozenset({"--token"})
 #: Options whose value is an address.
 _ADDRESSES = frozenset({"--db", "--mlflow", "--scheduler"})
@@ -334,7 +346,8 @@ Command = Callable[..., Any]
 
 
 def jobs_option(jobs_help: str) -> Callable[[Command], Command]:
-    """`--jobs N`, the same of every command: None where neither the option nor PYROSHOCK_JOBS says how many."""
+    """`--jobs N`, the same of every command: None where neither the option nor PYROSHOCK_JOBS says
+    how many."""
     return click.option(
         "--jobs",
         type=click.IntRange(1),
@@ -356,7 +369,8 @@ def worker_options(jobs_help: str) -> Callable[[Command], Command]:
             type=click.Choice(BACKENDS),
             default=LOCAL,
             show_default=True,
-            help="Choose where the work is done: on this machine or on a cluster. The results are the same.",
+            help="Choose where the work is done: on this machine or on a cluster. "
+            "The results are the same.",
         )
         @click.option(
             "--scheduler",

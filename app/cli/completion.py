@@ -1,8 +1,8 @@
 """Names for the shell's completion: campaigns, plans, datasets, materials, models and effects.
 
-They are read by the database's driver alone from the store that `--db` or PYROSHOCK_DB names, for a shell waits with
-each key: SQLAlchemy and MLflow would take longer to import than the whole answer takes. A store that is missing,
-busy or unreadable has no names, and none is made.
+They are read by the database's driver alone from the store that `--db` or PYROSHOCK_DB names, for a
+shell waits with each key: SQLAlchemy and MLflow would take longer to import than the whole answer
+takes. A store that is missing, busy or unreadable has no names, and none is made.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ Completion = Callable[[click.Context, click.Parameter, str], list[str]]
 
 #: More names than these help nobody who reads them.
 _MOST_NAMES = 200
-#: A server that does not answer in this time is not waited for, in seconds; the driver takes no less than two.
+#: A server that does not answer in this time is not waited for, in seconds; the driver takes no
+#: less than two.
 _PATIENCE_S = 2
 
 
@@ -53,11 +54,13 @@ def diagnosis_numbers(context: click.Context, _: click.Parameter, incomplete: st
 
 
 def model_versions(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
-    """`NAME@VERSION` of the registered models, and `NAME@champion`; of a registry in a database, not of a server."""
+    """`NAME@VERSION` of the registered models, and `NAME@champion`; of a registry in a database,
+    not of a server."""
     address = _registry(_address(context))
     versions = _rows(
         address,
-        "SELECT name, version FROM model_versions WHERE COALESCE(current_stage, '') <> 'Deleted_Internal' "
+        "SELECT name, version FROM model_versions WHERE "
+        "COALESCE(current_stage, '') <> 'Deleted_Internal' "
         "ORDER BY name, version DESC",
     )
     aliases = _rows(
@@ -102,7 +105,8 @@ def _begun(names: Iterable[str], incomplete: str) -> list[str]:
 
 
 def _address(context: click.Context) -> str:
-    """`--db` of the command or of its group, as far as it is typed; else what the environment says."""
+    """`--db` of the command or of its group, as far as it is typed; else what the environment
+    says."""
     from click.core import ParameterSource
 
     ancestor: click.Context | None = context
@@ -137,7 +141,8 @@ def _rows(address: str, statement: str) -> list[tuple[str, ...]]:
         if file is not None:
             return _rows_of_file(file, statement) if file.is_file() else []
         return _rows_of_server(address, statement) if address.startswith("postgresql") else []
-    except Exception:  # noqa: BLE001  # whatever it is: the next command says it, the shell's prompt is no place for it
+    except Exception:  # noqa: BLE001
+        # whatever it is: the next command says it, the shell's prompt is no place for it
         return []
 
 

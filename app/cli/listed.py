@@ -1,4 +1,5 @@
-"""`--sort`, `--descending`, `--columns`, `--csv` and `--json` of every listing, and the printing of its rows."""
+"""`--sort`, `--descending`, `--columns`, `--csv` and `--json` of every listing, and the printing of
+its rows."""
 
 from __future__ import annotations
 
@@ -38,8 +39,8 @@ class Listing:
     def show(self, rows: Iterable[Row], empty: str, shortened: Callable[[Row], Row] = dict) -> None:
         """Print `rows`, or `empty` where there are none and a person reads it.
 
-        `shortened` makes a row of the table for people; cells of chosen columns that it does not have are the row's
-        own. Raises `LookupError` for a column that no row has.
+        `shortened` makes a row of the table for people; cells of chosen columns that it does not
+        have are the row's own. Raises `LookupError` for a column that no row has.
         """
         listed = list(rows)
         listing = (
@@ -62,7 +63,8 @@ class Listing:
             print_table((_for_table(row, shortened(row), self.columns) for row in rows), empty)
 
     def _in_keys(self, keys: list[str]) -> Listing:
-        """With keys for what is named by the words of its heading. Raises `LookupError` for what names none."""
+        """With keys for what is named by the words of its heading. Raises `LookupError` for what
+        names none."""
         from ..common.table_files import check_columns
 
         columns = tuple(key_of(name, keys) for name in self.columns)
@@ -96,7 +98,8 @@ def listing_options(command: Command) -> Command:
     @click.option(
         "--sort",
         metavar="COLUMN",
-        help="Sort by this column, named as in JSON or as in the heading; -COLUMN begins with the largest.",
+        help="Sort by this column, named as in JSON or as in the heading; -COLUMN "
+        "begins with the largest.",
     )
     @click.option("--descending", is_flag=True, help="Sort from the largest to the smallest.")
     @click.option(
@@ -105,7 +108,8 @@ def listing_options(command: Command) -> Command:
         callback=split_names,
         metavar="A,B,…",
         help=(
-            "Show only these columns, named as in JSON or as in the heading, in this order. Repeat the option, or give "
+            "Show only these columns, named as in JSON or as in the heading, "
+            "in this order. Repeat the option, or give "
             "a list: a,b."
         ),
     )

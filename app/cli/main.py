@@ -1,4 +1,5 @@
-"""`pyroshock`: the command line. Commands are imported when they are called, so that help is instant."""
+"""`pyroshock`: the command line. Commands are imported when they are called, so that help is
+instant."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ from click.shell_completion import CompletionItem
 from ...parallel.working_directory import close_working_directory
 from .shells import register_shells
 
-#: Section of `pyroshock --help` -> command -> (module of the package, its object, what the help says of it). The table
-#: keeps help from importing the commands.
+#: Section of `pyroshock --help` -> command -> (module of the package, its object, what the help
+#: says of it). The table keeps help from importing the commands.
 SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
     "Recordings": {
         "init": (".app.store.cli", "init", "Make an empty store."),

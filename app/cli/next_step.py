@@ -10,7 +10,8 @@ from .common import note
 
 
 def suggest_next(*words: str) -> None:
-    """Say which command comes next: `suggest_next("train", "spring")`. A script that reads JSON is told nothing."""
+    """Say which command comes next: `suggest_next("train", "spring")`. A script that reads JSON is
+    told nothing."""
     context = click.get_current_context()
     if context.params.get("json_to") is None:
         note(f"next: {shlex.join(('pyroshock', *words))}{_store(context)}")

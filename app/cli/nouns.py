@@ -15,7 +15,8 @@ from .common import CommandGroup
 class NounGroup(CommandGroup):
     """A group whose own options count for the command after them: `datasets --db URL show spring`.
 
-    `otherwise` names the command that takes a word which is no command: `models hybrid@3` is `models show hybrid@3`.
+    `otherwise` names the command that takes a word which is no command: `models hybrid@3` is
+    `models show hybrid@3`.
     """
 
     otherwise: str | None = None
@@ -40,7 +41,8 @@ class NounGroup(CommandGroup):
 
 
 def _typed_before(ctx: click.Context, command: click.Command | None) -> list[str]:
-    """The words of the group's options that were typed, as far as the command has options of the same names."""
+    """The words of the group's options that were typed, as far as the command has options of the
+    same names."""
     words: list[str] = []
     taken = (
         {option.name for option in command.params if isinstance(option, click.Option)}
@@ -67,7 +69,8 @@ def noun_group(
     *,
     otherwise: str | None = None,
 ) -> NounGroup:
-    """The group of a noun: alone it does what `listing` does, with its options, and `list` is the same command."""
+    """The group of a noun: alone it does what `listing` does, with its options, and `list` is the
+    same command."""
 
     def alone(context: click.Context, /, **given: Any) -> None:
         if context.invoked_subcommand is None:

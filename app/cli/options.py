@@ -1,4 +1,5 @@
-"""What options mean everywhere: lists by commas or by repeating the option, and what a deletion asks."""
+"""What options mean everywhere: lists by commas or by repeating the option, and what a deletion
+asks."""
 
 from __future__ import annotations
 
@@ -12,14 +13,16 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 def split_names(_: click.Context, __: click.Parameter, texts: Sequence[str]) -> tuple[str, ...]:
-    """A callback of an option of names that is repeated or holds a list: `--with a,b --with c` gives a, b and c."""
+    """A callback of an option of names that is repeated or holds a list: `--with a,b --with c`
+    gives a, b and c."""
     return tuple(
         dict.fromkeys(name.strip() for text in texts for name in text.split(",") if name.strip())
     )
 
 
 def deletion_options(command: Command) -> Command:
-    """`--yes` and `--dry-run` of what the store deletes without keeping a reason; the command gets `dry_run`.
+    """`--yes` and `--dry-run` of what the store deletes without keeping a reason; the command gets
+    `dry_run`.
 
     `confirm_deletion` asks the person at the terminal, unless `--yes` is given.
     """
@@ -38,7 +41,8 @@ def deletion_options(command: Command) -> Command:
 
 
 def confirm_deletion(what: str) -> None:
-    """Ask whether to delete `what`. Raises `click.UsageError` where there is nobody to ask, `click.Abort` for a no."""
+    """Ask whether to delete `what`. Raises `click.UsageError` where there is nobody to ask,
+    `click.Abort` for a no."""
     import sys
 
     if click.get_current_context().meta["pyroshock.confirmed"]:

@@ -1,4 +1,5 @@
-"""Completion in bash, zsh and fish, where the scripts that click makes lose `@`, `,` and `--option=` of a word."""
+"""Completion in bash, zsh and fish, where the scripts that click makes lose `@`, `,` and
+`--option=` of a word."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from click.shell_completion import (
     split_arg_string,
 )
 
-#: bash divides a word at `@`, `=` and `:`. A reply replaces what stands behind the last of them, and the `@` itself.
+#: bash divides a word at `@`, `=` and `:`. A reply replaces what stands behind the last of them,
+#: and the `@` itself.
 _BASH_BEFORE = r"""local response
     local line="${COMP_LINE:0:COMP_POINT}"
     local word="${line##* }" breaks="${COMP_WORDBREAKS//[^@=:]/}" before=""
@@ -36,7 +38,8 @@ class _CompleteOptionValues(ShellComplete):
 
 
 class _Bash(_CompleteOptionValues, BashComplete):
-    """The whole line goes to the program, and of each reply what bash keeps anyway is taken away."""
+    """The whole line goes to the program, and of each reply what bash keeps anyway is taken
+    away."""
 
     source_template = (
         BashComplete.source_template.replace("local response\n", _BASH_BEFORE)

@@ -1,7 +1,8 @@
 """The kinds of error that the library raises, each with the words that the command line prints.
 
-Whatever a user can mend is a `PyroshockError`. Each is also the built-in error that a Python user expects, so that
-`except ValueError` works as well. Anything else that comes out of the library is a fault of the software.
+Whatever a user can mend is a `PyroshockError`. Each is also the built-in error that a Python user
+expects, so that `except ValueError` works as well. Anything else that comes out of the library is a
+fault of the software.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ Result = TypeVar("Result")
 
 
 class PyroshockError(Exception):
-    """Something that the user can mend; the message names the thing, its value and the next step."""
+    """Something that the user can mend; the message names the thing, its value and the next
+    step."""
 
 
 class InvalidValueError(PyroshockError, ValueError):
@@ -53,7 +55,8 @@ _ARGUMENTS = {
 
 
 def argument_names(text: str) -> str:
-    """A message with options of the command line called as arguments: `--tank-pressure` is `tank_pressure`."""
+    """A message with options of the command line called as arguments: `--tank-pressure` is
+    `tank_pressure`."""
 
     def argument(match: re.Match[str]) -> str:
         option = match[1]
@@ -90,7 +93,8 @@ def raises_library_errors(function: Callable[Parameters, Result]) -> Callable[Pa
 
 def is_for_the_user(error: Exception) -> bool:
     """Whether the words of an error help who asked; a bug of ours does not."""
-    # ValueError and LookupError are how our libraries refuse an argument; a bug of ours shows its traceback.
+    # ValueError and LookupError are how our libraries refuse an argument; a bug of ours shows its
+    # traceback.
     if type(error) in (ValueError, LookupError) or isinstance(
         error, StoreError | OSError | SQLAlchemyError
     ):

@@ -16,10 +16,12 @@ _FORM = re.compile(r"\s*(?P<field>[^=<>!]+?)\s*(?P<operator><=|>=|!=|=|<|>)\s*(?
 
 
 def parse_where(words: tuple[str, ...]) -> tuple[Condition, ...]:
-    """Conditions from `field=value` (also != < <= > >=). Raises `ConditionError` with the form that is expected.
+    """Conditions from `field=value` (also != < <= > >=). Raises `ConditionError` with the form that
+    is expected.
 
-    A field may be a listing's key (`tip_radius_m`), or the column of `runs.csv` with its unit (`tip_radius_mm`): a bare
-    number is in that unit. It may be the words of a heading (`peak force`), whose numbers need a unit (`1kN`).
+    A field may be a listing's key (`tip_radius_m`), or the column of `runs.csv` with its unit
+    (`tip_radius_mm`): a bare number is in that unit. It may be the words of a heading (`peak
+    force`), whose numbers need a unit (`1kN`).
     """
     try:
         return tuple(_condition(word) for word in words)
@@ -33,7 +35,8 @@ def _condition(word: str) -> Condition:
     unwritable = _UNWRITABLE.search(word)
     if unwritable is not None:
         raise ConditionError(
-            f"--where {word!r:.200} has the character {unwritable[0]!r}, which is in no name; leave it out"
+            f"--where {word!r:.200} has the character {unwritable[0]!r}, "
+            f"which is in no name; leave it out"
         )
     match = _FORM.match(word)
     if match is None or not match["value"]:
@@ -65,7 +68,8 @@ _KEYS = tuple(key for key in IMPACT_COLUMNS | SHOT_COLUMNS if si_unit_of(key))
 
 
 def _with_unit(field: str, operator: str, text: str) -> Condition | None:
-    """A quantity with its unit; None where the field names none, or its key says in which unit a bare number is.
+    """A quantity with its unit; None where the field names none, or its key says in which unit a
+    bare number is.
 
     Raises `ValueError` for a bare number of a field without a unit in its name.
     """

@@ -1,5 +1,6 @@
-"""What notebooks give and get: quantities (numbers in SI, text with a unit, pint's), DataFrames whose columns bear
-their units, which `.attrs["units"]` lists, axes, tables as HTML and progress bars."""
+"""What notebooks give and get: quantities (numbers in SI, text with a unit, pint's), DataFrames
+whose columns bear their units, which `.attrs["units"]` lists, axes, tables as HTML and progress
+bars."""
 
 from __future__ import annotations
 
@@ -71,7 +72,8 @@ def frame_of(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = ()) -> 
 
 
 def chosen_columns(frame: pd.DataFrame, columns: Sequence[str] | None) -> pd.DataFrame:
-    """The frame with these columns alone, in this order. Raises `LookupError` that lists those there are."""
+    """The frame with these columns alone, in this order. Raises `LookupError` that lists those
+    there are."""
     if columns is None:
         return frame
     missing = [column for column in columns if column not in frame.columns]
@@ -82,7 +84,8 @@ def chosen_columns(frame: pd.DataFrame, columns: Sequence[str] | None) -> pd.Dat
 
 
 def sorted_by(frame: pd.DataFrame, sort: str | None) -> pd.DataFrame:
-    """Rows by rising values of the column `sort`, by falling ones of "-column"; rows without a value last.
+    """Rows by rising values of the column `sort`, by falling ones of "-column"; rows without a
+    value last.
 
     Raises `LookupError` that lists the columns there are.
     """
@@ -121,13 +124,14 @@ def facts_table(title: str, facts: dict[str, Any]) -> str:
     return f"<p><b>{escape(title)}</b></p><table>{cells}</table>"
 
 
-#: Quotes, brackets, comments and separators: pint's parser, which is Python's, passes over some of them. Marks that
-#: turn the direction of writing are not seen.
+#: Quotes, brackets, comments and separators: pint's parser, which is Python's, passes over some of
+#: them. Marks that turn the direction of writing are not seen.
 _NEVER_IN_UNITS = re.compile(
     "[\"'`\\\\#@$;,!?=<>&|~:{}\\[\\]\x00-\x1f\x7f\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff]"
 )
 _NUMBER = re.compile(r"\s*[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?\s*")
-#: SI unit -> units that a bare number may be meant in, each up to the largest number that is plausible in it.
+#: SI unit -> units that a bare number may be meant in, each up to the largest number that is
+#: plausible in it.
 _MEANT: dict[str, tuple[tuple[float, str], ...]] = {
     "Pa": ((100, "bar"), (1e4, "kPa"), (math.inf, "Pa")),
     "kg": ((10, "kg"), (math.inf, "g")),
@@ -148,7 +152,8 @@ _MEANT_OF_WORD: dict[str, tuple[tuple[float, str], ...]] = {
 
 
 def suggested_unit(number: float, si_unit: str, name: str) -> str:
-    """The unit that a bare number of the quantity `name` is most likely meant in: bar for a tank pressure of 5."""
+    """The unit that a bare number of the quantity `name` is most likely meant in: bar for a tank
+    pressure of 5."""
     units = next(
         (units for word, units in _MEANT_OF_WORD.items() if word in name), _MEANT.get(si_unit, ())
     )
@@ -158,7 +163,8 @@ def suggested_unit(number: float, si_unit: str, name: str) -> str:
 def parse_quantity(text: str, si_unit: str, name: str) -> float:
     """`text` ("5bar", "0,5 kg") in `si_unit`.
 
-    Raises `ValueError` that says `name` for a bare number, an unknown unit or a unit of another dimension.
+    Raises `ValueError` that says `name` for a bare number, an unknown unit or a unit of another
+    dimension.
     """
     from pint.errors import PintError
 
@@ -194,10 +200,12 @@ def parse_quantity(text: str, si_unit: str, name: str) -> float:
 
 
 def si(value: Quantity, si_unit: str, name: str) -> float:
-    """`value` in `si_unit`: a number is taken as it is, text as `parse_quantity` takes it, a pint quantity converted.
+    """`value` in `si_unit`: a number is taken as it is, text as `parse_quantity` takes it, a pint
+    quantity converted.
 
-    The unit of a pint quantity is read by its name, so quantities of any unit registry will do; its "gram" stays a
-    gram. Raises `ValueError` that says `name`, and `TypeError` for what is none of the three.
+    The unit of a pint quantity is read by its name, so quantities of any unit registry will do; its
+    "gram" stays a gram. Raises `ValueError` that says `name`, and `TypeError` for what is none of
+    the three.
     """
     if isinstance(value, str):
         return parse_quantity(value, si_unit, name)

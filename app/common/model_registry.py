@@ -1,5 +1,6 @@
-"""What the commands around models share: the registry of a store, its datasets as training takes them, and the models
-whose dataset lost pulses since: they work, and their data can no longer be shown whole."""
+"""What the commands around models share: the registry of a store, its datasets as training takes
+them, and the models whose dataset lost pulses since: they work, and their data can no longer be
+shown whole."""
 
 from __future__ import annotations
 
@@ -80,7 +81,8 @@ def context_of(
 
 
 def splits_of(table: PulseTable, texts: str) -> list[str]:
-    """Split texts from a comma list; "materials" and "campaigns" become one for each. Raises as `split_of`."""
+    """Split texts from a comma list; "materials" and "campaigns" become one for each. Raises as
+    `split_of`."""
     from ...dataset.table import expand, split_of
 
     chosen = [
@@ -101,7 +103,8 @@ USUAL_SPLITS = ("repetitions", "configurations")
 
 
 def usual_splits(table: PulseTable) -> str:
-    """Those of `USUAL_SPLITS` that hold pulses of this dataset out, as a comma list. Raises as `split_of` for none."""
+    """Those of `USUAL_SPLITS` that hold pulses of this dataset out, as a comma list. Raises as
+    `split_of` for none."""
     from ...dataset.table import split_of
 
     possible = []
@@ -125,7 +128,8 @@ def reader_of(store: Store) -> Callable[[str], PulseTable]:
 
 
 def pulses_on(store: Store, name: str, like: Version) -> PulseTable:
-    """The pulses of a dataset of this name; else the usable ones of a campaign, described as `like`'s were."""
+    """The pulses of a dataset of this name; else the usable ones of a campaign, described as
+    `like`'s were."""
     from ...dataset.selection import select_pulses
     from ...dataset.snapshot import list_snapshots, read_snapshot
     from ...dataset.velocities import CHOICES
@@ -147,7 +151,8 @@ def pulses_on(store: Store, name: str, like: Version) -> PulseTable:
 
 
 def withdrawals_at(url: str) -> dict[str, Withdrawal]:
-    """Of the store at an address, by the dataset's hash; none where there is no store that can be read."""
+    """Of the store at an address, by the dataset's hash; none where there is no store that can be
+    read."""
     try:
         with open_store(url, Writer("models", "")) as store:
             return store.read(list_withdrawals)
@@ -156,7 +161,8 @@ def withdrawals_at(url: str) -> dict[str, Withdrawal]:
 
 
 def withdrawn_words(withdrawals: dict[str, Withdrawal], versions: Iterable[Version]) -> list[str]:
-    """A sentence for each dataset of the versions that lost pulses: which of them were trained on it."""
+    """A sentence for each dataset of the versions that lost pulses: which of them were trained on
+    it."""
     labels: dict[str, list[str]] = {}
     for version in versions:
         if version.dataset.hash in withdrawals:

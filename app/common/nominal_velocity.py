@@ -13,7 +13,8 @@ from ...twin.gun.nominal import GunBench, muzzle_velocity
 
 
 def with_predictions(session: Session, shots: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Each shot with `predicted_velocity_m_s` by eq. 2.16 and 2.18 for its campaign's gun; None without a gun."""
+    """Each shot with `predicted_velocity_m_s` by eq. 2.16 and 2.18 for its campaign's gun; None
+    without a gun."""
     benches: dict[int | None, GunBench | None] = {None: None}
     for shot in shots:
         gun = shot.pop("gun_id")

@@ -13,7 +13,8 @@ _STANDARD_DEVIATIONS_OF_90_PERCENT = 3.29
 
 
 def format_number(value: float | None, digits: int = 4) -> str:
-    """A number for a person: `digits` significant digits, powers of ten below 0.0001 and from 10⁹ on, no negative zero.
+    """A number for a person: `digits` significant digits, powers of ten below 0.0001 and from 10⁹
+    on, no negative zero.
 
     A dash stands for None and for what is no number.
     """
@@ -38,7 +39,8 @@ def _with_power_of_ten(value: float, digits: int) -> str:
 
 
 def format_interval(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """A number and the ends of its 90 % interval, all with the digits that the interval leaves (`format_measured`).
+    """A number and the ends of its 90 % interval, all with the digits that the interval leaves
+    (`format_measured`).
 
     Zeros at the end that all three have in common are left out.
     """
@@ -54,7 +56,8 @@ def format_interval(value: float, low: float, high: float) -> tuple[str, str, st
 
 
 def format_measured(value: float, uncertainty: float) -> str:
-    """A number to the digits that its standard uncertainty leaves, the second of the uncertainty the last (GUM 7.2.6).
+    """A number to the digits that its standard uncertainty leaves, the second of the uncertainty
+    the last (GUM 7.2.6).
 
     Four significant digits where the uncertainty is zero or no number.
     """
@@ -66,13 +69,15 @@ def format_measured(value: float, uncertainty: float) -> str:
 
 
 def measured_text(value: float, uncertainty: float) -> str:
-    """`5.62 ± 0.11`: a number with its standard uncertainty; the number alone where that is zero or no number."""
+    """`5.62 ± 0.11`: a number with its standard uncertainty; the number alone where that is zero or
+    no number."""
     text = format_measured(value, uncertainty)
     return f"{text} ± {format_measured(uncertainty, uncertainty)}" if uncertainty > 0 else text
 
 
 def number_ranges(numbers: Iterable[int], most: int = 8) -> str:
-    """`3, 5–8` of whole numbers; of more than `most` ranges the first ones and how many numbers follow."""
+    """`3, 5–8` of whole numbers; of more than `most` ranges the first ones and how many numbers
+    follow."""
     ordered = sorted(set(numbers))
     ranges: list[list[int]] = []
     for number in ordered:
@@ -107,7 +112,8 @@ def percent(share: float) -> str:
 
 
 def signed_percent(share: float) -> str:
-    """`+1.2 %`, `−0.3 %`; no sign where nothing is left of the number, a dash for what is no number."""
+    """`+1.2 %`, `−0.3 %`; no sign where nothing is left of the number, a dash for what is no
+    number."""
     if not math.isfinite(share):
         return NOTHING
     text = f"{100 * share:+.1f} %"

@@ -43,14 +43,16 @@ def cells_of(run: StoredRun) -> dict[str, str]:
 
 
 def run_counts(plan: StoredPlan) -> dict[str, int]:
-    """Runs by state, and of those that are planned the ones that are "begun", and that ask for a "repeat"."""
+    """Runs by state, and of those that are planned the ones that are "begun", and that ask for a
+    "repeat"."""
     counts = {status: sum(run.status == status for run in plan.runs) for status in STATUSES}
     begun = sum(run.status == "planned" and bool(run.accepted) for run in plan.runs)
     return {**counts, "begun": begun, "repeat": sum(run.repeats > 0 for run in plan.runs)}
 
 
 def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
-    """Column to cell: numbers that recordings know in SI with the unit in the key, all else as the table has it."""
+    """Column to cell: numbers that recordings know in SI with the unit in the key, all else as the
+    table has it."""
     cells: dict[str, Any] = {}
     for column, text in row.items():
         factor = BY_COLUMN.get(column)
@@ -64,7 +66,8 @@ def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
 
 
 def write_table(plan: StoredPlan, path: Path) -> None:
-    """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
+    """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was
+    discarded."""
     with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = GuardedCsv(file)
         writer.write_row(["run", *plan.space.columns])

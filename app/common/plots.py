@@ -25,7 +25,8 @@ def save(figure: Figure, path: Path) -> None:
     formats = figure.canvas.get_supported_filetypes()
     if path.suffix.lstrip(".").lower() not in formats:
         raise ValueError(
-            f"cannot draw {path.name!r}; expected one of {', '.join('.' + k for k in sorted(formats))}"
+            f"cannot draw {path.name!r}; expected one of "
+            f"{', '.join('.' + k for k in sorted(formats))}"
         )
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_file(path) as partial:

@@ -1,4 +1,5 @@
-"""Progress of long work on standard error: bars on terminals, a line every ten seconds in logs, notebook widgets."""
+"""Progress of long work on standard error: bars on terminals, a line every ten seconds in logs,
+notebook widgets."""
 
 from __future__ import annotations
 
@@ -14,19 +15,24 @@ Step = Callable[[int, int, str], None]
 
 #: On a terminal: this long between two lines before the first step.
 BEFORE_THE_BLOCK_S = 5.0
-#: Where standard error is no terminal: work that ends earlier is not told, and this long between two lines.
+#: Where standard error is no terminal: work that ends earlier is not told, and this long between
+#: two lines.
 SILENT_S, BETWEEN_LINES_S = 2.0, 10.0
 _SIZE_OF_NO_TERMINAL: dict[str, Any] = {"ncols": 80, "nrows": 25}
 _BEFORE_THE_FIRST_STEP = "{desc} [{elapsed}]"
-_STEPS = "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}, about {remaining} left]{postfix}"
+_STEPS = (
+    "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}, about "
+    "{remaining} left]{postfix}"
+)
 
 
 class WorkProgress:
-    """Says what is done as soon as it is made, before imports and the first step; within its block, how far it is.
+    """Says what is done as soon as it is made, before imports and the first step; within its block,
+    how far it is.
 
-    On a terminal a line, every five seconds the time until the block begins, and then a bar, whose clock runs whether
-    or not a step ends. Elsewhere, as in a log, lines at the beginning, every ten seconds and at the end, and nothing
-    for work of less than two seconds.
+    On a terminal a line, every five seconds the time until the block begins, and then a bar, whose
+    clock runs whether or not a step ends. Elsewhere, as in a log, lines at the beginning, every ten
+    seconds and at the end, and nothing for work of less than two seconds.
     """
 
     def __init__(self, label: str, unit: str = "") -> None:
@@ -101,7 +107,8 @@ class WorkProgress:
 
 
 def _has_size() -> bool:
-    """Whether the terminal says how wide it is; a pseudo-terminal may say 0, where tqdm draws nothing."""
+    """Whether the terminal says how wide it is; a pseudo-terminal may say 0, where tqdm draws
+    nothing."""
     with suppress(OSError, ValueError):  # it is no terminal, or it is closed: then it has no size
         return min(os.get_terminal_size(sys.stderr.fileno())) > 0
     return False
@@ -113,7 +120,8 @@ def _duration(seconds: float) -> str:
 
 
 def progress_bar(label: str, unit: str = "") -> WorkProgress:
-    """Says `label` at once; its block gives `step(done, total, what)`. Work without steps shows the time that it took.
+    """Says `label` at once; its block gives `step(done, total, what)`. Work without steps shows the
+    time that it took.
 
     To be made before what takes time, imports and the store included; the block may begin later.
     """
@@ -122,7 +130,8 @@ def progress_bar(label: str, unit: str = "") -> WorkProgress:
 
 @contextmanager
 def notebook_bar(label: str, unit: str) -> Iterator[Step]:
-    """A bar in a notebook, where it is a widget or text, and on a terminal; elsewhere it is silent."""
+    """A bar in a notebook, where it is a widget or text, and on a terminal; elsewhere it is
+    silent."""
     from tqdm.auto import tqdm
 
     in_notebook = "ipykernel" in sys.modules

@@ -1,7 +1,8 @@
-"""The units in which people read quantities: bar, g, kN, ms, mm and m/s, or SI where `--units si` asks for it.
+"""The units in which people read quantities: bar, g, kN, ms, mm and m/s, or SI where `--units si`
+asks for it.
 
-Rows of data name their quantities with the SI unit in the key (`peak_force_n`). Tables, pages and reports take label,
-unit and scale of a key from here; JSON and files stay in SI.
+Rows of data name their quantities with the SI unit in the key (`peak_force_n`). Tables, pages and
+reports take label, unit and scale of a key from here; JSON and files stay in SI.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from ...schema.known_factors import NONE
 from ...schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from .number_format import NOTHING, format_number, measured_text
 
-#: g, which pages and tables show accelerations in (ISO 80000-3). The twin's own constant would bring numpy along.
+#: g, which pages and tables show accelerations in (ISO 80000-3). The twin's own constant would
+#: bring numpy along.
 STANDARD_GRAVITY_M_S2 = 9.80665
 
 #: "bench": the units of the field. "si": SI.
@@ -31,7 +33,8 @@ VARIABLE = "PYROSHOCK_UNITS"
 
 @dataclass(frozen=True)
 class Display:
-    """What a key of data is called, and the unit that it is shown in: shown value = `scale` times the value.
+    """What a key of data is called, and the unit that it is shown in: shown value = `scale` times
+    the value.
 
     Values are SI, or in the unit of the field that the key names (`tip_radius_mm`).
     """
@@ -46,7 +49,8 @@ class Display:
         return f"{self.label} ({self.unit})" if self.unit else self.label
 
 
-#: Ending of a key -> SI unit, unit of the field, units of the field in one SI unit. The longest ending comes first.
+#: Ending of a key -> SI unit, unit of the field, units of the field in one SI unit. The longest
+#: ending comes first.
 _UNITS: tuple[tuple[str, str, str, float], ...] = (
     ("_m2_s3", "m²/s³", "m²/s³", 1.0),
     ("_kg_m3", "kg/m³", "kg/m³", 1.0),
@@ -61,7 +65,8 @@ _UNITS: tuple[tuple[str, str, str, float], ...] = (
     ("_n", "N", "kN", 1e-3),
     ("_m", "m", "mm", 1e3),
 )
-#: Endings of columns of plans and of `runs.csv`, which are in units of the field: unit, SI unit, and its factor.
+#: Endings of columns of plans and of `runs.csv`, which are in units of the field: unit, SI unit,
+#: and its factor.
 _FIELD_UNITS: tuple[tuple[str, str, str, float], ...] = (
     ("_bar", "bar", "Pa", 1e5),
     ("_mm", "mm", "m", 1e-3),
@@ -118,7 +123,8 @@ _velocity: ContextVar[str] = ContextVar("velocity", default=_VELOCITIES[BEFORE_C
 
 
 def units() -> System:
-    """The units that are in use: those of `shown_in`, else those that PYROSHOCK_UNITS names, else the field's.
+    """The units that are in use: those of `shown_in`, else those that PYROSHOCK_UNITS names, else
+    the field's.
 
     Raises `ValueError` where the variable has another word.
     """
@@ -143,15 +149,16 @@ def _named(text: str) -> System:
 
 
 def display_of(key: str) -> Display:
-    """What a key of data is called and shown in: `contact_time_s` is the contact time in ms, in SI in s."""
+    """What a key of data is called and shown in: `contact_time_s` is the contact time in ms, in SI
+    in s."""
     display = _display_of(key, units())
     return replace(display, label=_velocity.get()) if key in _OF_IMPACTS else display
 
 
 def velocity_label(kinds: Iterable[str | None]) -> str:
-    """What velocities of these kinds (`schema.impacts.KINDS`) are called. One that was integrated from first contact to
-    the peak of the force is a change of velocity: the target moves by then, so that it is some way below the velocity
-    before contact."""
+    """What velocities of these kinds (`schema.impacts.KINDS`) are called. One that was integrated
+    from first contact to the peak of the force is a change of velocity: the target moves by then,
+    so that it is some way below the velocity before contact."""
     present = {kind for kind in kinds if kind is not None}
     if len(present) > 1:
         return "velocity: before contact or change by integration (see velocity kind)"
@@ -160,7 +167,8 @@ def velocity_label(kinds: Iterable[str | None]) -> str:
 
 @contextmanager
 def velocities_of(rows: Iterable[Mapping[str, Any]]) -> Iterator[None]:
-    """Within the block, head the velocities of impacts by what these rows say of them (`velocity_kind`)."""
+    """Within the block, head the velocities of impacts by what these rows say of them
+    (`velocity_kind`)."""
     kinds = (row.get("velocity_kind") for row in rows if row.get("impact_velocity_m_s") is not None)
     token = _velocity.set(velocity_label(kinds))
     try:
@@ -203,7 +211,8 @@ def display_of_predictor(name: str, unit: str | None) -> Display:
 
 
 def display_of_unit(unit: str) -> Display:
-    """How a channel in this SI unit is shown: `m/s2` in g, `N` in kN; a unit that is not known stays as it is."""
+    """How a channel in this SI unit is shown: `m/s2` in g, `N` in kN; a unit that is not known
+    stays as it is."""
     endings = {"m/s2": "_m_s2", "m/s": "_m_s", "N": "_n", "Pa": "_pa", "m": "_m", "s": "_s"}
     if unit in endings:
         return display_of(f"channel{endings[unit]}")
@@ -216,7 +225,8 @@ def si_unit_of(key: str) -> str:
 
 
 def key_of(name: str, keys: Iterable[str]) -> str:
-    """The key that a person names: itself, or the words of its heading, with or without unit (`"peak force (kN)"`).
+    """The key that a person names: itself, or the words of its heading, with or without unit
+    (`"peak force (kN)"`).
 
     `name` itself where no key is meant.
     """
@@ -243,7 +253,8 @@ def heading(key: str) -> str:
 
 
 def cell(key: str, value: Any) -> str:
-    """A value of a row of data below its heading: a number in the shown unit to four digits, a dash for none."""
+    """A value of a row of data below its heading: a number in the shown unit to four digits, a dash
+    for none."""
     if value is None or value == "":
         return NOTHING
     if isinstance(value, bool):
@@ -260,7 +271,8 @@ def measured_cell(key: str, value: float, uncertainty: float) -> str:
 
 
 def velocity_with_uncertainty(shot: Mapping[str, Any]) -> dict[str, Any]:
-    """A row of a shot whose measured velocity is a cell with its standard uncertainty, in the place of the two."""
+    """A row of a shot whose measured velocity is a cell with its standard uncertainty, in the place
+    of the two."""
     key, uncertainty = "measured_velocity_m_s", "measured_velocity_u_m_s"
     joined = {name: value for name, value in shot.items() if name != uncertainty}
     if shot[key] is not None and shot[uncertainty]:
@@ -269,7 +281,8 @@ def velocity_with_uncertainty(shot: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def level_words(key: str, level: float | str | None) -> str:
-    """A level of a factor by itself: `30 mm`, `steel`; a layer that is missing by its name: `no insulator`."""
+    """A level of a factor by itself: `30 mm`, `steel`; a layer that is missing by its name: `no
+    insulator`."""
     display = display_of(key)
     if level is None or level == NONE:
         return f"no {display.label}"
@@ -292,7 +305,8 @@ _COMPOUND_UNITS = {"m/N": ("mm/kN", 1e6), "1/N": ("1/kN", 1e3), "m3": ("cm³", 1
 
 
 def shown_unit(si_unit: str) -> tuple[str, float]:
-    """The unit that a value in `si_unit` is shown in, and how many of them one SI unit is: `Pa` is shown in bar."""
+    """The unit that a value in `si_unit` is shown in, and how many of them one SI unit is: `Pa` is
+    shown in bar."""
     si_unit = si_unit.replace("m/s2", "m/s²")
     if units() == "si":
         return si_unit, 1.0
@@ -300,14 +314,16 @@ def shown_unit(si_unit: str) -> tuple[str, float]:
     return table.get(si_unit) or _COMPOUND_UNITS.get(si_unit) or (si_unit, 1.0)
 
 
-#: A number of a message with its unit; a number with an exponent stands alone, too. An impulse in N s stays as it is.
+#: A number of a message with its unit; a number with an exponent stands alone, too. An impulse in N
+#: s stays as it is.
 _QUANTITY = re.compile(
     r"(?<![\w.-])(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)(?: (m/s2|Pa|N(?! s\b)|s)(?![\w/]))?(?![\w-])"
 )
 
 
 def in_shown_units(message: str) -> str:
-    """A stored message with its quantities in the shown units: `-98066.5 m/s2 from 0.4 s` as `-10000 g from 400 ms`.
+    """A stored message with its quantities in the shown units: `-98066.5 m/s2 from 0.4 s` as
+    `-10000 g from 400 ms`.
 
     Durations of a second and more stay in seconds, forces below a kilonewton in newton.
     """

@@ -1,5 +1,5 @@
-"""The store's list of registered versions: brought up to date after a training, held against the registry, and used to
-register surviving files again."""
+"""The store's list of registered versions: brought up to date after a training, held against the
+registry, and used to register surviving files again."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from ...training.registry.registry import Registry
 
 CURE = (
-    "restore the registry (pyroshock db restore), name it in MLFLOW_TRACKING_URI, or register the surviving files "
+    "restore the registry (pyroshock db restore), name it in "
+    "MLFLOW_TRACKING_URI, or register the surviving files "
     "again: pyroshock models recover"
 )
 
@@ -68,7 +69,10 @@ def lost_words(rows: Sequence[RegisteredVersion], registry: Registry) -> str:
     labels = ", ".join(row.label for row in rows[:5]) + (
         f" and {len(rows) - 5} more" if len(rows) > 5 else ""
     )
-    return f"the registry {registry.place.shown} has lost {labels}, which this store registered; {CURE}"
+    return (
+        f"the registry {registry.place.shown} has lost {labels}, which this store "
+        f"registered; {CURE}"
+    )
 
 
 def lost_at(url: str, registry: Registry) -> str:
@@ -91,7 +95,8 @@ def forget_registered(url: str, label: str) -> None:
 
 
 def recover_lost(store: Store, registry: Registry) -> Iterator[tuple[str, str]]:
-    """Register the surviving files of each lost version again: its label, and the new one or why not."""
+    """Register the surviving files of each lost version again: its label, and the new one or why
+    not."""
     from ...training.registry.recovery import RecoveryError, recover
 
     with store.reading() as session:

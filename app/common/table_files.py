@@ -1,6 +1,7 @@
 """Rows into CSV, Parquet and JSON, batch by batch, so that memory does not grow with the rows.
 
-A batch is a dictionary of columns of one length. A file grows under another name and takes its own when it is whole.
+A batch is a dictionary of columns of one length. A file grows under another name and takes its own
+when it is whole.
 """
 
 from __future__ import annotations
@@ -73,7 +74,8 @@ class _Parquet:
 
         if self._writer is None:
             table = pa.table(batch)
-            # A column that is empty in the first batch may hold numbers later; text columns are never numbers.
+            # A column that is empty in the first batch may hold numbers later; text columns are
+            # never numbers.
             fields = [
                 f.with_type(pa.float64()) if pa.types.is_null(f.type) else f for f in table.schema
             ]
@@ -90,7 +92,8 @@ ENDINGS = (".csv", ".parquet", ".json")
 
 
 def check_columns(wanted: Iterable[str], available: Iterable[str]) -> None:
-    """Raises `LookupError` for the first wanted column that is not there; it lists those that are."""
+    """Raises `LookupError` for the first wanted column that is not there; it lists those that
+    are."""
     columns = list(available)
     for name in wanted:
         if name not in columns:

@@ -55,7 +55,8 @@ class TrainedModel:
 
 
 def train_model(store: Store, url: str, step: Step) -> TrainedModel:
-    """Freeze the pulses of the rehearsal, train a model on them, and promote it if it is good enough.
+    """Freeze the pulses of the rehearsal, train a model on them, and promote it if it is good
+    enough.
 
     Raises `MissingExtraError` where the libraries for training are not installed.
     """
@@ -75,7 +76,8 @@ def train_model(store: Store, url: str, step: Step) -> TrainedModel:
 
 
 def draw_model(store: Store, url: str, model: TrainedModel, path: Path) -> None:
-    """Peak force and contact time that the model predicts for pulses that it has not seen, over the measured ones."""
+    """Peak force and contact time that the model predicts for pulses that it has not seen, over the
+    measured ones."""
     from ..common.model_registry import reader_of, registry_of
     from ..train.figures import held_out_figures
 
@@ -108,7 +110,8 @@ def _draw_against(axes: Any, columns: dict[str, Any], scale: float, what: str) -
 
 
 def validate_model(store: Store, url: str, step: Step) -> TwinValidation:
-    """The rehearsal's shots, each beside a prediction of a twin that has not learned from its configuration."""
+    """The rehearsal's shots, each beside a prediction of a twin that has not learned from its
+    configuration."""
     from ..validate.service import validate_twin
 
     return validate_twin(store, url, REHEARSAL.name, None, FOLDS, DRAWS, 0, step)
@@ -132,13 +135,15 @@ def draw_validation(validation: TwinValidation, path: Path) -> None:
     save(figure, path)
 
 
-#: The effect that chapter 5 switches on: the valve passes less gas, and opens more slowly, than it usually does.
+#: The effect that chapter 5 switches on: the valve passes less gas, and opens more slowly, than it
+#: usually does.
 EFFECT, STRENGTH = "gun.valve_flow", 3.0
 CHANGED = VirtualCampaign("slow-valve", runs=12, repetitions=2, seed=2, effects={EFFECT: STRENGTH})
 
 
 def diagnose_gap(store: Store, url: str, step: Step) -> GapDiagnosis:
-    """The diagnosis of the campaign with the effect; the one that the store keeps, where it has one."""
+    """The diagnosis of the campaign with the effect; the one that the store keeps, where it has
+    one."""
     from ..diagnose.service import diagnose_campaign, kept_diagnosis
     from ..diagnose.stored import list_diagnoses
 
@@ -150,7 +155,8 @@ def diagnose_gap(store: Store, url: str, step: Step) -> GapDiagnosis:
 
 
 def diagnosis_json(diagnosis: GapDiagnosis) -> dict[str, Any]:
-    """Cause, effects and path, as `diagnose --json` names them, with what the virtual bench switched on."""
+    """Cause, effects and path, as `diagnose --json` names them, with what the virtual bench
+    switched on."""
     data = diagnosis.to_json()
     names = ("campaign", "simulator", "gap", "causes", "effects", "path", "shrinkage")
     return {

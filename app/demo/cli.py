@@ -64,8 +64,8 @@ NEXT = "ingest my-campaign/"
 def demo(out: Path, db: str | None, chapters: int, json_to: str | None) -> None:
     """Show the product in five chapters.
 
-    The chapters are measured shots beside the thesis, a virtual campaign, a contact model, its validation, and a gap
-    that a diagnosis shrinks.
+    The chapters are measured shots beside the thesis, a virtual campaign, a contact model, its
+    validation, and a gap that a diagnosis shrinks.
 
     \b
     Example:
@@ -90,7 +90,8 @@ def demo(out: Path, db: str | None, chapters: int, json_to: str | None) -> None:
 
 @dataclass
 class _Story:
-    """The demo as far as it is told: `data` for --json, and `skipped`, the chapters whose extra is not installed."""
+    """The demo as far as it is told: `data` for --json, and `skipped`, the chapters whose extra is
+    not installed."""
 
     store: Store
     url: str
@@ -163,8 +164,10 @@ def _error_lines(comparison: GunComparison) -> tuple[str, str]:
     gun = comparison.gun
     return (
         f"mean absolute error {comparison.mean_error_percent:.2f} % "
-        f"(from the thesis's printed column: {comparison.published_mean_error_percent:.2f} %); the travel of "
-        f"{gun.travel_m:.2f} m and the friction of {gun.friction_coefficient:g} were identified from the printed "
+        f"(from the thesis's printed column: "
+        f"{comparison.published_mean_error_percent:.2f} %); the travel of "
+        f"{gun.travel_m:.2f} m and the friction of "
+        f"{gun.friction_coefficient:g} were identified from the printed "
         "predictions",
         f"with the stated travel of {STATED_TRAVEL_M:g} m and a friction of {DRY_FRICTION:g}: "
         f"{comparison.stated_mean_error_percent:.2f} %",
@@ -188,11 +191,14 @@ def _virtual_campaign(story: _Story) -> None:
         else ""
     )
     story.tell(
-        f"The software plans {result.planned} runs, fires {result.shots} shots on the virtual bench, ingests the "
-        f"recordings, and links them to the plan: {result.done} of {result.planned} runs are done{repeats}."
+        f"The software plans {result.planned} runs, fires {result.shots} "
+        f"shots on the virtual bench, ingests the "
+        f"recordings, and links them to the plan: {result.done} of "
+        f"{result.planned} runs are done{repeats}."
     )
     story.tell(
-        f"The shots have {result.median_ratio:.2f} times the velocity of the nominal gun (median): the virtual bench "
+        f"The shots have {result.median_ratio:.2f} times the velocity of the "
+        f"nominal gun (median): the virtual bench "
         "has losses that the nominal gun does not have."
     )
 
@@ -219,10 +225,13 @@ def _model_sentences(model: TrainedModel) -> tuple[str, str]:
 
     error = model.version.metrics[METRIC]
     return (
-        f"The software trains the model {MODEL} (Gaussian processes) on usable pulses of the campaign, {model.pulses} "
+        f"The software trains the model {MODEL} (Gaussian processes) on "
+        f"usable pulses of the campaign, {model.pulses} "
         f"with those that it withholds. "
-        f"{model.version.label} predicts the force of configurations that it has not seen with an error of "
-        f"{100 * error.mean:.1f} % of the peak (90 % interval {100 * error.low:.1f} to {100 * error.high:.1f} %).",
+        f"{model.version.label} predicts the force of configurations that it "
+        f"has not seen with an error of "
+        f"{100 * error.mean:.1f} % of the peak (90 % interval "
+        f"{100 * error.low:.1f} to {100 * error.high:.1f} %).",
         f"{model.decision.sentence}.",
     )
 
@@ -235,7 +244,8 @@ def _validation(story: _Story) -> None:
     draw_validation(validation, story.picture(4))
     story.data["validation"] = validation_json(validation)
     story.tell(
-        "The twin predicts each shot of the campaign after it has learned from the shots of other configurations "
+        "The twin predicts each shot of the campaign after it has learned "
+        "from the shots of other configurations "
         "alone, and each prediction has a 90 % band."
     )
     story.tell(validation.sentence)
@@ -253,7 +263,8 @@ def _gap(story: _Story) -> None:
     draw_diagnosis(diagnosis, story.picture(5))
     story.data["diagnosis"] = diagnosis_json(diagnosis)
     story.tell(
-        f"The virtual bench fires {result.shots} more shots with an effect switched on: {effect_subject(EFFECT)} "
+        f"The virtual bench fires {result.shots} more shots with an effect "
+        f"switched on: {effect_subject(EFFECT)} "
         f"has {STRENGTH:g} times its usual strength. The diagnosis does not know this."
     )
     story.tell(diagnosis.sentence)

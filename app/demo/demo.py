@@ -1,4 +1,5 @@
-"""The main job on measured data: ingest what ships with the software, and hold it against what was published."""
+"""The main job on measured data: ingest what ships with the software, and hold it against what was
+published."""
 
 from __future__ import annotations
 
@@ -33,17 +34,19 @@ if TYPE_CHECKING:
     from ...twin.prediction import Prediction
 
 SHOTS, HIT = "first-shots", "modal-hammer-hit"
-#: The travel as section 2.3 states it, in place of the identified 0.90 m. The thesis states no friction: 0.2 is that of
-#: a dry polymer on steel.
+#: The travel as section 2.3 states it, in place of the identified 0.90 m. The thesis states no
+#: friction: 0.2 is that of a dry polymer on steel.
 STATED_TRAVEL_M, DRY_FRICTION = 0.885, 0.2
 
 
 @dataclass(frozen=True)
 class GunComparison:
-    """Table 5.1 beside our own: one row per shot in order of pressure, and mean absolute errors in percent.
+    """Table 5.1 beside our own: one row per shot in order of pressure, and mean absolute errors in
+    percent.
 
-    The rows and `mean_error_percent` are of the stored gun, whose travel and friction were identified from the printed
-    predictions; `stated_mean_error_percent` is of the same gun with `STATED_TRAVEL_M` and `DRY_FRICTION`.
+    The rows and `mean_error_percent` are of the stored gun, whose travel and friction were
+    identified from the printed predictions; `stated_mean_error_percent` is of the same gun with
+    `STATED_TRAVEL_M` and `DRY_FRICTION`.
     """
 
     rows: list[dict[str, Any]]
@@ -63,7 +66,8 @@ def ingest_examples(store: Store) -> list[IngestReport]:
 
 
 def compare_with_table_5_1(session: Session) -> GunComparison:
-    """Measured and predicted velocities of the stored shots, beside the columns that the thesis prints."""
+    """Measured and predicted velocities of the stored shots, beside the columns that the thesis
+    prints."""
     published = _table_5_1()
     rows = []
     for shot in with_predictions(session, iter_shots(session, SHOTS)):
@@ -114,7 +118,8 @@ def _gun(session: Session) -> GunBench:
 
 
 def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
-    """The thesis's bullet at a pressure it was not fired with, to the spectrum up to 2 kHz; and what to know of it."""
+    """The thesis's bullet at a pressure it was not fired with, to the spectrum up to 2 kHz; and
+    what to know of it."""
     from ..twins.building import TwinRequest, twin_of
 
     lines = tuple(octave_grid(100.0, 2000.0, 6).tolist())
@@ -164,7 +169,8 @@ def _hit(session: Session) -> tuple[int, Pulse]:
 
 
 def draw(session: Session, comparison: GunComparison, path: Path) -> None:
-    """Left: measured velocities on the model's curve (Fig. 5.2). Right: the hammer hit's force (Fig. 4.5)."""
+    """Left: measured velocities on the model's curve (Fig. 5.2). Right: the hammer hit's force
+    (Fig. 4.5)."""
     figure = new_figure(11, 4.2)
     shots_axes, right = figure.subplots(1, 2)
     _draw_shots(shots_axes, session, comparison)

@@ -1,4 +1,5 @@
-"""The demo's virtual campaigns: planned, fired on the virtual bench, ingested, and linked to their plans."""
+"""The demo's virtual campaigns: planned, fired on the virtual bench, ingested, and linked to their
+plans."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ from ..plan.rehearsal import NAME, SEED, RehearsalResult, simulate_plan
 if TYPE_CHECKING:
     from ..common.progress import Step
 
-#: One plate without anvil, so that the virtual bench solves one plate only, and levels at which its load cells do not
-#: saturate: 36 combinations.
+#: One plate without anvil, so that the virtual bench solves one plate only, and levels at which its
+#: load cells do not saturate: 36 combinations.
 FACTORS = """
 name = "demo"
 kind = "gun"
@@ -73,7 +74,8 @@ values = [8, 10, 12]
 
 @dataclass(frozen=True)
 class VirtualCampaign:
-    """A campaign of the virtual bench: `effects` are strengths by name, the others have their usual strength of 1."""
+    """A campaign of the virtual bench: `effects` are strengths by name, the others have their usual
+    strength of 1."""
 
     name: str
     runs: int | None  # None: every combination of levels
@@ -129,7 +131,8 @@ def _plan_of(store: Store, campaign: VirtualCampaign) -> StoredPlan:
 
 
 def draw_campaign(store: Store, name: str, path: Path) -> None:
-    """Left: the levels of the plan from run to run. Right: measured velocities over those of the nominal gun."""
+    """Left: the levels of the plan from run to run. Right: measured velocities over those of the
+    nominal gun."""
     from ...doe.plots import draw_runs
 
     with store.reading() as session:

@@ -1,4 +1,5 @@
-"""Diagnoses of the gap: run one as a job, read what is kept, plan what tells causes apart, adopt an effect."""
+"""Diagnoses of the gap: run one as a job, read what is kept, plan what tells causes apart, adopt an
+effect."""
 
 from __future__ import annotations
 
@@ -23,8 +24,8 @@ from .stored import kept_report, kept_verdict, list_diagnoses
 def diagnose_job(jobs: Jobs, store: Store, arguments: DiagnoseArguments) -> JobView:
     """Queue a diagnosis; its result is the report (`diagnosis-report.md`).
 
-    Raises `LookupError` for a campaign that is not in the store, for a path of the server's disk is nobody's to name,
-    and for an effect that the catalogue does not have.
+    Raises `LookupError` for a campaign that is not in the store, for a path of the server's disk is
+    nobody's to name, and for an effect that the catalogue does not have.
     """
     if not is_stored(store, arguments.target):
         raise LookupError(f"no campaign {arguments.target!r} in the store; ingest it first")
@@ -46,8 +47,9 @@ EffectId = Annotated[Text, Field(max_length=200)]
 
 
 class DiagnosisOptions(BaseModel):
-    """As the options of `pyroshock diagnose`; `tolerances` are shares for gun and contact, dB for the plate. `with`:
-    ids of the effects that alone are considered, `without`: of those that are not."""
+    """As the options of `pyroshock diagnose`; `tolerances` are shares for gun and contact, dB for
+    the plate. `with`: ids of the effects that alone are considered, `without`: of those that are
+    not."""
 
     campaign: Text = Field(max_length=1000)
     simulator: Text | None = Field(None, max_length=300)
@@ -67,7 +69,8 @@ class PlanName(BaseModel):
 
 
 class EffectName(BaseModel):
-    """`effect` as the report names it: a fitted set ("a+b+c"), an effect of one, or "none" to go back."""
+    """`effect` as the report names it: a fitted set ("a+b+c"), an effect of one, or "none" to go
+    back."""
 
     effect: Text = Field(max_length=200)
 
@@ -106,7 +109,8 @@ def plan(diagnosis: Key, plan_name: PlanName, store: OpenStore) -> dict[str, Any
 
 @router.post("/diagnoses/{diagnosis}/adopt")
 def adopted(diagnosis: Key, effect_name: EffectName, store: OpenStore) -> dict[str, Any]:
-    """Store effects as they were fitted as a new version of the twin: predictions use it from then on."""
+    """Store effects as they were fitted as a new version of the twin: predictions use it from then
+    on."""
     with store.reading() as session:
         verdict = kept_verdict(session, diagnosis)
     row = adopt(store, verdict, effect_name.effect, diagnosis)

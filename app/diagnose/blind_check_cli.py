@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     multiple=True,
     callback=split_names,
     metavar="NAME",
-    help="Take only this kind of campaign, where a tier has several. Repeat the option, or give a list: a,b.",
+    help="Take only this kind of campaign, where a tier has several. Repeat the "
+    "option, or give a list: a,b.",
 )
 @click.option(
     "--split",
@@ -95,8 +96,9 @@ def blind_check(
 ) -> None:
     """Score the diagnosis on virtual campaigns whose effects are drawn and sealed before.
 
-    The virtual bench records the campaigns, and their folders are diagnosed. Salted hashes of the labels are
-    published before the first diagnosis (in FOLDER, and in the JSON), and the labels are opened after the last one.
+    The virtual bench records the campaigns, and their folders are diagnosed. Salted hashes of the
+    labels are published before the first diagnosis (in FOLDER, and in the JSON), and the labels are
+    opened after the last one.
 
     \b
     Example:
@@ -161,7 +163,8 @@ def _pooled(folders: tuple[Path, ...]) -> Pool:
 
 
 def _tiers_named(tiers: tuple[str, ...]) -> tuple[str, ...]:
-    """Tiers by name, or by the name of several, every one where none is named. Raises `ValueError` for another one."""
+    """Tiers by name, or by the name of several, every one where none is named. Raises `ValueError`
+    for another one."""
     from ...validation.case_plan import GROUPS, TIERS
 
     named: list[str] = []

@@ -38,7 +38,8 @@ _STAGES = ("gun", "contact", "plate")
     "--simulator",
     metavar="nominal|MODEL@VERSION",
     default=None,
-    help="Choose the simulator of the contact; models:/MODEL@VERSION is accepted, too. [default: nominal]",
+    help="Choose the simulator of the contact; models:/MODEL@VERSION is accepted, "
+    "too. [default: nominal]",
     shell_complete=model_versions,
 )
 @click.option(
@@ -68,7 +69,8 @@ _STAGES = ("gun", "contact", "plate")
     multiple=True,
     metavar="EFFECT|none",
     help=(
-        "Let predictions of this bench use these effects from now on, or the mean of effects that cannot be told "
+        "Let predictions of this bench use these effects from now on, or the "
+        "mean of effects that cannot be told "
         "apart: a/b; `none` ends this. Repeat the option, or give a list: a,b."
     ),
     shell_complete=effect_ids,
@@ -79,7 +81,8 @@ _STAGES = ("gun", "contact", "plate")
     multiple=True,
     callback=split_names,
     metavar="STAGE=SIZE",
-    help="Set the tolerance of a stage: gun=1%, contact=3% or plate=0.5dB. Repeat the option, or give a list: a,b.",
+    help="Set the tolerance of a stage: gun=1%, contact=3% or plate=0.5dB. Repeat "
+    "the option, or give a list: a,b.",
 )
 @click.option(
     "--uncertain",
@@ -87,7 +90,8 @@ _STAGES = ("gun", "contact", "plate")
     callback=split_names,
     metavar="NUMBER=SD",
     help=(
-        "Set the standard deviation of a number, in SI: bullet_mass_kg=0.001. Those of the contact are shares. Repeat "
+        "Set the standard deviation of a number, in SI: "
+        "bullet_mass_kg=0.001. Those of the contact are shares. Repeat "
         "the option, or give a list: a,b."
     ),
 )
@@ -127,10 +131,11 @@ def diagnose(
     json_to: str | None,
     **given: Any,
 ) -> None:
-    """Diagnose where the gap between measurement and twin lies, which effect causes it, and how far it shrinks with
-    that effect.
+    """Diagnose where the gap between measurement and twin lies, which effect causes it, and how far
+    it shrinks with that effect.
 
-    The store keeps the diagnosis of a campaign that it holds. A folder is diagnosed without being stored.
+    The store keeps the diagnosis of a campaign that it holds. A folder is diagnosed without being
+    stored.
 
     \b
     Example:
@@ -162,7 +167,8 @@ def diagnose(
 
 
 def _suggest(diagnosis: GapDiagnosis, target: str) -> None:
-    """What tells the causes apart, else the report; a folder is not in the store, and goes there first."""
+    """What tells the causes apart, else the report; a folder is not in the store, and goes there
+    first."""
     name = diagnosis.verdict.campaign
     if diagnosis.number is None:
         suggest_next("ingest", target)
@@ -179,7 +185,8 @@ def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
     if not row.configuration["effects"]:
         stages = ", ".join(row.configuration["stages"])
         note(
-            f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}"
+            f"nothing is adopted from version {row.version} on: predict and "
+            f"tune use the nominal {stages}"
         )
         return
     best, chosen = offered(verdict), adoption(verdict, wanted)
@@ -188,10 +195,12 @@ def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
         set(name.split("+")) for name in verdict.first.effects
     ]:
         note(
-            f"{spell_sets(wanted)} is not what the diagnosis says first: {cause_name(verdict.first)}"
+            f"{spell_sets(wanted)} is not what the diagnosis says first: "
+            f"{cause_name(verdict.first)}"
         )
     note(
-        f"adopted as version {row.version}: {spell_sets(row.reason)}; predict and tune use it (--no-adopted: without)"
+        f"adopted as version {row.version}: {spell_sets(row.reason)}; predict "
+        f"and tune use it (--no-adopted: without)"
     )
 
 
@@ -210,7 +219,8 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
 
 
 def row_in_words(row: dict[str, Any]) -> dict[str, Any]:
-    """A row of a list of diagnoses for people: the likeliest cause with its probability, and what was adopted."""
+    """A row of a list of diagnoses for people: the likeliest cause with its probability, and what
+    was adopted."""
     from ..common.number_format import percent
     from .wording import spell_sets
 
@@ -242,7 +252,8 @@ def tell_diagnosis(diagnosis: GapDiagnosis) -> None:
             fitted_words(parameter, effect) for effect, parameter in owned_parameters(cause)
         )
         click.echo(
-            f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}"
+            f"  {percent(cause.probability):>7}  "
+            f"{cause_name(cause)}{': ' + numbers if numbers else ''}"
         )
     for title, sentences in sections.items():
         _tell_lines(title, sentences)
@@ -261,11 +272,13 @@ def _tell_effects(verdict: Verdict) -> None:
     if verdict.effects:
         click.echo("\nEffects (share of the squared error)")
         click.echo(
-            f"{GAIN}: how much more disappears, where it was not fitted, with it than with the others alone"
+            f"{GAIN}: how much more disappears, where it was not fitted, with "
+            f"it than with the others alone"
         )
         if any(effect.share < 0 for effect in verdict.effects):
             click.echo(
-                "A negative share: the effect hides a part of the error, which would be larger without it."
+                "A negative share: the effect hides a part of the error, "
+                "which would be larger without it."
             )
         columns = [column for column in EFFECT_COLUMNS if column != "name"]
         rows = [dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict)]
@@ -301,7 +314,8 @@ def _read(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _effect_ids(words: Sequence[str]) -> tuple[str, ...]:
-    """Each id once, of options that are repeated and of lists with commas ("a+b", as reports name a set, is one)."""
+    """Each id once, of options that are repeated and of lists with commas ("a+b", as reports name a
+    set, is one)."""
     return tuple(
         dict.fromkeys(part for word in words for part in re.split(r"[,+\s]+", word) if part)
     )

@@ -14,15 +14,18 @@ class DiagnosisInUseError(ValueError):
 
 
 def check_diagnosis_unused(session: Session, key: int) -> str:
-    """The campaign of a diagnosis that may be deleted. Raises `LookupError`, `DiagnosisInUseError`."""
+    """The campaign of a diagnosis that may be deleted. Raises `LookupError`,
+    `DiagnosisInUseError`."""
     campaign = get_diagnosis_row(session, key).campaign.name
     versions = session.scalars(
         select(TwinVersion.version).where(TwinVersion.diagnosis_id == key)
     ).all()
     if versions:
         raise DiagnosisInUseError(
-            f"diagnosis {key} cannot be deleted: version {', '.join(map(str, sorted(versions)))} of the twin was "
-            f"adopted from it, and the record of the twin names it; it is deleted with its campaign {campaign!r} only"
+            f"diagnosis {key} cannot be deleted: version "
+            f"{', '.join(map(str, sorted(versions)))} of the twin was "
+            f"adopted from it, and the record of the twin names it; it is "
+            f"deleted with its campaign {campaign!r} only"
         )
     return campaign
 

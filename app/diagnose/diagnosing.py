@@ -64,7 +64,8 @@ def record_of(store: Store | None, db: str, request: DiagnosisRequest) -> Campai
             or "none"
         )
         raise LookupError(
-            f"no campaign and no folder {request.target!r}; campaigns: {names} (pyroshock ingest FOLDER)"
+            f"no campaign and no folder {request.target!r}; campaigns: "
+            f"{names} (pyroshock ingest FOLDER)"
         )
     if request.modes is not None or request.bench is not None:
         return _with_own_plate(record, db, request)
@@ -105,7 +106,8 @@ def _points_given(drawing: PlateDrawing) -> bool:
 
 
 def _with_solved_plate(record: CampaignRecord, db: str) -> CampaignRecord:
-    """With the plate of the campaign's own outline, where it has no modal table and accelerations to compare."""
+    """With the plate of the campaign's own outline, where it has no modal table and accelerations
+    to compare."""
     drawn = bool(record.plate_outline_m) and any(run.accelerations for run in record.runs)
     material = _struck_material(record)
     if record.plate is not None or not drawn or material is None:
@@ -121,7 +123,8 @@ def _with_solved_plate(record: CampaignRecord, db: str) -> CampaignRecord:
 
 
 def _struck_material(record: CampaignRecord) -> str | None:
-    """The plate's material in `[bench.plate]` where any run strikes it, else that of most configurations."""
+    """The plate's material in `[bench.plate]` where any run strikes it, else that of most
+    configurations."""
     struck = [
         name
         for item in record.configurations
@@ -133,7 +136,8 @@ def _struck_material(record: CampaignRecord) -> str | None:
 
 
 def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> ContactStage | None:
-    """The registered model that `--simulator` names, as a contact stage; None for the nominal stages.
+    """The registered model that `--simulator` names, as a contact stage; None for the nominal
+    stages.
 
     Raises `LookupError`, `ValueError` for what there is not.
     """
@@ -157,8 +161,9 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
 def run_diagnosis(
     store: Store | None, db: str, request: DiagnosisRequest, progress: Progress | None = None
 ) -> Verdict:
-    """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
-    effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
+    """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one
+    line: also for an effect of `with_effects` and `without_effects` that there is not, or that the
+    campaign cannot show."""
     from ...diagnosis.diagnose import Options, diagnose
     from .plot_builder import pictures_of
 
@@ -177,7 +182,8 @@ def run_diagnosis(
 
 
 def _restricted(record: CampaignRecord, options: Options, request: DiagnosisRequest) -> Options:
-    """The options with the effects that the user names. Whatever method diagnoses sees the effects that are left."""
+    """The options with the effects that the user names. Whatever method diagnoses sees the effects
+    that are left."""
     if not (request.with_effects or request.without_effects):
         return options
     from ...diagnosis.chain import stages_of
@@ -193,7 +199,8 @@ def _restricted(record: CampaignRecord, options: Options, request: DiagnosisRequ
 def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None) -> int:
     """Store a diagnosis with its campaign, and what its page draws; its key.
 
-    What was `request` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
+    What was `request` is kept beside it, so that a what-if diagnosis asks the same; paths of this
+    machine are not.
     """
     report, details = verdict_to_json(verdict)
     if request is not None:
@@ -232,7 +239,8 @@ def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
 def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
     """The newest diagnosis of a campaign that considered all effects; None where there is none.
 
-    A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for an unknown campaign.
+    A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for
+    an unknown campaign.
     """
     key = get_campaign_id(session, campaign)
     query = (

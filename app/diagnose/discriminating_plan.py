@@ -1,4 +1,5 @@
-"""The experiment that a diagnosis names, as a plan: settings that tell causes apart, ready for the run sheet."""
+"""The experiment that a diagnosis names, as a plan: settings that tell causes apart, ready for the
+run sheet."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ Row = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Experiment:
-    """Runs of a plan: a table's row each, how often it is fired, and why. `left_out`: runs beyond the bench."""
+    """Runs of a plan: a table's row each, how often it is fired, and why. `left_out`: runs beyond
+    the bench."""
 
     kind: str
     rows: tuple[Row, ...]
@@ -52,10 +54,12 @@ class Experiment:
 def store_experiment(
     store: Store, campaign: str, next_runs: Sequence[Mapping[str, Any]], name: str
 ) -> tuple[StoredPlan, tuple[str, ...]]:
-    """Plan `name` of the next runs of a report, each a run with as many repetitions as are needed; and what it lacks.
+    """Plan `name` of the next runs of a report, each a run with as many repetitions as are needed;
+    and what it lacks.
 
-    Factors that a setting leaves open are the campaign's most frequent level. A gun's runs that the bench does not
-    withstand are left out. Raises `doe.plans.PlanExistsError`, and `ValueError` where no run is left.
+    Factors that a setting leaves open are the campaign's most frequent level. A gun's runs that the
+    bench does not withstand are left out. Raises `doe.plans.PlanExistsError`, and `ValueError`
+    where no run is left.
     """
     with store.reading() as session:
         experiment = _experiment(session, campaign, next_runs)
@@ -90,7 +94,8 @@ def store_experiment_of(
 def no_setting(campaign: str) -> str:
     """What to say of a diagnosis without next runs."""
     return (
-        f"the diagnosis of {campaign} names no setting that separates causes; its report says what to do next "
+        f"the diagnosis of {campaign} names no setting that separates causes; "
+        f"its report says what to do next "
         f"(pyroshock diagnose {campaign})"
     )
 
@@ -112,7 +117,8 @@ def _experiment(
         next_runs = [run for i, run in enumerate(next_runs) if i not in beyond]
     if not rows:
         raise ValueError(
-            f"every run that would tell causes of {campaign} apart is beyond the bench: {left_out[0]}"
+            f"every run that would tell causes of {campaign} apart is beyond "
+            f"the bench: {left_out[0]}"
         )
     shots: dict[tuple[tuple[str, str], ...], int] = {}
     for cells, run in zip(rows, next_runs, strict=True):
@@ -136,7 +142,8 @@ def _rows(next_runs: Sequence[Mapping[str, Any]], usual: Row) -> list[Row]:
     for row in rows:
         if missing := [column for column, cell in row.items() if not cell]:
             raise ValueError(
-                f"a setting of the next experiment leaves {missing[0]} open, and the campaign has none"
+                f"a setting of the next experiment leaves "
+                f"{missing[0]} open, and the campaign has none"
             )
     return rows
 
@@ -159,7 +166,8 @@ def _cells(settings: Mapping[str, Level]) -> Iterator[tuple[str, str]]:
 
 
 def _usual_levels(session: Session, campaign: Campaign) -> dict[str, str]:
-    """The most frequent level of each factor that recordings of the campaign set, as a table writes it."""
+    """The most frequent level of each factor that recordings of the campaign set, as a table writes
+    it."""
     table = Shot if campaign.kind == "gun" else Impact
     runs = Counter(
         session.scalars(select(table.configuration_id).where(table.campaign_id == campaign.id))
@@ -232,9 +240,11 @@ def _unsafe_rows(
 
 
 def _shot(row: Row, bench: GunBench, materials: Mapping[str, Elastic]) -> PlannedShot | None:
-    """What the nominal gun and an elastic contact, both on the safe side, expect; None where nothing is shot.
+    """What the nominal gun and an elastic contact, both on the safe side, expect; None where
+    nothing is shot.
 
-    What a setting leaves open of the contact is taken at its stiffest: steel on steel, a radius of 60 mm.
+    What a setting leaves open of the contact is taken at its stiffest: steel on steel, a radius of
+    60 mm.
     """
     pressure, mass = 1e5 * float(row["tank_pressure_bar"]), float(row["bullet_mass_kg"])
     velocity = float(muzzle_velocity(bench, pressure, mass))

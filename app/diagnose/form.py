@@ -1,4 +1,5 @@
-"""The form of the page that asks for a diagnosis: its fields into arguments, and arguments back into its fields.
+"""The form of the page that asks for a diagnosis: its fields into arguments, and arguments back
+into its fields.
 
 Every error names the field that it is about, so that the page shows it there.
 """
@@ -13,7 +14,8 @@ from ..common.model_registry import models_extra, registry_of
 from ..web.forms import FieldError
 from .request import IN_USE, MODELS, DiagnoseArguments, full_name
 
-#: Stage, what of it is compared, the unit of its tolerance, the tolerance that is used where the field is empty.
+#: Stage, what of it is compared, the unit of its tolerance, the tolerance that is used where the
+#: field is empty.
 STAGES = (
     ("gun", "velocity of the gun", "%", "1"),
     ("contact", "force of the contact", "%", "3"),
@@ -69,7 +71,8 @@ def fields_of(arguments: Mapping[str, Any]) -> dict[str, str]:
 
 
 def check_simulator(db: str, text: str | None) -> None:
-    """Raises `FieldError` for what names no simulator, `UnknownValueError` for a model that is not registered."""
+    """Raises `FieldError` for what names no simulator, `UnknownValueError` for a model that is not
+    registered."""
     if text in (None, "nominal"):
         return
     assert text is not None
@@ -96,7 +99,10 @@ def _uncertain(text: str) -> dict[str, float]:
     for line in filter(None, map(str.strip, text.splitlines())):
         name, _, size = (part.strip() for part in line.partition("="))
         if "." not in name:
-            message = f"{line!r} names no number of the twin. Write one a line, such as gun.friction_coefficient=0.05."
+            message = (
+                f"{line!r} names no number of the twin. Write one a line, such as "
+                f"gun.friction_coefficient=0.05."
+            )
             raise FieldError("uncertain", message)
         try:
             full_name(name)

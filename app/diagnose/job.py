@@ -1,4 +1,5 @@
-"""A diagnosis of a campaign of the store: kept in the transaction that ends the job, for it has no natural key."""
+"""A diagnosis of a campaign of the store: kept in the transaction that ends the job, for it has no
+natural key."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What the page of a diagnosis and the list of diagnoses show: the path from gun to sensors, sections as HTML, the
-table of effects, a headline."""
+"""What the page of a diagnosis and the list of diagnoses show: the path from gun to sensors,
+sections as HTML, the table of effects, a headline."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ _STAGES = (
 
 @dataclass(frozen=True)
 class StageCard:
-    """A stage on the path of a shot: its share of the error from 0 to 1 (None: not compared), and in words."""
+    """A stage on the path of a shot: its share of the error from 0 to 1 (None: not compared), and
+    in words."""
 
     name: str
     quantity: str
@@ -41,15 +42,18 @@ class StageCard:
 def stage_cards(verdict: Verdict) -> list[StageCard]:
     """Gun, contact, plate and sensors with their shares of the error.
 
-    The stages share the error among them. The sensors are no stage: theirs is the share that effects of the sensors
-    explain, which is part of the shares of the stages.
+    The stages share the error among them. The sensors are no stage: theirs is the share that
+    effects of the sensors explain, which is part of the shares of the stages.
     """
     shares = {stage.name: stage for stage in verdict.where.stage}
     cards = []
     for stage, name, quantity in _STAGES[:-1]:
         if stage in shares:
             share = shares[stage]
-            note = f"90 % interval {percent_range(*share.ci90)}; error {own_error(share)} times the tolerance"
+            note = (
+                f"90 % interval {percent_range(*share.ci90)}; error "
+                f"{own_error(share)} times the tolerance"
+            )
             cards.append(StageCard(name, quantity, _drawn(share.share), percent(share.share), note))
         else:
             cards.append(StageCard(name, quantity, None, "not compared"))
@@ -76,8 +80,9 @@ def _drawn(share: float) -> float | None:
 
 @dataclass(frozen=True)
 class DiagnosisParts:
-    """What the page shows of a verdict: sections as HTML (escaped where they are made) by their place, the rows of the
-    table of effects (`explained`: with their figures), and what can be adopted: value of the form -> words."""
+    """What the page shows of a verdict: sections as HTML (escaped where they are made) by their
+    place, the rows of the table of effects (`explained`: with their figures), and what can be
+    adopted: value of the form -> words."""
 
     sentence: str = ""
     restriction: str = ""
@@ -147,7 +152,8 @@ def _html(titled: Mapping[str, Any], titles: Sequence[str]) -> str:
 
 
 def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
-    """The effects with their figures, then those that the diagnosis did not look at, and what is unexplained."""
+    """The effects with their figures, then those that the diagnosis did not look at, and what is
+    unexplained."""
     from .report import EFFECT_COLUMNS, effect_rows
 
     rows = effect_rows(verdict)
@@ -163,7 +169,8 @@ def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
 
 
 def list_row(row: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:
-    """A row of the list of diagnoses: size of the error, its causes with their shares, and the shares of the stages."""
+    """A row of the list of diagnoses: size of the error, its causes with their shares, and the
+    shares of the stages."""
     stages = [f"{stage.name} {percent(stage.share)}" for stage in verdict.where.stage]
     return {
         **row,

@@ -68,7 +68,8 @@ def diagnose(
     plate: Annotated[str, Form()] = "",
     uncertain: Annotated[str, Form(max_length=2000)] = "",
     seed: Annotated[int, Form(ge=0, le=2**31 - 1)] = 0,
-    only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006 - a form's default, which nobody changes
+    # noqa: B006 - a form's default, which nobody changes
+    only: Annotated[list[EffectId], Form(alias="with")] = [],
     without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
 ) -> Response:
     form = {
@@ -94,7 +95,8 @@ def what_if(
     only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006
     without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
 ) -> Response:
-    """Diagnose the same campaign with the same options, but with the ticked effects alone, or without them."""
+    """Diagnose the same campaign with the same options, but with the ticked effects alone, or
+    without them."""
     with store.reading() as session:
         campaign = kept_report(session, diagnosis)["campaign"]
         options = kept_options(session, diagnosis)

@@ -25,10 +25,11 @@ Choices = Sequence[tuple[Sequence[Effect], float]]
 
 
 def pictures_of(gap: GapTable, stages: Sequence[Stage], choices: Choices = ()) -> Pictures:
-    """Residuals and curves before, and after with the mean of what `choices` predict (none, or one without effects:
-    before alone).
+    """Residuals and curves before, and after with the mean of what `choices` predict (none, or one
+    without effects: before alone).
 
-    Residuals after are the means of runs less what the effects change at a representative run of each configuration.
+    Residuals after are the means of runs less what the effects change at a representative run of
+    each configuration.
     """
     choices = [choice for choice in choices if choice[0]]
     after = None
@@ -46,7 +47,8 @@ def pictures_of(gap: GapTable, stages: Sequence[Stage], choices: Choices = ()) -
 
 
 def _mean(predictions: Sequence[Floats] | Floats, choices: Choices) -> Floats:
-    """The mean of what the choices predict, k arrays of one shape; NaN where one of them has no answer."""
+    """The mean of what the choices predict, k arrays of one shape; NaN where one of them has no
+    answer."""
     return np.asarray(
         np.tensordot([weight for _, weight in choices], np.asarray(predictions), axes=1)
     )
@@ -59,11 +61,12 @@ def residual_pictures(
     floor: Floats,
     most: int = 6,
 ) -> tuple[ResidualPicture, ...]:
-    """Up to `most` observables whose gap before lies beyond tolerance and floor, in the order of `observables`.
+    """Up to `most` observables whose gap before lies beyond tolerance and floor, in the order of
+    `observables`.
 
-    The largest gaps by their rms over tolerance and floor, as many of each unit; at least one, also where all agree.
-    `before` and `after` are (C, d) means over the runs of configurations, `floor` (C, d) one standard deviation of such
-    a mean; NaN where a configuration has none.
+    The largest gaps by their rms over tolerance and floor, as many of each unit; at least one, also
+    where all agree. `before` and `after` are (C, d) means over the runs of configurations, `floor`
+    (C, d) one standard deviation of such a mean; NaN where a configuration has none.
     """
     scale = np.hypot(np.array([item.tolerance for item in observables]), floor)
     ratio = before / scale
@@ -85,7 +88,8 @@ def residual_pictures(
 
 
 def _curves(gap: GapTable, stage: Stage, choices: Choices) -> Iterator[CurvePicture]:
-    """Of the configuration whose observables of the stage lie furthest beyond tolerance and floor, if any."""
+    """Of the configuration whose observables of the stage lie furthest beyond tolerance and floor,
+    if any."""
     ratio = np.nan_to_num(gap.mean / np.hypot(gap.tolerance, np.sqrt(gap.floor_variance)))[
         :, gap.columns(stage.name)
     ]
@@ -127,8 +131,8 @@ def _pulse(
 def _force_n(
     stage: ContactObservables, effects: Sequence[Effect], runs: Rows, time_s: Floats
 ) -> Floats:
-    """The mean force of the runs with effects, on the clock of the nominal one: a longer pulse comes on a longer
-    clock."""
+    """The mean force of the runs with effects, on the clock of the nominal one: a longer pulse
+    comes on a longer clock."""
     pulses = pulse_residuals(stage, at_rows(stage.acting(effects), stage.record.configuration_of))
     return np.asarray(
         np.interp(time_s, pulses.time_s, pulses.simulated[runs].mean(axis=0), left=0.0, right=0.0)

@@ -1,4 +1,5 @@
-"""What to do next after a diagnosis, in full sentences: adopt, fire, measure, repeat. Functions of a verdict alone."""
+"""What to do next after a diagnosis, in full sentences: adopt, fire, measure, repeat. Functions of
+a verdict alone."""
 
 from __future__ import annotations
 
@@ -65,7 +66,8 @@ def recommendations(verdict: Verdict) -> tuple[str, ...]:
     if is_agreement(verdict):
         return (
             "Nothing has to be changed: the nominal model can be used for this campaign.",
-            "To look for a smaller error, diagnose again with a smaller tolerance (--tolerance) or with more "
+            "To look for a smaller error, diagnose again with a smaller "
+            "tolerance (--tolerance) or with more "
             "repetitions of each configuration.",
         )
     if is_unknown(verdict):
@@ -76,7 +78,8 @@ def recommendations(verdict: Verdict) -> tuple[str, ...]:
         steps += [rest_sentence(verdict) if rest else "", _confirmation(verdict)]
     if any(sentence.startswith("floor assumed") for sentence in verdict.assumptions):
         steps.append(
-            "Repeat three configurations three times: nothing was repeated, so the measurement noise is an assumption "
+            "Repeat three configurations three times: nothing was repeated, "
+            "so the measurement noise is an assumption "
             "and the probabilities are not calibrated."
         )
     return tuple(filter(None, steps))[:_MOST_STEPS]
@@ -91,17 +94,24 @@ def _adoption(verdict: Verdict) -> str:
         return f"Do not adopt {names}: no fit of them has parameters that the parts can have."
     fraction = held_out_fraction(verdict) if best.after is None else _fraction(verdict, best.after)
     if fraction is None:
-        return f"How far the error shrinks with {names} was not measured: do not adopt it on this alone."
+        return (
+            f"How far the error shrinks with {names} was not measured: do not "
+            f"adopt it on this alone."
+        )
     if fraction < _WORTH_ADOPTING:
         return (
-            f"Do not adopt {names} yet: only {percent(max(fraction, 0.0))} of the error disappears on configurations "
+            f"Do not adopt {names} yet: only {percent(max(fraction, 0.0))} of "
+            f"the error disappears on configurations "
             "that the fit has not seen."
         )
     command = (
         f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {best.name.replace('+', ',')}"
     )
     if best.is_averaged:
-        return f"Adopt the mean of what these sets of effects predict, so that predictions include it: {command}."
+        return (
+            f"Adopt the mean of what these sets of effects predict, so that "
+            f"predictions include it: {command}."
+        )
     members = {effect.id for effect in best.effects}
     omitted = [
         set_name(own.effects) for own in verdict.cause_sets if members.isdisjoint(own.effects)
@@ -109,7 +119,8 @@ def _adoption(verdict: Verdict) -> str:
     if omitted:
         subjects = join_words([effect_subject(effect.id) for effect in best.effects])
         return (
-            f"Adopt {subjects}, and not {join_words(omitted)}: together with that no fit has parameters that the parts "
+            f"Adopt {subjects}, and not {join_words(omitted)}: together with "
+            f"that no fit has parameters that the parts "
             f"can have: {command}."
         )
     if len(best.effects) > 1:
@@ -130,7 +141,8 @@ def _fraction(verdict: Verdict, after: float) -> float | None:
 
 
 def _settling(verdict: Verdict) -> str:
-    """The channel that would tell the effects of the largest such set apart; "" where none is known."""
+    """The channel that would tell the effects of the largest such set apart; "" where none is
+    known."""
     for own in verdict.cause_sets:
         if own.settled_by is not None:
             channel, distance = (
@@ -139,7 +151,8 @@ def _settling(verdict: Verdict) -> str:
             )
             subjects = join_words([effect_subject(name) for name in own.effects], "or")
             return (
-                f"To tell whether {subjects} acts, record the {channel}: it would tell them apart by {distance} "
+                f"To tell whether {subjects} acts, record the {channel}: it "
+                f"would tell them apart by {distance} "
                 "standard deviations of its noise."
             )
     return ""
@@ -177,7 +190,8 @@ def _setting_words(column: str, level: float | str) -> str:
 
 
 def run_sentence(run: NextRun) -> str:
-    """The next experiment in a sentence; one that cannot decide says so, and what to measure instead."""
+    """The next experiment in a sentence; one that cannot decide says so, and what to measure
+    instead."""
     settings = join_words([_setting_words(column, level) for column, level in run.settings.items()])
     runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
     match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
@@ -204,7 +218,8 @@ def _limits(verdict: Verdict) -> Iterator[str]:
 
 
 def _fitted_parameters(verdict: Verdict) -> list[tuple[str, Fitted]]:
-    """Parameters with their effects: of the sets that are causes, or of the first answer where there is none."""
+    """Parameters with their effects: of the sets that are causes, or of the first answer where
+    there is none."""
     members = {name for own in verdict.cause_sets for name in own.effects}
     if members:
         rows = [effect for effect in verdict.effects if effect.effect in members]
@@ -239,11 +254,16 @@ def _nearest_sentence(verdict: Verdict) -> str:
                 f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
             )
         return (
-            f"The nearest effect is {subject}, which takes {gain} of the error away beside the other likely "
-            f"effects, on configurations that it was not fitted to{', ' if others else ''}{others}{together}."
+            f"The nearest effect is {subject}, which takes {gain} of the "
+            f"error away beside the other likely "
+            f"effects, on configurations that it was not fitted "
+            f"to{', ' if others else ''}{others}{together}."
         )
     if verdict.effects:
-        return "No effect of the catalogue takes anything away on configurations that it was not fitted to."
+        return (
+            "No effect of the catalogue takes anything away on configurations "
+            "that it was not fitted to."
+        )
     causes = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][
         :NEAREST
     ]
@@ -252,7 +272,8 @@ def _nearest_sentence(verdict: Verdict) -> str:
 
 
 def rest_sentence(verdict: Verdict) -> str:
-    """Where the error that is not explained lies: stage, settings, time, frequency, order of runs; "" if nowhere."""
+    """Where the error that is not explained lies: stage, settings, time, frequency, order of runs;
+    "" if nowhere."""
     where, main_stage = verdict.where, _main_stage(verdict)
     places = []
     if len(where.stage) > 1:
@@ -294,14 +315,20 @@ def next_experiment(verdict: Verdict) -> tuple[str, ...]:
 
 
 def _separating_runs(verdict: Verdict) -> str:
-    """Repeated runs on both sides of where the error is large: they show whether the place is the cause."""
+    """Repeated runs on both sides of where the error is large: they show whether the place is the
+    cause."""
     if verdict.where.factors:
         return (
-            f"Fire three repetitions of two settings where {verdict.where.factors[0].rule} and of two where this does "
-            "not hold, with all other settings the same: this shows whether that setting makes the error."
+            f"Fire three repetitions of two settings where "
+            f"{verdict.where.factors[0].rule} and of two where this does "
+            "not hold, with all other settings the same: this shows whether "
+            "that setting makes the error."
         )
     _, runs = _STAGE_EXPERIMENTS[_main_stage(verdict)]
-    return f"Fire three repetitions at {runs} and with all other settings the same: this shows how the error grows."
+    return (
+        f"Fire three repetitions at {runs} and with all other settings the same: "
+        f"this shows how the error grows."
+    )
 
 
 def _further_measurement(verdict: Verdict) -> str:
@@ -310,7 +337,8 @@ def _further_measurement(verdict: Verdict) -> str:
     if nearest is None or not effect_check(nearest.effect):
         return f"Measure {further}: this shows causes that the recorded channels cannot show."
     return (
-        f"Measure {effect_check(nearest.effect)}, to see whether {effect_subject(nearest.effect)} acts; other causes "
+        f"Measure {effect_check(nearest.effect)}, to see whether "
+        f"{effect_subject(nearest.effect)} acts; other causes "
         f"may show in {further}."
     )
 

@@ -1,5 +1,6 @@
-"""A diagnosis as a report: sections that the terminal, the page of `diagnose --html`, the web application and the PDF
-share. A kept diagnosis comes with all that its page draws, one of an older store with the numbers alone."""
+"""A diagnosis as a report: sections that the terminal, the page of `diagnose --html`, the web
+application and the PDF share. A kept diagnosis comes with all that its page draws, one of an older
+store with the numbers alone."""
 
 from __future__ import annotations
 
@@ -173,15 +174,18 @@ def _path_and_shares(verdict: Verdict) -> list[Block]:
     return [
         ChartRow(figures),
         Paragraph(
-            "The path adds one set of effects after the other and measures the error on configurations that the fit "
-            "has not seen. Shares are of the squared error of all configurations; what is blue is established as a "
+            "The path adds one set of effects after the other and measures "
+            "the error on configurations that the fit "
+            "has not seen. Shares are of the squared error of all "
+            "configurations; what is blue is established as a "
             "cause.",
             quiet=True,
         ),
     ]
 
 
-#: The heading of a gain held out; the path has no such figures, for its effects come one after the other.
+#: The heading of a gain held out; the path has no such figures, for its effects come one after the
+#: other.
 GAIN = "adds held out"
 #: Headings of the table of effects.
 EFFECT_COLUMNS = (
@@ -189,12 +193,14 @@ EFFECT_COLUMNS = (
 )  # fmt: skip
 
 
-#: What the column "cause" says: established by itself or as a set, one of a set, in the first answer, or none of these.
+#: What the column "cause" says: established by itself or as a set, one of a set, in the first
+#: answer, or none of these.
 _ESTABLISHED, _OF_SET, _POSSIBLE, _NO = "yes", "in set", "possible", "no"
 
 
 def effect_rows(verdict: Verdict) -> list[tuple[Cell, ...]]:
-    """A row for each set and for each effect under `EFFECT_COLUMNS`, and a last one for what is unexplained."""
+    """A row for each set and for each effect under `EFFECT_COLUMNS`, and a last one for what is
+    unexplained."""
     rows: list[tuple[Cell, ...]] = []
     for row in _table_order(verdict):
         name = set_name(row.effects) if isinstance(row, EffectSet) else effect_subject(row.effect)
@@ -223,7 +229,8 @@ def effect_rows(verdict: Verdict) -> list[tuple[Cell, ...]]:
 
 
 def _table_order(verdict: Verdict) -> Iterator[EffectSet | EffectShare]:
-    """The sets that are causes, by falling share, each of several before its effects; then the other effects."""
+    """The sets that are causes, by falling share, each of several before its effects; then the
+    other effects."""
     effects = {row.effect: row for row in verdict.effects}
     for own in verdict.cause_sets:
         if len(own.effects) > 1:
@@ -242,7 +249,8 @@ def set_number(verdict: Verdict, row: EffectSet | EffectShare) -> int | None:
 
 
 def cause_word(verdict: Verdict, row: EffectSet | EffectShare) -> str:
-    """Whether a set or an effect is a cause, as the table says it: an effect of the first answer is never "no"."""
+    """Whether a set or an effect is a cause, as the table says it: an effect of the first answer is
+    never "no"."""
     number_of_set = set_number(verdict, row)
     if number_of_set is not None:
         alone = (
@@ -254,16 +262,21 @@ def cause_word(verdict: Verdict, row: EffectSet | EffectShare) -> str:
 
 
 EFFECTS_CAPTION = (
-    "Share of the squared error with its 90 % interval, probability that the effect acts, and how much more of the "
-    "error disappears with it than without it on configurations that the fit has not seen (adds held out). Without it, "
-    "the other likely effects are fitted again and may take a part of its place; the path adds the first effect to the "
-    "nominal model, so that more can disappear there. Of the effects of one set at least one acts, and these runs "
+    "Share of the squared error with its 90 % interval, probability that the "
+    "effect acts, and how much more of the "
+    "error disappears with it than without it on configurations that the fit "
+    "has not seen (adds held out). Without it, "
+    "the other likely effects are fitted again and may take a part of its "
+    "place; the path adds the first effect to the "
+    "nominal model, so that more can disappear there. Of the effects of one "
+    "set at least one acts, and these runs "
     "cannot tell which; its first row is that of the set."
 )
 
 
 def _effects(verdict: Verdict) -> list[Block]:
-    """The effects that matter with a row each; the others in a sentence, so that a printed report stays short."""
+    """The effects that matter with a row each; the others in a sentence, so that a printed report
+    stays short."""
     if not verdict.effects:
         return []
     shown = [
@@ -317,7 +330,8 @@ def _size(verdict: Verdict) -> Paragraph:
     families = join_words([f"{family.family} {times(family.excess)}" for family in gap.families])
     by_family = f" Above the noise, in tolerances: {families}." if len(gap.families) > 1 else ""
     return Paragraph(
-        f"{gap.metric}: {number(gap.before)}; measurement noise {number(gap.noise_floor)}, tolerance "
+        f"{gap.metric}: {number(gap.before)}; measurement noise "
+        f"{number(gap.noise_floor)}, tolerance "
         f"{number(gap.tolerance)}. The error {verb} both together.{by_family}",
         quiet=True,
     )
@@ -395,7 +409,8 @@ def _size_of_residual(picture: ResidualPicture) -> float:
 
 
 def _unseen_figures(verdict: Verdict) -> list[Block]:
-    """Before and after on configurations that the fit has not seen: a row for each figure, two columns for a test."""
+    """Before and after on configurations that the fit has not seen: a row for each figure, two
+    columns for a test."""
     entries = verdict.shrinkage
     if not entries:
         return []
@@ -412,7 +427,8 @@ def _unseen_figures(verdict: Verdict) -> list[Block]:
 
 
 _UNSEEN = (
-    "Error before and after. Configuration: each configuration in turn was left out of the fit. Corner: all "
+    "Error before and after. Configuration: each configuration in turn was "
+    "left out of the fit. Corner: all "
     "configurations of a corner of the settings were left out."
 )
 
@@ -451,9 +467,11 @@ def diagnosis_document(session: Session, diagnosis_id: int) -> Document:
 
 
 def verdict_of(report: Mapping[str, Any]) -> Verdict:
-    """The verdict of a report alone, without pictures and fits. Raises `ValueError` where a part is missing.
+    """The verdict of a report alone, without pictures and fits. Raises `ValueError` where a part is
+    missing.
 
-    A report of an older version does not say which effects are causes: those of the first entry are.
+    A report of an older version does not say which effects are causes: those of the first entry
+    are.
     """
     try:
         sets = report.get("sets") or report["causes"][:1]

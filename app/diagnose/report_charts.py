@@ -1,8 +1,8 @@
-"""The pictures of a diagnosis: residuals before and after with the floor shaded, records beside their simulation; the
-path of the error as a waterfall, and each effect's share with its interval.
+"""The pictures of a diagnosis: residuals before and after with the floor shaded, records beside
+their simulation; the path of the error as a waterfall, and each effect's share with its interval.
 
-Bars are horizontal with the name above, so that they are readable on a telephone, too. Drawn of the elements and
-classes that `documents.pdf` knows.
+Bars are horizontal with the name above, so that they are readable on a telephone, too. Drawn of the
+elements and classes that `documents.pdf` knows.
 """
 
 from __future__ import annotations
@@ -73,7 +73,8 @@ def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) ->
 
 
 def _in_percent(logarithms: Floats) -> Floats:
-    """By how many per cent measured exceeds simulated; logarithms that no bench reaches are drawn at the edge."""
+    """By how many per cent measured exceeds simulated; logarithms that no bench reaches are drawn
+    at the edge."""
     return np.asarray(100 * np.expm1(np.clip(logarithms, -_LARGEST_LOG, _LARGEST_LOG)))
 
 
@@ -118,7 +119,8 @@ _Across = Callable[[float], float]
 
 @dataclass(frozen=True)
 class BarRow:
-    """A bar from `start` to `end` in the unit of the axis; `kind` is its class. `interval` is drawn as a whisker."""
+    """A bar from `start` to `end` in the unit of the axis; `kind` is its class. `interval` is drawn
+    as a whisker."""
 
     name: str
     value: str
@@ -129,8 +131,9 @@ class BarRow:
 
 
 def path_rows(verdict: Verdict) -> tuple[BarRow, ...]:
-    """The waterfall in tolerances: the error before, what each added effect takes where it was not fitted, what is
-    left, and the measurement noise. () for a verdict without a path or with errors that are no numbers."""
+    """The waterfall in tolerances: the error before, what each added effect takes where it was not
+    fitted, what is left, and the measurement noise. () for a verdict without a path or with errors
+    that are no numbers."""
     gap = verdict.gap
     levels = [gap.before, *(step.after for step in verdict.path)]
     if (
@@ -178,8 +181,8 @@ def _learned(verdict: Verdict) -> list[BarRow]:
 
 
 def share_rows(verdict: Verdict) -> tuple[BarRow, ...]:
-    """Shares of the squared error in per cent with their 90 % intervals: of the sets that are causes, of the other
-    effects, and of what is unexplained."""
+    """Shares of the squared error in per cent with their 90 % intervals: of the sets that are
+    causes, of the other effects, and of what is unexplained."""
     sets = verdict.cause_sets
     members = {name for own in sets for name in own.effects}
     others = [effect for effect in verdict.effects if effect.effect not in members]
@@ -232,7 +235,8 @@ def share_chart(verdict: Verdict) -> str:
 
 
 def _chart(label: str, x_title: str, rows: Sequence[BarRow], connected: int = 0) -> str:
-    """`connected`: so many of the first bars are joined to the next, where one begins at the level of the other."""
+    """`connected`: so many of the first bars are joined to the next, where one begins at the level
+    of the other."""
     values: list[float] = [
         value for row in rows for value in (row.start, row.end, *(row.interval or ()))
     ]
@@ -252,7 +256,10 @@ def _chart(label: str, x_title: str, rows: Sequence[BarRow], connected: int = 0)
                 _line("grid", level, top + _TEXT + 3, level, top + _ROW + _TEXT + 3 + _BAR)
             )
         parts.append(_row(row, across, top))
-    return f'<svg viewBox="0 0 {WIDTH:g} {height:g}" role="img" aria-label="{escape(label)}">{"".join(parts)}</svg>'
+    return (
+        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" role="img" '
+        f'aria-label="{escape(label)}">{"".join(parts)}</svg>'
+    )
 
 
 def _axis(low: float, high: float, across: _Across, height: float, title: str) -> str:
@@ -269,7 +276,10 @@ def _axis(low: float, high: float, across: _Across, height: float, title: str) -
 def _row(row: BarRow, across: _Across, top: float) -> str:
     y = top + _TEXT + 3
     start, right = across(row.start), max(across(row.end), across(row.start) + 1.0)
-    points = f"{start:.1f},{y:.1f} {right:.1f},{y:.1f} {right:.1f},{y + _BAR:.1f} {start:.1f},{y + _BAR:.1f}"
+    points = (
+        f"{start:.1f},{y:.1f} {right:.1f},{y:.1f} {right:.1f},{y + _BAR:.1f} "
+        f"{start:.1f},{y + _BAR:.1f}"
+    )
     parts = [
         _text("axis", _LEFT, top + _TEXT - 1, "start", row.name),
         _text("axis", WIDTH - _RIGHT, top + _TEXT - 1, "end", row.value),
@@ -287,4 +297,7 @@ def _line(kind: str, x1: float, y1: float, x2: float, y2: float) -> str:
 
 
 def _text(kind: str, x: float, y: float, anchor: str, words: str) -> str:
-    return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(words)}</text>'
+    return (
+        f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" '
+        f'text-anchor="{anchor}">{escape(words)}</text>'
+    )

@@ -1,4 +1,5 @@
-"""What a user asks of a diagnosis: the campaign, the simulator, and which effects are considered."""
+"""What a user asks of a diagnosis: the campaign, the simulator, and which effects are
+considered."""
 
 from __future__ import annotations
 
@@ -20,10 +21,10 @@ IN_USE = "contact-force"
 
 @dataclass(frozen=True)
 class DiagnoseArguments:
-    """What a user asks of a diagnosis, of what any worker can read. `tolerances` by stage, in the unit of its levels:
-    shares for gun and contact, dB for the plate; `uncertain` are standard deviations of nominal numbers,
-    "gun.friction_coefficient", in SI; `with_effects`: ids of the effects that alone are considered (none: all),
-    `without_effects`: of those that are not."""
+    """What a user asks of a diagnosis, of what any worker can read. `tolerances` by stage, in the
+    unit of its levels: shares for gun and contact, dB for the plate; `uncertain` are standard
+    deviations of nominal numbers, "gun.friction_coefficient", in SI; `with_effects`: ids of the
+    effects that alone are considered (none: all), `without_effects`: of those that are not."""
 
     target: str
     simulator: str | None = None
@@ -36,7 +37,8 @@ class DiagnoseArguments:
 
 @dataclass(frozen=True)
 class DiagnosisRequest(DiagnoseArguments):
-    """What a user asks of a diagnosis. `modes` and `bench`: files of this machine that describe the plate."""
+    """What a user asks of a diagnosis. `modes` and `bench`: files of this machine that describe the
+    plate."""
 
     modes: Path | None = None
     bench: Path | None = None
@@ -45,17 +47,19 @@ class DiagnosisRequest(DiagnoseArguments):
 def considered_effects(
     campaign: str, detectable: Sequence[str], only: Sequence[str] = (), without: Sequence[str] = ()
 ) -> tuple[str, ...]:
-    """The effects of `detectable` that are left when a diagnosis is restricted to `only` (empty: to none), less those
-    of `without`, in the order of `detectable`: the ids that the campaign's channels can show.
+    """The effects of `detectable` that are left when a diagnosis is restricted to `only` (empty: to
+    none), less those of `without`, in the order of `detectable`: the ids that the campaign's
+    channels can show.
 
-    Raises `LookupError` for an id that is not in the catalogue, `ValueError` for one that the campaign cannot show,
-    and where no effect is left; each names what there is.
+    Raises `LookupError` for an id that is not in the catalogue, `ValueError` for one that the
+    campaign cannot show, and where no effect is left; each names what there is.
     """
     check_effects(only, without)
     for option, names in (("--with", only), ("--without", without)):
         if hidden := [name for name in names if name not in detectable]:
             raise ValueError(
-                f"{option} {hidden[0]}: the channels of {campaign} cannot show this effect; they can show "
+                f"{option} {hidden[0]}: the channels of {campaign} cannot "
+                f"show this effect; they can show "
                 f"{_list(detectable)}"
             )
     effects = tuple(
@@ -63,7 +67,8 @@ def considered_effects(
     )
     if not effects:
         raise ValueError(
-            f"--with and --without leave no effect to consider for {campaign}; its channels can show "
+            f"--with and --without leave no effect to consider for "
+            f"{campaign}; its channels can show "
             f"{_list(detectable)}"
         )
     return effects
@@ -74,7 +79,8 @@ def check_effects(only: Sequence[str] = (), without: Sequence[str] = ()) -> None
     for option, names in (("--with", only), ("--without", without)):
         if unknown := [name for name in names if name not in catalogue()]:
             raise LookupError(
-                f"{option} {unknown[0]!r}: the catalogue has no such effect; it has {_list(catalogue())}"
+                f"{option} {unknown[0]!r}: the catalogue has no such effect; "
+                f"it has {_list(catalogue())}"
             )
 
 
@@ -98,12 +104,14 @@ def _list(names: Iterable[str]) -> str:
 
 
 def uncertain_numbers() -> dict[str, tuple[str, ...]]:
-    """By stage: settings of the gun with the readings of a shot, and quantities of the nominal impact."""
+    """By stage: settings of the gun with the readings of a shot, and quantities of the nominal
+    impact."""
     return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": UNCERTAIN}
 
 
 def full_name(name: str) -> str:
-    """`gun.bullet_mass_kg` for that, and for `bullet_mass_kg`: no two stages have a number of the same name.
+    """`gun.bullet_mass_kg` for that, and for `bullet_mass_kg`: no two stages have a number of the
+    same name.
 
     Raises `ValueError` for a name that no stage has, with the nearest one, or all.
     """

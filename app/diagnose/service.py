@@ -1,4 +1,5 @@
-"""The diagnosis of the gap between measurement and twin, as notebooks and the command line see it."""
+"""The diagnosis of the gap between measurement and twin, as notebooks and the command line see
+it."""
 
 from __future__ import annotations
 
@@ -21,10 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class GapDiagnosis:
-    """Where the gap lies, what causes it, and how far it shrinks. `verdict` is the record behind it.
+    """Where the gap lies, what causes it, and how far it shrinks. `verdict` is the record behind
+    it.
 
-    `number` is that of the diagnosis in the store, None for one of a folder. `version` is the version of the bench's
-    twin that adopted an effect of it, None where none was adopted.
+    `number` is that of the diagnosis in the store, None for one of a folder. `version` is the
+    version of the bench's twin that adopted an effect of it, None where none was adopted.
     """
 
     verdict: Verdict
@@ -48,8 +50,9 @@ class GapDiagnosis:
 
     @property
     def effects(self) -> pd.DataFrame:
-        """An effect in each row: probability that it acts, share of the squared gap with its 90 % interval, gain on
-        configurations that it was not fitted to, parameters as {name: value} in SI."""
+        """An effect in each row: probability that it acts, share of the squared gap with its 90 %
+        interval, gain on configurations that it was not fitted to, parameters as {name: value} in
+        SI."""
         return frame_of(
             (
                 {
@@ -72,8 +75,8 @@ class GapDiagnosis:
 
     @property
     def sets(self) -> pd.DataFrame:
-        """A set of effects in each row of which at least one acts and which these runs cannot tell apart, by falling
-        share; an effect that is established by itself is a set of one."""
+        """A set of effects in each row of which at least one acts and which these runs cannot tell
+        apart, by falling share; an effect that is established by itself is a set of one."""
         return frame_of(
             (
                 {
@@ -108,12 +111,14 @@ class GapDiagnosis:
 
     @property
     def gap(self) -> dict[str, Any]:
-        """The size of the gap, of the noise and of the tolerance, in the unit that `metric` names."""
+        """The size of the gap, of the noise and of the tolerance, in the unit that `metric`
+        names."""
         return dict(self.to_json()["gap"])
 
     @property
     def stages(self) -> pd.DataFrame:
-        """The share of the gap that arises in each stage, with its 90 % interval, and its own gap in tolerances."""
+        """The share of the gap that arises in each stage, with its 90 % interval, and its own gap
+        in tolerances."""
         return frame_of(
             (
                 {
@@ -130,7 +135,8 @@ class GapDiagnosis:
 
     @property
     def path(self) -> pd.DataFrame:
-        """The gap after each effect was added, the largest share first; fractions on configurations not seen."""
+        """The gap after each effect was added, the largest share first; fractions on configurations
+        not seen."""
         return frame_of(
             (
                 {"added": step.added, "gap": step.after, "fraction": step.fraction}
@@ -141,15 +147,16 @@ class GapDiagnosis:
 
     @property
     def fraction(self) -> float | None:
-        """The share of the reducible gap that is gone on configurations that the fit has not seen; None: not known."""
+        """The share of the reducible gap that is gone on configurations that the fit has not seen;
+        None: not known."""
         from .summary import held_out_fraction
 
         return held_out_fraction(self.verdict)
 
     @property
     def shrinkage(self) -> pd.DataFrame:
-        """How far the gap shrinks on configurations that the fit has not seen with the effects of `path`, a row for
-        each way of holding configurations out."""
+        """How far the gap shrinks on configurations that the fit has not seen with the effects of
+        `path`, a row for each way of holding configurations out."""
         from .wording import held_out_name
 
         return frame_of(
@@ -173,8 +180,8 @@ class GapDiagnosis:
 
     @property
     def fitted(self) -> dict[str, tuple[Effect, ...]]:
-        """Effects with the parameters that were fitted, by name ("gun.valve_flow", "a+b"): `store.twin(effects=...)`
-        takes them."""
+        """Effects with the parameters that were fitted, by name ("gun.valve_flow", "a+b"):
+        `store.twin(effects=...)` takes them."""
         from ..twins.adopted_effects import adoptable
 
         return {
@@ -193,7 +200,8 @@ class GapDiagnosis:
         return report_json(self.verdict)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The shares of the gap by set of effects, with their 90 % intervals, the causes at the top."""
+        """The shares of the gap by set of effects, with their 90 % intervals, the causes at the
+        top."""
         sets = self.verdict.cause_sets
         members = {name for own in sets for name in own.effects}
         bars = [(own.name, own.share, own.ci90, "#1b6ca8") for own in sets]
@@ -230,8 +238,8 @@ def diagnose_campaign(
 ) -> GapDiagnosis:
     """The diagnosis of a campaign, which its store keeps, or of a folder, of which nothing is kept.
 
-    `given` are the other fields of `DiagnosisRequest`. Raises as `diagnosing.diagnosed` and `adopting.adopt`, and
-    `ValueError` where an effect is to be adopted for a folder.
+    `given` are the other fields of `DiagnosisRequest`. Raises as `diagnosing.diagnosed` and
+    `adopting.adopt`, and `ValueError` where an effect is to be adopted for a folder.
     """
     from ..common.model_registry import models_extra
     from ..twins import adopted_effects
@@ -242,7 +250,8 @@ def diagnose_campaign(
     stored = is_stored(store, target)
     if adopt is not None and not stored:
         raise ValueError(
-            f"adopting {adopt} needs a campaign of the store; ingest it first: pyroshock ingest {target}"
+            f"adopting {adopt} needs a campaign of the store; ingest it "
+            f"first: pyroshock ingest {target}"
         )
     with models_extra():
         verdict = run_diagnosis(store, url, request, step)
@@ -267,7 +276,8 @@ def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> G
     verdict = diagnosis.verdict
     if diagnosis.number is None:
         raise ValueError(
-            f"the diagnosis of {verdict.campaign} is of a folder; ingest it, and diagnose the campaign"
+            f"the diagnosis of {verdict.campaign} is of a folder; ingest it, "
+            f"and diagnose the campaign"
         )
     best = adopted_effects.offered(verdict)
     wanted = effect or (verdict.first.effects[0] if best is None else best.name)
@@ -277,7 +287,8 @@ def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> G
 
 
 def kept_diagnoses(store: Store, campaign: str | None) -> pd.DataFrame:
-    """Diagnoses that the store keeps, the newest first. Raises `LookupError` for an unknown campaign."""
+    """Diagnoses that the store keeps, the newest first. Raises `LookupError` for an unknown
+    campaign."""
     from .stored import list_diagnoses
 
     with store.reading() as session:

@@ -1,5 +1,5 @@
-"""Diagnoses that the store keeps: the report for scripts, and beside it what the report leaves out and its page draws.
-They are listed page by page, and read back whole."""
+"""Diagnoses that the store keeps: the report for scripts, and beside it what the report leaves out
+and its page draws. They are listed page by page, and read back whole."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ if TYPE_CHECKING:
 def list_diagnoses(
     session: Session, campaign: str | None = None, limit: int | None = 50, after: int | None = None
 ) -> list[dict[str, Any]]:
-    """Diagnoses of a campaign (None: of all), the newest first: at most `limit` of those older than number `after`.
+    """Diagnoses of a campaign (None: of all), the newest first: at most `limit` of those older than
+    number `after`.
 
-    `complete` says whether `kept_verdict` can read it back, `restricted` whether only some effects were considered
-    (`--with`, `--without`). Raises `LookupError` for an unknown campaign.
+    `complete` says whether `kept_verdict` can read it back, `restricted` whether only some effects
+    were considered (`--with`, `--without`). Raises `LookupError` for an unknown campaign.
     """
     complete = Diagnosis.details.is_not(None).label("complete")
     query = select(Diagnosis, Campaign.name, complete).join(
@@ -70,7 +71,8 @@ def _first_answer(row: Diagnosis) -> dict[str, Any]:
 
 
 def _adopted(session: Session, keys: Iterable[int]) -> dict[int, str]:
-    """What became part of the twin, by diagnosis: "version 3: gun.valve_flow"; the first where there are several."""
+    """What became part of the twin, by diagnosis: "version 3: gun.valve_flow"; the first where
+    there are several."""
     query = (
         select(TwinVersion)
         .where(TwinVersion.diagnosis_id.in_(list(keys)))
@@ -91,21 +93,23 @@ def kept_report(session: Session, diagnosis_id: int) -> dict[str, Any]:
 def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
     """A kept diagnosis as it was made, pictures and fits with it.
 
-    Raises `LookupError` for an unknown one, and for one that an older store keeps without what its page draws;
-    `ValueError` for one that a newer software has kept.
+    Raises `LookupError` for an unknown one, and for one that an older store keeps without what its
+    page draws; `ValueError` for one that a newer software has kept.
     """
     row = get_diagnosis_row(session, diagnosis_id)
     if row.details is None:
         name = row.campaign.name
         raise LookupError(
-            f"diagnosis {diagnosis_id} of {name} was kept without what its page draws: diagnose again "
+            f"diagnosis {diagnosis_id} of {name} was kept without what its "
+            f"page draws: diagnose again "
             f"(pyroshock diagnose {name})"
         )
     return verdict_from_json(row.report, row.details)
 
 
 def kept_summary(session: Session, diagnosis_id: int) -> Verdict:
-    """A kept diagnosis without its pictures and fits, for a row of a list. Raises `LookupError` and `ValueError`."""
+    """A kept diagnosis without its pictures and fits, for a row of a list. Raises `LookupError` and
+    `ValueError`."""
     row = get_diagnosis_row(session, diagnosis_id)
     report, details = row.report, row.details or {"format": FORMAT}
     causes: list[Json] = [{} for _ in report["causes"]]
@@ -120,7 +124,8 @@ def kept_summary(session: Session, diagnosis_id: int) -> Verdict:
 
 
 def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
-    """The request of a kept diagnosis, by the names of `DiagnosisRequest`; {} for one that is kept without it.
+    """The request of a kept diagnosis, by the names of `DiagnosisRequest`; {} for one that is kept
+    without it.
 
     An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
@@ -142,13 +147,15 @@ def get_diagnosis_row(session: Session, diagnosis_id: int) -> Diagnosis:
 
 Json = dict[str, Any]
 
-#: Of the details. Those of format 1 have no shares of effects and no path: they open with these empty.
+#: Of the details. Those of format 1 have no shares of effects and no path: they open with these
+#: empty.
 FORMAT = 2
 READABLE = (1, FORMAT)
 
 
 def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
-    """The report and its details, both without numbers that JSON has not: together all of the verdict.
+    """The report and its details, both without numbers that JSON has not: together all of the
+    verdict.
 
     The report has null for them; the details say where, and what they were.
     """
@@ -169,14 +176,17 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
 
 
 def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> Verdict:
-    """The inverse of `verdict_to_json`, number for number; parts that the details leave out are empty.
+    """The inverse of `verdict_to_json`, number for number; parts that the details leave out are
+    empty.
 
-    Raises `ValueError` for details of another format, `LookupError` for an effect that is no longer there.
+    Raises `ValueError` for details of another format, `LookupError` for an effect that is no longer
+    there.
     """
     if details.get("format") not in READABLE:
         readable = " and ".join(map(str, READABLE))
         raise ValueError(
-            f"details of format {details.get('format')!r}; this software knows {readable}: diagnose again"
+            f"details of format {details.get('format')!r}; this software "
+            f"knows {readable}: diagnose again"
         )
     table = _with_values(
         report, [(entry["at"], float(entry["value"])) for entry in details.get("lost", ())]
@@ -190,9 +200,11 @@ def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> 
 
 
 def _decode(kind: Any, value: Any) -> Any:
-    """Plain data as a value of a type, as a field is annotated: records by their fields, lists as tuples or arrays.
+    """Plain data as a value of a type, as a field is annotated: records by their fields, lists as
+    tuples or arrays.
 
-    Null is NaN where the type does not allow None. Keys that a record has no field for are left out.
+    Null is NaN where the type does not allow None. Keys that a record has no field for are left
+    out.
     """
     parts = get_args(kind)
     if value is None:

@@ -1,6 +1,8 @@
-"""A diagnosis in plain words: how large the model error is, where it arises, what causes it, what remains.
+"""A diagnosis in plain words: how large the model error is, where it arises, what causes it, what
+remains.
 
-Functions of a verdict alone. A verdict without shares of effects (an older one) is described by its causes.
+Functions of a verdict alone. A verdict without shares of effects (an older one) is described by its
+causes.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ NEAREST = 3
 
 
 def summary(verdict: Verdict) -> str:
-    """The diagnosis in two to four sentences: size and stage of the model error, its causes, what remains."""
+    """The diagnosis in two to four sentences: size and stage of the model error, its causes, what
+    remains."""
     return " ".join(filter(None, _sentences(verdict)))
 
 
@@ -44,7 +47,10 @@ def _sentences(verdict: Verdict) -> Iterator[str]:
     if is_agreement(verdict):
         yield f"No effect is needed to explain it ({percent(verdict.first.probability)})."
         for own in verdict.cause_sets:
-            acts = f"acts with a probability of {percent(own.inclusion)}, and hardly matters for this error"
+            acts = (
+                f"acts with a probability of {percent(own.inclusion)}, and hardly "
+                f"matters for this error"
+            )
             yield f"{_capitalise(set_name(own.effects))} {acts}."
     elif is_unknown(verdict):
         yield _unknown(verdict)
@@ -56,7 +62,10 @@ def _sentences(verdict: Verdict) -> Iterator[str]:
         fraction = held_out_fraction(verdict)
         if fraction is not None:
             part = percent(fraction) if fraction >= WORTH_SAYING else "none"
-            yield f"On configurations that the fit has not seen, {part} of the error above the noise disappears."
+            yield (
+                f"On configurations that the fit has not seen, {part} of the "
+                f"error above the noise disappears."
+            )
 
 
 def _size_and_stage(verdict: Verdict) -> str:
@@ -76,23 +85,29 @@ def _size_and_stage(verdict: Verdict) -> str:
 
 
 def _largest_stage(verdict: Verdict) -> str:
-    """A sentence on the stage that is off most given its measured input, where another makes most of the error at the
-    end of the chain; or on several that are off alike, as far as these runs tell; else ""."""
+    """A sentence on the stage that is off most given its measured input, where another makes most
+    of the error at the end of the chain; or on several that are off alike, as far as these runs
+    tell; else ""."""
     stages = verdict.where.stage[:1] + verdict.where.nearly_largest
     if len(stages) > 1:
         names = join_words([stage_name(stage.name) for stage in stages])
         sizes = join_words([times(stage.own) for stage in stages])
         return (
-            f" {_capitalise(names)} are off by nearly the same ({sizes} times their tolerances): these runs cannot "
+            f" {_capitalise(names)} are off by nearly the same ({sizes} times "
+            f"their tolerances): these runs cannot "
             "rank them."
         )
     if not stages or stages[0] == max(verdict.where.stage, key=lambda stage: stage.share):
         return ""
-    return f" Given its measured input, {stage_name(stages[0].name)} is off most ({times(stages[0].own)} tolerances)."
+    return (
+        f" Given its measured input, {stage_name(stages[0].name)} is off most "
+        f"({times(stages[0].own)} tolerances)."
+    )
 
 
 def _hardly_matters(verdict: Verdict) -> str:
-    """A sentence on a cause that is established although the size of the error is within tolerance; else ""."""
+    """A sentence on a cause that is established although the size of the error is within tolerance;
+    else ""."""
     families = [family for family in verdict.gap.families if family.beyond_noise]
     if verdict.gap.beyond_noise or not families:
         return ""
@@ -100,7 +115,10 @@ def _hardly_matters(verdict: Verdict) -> str:
         f"the {family.family} ({times(family.before / family.tolerance)} times its tolerance)"
         for family in families
     ]
-    return f"It hardly matters for the size of the error, which is within tolerance; it shows in {join_words(places)}."
+    return (
+        f"It hardly matters for the size of the error, which is within tolerance; "
+        f"it shows in {join_words(places)}."
+    )
 
 
 def _capitalise(text: str) -> str:
@@ -166,7 +184,8 @@ def _hidden_parts(verdict: Verdict) -> Iterator[str]:
                 percent(effect_set.held_out_gain),
             )
             yield (
-                f"{subject} acts, too, and {size}: with it {gain} more of the error disappears on configurations that "
+                f"{subject} acts, too, and {size}: with it {gain} more of the "
+                f"error disappears on configurations that "
                 "the fit has not seen."
             )
 
@@ -206,7 +225,8 @@ def _unknown(verdict: Verdict) -> str:
 
 
 def held_out_fraction(verdict: Verdict) -> float | None:
-    """The part of the reducible error that disappears on configurations that the fit has not seen; None: not known."""
+    """The part of the reducible error that disappears on configurations that the fit has not seen;
+    None: not known."""
     if verdict.path:  # it ends at the figure of the shrinkage
         return verdict.path[-1].fraction
     first = set(single_effects(verdict.first.effects))
@@ -217,6 +237,7 @@ def held_out_fraction(verdict: Verdict) -> float | None:
 
 
 def nearest_effects(verdict: Verdict) -> tuple[EffectShare, ...]:
-    """Up to three effects that take most away on configurations that they were not fitted to, the largest first."""
+    """Up to three effects that take most away on configurations that they were not fitted to, the
+    largest first."""
     helpful = [effect for effect in verdict.effects if effect.held_out_gain >= WORTH_SAYING]
     return tuple(sorted(helpful, key=lambda effect: -effect.held_out_gain)[:NEAREST])

@@ -1,4 +1,5 @@
-"""What effects, observables and stages are called in sentences, pictures and pages: the words of the test bench."""
+"""What effects, observables and stages are called in sentences, pictures and pages: the words of
+the test bench."""
 
 from __future__ import annotations
 
@@ -63,7 +64,8 @@ EFFECT_CHECKS = {
     "gun.heat_exchange": "the tank's pressure and temperature directly after the shot",
     "gun.sliding_friction": "the force that pushes the projectile slowly through the barrel",
     "gun.valve_flow": "the pressure behind the projectile during the shot",
-    "contact.effective_mass": "the mass of the impactor with everything that moves with it, on a balance",
+    "contact.effective_mass": "the mass of the impactor with "
+    "everything that moves with it, on a balance",
     "contact.layer_compliance": "the layer's deflection under a known static load",
     "contact.plastic_yield": "the diameter of the permanent indentation after a hit",
     "contact.plate_compliance": "the velocity of the plate at the impact point during the contact",
@@ -119,8 +121,8 @@ def single_effects(names: Iterable[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class ObservableLabel:
-    """`text` names the observable. `relative`: its residual is a difference of natural logarithms, which is shown as
-    per cent of the simulated value."""
+    """`text` names the observable. `relative`: its residual is a difference of natural logarithms,
+    which is shown as per cent of the simulated value."""
 
     text: str
     relative: bool
@@ -151,7 +153,8 @@ _OF_PLATE = (
 
 
 def observable_label(name: str) -> ObservableLabel:
-    """The physical label of an observable by its name within its stage ("ln_width_tenth", "acceleration_1 delay").
+    """The physical label of an observable by its name within its stage ("ln_width_tenth",
+    "acceleration_1 delay").
 
     An observable that has none keeps its name, without underscores.
     """
@@ -174,7 +177,8 @@ def with_labels(sentence: str) -> str:
 
 
 def span_label(span: TimeWindow | FrequencyBand) -> str:
-    """Where the gap of a channel stands out: `the force from 0.1 to 0.4 ms`, `the force from 800 to 4000 Hz`."""
+    """Where the gap of a channel stands out: `the force from 0.1 to 0.4 ms`, `the force from 800 to
+    4000 Hz`."""
     if isinstance(span, TimeWindow):
         low, high, unit = 1e3 * span.from_s, 1e3 * span.to_s, "ms"
     else:
@@ -194,8 +198,8 @@ def parameter_label(name: str, unit: str) -> str:
 
 
 def fitted_words(parameter: Fitted, effect: str = "") -> str:
-    """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90 % interval, and say
-    where the value is none that the part of the `effect` can have."""
+    """`opening time = 255 ms (237 to 274 ms)`, in the units of the field; the brackets hold the 90
+    % interval, and say where the value is none that the part of the `effect` can have."""
     unit, scale = shown_unit(parameter.unit)
     value, low, high = format_interval(
         *(scale * item for item in (parameter.value, *parameter.ci90))
@@ -217,7 +221,8 @@ def _range_mark(effect: str, parameter: Fitted) -> str:
 
 
 def owned_parameters(cause: Cause) -> list[tuple[str, Fitted]]:
-    """Parameters of an entry with their effects: those that bear no effect's name are of the first one."""
+    """Parameters of an entry with their effects: those that bear no effect's name are of the first
+    one."""
     effects = single_effects(cause.effects)
     return [
         (next((name for name in effects if item.name.startswith(f"{name}.")), effects[0]), item)
@@ -239,7 +244,8 @@ def miss_sentence(exceeded: ExceededLimit) -> str:
     )
     subject = f"{parameter_label(item.name, item.unit)} of {effect_subject(exceeded.effect)}"
     return (
-        f"The {subject} is fitted as {value}, {where}: this is a miss of the law and not a value, and is not offered "
+        f"The {subject} is fitted as {value}, {where}: this is a miss of the "
+        f"law and not a value, and is not offered "
         "for adoption."
     )
 
@@ -296,7 +302,8 @@ def _sentence_start(text: str) -> str:
 
 
 def cause_lines(cause: Cause) -> list[str]:
-    """A line for each effect: its id, what it is, and its parameters; of several answers each, with its share."""
+    """A line for each effect: its id, what it is, and its parameters; of several answers each, with
+    its share."""
     if cause.effects[0] in (NONE, UNKNOWN):
         return []
     if len(cause.effects) == 1:
@@ -324,7 +331,8 @@ def _effect_line(identity: str, cause: Cause) -> str:
 
 
 def own_error(stage: StageShare) -> str:
-    """`4.2 (3.6 to 4.7)`: a stage's error given its measured input, in tolerances, with its 90 % interval."""
+    """`4.2 (3.6 to 4.7)`: a stage's error given its measured input, in tolerances, with its 90 %
+    interval."""
     if stage.own_ci90 is None:
         return number(stage.own)
     value, low, high = format_interval(stage.own, *stage.own_ci90)
@@ -336,12 +344,14 @@ def where_lines(where: Where) -> Iterator[str]:
     for stage in where.stage:
         share = percent_with_range(stage.share, stage.ci90)
         yield (
-            f"The {stage.name} makes {share} of the error at the end of the chain; its own error is "
+            f"The {stage.name} makes {share} of the error at the end of the "
+            f"chain; its own error is "
             f"{own_error(stage)} tolerances."
         )
     for region in where.factors:
         yield (
-            f"Where {region.rule}, the error exceeds that of the other settings by {number(region.excess)} times the "
+            f"Where {region.rule}, the error exceeds that of the other "
+            f"settings by {number(region.excess)} times the "
             f"measurement noise (p = {number(region.p_value)})."
         )
     for window in where.time:
@@ -361,20 +371,22 @@ def drawn_effects_sentence(verdict: Verdict) -> str:
         return ""
     if not verdict.cause_sets:
         return (
-            f"The model with effects has the likeliest effects, fitted to all runs: {names[0]}. The data do not "
+            f"The model with effects has the likeliest effects, fitted to all "
+            f"runs: {names[0]}. The data do not "
             "establish them as causes."
         )
     if len(names) == 1:
         return f"The model with effects has {names[0]}, fitted to all runs."
     return (
-        f"The model with effects is the mean of {len(names)} predictions, each fitted to all runs: with "
+        f"The model with effects is the mean of {len(names)} predictions, "
+        f"each fitted to all runs: with "
         f"{join_words(names, 'or with')}."
     )
 
 
 def held_out_name(entry: Shrinkage, verdict: Verdict) -> str:
-    """What takes the error away where it was not fitted, as the path names it; `effects` of the entry are what most
-    folds chose, of several effects that cannot be told apart any."""
+    """What takes the error away where it was not fitted, as the path names it; `effects` of the
+    entry are what most folds chose, of several effects that cannot be told apart any."""
     if verdict.path:
         several = any(
             len(step.effects) > 1 for step in verdict.path
@@ -390,7 +402,10 @@ def shrinkage_line(entry: Shrinkage, verdict: Verdict) -> str:
     if steps > _MOST_NAMES:
         what = f"all {steps} steps of the path" if verdict.path else f"{steps} effects"
     what = _sentence_start(what) if "." not in what.partition(" ")[0] else what
-    sizes = f"{number(entry.before)} before, {number(entry.after)} after, held out by {entry.held_out_by}"
+    sizes = (
+        f"{number(entry.before)} before, {number(entry.after)} after, held out by "
+        f"{entry.held_out_by}"
+    )
     if entry.fraction is None:
         return f"{what}: {sizes}; there was no error to reduce."
     share = (
@@ -402,4 +417,7 @@ def shrinkage_line(entry: Shrinkage, verdict: Verdict) -> str:
     if CORRECTED not in entry.more:
         return f"{sentence}."
     after = number(entry.more[CORRECTED][1])
-    return f"{sentence}. With a learned correction of the rest {after} would be left; a correction is not a cause."
+    return (
+        f"{sentence}. With a learned correction of the rest {after} would be "
+        f"left; a correction is not a cause."
+    )

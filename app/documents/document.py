@@ -1,6 +1,8 @@
-"""What a report holds, whatever it is written as: a title, facts, and sections of text, tables, bars and figures.
+"""What a report holds, whatever it is written as: a title, facts, and sections of text, tables,
+bars and figures.
 
-`page` makes a web page of it and `pdf` a PDF. Words stand here as they are; each writer escapes them in its own way.
+`page` makes a web page of it and `pdf` a PDF. Words stand here as they are; each writer escapes
+them in its own way.
 """
 
 from __future__ import annotations
@@ -65,8 +67,8 @@ class Table:
 
 @dataclass(frozen=True)
 class ShareBar:
-    """A bar from `start` to `end`, shares of its track; `kind` is "named", "other" or "floor". `lines` stand as a list
-    below it."""
+    """A bar from `start` to `end`, shares of its track; `kind` is "named", "other" or "floor".
+    `lines` stand as a list below it."""
 
     name: str
     value: str
@@ -114,7 +116,8 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """A report on one thing. `kind` says what it is ("Campaign"), `title` which one, `lead` tells it in a sentence.
+    """A report on one thing. `kind` says what it is ("Campaign"), `title` which one, `lead` tells
+    it in a sentence.
 
     `date` is its own and not that of printing: the same thing gives the same file.
     """
@@ -163,8 +166,8 @@ def clean(text: str) -> str:
 
 
 def mean_and_spread(key: str, values: Floats) -> str | None:
-    """ "5.62 ± 0.11": mean and standard deviation of `values` (n,) of the quantity `key`, in the shown unit; of one
-    value, the value; None without any."""
+    """ "5.62 ± 0.11": mean and standard deviation of `values` (n,) of the quantity `key`, in the
+    shown unit; of one value, the value; None without any."""
     finite_values = values[np.isfinite(values)]
     if not finite_values.size:
         return None

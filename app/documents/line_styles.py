@@ -1,5 +1,5 @@
-"""The look of a report: one column on a telephone, two of charts on a screen, light or dark as the reader has it; and
-the colours of marks, once for screen and paper.
+"""The look of a report: one column on a telephone, two of charts on a screen, light or dark as the
+reader has it; and the colours of marks, once for screen and paper.
 
 A page gives a mark its colour by the class that `svg` writes; a PDF looks the same class up here.
 """
@@ -131,11 +131,13 @@ def css() -> str:
     ]
     for i in range(SERIES):
         rules.append(
-            f".line-{i} {{ stroke: var(--s{i}); stroke-width: 1.6; }} i.key-line-{i} {{ background: var(--s{i});"
+            f".line-{i} {{ stroke: var(--s{i}); stroke-width: 1.6; }} "
+            f"i.key-line-{i} {{ background: var(--s{i});"
         )
         rules[-1] += " height: 0.25rem; border-radius: 0.1rem; }"
         rules.append(
-            f".dot-{i} {{ fill: var(--s{i}); opacity: 0.8; }} .key-dot-{i} {{ background: var(--s{i}); }}"
+            f".dot-{i} {{ fill: var(--s{i}); opacity: 0.8; }} .key-dot-{i} {{ "
+            f"background: var(--s{i}); }}"
         )
         rules.append(f"polygon.spread-{i} {{ fill: var(--s{i}); opacity: 0.15; }}")
     paper = "; ".join(f"--{name}: {colour}" for name, colour in light().items())

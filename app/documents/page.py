@@ -1,4 +1,5 @@
-"""A report as one web page, whole in itself: no script, nothing fetched, so that it opens from a stick."""
+"""A report as one web page, whole in itself: no script, nothing fetched, so that it opens from a
+stick."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ from .document import (
 )
 from .line_styles import STYLE, css
 
-#: Of a page that is a file: it may ask for nothing, send nothing and run nothing, whatever it is made to hold.
+#: Of a page that is a file: it may ask for nothing, send nothing and run nothing, whatever it is
+#: made to hold.
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; base-uri 'none'"
 
 
@@ -83,12 +85,16 @@ def _table(table: Table) -> str:
     body = "".join(f"<tr>{_cells(kinds, row)}</tr>\n" for row in table.rows)
     label = escape(clean(table.caption))
     whole = (
-        f'<div class="scroll" role="region" tabindex="0" aria-label="{label}"><table><caption>{label}</caption>'
+        f'<div class="scroll" role="region" tabindex="0" '
+        f'aria-label="{label}"><table><caption>{label}</caption>'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
     if not any("extra" in kind for kind in kinds):
         return whole
-    return f'<div class="fold">{whole}<label><input type="checkbox"> Show all columns of this table</label></div>'
+    return (
+        f'<div class="fold">{whole}<label><input type="checkbox"> Show all '
+        f"columns of this table</label></div>"
+    )
 
 
 def _kind(table: Table, column: int) -> str:
@@ -110,8 +116,10 @@ def _bar(bar: ShareBar) -> str:
     lines = "".join(f"<li>{_text(line)}</li>" for line in bar.lines)
     note += f'<ul class="about">{lines}</ul>' if lines else ""
     return (
-        f'<div class="row"><span>{_text(bar.name)}</span><span class="value">{_text(bar.value)}</span>'
-        f'<span class="track"><i class="{escape(bar.kind)}" style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>'
+        f'<div class="row"><span>{_text(bar.name)}</span><span '
+        f'class="value">{_text(bar.value)}</span>'
+        f'<span class="track"><i class="{escape(bar.kind)}" '
+        f'style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>'
         f"{note}</div>"
     )
 

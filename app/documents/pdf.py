@@ -1,5 +1,5 @@
-"""A report as a PDF for print: A4, its own fonts in it, and the same bytes for the same report. Charts are drawn from
-the few SVG elements that `svg` writes."""
+"""A report as a PDF for print: A4, its own fonts in it, and the same bytes for the same report.
+Charts are drawn from the few SVG elements that `svg` writes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ def pdf_of(document: Document) -> bytes:
         if package not in ("reportlab", "manimgx_fonts_cjk"):
             raise
         raise MissingPdfError(
-            f"{package} is not installed; reports as PDF need it: pip install 'pyroshock[web]' (or --out FILE.html)"
+            f"{package} is not installed; reports as PDF need it: pip install "
+            f"'pyroshock[web]' (or --out FILE.html)"
         ) from error
     into = BytesIO()
     with document_fonts(document.words):
@@ -67,7 +68,8 @@ def _story(document: Document, sheet: PdfDocument) -> list[Any]:
 
 
 def _start(blocks: Sequence[Block], sheet: PdfDocument) -> float:
-    """Points that a heading needs: up to the first rows or charts, from which no page break should part it."""
+    """Points that a heading needs: up to the first rows or charts, from which no page break should
+    part it."""
     height = sheet.lines_height
     for block in blocks:
         if not isinstance(block, Paragraph):
@@ -143,13 +145,15 @@ def _sign(kind: str) -> str:
 
 
 _TURNED = re.compile(r"translate\(([-\d.]+) ([-\d.]+)\) rotate\(-90\)")
-#: Of all words of a chart, in its units, as the style of the page says; in a small chart more, up to `_LEAST_POINTS`.
+#: Of all words of a chart, in its units, as the style of the page says; in a small chart more, up
+#: to `_LEAST_POINTS`.
 _FONT_SIZE = 11.0
 _LEAST_POINTS = 6.0
 
 
 def drawing_of(svg: str, font: str, width: float) -> Drawing:
-    """A chart `width` points wide. Raises `ValueError` for an element or a class that charts do not have."""
+    """A chart `width` points wide. Raises `ValueError` for an element or a class that charts do not
+    have."""
     from reportlab.graphics.shapes import Drawing, Group
 
     root = ElementTree.fromstring(clean(svg))  # noqa: S314  # our own, drawn a moment ago
@@ -219,7 +223,8 @@ def _words(element: ElementTree.Element, font: str, size: float, ink: SeriesStyl
 def _ink(name: str) -> SeriesStyle:
     if name not in series_styles():
         raise ValueError(
-            f"a chart has the class {name!r}, which has no ink on paper; there are: {', '.join(series_styles())}"
+            f"a chart has the class {name!r}, which has no ink on paper; "
+            f"there are: {', '.join(series_styles())}"
         )
     return series_styles()[name]
 

@@ -1,8 +1,9 @@
-"""The fonts of a PDF, which its file holds: DejaVu Sans (matplotlib brings it), and Noto Sans CJK for Chinese, Japanese
-and Korean letters. No font of the machine is read, so that a report looks the same wherever it is made.
+"""The fonts of a PDF, which its file holds: DejaVu Sans (matplotlib brings it), and Noto Sans CJK
+for Chinese, Japanese and Korean letters. No font of the machine is read, so that a report looks the
+same wherever it is made.
 
-ReportLab embeds quadratic outlines (TrueType) and Noto's are cubic ones of variable weight (CFF2): the letters of a
-document are converted when its PDF begins.
+ReportLab embeds quadratic outlines (TrueType) and Noto's are cubic ones of variable weight (CFF2):
+the letters of a document are converted when its PDF begins.
 """
 
 from __future__ import annotations
@@ -30,13 +31,15 @@ _CJK_WEIGHTS = {REGULAR: 400, BOLD: 700}
 PLACEHOLDER = "□"
 #: Characters that a remark names before it counts.
 _MOST_NAMED = 8
-#: ReportLab keeps the fonts of a process by their names: one document at a time has letters under these.
+#: ReportLab keeps the fonts of a process by their names: one document at a time has letters under
+#: these.
 _CJK_IN_USE = RLock()
 
 
 @cache
 def fonts() -> tuple[str, str]:
-    """The names of regular and bold, registered once: Latin, Greek, Cyrillic, ± and ≤ are in them."""
+    """The names of regular and bold, registered once: Latin, Greek, Cyrillic, ± and ≤ are in
+    them."""
     import matplotlib
 
     for name in (REGULAR, BOLD):
@@ -66,8 +69,9 @@ def document_fonts(text: str) -> Iterator[None]:
 
 
 def font_runs(text: str, font: str) -> list[tuple[str, str]]:
-    """`text` in pieces with the font of each: `font` or, for letters that it lacks, another that has them. □ stands for
-    a letter that none has; marks that only steer how others are drawn are left out then."""
+    """`text` in pieces with the font of each: `font` or, for letters that it lacks, another that
+    has them. □ stands for a letter that none has; marks that only steer how others are drawn are
+    left out then."""
     if text.isascii():
         return [(font, text)]
     beside = font if font in _CJK_NAMES else REGULAR
@@ -92,7 +96,8 @@ def width_of(text: str, font: str, size: float) -> float:
 
 
 def marked_letters(markup: str, font: str) -> tuple[str, bool]:
-    """Escaped text in which the letters that `font` lacks bear their own font, and whether there are any."""
+    """Escaped text in which the letters that `font` lacks bear their own font, and whether there
+    are any."""
     runs = font_runs(markup, font)
     marked = "".join(
         piece if name == font else f'<font name="{name}">{piece}</font>' for name, piece in runs
@@ -125,14 +130,16 @@ def remarks_on_letters(text: str) -> list[str]:
         if letter not in missing
     ):
         remarks.append(
-            "Arabic and Hebrew letters stand unjoined and from left to right in this PDF. The same report as HTML "
+            "Arabic and Hebrew letters stand unjoined and from left to right "
+            "in this PDF. The same report as HTML "
             "shows them joined and from right to left."
         )
     return remarks
 
 
 def _steers(letter: str) -> bool:
-    """Joiners, marks of direction and selectors of a variant, which have no picture of their own."""
+    """Joiners, marks of direction and selectors of a variant, which have no picture of their
+    own."""
     return unicodedata.category(letter) == "Cf" or "VARIATION SELECTOR" in unicodedata.name(
         letter, ""
     )
@@ -174,7 +181,8 @@ def _cjk_letters(text: str) -> list[str]:
 
 
 def _face(text: str) -> int:
-    """Which face of the file has the shapes of the text's language: kana are Japanese, Hangul is Korean."""
+    """Which face of the file has the shapes of the text's language: kana are Japanese, Hangul is
+    Korean."""
     names = [unicodedata.name(letter, "") for letter in set(text)]
     japanese, korean, chinese = 0, 1, 2
     if any(name.startswith(("HIRAGANA", "KATAKANA")) for name in names):
@@ -196,7 +204,8 @@ def _converted(letters: Sequence[str], face: int) -> list[TTFont]:
 
 
 def _truetype(source: Any, names: dict[int, str], weight: int) -> BytesIO:
-    """The glyphs called `names` (by code point) of a font, at that weight (100 to 900), as a TrueType file."""
+    """The glyphs called `names` (by code point) of a font, at that weight (100 to 900), as a
+    TrueType file."""
     from fontTools.fontBuilder import FontBuilder
     from fontTools.pens.cu2quPen import Cu2QuPen
     from fontTools.pens.ttGlyphPen import TTGlyphPen

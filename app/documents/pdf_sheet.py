@@ -1,5 +1,5 @@
-"""The sheet that a report is printed on: page, fonts, and how each part stands on it; tables with columns as wide as
-their words ask for, all within the margins."""
+"""The sheet that a report is printed on: page, fonts, and how each part stands on it; tables with
+columns as wide as their words ask for, all within the margins."""
 
 from __future__ import annotations
 
@@ -117,8 +117,9 @@ def _measure(font: str, size: float) -> Measure:
 def column_widths(
     texts: Sequence[Sequence[str]], width: float, of_head: Measure, of_cell: Measure
 ) -> list[float]:
-    """For rows of `texts`, the headings first: none narrower than its longest word where that is possible, none wider
-    than its longest cell, and all of them no wider than `width`. `of_head` and `of_cell` measure a text."""
+    """For rows of `texts`, the headings first: none narrower than its longest word where that is
+    possible, none wider than its longest cell, and all of them no wider than `width`. `of_head` and
+    `of_cell` measure a text."""
     need = _needs(texts, of_head, of_cell)
     longest = [
         max([0.0, *(of_cell(text) for text in cells[1:])]) for cells in zip(*texts, strict=True)

@@ -1,5 +1,5 @@
-"""Small charts as inline SVG, of curves and of clouds of points: no script, no fonts, colours by the page's style,
-readable on a telephone.
+"""Small charts as inline SVG, of curves and of clouds of points: no script, no fonts, colours by
+the page's style, readable on a telephone.
 
 Glossary: a chart is 360 by 220 units; `AxesFrame` maps numbers into it.
 """
@@ -88,7 +88,8 @@ def chart(
     *,
     whole: bool = False,
 ) -> str:
-    """The chart with its axes; `marks` are drawn between grid and labels. `whole`: x counts things."""
+    """The chart with its axes; `marks` are drawn between grid and labels. `whole`: x counts
+    things."""
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{escape(label)}">'
         f"{_grid(frame, whole)}{''.join(marks)}{_titles(x_title, y_title)}</svg>"
@@ -103,7 +104,8 @@ def _grid(frame: AxesFrame, whole: bool) -> str:
             f'<line class="grid" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
         )
         parts.append(
-            f'<text class="tick" x="{_LEFT - 5:g}" y="{y + 3.5:.1f}" text-anchor="end">{tick_text(value)}</text>'
+            f'<text class="tick" x="{_LEFT - 5:g}" y="{y + 3.5:.1f}" '
+            f'text-anchor="end">{tick_text(value)}</text>'
         )
     for value in ticks(frame.x, frame.log_x):
         if whole and value != round(value):
@@ -120,7 +122,8 @@ def _titles(x_title: str, y_title: str) -> str:
     across, middle = (WIDTH + _LEFT) / 2, (_TOP + HEIGHT - _BOTTOM) / 2
     turned = f'transform="translate(11 {middle:g}) rotate(-90)"'
     return (
-        f'<text class="axis" x="{across:g}" y="{HEIGHT - 8:g}" text-anchor="middle">{escape(x_title)}</text>'
+        f'<text class="axis" x="{across:g}" y="{HEIGHT - 8:g}" '
+        f'text-anchor="middle">{escape(x_title)}</text>'
         f'<text class="axis" {turned} text-anchor="middle">{escape(y_title)}</text>'
     )
 
@@ -180,7 +183,8 @@ def dots(frame: AxesFrame, x: Floats, y: Floats, kind: str, names: Sequence[str]
     """A dot for each finite value; `names` appear on pointing at one."""
     places = zip(frame.across(x), frame.up(y), y, names, strict=True)
     return "".join(
-        f'<circle class="{kind}" cx="{a:.1f}" cy="{b:.1f}" r="3.4"><title>{escape(name)}: {value:.3g}</title></circle>'
+        f'<circle class="{kind}" cx="{a:.1f}" cy="{b:.1f}" '
+        f'r="3.4"><title>{escape(name)}: {value:.3g}</title></circle>'
         for a, b, value, name in places
         if math.isfinite(value)
     )
@@ -204,7 +208,8 @@ MOST_POINTS = 2000
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One line, `x` and `y` (n,); `spread` (n,) shades as much on either side. `colour` is the number of a series."""
+    """One line, `x` and `y` (n,); `spread` (n,) shades as much on either side. `colour` is the
+    number of a series."""
 
     name: str
     x: Floats
@@ -234,7 +239,8 @@ def line_chart(
     nominal: float | None = None,
     log_x: bool = False,
 ) -> str:
-    """Curves over each other; with the line of equal values, or a dashed one at `nominal`, where they should be."""
+    """Curves over each other; with the line of equal values, or a dashed one at `nominal`, where
+    they should be."""
     edges = [
         curve.y + sign * curve.spread
         for curve in curves
@@ -264,7 +270,8 @@ def agreement_chart(
     logarithmic: bool = False,
     off: float = 0.0,
 ) -> str:
-    """One quantity against another that should be equal, on one scale for both, with the line where they are.
+    """One quantity against another that should be equal, on one scale for both, with the line where
+    they are.
 
     Dashed on either side of it: where they are off by the share `off`.
     """

@@ -1,4 +1,5 @@
-"""What was recorded lately, what needs attention, and what runs: the first page, counted in the database.
+"""What was recorded lately, what needs attention, and what runs: the first page, counted in the
+database.
 
 Each entry of the attention list is a sentence with the address of the page where one acts on it.
 """
@@ -37,8 +38,8 @@ _LATELY = timedelta(days=7)
 
 @dataclass(frozen=True)
 class AttentionItem:
-    """`sentence` says what is the matter, `action` what the link to `address` is called; `urgent`: something is lost
-    or has failed."""
+    """`sentence` says what is the matter, `action` what the link to `address` is called; `urgent`:
+    something is lost or has failed."""
 
     sentence: str
     address: str
@@ -84,7 +85,8 @@ def _count_rows(
 def list_attention(
     session: Session, versions: Sequence[Version], now: datetime | None = None
 ) -> list[AttentionItem]:
-    """What somebody should look at, urgent entries first. `versions` are those of the model registry."""
+    """What somebody should look at, urgent entries first. `versions` are those of the model
+    registry."""
     items = chain(
         _failed_jobs(session, now or datetime.now(UTC)),
         _checked_folders(session),
@@ -191,7 +193,10 @@ def _half_done_plans(session: Session) -> Iterator[AttentionItem]:
     for row in open_plans[:_LISTED]:
         runs = row["runs"] - row["discarded"]
         repeats = row["repeat"]
-        words = f"; {_counted(repeats, 'run')} {'has' if repeats == 1 else 'have'} rejected repetitions to record again"
+        words = (
+            f"; {_counted(repeats, 'run')} {'has' if repeats == 1 else 'have'} "
+            f"rejected repetitions to record again"
+        )
         yield AttentionItem(
             f"Plan {row['name']}: {row['done']} of {runs} runs are done{words if repeats else ''}.",
             f"/plans/{quote(row['name'], safe='')}/sheet",
@@ -200,7 +205,8 @@ def _half_done_plans(session: Session) -> Iterator[AttentionItem]:
 
 
 def _old_models(session: Session, versions: Sequence[Version]) -> Iterator[AttentionItem]:
-    """Models in use, and pulses of the same kind of bench that came after their dataset was frozen."""
+    """Models in use, and pulses of the same kind of bench that came after their dataset was
+    frozen."""
     for version in versions:
         if version.champion_of is None:
             continue
@@ -229,7 +235,8 @@ def _old_models(session: Session, versions: Sequence[Version]) -> Iterator[Atten
         )
         if count := session.scalar(newer):
             yield AttentionItem(
-                f"Model {version.label}, which is in use for the {version.champion_of}, has not learned from "
+                f"Model {version.label}, which is in use for the "
+                f"{version.champion_of}, has not learned from "
                 f"{_counted(count, 'pulse')} that came after dataset {snapshot.name} was frozen.",
                 f"/models/{quote(version.name, safe='')}/{version.version}",
                 "See the model",

@@ -1,4 +1,5 @@
-"""The first page: what was recorded lately, what needs attention, what runs; of an empty store, the first steps."""
+"""The first page: what was recorded lately, what needs attention, what runs; of an empty store, the
+first steps."""
 
 from __future__ import annotations
 
@@ -35,12 +36,14 @@ def home(request: Request, store: OpenStore, settings: Configured) -> Response:
 
 
 def _versions(db: str) -> tuple[list[Version], str]:
-    """The registered models; and why they cannot be read, which must not keep the first page from being shown."""
+    """The registered models; and why they cannot be read, which must not keep the first page from
+    being shown."""
     try:
         with models_extra():
             registry = registry_at(db)
             return ([] if registry is None else list(registry.versions())), ""
-    except Exception as error:  # MLflow and its store raise many kinds; what is no matter of the user is raised again
+    except Exception as error:
+        # MLflow and its store raise many kinds; what is no matter of the user is raised again
         if not is_for_the_user(error):
             raise
         return [], str(error)

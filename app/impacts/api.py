@@ -1,4 +1,5 @@
-"""Impacts, shots, their channels and pulses; shock response spectra of them, and of a series that is uploaded."""
+"""Impacts, shots, their channels and pulses; shock response spectra of them, and of a series that
+is uploaded."""
 
 from __future__ import annotations
 
@@ -50,7 +51,8 @@ def impacts(
     after: After = None,
     limit: Limit = 100,
 ) -> list[dict[str, Any]]:
-    """Impacts with their factors; the next page begins `after` the last `id` of this one. `where`: FIELD=VALUE."""
+    """Impacts with their factors; the next page begins `after` the last `id` of this one. `where`:
+    FIELD=VALUE."""
     with store.reading() as session:
         return list_impacts_page(session, campaign, parse_where(tuple(where)), after, limit)[0]
 
@@ -71,7 +73,8 @@ def shots(
 
 @router.get("/impacts/{impact}")
 def impact(impact: Key, store: OpenStore) -> Any:
-    """One impact: figures, versions of its pulse, findings, and channels with the keys of `/channels`."""
+    """One impact: figures, versions of its pulse, findings, and channels with the keys of
+    `/channels`."""
     with store.reading() as session:
         page = impact_page(session, impact)
         recording = get_impact(session, impact).recording_id
@@ -88,7 +91,8 @@ def channel(
     stop_s: float | None = None,
     points: Annotated[int, Query(ge=4, le=200_000)] = 2000,
 ) -> Any:
-    """A channel between two instants in SI: every sample where they fit into `points`, else the extremes of buckets."""
+    """A channel between two instants in SI: every sample where they fit into `points`, else the
+    extremes of buckets."""
     with store.reading() as session:
         window = channel_window(session, channel, start_s, stop_s, points)
     return finite(
@@ -137,7 +141,8 @@ class AccelerationSeries(BaseModel):
     q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
     rest: Annotated[str, Field(max_length=60)] = Field(
         "",
-        description="Zero of the record: none, or two times as 0ms:5ms. [default: the rest before the shock]",
+        description="Zero of the record: none, or two times as 0ms:5ms. [default: the "
+        "rest before the shock]",
     )
     hit: Annotated[str, Field(max_length=20)] = Field(
         "", description="Number of the hit of a record that holds several, or whole."
@@ -178,7 +183,8 @@ def spectra(
     specification: Annotated[str, Query(max_length=20_000)] = "",
     tolerance: Annotated[str, Query(max_length=100)] = "",
 ) -> Any:
-    """Spectra of stored impacts, held against a specification (text of its CSV), else their mean."""
+    """Spectra of stored impacts, held against a specification (text of its CSV), else their
+    mean."""
     wanted = (
         target_from_upload(specification, "specification", tolerance or None)
         if specification

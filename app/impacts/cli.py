@@ -1,5 +1,5 @@
-"""`show`: one impact, as far as the store knows it. `impacts`, `shots`: what is in the store. `export`: tables and
-series for any other program."""
+"""`show`: one impact, as far as the store knows it. `impacts`, `shots`: what is in the store.
+`export`: tables and series for any other program."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ if TYPE_CHECKING:
 def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
     """Show the impact with number IMPACT: its factors, its findings and its pulse.
 
-    The versions of the pulse, the figures of each acceleration channel and the channels are listed, too.
+    The versions of the pulse, the figures of each acceleration channel and the channels are listed,
+    too.
 
     \b
     Example:
@@ -88,14 +89,16 @@ _WHERE = click.option(
     multiple=True,
     metavar="CONDITION",
     help=(
-        'Select by FIELD=VALUE, also with != < <= > >=, such as "tip_material=steel". Several conditions must all hold.'
+        "Select by FIELD=VALUE, also with != < <= > >=, such as "
+        '"tip_material=steel". Several conditions must all hold.'
     ),
 )
 _LIMIT = click.option("--limit", type=click.IntRange(1), help="List at most this number of rows.")
 
 
 def _no_match(session: Session, conditions: Iterable[Condition]) -> str:
-    """That nothing matches, with the levels that the store has of each factor that was asked for."""
+    """That nothing matches, with the levels that the store has of each factor that was asked
+    for."""
     from ...schema.listings import list_levels
 
     levels = list_levels(session, fewest=1)
@@ -118,13 +121,14 @@ def impacts(
 ) -> None:
     """List impacts with their factors and figures.
 
-    The figures are those of the pulse in use, and those of the acceleration channel with the largest peak. Numbers
-    are in SI units.
+    The figures are those of the pulse in use, and those of the acceleration channel with the
+    largest peak. Numbers are in SI units.
 
     \b
     Example:
-        pyroshock impacts --campaign rehearsal --where tip_material=steel --where "peak_force_n>1000"
-        pyroshock impacts --sort -peak_force_n --columns id,tip_material,peak_force_n --csv
+        pyroshock impacts --campaign rehearsal --where tip_material=steel --where
+        "peak_force_n>1000" pyroshock impacts --sort -peak_force_n --columns
+        id,tip_material,peak_force_n --csv
     """
     with open_command_store(db) as store, store.reading() as session:
         from ...schema.listings import iter_impacts
@@ -147,8 +151,8 @@ def impacts(
 def shots(
     db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None
 ) -> None:
-    """List the shots of the gun with tank pressure (gauge), bullet mass, measured velocity and the velocity of the
-    nominal model. Numbers are in SI units.
+    """List the shots of the gun with tank pressure (gauge), bullet mass, measured velocity and the
+    velocity of the nominal model. Numbers are in SI units.
 
     \b
     Example:
@@ -193,7 +197,8 @@ def shots(
     callback=split_names,
     metavar="A,B,…",
     help=(
-        "Write only these columns, in this order. Repeat the option, or give a list: a,b. [default: all that the "
+        "Write only these columns, in this order. Repeat the option, or give "
+        "a list: a,b. [default: all that the "
         "selection has]"
     ),
 )
@@ -211,13 +216,13 @@ def export(
 ) -> None:
     """Write impacts, shots, pulses, figures of the acceleration channels, or series to a file.
 
-    Pulses are those in use, with their points of force. Series are in SI units. A factor that no selected impact has
-    gets no column.
+    Pulses are those in use, with their points of force. Series are in SI units. A factor that no
+    selected impact has gets no column.
 
     \b
     Example:
-        pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n
-        pyroshock export series --campaign rehearsal --recording recordings/0001-01.npz --out 0001-01.parquet
+        pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n pyroshock
+        export series --campaign rehearsal --recording recordings/0001-01.npz --out 0001-01.parquet
     """
     progress = progress_bar(f"Exporting {what}")
     from .export import export_table

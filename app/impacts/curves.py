@@ -1,7 +1,8 @@
-"""One impact's segmentation as a page draws it: the force about the contact, and each version of the pulse over it.
+"""One impact's segmentation as a page draws it: the force about the contact, and each version of
+the pulse over it.
 
-All forces are at the record's own level, turned so that compression is positive: a version's spline lies on the record
-that it was cut from, and `rest_n` less it is the pulse that the store holds.
+All forces are at the record's own level, turned so that compression is positive: a version's spline
+lies on the record that it was cut from, and `rest_n` less it is the pulse that the store holds.
 """
 
 from __future__ import annotations
@@ -36,9 +37,10 @@ _FIGURES = (*PULSE_FIGURES, "segmentation_difference")
 class PulseCurve:
     """One version of a pulse. `key` is None for a preview, which the store does not hold.
 
-    Contact from `start_s` to `stop_s` on the recording's clock, cut where the force passes `threshold_n`; `time_s` and
-    `force_n` (m,) are the spline, `points_time_s` and `points_n` (p,) what the models take. `settings` and `figures`
-    (SI, unit in the key) are plain data. `threshold_n` is None where this software cannot read the old settings.
+    Contact from `start_s` to `stop_s` on the recording's clock, cut where the force passes
+    `threshold_n`; `time_s` and `force_n` (m,) are the spline, `points_time_s` and `points_n` (p,)
+    what the models take. `settings` and `figures` (SI, unit in the key) are plain data.
+    `threshold_n` is None where this software cannot read the old settings.
     """
 
     key: int | None
@@ -76,7 +78,8 @@ class ForceRecord:
         return _curve(row, row.id, row.settings.settings, rest, threshold, fine, points)
 
     def _delimited(self, row: PulseRow) -> tuple[float, float | None]:
-        """Rest before the contact and threshold, as the extraction found them: neither is stored."""
+        """Rest before the contact and threshold, as the extraction found them: neither is
+        stored."""
         first, last = self.place(row.start_s), self.place(row.start_s + row.contact_time_s)
         peak = first + int(np.nanargmax(self.upright[first : last + 1]))
         try:
@@ -140,10 +143,11 @@ MOST_POINTS = 20_000
 
 @dataclass(frozen=True, eq=False)
 class PulseView:
-    """The record about a contact, `time_s` and `force_n` (n,), and the versions of its pulse, by their keys.
+    """The record about a contact, `time_s` and `force_n` (n,), and the versions of its pulse, by
+    their keys.
 
-    `channels` are the force channels (cells of an array are summed); `sign` is -1 where the record shows compression
-    as negative. `preview` is what other settings would make of it.
+    `channels` are the force channels (cells of an array are summed); `sign` is -1 where the record
+    shows compression as negative. `preview` is what other settings would make of it.
     """
 
     impact: int
@@ -162,7 +166,8 @@ def pulse_view(
     impact_key: int,
     preview: tuple[ExtractedPulse, ExtractionSettings] | None = None,
 ) -> PulseView:
-    """The segmentation of an impact; `preview` is drawn beside it (`ingest.reextract.preview_impacts` makes them).
+    """The segmentation of an impact; `preview` is drawn beside it
+    (`ingest.reextract.preview_impacts` makes them).
 
     Raises `LookupError` for an unknown impact, and for one without pulse or force record.
     """

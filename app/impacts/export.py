@@ -1,4 +1,5 @@
-"""Tables of the store for other programs, written batch by batch: memory does not grow with the store."""
+"""Tables of the store for other programs, written batch by batch: memory does not grow with the
+store."""
 
 from __future__ import annotations
 
@@ -36,12 +37,13 @@ def export_table(
     left_out: list[str] | None = None,
     columns: Sequence[str] = (),
 ) -> int:
-    """Write `what` ("impacts", "shots", "pulses", "channel-figures", "series") to `out`, CSV, Parquet or JSON by its
-    suffix; returns the rows.
+    """Write `what` ("impacts", "shots", "pulses", "channel-figures", "series") to `out`, CSV,
+    Parquet or JSON by its suffix; returns the rows.
 
-    `columns` are those to write, in this order; without them all that the selection has. Damaged series are left out
-    and named in `left_out`, where it is given. Raises `ValueError` for another suffix, `LookupError` for an unknown
-    campaign, recording or column, `SeriesError` for a damaged series.
+    `columns` are those to write, in this order; without them all that the selection has. Damaged
+    series are left out and named in `left_out`, where it is given. Raises `ValueError` for another
+    suffix, `LookupError` for an unknown campaign, recording or column, `SeriesError` for a damaged
+    series.
     """
     if what == "series":
         if where:
@@ -91,7 +93,8 @@ def _pulse_columns(pulse: Pulse) -> Row:
 def _channel_figures(
     session: Session, campaign: str | None, where: tuple[Condition, ...]
 ) -> Iterator[Row]:
-    """A row for each acceleration channel of an impact: run and factors, then the channel's figures."""
+    """A row for each acceleration channel of an impact: run and factors, then the channel's
+    figures."""
     impacts = iter_impacts(session, campaign, where)
     while batch := list(islice(impacts, 500)):
         figures = list_channel_figures(session, [row["id"] for row in batch])
@@ -106,7 +109,8 @@ def _channel_figures(
                 }
 
 
-#: Lines of the spectrum's summary that a table has, up to a tenth of 4 MHz; a record holds some of them.
+#: Lines of the spectrum's summary that a table has, up to a tenth of 4 MHz; a record holds some of
+#: them.
 _SUMMARY = tuple(f"srs_{10 * 2**i}hz_m_s2" for i in range(16))
 
 
@@ -123,8 +127,8 @@ def _own_columns(
 ) -> tuple[dict[str, bool], set[str]]:
     """Factors of the selection, and whether each holds words; and the columns that it leaves empty.
 
-    Later rows may have a factor that the first has not, but the header comes first; and a column of a free factor may
-    hold numbers in one campaign and words in another.
+    Later rows may have a factor that the first has not, but the header comes first; and a column of
+    a free factor may hold numbers in one campaign and words in another.
     """
     if what == "shots":
         return {}, set()

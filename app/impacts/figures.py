@@ -1,5 +1,6 @@
-"""Charts of pulses (one impact's segmentation, many by the levels of a factor), of recorded channels, and of shock
-response spectra: levels with tolerance bands, and pseudo-velocity on four-coordinate paper."""
+"""Charts of pulses (one impact's segmentation, many by the levels of a factor), of recorded
+channels, and of shock response spectra: levels with tolerance bands, and pseudo-velocity on
+four-coordinate paper."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ _CURVES = 60
 
 
 def segmentation_figure(view: PulseView) -> Figure:
-    """Force about the contact in N over ms since the contact of the version in use, each version over it."""
+    """Force about the contact in N over ms since the contact of the version in use, each version
+    over it."""
     used = next((version for version in view.versions if version.in_use), view.versions[-1])
     zero = used.start_s
     traces = [
@@ -121,7 +123,8 @@ def level_words(factor: str, level: float | str | None) -> str:
 
 
 def signal_figure(window: SignalWindow) -> Figure:
-    """A channel over ms of the recording's clock; the page fetches more samples as one zooms in (impact.js)."""
+    """A channel over ms of the recording's clock; the page fetches more samples as one zooms in
+    (impact.js)."""
     display = display_of_unit(window.unit)
     curve = line(
         window.time_s * 1e3, window.values * display.scale, window.channel, "c0", width=1.2
@@ -135,7 +138,8 @@ _HELD = "shock response (g)"
 
 
 def spectra_figure(overlay: SpectrumOverlay, sides: bool = False) -> Figure:
-    """Maximax of each, or its positive and negative sides; the cursor reads dB from the reference at that line."""
+    """Maximax of each, or its positive and negative sides; the cursor reads dB from the reference
+    at that line."""
     target = overlay.comparison.target
     lines = overlay.comparison.frequency_hz
     traces: list[Trace] = []
@@ -208,7 +212,8 @@ def _band_name(band: ReferenceBand) -> str:
 
 
 def four_coordinate_figure(overlay: SpectrumOverlay) -> Figure:
-    """Pseudo-velocity on four-coordinate paper: diagonals are constant acceleration (falling) and displacement."""
+    """Pseudo-velocity on four-coordinate paper: diagonals are constant acceleration (falling) and
+    displacement."""
     x = overlay.frequency_hz
     curves = [overlaid.spectrum.pseudo_velocity_m_s for overlaid in overlay.spectra]
     traces = [
@@ -237,7 +242,8 @@ def four_coordinate_figure(overlay: SpectrumOverlay) -> Figure:
 def paper_lines(
     lowest: float, right: float, low: float, high: float
 ) -> tuple[list[Trace], list[dict[str, Any]]]:
-    """Diagonals of whole decades within a frame of Hz and m/s: v = a / (2 pi f) and v = 2 pi f d, and their names."""
+    """Diagonals of whole decades within a frame of Hz and m/s: v = a / (2 pi f) and v = 2 pi f d,
+    and their names."""
     traces: list[Trace] = []
     words: list[dict[str, Any]] = []
     corners = [(f, v) for f in (lowest, right) for v in (low, high)]

@@ -1,5 +1,5 @@
-"""Everything that the store knows of one impact, as plain data, as a picture, and as accelerations that are cut out of
-a recording of several impacts."""
+"""Everything that the store knows of one impact, as plain data, as a picture, and as accelerations
+that are cut out of a recording of several impacts."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ PULSE_FIGURES = (
 
 
 def impact_page(session: Session, key: int) -> dict[str, Any]:
-    """One impact: its listing's row, then lists of pulse versions, figures of its acceleration channels, findings
-    and channels. `LookupError` if unknown."""
+    """One impact: its listing's row, then lists of pulse versions, figures of its acceleration
+    channels, findings and channels. `LookupError` if unknown."""
     impact = get_impact(session, key)
     row = next(iter_impacts(session, where=(Condition("id", "=", key),)))
     pulses = session.scalars(select(Pulse).where(Pulse.impact_id == key).order_by(Pulse.id))
@@ -94,7 +94,8 @@ LISTED_FIGURES = tuple(
 
 
 def without_empty_figures(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows of a listing of impacts for a person: without the accelerations' columns where no row has them."""
+    """Rows of a listing of impacts for a person: without the accelerations' columns where no row
+    has them."""
     if any(row.get(name) is not None for row in rows for name in CHANNEL_COLUMNS):
         return rows
     return [
@@ -105,8 +106,8 @@ def without_empty_figures(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def list_channel_figures(
     session: Session, impacts: Sequence[int]
 ) -> dict[int, list[dict[str, Any]]]:
-    """Figures of the acceleration channels of impacts, by the impact's key: the channel's name, then its figures, and
-    the lines of the spectrum's summary as `srs_10hz_m_s2` and so on."""
+    """Figures of the acceleration channels of impacts, by the impact's key: the channel's name,
+    then its figures, and the lines of the spectrum's summary as `srs_10hz_m_s2` and so on."""
     query = (
         select(ChannelFigures, RecordedChannel.name)
         .join(RecordedChannel, ChannelFigures.channel_id == RecordedChannel.id)
@@ -187,11 +188,12 @@ class ImpactRecord:
 def impact_records(
     session: Session, key: int, channel: str | None, left_out: list[str]
 ) -> Iterator[ImpactRecord]:
-    """The acceleration channels of an impact (or the one named `channel`), between its neighbours in the recording.
+    """The acceleration channels of an impact (or the one named `channel`), between its neighbours
+    in the recording.
 
-    A recording of one impact is taken whole, else from the rest before this contact up to that of the next one, as an
-    ingest divides it. The rest before the shock is its zero, where there is one. What there is not is added to
-    `left_out`. `LookupError` for an unknown impact.
+    A recording of one impact is taken whole, else from the rest before this contact up to that of
+    the next one, as an ingest divides it. The rest before the shock is its zero, where there is
+    one. What there is not is added to `left_out`. `LookupError` for an unknown impact.
     """
     impact = get_impact(session, key)
     rows = [] if impact.recording_id is None else list_channels(session, impact.recording_id)
@@ -233,7 +235,8 @@ def _values(
 
 
 def _window(session: Session, impact: Impact) -> tuple[float, float]:
-    """When an impact's own stretch of the recording begins and ends; infinite where it has the recording alone."""
+    """When an impact's own stretch of the recording begins and ends; infinite where it has the
+    recording alone."""
     query = (
         select(Pulse.impact_id, Pulse.start_s)
         .join(Impact, Pulse.impact_id == Impact.id)

@@ -1,4 +1,5 @@
-"""One impact as a picture: its whole record, and beside it the contact; a record without contact is drawn as well."""
+"""One impact as a picture: its whole record, and beside it the contact; a record without contact is
+drawn as well."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ from ..common.plots import MEASURED, MODEL, QUIET, new_figure, save
 from ..common.quantities import display_of, display_of_unit
 from .impact import get_impact
 
-#: Channels of the whole record, in this order from the top; of another quantity none is drawn where there are these.
+#: Channels of the whole record, in this order from the top; of another quantity none is drawn where
+#: there are these.
 _DRAWN = ("force", "acceleration")
 _COLOURS = (MEASURED, "#d55e00", "#00805e", "#b35d96", "#2b90c4", "#a67c00")
 #: Samples of a whole record that are drawn: the extremes of so many buckets.
@@ -26,10 +28,11 @@ _BUCKETS = 2000
 
 
 def plot_impact(session: Session, key: int, path: Path) -> None:
-    """Write the whole record of every force and acceleration, and beside it the contact with the extracted pulse.
+    """Write the whole record of every force and acceleration, and beside it the contact with the
+    extracted pulse.
 
-    Where there is neither force nor acceleration, every channel is drawn. Raises `LookupError` for an impact without a
-    recorded series.
+    Where there is neither force nor acceleration, every channel is drawn. Raises `LookupError` for
+    an impact without a recorded series.
     """
     impact = get_impact(session, key)
     pulse = session.scalars(
@@ -68,7 +71,8 @@ def draw_record(
     channels: Sequence[RecordedChannel],
     span_s: tuple[float, float] | None = None,
 ) -> None:
-    """Channels of one quantity over the time of the recording, with their sum where they are cells of one array."""
+    """Channels of one quantity over the time of the recording, with their sum where they are cells
+    of one array."""
     display = display_of_unit(channels[0].si_unit)
     total: Any = None
     for number, row in enumerate(channels):
@@ -115,7 +119,8 @@ def _thinned(time_ms: Any, values: Any) -> tuple[Any, Any]:
 
 
 def draw_pulse(axes: Any, session: Session, recording: int, pulse: Pulse) -> None:
-    """One pulse on `axes`: recorded samples with a margin of half a contact, their sum, spline, equidistant points."""
+    """One pulse on `axes`: recorded samples with a margin of half a contact, their sum, spline,
+    equidistant points."""
     margin, display = 0.5 * pulse.contact_time_s, display_of("force_n")
     span = (pulse.start_s - margin, pulse.start_s + pulse.contact_time_s + margin)
     cells = [row for row in list_channels(session, recording) if row.quantity == "force"]

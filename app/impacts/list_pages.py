@@ -1,4 +1,5 @@
-"""Lists of impacts and shots: filtered and sorted in the database, with actions on the impacts that are ticked."""
+"""Lists of impacts and shots: filtered and sorted in the database, with actions on the impacts that
+are ticked."""
 
 from __future__ import annotations
 
@@ -45,7 +46,8 @@ _WIDTH, _HEIGHT = 76.0, 24.0
 
 @dataclass(frozen=True)
 class Menu:
-    """The choices of one factor, or of the quality: conditions of the address and the words of each."""
+    """The choices of one factor, or of the quality: conditions of the address and the words of
+    each."""
 
     label: str
     options: tuple[tuple[str, str], ...]
@@ -121,7 +123,8 @@ def impacts(
 
 
 def _varied(rows: Sequence[Mapping[str, Any]], names: Iterable[str]) -> list[str]:
-    """Columns that are worth their place: those whose values differ, and those that people look for first."""
+    """Columns that are worth their place: those whose values differ, and those that people look for
+    first."""
     always = {"campaign", "run", "repetition", "peak_force_n", "contact_time_s"}
     return [
         name for name in names if name in always or len({str(row.get(name)) for row in rows}) > 1
@@ -129,7 +132,8 @@ def _varied(rows: Sequence[Mapping[str, Any]], names: Iterable[str]) -> list[str
 
 
 def _sorted_address(address: Mapping[str, Any], sort: str, column: str) -> str:
-    """The list in order of a column, the largest first; the other way round where it is sorted so."""
+    """The list in order of a column, the largest first; the other way round where it is sorted
+    so."""
     return (
         query({**address, "sort": column if sort == f"-{column}" else f"-{column}"}) or "/impacts"
     )
@@ -147,7 +151,8 @@ def _menus(levels: Mapping[str, Sequence[float | str]], where: Sequence[str]) ->
 
 
 def thumbnail_points(forces_n: Sequence[float]) -> str:
-    """The points of an SVG polyline of a pulse (n,), as high as its peak; empty for a pulse without force."""
+    """The points of an SVG polyline of a pulse (n,), as high as its peak; empty for a pulse without
+    force."""
     peak = max(forces_n, default=0.0)
     if peak <= 0:
         return ""
@@ -202,7 +207,8 @@ def freezeticked(
     impact: Ticked = [],  # noqa: B006
     dataset: Annotated[Text, Form(max_length=200)] = "",
 ) -> Response:
-    """Freeze the pulses of the impacts that are ticked as a dataset, which models can be trained on."""
+    """Freeze the pulses of the impacts that are ticked as a dataset, which models can be trained
+    on."""
     keys = ticked(impact)
     if not dataset.strip():
         raise FieldError(

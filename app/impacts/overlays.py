@@ -1,5 +1,5 @@
-"""Pulses of a filter laid over each other, by the levels of a factor, with their mean and spread; and shock response
-spectra of chosen impacts, within a band about their mean or a specification."""
+"""Pulses of a filter laid over each other, by the levels of a factor, with their mean and spread;
+and shock response spectra of chosen impacts, within a band about their mean or a specification."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ from ...twin.srs.standards import within_db
 from ...twin.srs.target import SpectrumComparison, Target, compare
 from .impact import ImpactRecord, impact_records
 
-#: Impact, contact time, period and fine force of a pulse; label and number of its level of a factor.
+#: Impact, contact time, period and fine force of a pulse; label and number of its level of a
+#: factor.
 PulseAtLevel = Row[tuple[int, float, float, bytes, str | None, float | None]]
 
 #: More curves than this on one grid cost seconds and show no more.
@@ -34,10 +35,11 @@ POINTS = 200
 
 @dataclass(frozen=True, eq=False)
 class LevelPulses:
-    """The pulses at one level of the factor (a number in SI, a word, None where it was not recorded).
+    """The pulses at one level of the factor (a number in SI, a word, None where it was not
+    recorded).
 
-    `impacts` (k,) are their keys, `force_n` (k, points) their curves; `mean_n` and `deviation_n` (points,) are their
-    mean and standard deviation, NaN for the deviation of a single one.
+    `impacts` (k,) are their keys, `force_n` (k, points) their curves; `mean_n` and `deviation_n`
+    (points,) are their mean and standard deviation, NaN for the deviation of a single one.
     """
 
     level: float | str | None
@@ -54,10 +56,11 @@ class LevelPulses:
 
 @dataclass(frozen=True, eq=False)
 class PulseOverlay:
-    """Pulses on one axis: `time_s` (points,) since contact began, or `share_of_contact` (points,) from 0 to 1.
+    """Pulses on one axis: `time_s` (points,) since contact began, or `share_of_contact` (points,)
+    from 0 to 1.
 
-    `drawn` of the `matching` pulses are in it, taken evenly where it is not all of them: `thinned`. `damaged` are the
-    impacts that were left out because their stored force is damaged.
+    `drawn` of the `matching` pulses are in it, taken evenly where it is not all of them: `thinned`.
+    `damaged` are the impacts that were left out because their stored force is damaged.
     """
 
     factor: str
@@ -83,10 +86,11 @@ def pulse_overlay(
     most: int = MOST_PULSES,
     points: int = POINTS,
 ) -> PulseOverlay:
-    """The fine forces of the pulses in use that match, by level of `factor` (its name or its key in a listing).
+    """The fine forces of the pulses in use that match, by level of `factor` (its name or its key in
+    a listing).
 
-    On the axis of time a pulse is zero after its contact. Raises `UnknownFieldError` and `LookupError` as a listing
-    does, and `ValueError` for less than two points or one pulse.
+    On the axis of time a pulse is zero after its contact. Raises `UnknownFieldError` and
+    `LookupError` as a listing does, and `ValueError` for less than two points or one pulse.
     """
     if points < 2:
         raise ValueError(f"points is {points!r}; expected 2 or more")
@@ -190,7 +194,8 @@ class ImpactSpectrum:
 
 @dataclass(frozen=True)
 class ReferenceBand:
-    """From `lower_m_s2` to `upper_m_s2` (f,), `db` either way of the reference; None: a specification's own."""
+    """From `lower_m_s2` to `upper_m_s2` (f,), `db` either way of the reference; None: a
+    specification's own."""
 
     db: float | None
     lower_m_s2: Floats
@@ -201,9 +206,10 @@ class ReferenceBand:
 class SpectrumOverlay:
     """Spectra at `frequency_hz` (f,), and what they are held against.
 
-    `reference` is the specification, or the mean of the maximax spectra in decibels, which has no tolerance narrower
-    than its widest band. `comparison` is of all spectra against it, at the lines that both have. `bands` are at
-    `comparison.frequency_hz`. `left_out` says which channels have no spectrum, and why.
+    `reference` is the specification, or the mean of the maximax spectra in decibels, which has no
+    tolerance narrower than its widest band. `comparison` is of all spectra against it, at the lines
+    that both have. `bands` are at `comparison.frequency_hz`. `left_out` says which channels have no
+    spectrum, and why.
     """
 
     frequency_hz: Floats
@@ -240,11 +246,13 @@ def spectrum_overlay(
     specification: Target | None = None,
     bands_db: Sequence[float] = BANDS_DB,
 ) -> SpectrumOverlay:
-    """Spectra of the acceleration channels (or the one named `channel`) of impacts, by default at `default_lines`.
+    """Spectra of the acceleration channels (or the one named `channel`) of impacts, by default at
+    `default_lines`.
 
-    A recording of one impact is taken whole, else from the rest before this contact up to the next one; its first
-    tenth, or the rest, is its zero. Lines from half the lowest sampling rate on are left away. Raises `LookupError` for
-    an unknown impact, `ValueError` where nothing is left, for too many, and for a specification of other lines.
+    A recording of one impact is taken whole, else from the rest before this contact up to the next
+    one; its first tenth, or the rest, is its zero. Lines from half the lowest sampling rate on are
+    left away. Raises `LookupError` for an unknown impact, `ValueError` where nothing is left, for
+    too many, and for a specification of other lines.
     """
     if not 0 < len(impacts) <= MOST_SPECTRA:
         raise ValueError(f"{len(impacts)} impacts; expected 1 to {MOST_SPECTRA}")
@@ -256,7 +264,8 @@ def spectrum_overlay(
     ]
     if len(cuts) > MOST_SPECTRA:
         raise ValueError(
-            f"{len(cuts)} channels of these impacts; expected at most {MOST_SPECTRA}: choose one channel"
+            f"{len(cuts)} channels of these impacts; expected at most "
+            f"{MOST_SPECTRA}: choose one channel"
         )
     lines = default_lines() if frequency_hz is None else frequency_hz
     if cuts:
@@ -293,7 +302,8 @@ def _spectrum(
 
 
 def _mean(lines: Floats, maximax: Floats, widest_db: float) -> Target:
-    """The mean in decibels, as a test's scatter is told: a mean of m/s2 would lean to the loudest."""
+    """The mean in decibels, as a test's scatter is told: a mean of m/s2 would lean to the
+    loudest."""
     level = 10 ** (np.log10(maximax).mean(axis=0))
     rising = np.argsort(lines)
     free = np.full(lines.size, widest_db)

@@ -1,4 +1,5 @@
-"""One impact with its record and its pulse, and pulses and shock response spectra of many over each other."""
+"""One impact with its record and its pulse, and pulses and shock response spectra of many over each
+other."""
 
 from __future__ import annotations
 
@@ -94,7 +95,8 @@ def impact(
 
 
 def contact_span(impact_view: dict[str, Any]) -> tuple[float, float] | None:
-    """From a contact time before the pulse in use to two after it, in s of the recording; None without a pulse."""
+    """From a contact time before the pulse in use to two after it, in s of the recording; None
+    without a pulse."""
     used = next((pulse for pulse in impact_view["pulses"] if pulse["in_use"] == "yes"), None)
     if used is None:
         return None
@@ -281,7 +283,8 @@ def _groups(overlay: PulseOverlay) -> list[dict[str, Any]]:
 
 
 def _some_of(overlay: PulseOverlay) -> list[int]:
-    """Impacts of the picture, taken evenly: asking the database again doubles what the page takes."""
+    """Impacts of the picture, taken evenly: asking the database again doubles what the page
+    takes."""
     impacts = sorted(impact for group in overlay.groups for impact in group.impacts)
     return impacts[:: max(1, -(-len(impacts) // SPECTRA))]
 

@@ -16,7 +16,8 @@ _NAMED = 8
 
 
 def parse_rest(text: str | None, name: str) -> RestChoice:
-    """None or empty: the rest before the shock; `none`: nothing; `0ms:5ms`: the mean from there to there.
+    """None or empty: the rest before the shock; `none`: nothing; `0ms:5ms`: the mean from there to
+    there.
 
     Raises `ValueError` that says `name`, the option or argument.
     """
@@ -45,10 +46,12 @@ def parse_times(text: str, name: str, expected: str = "two times") -> tuple[floa
 def chosen_part(
     record: Floats, sampling_rate_hz: float, start_s: float, hit: str | int | None, hit_name: str
 ) -> tuple[slice, str]:
-    """The samples of the hit with a number (from 1), or all for one hit and for `whole`; and what was taken.
+    """The samples of the hit with a number (from 1), or all for one hit and for `whole`; and what
+    was taken.
 
-    A hit begins with the rest before it and ends where the next one's part begins, as an ingest divides a recording.
-    Raises `ValueError` for a record of several hits without a choice, and for a hit that there is not.
+    A hit begins with the rest before it and ends where the next one's part begins, as an ingest
+    divides a recording. Raises `ValueError` for a record of several hits without a choice, and for
+    a hit that there is not.
     """
     everything = slice(0, record.size)
     if hit == WHOLE:
@@ -61,7 +64,8 @@ def chosen_part(
         times = ", ".join(f"{onset:.4g}" for onset in onsets_s[:_NAMED])
         more = f" and {len(hits) - _NAMED} more" if len(hits) > _NAMED else ""
         raise ValueError(
-            f"the record holds {len(hits)} hits, at {times}{more} s; choose one with {hit_name} 1 to {len(hits)}, or "
+            f"the record holds {len(hits)} hits, at {times}{more} s; choose "
+            f"one with {hit_name} 1 to {len(hits)}, or "
             f"take the record as one shock with {hit_name} {WHOLE}"
         )
     try:

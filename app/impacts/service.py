@@ -1,7 +1,9 @@
-"""Pulses and recordings as arrays with time and unit, of which a slice reads only what it needs; impacts as DataFrames.
+"""Pulses and recordings as arrays with time and unit, of which a slice reads only what it needs;
+impacts as DataFrames.
 
-The listing of the command line goes page by page and row by row (`schema.listings`). A frame is made of whole columns
-with the same names, order and values: one query for the rows, one for the factors, one for the findings.
+The listing of the command line goes page by page and row by row (`schema.listings`). A frame is
+made of whole columns with the same names, order and values: one query for the rows, one for the
+factors, one for the findings.
 """
 
 from __future__ import annotations
@@ -46,8 +48,9 @@ if TYPE_CHECKING:
 class ForcePulse:
     """The contact force of one impact: the smoothing spline of the pulse in use.
 
-    `time_s` (n,) begins with the contact, `force_n` (n,) is above the rest before it; `points_time_s` and `points_n`
-    (20,) are the equidistant points that models learn from. `figures` are SI, with the unit in the name.
+    `time_s` (n,) begins with the contact, `force_n` (n,) is above the rest before it;
+    `points_time_s` and `points_n` (20,) are the equidistant points that models learn from.
+    `figures` are SI, with the unit in the name.
     """
 
     impact: int
@@ -70,8 +73,8 @@ class ForcePulse:
     def restitution(self, mass_kg: float, impact_velocity_m_s: float) -> float:
         """P_r / P_c (Poisson, eq. 1.10) for the impactor's mass and velocity.
 
-        NaN where the impactor does not come to rest within the pulse. Raises `InvalidValueError` for a mass or velocity
-        that is not positive.
+        NaN where the impactor does not come to rest within the pulse. Raises `InvalidValueError`
+        for a mass or velocity that is not positive.
         """
         record = RecordedPulse(
             self.force_n[np.newaxis],
@@ -116,9 +119,11 @@ def read_pulse(session: Session, impact: int) -> ForcePulse:
 
 
 class StoredChannel:
-    """A recorded channel of the store. `channel[a:b]` reads the samples a to b (exclusive) in SI, and no others.
+    """A recorded channel of the store. `channel[a:b]` reads the samples a to b (exclusive) in SI,
+    and no others.
 
-    `unit` is the SI unit, `sampling_rate_hz` the rate, `start_s` the time of the first sample on the recording's clock.
+    `unit` is the SI unit, `sampling_rate_hz` the rate, `start_s` the time of the first sample on
+    the recording's clock.
     """
 
     def __init__(self, store: Store, row: RecordedChannel) -> None:
@@ -134,7 +139,8 @@ class StoredChannel:
     def __getitem__(self, samples: slice) -> Floats:
         if not isinstance(samples, slice) or samples.step not in (None, 1):
             raise ValueError(
-                f"{self.name}[{samples!r}]; expected a slice of samples without a step, such as [100:200]"
+                f"{self.name}[{samples!r}]; expected a slice of samples "
+                f"without a step, such as [100:200]"
             )
         first, stop = resolve(samples.start, samples.stop, self._samples)
         with self._store.reading() as session:
@@ -152,7 +158,8 @@ class StoredChannel:
         return self[:]
 
     def between(self, start_s: float, stop_s: float) -> pd.Series[float]:
-        """The samples from `start_s` to `stop_s`, both included, over their time. Reads only those."""
+        """The samples from `start_s` to `stop_s`, both included, over their time. Reads only
+        those."""
         first, stop = self._span(start_s, stop_s)
         return self._series(first, stop)
 
@@ -211,7 +218,10 @@ class StoredChannel:
         )
 
     def __repr__(self) -> str:
-        return f"<{self.name}: {self.quantity} in {self.unit}, {self._samples} samples at {self.sampling_rate_hz:g} Hz>"
+        return (
+            f"<{self.name}: {self.quantity} in {self.unit}, {self._samples} "
+            f"samples at {self.sampling_rate_hz:g} Hz>"
+        )
 
     def _span(self, start_s: float, stop_s: float) -> tuple[int, int]:
         if not start_s <= stop_s:
@@ -237,7 +247,8 @@ class StoredChannel:
 
 
 class StoredRecording(Mapping[str, StoredChannel]):
-    """The channels of the recording of one impact, by name: `store.recording(12)["force"]`. Nothing is read yet."""
+    """The channels of the recording of one impact, by name: `store.recording(12)["force"]`. Nothing
+    is read yet."""
 
     def __init__(self, store: Store, impact: int) -> None:
         with store.reading() as session:
@@ -320,7 +331,8 @@ def impacts_frame(
     where: str | Iterable[str] = (),
     limit: int | None = None,
 ) -> pd.DataFrame:
-    """The rows of `pyroshock impacts`, in order of their key; a factor that an impact does not have is missing there.
+    """The rows of `pyroshock impacts`, in order of their key; a factor that an impact does not have
+    is missing there.
 
     Raises as `schema.listings.iter_impacts`.
     """
@@ -360,7 +372,8 @@ def impacts_frame(
 def with_absent_factors(
     session: Session, frame: pd.DataFrame, names: Iterable[str]
 ) -> pd.DataFrame:
-    """The frame with an empty column for each of `names` that is a factor of the store but of none of its impacts."""
+    """The frame with an empty column for each of `names` that is a factor of the store but of none
+    of its impacts."""
     missing = set(names) - set(frame.columns)
     if not missing:
         return frame
@@ -383,7 +396,8 @@ def _factors(session: Session, configurations: Any) -> pd.DataFrame:
 
     query = (
         select(
-            ConfigurationLevel.configuration_id, Factor.id, Factor.name, Factor.si_unit, FactorLevel.label,
+            ConfigurationLevel.configuration_id, Factor.id, Factor.name, Factor.si_unit,
+            FactorLevel.label,
             FactorLevel.number,
         )
         .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
@@ -406,7 +420,8 @@ def _factors(session: Session, configurations: Any) -> pd.DataFrame:
 
 
 def _quality(session: Session, rows: pd.DataFrame) -> pd.Series[str]:
-    """The worst severity of each impact's own findings and its recording's, where it is more than a note."""
+    """The worst severity of each impact's own findings and its recording's, where it is more than a
+    note."""
     import pandas as pd
 
     doubts = SEVERITIES[1:]

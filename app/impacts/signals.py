@@ -1,7 +1,8 @@
-"""A stored channel between two instants, as few points as a screen can show: the least and the largest sample of each
-bucket. Means or every n-th sample would show a shock too small.
+"""A stored channel between two instants, as few points as a screen can show: the least and the
+largest sample of each bucket. Means or every n-th sample would show a shock too small.
 
-Series as rows for other programs, channel after channel; a damaged one is named before a row of it is out.
+Series as rows for other programs, channel after channel; a damaged one is named before a row of it
+is out.
 """
 
 from __future__ import annotations
@@ -29,11 +30,13 @@ FEWEST_POINTS = 4
 
 
 def envelope(values: NDArray[Any], points: int) -> NDArray[np.intp]:
-    """Indices, rising, of at most `points` samples of `values` (n,) that keep its outline; all where they fit.
+    """Indices, rising, of at most `points` samples of `values` (n,) that keep its outline; all
+    where they fit.
 
-    The first and the last sample are kept, and of every bucket (`bucket_length` consecutive samples) the first of its
-    least and of its largest ones. A bucket with samples that are no numbers keeps the extremes of the others; one
-    without any number keeps one sample, so that a long gap stays a gap. Raises `ValueError` below `FEWEST_POINTS`.
+    The first and the last sample are kept, and of every bucket (`bucket_length` consecutive
+    samples) the first of its least and of its largest ones. A bucket with samples that are no
+    numbers keeps the extremes of the others; one without any number keeps one sample, so that a
+    long gap stays a gap. Raises `ValueError` below `FEWEST_POINTS`.
     """
     length = bucket_length(values.size, points)
     if length == 1:
@@ -54,7 +57,8 @@ def bucket_length(samples: int, points: int) -> int:
 
 
 def _extremes(rows: NDArray[Any], origin: int) -> list[NDArray[np.intp]]:
-    """Indices of the least and the largest of each row (k, m) of a series that begins at `origin`."""
+    """Indices of the least and the largest of each row (k, m) of a series that begins at
+    `origin`."""
     low = high = rows
     if np.issubdtype(rows.dtype, np.inexact) and (gaps := np.isnan(rows)).any():
         low, high = np.where(gaps, np.inf, rows), np.where(gaps, -np.inf, rows)
@@ -68,10 +72,11 @@ _SAME_SAMPLE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class SignalWindow:
-    """Samples `first` to `stop` (exclusive) of a channel: all of them, or where `decimated` the extremes of buckets.
+    """Samples `first` to `stop` (exclusive) of a channel: all of them, or where `decimated` the
+    extremes of buckets.
 
-    `time_s` (k,) on the recording's clock, `values` (k,) in `unit`; k is 0 for a window outside of the record.
-    `samples_in_record` is the whole channel's count.
+    `time_s` (k,) on the recording's clock, `values` (k,) in `unit`; k is 0 for a window outside of
+    the record. `samples_in_record` is the whole channel's count.
     """
 
     channel: str
@@ -95,11 +100,13 @@ def channel_window(
     *,
     laboratory_unit: bool = False,
 ) -> SignalWindow:
-    """A channel from `start_s` to `stop_s`, both included (None: the record's ends), in at most `points` samples.
+    """A channel from `start_s` to `stop_s`, both included (None: the record's ends), in at most
+    `points` samples.
 
-    In SI, or in the laboratory's own unit. Only the chunks of the window are read. Raises `LookupError` for an unknown
-    channel, `ValueError` for a window that ends before it begins or for fewer than `FEWEST_POINTS`, and
-    `schema.series.SeriesError` where the stored series is damaged.
+    In SI, or in the laboratory's own unit. Only the chunks of the window are read. Raises
+    `LookupError` for an unknown channel, `ValueError` for a window that ends before it begins or
+    for fewer than `FEWEST_POINTS`, and `schema.series.SeriesError` where the stored series is
+    damaged.
     """
     row = session.get(RecordedChannel, channel_key)
     if row is None:
@@ -126,7 +133,8 @@ def channel_window(
 
 
 def list_signals(session: Session, recording_key: int) -> list[dict[str, Any]]:
-    """The channels of a recording by name, with the keys that `channel_window` takes; no sample is read."""
+    """The channels of a recording by name, with the keys that `channel_window` takes; no sample is
+    read."""
     return [
         {
             "key": row.id,
@@ -177,8 +185,9 @@ def series_batches(
 ) -> Iterator[dict[str, list[Any]]]:
     """Columns of the chosen recordings' samples in SI, a chunk at a time.
 
-    Each series is verified whole by its SHA-256 first. A damaged one is left out and named in `left_out`; where that is
-    None, `SeriesError` is raised instead. Raises `LookupError` for an unknown campaign or recording.
+    Each series is verified whole by its SHA-256 first. A damaged one is left out and named in
+    `left_out`; where that is None, `SeriesError` is raised instead. Raises `LookupError` for an
+    unknown campaign or recording.
     """
     for key, path, name in _recordings(session, campaign, recording):
         for row in list_channels(session, key):

@@ -1,5 +1,5 @@
-"""Shock response spectra of any recording alone: from a file to spectrum, moments, findings and comparison with a
-target. Which channel is the acceleration, and in which unit, is never guessed."""
+"""Shock response spectra of any recording alone: from a file to spectrum, moments, findings and
+comparison with a target. Which channel is the acceleration, and in which unit, is never guessed."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ _ACCELERATION_NAME = re.compile(r"acc|a\d*[xyz]?(?:_|$)", re.IGNORECASE)
 
 @dataclass(frozen=True, eq=False)
 class Acceleration:
-    """One channel of a file, in m/s2, (n,); `header` is what else the file says, gaps of its time among it."""
+    """One channel of a file, in m/s2, (n,); `header` is what else the file says, gaps of its time
+    among it."""
 
     channel: str
     values_m_s2: Floats
@@ -69,9 +70,9 @@ def read_acceleration(
 ) -> Acceleration:
     """The channel, or the only one that can be an acceleration, in SI.
 
-    Unit and sampling rate are the file's; `unit` and `reading` stand in where the file tells none. Raises
-    `RecordingError` or `UnitError` with what is there and what to give. A file that may crash its library is read in a
-    process of its own.
+    Unit and sampling rate are the file's; `unit` and `reading` stand in where the file tells none.
+    Raises `RecordingError` or `UnitError` with what is there and what to give. A file that may
+    crash its library is read in a process of its own.
     """
     if not path.is_file() or not may_crash(path):
         return _read(path, channel, unit, reading)
@@ -139,13 +140,15 @@ def _only_acceleration(path: Path, recording: OpenRecording) -> ChannelInfo:
 
 
 def _unit(path: Path, info: ChannelInfo, given: str | None) -> str:
-    """The unit to read the channel in. The file's word and `--unit` must agree: one of them would be wrong."""
+    """The unit to read the channel in. The file's word and `--unit` must agree: one of them would
+    be wrong."""
     unit_text = _said_unit(info)
     if unit_text is None:
         if given is None:
             also = f" but {info.unit!r}" if info.unit else ""
             raise UnitError(
-                f"{path.name}: {info.name!r} tells no unit{also}; give it, such as --unit g or --unit m/s2"
+                f"{path.name}: {info.name!r} tells no unit{also}; give it, "
+                f"such as --unit g or --unit m/s2"
             )
         return given
     try:
@@ -167,7 +170,8 @@ def _unit(path: Path, info: ChannelInfo, given: str | None) -> str:
 class MeasuredSpectrum:
     """All that a recording alone tells; `comparison` where there is a target.
 
-    `acceleration` is the part that was taken, as recorded; `part` says which, `rest` what was taken for its zero.
+    `acceleration` is the part that was taken, as recorded; `part` says which, `rest` what was taken
+    for its zero.
     """
 
     acceleration: Acceleration
@@ -190,9 +194,11 @@ def measure(
     rest: RestChoice = BEFORE_SHOCK,
     hit: str | None = None,
 ) -> MeasuredSpectrum:
-    """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the record's own grid.
+    """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the
+    record's own grid.
 
-    The checks see the record as it is, spectrum and moments its part less its rest (`record_choice`).
+    The checks see the record as it is, spectrum and moments its part less its rest
+    (`record_choice`).
     """
     values, rate, start_s = (
         acceleration.values_m_s2,
@@ -265,13 +271,15 @@ def parse_lines(text: str, name: str) -> NDArray[np.float64]:
     except (ValueError, TypeError) as error:
         reason = f" ({error})" if "expected" in str(error) else ""
         raise ValueError(
-            f"{name} is {text!r}{reason}; expected Hz as 100,200,500 or low:high:per_octave as 100:10000:6"
+            f"{name} is {text!r}{reason}; expected Hz as 100,200,500 or "
+            f"low:high:per_octave as 100:10000:6"
         ) from error
     return checked_lines(lines, name)
 
 
 def checked_lines(lines: ArrayLike, name: str) -> NDArray[np.float64]:
-    """The lines in Hz, rising, each once. Raises `ValueError` that says `name` for what is not positive."""
+    """The lines in Hz, rising, each once. Raises `ValueError` that says `name` for what is not
+    positive."""
     values = np.asarray(lines, dtype=np.float64)
     if values.ndim != 1 or not np.all(np.isfinite(values) & (values > 0)):
         raise ValueError(f"{name} is {values.tolist()}; expected positive numbers, in Hz")
@@ -286,10 +294,11 @@ _LONGEST_NAME = 80
 
 
 def target_from_upload(content: bytes | str, name: str, tolerance: str | None = None) -> Target:
-    """The target in a CSV's content; `name` is what errors call it, `tolerance` such as 6dB goes before the file's.
+    """The target in a CSV's content; `name` is what errors call it, `tolerance` such as 6dB goes
+    before the file's.
 
-    Raises `ValueError` naming file, line and value of what is wrong, and for content that is too large: more than
-    `MOST_BYTES` or `MOST_POINTS`, or a frequency that is none of a bench.
+    Raises `ValueError` naming file, line and value of what is wrong, and for content that is too
+    large: more than `MOST_BYTES` or `MOST_POINTS`, or a frequency that is none of a bench.
     """
     source = source_name(name)
     raw = content.encode("utf-8", "replace") if isinstance(content, str) else content
@@ -312,6 +321,7 @@ def target_from_upload(content: bytes | str, name: str, tolerance: str | None = 
 
 
 def source_name(name: str) -> str:
-    """The last part of an upload's name, on one line and short: it stands in errors, and nowhere in a path."""
+    """The last part of an upload's name, on one line and short: it stands in errors, and nowhere in
+    a path."""
     last = PurePath(name.replace("\\", "/")).name
     return "".join(sign for sign in last if sign.isprintable())[:_LONGEST_NAME] or "specification"

@@ -45,7 +45,8 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
     "harmless_fields",
     multiple=True,
     metavar="NAME",
-    help="Name a field of the file that changes no number (a pattern such as 'Trigger*'; give it several times).",
+    help="Name a field of the file that changes no number (a pattern such as "
+    "'Trigger*'; give it several times).",
 )
 @click.option(
     "--frequencies",
@@ -62,13 +63,15 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
     "--target",
     type=_FILE,
     metavar="SPEC.csv",
-    help="Compare with the spectrum of a CSV file, with columns frequency_hz and level_g or level_m_s2.",
+    help="Compare with the spectrum of a CSV file, with columns frequency_hz and "
+    "level_g or level_m_s2.",
 )
 @click.option(
     "--tolerance",
     metavar="BAND",
     help=(
-        "Set the tolerance: 6dB, +9/-6dB, or the whole rule of a standard: nasa-std-7003, mil-std-810h-517, "
+        "Set the tolerance: 6dB, +9/-6dB, or the whole rule of a standard: "
+        "nasa-std-7003, mil-std-810h-517, "
         "ecss-e-hb-32-25a. [default: that of the target, else nasa-std-7003]"
     ),
 )
@@ -82,7 +85,8 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
     "--rest",
     metavar="none|FROM:TO",
     help=(
-        "Take the mean between two times (0ms:5ms) for the zero of the record, or zero as it was recorded (none). "
+        "Take the mean between two times (0ms:5ms) for the zero of the "
+        "record, or zero as it was recorded (none). "
         "[default: the rest before the shock, where there is one]"
     ),
 )
@@ -133,12 +137,14 @@ def srs(
 ) -> None:
     """Compute the shock response spectrum of FILE, with checks and moments.
 
-    FILE is a recording (.mat .csv .txt .parquet .tdms .uff .lvm .h5 .npz .npy .wav). The exit code is 1 if the
-    target is missed: a line outside of its tolerance, or another rule of the standard that is not met.
+    FILE is a recording (.mat .csv .txt .parquet .tdms .uff .lvm .h5 .npz .npy .wav). The exit code
+    is 1 if the target is missed: a line outside of its tolerance, or another rule of the standard
+    that is not met.
 
     \b
     Example:
-        pyroshock srs results/rehearsal/recordings/0001-01.npz --channel acceleration_1 --unit g --out spec.csv \\
+        pyroshock srs results/rehearsal/recordings/0001-01.npz --channel acceleration_1 --unit g
+        --out spec.csv \\
             --plot shot.png
     """
     progress = progress_bar(f"Computing the spectrum of {file.name}")
@@ -206,7 +212,8 @@ def _tell_coverage(measured: MeasuredSpectrum, target: Target | None) -> None:
     lines, own = measured.comparison.frequency_hz, target.frequency_hz
     if lines.min() > own[0] * 1.13 or lines.max() < own[-1] / 1.13:  # a sixth of an octave
         note(
-            f"compared from {lines.min():g} to {lines.max():g} Hz only; the target: {own[0]:g} to {own[-1]:g} Hz"
+            f"compared from {lines.min():g} to {lines.max():g} Hz only; the "
+            f"target: {own[0]:g} to {own[-1]:g} Hz"
         )
 
 

@@ -57,22 +57,26 @@ def srs(
     rest: str | None = None,
     hit: int | str | None = None,
 ) -> pd.Series[float] | pd.DataFrame:
-    """The maximax absolute acceleration of oscillators (ISO 18431-4), in the unit of the acceleration.
+    """The maximax absolute acceleration of oscillators (ISO 18431-4), in the unit of the
+    acceleration.
 
-    `acceleration` is an array (n,) with its `rate` in Hz or as a text with its unit ("20 kHz"), a Series, or a
-    DataFrame with a column for each record (an array (n, k) is taken as one). Without `rate`, the index of a Series or
-    DataFrame is the time, in s or in the unit that its name carries (`time_ms`). `frequencies` are in Hz: numbers, or
-    "100:10000:6" for six lines an octave; by default six an octave over what the record's length and rate allow. Q is
-    10 unless `q` or `damping_ratio` says otherwise. A record whose content requires it is interpolated band-limited, so
-    that the steps between its samples hide at most 1 % of a line;
-    `resample=False` takes it as it is. `rest` chooses the zero of each record: by default the rest before the shock,
-    where there is one, "none" for zero as recorded, "0ms:5ms" for the mean between two times. A record that holds
-    several hits needs `hit`: a number from 1, or "whole". The result's `attrs` say what was done: `rest` holds what was
-    subtracted, `sampling_error` what sampling may have changed of each line at most, as a share.
+    `acceleration` is an array (n,) with its `rate` in Hz or as a text with its unit ("20 kHz"), a
+    Series, or a DataFrame with a column for each record (an array (n, k) is taken as one). Without
+    `rate`, the index of a Series or DataFrame is the time, in s or in the unit that its name
+    carries (`time_ms`). `frequencies` are in Hz: numbers, or "100:10000:6" for six lines an octave;
+    by default six an octave over what the record's length and rate allow. Q is 10 unless `q` or
+    `damping_ratio` says otherwise. A record whose content requires it is interpolated band-limited,
+    so that the steps between its samples hide at most 1 % of a line; `resample=False` takes it as
+    it is. `rest` chooses the zero of each record: by default the rest before the shock, where there
+    is one, "none" for zero as recorded, "0ms:5ms" for the mean between two times. A record that
+    holds several hits needs `hit`: a number from 1, or "whole". The result's `attrs` say what was
+    done: `rest` holds what was subtracted, `sampling_error` what sampling may have changed of each
+    line at most, as a share.
 
-    Returns a Series over `frequency_hz`, or a DataFrame with a column for each record. Raises `InvalidValueError` for a
-    record that is empty, constant, not finite or masked in part, for records that lie as rows, for samples that are no
-    readings (-9999), for a missing rate or uneven times, and for lines from half of the rate upwards.
+    Returns a Series over `frequency_hz`, or a DataFrame with a column for each record. Raises
+    `InvalidValueError` for a record that is empty, constant, not finite or masked in part, for
+    records that lie as rows, for samples that are no readings (-9999), for a missing rate or uneven
+    times, and for lines from half of the rate upwards.
     """
     import pandas as pd
 
@@ -86,17 +90,20 @@ def srs(
     values = np.asarray(acceleration, dtype=np.float64)
     if values.ndim not in (1, 2):
         raise ValueError(
-            f"an acceleration has the shape {values.shape}; expected samples (n,), or records as columns"
+            f"an acceleration has the shape {values.shape}; expected samples "
+            f"(n,), or records as columns"
         )
     if frame is None and values.ndim == 2 and values.shape[0] < values.shape[1]:
         raise ValueError(
-            f"an acceleration has the shape {values.shape}, more records than samples; expected records as columns: "
+            f"an acceleration has the shape {values.shape}, more records than "
+            f"samples; expected records as columns: "
             "give its transpose, acceleration.T"
         )
     if rate is None:
         if frame is None:
             raise ValueError(
-                "rate is missing: give the sampling rate in Hz, or a Series whose index is the time in s"
+                "rate is missing: give the sampling rate in Hz, or a Series "
+                "whose index is the time in s"
             )
         rate = _rate_of(frame.index)
     rate_hz = _rate_hz(rate)
@@ -159,13 +166,15 @@ def _refuse_placeholders(
             samples = "sample" if at.size == 1 else "samples"
             raise ValueError(
                 f"{at.size} {samples}{column}, the first number {at[0]} = {record[at[0]]:.7g}, "
-                f"far outside of the neighbours ({usable[at[0]]:.4g}): a placeholder is no reading; replace it, for "
+                f"far outside of the neighbours ({usable[at[0]]:.4g}): a "
+                f"placeholder is no reading; replace it, for "
                 "example by the mean of its neighbours, or leave the record out"
             )
 
 
 def _refuse_masked(acceleration: Any) -> None:
-    """Raise `ValueError` for an array whose mask leaves samples out: numpy would hand on what lies below."""
+    """Raise `ValueError` for an array whose mask leaves samples out: numpy would hand on what lies
+    below."""
     masked = (
         int(np.ma.getmaskarray(acceleration).sum())
         if isinstance(acceleration, np.ma.MaskedArray)
@@ -173,13 +182,15 @@ def _refuse_masked(acceleration: Any) -> None:
     )
     if masked:
         raise ValueError(
-            f"{masked} samples are masked, and a spectrum needs all of them; fill them (acceleration.filled(...), or "
+            f"{masked} samples are masked, and a spectrum needs all of them; "
+            f"fill them (acceleration.filled(...), or "
             "by interpolation), or give the part of the record that has none"
         )
 
 
 def _rate_hz(rate: float | str) -> float:
-    """A rate in Hz, or as a text with its unit. Raises `ValueError` for what is no rate above zero."""
+    """A rate in Hz, or as a text with its unit. Raises `ValueError` for what is no rate above
+    zero."""
     from ..common.frames import parse_quantity
 
     if isinstance(rate, str):
@@ -202,8 +213,8 @@ def _start_of(index: pd.Index[Any]) -> float:
 
 
 def _rate_of(index: pd.Index[Any]) -> float:
-    """The sampling rate of times in s, or in the unit of the index's name. Raises `ValueError` where they are no
-    rising, even times, and for a name that is no time."""
+    """The sampling rate of times in s, or in the unit of the index's name. Raises `ValueError`
+    where they are no rising, even times, and for a name that is no time."""
     times = np.asarray(index)
     if times.dtype.kind not in "fiu" or len(times) < 2:
         raise ValueError(
@@ -218,13 +229,15 @@ def _rate_of(index: pd.Index[Any]) -> float:
     uneven = np.max(np.abs(np.diff(times.astype(np.float64)) - step))
     if not step > 0 or uneven > _UNEVEN * step:
         raise ValueError(
-            f"the times of the index are not even (steps differ by {uneven:.3g} s): give the rate in Hz"
+            f"the times of the index are not even (steps differ by "
+            f"{uneven:.3g} s): give the rate in Hz"
         )
     return 1.0 / (step * scale)
 
 
 def _index_unit_s(index: pd.Index[Any]) -> float:
-    """Seconds per unit of an index of time: what its name carries (`time_ms`, `t [us]`, `Zeit (ms)`), else 1."""
+    """Seconds per unit of an index of time: what its name carries (`time_ms`, `t [us]`, `Zeit
+    (ms)`), else 1."""
     from ...ingest.readers.contents import is_time_name, name_and_unit, time_scale
 
     if index.name is None:
@@ -233,7 +246,8 @@ def _index_unit_s(index: pd.Index[Any]) -> float:
     scale = time_scale(name, unit) if is_time_name(name) or unit is not None else None
     if scale is None:
         raise ValueError(
-            f"the index is called {index.name!r}, which is no time in s, ms or us: call it time_s or time_ms, or give "
+            f"the index is called {index.name!r}, which is no time in s, ms "
+            f"or us: call it time_s or time_ms, or give "
             "the rate in Hz"
         )
     return scale

@@ -21,7 +21,8 @@ _CURVES = ("maximax", "positive", "negative", "primary", "residual")
 
 
 def as_json(measured: MeasuredSpectrum) -> Any:
-    """The form that scripts rely on, and beyond it channel, moments and comparison. SI; infinities become null."""
+    """The form that scripts rely on, and beyond it channel, moments and comparison. SI; infinities
+    become null."""
     spectrum = measured.spectrum
     form = {
         "unit": "m/s2",
@@ -164,7 +165,8 @@ def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
 
 
 def plot_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
-    """Spectrum on log-log axes above, record below. `ValueError` for a suffix that cannot be drawn."""
+    """Spectrum on log-log axes above, record below. `ValueError` for a suffix that cannot be
+    drawn."""
     figure = new_figure(8, 8)
     above, below = figure.subplots(2, 1, height_ratios=(2, 1))
     draw_spectrum(above, measured)
@@ -173,7 +175,8 @@ def plot_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
 
 
 def draw_spectrum(axes: Any, measured: MeasuredSpectrum) -> None:
-    """Positive, negative and maximax spectrum; lines outside of the target's tolerance are marked."""
+    """Positive, negative and maximax spectrum; lines outside of the target's tolerance are
+    marked."""
     spectrum, held = measured.spectrum, measured.comparison
     shown = display_of("acceleration_m_s2")
     if held is not None:

@@ -1,5 +1,5 @@
-"""Campaigns: listed page by page, one with all that its page shows, ingested as a job, deleted, and what stands on
-them."""
+"""Campaigns: listed page by page, one with all that its page shows, ingested as a job, deleted, and
+what stands on them."""
 
 from __future__ import annotations
 
@@ -90,7 +90,8 @@ def ingest(folder: Folder, store: OpenStore, jobs: Running, settings: Configured
 async def upload(
     request: Request, store: OpenStore, jobs: Running, settings: Configured
 ) -> dict[str, Any]:
-    """Ingest uploaded files: those of one campaign folder with their paths within it, or one ZIP."""
+    """Ingest uploaded files: those of one campaign folder with their paths within it, or one
+    ZIP."""
     return (await uploaded(request, store, jobs, settings)).as_json()
 
 
@@ -120,7 +121,8 @@ def standing(
     settings: Configured,
     recording: Annotated[str | None, Query(max_length=4000)] = None,
 ) -> dict[str, Any]:
-    """Rows that would go with a campaign, or with one recording of it, and what stands on them; nothing is written."""
+    """Rows that would go with a campaign, or with one recording of it, and what stands on them;
+    nothing is written."""
     return standing_on(store, settings.db, name, recording)
 
 

@@ -95,7 +95,8 @@ def _archive_of(store: Store, db: str, key: int) -> tuple[str, Path]:
     file = kept_archive(db, path)
     if file is None:
         raise LookupError(
-            f"deletion {key} has no archive on this machine; upload the file to restore the campaign"
+            f"deletion {key} has no archive on this machine; upload the file "
+            f"to restore the campaign"
         )
     return campaign, file
 

@@ -24,16 +24,19 @@ from .removal import adopted_elsewhere, checked_reason, deletion_lines, models_o
 
 
 class RestoreRefusedError(ValueError):
-    """A file cannot be put back in the place of what was deleted; the message says why and what to do."""
+    """A file cannot be put back in the place of what was deleted; the message says why and what to
+    do."""
 
 
 def archive_campaign(
     store: Store, url: str, campaign: str, out: Path, reason: str, progress: Progress | None = None
 ) -> dict[str, Any]:
-    """Write the campaign to the new file `out`, read that back, then delete it; its tombstone (`deletion_lines`).
+    """Write the campaign to the new file `out`, read that back, then delete it; its tombstone
+    (`deletion_lines`).
 
-    Nothing is deleted unless the file holds what the store holds at that moment. Raises as `write_archive` and
-    `delete_campaign`, `RestoreRefusedError` where the campaign changed meanwhile.
+    Nothing is deleted unless the file holds what the store holds at that moment. Raises as
+    `write_archive` and `delete_campaign`, `RestoreRefusedError` where the campaign changed
+    meanwhile.
     """
     words = checked_reason(reason)
     archive = write_archive(store, campaign, out, progress)
@@ -46,7 +49,8 @@ def archive_campaign(
         stone = removal_lines(session, campaign_part(session, campaign), words, models, file)
         if stone.content_hash != archive.content_hash:
             raise RestoreRefusedError(
-                f"campaign {campaign!r} changed while it was written to {out}: nothing was deleted; name a new file"
+                f"campaign {campaign!r} changed while it was written to "
+                f"{out}: nothing was deleted; name a new file"
             )
         return deletion_lines(stone)
 
@@ -54,12 +58,14 @@ def archive_campaign(
 
 
 def restore_campaign(store: Store, file: Path, progress: Progress | None = None) -> dict[str, Any]:
-    """Put a deleted campaign back from its file, in one transaction; its tombstone as `deletion_lines` gives it.
+    """Put a deleted campaign back from its file, in one transaction; its tombstone as
+    `deletion_lines` gives it.
 
-    Also "added": new rows by table; "returned": pulses that datasets got back, by name; "notes": what could not be as
-    before, or changes predictions of other campaigns. Diagnoses come from the file, those that it lacks and adopted
-    effects from the tombstone. Raises `ForeignFileError` for a file that does not pass its checks,
-    `RestoreRefusedError` where the campaign is in the store or no tombstone tells of this content.
+    Also "added": new rows by table; "returned": pulses that datasets got back, by name; "notes":
+    what could not be as before, or changes predictions of other campaigns. Diagnoses come from the
+    file, those that it lacks and adopted effects from the tombstone. Raises `ForeignFileError` for
+    a file that does not pass its checks, `RestoreRefusedError` where the campaign is in the store
+    or no tombstone tells of this content.
     """
     with opened_file(file, progress) as origin:
         archive = archive_of(file, origin)
@@ -70,7 +76,8 @@ def restore_campaign(store: Store, file: Path, progress: Progress | None = None)
             part = campaign_part(session, archive.campaign)
             if content_hash(session, part) != stone.content_hash:
                 raise RestoreRefusedError(
-                    f"campaign {part.campaign!r} of {file} would not be what was deleted; nothing was stored"
+                    f"campaign {part.campaign!r} of {file} would not be what "
+                    f"was deleted; nothing was stored"
                 )
             notes = list(_take_back(session, part, stone))
             returned = restore_references(session, part, store.written_by(session))
@@ -78,7 +85,8 @@ def restore_campaign(store: Store, file: Path, progress: Progress | None = None)
             session.flush()
             if stone.archive_sha256 not in (None, archive.sha256):
                 notes.append(
-                    "the file is not byte for byte the one that was written, its content is the same"
+                    "the file is not byte for byte the one "
+                    "that was written, its content is the same"
                 )
             return {**deletion_lines(stone), "added": added, "returned": returned, "notes": notes}
 
@@ -89,7 +97,8 @@ def _stone_of(session: Session, archive: Archive) -> Tombstone:
     """The newest open tombstone of this content."""
     if has_campaign(session, archive.campaign):
         raise RestoreRefusedError(
-            f"campaign {archive.campaign!r} is in the store; what {archive.path} has beyond it: pyroshock db import"
+            f"campaign {archive.campaign!r} is in the store; what "
+            f"{archive.path} has beyond it: pyroshock db import"
         )
     query = select(Tombstone).where(
         Tombstone.kind == CAMPAIGN, Tombstone.campaign == archive.campaign
@@ -104,20 +113,23 @@ def _stone_of(session: Session, archive: Archive) -> Tombstone:
         else "what was deleted under this name had other content"
     )
     raise RestoreRefusedError(
-        f"{archive.path} holds campaign {archive.campaign!r} with content {archive.content_hash[:12]}: {what}; "
+        f"{archive.path} holds campaign {archive.campaign!r} with content "
+        f"{archive.content_hash[:12]}: {what}; "
         "to add it as a new one: pyroshock db import"
     )
 
 
 def _take_back(session: Session, part: Part, stone: Tombstone) -> Iterator[str]:
-    """Diagnoses that the file lacks, and adopted effects, from the tombstone; what could not be as before."""
+    """Diagnoses that the file lacks, and adopted effects, from the tombstone; what could not be as
+    before."""
     before = adopted_elsewhere(session, part)
     keys = _diagnoses(session, part, stone.stood_on["diagnoses"])
     for entry in stone.stood_on["adopted"]:
         version = int(entry["version"])
         if session.scalar(select(TwinVersion.id).where(TwinVersion.version == version)) is not None:
             yield (
-                f"version {version} of the twin ({entry['reason']}) was not restored, for another has its number now; "
+                f"version {version} of the twin ({entry['reason']}) was not "
+                f"restored, for another has its number now; "
                 f"to adopt it again: pyroshock diagnose {part.campaign} --adopt EFFECT"
             )
             continue
@@ -135,13 +147,17 @@ def _take_back(session: Session, part: Part, stone: Tombstone) -> Iterator[str]:
     after = adopted_elsewhere(session, part)
     for name, effects in before.items():
         if effects != after[name]:
-            yield f"predictions of campaign {name!r} take up again what was adopted from {part.campaign!r}"
+            yield (
+                f"predictions of campaign {name!r} take up again what was adopted "
+                f"from {part.campaign!r}"
+            )
 
 
 def _diagnoses(
     session: Session, part: Part, entries: Sequence[dict[str, Any]]
 ) -> dict[int | None, int]:
-    """Keys of the diagnoses in the store by those that they had; what is not there is added from its report."""
+    """Keys of the diagnoses in the store by those that they had; what is not there is added from
+    its report."""
     rows = session.scalars(select(Diagnosis).where(Diagnosis.campaign_id == part.campaign_id))
     there = {(row.simulator, row.diagnosed_at.replace(microsecond=0)): row.id for row in rows}
     keys: dict[int | None, int] = {}

@@ -1,4 +1,5 @@
-"""Campaigns page by page, the newest first, and one as its page shows it: plain data, counted in the database."""
+"""Campaigns page by page, the newest first, and one as its page shows it: plain data, counted in
+the database."""
 
 from __future__ import annotations
 
@@ -21,17 +22,20 @@ from ...schema.row_hashes import ROW_SHA256
 from ..common.nominal_velocity import with_predictions
 from .design_coverage import achieved_settings, level_coverage, plan_coverage
 
-#: Rows of the first page of impacts, and recordings that were set aside: a page of people, not of machines.
+#: Rows of the first page of impacts, and recordings that were set aside: a page of people, not of
+#: machines.
 FIRST_ROWS = 20
 
 
 def campaign_overview(session: Session, name: str) -> dict[str, Any]:
-    """Everything that the page of campaign `name` shows, SI, units in the keys. `LookupError` if unknown.
+    """Everything that the page of campaign `name` shows, SI, units in the keys. `LookupError` if
+    unknown.
 
-    `campaign`, `counts`, `set_aside` (the first ones, with reasons), `plans` and `levels` (design coverage), `achieved`
-    and `achieved_summary` (planned settings against recorded ones), `findings` (counted by check and severity),
-    `missing_facts` (what training would miss, a sentence), `shot_differences` (by what most shots differ from their
-    rows, sentences), `first_impacts`, `first_shots`.
+    `campaign`, `counts`, `set_aside` (the first ones, with reasons), `plans` and `levels` (design
+    coverage), `achieved` and `achieved_summary` (planned settings against recorded ones),
+    `findings` (counted by check and severity), `missing_facts` (what training would miss, a
+    sentence), `shot_differences` (by what most shots differ from their rows, sentences),
+    `first_impacts`, `first_shots`.
     """
     key = get_campaign_id(session, name)
     row = session.get_one(Campaign, key)
@@ -54,8 +58,8 @@ def campaign_overview(session: Session, name: str) -> dict[str, Any]:
 
 
 def missing_facts_words(session: Session, row: Campaign) -> str:
-    """What the predictors that ship for the campaign's kind lack in its stored rows ("8 impacts have no tip radius");
-    empty where nothing is missing."""
+    """What the predictors that ship for the campaign's kind lack in its stored rows ("8 impacts
+    have no tip radius"); empty where nothing is missing."""
     return missing_words(missing_in_campaigns(session, [row.name], shipped(row.kind)))
 
 
@@ -135,8 +139,8 @@ def _set_aside(session: Session, key: int) -> list[dict[str, Any]]:
 
 
 def count_findings(session: Session, campaign_key: int) -> list[dict[str, Any]]:
-    """Findings of a campaign by check and severity, the worst first; how many recordings and impacts they name,
-    and which channels (a text; None where they are of none)."""
+    """Findings of a campaign by check and severity, the worst first; how many recordings and
+    impacts they name, and which channels (a text; None where they are of none)."""
     rank = case(
         {severity: i for i, severity in enumerate(SEVERITIES)}, value=QualityFinding.severity
     )
@@ -187,10 +191,12 @@ def list_campaigns_page(
     after: str | None = None,
     limit: int = 50,
 ) -> tuple[list[dict[str, Any]], str | None]:
-    """At most `limit` campaigns beyond the one named `after`, and the name that the next page goes on from.
+    """At most `limit` campaigns beyond the one named `after`, and the name that the next page goes
+    on from.
 
-    Rows as `list_campaigns`; `kind` and a `text` within the name (letters' case does not count) narrow them. That name
-    is None on the last page. Raises `ValueError` for another kind, `LookupError` for an unknown `after`.
+    Rows as `list_campaigns`; `kind` and a `text` within the name (letters' case does not count)
+    narrow them. That name is None on the last page. Raises `ValueError` for another kind,
+    `LookupError` for an unknown `after`.
     """
     if kind is not None and kind not in KINDS:
         raise ValueError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")

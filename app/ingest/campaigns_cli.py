@@ -30,8 +30,8 @@ from ..common.progress import progress_bar
 @listing_options
 @click.pass_context
 def campaigns(ctx: click.Context, db: str, listing: Listing) -> None:
-    """List the campaigns with their counts; begin, delete, archive or restore a campaign. Without a command, list
-    them.
+    """List the campaigns with their counts; begin, delete, archive or restore a campaign. Without a
+    command, list them.
 
     \b
     Example:
@@ -65,7 +65,8 @@ campaigns.command("list")(db_option(listing_options(_list)))
 @db_option
 @json_option
 def show(name: str, db: str, json_to: str | None) -> None:
-    """Show a campaign: bench, counts, plans, levels of its factors, achieved settings, findings and first rows.
+    """Show a campaign: bench, counts, plans, levels of its factors, achieved settings, findings and
+    first rows.
 
     \b
     Example:
@@ -117,14 +118,17 @@ def show(name: str, db: str, json_to: str | None) -> None:
 @click.option(
     "--recordings",
     metavar="PATTERN",
-    help="Take these files, or a folder within FOLDER. [default: without a plan, all that are there]",
+    help="Take these files, or a folder within FOLDER. [default: without a plan, "
+    "all that are there]",
 )
 def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | None) -> None:
-    """Begin the FOLDER of a campaign: write a commented campaign.toml and a runs.csv, which you complete and ingest.
+    """Begin the FOLDER of a campaign: write a commented campaign.toml and a runs.csv, which you
+    complete and ingest.
 
-    The rows come from a plan of the store; without a plan there is a row for each recording. Channels, their rates
-    and their units come from the recordings where these contain them. What you must write is marked FILL IN, and what
-    may be wrong is marked "please check". Files that exist are never overwritten.
+    The rows come from a plan of the store; without a plan there is a row for each recording.
+    Channels, their rates and their units come from the recordings where these contain them. What
+    you must write is marked FILL IN, and what may be wrong is marked "please check". Files that
+    exist are never overwritten.
 
     \b
     Example:
@@ -162,11 +166,13 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
 def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) -> None:
     """Delete a campaign with its recordings, impacts, shots, diagnoses and adopted effects.
 
-    A deleted campaign cannot be brought back. `campaigns archive` deletes a campaign, too, but keeps it in a file.
+    A deleted campaign cannot be brought back. `campaigns archive` deletes a campaign, too, but
+    keeps it in a file.
 
-    The store keeps a tombstone: the hash of the content, the time, the person, the reason, and what depended on the
-    campaign. Datasets keep their name and hash, but can no longer be read. Models that were trained on them stay and
-    work. Reports of diagnoses stay in the tombstone. Runs of a plan that are no longer recorded are to be done again.
+    The store keeps a tombstone: the hash of the content, the time, the person, the reason, and what
+    depended on the campaign. Datasets keep their name and hash, but can no longer be read. Models
+    that were trained on them stay and work. Reports of diagnoses stay in the tombstone. Runs of a
+    plan that are no longer recorded are to be done again.
 
     \b
     Example:
@@ -203,13 +209,14 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
 def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> None:
     """Write a campaign to FILE, read the file back, then delete the campaign from the store.
 
-    The store keeps a tombstone with the name of the file and its SHA-256. `campaigns restore FILE` brings the
-    campaign back, with its diagnoses, its adopted effects, and the pulses of its datasets. The same command completes
-    an archive that was interrupted.
+    The store keeps a tombstone with the name of the file and its SHA-256. `campaigns restore FILE`
+    brings the campaign back, with its diagnoses, its adopted effects, and the pulses of its
+    datasets. The same command completes an archive that was interrupted.
 
     \b
     Example:
-        pyroshock campaigns archive first-shots --out first-shots.pyroshock --reason "finished, kept on the shelf"
+        pyroshock campaigns archive first-shots --out first-shots.pyroshock --reason "finished, kept
+        on the shelf"
     """
     progress = progress_bar(f"Archiving {name}", "rows")
     with open_command_store(db) as store:
@@ -229,10 +236,12 @@ def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> 
 @db_option
 @json_option
 def restore(file: Path, db: str, json_to: str | None) -> None:
-    """Bring a deleted campaign back from FILE, which `campaigns archive` or `db export` wrote before.
+    """Bring a deleted campaign back from FILE, which `campaigns archive` or `db export` wrote
+    before.
 
-    The content must be the same as that which was deleted. Datasets get their pulses back and can be read again.
-    Diagnoses and adopted effects come back. The tombstone stays and records the time of the return.
+    The content must be the same as that which was deleted. Datasets get their pulses back and can
+    be read again. Diagnoses and adopted effects come back. The tombstone stays and records the time
+    of the return.
 
     \b
     Example:
@@ -246,7 +255,8 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
         with progress as step:
             stone = restore_campaign(store, file, step)
     note(
-        f"{stone['campaign']}: restored, {sum(stone['added'].values())} rows; content hash {stone['content_hash']}"
+        f"{stone['campaign']}: restored, {sum(stone['added'].values())} rows; "
+        f"content hash {stone['content_hash']}"
     )
     for dataset, pulses in stone["returned"].items():
         note(f"  dataset {dataset} has {pulses} pulses again")
@@ -260,7 +270,8 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
 @db_option
 @listing_options
 def deleted(db: str, listing: Listing) -> None:
-    """List what was deleted: campaigns and recordings with time, reason, hash, and what depended on them.
+    """List what was deleted: campaigns and recordings with time, reason, hash, and what depended on
+    them.
 
     \b
     Example:

@@ -1,5 +1,6 @@
-"""`ingest`: campaign folders into the store. `extract`: pulses extracted again from the stored series. `calibrate`:
-points of a transducer's static calibration to its sensitivity and offset, with their uncertainty."""
+"""`ingest`: campaign folders into the store. `extract`: pulses extracted again from the stored
+series. `calibrate`: points of a transducer's static calibration to its sensitivity and offset, with
+their uncertainty."""
 
 from __future__ import annotations
 
@@ -67,7 +68,8 @@ _OPTIONS = (
     click.option(
         "--event-share",
         type=float,
-        help="Take as impacts what reaches this share of the largest peak of the record. [default: 0.1]",
+        help="Take as impacts what reaches this share of the largest peak of the "
+        "record. [default: 0.1]",
     ),
     click.option(
         "--separation",
@@ -103,7 +105,8 @@ def settings_from(given: dict[str, Any]) -> ExtractionSettings:
 @click.option(
     "--plan",
     default=None,
-    help="Name the plan whose runs the campaign does. [default: the plan of the campaign's name, if there is one]",
+    help="Name the plan whose runs the campaign does. [default: the plan of the "
+    "campaign's name, if there is one]",
     shell_complete=plan_names,
 )
 @click.option(
@@ -167,9 +170,10 @@ def ingest(
 ) -> None:
     """Read campaign folders into the store, which is made if there is none.
 
-    A recording that is already stored is not stored again, so that a second call completes a campaign, also after the
-    first one was killed. A damaged recording is set aside with its reason, and a discarded one stays out. Runs of a
-    plan are marked as done, and what does not match the plan is reported.
+    A recording that is already stored is not stored again, so that a second call completes a
+    campaign, also after the first one was killed. A damaged recording is set aside with its reason,
+    and a discarded one stays out. Runs of a plan are marked as done, and what does not match the
+    plan is reported.
 
     \b
     Example:
@@ -234,13 +238,15 @@ def _tell(report: Any, dry_run: bool) -> None:
     added, totals = report.added_words, report.total_words
     if dry_run:
         note(
-            f"{report.campaign}: dry run, nothing is stored; would add {added}; the campaign would hold {totals}"
+            f"{report.campaign}: dry run, nothing is stored; would add "
+            f"{added}; the campaign would hold {totals}"
         )
     else:
         note(f"{report.campaign}: added {added}; the campaign holds {totals}")
     if report.undeclared_factors:
         note(
-            f"  free factors: {', '.join(report.undeclared_factors)} (not declared in [factors] of campaign.toml)"
+            f"  free factors: {', '.join(report.undeclared_factors)} (not "
+            f"declared in [factors] of campaign.toml)"
         )
     for item in report.set_aside:
         note(f"  set aside {item['recording']}: {item['reason']}")
@@ -270,8 +276,8 @@ def extract(
 ) -> None:
     """Extract the pulses of CAMPAIGN again from the stored series, with other settings.
 
-    The new version of the pulses is in use from then on. The old versions stay, and `pyroshock show` lists them. The
-    same settings again put their version back in use.
+    The new version of the pulses is in use from then on. The old versions stay, and `pyroshock
+    show` lists them. The same settings again put their version back in use.
 
     \b
     Example:
@@ -345,12 +351,14 @@ def calibrate(
     common_u: str | None,
     json_to: str | None,
 ) -> None:
-    """Compute sensitivity and offset of a transducer from FILE, a table of static points, with their uncertainty.
+    """Compute sensitivity and offset of a transducer from FILE, a table of static points, with
+    their uncertainty.
 
-    The table has the columns reference (in the unit of --unit) and reading_v (in volt). Where the standard
-    uncertainty differs from point to point, it has the columns reference_u and reading_u_v, too. The command prints a
-    table for campaign.toml. With it, `ingest` applies the calibration, stores it with each recording, and gives its
-    uncertainty to each measured tank pressure.
+    The table has the columns reference (in the unit of --unit) and reading_v (in volt). Where the
+    standard uncertainty differs from point to point, it has the columns reference_u and
+    reading_u_v, too. The command prints a table for campaign.toml. With it, `ingest` applies the
+    calibration, stores it with each recording, and gives its uncertainty to each measured tank
+    pressure.
 
     \b
     Example:
@@ -399,11 +407,13 @@ def calibrate(
     click.echo()
     print_table(data["points"], "")
     note(
-        f"{calibration.points} points, residuals {line.residual_sd:.3g} V, correlation of both {line.correlation:.3f}"
+        f"{calibration.points} points, residuals {line.residual_sd:.3g} V, "
+        f"correlation of both {line.correlation:.3f}"
     )
     if line.enlarged > 1:
         note(
-            f"the points scatter {line.enlarged:.3g} times as much as their uncertainties say; the uncertainties of "
+            f"the points scatter {line.enlarged:.3g} times as much as their "
+            f"uncertainties say; the uncertainties of "
             "the line were enlarged by that factor"
         )
     click.echo("\nFor campaign.toml, in place of sensitivity and offset_v of the channel:\n")

@@ -1,5 +1,5 @@
-"""How much of a design a campaign has recorded, by plan and by level of each factor, and what was set and measured
-beside what its plans asked for."""
+"""How much of a design a campaign has recorded, by plan and by level of each factor, and what was
+set and measured beside what its plans asked for."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from ...schema.run_states import is_rejected, repetition_table, run_status
 
 
 def worked_off(campaign_key: int, name: str) -> ColumnElement[bool]:
-    """Which plans a campaign works off: those that its impacts or shots point at, and the one of its own name.
+    """Which plans a campaign works off: those that its impacts or shots point at, and the one of
+    its own name.
 
     Asked of each planned run in turn, of which there are few, and not of each impact.
     """
@@ -35,8 +36,8 @@ def worked_off(campaign_key: int, name: str) -> ColumnElement[bool]:
 
 
 def plan_coverage(session: Session, campaign_key: int, name: str) -> list[dict[str, Any]]:
-    """A row for each plan: its runs by state, repetitions asked for, and those that this campaign has recorded and that
-    no check rejects."""
+    """A row for each plan: its runs by state, repetitions asked for, and those that this campaign
+    has recorded and that no check rejects."""
     query = select(Plan.id, Plan.name, Plan.kind, Plan.method).where(worked_off(campaign_key, name))
     gaps = []
     for key, plan, kind, method in session.execute(query.order_by(Plan.name)).all():
@@ -72,7 +73,8 @@ def plan_coverage(session: Session, campaign_key: int, name: str) -> list[dict[s
 
 
 def level_coverage(session: Session, campaign_key: int, name: str) -> list[dict[str, Any]]:
-    """A row for each level of each factor: runs of the campaign's plans by state, impacts and shots recorded at it.
+    """A row for each level of each factor: runs of the campaign's plans by state, impacts and shots
+    recorded at it.
 
     Levels that nobody planned have zeros there; those that nobody recorded, zeros in the rest.
     """
@@ -99,7 +101,8 @@ def level_coverage(session: Session, campaign_key: int, name: str) -> list[dict[
 
 
 def _by_level(session: Session, counted: dict[int, dict[str, int]]) -> list[dict[str, Any]]:
-    """Counts of configurations added up over the levels that they have, in the order of factors and levels."""
+    """Counts of configurations added up over the levels that they have, in the order of factors and
+    levels."""
     rows: dict[int, dict[str, Any]] = {}
     for setting in iter_levels(session, sorted(counted)):
         new = {"factor": listing_key(setting.factor, setting.si_unit), "level": setting.level}
@@ -123,8 +126,8 @@ PRESSURE, TRANSDUCER, MASS, VELOCITY = (
     "bullet_mass_kg",
     "velocity_m_s",
 )
-#: Quantity -> where a shot or an impact says what became of it. `recorded_pressure_pa` is the transducer's word on the
-#: planned tank pressure, `tank_pressure_pa` the lab's.
+#: Quantity -> where a shot or an impact says what became of it. `recorded_pressure_pa` is the
+#: transducer's word on the planned tank pressure, `tank_pressure_pa` the lab's.
 _OF_SHOTS = {
     PRESSURE: Shot.tank_pressure_pa,
     TRANSDUCER: Shot.recorded_pressure_pa,
@@ -138,10 +141,11 @@ _PLANNED = {"tank_pressure": (PRESSURE, TRANSDUCER), "bullet_mass": (MASS,)}
 
 @dataclass(frozen=True)
 class Achieved:
-    """Per planned run and quantity (its unit in its name): `planned`, and `mean`, `least`, `largest` of `recorded`.
+    """Per planned run and quantity (its unit in its name): `planned`, and `mean`, `least`,
+    `largest` of `recorded`.
 
-    `deviation` is mean / planned - 1. The summary has one row per quantity: the mean deviation, the mean of its
-    magnitude, and the run that is furthest off.
+    `deviation` is mean / planned - 1. The summary has one row per quantity: the mean deviation, the
+    mean of its magnitude, and the run that is furthest off.
     """
 
     rows: list[dict[str, Any]]
@@ -149,7 +153,8 @@ class Achieved:
 
 
 def achieved_settings(session: Session, campaign_key: int) -> Achieved:
-    """Of the runs that the campaign's shots or impacts are linked to (`ingest.plan_link`), in order of plan and run."""
+    """Of the runs that the campaign's shots or impacts are linked to (`ingest.plan_link`), in order
+    of plan and run."""
     recorded = _recorded(session, campaign_key)
     if not recorded:
         return Achieved([], [])
@@ -171,7 +176,8 @@ def achieved_settings(session: Session, campaign_key: int) -> Achieved:
 
 
 def _recorded(session: Session, campaign_key: int) -> dict[int, dict[str, dict[str, Any]]]:
-    """Figures by planned run and quantity, counted in the database; a gun's velocity is that of its shots."""
+    """Figures by planned run and quantity, counted in the database; a gun's velocity is that of its
+    shots."""
     recorded_by_run: dict[int, dict[str, dict[str, Any]]] = {}
     for table, quantities in ((Shot, _OF_SHOTS), (Impact, _OF_IMPACTS)):
         figures = [

@@ -1,4 +1,5 @@
-"""The dry run of a campaign folder, as the pages show it: what would be stored, and everything that is wrong."""
+"""The dry run of a campaign folder, as the pages show it: what would be stored, and everything that
+is wrong."""
 
 from __future__ import annotations
 
@@ -25,10 +26,11 @@ _MOST = 2000
 
 @dataclass(frozen=True)
 class DryRun:
-    """What an ingest would store. With `faults` the folder is refused as a whole, and the rest is empty.
+    """What an ingest would store. With `faults` the folder is refused as a whole, and the rest is
+    empty.
 
-    `report` is the JSON of `pyroshock ingest --json`, `added` what the store lacks. `recordings` has a row for each
-    recording of the campaign with its impacts and its worst finding.
+    `report` is the JSON of `pyroshock ingest --json`, `added` what the store lacks. `recordings`
+    has a row for each recording of the campaign with its impacts and its worst finding.
     """
 
     faults: list[str] = field(default_factory=list)
@@ -47,7 +49,10 @@ class DryRun:
         """One sentence for the list of jobs."""
         if self.faults:
             number = len(self.faults)
-            return f"The folder has {number} fault{'s' if number > 1 else ''}; nothing of it can be stored."
+            return (
+                f"The folder has {number} fault{'s' if number > 1 else ''}; "
+                f"nothing of it can be stored."
+            )
         words = (
             ", ".join(f"{count} {noun}" for noun, count in self.added.items() if count)
             or "nothing new"
@@ -65,7 +70,8 @@ def dry_run(
     options: IngestOptions,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> DryRun:
-    """Ingest `folder` within a transaction that is rolled back, and tell what was in it. Nothing is stored."""
+    """Ingest `folder` within a transaction that is rolled back, and tell what was in it. Nothing is
+    stored."""
     try:
         with run_rehearsal(store) as target:
             ingested = ingest_into(target, folder, options, progress)

@@ -1,4 +1,5 @@
-"""Tables and series of a campaign as a file that the browser saves, and the whole campaign as a file of its own."""
+"""Tables and series of a campaign as a file that the browser saves, and the whole campaign as a
+file of its own."""
 
 from __future__ import annotations
 
@@ -44,8 +45,8 @@ def export(
     where: Annotated[str, Query(max_length=300)] = "",
     spreadsheet_guard: bool = True,
 ) -> Response:
-    """The form; with `what`, the file. A fault stands beside its field. In CSV, texts that begin with = + - @ get an
-    apostrophe unless `spreadsheet_guard=false`."""
+    """The form; with `what`, the file. A fault stands beside its field. In CSV, texts that begin
+    with = + - @ get an apostrophe unless `spreadsheet_guard=false`."""
     store.read(lambda session: get_campaign_id(session, name))
     field, fault, status = "", "", 422
     if what and what not in TABLES:
@@ -85,7 +86,8 @@ def export(
 
 @router.get("/campaigns/{name}/copy")
 def copy(name: Name, store: OpenStore) -> Response:
-    """The whole campaign in one file, which `pyroshock db import` and `pyroshock campaigns restore` read."""
+    """The whole campaign in one file, which `pyroshock db import` and `pyroshock campaigns restore`
+    read."""
     store.read(lambda session: get_campaign_id(session, name))
 
     def write(out: Path) -> None:

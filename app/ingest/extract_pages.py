@@ -1,4 +1,5 @@
-"""Pulses of a whole campaign extracted again: some recordings are tried first, then all are stored by a job."""
+"""Pulses of a whole campaign extracted again: some recordings are tried first, then all are stored
+by a job."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ TRIED = 12
 
 @dataclass(frozen=True)
 class ExtractionPreview:
-    """What the settings give on some recordings. `changes` of the contact times are shares of those in use."""
+    """What the settings give on some recordings. `changes` of the contact times are shares of those
+    in use."""
 
     recordings: int
     tried: int
@@ -46,14 +48,18 @@ class ExtractionPreview:
     def sentence(self) -> str:
         """What a person decides by."""
         good = self.tried - len(self.skipped)
-        text = f"Of {self.recordings} recordings {self.tried} were tried: {good} give a pulse for each of their impacts"
+        text = (
+            f"Of {self.recordings} recordings {self.tried} were tried: {good} "
+            f"give a pulse for each of their impacts"
+        )
         text += f" ({self.impacts} impacts)"
         if self.skipped:
             text += f", {len(self.skipped)} would be left as they are"
         if self.changes:
             largest = max(map(abs, self.changes))
             text += (
-                f". The contact times change by {signed_percent(median(self.changes))} in the median, and by "
+                f". The contact times change by "
+                f"{signed_percent(median(self.changes))} in the median, and by "
                 f"{percent(largest)} at most"
             )
         return text.replace("-", "−") + "."

@@ -23,9 +23,11 @@ from .runs_cli import DRY_RUN, REASON, discard_part
 def delete(
     impact: int, db: str, json_to: str | None, all_of_recording: bool, reason: str, dry_run: bool
 ) -> None:
-    """Delete the impact with number IMPACT: its recording is taken out of the store, as by `pyroshock runs discard`.
+    """Delete the impact with number IMPACT: its recording is taken out of the store, as by
+    `pyroshock runs discard`.
 
-    A recording is discarded as a whole. If it holds other impacts, the command refuses and names them, unless
+    A recording is discarded as a whole. If it holds other impacts, the command refuses and names
+    them, unless
     --all-of-recording is given.
 
     \b

@@ -1,5 +1,5 @@
-"""Ingest: a folder that is dropped, chosen or named by its path is checked first, and stored from the page that tells
-what would be in the store."""
+"""Ingest: a folder that is dropped, chosen or named by its path is checked first, and stored from
+the page that tells what would be in the store."""
 
 from __future__ import annotations
 
@@ -82,7 +82,8 @@ def _shown(job: JobView) -> Response:
 
 
 async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Settings) -> JobView:
-    """The job for what a form brings: `files`, `plan`, settings of the extraction, and whether it is a `dry_run`.
+    """The job for what a form brings: `files`, `plan`, settings of the extraction, and whether it
+    is a `dry_run`.
 
     Raises `UploadError` and `FieldError`, and nothing is kept.
     """
@@ -109,7 +110,8 @@ async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Setting
 
 
 def extraction_settings(segmentation: str, threshold: str) -> ExtractionSettings:
-    """Settings of a form's texts; an empty threshold is the usual one. Raises `FieldError` with the field."""
+    """Settings of a form's texts; an empty threshold is the usual one. Raises `FieldError` with the
+    field."""
     usual = ExtractionSettings()
     try:
         share = float(threshold) if threshold.strip() else usual.threshold
@@ -125,7 +127,8 @@ def extraction_settings(segmentation: str, threshold: str) -> ExtractionSettings
 
 
 def known_plan(store: Store, name: str) -> str | None:
-    """The plan that a form names, None for an empty text. Raises `FieldError` for one that is not in the store."""
+    """The plan that a form names, None for an empty text. Raises `FieldError` for one that is not
+    in the store."""
     wanted = name.strip()
     if not wanted:
         return None
@@ -177,7 +180,8 @@ def store_checked(job: Key, store: OpenStore, jobs: Running, settings: Configure
 
 @router.post("/ingest/checks/{job}/discard")
 def discard_checked(job: Key, store: OpenStore) -> Response:
-    """Remove an upload that nobody wants to store; a folder that was named by its path stays as it is."""
+    """Remove an upload that nobody wants to store; a folder that was named by its path stays as it
+    is."""
     arguments = _arguments(store, job)
     if arguments.scratch is not None:
         discard(Path(arguments.scratch))
@@ -203,7 +207,8 @@ def faults_by_file(faults: Sequence[str]) -> dict[str, list[str]]:
 
 
 def findings_by_check(findings: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A row for each check and severity, the worst first: how often, in which recordings, and its first message."""
+    """A row for each check and severity, the worst first: how often, in which recordings, and its
+    first message."""
     order = {"reject": 0, "warning": 1, "note": 2}
     rows: dict[tuple[str, str], dict[str, Any]] = {}
     for finding in findings:

@@ -1,7 +1,8 @@
-"""Campaign folders of the worker's machine into the store, and pulses extracted again; both find what is stored
-already, so that a repeat adds what is missing.
+"""Campaign folders of the worker's machine into the store, and pulses extracted again; both find
+what is stored already, so that a repeat adds what is missing.
 
-Folders of uploads are made here, and only what was made here is ever removed, whatever a job's row says.
+Folders of uploads are made here, and only what was made here is ever removed, whatever a job's row
+says.
 """
 
 from __future__ import annotations
@@ -29,9 +30,11 @@ _KEPT_S = 24 * 3600.0
 
 
 def make_scratch(*, dry_run: bool = False) -> Path:
-    """A folder that nobody else can read; it outlives this process, so that another can take up what is in it.
+    """A folder that nobody else can read; it outlives this process, so that another can take up
+    what is in it.
 
-    That of a dry run stays until it is stored or discarded; those of which nobody wanted anything for a day go now.
+    That of a dry run stays until it is stored or discarded; those of which nobody wanted anything
+    for a day go now.
     """
     if dry_run:
         for old in Path(tempfile.gettempdir()).glob(f"{_CHECKED}*"):
@@ -58,7 +61,8 @@ def discard(path: Path) -> None:
 
 
 def take_checked(arguments: IngestArguments) -> IngestArguments:
-    """The arguments that store what a dry run has checked; its upload now goes when the ingest is over.
+    """The arguments that store what a dry run has checked; its upload now goes when the ingest is
+    over.
 
     Raises `LookupError` where the upload was stored or discarded meanwhile.
     """
@@ -81,7 +85,8 @@ def take_checked(arguments: IngestArguments) -> IngestArguments:
 
 @dataclass(frozen=True)
 class IngestArguments:
-    """`settings` as `ExtractionSettings.as_json`; `scratch` is an upload's own folder, gone once the job is over."""
+    """`settings` as `ExtractionSettings.as_json`; `scratch` is an upload's own folder, gone once
+    the job is over."""
 
     folder: str
     settings: Mapping[str, Any]
@@ -187,7 +192,10 @@ def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
         work.store, arguments.campaign, ExtractionSettings(**arguments.settings), work.step
     )
     skipped_text = f"; {len(report.skipped)} recordings left as they were" if report.skipped else ""
-    words = f"{report.added} pulses extracted, {report.reused} earlier ones put back in use{skipped_text}"
+    words = (
+        f"{report.added} pulses extracted, {report.reused} earlier ones put back "
+        f"in use{skipped_text}"
+    )
     return ending_of(
         Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json())
     )

@@ -1,4 +1,5 @@
-"""Campaigns: the list, and one campaign with its quality, planned against achieved settings, and charts."""
+"""Campaigns: the list, and one campaign with its quality, planned against achieved settings, and
+charts."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ from .recording_quality import list_finding_rows, recording_quality
 
 
 def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Figure:
-    """Achieved (mean, least and largest of a run) over planned, of one quantity of `achieved.achieved_settings`."""
+    """Achieved (mean, least and largest of a run) over planned, of one quantity of
+    `achieved.achieved_settings`."""
     quantity_rows = [row for row in rows if row["quantity"] == quantity]
     scale = display_of(quantity).scale
     planned = [row["planned"] * scale for row in quantity_rows]

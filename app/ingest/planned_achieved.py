@@ -12,11 +12,12 @@ Rows = Sequence[dict[str, Any]]
 
 
 def planned_achieved_rows(levels: Rows, achieved: Rows) -> list[dict[str, Any]]:
-    """A row for each level of a factor that has several: its runs by state, what was recorded, and how far the recorded
-    settings are from the planned ones. Quantities that no factor sets directly, such as the velocity, follow. Numbers
-    of more than `_MOST_LEVELS` levels share a row.
+    """A row for each level of a factor that has several: its runs by state, what was recorded, and
+    how far the recorded settings are from the planned ones. Quantities that no factor sets
+    directly, such as the velocity, follow. Numbers of more than `_MOST_LEVELS` levels share a row.
 
-    `levels` and `achieved` are those of `campaign_overview`. The deviation is that of the mean, with its worst run.
+    `levels` and `achieved` are those of `campaign_overview`. The deviation is that of the mean,
+    with its worst run.
     """
     several = several_levels(levels)
     recorded = (
@@ -148,7 +149,8 @@ def _with_unit(value: float, unit: str) -> str:
 
 
 def _corners(outline: Sequence[Sequence[float]]) -> str:
-    """The size, and the corners one after another: "1000 mm × 600 mm; corners at x/y 0/100, 620/0 mm"."""
+    """The size, and the corners one after another: "1000 mm × 600 mm; corners at x/y 0/100, 620/0
+    mm"."""
     display = display_of("outline_m")
     points = [[coordinate * display.scale for coordinate in point] for point in outline]
     width, height = (max(column) - min(column) for column in zip(*points, strict=True))

@@ -1,5 +1,5 @@
-"""The quality of campaigns in words: how many recordings the checks reject, which impacts they concern, and what to do
-about each kind of finding."""
+"""The quality of campaigns in words: how many recordings the checks reject, which impacts they
+concern, and what to do about each kind of finding."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from ..common.quantities import in_shown_units
 
 @dataclass(frozen=True)
 class RecordingQuality:
-    """Recordings of a campaign: those that are stored, and of these that a check rejects or warns of; and those that
-    could not be read."""
+    """Recordings of a campaign: those that are stored, and of these that a check rejects or warns
+    of; and those that could not be read."""
 
     stored: int = 0
     rejected: int = 0
@@ -43,7 +43,10 @@ class RecordingQuality:
         recordings = self.stored
         if not recordings and not self.set_aside:
             return "The campaign has no recordings, so that nothing could be checked."
-        aside = f"{self.set_aside} could not be read and {'was' if self.set_aside == 1 else 'were'} set aside"
+        aside = (
+            f"{self.set_aside} could not be read and "
+            f"{'was' if self.set_aside == 1 else 'were'} set aside"
+        )
         if not recordings:
             return f"{aside}; no recording is stored."
         accepted = recordings - self.rejected
@@ -57,7 +60,10 @@ class RecordingQuality:
                 else "The recording is accepted"
             )
         if self.warned:
-            text += f"; {self.warned} of the accepted recordings {'has' if self.warned == 1 else 'have'} warnings"
+            text += (
+                f"; {self.warned} of the accepted recordings "
+                f"{'has' if self.warned == 1 else 'have'} warnings"
+            )
         return f"{text}; {aside}." if self.set_aside else f"{text}."
 
 
@@ -188,7 +194,8 @@ _ADVICE: dict[str, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class FindingRow:
-    """Findings of one cause and severity; `impacts` that they concern, by key, and the `runs` of these."""
+    """Findings of one cause and severity; `impacts` that they concern, by key, and the `runs` of
+    these."""
 
     check: str
     cause: str
@@ -203,8 +210,8 @@ class FindingRow:
 def list_finding_rows(
     session: Session, campaign: int, findings: Sequence[dict[str, Any]]
 ) -> list[FindingRow]:
-    """Rows of the quality summary, from what `count_findings` gives; those without an advice of their own are named by
-    their check."""
+    """Rows of the quality summary, from what `count_findings` gives; those without an advice of
+    their own are named by their check."""
     rows = []
     for row in findings:
         check, severity = row["check"], row["severity"]
@@ -229,7 +236,8 @@ def list_finding_rows(
 
 
 def _impacts(session: Session, campaign: int, check: str, severity: str) -> dict[int, int]:
-    """Impacts that findings name, or that are in the recordings that they are of, with the run of each."""
+    """Impacts that findings name, or that are in the recordings that they are of, with the run of
+    each."""
     named = (
         select(Impact.id, Impact.run)
         .join(
@@ -261,8 +269,8 @@ _EXTENT = {
 
 
 def worst_finding(session: Session, campaign: int, row: FindingRow) -> str:
-    """The finding of a row that goes furthest, of checks without such a number the first: where it is, and its message
-    in the shown units."""
+    """The finding of a row that goes furthest, of checks without such a number the first: where it
+    is, and its message in the shown units."""
     query = (
         select(
             Recording.path,

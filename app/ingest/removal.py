@@ -1,5 +1,5 @@
-"""A campaign deleted from the store, or one recording discarded or replaced by what its folder holds now: with a
-tombstone that tells what stood on it."""
+"""A campaign deleted from the store, or one recording discarded or replaced by what its folder
+holds now: with a tombstone that tells what stood on it."""
 
 from __future__ import annotations
 
@@ -26,9 +26,11 @@ from ..twins.adopted_effects import AdoptedEffects, adopted_for
 def standing_on(
     store: Store, url: str, campaign: str, recording: str | None = None
 ) -> dict[str, Any]:
-    """Rows that would go ("counts") and what stands on them ("stood_on"), as a tombstone has it; nothing is written.
+    """Rows that would go ("counts") and what stands on them ("stood_on"), as a tombstone has it;
+    nothing is written.
 
-    `url` is the store's address, beside which the models lie. Raises `LookupError` for what is not in the store.
+    `url` is the store's address, beside which the models lie. Raises `LookupError` for what is not
+    in the store.
     """
     with store.reading() as session:
         part = (
@@ -52,7 +54,8 @@ def standing_on(
 
 
 def models_of(store: Store, url: str, part: Part) -> list[dict[str, Any]]:
-    """Registered models that were trained on a dataset with pulses of the part: label, dataset, hash."""
+    """Registered models that were trained on a dataset with pulses of the part: label, dataset,
+    hash."""
     with store.reading() as session:
         datasets = datasets_on(session, part)
     return models_on(url, datasets)
@@ -82,7 +85,8 @@ def standing_lines(stone: dict[str, Any]) -> list[str]:
         ),
         *(f"model {model['model']} (of dataset {model['dataset']})" for model in stood["models"]),
         *(
-            f"diagnosis {diagnosis['id']} of {diagnosis['diagnosed_at'][:19]} ({diagnosis['simulator']})"
+            f"diagnosis {diagnosis['id']} of {diagnosis['diagnosed_at'][:19]} "
+            f"({diagnosis['simulator']})"
             for diagnosis in stood["diagnoses"]
         ),
         *(
@@ -111,10 +115,11 @@ class DeletionRefusedError(ValueError):
 
 
 def delete_campaign(store: Store, url: str, campaign: str, reason: str) -> dict[str, Any]:
-    """Delete a campaign with its recordings, hits, diagnoses and adopted effects; its tombstone (`deletion_lines`).
+    """Delete a campaign with its recordings, hits, diagnoses and adopted effects; its tombstone
+    (`deletion_lines`).
 
-    `url` is the store's address, beside which the models lie. Raises `LookupError` for an unknown campaign, and
-    `DeletionRefusedError` where predictions of other campaigns would change.
+    `url` is the store's address, beside which the models lie. Raises `LookupError` for an unknown
+    campaign, and `DeletionRefusedError` where predictions of other campaigns would change.
     """
     words = checked_reason(reason)
     with store.reading() as session:
@@ -166,7 +171,8 @@ def checked_reason(reason: str) -> str:
     words = " ".join(reason.split())
     if not words:
         raise ValueError(
-            'the reason is empty; say why it is deleted: --reason "wrong sensor, repeated as spring-2"'
+            'the reason is empty; say why it is deleted: --reason "wrong '
+            'sensor, repeated as spring-2"'
         )
     return words
 
@@ -178,7 +184,8 @@ def removal_lines(
     models: Sequence[dict[str, Any]],
     archive: tuple[str, str] | None = None,
 ) -> Tombstone:
-    """A campaign deleted in a transaction of the caller's. Raises `DeletionRefusedError` as `delete_campaign`."""
+    """A campaign deleted in a transaction of the caller's. Raises `DeletionRefusedError` as
+    `delete_campaign`."""
     speaks = part.kind == CAMPAIGN and bool(adopted_on(session, part))
     before = adopted_elsewhere(session, part) if speaks else {}
     stone = remove(session, part, reason, models, archive)
@@ -206,21 +213,24 @@ def _refuse(campaign: str, other: str, effects: Sequence[AdoptedEffects]) -> Non
         else f" (version {own.version}: {', '.join(effect.id for effect in own.effects)})"
     )
     raise DeletionRefusedError(
-        f"what was adopted from campaign {campaign!r}{what} decides predictions of campaign {other!r}, which has the "
-        f"same bench; adopt from a campaign that stays first: pyroshock diagnose {other} --adopt EFFECT (or none)"
+        f"what was adopted from campaign {campaign!r}{what} decides "
+        f"predictions of campaign {other!r}, which has the "
+        f"same bench; adopt from a campaign that stays first: pyroshock "
+        f"diagnose {other} --adopt EFFECT (or none)"
     )
 
 
 def recording_of_impact(session: Session, key: int, *, all_of_recording: bool) -> Part:
     """The recording that an impact came from.
 
-    Raises `LookupError` for an unknown impact, `ValueError` for one without a recording, and for one whose recording
-    holds other impacts, unless `all_of_recording`.
+    Raises `LookupError` for an unknown impact, `ValueError` for one without a recording, and for
+    one whose recording holds other impacts, unless `all_of_recording`.
     """
     impact = get_impact(session, key)
     if impact.recording is None:
         raise ValueError(
-            f"impact {key} came from a row without a recording; it is deleted with its campaign only"
+            f"impact {key} came from a row without a recording; it is deleted "
+            f"with its campaign only"
         )
     others = (
         select(Impact.id)
@@ -231,7 +241,8 @@ def recording_of_impact(session: Session, key: int, *, all_of_recording: bool) -
     if keys and not all_of_recording:
         named = ", ".join(map(str, keys[:8])) + (" and more" if len(keys) > 8 else "")
         raise ValueError(
-            f"recording {impact.recording.path!r} of impact {key} holds other impacts too: {named}; they would be "
+            f"recording {impact.recording.path!r} of impact {key} holds other "
+            f"impacts too: {named}; they would be "
             "deleted with it; add --all-of-recording to delete all of them"
         )
     campaign = session.get_one(Campaign, impact.campaign_id).name
@@ -241,8 +252,9 @@ def recording_of_impact(session: Session, key: int, *, all_of_recording: bool) -
 def discard_recording(store: Store, url: str, part: Part, reason: str) -> dict[str, Any]:
     """Take a recording with its hits out of the store; its tombstone, as `deletion_lines` gives it.
 
-    `part` is what `recording_part` or `recording_of_runs` gave; `url` is the store's address, beside which the models
-    lie. Raises `ValueError` for an empty reason, `LookupError` where it went meanwhile.
+    `part` is what `recording_part` or `recording_of_runs` gave; `url` is the store's address,
+    beside which the models lie. Raises `ValueError` for an empty reason, `LookupError` where it
+    went meanwhile.
     """
     words, models = checked_reason(reason), models_of(store, url, part)
     path = part.recording or ""
@@ -256,10 +268,12 @@ def discard_recording(store: Store, url: str, part: Part, reason: str) -> dict[s
 def replace_recording(
     store: Store, url: str, replacement: Replacement, reason: str, plan: str | None = None
 ) -> dict[str, Any]:
-    """Take the old recording out and store the new one, in one transaction; the tombstone as `deletion_lines` gives it.
+    """Take the old recording out and store the new one, in one transaction; the tombstone as
+    `deletion_lines` gives it.
 
-    Also "returned": pulses that datasets got back, by name, and "links": what `link_campaign` gives of `plan`, or of
-    the plan of the campaign's name. Raises `ValueError` for an empty reason, `IngestError` for an unknown plan.
+    Also "returned": pulses that datasets got back, by name, and "links": what `link_campaign` gives
+    of `plan`, or of the plan of the campaign's name. Raises `ValueError` for an empty reason,
+    `IngestError` for an unknown plan.
     """
     words = checked_reason(reason)
     with store.reading() as session:

@@ -1,4 +1,5 @@
-"""A campaign deleted, a recording discarded: first what stands on it, then the reason, then it goes."""
+"""A campaign deleted, a recording discarded: first what stands on it, then the reason, then it
+goes."""
 
 from __future__ import annotations
 
@@ -83,12 +84,14 @@ def reject(
 
 
 def recording_of(store: Store, impact: int) -> tuple[str, str]:
-    """Campaign and path of the recording that an impact is of. Raises `LookupError` where there is none."""
+    """Campaign and path of the recording that an impact is of. Raises `LookupError` where there is
+    none."""
     with store.reading() as session:
         key = get_impact(session, impact).recording_id
         if key is None:
             raise LookupError(
-                f"impact {impact} came from a row without a recording; only recordings are discarded"
+                f"impact {impact} came from a row without "
+                f"a recording; only recordings are discarded"
             )
         return impact_page(session, impact)["campaign"], session.get_one(Recording, key).path
 

@@ -1,4 +1,5 @@
-"""`runs`: the recordings of a campaign with their runs; one discarded, or replaced by a corrected one."""
+"""`runs`: the recordings of a campaign with their runs; one discarded, or replaced by a corrected
+one."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ DRY_RUN = click.option(
 
 @click.group(cls=NounGroup)
 def runs() -> None:
-    """List the recordings of a campaign with their runs; take one out of the store, or replace it by a corrected one.
+    """List the recordings of a campaign with their runs; take one out of the store, or replace it
+    by a corrected one.
 
     \b
     Example:
@@ -77,7 +79,8 @@ def list_(campaign: str, db: str, listing: Listing) -> None:
 @db_option
 @json_option
 def show(campaign: str, recording: str, db: str, json_to: str | None) -> None:
-    """Show one RECORDING of CAMPAIGN: its impacts and shots with the run and repetition of each, and its findings.
+    """Show one RECORDING of CAMPAIGN: its impacts and shots with the run and repetition of each,
+    and its findings.
 
     \b
     Example:
@@ -129,17 +132,18 @@ def discard(
     reason: str,
     dry_run: bool,
 ) -> None:
-    """Take one RECORDING of CAMPAIGN out of the store, with its impacts, shots, pulses and findings.
+    """Take one RECORDING of CAMPAIGN out of the store, with its impacts, shots, pulses and
+    findings.
 
-    The store keeps a tombstone: the hash of the file, the time, the person, the reason, and what depended on it. A
-    later ingest of the folder does not bring the file back, but `pyroshock ingest FOLDER --again RECORDING` does.
-    Datasets keep their name and hash, but can no longer be read. Models stay. Runs of a plan that are no longer
-    recorded are to be done again.
+    The store keeps a tombstone: the hash of the file, the time, the person, the reason, and what
+    depended on it. A later ingest of the folder does not bring the file back, but `pyroshock ingest
+    FOLDER --again RECORDING` does. Datasets keep their name and hash, but can no longer be read.
+    Models stay. Runs of a plan that are no longer recorded are to be done again.
 
     \b
     Example:
-        pyroshock runs discard rehearsal recordings/0007-01.npz --reason "the plate had come loose" --dry-run
-        pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose"
+        pyroshock runs discard rehearsal recordings/0007-01.npz --reason "the plate had come loose"
+        --dry-run pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose"
     """
     if (recording is None) == (not numbers):
         raise click.UsageError("name one recording: its path as in runs.csv, or --run N")
@@ -159,7 +163,8 @@ def discard(
 def discard_part(
     store: Store, db: str, part: Part, reason: str, dry_run: bool, json_to: str | None
 ) -> None:
-    """Discard a recording, or rehearse it; tell what went, what stood on it, and how it is stored again."""
+    """Discard a recording, or rehearse it; tell what went, what stood on it, and how it is stored
+    again."""
     from ...schema.rehearsal import run_rehearsal
     from .campaigns_cli import tell_deletion
     from .removal import discard_recording
@@ -194,7 +199,8 @@ runs.add_command(discard, "delete")
 @click.option(
     "--plan",
     default=None,
-    help="Name the plan whose runs the campaign does. [default: the plan of the campaign's name, if there is one]",
+    help="Name the plan whose runs the campaign does. [default: the plan of the "
+    "campaign's name, if there is one]",
     shell_complete=plan_names,
 )
 @click.option(
@@ -230,13 +236,15 @@ def replace(
 ) -> None:
     """Replace a stored RECORDING by what the campaign folder holds now, in one transaction.
 
-    With --from FOLDER, the file of the same path and the rows of runs.csv that name it are read again; either may be
-    corrected. With FILE, another file of a campaign folder is read, with its own path and rows. The store keeps a
-    tombstone of the old recording that names the hash of the new one. Other recordings of the folder are not read.
+    With --from FOLDER, the file of the same path and the rows of runs.csv that name it are read
+    again; either may be corrected. With FILE, another file of a campaign folder is read, with its
+    own path and rows. The store keeps a tombstone of the old recording that names the hash of the
+    new one. Other recordings of the folder are not read.
 
     \b
     Example:
-        pyroshock runs replace rehearsal recordings/0008-01.npz --from corrected/ --reason "tip radius corrected"
+        pyroshock runs replace rehearsal recordings/0008-01.npz --from corrected/ --reason "tip
+        radius corrected"
     """
     if (file is None) == (folder is None):
         raise click.UsageError(
@@ -268,7 +276,8 @@ def replace(
     tell_deletion(stone, dry_run)
     verb = "would be stored" if dry_run else "stored"
     note(
-        f"  {verb} in its place: {replacement.new.path}, {len(replacement.hits)} hits, file {stone['replaced_by'][:12]}"
+        f"  {verb} in its place: {replacement.new.path}, "
+        f"{len(replacement.hits)} hits, file {stone['replaced_by'][:12]}"
     )
     for name, pulses in stone["returned"].items():
         note(f"  dataset {name} has {pulses} pulses again")
@@ -281,6 +290,7 @@ def _campaign_folder(file: Path) -> Path:
         if (folder / "campaign.toml").is_file():
             return folder
     fail(
-        f"{file} lies in no campaign folder: no folder above it has a campaign.toml; put it beside its rows of runs.csv"
+        f"{file} lies in no campaign folder: no folder above it has a "
+        f"campaign.toml; put it beside its rows of runs.csv"
     )
     raise AssertionError

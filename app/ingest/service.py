@@ -1,5 +1,5 @@
-"""A campaign folder into the store: recordings, plan, the motion of a struck plate's surface, and a note on facts that
-training needs; and a new folder from a plan of the store."""
+"""A campaign folder into the store: recordings, plan, the motion of a struck plate's surface, and a
+note on facts that training needs; and a new folder from a plan of the store."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class IngestOptions:
-    """What an ingest may be told; `pyroshock ingest --help` explains each. `target_motion` is "none" or "plate"."""
+    """What an ingest may be told; `pyroshock ingest --help` explains each. `target_motion` is
+    "none" or "plate"."""
 
     settings: ExtractionSettings | None = None
     jobs: int | None = None
@@ -48,7 +49,8 @@ class IngestOptions:
 
 @dataclass(frozen=True, eq=False)
 class IngestedCampaign:
-    """What an ingest did. `report` has the totals of the campaign and what was added, `links` the plan's runs.
+    """What an ingest did. `report` has the totals of the campaign and what was added, `links` the
+    plan's runs.
 
     With `dry_run` nothing was stored, and the totals are those that the campaign would have.
     """
@@ -76,7 +78,8 @@ class IngestedCampaign:
         ]
 
     def to_frame(self) -> pd.DataFrame:
-        """Findings of the quality checks, recordings that were set aside and deviations from the plan, a row each."""
+        """Findings of the quality checks, recordings that were set aside and deviations from the
+        plan, a row each."""
         set_aside = [
             {
                 "recording": row["recording"],
@@ -111,7 +114,10 @@ class IngestedCampaign:
         report = self.report
         added, totals = report.added_words, report.total_words
         if self.dry_run:
-            return f"{report.campaign}: dry run, nothing is stored; would add {added}; it would hold {totals}"
+            return (
+                f"{report.campaign}: dry run, nothing is stored; would add "
+                f"{added}; it would hold {totals}"
+            )
         return f"{report.campaign}: added {added}; the campaign holds {totals}"
 
 
@@ -121,7 +127,8 @@ def ingest_campaign(
     options: IngestOptions,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> IngestedCampaign:
-    """Read the campaign in `folder` into the store, link it to its plan, and look for facts that training needs.
+    """Read the campaign in `folder` into the store, link it to its plan, and look for facts that
+    training needs.
 
     Raises as `ingest.load.ingest_folder`.
     """
@@ -137,7 +144,8 @@ def ingest_into(
     options: IngestOptions,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> IngestedCampaign:
-    """`ingest_campaign` into a store that is open already: for a dry run, the one of a rehearsal."""
+    """`ingest_campaign` into a store that is open already: for a dry run, the one of a
+    rehearsal."""
     from ...ingest.load import ingest_folder
     from ...ingest.plan_link import link_to_plan
 
@@ -158,7 +166,8 @@ def ingest_into(
 
 
 def add_plate_motion(speed: ImpactSpeed, force_n: Floats, plate: StruckPlate) -> ImpactSpeed:
-    """A speed with its plate's motion, from the mobility of a plate without edges; its uncertainty grows by it."""
+    """A speed with its plate's motion, from the mobility of a plate without edges; its uncertainty
+    grows by it."""
     figures = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, plate.thickness_m)
     impedance = float(plate_impedance(*(np.array([value]) for value in figures))[0])
     velocity, uncertainty = with_plate_motion(
@@ -171,8 +180,8 @@ CHECK = "missing-facts"
 
 
 def training_notes(store: Store, campaign: str) -> list[dict[str, Any]]:
-    """A note in the form of an ingest's findings, of the predictors that ship for the campaign's kind; none where
-    nothing is missing."""
+    """A note in the form of an ingest's findings, of the predictors that ship for the campaign's
+    kind; none where nothing is missing."""
     with store.reading() as session:
         words = missing_facts_words(
             session, session.scalars(select(Campaign).where(Campaign.name == campaign)).one()
@@ -192,7 +201,8 @@ def start_campaign(
 ) -> NewFolder:
     """Write campaign.toml and runs.csv into `folder`. Without a plan no `store` is needed.
 
-    Raises `UnknownPlanError`, `IngestError`, `OSError`, and `ValueError` for a plan of another kind.
+    Raises `UnknownPlanError`, `IngestError`, `OSError`, and `ValueError` for a plan of another
+    kind.
     """
     rows = planned_rows(store, plan, start) if store is not None and plan is not None else []
     new = start_folder(folder, start, recordings, rows)
@@ -201,7 +211,8 @@ def start_campaign(
 
 
 def planned_rows(store: Store, name: str, start: str) -> list[dict[str, str]]:
-    """A row of runs.csv for each missing repetition of the plan's open runs, in their order, with factors and settings.
+    """A row of runs.csv for each missing repetition of the plan's open runs, in their order, with
+    factors and settings.
 
     Raises `UnknownPlanError`, and `ValueError` for a plan of another kind or without an open run.
     """
@@ -221,6 +232,7 @@ def planned_rows(store: Store, name: str, start: str) -> list[dict[str, str]]:
 
 
 def _missing_repetitions(run: StoredRun) -> range:
-    """Numbers for what is still to be recorded, rejected ones again; they go on from those that were recorded."""
+    """Numbers for what is still to be recorded, rejected ones again; they go on from those that
+    were recorded."""
     last = max((*run.accepted, *run.rejected), default=0)
     return range(last + 1, last + 1 + run.repetitions - len(run.accepted))

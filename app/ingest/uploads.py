@@ -1,8 +1,8 @@
-"""An uploaded campaign, as its files or as one ZIP, into a scratch folder; and the folders of this machine that may be
-ingested by their path.
+"""An uploaded campaign, as its files or as one ZIP, into a scratch folder; and the folders of this
+machine that may be ingested by their path.
 
-A name is what a stranger chose. What leaves the folder, hides, or unpacks to far more than was sent is refused before
-anything is written (zip slip, CWE-22; zip bomb, CWE-409).
+A name is what a stranger chose. What leaves the folder, hides, or unpacks to far more than was sent
+is refused before anything is written (zip slip, CWE-22; zip bomb, CWE-409).
 """
 
 from __future__ import annotations
@@ -25,19 +25,22 @@ _DEPTH, _MOST = 3, 200
 
 
 class PathError(ValueError):
-    """A path is not one that may be read; nothing of it is told but what was given. `field`: of the form."""
+    """A path is not one that may be read; nothing of it is told but what was given. `field`: of the
+    form."""
 
     field = "path"
 
 
 def confined(path: str, roots: Sequence[Path]) -> Path:
-    """The folder behind a path, links followed, if it lies below one of `roots` and holds a campaign.
+    """The folder behind a path, links followed, if it lies below one of `roots` and holds a
+    campaign.
 
     Raises `PathError` otherwise, in the same words whether or not there is something outside.
     """
     if not roots:
         raise PathError(
-            "no folder may be read: start with pyroshock serve --data FOLDER, or upload the campaign"
+            "no folder may be read: start with pyroshock serve --data "
+            "FOLDER, or upload the campaign"
         )
     if "\0" in path:
         raise PathError(f"{path!r} is no path")
@@ -88,7 +91,8 @@ MOST_TIMES, SMALL_BYTES = 100, 10_000_000
 
 
 class UploadError(ValueError):
-    """An upload is refused, and nothing of it was kept; the message names the file and what was expected.
+    """An upload is refused, and nothing of it was kept; the message names the file and what was
+    expected.
 
     `field`: of the form.
     """
@@ -97,7 +101,8 @@ class UploadError(ValueError):
 
 
 def unpacked(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: int) -> Path:
-    """Files as a browser sends them (name or path within the folder, content), written below `target`.
+    """Files as a browser sends them (name or path within the folder, content), written below
+    `target`.
 
     Returns the folder that holds the campaign.toml. Raises `UploadError`.
     """
@@ -143,7 +148,8 @@ def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
             )
             if large > most_bytes or large > max(SMALL_BYTES, MOST_TIMES * packed):
                 raise UploadError(
-                    f"the ZIP unpacks to {large:,} bytes from {packed:,}; expected a campaign's recordings"
+                    f"the ZIP unpacks to {large:,} bytes from "
+                    f"{packed:,}; expected a campaign's recordings"
                 )
             remaining_bytes = most_bytes
             for path, member in zip(paths, members, strict=True):
@@ -151,8 +157,9 @@ def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
                     remaining_bytes = copy_file(packed_file, target / path, remaining_bytes)
     except UploadError:
         raise
-    # zipfile, of a damaged archive: BadZipFile, NotImplementedError (another compression), RuntimeError (a password),
-    # EOFError, zlib.error, ValueError (a place before the file), IndexError, struct.error, OSError (too long a name).
+    # zipfile, of a damaged archive: BadZipFile, NotImplementedError (another compression),
+    # RuntimeError (a password), EOFError, zlib.error, ValueError (a place before the file),
+    # IndexError, struct.error, OSError (too long a name).
     except Exception as error:
         raise UploadError(f"the ZIP cannot be read: {' '.join(str(error).split()):.200}") from error
 
@@ -182,7 +189,8 @@ def _distinct(paths: Sequence[PurePosixPath]) -> Sequence[PurePosixPath]:
 def copy_file(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
     """Write `content` to the new file `path`; how many bytes may still come.
 
-    The declared size may be wrong, hence they are counted. Raises `UploadError` where it is more than may come.
+    The declared size may be wrong, hence they are counted. Raises `UploadError` where it is more
+    than may come.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("xb") as out:
@@ -215,9 +223,11 @@ def ingest_job(
     *,
     dry_run: bool = False,
 ) -> JobView:
-    """Queue the ingest of `folder`, or its dry run; the result of an ingest is `command-line.md`'s JSON.
+    """Queue the ingest of `folder`, or its dry run; the result of an ingest is `command-line.md`'s
+    JSON.
 
-    `scratch` is removed however the ingest ends; that of a dry run is kept until somebody stores or discards it.
+    `scratch` is removed however the ingest ends; that of a dry run is kept until somebody stores or
+    discards it.
     """
     arguments = IngestArguments(
         str(folder), settings.as_json(), plan, None if scratch is None else str(scratch)

@@ -1,5 +1,6 @@
-"""How a worker comes by a job, one that waits or one whose worker has fallen silent, and what is removed once a job is
-over, by whoever ends it: an upload's folder, on the machine that it lies on."""
+"""How a worker comes by a job, one that waits or one whose worker has fallen silent, and what is
+removed once a job is over, by whoever ends it: an upload's folder, on the machine that it lies
+on."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ MOST_DEATHS = 3
 
 @dataclass(frozen=True)
 class WorkerIdentity:
-    """Who takes jobs: its name, its machine, the kinds that it knows, and for how long it may be silent."""
+    """Who takes jobs: its name, its machine, the kinds that it knows, and for how long it may be
+    silent."""
 
     name: str
     host: str
@@ -50,7 +52,8 @@ class Claimed:
 
 @dataclass(frozen=True)
 class Sighting:
-    """A running job as it was seen: the same sighting again means that its worker has not moved in between."""
+    """A running job as it was seen: the same sighting again means that its worker has not moved in
+    between."""
 
     job: int
     attempt: int
@@ -74,7 +77,8 @@ def running(store: Store, hand: WorkerIdentity) -> list[Sighting]:
 def claim_waiting(
     store: Store, hand: WorkerIdentity, skipped: Collection[int] = ()
 ) -> Claimed | None:
-    """The job that has waited longest, but for those `skipped` to others; None where there is none."""
+    """The job that has waited longest, but for those `skipped` to others; None where there is
+    none."""
     query = (
         select(Job.id)
         .where(Job.state == WAITING, *hand.may(), Job.id.not_in(skipped))
@@ -95,7 +99,8 @@ def take_over(store: Store, hand: WorkerIdentity, silent: Sighting) -> Claimed |
 def mark_dead(store: Store, silent: Sighting) -> bool:
     """End a job that has cost as many workers as any may; whether it was still silent."""
     error = (
-        f"{silent.deaths + 1} workers in turn were killed at it or fell silent (memory, or a library that crashes, "
+        f"{silent.deaths + 1} workers in turn were killed at it or fell "
+        f"silent (memory, or a library that crashes, "
         "perhaps); it is not begun again: try it with less data"
     )
     ended = {
@@ -120,7 +125,8 @@ def _still(silent: Sighting) -> tuple[ColumnElement[bool], ...]:
 
 
 def _free(query: Any) -> Any:
-    """Rows that no transaction holds: a row that one does is being claimed, or its worker is writing, so it lives."""
+    """Rows that no transaction holds: a row that one does is being claimed, or its worker is
+    writing, so it lives."""
     return query.with_for_update(skip_locked=True)
 
 
@@ -153,7 +159,8 @@ _MOST = 200
 
 
 def after(kind: str, arguments: Mapping[str, Any], host: str | None) -> None:
-    """Tidy up after a job that is over; on another machine than the one that it was bound to nothing is done."""
+    """Tidy up after a job that is over; on another machine than the one that it was bound to
+    nothing is done."""
     if host != this_host() or kind not in KINDS:
         return
     try:
@@ -163,7 +170,8 @@ def after(kind: str, arguments: Mapping[str, Any], host: str | None) -> None:
 
 
 def tidy_up(store: Store) -> None:
-    """What jobs have left that were bound to this machine and ended elsewhere, or as their worker was killed."""
+    """What jobs have left that were bound to this machine and ended elsewhere, or as their worker
+    was killed."""
     columns = (Job.kind, Job.arguments, Job.host)
     ended = (
         select(*columns)

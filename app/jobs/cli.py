@@ -41,10 +41,12 @@ _SHORTEST_LEASE_S = 1.0
 )
 @data_option
 def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
-    """Do the long work that was asked for (see `pyroshock jobs`): ingests, diagnoses, trainings and tunings.
+    """Do the long work that was asked for (see `pyroshock jobs`): ingests, diagnoses, trainings and
+    tunings.
 
-    Start it on any machine that reaches the store, as many times as jobs are to run at once. Ctrl-C gives the current
-    job back. A worker that is killed loses its job to the next one after --lease, and the job begins again.
+    Start it on any machine that reaches the store, as many times as jobs are to run at once. Ctrl-C
+    gives the current job back. A worker that is killed loses its job to the next one after --lease,
+    and the job begins again.
 
     \b
     Example:
@@ -124,7 +126,8 @@ def _row(job: Any) -> dict[str, Any]:
 @db_option
 @json_option
 def show(job: int, db: str, json_to: str | None) -> None:
-    """Show the job with number JOB: its state, its times, and its result or the error that ended it.
+    """Show the job with number JOB: its state, its times, and its result or the error that ended
+    it.
 
     \b
     Example:
@@ -146,7 +149,8 @@ def show(job: int, db: str, json_to: str | None) -> None:
 @db_option
 @deletion_options
 def delete(job: int, db: str, dry_run: bool) -> None:
-    """Delete the job with number JOB from the list. What it has stored stays. A job that has not ended is refused.
+    """Delete the job with number JOB from the list. What it has stored stays. A job that has not
+    ended is refused.
 
     \b
     Example:
@@ -169,7 +173,8 @@ def delete(job: int, db: str, dry_run: bool) -> None:
 @click.argument("job", type=click.IntRange(1))
 @db_option
 def stop(job: int, db: str) -> None:
-    """Ask JOB to end: at once if it waits, at its next step if it runs. What it has stored is complete.
+    """Ask JOB to end: at once if it waits, at its next step if it runs. What it has stored is
+    complete.
 
     \b
     Example:

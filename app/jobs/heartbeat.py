@@ -1,5 +1,5 @@
-"""What the holder of a job tells its row: that it lives (by a thread that beats and hears of a stop), how far it is,
-how it ended."""
+"""What the holder of a job tells its row: that it lives (by a thread that beats and hears of a
+stop), how far it is, how it ended."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ class JobProgress:
 
 @dataclass(frozen=True)
 class Sign:
-    """What the row says back: whether the job is still this worker's, and whether a person wants it to end."""
+    """What the row says back: whether the job is still this worker's, and whether a person wants it
+    to end."""
 
     held: bool
     stop: bool
@@ -62,7 +63,8 @@ def _sign(session: Session, lease: Lease) -> Sign:
 
 
 def finish(session: Session, lease: Lease, result: Result, progress: JobProgress) -> None:
-    """The job is done, in the transaction that stores the last of its work. Raises `LeaseLostError`."""
+    """The job is done, in the transaction that stores the last of its work. Raises
+    `LeaseLostError`."""
     columns = {
         "address": result.address,
         "words": result.words,
@@ -94,7 +96,8 @@ def _end(session: Session, lease: Lease, state: str, values: dict[str, Any]) -> 
     change(session, lease, {**values, "state": state, "ended_at": datetime.now(UTC)})
 
 
-#: A lease is kept by so many beats: some may come late, on a machine that is busy or a store that is locked.
+#: A lease is kept by so many beats: some may come late, on a machine that is busy or a store that
+#: is locked.
 _BEATS = 6
 #: A stop is heard of, and progress told, within this time.
 _TICK_S = 1.0
@@ -149,4 +152,6 @@ class Heartbeat:
                 else:
                     self._sign = look(self._store, self._lease)
             except (StoreError, SQLAlchemyError):
-                continue  # out of reach for the moment; if for too long, the next answer is that the lease is lost
+                # out of reach for the moment; if for too long, the next answer is that the lease is
+                # lost
+                continue

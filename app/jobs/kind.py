@@ -1,5 +1,5 @@
-"""What a kind of job is: a name, arguments that any process can read, a function, and what is tidied up after it; what
-the function is given, and what it gives back."""
+"""What a kind of job is: a name, arguments that any process can read, a function, and what is
+tidied up after it; what the function is given, and what it gives back."""
 
 from __future__ import annotations
 
@@ -23,28 +23,32 @@ class InterruptedWorkError(Exception):
 
 
 class NotHereError(Exception):
-    """This worker lacks what the job needs; another may have it. The message says what is missing."""
+    """This worker lacks what the job needs; another may have it. The message says what is
+    missing."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """Where to see what a job did (an address of a page), what to say of it, and it as plain data for scripts."""
+    """Where to see what a job did (an address of a page), what to say of it, and it as plain data
+    for scripts."""
 
     address: str
     words: str = ""
     data: Any = None
 
 
-#: Writes what must not be written twice, and tells the result: called within the transaction that ends the job, and
-#: again where that was rolled back.
+#: Writes what must not be written twice, and tells the result: called within the transaction that
+#: ends the job, and again where that was rolled back.
 Ending = Callable[[], Result]
 
 
 @dataclass(frozen=True)
 class RunningJob:
-    """A job in hand: its number, the store that it may write while it is this worker's, and how to tell progress.
+    """A job in hand: its number, the store that it may write while it is this worker's, and how to
+    tell progress.
 
-    `db` is the store's address, beside which models and plates are kept; `folders` those that may be read from.
+    `db` is the store's address, beside which models and plates are kept; `folders` those that may
+    be read from.
     """
 
     job: int
@@ -63,8 +67,9 @@ def _nothing(_: Any) -> None:
 
 @dataclass(frozen=True)
 class JobForm:
-    """The page whose form asks for such a job. `fields` are the values that `forms.js` writes into the controls of the
-    form with the id `form`; without them the address holds all that there is to fill in."""
+    """The page whose form asks for such a job. `fields` are the values that `forms.js` writes into
+    the controls of the form with the id `form`; without them the address holds all that there is to
+    fill in."""
 
     address: str
     form: str = ""
@@ -77,10 +82,12 @@ def _no_form(_: Any) -> JobForm | None:
 
 @dataclass(frozen=True)
 class Kind(Generic[Arguments]):
-    """`record` is a frozen dataclass of plain values; `do` may be begun again by another process, whatever ended it.
+    """`record` is a frozen dataclass of plain values; `do` may be begun again by another process,
+    whatever ended it.
 
-    So what `do` stores is either found again by its natural key, or written by the `Ending` that it returns. `after` is
-    called on the machine that a job was bound to, once it is over, perhaps twice.
+    So what `do` stores is either found again by its natural key, or written by the `Ending` that it
+    returns. `after` is called on the machine that a job was bound to, once it is over, perhaps
+    twice.
     """
 
     name: str
@@ -91,11 +98,13 @@ class Kind(Generic[Arguments]):
     form: Callable[[Arguments], JobForm | None] = _no_form
 
     def read(self, stored: Mapping[str, Any]) -> Arguments:
-        """The arguments of a stored job. Raises `ValueError` for one that another version asked for."""
+        """The arguments of a stored job. Raises `ValueError` for one that another version asked
+        for."""
         try:
             return self.record(**stored)
         except TypeError as error:
-            field_names = ", ".join(item.name for item in fields(self.record))  # type: ignore[arg-type]  # a dataclass
+            # a dataclass
+            field_names = ", ".join(item.name for item in fields(self.record))  # type: ignore[arg-type]
             was = f"a job of kind {self.name} with {', '.join(stored)}"
             raise ValueError(
                 f"{was}; this software knows {field_names}: ask for it anew"

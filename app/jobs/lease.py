@@ -1,5 +1,5 @@
-"""A lease: the right of one attempt at a job to write, checked where it writes and never against a clock; and the store
-in its hands, which writes while the lease is held, and not a row after."""
+"""A lease: the right of one attempt at a job to write, checked where it writes and never against a
+clock; and the store in its hands, which writes while the lease is held, and not a row after."""
 
 from __future__ import annotations
 
@@ -35,9 +35,11 @@ class Lease:
 
 
 def acquire_lease(session: Session, lease: Lease) -> None:
-    """Nobody can take the job before this transaction has ended. Raises `LeaseLostError` where somebody has.
+    """Nobody can take the job before this transaction has ended. Raises `LeaseLostError` where
+    somebody has.
 
-    It counts the beat on: a worker that writes lives, however long it writes, and who waits to take its job sees so.
+    It counts the beat on: a worker that writes lives, however long it writes, and who waits to take
+    its job sees so.
     """
     change(session, lease, {"beat": Job.beat + 1})
 
@@ -47,7 +49,8 @@ def change(session: Session, lease: Lease, values: dict[str, Any]) -> None:
     changed = session.execute(
         update(Job).where(*lease.held()).values(values), execution_options=_BLIND
     )
-    if not changed.rowcount:  # type: ignore[attr-defined]  # SQLAlchemy types `execute` for rows only
+    # SQLAlchemy types `execute` for rows only
+    if not changed.rowcount:  # type: ignore[attr-defined]
         raise LeaseLostError(f"attempt {lease.attempt} at job {lease.job} is over")
 
 
@@ -55,7 +58,8 @@ Result = TypeVar("Result")
 
 
 class FencedStore(Store):
-    """Each of its transactions begins by holding the lease; one that cannot raises `LeaseLostError`, nothing stored.
+    """Each of its transactions begins by holding the lease; one that cannot raises
+    `LeaseLostError`, nothing stored.
 
     For one thread. Closing it is its maker's who owns the engine.
     """
@@ -91,8 +95,9 @@ class FencedStore(Store):
         )
 
     def end(self, work: Callable[[Session], Result]) -> Result:
-        """What `work` returns of the transaction that ends the job. All that is read and written meanwhile joins it, so
-        that a row without a natural key is there exactly where the job is done. Run again as `Store.write` does."""
+        """What `work` returns of the transaction that ends the job. All that is read and written
+        meanwhile joins it, so that a row without a natural key is there exactly where the job is
+        done. Run again as `Store.write` does."""
 
         def joined(session: Session) -> Result:
             self._last = session

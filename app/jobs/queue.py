@@ -107,7 +107,8 @@ def get_job(store: Store, key: int) -> JobView:
 def list_jobs(
     store: Store, limit: int = 200, before: int | None = None, state: str | None = None
 ) -> list[JobView]:
-    """The newest first, without their results: at most `limit`, of those older than number `before`, in one `state`."""
+    """The newest first, without their results: at most `limit`, of those older than number
+    `before`, in one `state`."""
     query = select(Job).order_by(Job.id.desc()).limit(limit)
     if state is not None:
         query = query.where(Job.state == state)
@@ -125,18 +126,21 @@ def users_of(store: Store, keys: Sequence[int]) -> dict[int, str]:
 
 
 def job_form(store: Store, key: int) -> JobForm | None:
-    """The form that asks for a job again, with its values; None where there is none. Raises `UnknownJobError`."""
+    """The form that asks for a job again, with its values; None where there is none. Raises
+    `UnknownJobError`."""
     kind, arguments = _asked(store, key)[:2]
     return kind.form(kind.read(arguments))
 
 
 def is_repeatable(store: Store, key: int) -> bool:
-    """Whether a job can be asked for again as it was: the files of an upload are gone once their job is over."""
+    """Whether a job can be asked for again as it was: the files of an upload are gone once their
+    job is over."""
     return not _asked(store, key)[1].get("scratch")
 
 
 def ask_again(store: Store, key: int) -> JobView:
-    """Put a job that has ended at the end of the queue again. Raises `UnknownJobError`, `ValueError`."""
+    """Put a job that has ended at the end of the queue again. Raises `UnknownJobError`,
+    `ValueError`."""
     kind, arguments, label, host = _asked(store, key)
     if not get_job(store, key).ended:
         raise ValueError(f"job {key} has not ended yet; stop it first")
@@ -155,7 +159,8 @@ def _asked(store: Store, key: int) -> tuple[Kind[Any], dict[str, Any], str, str 
 
 
 def stop_job(store: Store, key: int) -> JobView:
-    """Ask a job to end: at once where it waits, at its next step where it runs. Raises `UnknownJobError`."""
+    """Ask a job to end: at once where it waits, at its next step where it runs. Raises
+    `UnknownJobError`."""
     get_job(store, key)
     store.write(lambda session: _stop(session, key), idempotent=True)
     return get_job(store, key)
@@ -166,11 +171,13 @@ class JobNotEndedError(ValueError):
 
 
 def ended_job(store: Store, key: int) -> JobView:
-    """A job that may be deleted. Raises `UnknownJobError`, and `JobNotEndedError` for one that waits or runs."""
+    """A job that may be deleted. Raises `UnknownJobError`, and `JobNotEndedError` for one that
+    waits or runs."""
     job = get_job(store, key)
     if not job.ended:
         raise JobNotEndedError(
-            f"job {key} cannot be deleted: it is {job.state}; stop it first: pyroshock jobs stop {key}"
+            f"job {key} cannot be deleted: it is {job.state}; stop it first: "
+            f"pyroshock jobs stop {key}"
         )
     return job
 

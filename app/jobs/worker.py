@@ -1,7 +1,9 @@
-"""A worker: takes the oldest job that it can do, does it, takes the next; and picks up what a dead one has left.
+"""A worker: takes the oldest job that it can do, does it, takes the next; and picks up what a dead
+one has left.
 
-A job is given up for dead when it was seen unmoved for the whole of its lease by this process's own stopwatch. No time
-of day enters, neither of this machine nor of another: clocks that differ, or are set back, change nothing.
+A job is given up for dead when it was seen unmoved for the whole of its lease by this process's own
+stopwatch. No time of day enters, neither of this machine nor of another: clocks that differ, or are
+set back, change nothing.
 """
 
 from __future__ import annotations
@@ -47,7 +49,8 @@ _log = logging.getLogger("pyroshock.jobs")
 
 @dataclass(frozen=True)
 class WorkerContext:
-    """Where a worker works: its store with its address, the folders that it may read, and when it is to end."""
+    """Where a worker works: its store with its address, the folders that it may read, and when it
+    is to end."""
 
     store: Store
     db: str
@@ -57,9 +60,11 @@ class WorkerContext:
 
 
 def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
-    """Do a job. Whether it is out of this worker's hands for good: False where it must be left to another one.
+    """Do a job. Whether it is out of this worker's hands for good: False where it must be left to
+    another one.
 
-    Raises nothing but what ends the process (the job goes back first) and `StoreError` where the store is away.
+    Raises nothing but what ends the process (the job goes back first) and `StoreError` where the
+    store is away.
     """
     lease = claimed.lease
     try:
@@ -191,9 +196,11 @@ class Worker:
         self._woken = threading.Event()
 
     def run(self, *, once: bool = False) -> int:
-        """Work until told to end; `once`: until nothing waits and no job is a dead worker's. How many it had.
+        """Work until told to end; `once`: until nothing waits and no job is a dead worker's. How
+        many it had.
 
-        Raises `StoreRoleError` for a login that may not work; with `once` `StoreError` where the store is away.
+        Raises `StoreRoleError` for a login that may not work; with `once` `StoreError` where the
+        store is away.
         """
         had = 0
         with suppress(StoreError):
@@ -230,7 +237,8 @@ class Worker:
         self._woken.set()
 
     def let_go(self) -> None:
-        """Give back what is in hand, from another thread: what its work still writes is not stored."""
+        """Give back what is in hand, from another thread: what its work still writes is not
+        stored."""
         held = self.in_hand
         if held is not None:
             with suppress(LeaseLostError, StoreError):

@@ -1,4 +1,5 @@
-"""Plans: make one as a job (what would only be refused after the search is refused before), judge it, tick its runs."""
+"""Plans: make one as a job (what would only be refused after the search is refused before), judge
+it, tick its runs."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ _NO_NAMES = ("", ".", "..", "new")
 
 
 def plan_job(jobs: Jobs, store: Store, wanted: PlanArguments) -> JobView:
-    """Queue the making of a plan, with its seed drawn. Raises `ValueError` for what cannot be made."""
+    """Queue the making of a plan, with its seed drawn. Raises `ValueError` for what cannot be
+    made."""
     _check(store, wanted)
     drawn = wanted.seed if wanted.seed is not None else secrets.randbelow(2**31)
     return jobs.ask(store, PLAN, f"Plan {wanted.name}", replace(wanted, seed=drawn))
@@ -56,10 +58,12 @@ router = APIRouter(tags=["plans"])
 
 
 class NewPlan(BaseModel):
-    """`factors`: text of a factors file in TOML; `table`: text of a CSV to import. Empty: the shipped ones.
+    """`factors`: text of a factors file in TOML; `table`: text of a CSV to import. Empty: the
+    shipped ones.
 
-    `options` are those of the method, such as {"criterion": "maximin"} of "lhs". The whole design comes `replicates`
-    times; `order` "random" is full randomisation, and `blocks` visit every heavy set-up so many times.
+    `options` are those of the method, such as {"criterion": "maximin"} of "lhs". The whole design
+    comes `replicates` times; `order` "random" is full randomisation, and `blocks` visit every heavy
+    set-up so many times.
     """
 
     name: Text = Field(min_length=1, max_length=200)
@@ -79,7 +83,8 @@ class NewPlan(BaseModel):
 
 
 class Tick(BaseModel):
-    """`note`: why. A discarded run needs one, and one that is done with fewer repetitions than planned."""
+    """`note`: why. A discarded run needs one, and one that is done with fewer repetitions than
+    planned."""
 
     status: Literal["planned", "done", "discarded"]
     note: Text | None = Field(None, max_length=2000)
@@ -114,7 +119,8 @@ def quality(name: Name, store: OpenStore) -> dict[str, Any]:
 
 @router.post("/plans/{name}/runs/{run}")
 def tick(name: Name, run: Key, tick_request: Tick, store: OpenStore) -> dict[str, Any]:
-    """Decide about a run at the bench. A run is done by itself when all its repetitions are recorded and accepted."""
+    """Decide about a run at the bench. A run is done by itself when all its repetitions are
+    recorded and accepted."""
     ticked = tick_run(store, name, run, status=tick_request.status, note=tick_request.note)
     return {
         "run": ticked.run,

@@ -1,5 +1,5 @@
-"""`plan`: designs made, kept and worked off, and the experiment that a diagnosis names. `simulate`: a plan played on
-the virtual bench, into a campaign folder."""
+"""`plan`: designs made, kept and worked off, and the experiment that a diagnosis names. `simulate`:
+a plan played on the virtual bench, into a campaign folder."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ def discriminate(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Plan the runs that tell apart the causes which the last diagnosis of CAMPAIGN could not tell apart.
+    """Plan the runs that tell apart the causes which the last diagnosis of CAMPAIGN could not tell
+    apart.
 
     \b
     Example:
@@ -97,7 +98,8 @@ def discriminate(
 @listing_options
 @click.pass_context
 def plan(ctx: click.Context, db: str, listing: Listing) -> None:
-    """Plan a campaign: make a design, store it, and see what is still to do. Without a command, list the plans.
+    """Plan a campaign: make a design, store it, and see what is still to do. Without a command,
+    list the plans.
 
     \b
     Example:
@@ -172,12 +174,13 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
 def quality(
     name: str, against: str | None, plot: Path | None, effect: float, db: str, json_to: str | None
 ) -> None:
-    """Say whether a plan is good, with the reasons and their cures, and measure it: balance of levels, pairs and
-    triples, space filling, power, changeovers, and confounding with other effects and with time.
+    """Say whether a plan is good, with the reasons and their cures, and measure it: balance of
+    levels, pairs and triples, space filling, power, changeovers, and confounding with other effects
+    and with time.
 
-    The figures stand between the best that any plan of so many runs can have, where a bound is known, and the median
-    of plans drawn at random. The power is the chance that the effect of a factor is seen, in a model of all main
-    effects at a significance of 5 %.
+    The figures stand between the best that any plan of so many runs can have, where a bound is
+    known, and the median of plans drawn at random. The power is the chance that the effect of a
+    factor is seen, in a model of all main effects at a significance of 5 %.
 
     \b
     Example:
@@ -294,7 +297,8 @@ for command in (augment, discriminate):
     callback=split_names,
     metavar="NAME=STRENGTH",
     help=(
-        "Set the strength of an effect: 0 removes it, 1 is the strength of a realistic bench. Repeat the option, or "
+        "Set the strength of an effect: 0 removes it, 1 is the strength of a "
+        "realistic bench. Repeat the option, or "
         "give a list: a=2,b=3."
     ),
     shell_complete=effect_ids,
@@ -313,7 +317,8 @@ for command in (augment, discriminate):
     "--trigger",
     metavar="5%|none",
     default=None,
-    help="Set the share of the tank pressure whose loss triggers the record of a gun. [default: 5%]",
+    help="Set the share of the tank pressure whose loss triggers the record of a "
+    "gun. [default: 5%]",
 )
 @click.option(
     "--pre-trigger",
@@ -338,10 +343,11 @@ def simulate(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Fire PLAN on the virtual bench, which writes recordings as a real bench does, to try everything on.
+    """Fire PLAN on the virtual bench, which writes recordings as a real bench does, to try
+    everything on.
 
-    The settings and the true values are written to FOLDER.sealed.json, for the person who scores a diagnosis
-    afterwards.
+    The settings and the true values are written to FOLDER.sealed.json, for the person who scores a
+    diagnosis afterwards.
 
     \b
     Example:
@@ -371,7 +377,8 @@ def simulate(
             )
     what = "shots" if stored.space.kind == "gun" else "hits"
     note(
-        f"{made.folder}: {made.recordings} recordings with {made.hits} {what}; settings and true values: {made.seal}"
+        f"{made.folder}: {made.recordings} recordings with {made.hits} "
+        f"{what}; settings and true values: {made.seal}"
     )
     if json_to is not None:
         write_json(

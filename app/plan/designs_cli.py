@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 def tell_plan(
     stored: StoredPlan, rows: Iterable[dict[str, Any]], json_to: str | None, out: Path | None
 ) -> None:
-    """The plan as CSV in `out`, as JSON in `json_to`; `rows` of it as a table where neither is asked for."""
+    """The plan as CSV in `out`, as JSON in `json_to`; `rows` of it as a table where neither is
+    asked for."""
     from ..common.plan_tables import plan_as_json, write_table
 
     if out is not None:
@@ -49,7 +50,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class DesignCommands(NounGroup):
-    """The group `plan`: what is no command of its own is a method of design, made a command when it is asked for.
+    """The group `plan`: what is no command of its own is a method of design, made a command when it
+    is asked for.
 
     The methods know NumPy, which `--help` of another command does not pay for.
     """
@@ -126,7 +128,8 @@ def _design_options(function: Function) -> Function:
             callback=_ranges,
             multiple=True,
             metavar="COLUMN=LOW:HIGH[:STEP]",
-            help="Make a factor continuous over a range, in the unit of its column. The option can be repeated.",
+            help="Make a factor continuous over a range, in the unit of its "
+            "column. The option can be repeated.",
         ),
         click.option(
             "--gun",
@@ -147,7 +150,8 @@ def _layout_options(function: Function, centre_points: bool) -> Function:
             type=click.Choice(["split-plot", "random"]),
             default="split-plot",
             show_default=True,
-            help="Choose the order of runs: a split plot changes heavy parts seldom; random is full randomisation.",
+            help="Choose the order of runs: a split plot changes heavy parts "
+            "seldom; random is full randomisation.",
         ),
         click.option(
             "--blocks",
@@ -155,7 +159,8 @@ def _layout_options(function: Function, centre_points: bool) -> Function:
             default=1,
             show_default=True,
             help=(
-                "Visit every heavy set-up this many times, forwards and backwards in turn, so that a drift of the "
+                "Visit every heavy set-up this many times, forwards and "
+                "backwards in turn, so that a drift of the "
                 "bench can be told from its effect."
             ),
         ),
@@ -175,7 +180,8 @@ def _layout_options(function: Function, centre_points: bool) -> Function:
         type=click.IntRange(0),
         default=0,
         show_default=True,
-        help="Add this many runs in the middle of all ordered factors, which show a curved response.",
+        help="Add this many runs in the middle of all ordered factors, which show "
+        "a curved response.",
     )(function)
 
 
@@ -239,13 +245,15 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
         }
         taken = {key: given[key] for key in ("runs", "table") if key in given}
         made = PlanCollection(store).make(
-            name, method=method, factors=factors, gun=given["bench"], ranges=given["ranges"], options=options,
+            name, method=method, factors=factors, gun=given["bench"], ranges=given["ranges"],
+            options=options,
             **common, **taken,
         )  # fmt: skip
     stored = made.stored
     seed_text = f", seed {stored.seed}" if stored.seed is not None else ""
     note(
-        f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} repetitions, {stored.method}{seed_text}"
+        f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} "
+        f"repetitions, {stored.method}{seed_text}"
     )
     for line in made.aliases():
         note(f"aliased: {line}")

@@ -1,4 +1,5 @@
-"""A plan: a balanced hypercube is searched for, which takes seconds to minutes, and stored as the job ends."""
+"""A plan: a balanced hypercube is searched for, which takes seconds to minutes, and stored as the
+job ends."""
 
 from __future__ import annotations
 
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlanArguments:
-    """What a plan is made of; `factors` is a TOML text (empty: the shipped ones), `table` a CSV to import, `options`
-    those of the method.
+    """What a plan is made of; `factors` is a TOML text (empty: the shipped ones), `table` a CSV to
+    import, `options` those of the method.
 
     The seed is drawn when a plan is asked for: whoever makes it makes the same one.
     """

@@ -1,4 +1,5 @@
-"""Plans: made, judged with charts of their balance and coverage, printed, and ticked off at the bench."""
+"""Plans: made, judged with charts of their balance and coverage, printed, and ticked off at the
+bench."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ def balance_figure(axis: Mapping[str, Any]) -> Figure:
 
 
 def pairs_figure(judged: Mapping[str, Any]) -> Figure:
-    """Every pair of levels (`quality.plan_page`), from -1 for an empty one to 1 for twice its share."""
+    """Every pair of levels (`quality.plan_page`), from -1 for an empty one to 1 for twice its
+    share."""
     return heat_map(
         judged["pair_labels"], judged["pairs"], (-1, 1), "beyond the balanced share", DIVERGING
     )
@@ -218,7 +220,8 @@ def _figure_row(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _power_row(term: Mapping[str, Any]) -> dict[str, Any]:
-    """A main effect of `quality.plan_page`; what cannot be estimated has neither a size nor an inflation."""
+    """A main effect of `quality.plan_page`; what cannot be estimated has neither a size nor an
+    inflation."""
     return {
         "factor": term["term"].replace("_", " ").replace("+", " and "),
         "levels": term["levels"],
@@ -234,7 +237,8 @@ def _power_row(term: Mapping[str, Any]) -> dict[str, Any]:
 
 @router.get("/plans/{name}/sheet")
 def sheet(request: Request, name: Name, store: OpenStore, run: ShownRun = None) -> Response:
-    """The run sheet at the bench: one run large, which is the next one unless another is named; the others small."""
+    """The run sheet at the bench: one run large, which is the next one unless another is named; the
+    others small."""
     with store.reading() as session:
         plan = read_plan(session, name)
     numbers = [planned.run for planned in plan.runs]
@@ -273,7 +277,8 @@ def _run_before(plan: StoredPlan, place: int | None) -> int | None:
 def sheet_file(
     name: Name, ending: str, store: OpenStore, spreadsheet_guard: bool = True
 ) -> Response:
-    """The sheet as a file; in CSV, texts that begin with = + - @ get an apostrophe unless `spreadsheet_guard=false`."""
+    """The sheet as a file; in CSV, texts that begin with = + - @ get an apostrophe unless
+    `spreadsheet_guard=false`."""
     if ending not in _FORMATS:
         raise HTTPException(404, f"no sheet of format {ending!r}; known: {', '.join(_FORMATS)}")
     with store.reading() as session:

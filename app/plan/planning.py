@@ -1,4 +1,5 @@
-"""Plans that can be fired: a design, its tank pressures by the nominal gun, and the guard over every run."""
+"""Plans that can be fired: a design, its tank pressures by the nominal gun, and the guard over
+every run."""
 
 from __future__ import annotations
 
@@ -47,11 +48,11 @@ def gun_bench(folder: Path | None) -> GunBench:
 
 
 def run_settings(store: Store, space: Space, rows: Rows, gun: GunBench) -> list[dict[str, float]]:
-    """What follows from each treatment: a gun's tank pressure, unless it is a factor. Every run is held against the
-    bench.
+    """What follows from each treatment: a gun's tank pressure, unless it is a factor. Every run is
+    held against the bench.
 
-    Raises `doe.guards.UnsafeRunError` with the numbers where a run is beyond it, and `ValueError` for a gun's factors
-    without a mass, and without either velocity levels or a tank pressure.
+    Raises `doe.guards.UnsafeRunError` with the numbers where a run is beyond it, and `ValueError`
+    for a gun's factors without a mass, and without either velocity levels or a tank pressure.
     """
     if space.kind != "gun":
         return [{} for _ in rows]
@@ -76,7 +77,8 @@ def numbered(rows: Rows, numbers: Sequence[int]) -> list[dict[str, str]]:
 
 
 def _velocities(space: Space) -> dict[str, float]:
-    """What the velocity levels stand for; none where the tank pressure is a factor in their place."""
+    """What the velocity levels stand for; none where the tank pressure is a factor in their
+    place."""
     by_column = {factor.column: factor for factor in space.factors}
     level = by_column.get(VELOCITY_LEVEL)
     has_pressure = TANK_PRESSURE in by_column
@@ -86,7 +88,8 @@ def _velocities(space: Space) -> dict[str, float]:
         or (level is not None and level.values is None)
     ):
         raise ValueError(
-            f"factors {space.name!r}: a gun's plan needs {MASS}, and either {TANK_PRESSURE}, or {VELOCITY_LEVEL} as an "
+            f"factors {space.name!r}: a gun's plan needs {MASS}, and either "
+            f"{TANK_PRESSURE}, or {VELOCITY_LEVEL} as an "
             "ordered factor with values in m/s"
         )
     if level is None or level.values is None:
@@ -111,7 +114,8 @@ def _elastic(store: Store, space: Space) -> dict[str, Elastic]:
 
 @dataclass(frozen=True)
 class PlanDraft:
-    """A plan that is made and not stored yet; `runs` are the numbers of its runs where a table tells them."""
+    """A plan that is made and not stored yet; `runs` are the numbers of its runs where a table
+    tells them."""
 
     name: str
     factors: str
@@ -123,7 +127,8 @@ class PlanDraft:
 
 
 def make_plan(store: Store, method: str, name: str, **given: Any) -> StoredPlan:
-    """`draft_plan`, stored: for the command line and for the web alike. Raises as it does, and as `store_draft`."""
+    """`draft_plan`, stored: for the command line and for the web alike. Raises as it does, and as
+    `store_draft`."""
     return store_draft(store, draft_plan(method, name, **given))
 
 
@@ -146,14 +151,16 @@ def draft_plan(
     order: RunOrder = "split-plot",
     blocks: int = 1,
 ) -> PlanDraft:
-    """Make a design, to be stored as plan `name`. The search for a balanced one takes seconds to minutes.
+    """Make a design, to be stored as plan `name`. The search for a balanced one takes seconds to
+    minutes.
 
-    `method` is one of `doe.designs.methods.METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`;
-    `options` are those of the method. `factors` is the text of a factors file, else the shipped one of `kind`;
-    `ranges` makes factors of it continuous (`doe.ranges.with_ranges`); `gun` is a campaign folder whose gun fires the
-    plan. Without a `seed` one is drawn, which the plan keeps. The whole design comes `replicates` times, with
-    `centre_points` beside it (`doe.designs.repeats`), in the `order` and `blocks` of `doe.order.run_order`; an imported
-    table keeps its own runs and order. Raises `ValueError` for what the method lacks.
+    `method` is one of `doe.designs.methods.METHODS`: "lhs" takes the number of `runs`, "import" a
+    CSV `table`; `options` are those of the method. `factors` is the text of a factors file, else
+    the shipped one of `kind`; `ranges` makes factors of it continuous (`doe.ranges.with_ranges`);
+    `gun` is a campaign folder whose gun fires the plan. Without a `seed` one is drawn, which the
+    plan keeps. The whole design comes `replicates` times, with `centre_points` beside it
+    (`doe.designs.repeats`), in the `order` and `blocks` of `doe.order.run_order`; an imported table
+    keeps its own runs and order. Raises `ValueError` for what the method lacks.
     """
     if not name.strip():
         raise ValueError("the plan has no name; expected one")
@@ -167,7 +174,8 @@ def draft_plan(
     design_method = get_method(method)
     if centre_points and not design_method.centre_points:
         raise ValueError(
-            f"centre_points is {centre_points}; expected 0, as {method!r} has an own number of them or none"
+            f"centre_points is {centre_points}; expected 0, as {method!r} has "
+            f"an own number of them or none"
         )
     unordered = design_method.make(
         space_from_text(text), DesignRequest(runs, table, rng, options or {})
@@ -177,7 +185,8 @@ def draft_plan(
     if isinstance(unordered, ImportedDesign):
         if (replicates, centre_points, order, blocks) != (1, 0, "split-plot", 1):
             raise ValueError(
-                "an imported table keeps its own runs and order; leave out replicates, centre points, order and blocks"
+                "an imported table keeps its own runs and order; leave out "
+                "replicates, centre points, order and blocks"
             )
         design, numbers = unordered, unordered.runs
     else:
@@ -228,7 +237,8 @@ def store_design(
     runs: Sequence[int] | None = None,
     description: str | None = None,
 ) -> None:
-    """Store a design as a plan that can be fired; nothing is stored where a run is beyond the bench."""
+    """Store a design as a plan that can be fired; nothing is stored where a run is beyond the
+    bench."""
     numbers = list(runs) if runs is not None else list(range(1, len(design.treatments) + 1))
     settings = run_settings(store, design.space, numbered(design.rows, numbers), gun)
     add_plan(
@@ -250,7 +260,8 @@ def in_order(
     order: RunOrder = "split-plot",
     blocks: int = 1,
 ) -> Design:
-    """The design with its treatments in order of run, as `doe.order.run_order`; its method names what is unusual."""
+    """The design with its treatments in order of run, as `doe.order.run_order`; its method names
+    what is unusual."""
     treatments = design.treatments[run_order(design.space, design.treatments, rng, order, blocks)]
     unusual = [f"order={order}"] * (order != "split-plot") + [f"blocks={blocks}"] * (blocks != 1)
     return Design(design.space, treatments, " ".join([design.method, *unusual]), seed)

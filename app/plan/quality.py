@@ -1,5 +1,5 @@
-"""The quality of plans, as the command line and the pages show it: a verdict with its reasons, figures between the best
-possible and a random plan, power, confounding, a picture."""
+"""The quality of plans, as the command line and the pages show it: a verdict with its reasons,
+figures between the best possible and a random plan, power, confounding, a picture."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ Designs = Mapping[str, NDArray[np.int64]]
 
 
 def designs_of(store: Store, name: str, against: str | None) -> tuple[Space, Designs]:
-    """The plan's treatments that are not discarded, and those of another plan, or of a table of the same factors.
+    """The plan's treatments that are not discarded, and those of another plan, or of a table of the
+    same factors.
 
     Raises `ValueError` where the other one is of other factors.
     """
@@ -54,7 +55,8 @@ def designs_of(store: Store, name: str, against: str | None) -> tuple[Space, Des
 def judged_designs(
     space: Space, designs: Designs, effect: float = USUAL_EFFECT
 ) -> dict[str, Judgement]:
-    """The one or two designs, judged; `effect` is the one of the power, in standard deviations of a run.
+    """The one or two designs, judged; `effect` is the one of the power, in standard deviations of a
+    run.
 
     Raises `ValueError` where a design has no run.
     """
@@ -64,8 +66,8 @@ def judged_designs(
 def tables(
     space: Space, judged: Mapping[str, Judgement]
 ) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    """Title and rows of each table: the figures beside what is best possible and what random runs reach, the power,
-    what the order confounds with time, the counts of levels."""
+    """Title and rows of each table: the figures beside what is best possible and what random runs
+    reach, the power, what the order confounds with time, the counts of levels."""
     names, (first, *_, last) = list(judged), [*judged.values(), *judged.values()]
     best, drawn = (
         best_possible(space, first.quality.runs),
@@ -172,7 +174,8 @@ def figures_as_json(space: Space, judged: Mapping[str, Judgement]) -> Any:
 
 
 def judgement_as_json(space: Space, judgement: Judgement) -> dict[str, Any]:
-    """The verdict with its reasons, the bounds of the figures, the power and the correlations of the terms."""
+    """The verdict with its reasons, the bounds of the figures, the power and the correlations of
+    the terms."""
     runs = judgement.quality.runs
     return {
         "verdict": asdict(judgement.verdict),
@@ -202,12 +205,14 @@ _OF_RUNS = (
 def plan_page(plan: StoredPlan) -> dict[str, Any]:
     """What a page shows of a plan's quality, of its runs that are not discarded; plain data.
 
-    `counts` of runs by state, and of those that are begun; `verdict`; `figures`: each with its words, value, text,
-    what is better ("less", "more", "neither"), the best possible and that of a random plan; `levels` by axis, each with
-    its runs and the balanced share of them; `changes` by factor: how often it is changed in the order of runs, and the
-    work that a change is; `time` by axis: the share of its variance that goes with time; `power` by main effect;
-    `terms` and their `correlations`, the first `mains` of which are main effects; `pairs` (`doe.plots.pair_matrix`)
-    with `pair_labels`. Where no run is left, the verdict is None and all others but `counts` are empty.
+    `counts` of runs by state, and of those that are begun; `verdict`; `figures`: each with its
+    words, value, text, what is better ("less", "more", "neither"), the best possible and that of a
+    random plan; `levels` by axis, each with its runs and the balanced share of them; `changes` by
+    factor: how often it is changed in the order of runs, and the work that a change is; `time` by
+    axis: the share of its variance that goes with time; `power` by main effect; `terms` and their
+    `correlations`, the first `mains` of which are main effects; `pairs` (`doe.plots.pair_matrix`)
+    with `pair_labels`. Where no run is left, the verdict is None and all others but `counts` are
+    empty.
     """
     counts = run_counts(plan)
     rows = plan.treatments("planned", "done")

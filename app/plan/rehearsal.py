@@ -1,5 +1,5 @@
-"""A campaign before the first real one: a stored plan fired on the virtual bench, by the command line and by notebooks
-alike, to be ingested and held against its plan."""
+"""A campaign before the first real one: a stored plan fired on the virtual bench, by the command
+line and by notebooks alike, to be ingested and held against its plan."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 
 
 def rows_of(store: Store, name: str) -> tuple[str, list[dict[str, str]], int]:
-    """Kind, rows with run number, treatment and settings in order of run, and repetitions of a plan's open runs.
+    """Kind, rows with run number, treatment and settings in order of run, and repetitions of a
+    plan's open runs.
 
-    Discarded runs are left out. Raises `UnknownPlanError`, and `ValueError` where nothing is left to play.
+    Discarded runs are left out. Raises `UnknownPlanError`, and `ValueError` where nothing is left
+    to play.
     """
     with store.reading() as session:
         plan = read_plan(session, name)
@@ -55,10 +57,12 @@ def simulate_plan(
     jobs: int | None = None,
     progress: Step | None = None,
 ) -> SimulatedCampaign:
-    """Fire a plan on the virtual bench into a new campaign folder, as `virtualbench.simulate.simulate` does.
+    """Fire a plan on the virtual bench into a new campaign folder, as
+    `virtualbench.simulate.simulate` does.
 
-    `effects` are strengths by name; the others keep their usual strength of 1. `name` and `repetitions` are the plan's
-    unless they are given. Raises `ValueError` as that function, `Effects.with_strength` and `trigger_of`.
+    `effects` are strengths by name; the others keep their usual strength of 1. `name` and
+    `repetitions` are the plan's unless they are given. Raises `ValueError` as that function,
+    `Effects.with_strength` and `trigger_of`.
     """
 
     kind, rows, planned = rows_of_stored(plan)
@@ -81,7 +85,8 @@ def simulate_plan(
 
 
 def trigger_of(share: str | float | None, pre_trigger: Quantity | None) -> Trigger | None:
-    """When recordings begin: "5%" or 0.05 of the tank's pressure lost, or "none" for a recorder started by hand.
+    """When recordings begin: "5%" or 0.05 of the tank's pressure lost, or "none" for a recorder
+    started by hand.
 
     None where neither is given. Raises `ValueError`.
     """

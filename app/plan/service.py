@@ -29,14 +29,15 @@ if TYPE_CHECKING:
 class PlanSettings(TypedDict, total=False):
     """What every method of design takes.
 
-    `kind`: "gun" (the default) or "hammer", whose shipped factors are varied. `factors`: a factors file in TOML, its
-    path or its text, in their place. `ranges`: factors that become continuous, each with its lowest and highest value
-    and, if wished, a step. A factor is named as in the store ("tank_pressure", numbers in SI) or as in tables
-    ("tank_pressure_bar", numbers in bar); texts with units and quantities of pint go with both. `repetitions`: hits
-    or shots of each run. `seed`: the same seed, the same plan; drawn and kept where it is left out. `gun`: a campaign
-    folder whose gun fires the plan. `replicates`: copies of the whole design. `centre_points`: runs in the middle of
-    all ordered factors. `order`: "split-plot" changes heavy parts seldom, "random" is full randomisation. `blocks`:
-    visits of every heavy set-up, forwards and backwards in turn.
+    `kind`: "gun" (the default) or "hammer", whose shipped factors are varied. `factors`: a factors
+    file in TOML, its path or its text, in their place. `ranges`: factors that become continuous,
+    each with its lowest and highest value and, if wished, a step. A factor is named as in the store
+    ("tank_pressure", numbers in SI) or as in tables ("tank_pressure_bar", numbers in bar); texts
+    with units and quantities of pint go with both. `repetitions`: hits or shots of each run.
+    `seed`: the same seed, the same plan; drawn and kept where it is left out. `gun`: a campaign
+    folder whose gun fires the plan. `replicates`: copies of the whole design. `centre_points`: runs
+    in the middle of all ordered factors. `order`: "split-plot" changes heavy parts seldom, "random"
+    is full randomisation. `blocks`: visits of every heavy set-up, forwards and backwards in turn.
     """
 
     kind: Literal["gun", "hammer"]
@@ -53,7 +54,8 @@ class PlanSettings(TypedDict, total=False):
 
 
 class PlanQuality:
-    """The quality of a design: balance, spread, changeovers, and what goes with time. `figures` has the numbers."""
+    """The quality of a design: balance, spread, changeovers, and what goes with time. `figures` has
+    the numbers."""
 
     def __init__(self, stored: StoredPlan) -> None:
         from ...doe.merit.quality import quality
@@ -63,7 +65,8 @@ class PlanQuality:
         self.figures: Quality = quality(stored.space, self._treatments)
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for each figure (index: its name), with its words, value, and whether less or more of it is better."""
+        """A row for each figure (index: its name), with its words, value, and whether less or more
+        of it is better."""
         import pandas as pd
 
         from ...doe.merit.quality import FIGURES
@@ -103,7 +106,8 @@ class PlanQuality:
 
 
 class PlannedDesign:
-    """A plan of the store: its runs, their quality and their run sheet. `stored` is the plan of the database layer."""
+    """A plan of the store: its runs, their quality and their run sheet. `stored` is the plan of the
+    database layer."""
 
     def __init__(self, stored: StoredPlan) -> None:
         self.stored = stored
@@ -125,9 +129,11 @@ class PlannedDesign:
         return len(self.stored.runs)
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for each run, in order of run: its state, its factors and what follows from them, numbers in SI.
+        """A row for each run, in order of run: its state, its factors and what follows from them,
+        numbers in SI.
 
-        Columns of quantities end in their unit ("tank_pressure_pa"); `.attrs["units"]` has the unit of each.
+        Columns of quantities end in their unit ("tank_pressure_pa"); `.attrs["units"]` has the unit
+        of each.
         """
         from ..common.plan_tables import cells_of, settings_in_si
 
@@ -159,7 +165,8 @@ class PlannedDesign:
         return PlanQuality(self.stored)
 
     def aliases(self) -> list[str]:
-        """What a two-level design cannot tell apart: "tip_radius = plate_material*insulator"; none of other designs."""
+        """What a two-level design cannot tell apart: "tip_radius = plate_material*insulator"; none
+        of other designs."""
         from ...doe.merit.quality import alias_lines, aliases
 
         treatments = self.stored.treatments("planned", "done")
@@ -175,10 +182,12 @@ class PlannedDesign:
     def sheet(
         self, path: str | os.PathLike[str] | None = None, *, spreadsheet_guard: bool = True
     ) -> str | Path:
-        """The run sheet: its text as CSV, or the path that it was written to, as .csv, .xlsx or .html by the suffix.
+        """The run sheet: its text as CSV, or the path that it was written to, as .csv, .xlsx or
+        .html by the suffix.
 
-        In CSV a text that begins with = + - @ gets an apostrophe, so that no spreadsheet takes it for a formula;
-        `spreadsheet_guard=False` leaves it as it is. Raises `InvalidValueError` for another suffix.
+        In CSV a text that begins with = + - @ gets an apostrophe, so that no spreadsheet takes it
+        for a formula; `spreadsheet_guard=False` leaves it as it is. Raises `InvalidValueError` for
+        another suffix.
         """
         from ...doe.sheet import sheet_text, write_sheet
 
@@ -203,17 +212,20 @@ class PlannedDesign:
         jobs: int | None = None,
         progress: bool = True,
     ) -> Path:
-        """Fire the plan on the virtual bench into a new campaign folder, as `pyroshock simulate` does.
+        """Fire the plan on the virtual bench into a new campaign folder, as `pyroshock simulate`
+        does.
 
-        The folder is returned: `store.ingest(plan.simulate("summer"))`. The same `seed` gives the same files. `effects`
-        are strengths by name ({"gun.blow_by": 3}): 0 takes an effect away, 1 is a realistic bench's and the usual one.
-        With `echoes` the edges of the plate act on what strikes it while it touches. `name` is the campaign's and
-        `repetitions` the hits or shots of each run, both the plan's unless they are given. Of a gun, a recording begins
-        `pre_trigger` ("300ms") before the share `trigger` of the tank's pressure is lost ("5%" or 0.05; "none": a
-        recorder started by hand). `jobs` processes work at once, by default one for each core, at most 4.
+        The folder is returned: `store.ingest(plan.simulate("summer"))`. The same `seed` gives the
+        same files. `effects` are strengths by name ({"gun.blow_by": 3}): 0 takes an effect away, 1
+        is a realistic bench's and the usual one. With `echoes` the edges of the plate act on what
+        strikes it while it touches. `name` is the campaign's and `repetitions` the hits or shots of
+        each run, both the plan's unless they are given. Of a gun, a recording begins `pre_trigger`
+        ("300ms") before the share `trigger` of the tank's pressure is lost ("5%" or 0.05; "none": a
+        recorder started by hand). `jobs` processes work at once, by default one for each core, at
+        most 4.
 
-        What was set and what really happened is in FOLDER.sealed.json beside the folder. Raises `InvalidValueError` for
-        a folder that is not empty and for what cannot be fired.
+        What was set and what really happened is in FOLDER.sealed.json beside the folder. Raises
+        `InvalidValueError` for a folder that is not empty and for what cannot be fired.
         """
         from .rehearsal import simulate_plan
 
@@ -250,10 +262,12 @@ class PlannedDesign:
 
 
 class PlanCollection:
-    """The plans of a store, and the methods to make one. Each design is put in an order of run with few changeovers,
-    gets its tank pressures, is held against the limits of the bench, and is stored under its name.
+    """The plans of a store, and the methods to make one. Each design is put in an order of run with
+    few changeovers, gets its tank pressures, is held against the limits of the bench, and is stored
+    under its name.
 
-    All methods raise `InvalidValueError` for what the factors do not allow, a name in use, and runs beyond the bench.
+    All methods raise `InvalidValueError` for what the factors do not allow, a name in use, and runs
+    beyond the bench.
     """
 
     def __init__(self, store: Store) -> None:
@@ -282,7 +296,8 @@ class PlanCollection:
         options: Mapping[str, Any] | None = None,
         **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
-        """A plan by any method of `doe.designs.methods.METHODS`, with the `options` that it has there."""
+        """A plan by any method of `doe.designs.methods.METHODS`, with the `options` that it has
+        there."""
         from .planning import make_plan
 
         given: dict[str, Any] = {key: value for key, value in settings.items() if value is not None}
@@ -306,7 +321,8 @@ class PlanCollection:
         criterion: Literal["balance"] | LhsCriterion = "balance",
         **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
-        """A Latin hypercube: balanced in levels, pairs and triples, or the best by one of pyDOE3's criteria."""
+        """A Latin hypercube: balanced in levels, pairs and triples, or the best by one of pyDOE3's
+        criteria."""
         return self.make(
             name, method="lhs", runs=runs, options={"criterion": criterion}, **settings
         )
@@ -342,7 +358,8 @@ class PlanCollection:
         categorical: TwoLevelWords = "refuse",
         **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
-        """Two levels a factor, by `generators` ("a b c ab") or the smallest of a resolution; see `aliases()`."""
+        """Two levels a factor, by `generators` ("a b c ab") or the smallest of a resolution; see
+        `aliases()`."""
         options = {"generators": generators, "resolution": resolution, "categorical": categorical}
         return self.make(name, method="fractional-factorial", options=options, **settings)
 
@@ -365,7 +382,8 @@ class PlanCollection:
         categorical: SurfaceWords = "refuse",
         **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
-        """Corners, stars and twice `centre` centre points, for a quadratic surface over factors with an order."""
+        """Corners, stars and twice `centre` centre points, for a quadratic surface over factors
+        with an order."""
         options = {
             "face": face,
             "alpha": alpha,
@@ -383,7 +401,8 @@ class PlanCollection:
         categorical: SurfaceWords = "refuse",
         **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
-        """Midpoints of edges and centre points, for a quadratic surface without runs at the corners of the range."""
+        """Midpoints of edges and centre points, for a quadratic surface without runs at the corners
+        of the range."""
         options = {"centre": centre, "categorical": categorical}
         return self.make(name, method="box-behnken", options=options, **settings)
 
@@ -409,7 +428,8 @@ class PlanCollection:
         table: str | os.PathLike[str] | pd.DataFrame,
         **settings: Unpack[PlanSettings],
     ) -> PlannedDesign:
-        """Somebody else's design, in its order: a CSV file or a DataFrame with `run` and the columns of the factors."""
+        """Somebody else's design, in its order: a CSV file or a DataFrame with `run` and the
+        columns of the factors."""
         if isinstance(table, str | os.PathLike):
             return self.make(name, method="import", table=table, **settings)
         with tempfile.TemporaryDirectory(prefix="pyroshock-table-") as scratch:

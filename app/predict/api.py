@@ -28,7 +28,8 @@ def predict_body(question: PredictionOptions, twins: Twins) -> dict[str, Any]:
 
 @router.get("/twin")
 def twin(question: Asked, twins: Twins) -> dict[str, Any]:
-    """What can be set, in which ranges, what the model knows of it, and what the twin is made of."""
+    """What can be set, in which ranges, what the model knows of it, and what the twin is made
+    of."""
     built = twins.get(question.request())
     return {
         **sliders(built),

@@ -1,4 +1,5 @@
-"""Arguments of a prediction, as the library and the command line give them: a twin, effects, a shot."""
+"""Arguments of a prediction, as the library and the command line give them: a twin, effects, a
+shot."""
 
 from __future__ import annotations
 
@@ -23,12 +24,14 @@ if TYPE_CHECKING:
     EffectsLike = EffectLike | Iterable[EffectLike] | GapDiagnosis
 
 
-#: How an argument is called where it was given: as Python spells it, or as an option of the command line.
+#: How an argument is called where it was given: as Python spells it, or as an option of the command
+#: line.
 Label = Callable[[str], str]
 
 
 def python_name(argument: str) -> str:
-    """Arguments are called as Python spells them; the option `--effect` is repeated, the argument takes several."""
+    """Arguments are called as Python spells them; the option `--effect` is repeated, the argument
+    takes several."""
     return "effects" if argument == "effect" else argument
 
 
@@ -54,7 +57,8 @@ def twin_request(
     chain_height: Quantity = 0.0,
     coupled: bool = False,
 ) -> TwinRequest:
-    """What a twin is made of. Raises `ValueError` and `LookupError` that call an argument as `label` does."""
+    """What a twin is made of. Raises `ValueError` and `LookupError` that call an argument as
+    `label` does."""
     from ..impacts.spectra import checked_lines, parse_lines
 
     if not q > 0.5:
@@ -128,7 +132,8 @@ def _profile(text: str | None) -> str | None:
 
 
 def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
-    """Effects as objects. Raises as `parse_effect`, and `ValueError` for a diagnosis that names no effect."""
+    """Effects as objects. Raises as `parse_effect`, and `ValueError` for a diagnosis that names no
+    effect."""
     from ..diagnose.service import GapDiagnosis
 
     if isinstance(given, GapDiagnosis):
@@ -136,7 +141,8 @@ def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
         if not verdict.first.fitted:
             first, fits = " or ".join(verdict.first.effects), ", ".join(given.fitted) or "nothing"
             raise ValueError(
-                f"the likeliest cause in the diagnosis of {verdict.campaign} is {first}, which has no effect to add; "
+                f"the likeliest cause in the diagnosis of {verdict.campaign} "
+                f"is {first}, which has no effect to add; "
                 f"its attribute `fitted` has: {fits}"
             )
         return verdict.first.fitted
@@ -149,8 +155,8 @@ def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
 def parse_effect(text: str, name: str) -> Effect:
     """The effect with its parameters in SI.
 
-    Raises `LookupError` for an effect that the catalogue does not have, and `ValueError` that says `name`, the argument
-    or option, for a value that is no number.
+    Raises `LookupError` for an effect that the catalogue does not have, and `ValueError` that says
+    `name`, the argument or option, for a value that is no number.
     """
     identity, _, rest = text.partition(":")
     values: dict[str, float] = {}

@@ -1,5 +1,5 @@
-"""Many shots foretold, of a plan or of a table of runs, here or on a cluster: each as `predict` would foretell it
-alone."""
+"""Many shots foretold, of a plan or of a table of runs, here or on a cluster: each as `predict`
+would foretell it alone."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ FIELDS = {
 }
 
 
-#: Columns with a field of their own, and those that are never factors of a shot that is to be predicted.
+#: Columns with a field of their own, and those that are never factors of a shot that is to be
+#: predicted.
 _NOT_FACTORS = frozenset({*FIELDS, _PLATE, "run", "repetition", "recording", *MEASURED})
 #: Factors of the store that say what the velocity or the pressure of the row says already.
 _LABELS = frozenset({"hammer_speed", "velocity_level", *BY_NAME})
@@ -61,7 +62,8 @@ _LABELS = frozenset({"hammer_speed", "velocity_level", *BY_NAME})
 
 @dataclass(frozen=True)
 class ShotRow:
-    """A shot of a table: the cells that name it, and the material of its plate where the table says one."""
+    """A shot of a table: the cells that name it, and the material of its plate where the table says
+    one."""
 
     labels: Mapping[str, str | int]
     shot: ShotRequest
@@ -75,7 +77,8 @@ class ShotRow:
 
 
 def rows_of_plan(store: Store, plan: str) -> list[ShotRow]:
-    """The runs of a plan that are not discarded. Raises as `rows_of`, and `ValueError` as `rows_of_table`."""
+    """The runs of a plan that are not discarded. Raises as `rows_of`, and `ValueError` as
+    `rows_of_table`."""
     return rows_of_table(rows_of(store, plan)[1], f"plan {plan!r}")
 
 
@@ -85,7 +88,8 @@ def rows_of_file(path: Path) -> list[ShotRow]:
 
 
 def assumed(rows: Sequence[ShotRow], impactor_mass_kg: float) -> list[str]:
-    """What a shot has that the table does not say, in words for the user; the mass is that of the bench."""
+    """What a shot has that the table does not say, in words for the user; the mass is that of the
+    bench."""
     stated, usual = rows[0].labels, ShotRequest(bullet_mass_kg=impactor_mass_kg)
     absent = {
         column: getattr(usual, field) for column, field in FIELDS.items() if column not in stated
@@ -96,8 +100,8 @@ def assumed(rows: Sequence[ShotRow], impactor_mass_kg: float) -> list[str]:
 def with_factors(row: ShotRow, built: BuiltTwin, of_store: Collection[str]) -> ShotRow:
     """The shot with the further columns of its row that the twin's contact model asks for.
 
-    Raises `ValueError` for a column that is a factor (`looks_like_factor`) and that no stage uses; any other column is
-    a label, such as `recording` or a planned figure.
+    Raises `ValueError` for a column that is a factor (`looks_like_factor`) and that no stage uses;
+    any other column is a label, such as `recording` or a planned figure.
     """
     cells = {
         column: str(cell)
@@ -116,10 +120,11 @@ def with_factors(row: ShotRow, built: BuiltTwin, of_store: Collection[str]) -> S
 
 
 def rows_of_table(rows: Sequence[Mapping[str, str]], name: str) -> list[ShotRow]:
-    """Rows with the columns of `runs.csv`; an empty cell says nothing. `name` is the table's, for errors.
+    """Rows with the columns of `runs.csv`; an empty cell says nothing. `name` is the table's, for
+    errors.
 
-    Raises `ValueError` for a table without rows, for a row with both pressure and velocity or neither, and for a cell
-    that is no number.
+    Raises `ValueError` for a table without rows, for a row with both pressure and velocity or
+    neither, and for a cell that is no number.
     """
     if not rows:
         raise ValueError(f"{name} has no row to predict")
@@ -191,8 +196,9 @@ def bench_of_rows(
     seed: int,
     built: BuiltTwin | None = None,
 ) -> tuple[BatchContext, list[ShotRow], tuple[str, ...]]:
-    """What `predict_batch` takes for rows of a table: the twin of each plate (`request.plate`, where it is given, is
-    every row's), the rows with the factors that the contact model asks for; and what was assumed, for the user.
+    """What `predict_batch` takes for rows of a table: the twin of each plate (`request.plate`,
+    where it is given, is every row's), the rows with the factors that the contact model asks for;
+    and what was assumed, for the user.
 
     `built` is the twin of `request` where it is there already.
 
@@ -216,7 +222,8 @@ def predict_batch(
 ) -> list[PredictedShot]:
     """All rows, in their order; the same seed, the same numbers, whoever reckons them.
 
-    Raises as `predict_shot`, with the row's own words, and `ValueError` for a worker that was killed.
+    Raises as `predict_shot`, with the row's own words, and `ValueError` for a worker that was
+    killed.
     """
     predicted_by_row: dict[int, PredictedShot] = {}
     for number, result in run_all_tasks(
@@ -233,7 +240,8 @@ def write_figures(out: Path, shots: Sequence[PredictedShot]) -> int:
 
 
 def write_spectra(out: Path, shots: Sequence[PredictedShot]) -> int:
-    """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where no plate answered."""
+    """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where no
+    plate answered."""
     rows = [row for shot in shots for row in shot.spectrum]
     if not rows:
         raise ValueError(f"no spectrum to write to {out.name!r}: the twin has no plate")

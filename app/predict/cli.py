@@ -1,5 +1,5 @@
-"""`predict`: what a shot will do, with 90 % bands; with `--plan` or `--shots` every shot of a plan or of a table, on
-this machine or a cluster."""
+"""`predict`: what a shot will do, with 90 % bands; with `--plan` or `--shots` every shot of a plan
+or of a table, on this machine or a cluster."""
 
 from __future__ import annotations
 
@@ -81,7 +81,8 @@ class Many:
 
     @property
     def asked(self) -> bool:
-        """Whether there is a table. Raises `ValueError` for options that go with one, without it."""
+        """Whether there is a table. Raises `ValueError` for options that go with one, without
+        it."""
         if self.plan is None and self.shots is None and (self.out or self.spectra):
             raise ValueError(
                 "--out and --spectra go with --plan or --shots; one shot prints, or --json FILE"
@@ -89,7 +90,8 @@ class Many:
         return self.plan is not None or self.shots is not None
 
     def rows(self, store: Store | None) -> list[ShotRow]:
-        """Raises `ValueError` for plan and file at once, `LookupError` for a plan without a store."""
+        """Raises `ValueError` for plan and file at once, `LookupError` for a plan without a
+        store."""
         from .batch import rows_of_file, rows_of_plan
 
         if self.plan is None:
@@ -102,7 +104,8 @@ class Many:
         return rows_of_plan(store, self.plan)
 
     def tell(self, shots: list[PredictedShot], json_to: str | None) -> None:
-        """Into the files that were asked for; as JSON or a table where no file takes the figures."""
+        """Into the files that were asked for; as JSON or a table where no file takes the
+        figures."""
         from ..common.number_format import finite
         from .batch import write_figures, write_spectra
 
@@ -119,7 +122,8 @@ class Many:
 
 
 def refuse_typed(*names: str) -> None:
-    """Options that a table takes the place of would be passed over in silence. Raises `ValueError` that names them."""
+    """Options that a table takes the place of would be passed over in silence. Raises `ValueError`
+    that names them."""
     source = click.get_current_context().get_parameter_source
     typed = [
         f"--{name.replace('_', '-')}"
@@ -190,7 +194,8 @@ _SET = (
         metavar="MATERIAL|none",
         default="none",
         show_default=True,
-        help="Name the material of the anvil on the plate, or `none` if the bullet strikes the plate.",
+        help="Name the material of the anvil on the plate, or `none` if the "
+        "bullet strikes the plate.",
     ),
     click.option(
         "--insulator",
@@ -285,7 +290,8 @@ _MADE_OF = (
         multiple=True,
         metavar="X,Y",
         help=(
-            "Place the impact points #1, #2 and so on upon the outline of the plate, in m. The option can be repeated."
+            "Place the impact points #1, #2 and so on upon the outline of "
+            "the plate, in m. The option can be repeated."
         ),
     ),
     click.option(
@@ -308,7 +314,8 @@ _MADE_OF = (
         "--frequencies",
         metavar="LOW:HIGH:PER_OCTAVE",
         default=None,
-        help="Set the frequencies of the spectrum in Hz, as low:high:per_octave. [default: 100:10000:6]",
+        help="Set the frequencies of the spectrum in Hz, as low:high:per_octave. "
+        "[default: 100:10000:6]",
     ),
 )
 
@@ -370,17 +377,19 @@ def predict(
     json_to: str | None,
     **asked: Any,
 ) -> None:
-    """Predict velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
+    """Predict velocity, force, acceleration and shock response spectrum of one shot, with 90 %
+    bands.
 
-    The first line says what the bands rest on. If a quantity lies beyond the shots that the model learned from, their
-    range stands beside the number. Without a store, the bench that ships with the software is taken. The contact
-    model is the one in use for the kind of the campaign. A factor that no stage uses is an error.
+    The first line says what the bands rest on. If a quantity lies beyond the shots that the model
+    learned from, their range stands beside the number. Without a store, the bench that ships with
+    the software is taken. The contact model is the one in use for the kind of the campaign. A
+    factor that no stage uses is an error.
 
     \b
     Example:
-        pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
-        pyroshock predict --velocity 8m/s --tip steel --effect plate.damping:factor=2 --plot shot.png
-        pyroshock predict --plan slow-valve --draws 8 --out predicted.csv
+        pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel pyroshock predict
+        --velocity 8m/s --tip steel --effect plate.damping:factor=2 --plot shot.png pyroshock
+        predict --plan slow-valve --draws 8 --out predicted.csv
     """
     many = Many(plan, shots, out, spectra)
     progress = progress_bar(
@@ -437,7 +446,8 @@ def predict(
         suggest_next("validate", asked["campaign"] or "CAMPAIGN")
 
 
-_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",
+_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator",
+"impact_position",
             "boundary_conditions", "factors", "valve_profile", "chain_height")  # fmt: skip
 
 

@@ -1,4 +1,5 @@
-"""The measured shots of the twin's bench whose settings are nearest to a shot, which its bands are compared with."""
+"""The measured shots of the twin's bench whose settings are nearest to a shot, which its bands are
+compared with."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
 
 #: Shots that are shown, and shots that are read of a campaign.
 SHOWN, _MOST = 5, 5000
-#: Numbers of a setting that are compared; a factor of two in one counts as much as another material.
+#: Numbers of a setting that are compared; a factor of two in one counts as much as another
+#: material.
 _NUMBERS = ("tank_pressure_pa", "impact_velocity_m_s", "bullet_mass_kg", "tip_radius_m")
 _WORDS = ("tip_material", "plate_material", "anvil_material", "insulator", "impact_position")
 _MORE_AND_LESS = {
@@ -41,8 +43,8 @@ _MORE_AND_LESS = {
 class MeasuredShot:
     """A shot of the store.
 
-    `setting`: its numbers in SI and its words, as far as they are known; `impact`: its key, None where no impact was
-    extracted; `force_n`: equidistant points of the contact.
+    `setting`: its numbers in SI and its words, as far as they are known; `impact`: its key, None
+    where no impact was extracted; `force_n`: equidistant points of the contact.
     """
 
     impact: int | None
@@ -77,7 +79,8 @@ def _of_campaign(session: Session, campaign: str) -> Iterator[MeasuredShot]:
     pulse = (Pulse.contact_time_s, Pulse.spline_peak_force_n, Pulse.force_points_n)
     in_use = and_(Pulse.impact_id == Impact.id, Pulse.current)
     of_gun = (
-        select(Impact.id, Shot.run, Shot.repetition, Shot.configuration_id, Shot.tank_pressure_pa, Shot.bullet_mass_kg,
+        select(Impact.id, Shot.run, Shot.repetition, Shot.configuration_id, Shot.tank_pressure_pa,
+        Shot.bullet_mass_kg,
                Shot.measured_velocity_m_s, *pulse)
         .outerjoin(Impact, Shot.impact_id == Impact.id).outerjoin(Pulse, in_use)
         .where(Shot.campaign_id == key).order_by(Shot.run, Shot.repetition).limit(_MOST)
@@ -91,7 +94,8 @@ def _of_campaign(session: Session, campaign: str) -> Iterator[MeasuredShot]:
         )
         mass = session.scalar(hammer)
         of_hammer = (
-            select(Impact.id, Impact.run, Impact.repetition, Impact.configuration_id, Impact.impact_velocity_m_s,
+            select(Impact.id, Impact.run, Impact.repetition, Impact.configuration_id,
+            Impact.impact_velocity_m_s,
                    *pulse)
             .outerjoin(Pulse, in_use)
             .where(Impact.campaign_id == key).order_by(Impact.run, Impact.repetition).limit(_MOST)
@@ -131,8 +135,8 @@ def setting_values(setting: Setting) -> dict[str, str | float]:
 def distance(wanted: Mapping[str, str | float], shot: MeasuredShot) -> float:
     """Between two settings: each number by its logarithm to base 2, each word 1 where it differs.
 
-    A gun's shot that is asked for by its velocity is compared with the measured velocity; what the shot does not state
-    counts nothing.
+    A gun's shot that is asked for by its velocity is compared with the measured velocity; what the
+    shot does not state counts nothing.
     """
     return math.sqrt(sum(_steps(name, wanted, shot) ** 2 for name in (*_NUMBERS, *_WORDS)))
 
@@ -215,7 +219,8 @@ def measured_spectra(
 
 
 def velocity_basis(built: BuiltTwin, pressure_pa: float | None) -> str:
-    """What the band of the velocity stands on, in one sentence; empty where the velocity is given."""
+    """What the band of the velocity stands on, in one sentence; empty where the velocity is
+    given."""
     gun = built.twin.gun
     if gun is None or pressure_pa is None:
         return ""

@@ -1,4 +1,5 @@
-"""The twin: sliders and what they give at once, as charts with 90 % bands and the nearest measured shots."""
+"""The twin: sliders and what they give at once, as charts with 90 % bands and the nearest measured
+shots."""
 
 from __future__ import annotations
 
@@ -81,7 +82,8 @@ Spectra = Mapping[int, Mapping[str, tuple[Any, Any]]]
 
 
 def spectrum_figure(prediction: Prediction, spectra: Spectra | None = None) -> Figure:
-    """Maximax shock response spectrum of each sensor in g; `spectra` are those of measured shots, at Q = 10."""
+    """Maximax shock response spectrum of each sensor in g; `spectra` are those of measured shots,
+    at Q = 10."""
     traces: list[Trace] = []
     lines, (unit, scale) = prediction.frequency_hz, _shown("peak_acceleration_m_s2")
     for i, (sensor, spectrum_band) in enumerate(prediction.spectra_m_s2.items()):
@@ -110,7 +112,8 @@ _MEASURED_Q = 10.0
 def velocity_figure(
     prediction: Prediction, shots: Sequence[MeasuredShot], near: Sequence[MeasuredShot]
 ) -> Figure:
-    """The predicted velocity with its band at its tank pressure, and the measured shots; the nearest are filled."""
+    """The predicted velocity with its band at its tank pressure, and the measured shots; the
+    nearest are filled."""
     unit, scale = _shown("tank_pressure_pa")
     pressure, velocity = prediction.setting.tank_pressure_pa or 0.0, prediction.velocity_m_s
     traces: list[Trace] = []
@@ -165,7 +168,8 @@ _SERIES = ("force", "acceleration", "srs")
 
 @router.get("/twin")
 def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
-    """The page; a value of the address that cannot be used is named at its control, and the others are kept."""
+    """The page; a value of the address that cannot be used is named at its control, and the others
+    are kept."""
     question, faults = read_address(request.query_params.multi_items())
     status = 422 if faults else 200
     question, built, unknown = twin_at(twins, question)
@@ -199,7 +203,8 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
 def _offered(
     question: PredictionOptions, controls: Mapping[str, Any]
 ) -> tuple[PredictionOptions, dict[str, str]]:
-    """With the usual word where a control does not offer the one of the address, and what is said of that."""
+    """With the usual word where a control does not offer the one of the address, and what is said
+    of that."""
     faults: dict[str, str] = {}
     for name, choice in controls["choices"].items():
         word = getattr(question, name)
@@ -211,8 +216,8 @@ def _offered(
 
 
 def _complete(question: PredictionOptions, built: BuiltTwin) -> PredictionOptions:
-    """A shot of a gun is set by its pressure unless a velocity is said, one of a hammer by its velocity; the mass is
-    the bench's where none is said."""
+    """A shot of a gun is set by its pressure unless a velocity is said, one of a hammer by its
+    velocity; the mass is the bench's where none is said."""
     update: dict[str, float] = {}
     if question.tank_pressure_pa is None and question.impact_velocity_m_s is None:
         by_gun = built.twin.gun is not None
@@ -227,7 +232,8 @@ def _complete(question: PredictionOptions, built: BuiltTwin) -> PredictionOption
 
 
 def _campaigns(session: Session) -> list[tuple[str, str]]:
-    """Names and kinds of the newest campaigns: the twin is that of a campaign's bench, gun or hammer."""
+    """Names and kinds of the newest campaigns: the twin is that of a campaign's bench, gun or
+    hammer."""
     query = select(Campaign.name, Campaign.kind).order_by(Campaign.date.desc(), Campaign.name)
     return [(name, kind) for name, kind in session.execute(query.limit(500))]
 
@@ -235,7 +241,8 @@ def _campaigns(session: Session) -> list[tuple[str, str]]:
 def _answer(
     twins: Twins, question: PredictionOptions, store: Store
 ) -> tuple[dict[str, Any] | None, str]:
-    """What the page shows of a shot; and why there is nothing (a bullet that stays in the barrel)."""
+    """What the page shows of a shot; and why there is nothing (a bullet that stays in the
+    barrel)."""
     try:
         return answered(twins, question, store), ""
     except (ValueError, LookupError) as error:
@@ -245,8 +252,9 @@ def _answer(
 def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[str, Any]:
     """The prediction as `/api/predict` gives it, its series drawn as figures, and how long it took.
 
-    `numbers` are its figures in the units of the lab, `beside` warnings by the slider that sets the quantity, `nearest`
-    the measured shots that are nearest to it, `basis` what the band of the velocity stands on.
+    `numbers` are its figures in the units of the lab, `beside` warnings by the slider that sets the
+    quantity, `nearest` the measured shots that are nearest to it, `basis` what the band of the
+    velocity stands on.
     """
     begun = time.perf_counter()
     built = twins.get(question.request())

@@ -1,5 +1,5 @@
-"""One shot asked of a twin, in SI, and what a reader must know beside its numbers: what `predict`, the web page and the
-JSON API share. A factor that no stage of the twin uses is an error."""
+"""One shot asked of a twin, in SI, and what a reader must know beside its numbers: what `predict`,
+the web page and the JSON API share. A factor that no stage of the twin uses is an error."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 Value = str | float
 #: Sources of predictors that a factor of another name gives.
 _SOURCES = {"plate_mass_kg": "plate.mass"}
-#: Factors of the thesis that are given by options and columns of their own, or whose part the velocity takes.
+#: Factors of the thesis that are given by options and columns of their own, or whose part the
+#: velocity takes.
 _OWN_OPTION = frozenset(BY_NAME) - {"hammer_speed"}
 
 
@@ -47,7 +48,8 @@ def parse_factor(text: str) -> tuple[str, Value]:
 
 
 def factor_value(text: str) -> Value:
-    """A cell as a number where it reads as one. Raises `AmbiguousNumberError` for a number with two readings."""
+    """A cell as a number where it reads as one. Raises `AmbiguousNumberError` for a number with two
+    readings."""
     try:
         return parse_number(text)
     except AmbiguousNumberError:
@@ -64,7 +66,8 @@ def is_used(built: BuiltTwin, factor: str) -> bool:
 def check_used(
     built: BuiltTwin, factors: Mapping[str, Value], boundary_conditions: str | None
 ) -> None:
-    """Raises `ValueError` that names a factor that no stage uses, and the predictors of the contact model.
+    """Raises `ValueError` that names a factor that no stage uses, and the predictors of the contact
+    model.
 
     A plate that hangs free is what all plates of the twin are, so that `free` is no contradiction.
     """
@@ -92,7 +95,8 @@ def store_factors(store: Store | None) -> frozenset[str]:
 
 
 def looks_like_factor(column: str, of_store: Collection[str]) -> bool:
-    """Whether a column of a table is a factor: one of the store, or one of the thesis's that is misspelt, or a travel.
+    """Whether a column of a table is a factor: one of the store, or one of the thesis's that is
+    misspelt, or a travel.
 
     Other columns are labels of their rows.
     """
@@ -124,7 +128,10 @@ def _contact_inputs(built: BuiltTwin) -> str:
 
     contact = built.twin.contact
     if not isinstance(contact, RegisteredContact):
-        return f"the contact is the law {contact.label!r}; --contact NAME@VERSION chooses a model that learned from it"
+        return (
+            f"the contact is the law {contact.label!r}; --contact NAME@VERSION "
+            f"chooses a model that learned from it"
+        )
     names = ", ".join(predictor.name for predictor in contact.predictor_set.predictors)
     return f"the predictors of {contact.label} are {names}"
 
@@ -138,11 +145,12 @@ DRAWS = 64
 
 @dataclass(frozen=True)
 class ShotRequest:
-    """What an operator sets, by name and in SI; at most one of `tank_pressure_pa` (gauge) and `impact_velocity_m_s`.
+    """What an operator sets, by name and in SI; at most one of `tank_pressure_pa` (gauge) and
+    `impact_velocity_m_s`.
 
-    Without either a gun fires it with `TANK_PRESSURE_PA`; other benches need the velocity, before contact. The mass is
-    the bench's where none is given. `factors` are a lab's own, and `plate_mass_kg`, by name: for models that learned
-    from them.
+    Without either a gun fires it with `TANK_PRESSURE_PA`; other benches need the velocity, before
+    contact. The mass is the bench's where none is given. `factors` are a lab's own, and
+    `plate_mass_kg`, by name: for models that learned from them.
     """
 
     bullet_mass_kg: float | None = None
@@ -158,8 +166,9 @@ class ShotRequest:
     factors: Mapping[str, Value] = field(default_factory=dict, hash=False)
 
     def setting(self, built: BuiltTwin) -> Setting:
-        """On the twin's plate. Raises `LookupError` for an unknown material, `ValueError` as `Setting`, for a bench
-        without a gun where no velocity is given, and for a factor that no stage of the twin uses."""
+        """On the twin's plate. Raises `LookupError` for an unknown material, `ValueError` as
+        `Setting`, for a bench without a gun where no velocity is given, and for a factor that no
+        stage of the twin uses."""
         check_used(built, self.factors, self.boundary_conditions)
         fired = self.tank_pressure_pa is None and self.impact_velocity_m_s is None
         if not built.bench.has_gun and self.impact_velocity_m_s is None:
@@ -201,8 +210,8 @@ def predict_shot(
 ) -> Prediction:
     """The shot with its bands; the same seed, the same answer.
 
-    Raises `LookupError` for a material or an impact position there is none of, `ValueError` as `Setting` and for a
-    bullet that stays in the barrel.
+    Raises `LookupError` for a material or an impact position there is none of, `ValueError` as
+    `Setting` and for a bullet that stays in the barrel.
     """
     return built.twin.predict(shot.setting(built), draws=draws, rng=np.random.default_rng(seed))
 
@@ -246,17 +255,20 @@ _FIELDS = {
     "impact_velocity": "impact_velocity_m_s",
     "tip_radius": "tip_radius_m",
 }
-#: Fields that the gun turns into a velocity: beyond what was recorded, the velocity is the first to be unsure.
+#: Fields that the gun turns into a velocity: beyond what was recorded, the velocity is the first to
+#: be unsure.
 _OF_THE_GUN = ("tank_pressure_pa", "bullet_mass_kg")
 
 
 def warnings(prediction: Prediction) -> tuple[str, ...]:
-    """A sentence for each quantity beyond what was learned, then for what lies outside of the contact's domain."""
+    """A sentence for each quantity beyond what was learned, then for what lies outside of the
+    contact's domain."""
     return (*map(extrapolation_text, extrapolations(prediction)), *domain_warnings(prediction))
 
 
 def extrapolations(prediction: Prediction) -> tuple[Extrapolation, ...]:
-    """Each quantity with its range once: gun and contact may both have learned from the same masses."""
+    """Each quantity with its range once: gun and contact may both have learned from the same
+    masses."""
     items: dict[tuple[object, ...], Extrapolation] = {}
     for item in prediction.extrapolation:
         base = _base(item.quantity)
@@ -265,9 +277,11 @@ def extrapolations(prediction: Prediction) -> tuple[Extrapolation, ...]:
 
 
 def bench_limit_warnings(prediction: Prediction) -> tuple[str, ...]:
-    """Limits of the shipped bench that the shot is beyond, but for a pressure that was shot on this bench.
+    """Limits of the shipped bench that the shot is beyond, but for a pressure that was shot on this
+    bench.
 
-    A campaign states no other limits of its bench in the store: a shot beyond them is answered, with this sentence.
+    A campaign states no other limits of its bench in the store: a shot beyond them is answered,
+    with this sentence.
     """
     from ...doe.limits.bench import BenchLimits
 
@@ -280,14 +294,15 @@ def bench_limit_warnings(prediction: Prediction) -> tuple[str, ...]:
         return ()
     name, unit, scale = _in_lab_units("tank_pressure_pa")
     return (
-        f"{name[0].upper()}{name[1:]} {format_number(scale * pressure)}{unit} is beyond the bench, whose regulator "
+        f"{name[0].upper()}{name[1:]} {format_number(scale * pressure)}{unit} "
+        f"is beyond the bench, whose regulator "
         f"gives {format_number(scale * highest)}{unit} at most: such a shot cannot be fired.",
     )
 
 
 def domain_warnings(prediction: Prediction) -> tuple[str, ...]:
-    """What lies outside of the bench's limits and of the contact's domain, but for quantities that an extrapolation
-    names already."""
+    """What lies outside of the bench's limits and of the contact's domain, but for quantities that
+    an extrapolation names already."""
     beyond = {_base(item.quantity) for item in prediction.extrapolation}
     contact = prediction.models["contact"]
     outside = (
@@ -305,12 +320,16 @@ def extrapolation_text(item: Extrapolation) -> str:
         format_number(scale * value) for value in (item.asked, item.low, item.high)
     )
     learned = low if low == high else f"{low} to {high}"
-    text = f"{name} {value_text}{unit} is beyond the {learned}{unit} of the shots that were learned from."
+    text = (
+        f"{name} {value_text}{unit} is beyond the {learned}{unit} of the shots "
+        f"that were learned from."
+    )
     return text[0].upper() + text[1:]
 
 
 def field_warnings(prediction: Prediction) -> dict[str, str]:
-    """Sentences by the field of `ShotRequest` that sets the quantity, for those that a field sets."""
+    """Sentences by the field of `ShotRequest` that sets the quantity, for those that a field
+    sets."""
     texts: dict[str, list[str]] = {}
     for item in extrapolations(prediction):
         if field := _FIELDS.get(_base(item.quantity)):
@@ -319,7 +338,8 @@ def field_warnings(prediction: Prediction) -> dict[str, str]:
 
 
 def warnings_of_number(prediction: Prediction, number: str) -> str:
-    """Beside a number of the prediction (its field): the velocity has those of the gun, the peak force all others."""
+    """Beside a number of the prediction (its field): the velocity has those of the gun, the peak
+    force all others."""
     return " ".join(_of_number(prediction, number))
 
 
@@ -334,7 +354,8 @@ def _of_number(prediction: Prediction, number: str) -> Iterator[str]:
 
 
 def _outside_text(item: OutOfDomain, contact: str) -> str:
-    """What a registered model never met, in the units of the lab; the range of a law is its own text in SI."""
+    """What a registered model never met, in the units of the lab; the range of a law is its own
+    text in SI."""
     name, unit, scale = _in_lab_units(item.predictor)
     model = contact.removeprefix("models:/")
     value = (
@@ -348,7 +369,10 @@ def _outside_text(item: OutOfDomain, contact: str) -> str:
         )
     elif item.ends and item.ends[0] < item.ends[-1] and item.reason == BETWEEN_LEVELS:
         low, high = (format_number(scale * end) for end in item.ends)
-        text = f"{name} {value} lies between the measured {low} and {high}{unit}; {model} was not trained there."
+        text = (
+            f"{name} {value} lies between the measured {low} and {high}{unit}; "
+            f"{model} was not trained there."
+        )
     else:
         ends = " to ".join(dict.fromkeys(format_number(scale * end) for end in item.ends))
         learned = f"{ends}{unit}" if ends else item.range

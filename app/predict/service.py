@@ -1,5 +1,6 @@
-"""A predicted shot (numbers and series with 90 % bands, units, tables and plots), and shots as a DataFrame whose
-columns are arguments of `predict`, or those of a table of runs, in its units or in SI."""
+"""A predicted shot (numbers and series with 90 % bands, units, tables and plots), and shots as a
+DataFrame whose columns are arguments of `predict`, or those of a table of runs, in its units or in
+SI."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ _BAND = "#1b6ca8"
 
 @dataclass(frozen=True)
 class PredictedNumber:
-    """A number with its 90 % band: `mean`, `lower` and `upper` in `unit`. `float(...)` is the mean."""
+    """A number with its 90 % band: `mean`, `lower` and `upper` in `unit`. `float(...)` is the
+    mean."""
 
     name: str
     mean: float
@@ -78,7 +80,8 @@ class PredictedNumber:
 
 @dataclass(frozen=True, eq=False)
 class PredictedSeries:
-    """A series with its 90 % band: `mean`, `lower` and `upper` (n,) in `unit`, over `x` (n,) in `x_unit`."""
+    """A series with its 90 % band: `mean`, `lower` and `upper` (n,) in `unit`, over `x` (n,) in
+    `x_unit`."""
 
     name: str
     x: Floats
@@ -94,7 +97,8 @@ class PredictedSeries:
         return len(self.x)
 
     def to_frame(self) -> pd.DataFrame:
-        """Columns mean, lower and upper over the index `x_name`; `.attrs["units"]` has the units."""
+        """Columns mean, lower and upper over the index `x_name`; `.attrs["units"]` has the
+        units."""
         import pandas as pd
 
         columns = {"mean": self.mean, "lower": self.lower, "upper": self.upper}
@@ -103,7 +107,8 @@ class PredictedSeries:
         return frame
 
     def plot(self, ax: Axes | None = None, **line: Any) -> Axes:
-        """The mean as a line, the band filled; a spectrum on logarithmic axes. `line` goes to `Axes.plot`."""
+        """The mean as a line, the band filled; a spectrum on logarithmic axes. `line` goes to
+        `Axes.plot`."""
         axes, (x_unit, x_scale), (unit, scale) = (
             axes_or_new(ax),
             shown_unit(self.x_unit),
@@ -121,14 +126,17 @@ class PredictedSeries:
         return axes
 
     def __repr__(self) -> str:
-        return f"<{self.name} in {self.unit}: {len(self)} points, largest mean {np.max(np.abs(self.mean)):.4g}>"
+        return (
+            f"<{self.name} in {self.unit}: {len(self)} points, largest mean "
+            f"{np.max(np.abs(self.mean)):.4g}>"
+        )
 
 
 class SensorSeries(Mapping[str, PredictedSeries]):
     """A predicted series for each sensor, by its name: `p.srs["acceleration_1"]`.
 
-    `x`, `mean`, `lower` and `upper` are those of the first sensor; they raise `NotFoundError` for a twin without a
-    plate.
+    `x`, `mean`, `lower` and `upper` are those of the first sensor; they raise `NotFoundError` for a
+    twin without a plate.
     """
 
     def __init__(self, series: Mapping[str, PredictedSeries]) -> None:
@@ -240,7 +248,8 @@ class ShotPrediction:
 
     @property
     def peak_acceleration(self) -> dict[str, PredictedNumber]:
-        """The largest acceleration either way, m/s2, by sensor; its name says the band, that of the plate's modes."""
+        """The largest acceleration either way, m/s2, by sensor; its name says the band, that of the
+        plate's modes."""
         from .tables import band_words
 
         band, predicted = band_words(self.prediction), self.prediction.peak_acceleration_m_s2
@@ -290,7 +299,8 @@ class ShotPrediction:
 
     @property
     def extrapolation(self) -> pd.DataFrame:
-        """Quantities that lie beyond what was recorded, a row each: the value asked and the range recorded, SI."""
+        """Quantities that lie beyond what was recorded, a row each: the value asked and the range
+        recorded, SI."""
         rows = [asdict(row) for row in self.prediction.extrapolation]
         return frame_of(rows, ("quantity", "asked", "low", "high"))
 
@@ -369,7 +379,8 @@ _RUN_COLUMNS = {*_OF_RUNS.values(), *_IN_SI, "plate_material"}
 def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
     """A shot for each row; an empty cell is not given.
 
-    Raises `ValueError` that says the row for what `predict` refuses, and for a column that is no argument.
+    Raises `ValueError` that says the row for what `predict` refuses, and for a column that is no
+    argument.
     """
     if not len(shots):
         raise ValueError("shots has no row to predict")
@@ -386,7 +397,8 @@ def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
     if unknown:
         given = next(name for name in _ARGUMENTS if name in shots.columns)
         beside = (
-            f"; a table of runs has it, with {_OF_RUNS[given]!r} for {given!r}: use the names of one form"
+            f"; a table of runs has it, with {_OF_RUNS[given]!r} for "
+            f"{given!r}: use the names of one form"
             if unknown[0] in _RUN_COLUMNS
             else f"; there are: {', '.join(columns)}"
         )

@@ -52,7 +52,8 @@ def _message(name: str, kind: str, value: Any, message: str) -> str:
 def twin_at(
     twins: TwinCache, question: PredictionOptions
 ) -> tuple[PredictionOptions, BuiltTwin, dict[str, str]]:
-    """The twin that is asked for, else the nearest one that there is, and a message for each field that was dropped.
+    """The twin that is asked for, else the nearest one that there is, and a message for each field
+    that was dropped.
 
     Raises `LookupError` or `ValueError` where not even the usual twin can be built.
     """

@@ -1,5 +1,6 @@
-"""What the web application asks of a twin: the shot that a page or a script describes, what can be set of it, and what
-the model has learned from. The first twin is built while nobody waits for it."""
+"""What the web application asks of a twin: the shot that a page or a script describes, what can be
+set of it, and what the model has learned from. The first twin is built while nobody waits for
+it."""
 
 from __future__ import annotations
 
@@ -39,9 +40,11 @@ Twins = Annotated[TwinCache, Depends(_twins)]
 
 
 class PredictionOptions(BaseModel):
-    """A shot as `pyroshock predict` takes it, SI; the twin is that of a campaign's bench (none: the newest gun's).
+    """A shot as `pyroshock predict` takes it, SI; the twin is that of a campaign's bench (none: the
+    newest gun's).
 
-    The bounds are orders of magnitude beyond any bench: between them an answer takes a second at most.
+    The bounds are orders of magnitude beyond any bench: between them an answer takes a second at
+    most.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -58,7 +61,8 @@ class PredictionOptions(BaseModel):
     )
     chain_height_m: Annotated[float, Field(ge=-10, le=10)] = Field(
         0.0,
-        description="by which the plate of a gun hangs higher: a multiple of 0.056, a link of its chain",
+        description="by which the plate of a gun hangs "
+        "higher: a multiple of 0.056, a link of its chain",
     )
     tank_pressure_pa: Annotated[float, Field(ge=1, le=1e8)] | None = None
     impact_velocity_m_s: Annotated[float, Field(ge=1e-3, le=1e4)] | None = None
@@ -92,8 +96,10 @@ class PredictionOptions(BaseModel):
         )
 
     def shot(self) -> ShotRequest:
-        names = ("bullet_mass_kg", "tip_material", "tip_radius_m", "tank_pressure_pa", "impact_velocity_m_s",
-                 "anvil_material", "insulator", "impact_position", "boundary_conditions", "valve_profile")  # fmt: skip
+        names = ("bullet_mass_kg", "tip_material", "tip_radius_m", "tank_pressure_pa",
+        "impact_velocity_m_s",
+                 "anvil_material", "insulator", "impact_position", "boundary_conditions",
+                 "valve_profile")  # fmt: skip
         factors = dict(parse_factor(text) for text in self.factor)
         return ShotRequest(**{name: getattr(self, name) for name in names}, factors=factors)
 
@@ -150,13 +156,14 @@ VELOCITY_M_S = 1.0
 def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     """Plain data: `numbers` and `choices` by the fields of `ShotRequest`.
 
-    A number has `unit` (as shown), `scale` (shown = scale * SI), and in SI `low`, `high`, `step`, `default`, `levels`
-    (what the lab owns; none for what goes without steps) and `domain`: from what to what the model has learned, None
-    for a law, and for what the model is not asked. A choice has `options`, each a `name` with `known`: whether the
-    model has met it, and a `default`; `boundary_conditions` is a choice where the contact model takes them.
-    `chain_heights_m`: by how much the plate of a gun can hang higher; none on other benches, and for a modal table,
-    which knows its points alone. `factors`: what the lab owns, else the shipped gun's. Raises `ValueError` for
-    factors without tip radius or bullet mass.
+    A number has `unit` (as shown), `scale` (shown = scale * SI), and in SI `low`, `high`, `step`,
+    `default`, `levels` (what the lab owns; none for what goes without steps) and `domain`: from
+    what to what the model has learned, None for a law, and for what the model is not asked. A
+    choice has `options`, each a `name` with `known`: whether the model has met it, and a `default`;
+    `boundary_conditions` is a choice where the contact model takes them. `chain_heights_m`: by how
+    much the plate of a gun can hang higher; none on other benches, and for a modal table, which
+    knows its points alone. `factors`: what the lab owns, else the shipped gun's. Raises
+    `ValueError` for factors without tip radius or bullet mass.
     """
     from ...doe.limits.bench import read_limits
     from ...doe.space import gun_space
@@ -267,7 +274,8 @@ def _choice(names: Sequence[str], default: str, is_seen: Callable[[str], bool]) 
 
 
 def _seen_in_training(built: BuiltTwin) -> Known:
-    """By source, what the registered model was trained on; nothing for a law, which holds everywhere."""
+    """By source, what the registered model was trained on; nothing for a law, which holds
+    everywhere."""
     from ...training.registry.contact_stage import RegisteredContact
 
     contact = built.twin.contact

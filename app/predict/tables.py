@@ -1,4 +1,5 @@
-"""A prediction as a person reads it: as tables and as a picture of force, acceleration and spectra with their bands."""
+"""A prediction as a person reads it: as tables and as a picture of force, acceleration and spectra
+with their bands."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ _ACCELERATION, _TIME = "acceleration_m_s2", "time_since_first_contact_s"
 
 
 def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
-    """Named quantities, 90 % intervals as texts; with `warning` where an input is beyond what was learned."""
+    """Named quantities, 90 % intervals as texts; with `warning` where an input is beyond what was
+    learned."""
     for field in _QUANTITIES:
         warning = warnings_of_number(prediction, field)
         shown = display_of(field)
@@ -75,7 +77,8 @@ _COLOURS = (MEASURED, MODEL, "#3a7d44", "#7b2d8b")
 
 
 def plot_prediction(prediction: Prediction, path: Path) -> None:
-    """Write the picture, above it what the bands rest on and the warnings; the suffix decides the format.
+    """Write the picture, above it what the bands rest on and the warnings; the suffix decides the
+    format.
 
     `ValueError` for one that cannot be drawn.
     """

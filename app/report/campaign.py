@@ -1,5 +1,5 @@
-"""A campaign as a report: how good its recordings are and what to do about them, what was planned and achieved, and
-what the pulses and the shots are."""
+"""A campaign as a report: how good its recordings are and what to do about them, what was planned
+and achieved, and what the pulses and the shots are."""
 
 from __future__ import annotations
 
@@ -106,7 +106,8 @@ def _advice(findings: Sequence[FindingRow], recordings: int) -> str:
 def quality_section(
     session: Session, campaign_id: int, findings: Sequence[FindingRow], impacts: int
 ) -> Section:
-    """Findings by their cause, each with the one that goes furthest, and recordings that were set aside."""
+    """Findings by their cause, each with the one that goes furthest, and recordings that were set
+    aside."""
     rows: list[list[Cell]] = [
         [
             row.cause,
@@ -140,15 +141,16 @@ def quality_section(
 #: Keys of `planned_achieved_rows` -> their headings.
 _HEADINGS = {"planned": "to do", "mean_deviation": "mean deviation", "worst": "largest deviation"}
 _PLANNED = (
-    "Runs and recordings at each level. A deviation is that of the recorded from the planned setting, as a share of "
+    "Runs and recordings at each level. A deviation is that of the recorded "
+    "from the planned setting, as a share of "
     "the planned one: its mean over the runs, and the run where it is largest."
 )
 _RECORDED = "Recordings at each level; the campaign has no plan."
 
 
 def planned_section(session: Session, campaign_id: int, name: str) -> Section:
-    """The plans and what became of them, the settings planned and achieved in one table, and a chart of each that
-    differs."""
+    """The plans and what became of them, the settings planned and achieved in one table, and a
+    chart of each that differs."""
     plans = plan_coverage(session, campaign_id, name)
     levels, achieved = (
         level_coverage(session, campaign_id, name),
@@ -189,7 +191,8 @@ def _plan_sentence(plan: Mapping[str, Any]) -> str:
     ]
     return (
         f"Plan {plan['plan']} ({plan['method']}): {done} of {plan['runs']} runs are done"
-        f"{''.join(f', {text}' for text in rest)}; {plan['recorded']} of {plan['repetitions']} repetitions are "
+        f"{''.join(f', {text}' for text in rest)}; {plan['recorded']} of "
+        f"{plan['repetitions']} repetitions are "
         "recorded."
     )
 

@@ -1,5 +1,5 @@
-"""The pulses of a campaign on paper, by configuration with mean and spread, in the colours of the factor that tells
-them apart best; and its shots, the measured velocity beside the nominal gun's."""
+"""The pulses of a campaign on paper, by configuration with mean and spread, in the colours of the
+factor that tells them apart best; and its shots, the measured velocity beside the nominal gun's."""
 
 from __future__ import annotations
 
@@ -62,7 +62,8 @@ _OTHERS = {*IMPACT_COLUMNS, CAMPAIGN, QUALITY, "velocity_kind"}
 
 @dataclass(frozen=True, eq=False)
 class PulseGroup:
-    """The pulses of one configuration: `levels` by the keys of listings, `figures` by name (n,), NaN where unknown.
+    """The pulses of one configuration: `levels` by the keys of listings, `figures` by name (n,),
+    NaN where unknown.
 
     `force_n` and `spread_n` (p,) are mean and standard deviation at equal shares of the contact.
     """
@@ -78,8 +79,8 @@ class PulseGroup:
 
 @dataclass(frozen=True, eq=False)
 class PulseGroups:
-    """Groups in the order in which they were recorded. Impacts `rejected`, or `without` a pulse, are in none.
-    `velocity` says what their velocities are (`quantities.velocity_label`)."""
+    """Groups in the order in which they were recorded. Impacts `rejected`, or `without` a pulse,
+    are in none. `velocity` says what their velocities are (`quantities.velocity_label`)."""
 
     groups: tuple[PulseGroup, ...]
     rejected: int
@@ -141,7 +142,8 @@ def _group(levels: dict[str, Any], rows: Sequence[Mapping[str, Any]], forces: Fl
     return PulseGroup(levels, figures, forces.mean(axis=0), spread)
 
 
-#: Levels of the factor whose colours tell pulses apart: with the chart of all of them, two rows of charts.
+#: Levels of the factor whose colours tell pulses apart: with the chart of all of them, two rows of
+#: charts.
 _MOST_CHARTED = 5
 
 
@@ -152,7 +154,8 @@ def telling_factor(pulses: PulseGroups) -> str | None:
     )
 
     def unexplained(key: str) -> float:
-        """The mean square within levels, by degrees of freedom: many levels explain much by chance."""
+        """The mean square within levels, by degrees of freedom: many levels explain much by
+        chance."""
         level = np.array([str(group.levels.get(key)) for group in pulses.groups])
         levels = np.unique(level)
         squares = sum(
@@ -191,7 +194,8 @@ def pulses_section(pulses: PulseGroups, campaign: str) -> Section:
     if (hidden := len(pulses.groups) - _MOST_ROWS) > 0:
         blocks.append(
             Paragraph(
-                f"{hidden} further configurations are not listed here; pyroshock impacts --campaign {campaign} lists "
+                f"{hidden} further configurations are not listed here; "
+                f"pyroshock impacts --campaign {campaign} lists "
                 "all impacts.",
                 quiet=True,
             )
@@ -306,7 +310,8 @@ Shots = Sequence[dict[str, Any]]
 
 
 def shots_of(session: Session, campaign: str) -> list[dict[str, Any]]:
-    """The shots as `pyroshock shots` lists them, with `recorded_pressure_pa`: what the transducer recorded, or None.
+    """The shots as `pyroshock shots` lists them, with `recorded_pressure_pa`: what the transducer
+    recorded, or None.
 
     Raises `LookupError` for an unknown campaign.
     """
@@ -319,8 +324,8 @@ def shots_of(session: Session, campaign: str) -> list[dict[str, Any]]:
 
 
 def shots_section(shots: Shots, campaign: str) -> Section:
-    """Measured against nominal velocity: in a sentence, as a table by setting (of shots where none was repeated), and
-    as a chart."""
+    """Measured against nominal velocity: in a sentence, as a table by setting (of shots where none
+    was repeated), and as a chart."""
     judged = [shot for shot in shots if _off(shot) is not None]
     settings = {(shot[_MASS], shot[_PRESSURE]) for shot in shots}
     repeated = len(settings) < len(shots)
@@ -330,7 +335,10 @@ def shots_section(shots: Shots, campaign: str) -> Section:
     blocks.append(_by_setting(shots) if repeated else _by_shot(shots))
     if (hidden := (len(settings) if repeated else len(shots)) - _MOST) > 0:
         what = "settings" if repeated else "shots"
-        text = f"{hidden} further {what} are not listed here; pyroshock shots --campaign {campaign} lists all shots."
+        text = (
+            f"{hidden} further {what} are not listed here; pyroshock shots "
+            f"--campaign {campaign} lists all shots."
+        )
         blocks.append(Paragraph(text, quiet=True))
     if judged:
         blocks.append(_chart(judged))
@@ -345,10 +353,14 @@ def _off(shot: dict[str, Any]) -> float | None:
 
 def _velocity_sentence(shots: Shots, judged: Shots) -> str:
     if not judged:
-        return f"None of the {len(shots)} shots has a measured velocity that a nominal one can be compared with."
+        return (
+            f"None of the {len(shots)} shots has a measured velocity that a "
+            f"nominal one can be compared with."
+        )
     off = np.array([_off(shot) for shot in judged], dtype=np.float64)
     return (
-        f"{len(judged)} of {len(shots)} shots have a measured velocity. It differs from that of the nominal gun by "
+        f"{len(judged)} of {len(shots)} shots have a measured velocity. It "
+        f"differs from that of the nominal gun by "
         f"{_deviation_words(off, judged)}."
     )
 
@@ -368,7 +380,10 @@ def _pressure_sentence(shots: Shots) -> str:
 def _deviation_words(off: Floats, shots: Shots) -> str:
     at = int(np.argmax(np.abs(off)))
     where = f"run {shots[at]['run']}, repetition {shots[at]['repetition']}"
-    return f"{signed_percent(float(off.mean()))} on average and {signed_percent(float(off[at]))} at most ({where})"
+    return (
+        f"{signed_percent(float(off.mean()))} on average and "
+        f"{signed_percent(float(off[at]))} at most ({where})"
+    )
 
 
 def _chart(judged: Shots) -> ChartRow:

@@ -25,8 +25,8 @@ from ..common.progress import progress_bar
 def report(subject: str, db: str, out: Path) -> None:
     """Write a report as one file that needs no other file: a page (.html) or a PDF.
 
-    A campaign is given by its name, a diagnosis by diagnosis:ID or diagnosis:CAMPAIGN (its newest), a model by
-    NAME@VERSION or models:/NAME@VERSION. A file of the same name is replaced.
+    A campaign is given by its name, a diagnosis by diagnosis:ID or diagnosis:CAMPAIGN (its newest),
+    a model by NAME@VERSION or models:/NAME@VERSION. A file of the same name is replaced.
 
     \b
     Example:
@@ -47,7 +47,8 @@ def report(subject: str, db: str, out: Path) -> None:
 
 
 def _after(subject: str) -> tuple[str, ...]:
-    """A diagnosis leads to runs that tell its causes apart, a model to its rivals, a campaign to a copy of it."""
+    """A diagnosis leads to runs that tell its causes apart, a model to its rivals, a campaign to a
+    copy of it."""
     kind, _, name = subject.rpartition(":")
     if kind == "diagnosis":
         return ("diagnoses", "list") if name.isdecimal() else ("plan", "discriminate", name)

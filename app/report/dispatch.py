@@ -1,4 +1,5 @@
-"""What a word on the command line means: a campaign, a diagnosis or a model, and the report on it."""
+"""What a word on the command line means: a campaign, a diagnosis or a model, and the report on
+it."""
 
 from __future__ import annotations
 
@@ -20,11 +21,11 @@ CAMPAIGN, DIAGNOSIS, MODEL = "campaign:", "diagnosis:", "models:/"
 
 
 def report_on(store: Store, db: str, word: str) -> Document:
-    """The report on a campaign (NAME or campaign:NAME), a diagnosis (diagnosis:ID, or diagnosis:CAMPAIGN: its newest)
-    or a model (models:/NAME@VERSION or NAME@VERSION).
+    """The report on a campaign (NAME or campaign:NAME), a diagnosis (diagnosis:ID, or
+    diagnosis:CAMPAIGN: its newest) or a model (models:/NAME@VERSION or NAME@VERSION).
 
-    A campaign's name comes first. Raises `LookupError` for what there is not, `ValueError` for a name that is both a
-    campaign's and a model's, each naming the forms that are meant.
+    A campaign's name comes first. Raises `LookupError` for what there is not, `ValueError` for a
+    name that is both a campaign's and a model's, each naming the forms that are meant.
     """
     for start, report in _FORMS.items():
         if word.startswith(start):
@@ -97,7 +98,8 @@ _FORMS: dict[str, Callable[[Store, str, str], Document]] = {
 
 
 def _models(db: str) -> dict[str, list[int]]:
-    """Versions by name, the newest first; none where there is no registry, or nothing that could read one."""
+    """Versions by name, the newest first; none where there is no registry, or nothing that could
+    read one."""
     from ..common.model_registry import MissingExtraError, models_extra, registry_of
 
     try:

@@ -1,5 +1,5 @@
-"""A registered model as a report: what it is good for, how it compares with the model in use, its figures by split, how
-it errs on the pulses held out, and what was decided of it."""
+"""A registered model as a report: what it is good for, how it compares with the model in use, its
+figures by split, how it errs on the pulses held out, and what was decided of it."""
 
 from __future__ import annotations
 
@@ -71,7 +71,8 @@ _NOMINAL = 0.9
 
 
 def model_document(registry: Registry, version: Version, read: Read) -> Document:
-    """The report on a version; `read` gives a dataset's pulses by its hash, and may raise `LookupError`."""
+    """The report on a version; `read` gives a dataset's pulses by its hash, and may raise
+    `LookupError`."""
     versions = registry.versions()
     siblings = of_all_splits(versions, version)
     floors = registry.floors(version.dataset.hash, version.seed)
@@ -117,7 +118,10 @@ def of_all_splits(versions: Sequence[Version], version: Version) -> list[Version
 
 def _force_sentence(version: Version) -> str:
     estimate = version.metrics["force_rmse_n"]
-    return f"The rms error of the force is {_force_words(estimate.mean, (estimate.low, estimate.high))}."
+    return (
+        f"The rms error of the force is "
+        f"{_force_words(estimate.mean, (estimate.low, estimate.high))}."
+    )
 
 
 def _force_words(mean_n: float, ci90: Sequence[float] | None) -> str:
@@ -159,7 +163,8 @@ def _coverage_sentence(version: Version) -> str:
 def _beside_the_one_in_use(
     registry: Registry, versions: Sequence[Version], version: Version, read: Read
 ) -> tuple[str, list[Block]]:
-    """A sentence that says whether it is in use, or how it compares with the version that is; and the differences."""
+    """A sentence that says whether it is in use, or how it compares with the version that is; and
+    the differences."""
     kind = version.dataset.predictor_set
     if any(record.champion_of for record in versions if record.label == version.label):
         return f"It is the model in use for a {kind}.", []
@@ -206,14 +211,16 @@ def _differences(
         "p value",
     )
     caption = (
-        "Mean errors on the pulses that both have held out, and their difference in per cent points: below zero the "
+        "Mean errors on the pulses that both have held out, and their "
+        "difference in per cent points: below zero the "
         f"error of {version.label} is smaller."
     )
     return Table(caption, heads, rows, main=(heads[0], heads[3], heads[5]))
 
 
 def _figures(rows: Sequence[Mapping[str, Any]], versions: Sequence[Version]) -> Table:
-    """A row for each figure; for each split its mean with the interval, and what repeated impacts differ by."""
+    """A row for each figure; for each split its mean with the interval, and what repeated impacts
+    differ by."""
     heads = ["figure"]
     cells: list[list[Cell]] = [[_LABELS[metric]] for metric in METRICS]
     for row in rows:
@@ -241,7 +248,8 @@ def _figures(rows: Sequence[Mapping[str, Any]], versions: Sequence[Version]) -> 
             shares: list[Cell] = [name, *(cell for text in words for cell in (text, None))]
             cells.append([*shares, *[None] * (len(heads) - len(shares))])
     caption = (
-        "Means over the held-out pulses with 90 % intervals, and beside them by how much repeated impacts of the bench "
+        "Means over the held-out pulses with 90 % intervals, and beside them "
+        "by how much repeated impacts of the bench "
         "differ: no model can be expected to be better."
     )
     return Table(caption, heads, cells, main=heads[:2])
@@ -261,7 +269,8 @@ def _figure_words(metric: str, mean: float | None, ci90: Sequence[float] | None)
 
 
 def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
-    """The charts; in their place the reason where the store has not the pulses, or the registry not the predictions."""
+    """The charts; in their place the reason where the store has not the pulses, or the registry not
+    the predictions."""
     from ...training.registry.evaluate import evaluate_held_out
 
     title = "On the pulses held out"
@@ -278,7 +287,8 @@ def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
         )
     pulses, prediction = judged.pulses, judged.predictions[version.label]
     caption = (
-        f"Predicted against measured values of {len(pulses)} pulse{'' if len(pulses) == 1 else 's'}, on "
+        f"Predicted against measured values of {len(pulses)} "
+        f"pulse{'' if len(pulses) == 1 else 's'}, on "
         f"{unseen(version.split)}. The dashed lines are 10 % off."
     )
     if len(pulses) > MOST_POINTS:
@@ -296,8 +306,8 @@ def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
 def agreement(
     pulses: PulseTable, prediction: ContactPrediction
 ) -> tuple[list[Figure], tuple[tuple[str, str], ...]]:
-    """Predicted against measured peak force and contact time, logarithmic since relative errors count; and the legend
-    of the tips."""
+    """Predicted against measured peak force and contact time, logarithmic since relative errors
+    count; and the legend of the tips."""
     peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
     pairs = {
         "peak_force_n": _clouds(pulses, "peak_force_n", pulses.peak_force_n, peak),
@@ -331,7 +341,8 @@ def _clouds(pulses: PulseTable, key: str, measured: Floats, predicted: Floats) -
 
 
 def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Figure]:
-    """How many measurements central intervals hold, beside how many they promise to; none without a spread."""
+    """How many measurements central intervals hold, beside how many they promise to; none without a
+    spread."""
     from ...training.evaluation.plots import LEVELS, coverage
 
     pairs = (
@@ -395,8 +406,10 @@ def _origin(version: Version) -> Bullets:
     cost = version.cost
     return Bullets(
         (
-            f"It was registered on {version.registered_at:%Y-%m-%d %H:%M} UTC, with the seed {version.seed}. "
-            f"The training took {format_number(cost.seconds, 2)} s and {format_number(cost.peak_memory_mb, 3)} MB of "
+            f"It was registered on {version.registered_at:%Y-%m-%d %H:%M} "
+            f"UTC, with the seed {version.seed}. "
+            f"The training took {format_number(cost.seconds, 2)} s and "
+            f"{format_number(cost.peak_memory_mb, 3)} MB of "
             "memory.",
             f"Hash of the dataset {version.dataset.name}: {version.dataset.hash}",
             f"SHA-256 of its files: {version.sha256}",

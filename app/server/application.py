@@ -1,4 +1,5 @@
-"""The application: routes behind the guard, what they share, and what HTTP calls the errors that a person can mend."""
+"""The application: routes behind the guard, what they share, and what HTTP calls the errors that a
+person can mend."""
 
 from __future__ import annotations
 
@@ -99,8 +100,8 @@ PAGES = (
 
 
 def status_of(error: Exception) -> int:
-    """400 a filter that cannot be read, 403 what the login's role may not, 404 what is not there, 422 what cannot be
-    used, 503 a store or a disk that fails."""
+    """400 a filter that cannot be read, 403 what the login's role may not, 404 what is not there,
+    422 what cannot be used, 503 a store or a disk that fails."""
     if isinstance(error, StoreRoleError):
         return 403
     if isinstance(error, ConditionError):
@@ -119,7 +120,8 @@ class Problem(BaseModel):
 _WORDS = {
     400: "The body, or a filter, cannot be read",
     401: "The server's token is needed",
-    403: "A write without the token of /api/csrf, or one that the role of the server's login forbids",
+    403: "A write without the token of /api/csrf, or one that the role of the "
+    "server's login forbids",
     404: "There is no such thing in the store",
     413: "The body is too large",
     422: "A value cannot be used",
@@ -194,7 +196,8 @@ def _report_style() -> Response:
 
 
 def plotly_file() -> Path:
-    """plotly.js as the Python package ships it: a page needs nothing from elsewhere. Nothing is imported."""
+    """plotly.js as the Python package ships it: a page needs nothing from elsewhere. Nothing is
+    imported."""
     from importlib.util import find_spec
 
     spec = find_spec("plotly")
@@ -252,7 +255,8 @@ def error_response(
     *,
     field: str = "",
 ) -> Response:
-    """An error as who asked can read it: a page, JSON for the API, and for a form with the field that it is about."""
+    """An error as who asked can read it: a page, JSON for the API, and for a form with the field
+    that it is about."""
     why = without_secrets(why)
     if is_form(request):
         return JSONResponse({"faults": [{"field": field, "message": why}]}, status, headers)

@@ -60,8 +60,10 @@ if TYPE_CHECKING:
     metavar="ADDRESS",
     envvar="PYROSHOCK_TRUSTED_PROXY",
     show_envvar=True,
-    help="Believe the X-Forwarded-For and X-Forwarded-Proto headers of the proxy at this address or network, such as "
-    "127.0.0.1, and of nobody else. Name the proxy that speaks TLS in front of this server. May be repeated.",
+    help="Believe the X-Forwarded-For and X-Forwarded-Proto headers of the proxy "
+    "at this address or network, such as "
+    "127.0.0.1, and of nobody else. Name the proxy that speaks TLS in front "
+    "of this server. May be repeated.",
 )
 @click.option("--open", "show", is_flag=True, help="Open the application in the browser.")
 def serve(
@@ -76,8 +78,8 @@ def serve(
     trusted_proxies: tuple[str, ...],
     show: bool,
 ) -> None:
-    """Start the web application: campaigns, pulses, models, the twin, plans and diagnoses as pages, and a JSON API
-    under /api.
+    """Start the web application: campaigns, pulses, models, the twin, plans and diagnoses as pages,
+    and a JSON API under /api.
 
     Only this machine reaches it, unless --host names another address. Ctrl-C ends it.
 
@@ -135,7 +137,8 @@ def _listen(app: Any, settings: Settings, show: bool) -> None:
             )  # who reads the address may come at once; the server answers when it is there
         except OSError as error:
             raise ValueError(
-                f"cannot listen on {settings.host}:{settings.port}: {error.strerror}; try another --port, or --port 0"
+                f"cannot listen on {settings.host}:{settings.port}: "
+                f"{error.strerror}; try another --port, or --port 0"
             ) from error
         host = f"[{settings.host}]" if ":" in settings.host else settings.host
         address = f"http://{host}:{listener.getsockname()[1]}/"

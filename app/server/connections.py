@@ -1,9 +1,9 @@
-"""Connections that hold a place without asking anything: how long a request may take to arrive, and how many
-connections one address may have.
+"""Connections that hold a place without asking anything: how long a request may take to arrive, and
+how many connections one address may have.
 
-A server thread costs nothing while it waits, but a file descriptor and a place among the connections do; whoever opens
-thousands and sends a byte now and then ("slow loris") keeps everybody else out. Uvicorn bounds the time between two
-requests of a connection, not that within one.
+A server thread costs nothing while it waits, but a file descriptor and a place among the
+connections do; whoever opens thousands and sends a byte now and then ("slow loris") keeps everybody
+else out. Uvicorn bounds the time between two requests of a connection, not that within one.
 """
 
 from __future__ import annotations
@@ -19,12 +19,14 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from ..web.client_address import client_network
 from ..web.settings import Settings
 
-#: Seconds within which the head of a request must be there: from the connection's begin, or its first byte.
+#: Seconds within which the head of a request must be there: from the connection's begin, or its
+#: first byte.
 HEAD_S = 10.0
-#: A body must bring this many bytes in each of these seconds while the application takes them: 100 bytes a second, a
-#: fiftieth of a modem's.
+#: A body must bring this many bytes in each of these seconds while the application takes them: 100
+#: bytes a second, a fiftieth of a modem's.
 BODY_S, BODY_BYTES = 20.0, 2_000
-#: Seconds within which a client must take what waits to be sent: some 50 kB, or the end of an answer.
+#: Seconds within which a client must take what waits to be sent: some 50 kB, or the end of an
+#: answer.
 WRITE_S = 60.0
 #: Connections of one address at once: a browser opens six, and several people may come through one.
 PER_ADDRESS = 64
@@ -33,8 +35,8 @@ AT_ONCE = 500
 
 
 class BoundedConnections:
-    """Makes the protocol of each connection, and counts them. `trusted`: whether an address is a proxy, which brings
-    the connections of many and is not counted by address."""
+    """Makes the protocol of each connection, and counts them. `trusted`: whether an address is a
+    proxy, which brings the connections of many and is not counted by address."""
 
     def __init__(
         self,
@@ -138,7 +140,8 @@ class _BoundedProtocol(H11Protocol):
         return self.client[0] if self.client else None
 
     def _watch(self) -> None:
-        """Begin the time of the stage that the request is in; a timer that runs for this stage goes on."""
+        """Begin the time of the stage that the request is in; a timer that runs for this stage goes
+        on."""
         stage = self.conn.their_state
         if stage is self._stage and self._timer is not None:
             return
@@ -179,8 +182,8 @@ class _BoundedProtocol(H11Protocol):
 
 
 def server_options(settings: Settings) -> dict[str, Any]:
-    """What `uvicorn.Config` takes beside the application. Headers that name another address or scheme are believed of
-    the trusted proxies alone; without one, of nobody."""
+    """What `uvicorn.Config` takes beside the application. Headers that name another address or
+    scheme are believed of the trusted proxies alone; without one, of nobody."""
     return {
         "http": BoundedConnections(settings.is_trusted_proxy).protocol(),
         "ws": "none",

@@ -1,8 +1,10 @@
-"""`db backup` and `db restore`: a store, its model registry and the models' files as one folder, and back.
+"""`db backup` and `db restore`: a store, its model registry and the models' files as one folder,
+and back.
 
-What the registry names must be in the backup, while people go on working: a version is registered when its files are
-written, and its dataset is frozen before it is trained. Hence the registry is copied first, then the store, then the
-files. Each is one consistent state: the registry by SQLite's online backup, the store by one transaction.
+What the registry names must be in the backup, while people go on working: a version is registered
+when its files are written, and its dataset is frozen before it is trained. Hence the registry is
+copied first, then the store, then the files. Each is one consistent state: the registry by SQLite's
+online backup, the store by one transaction.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ from ...schema.transfer.copying import copy_store
 from ...training.registry.connection import EXPERIMENT, user_environment
 from ...training.registry.model_storage import ModelStorage, storage_for
 
-#: In the folder of a backup; the last lists all others with their SHA-256, and is written when they are whole.
+#: In the folder of a backup; the last lists all others with their SHA-256, and is written when they
+#: are whole.
 STORE, REGISTRY, MODELS, CONTENTS = "store.db", "registry.db", "models", "backup.json"
 
 
@@ -43,8 +46,8 @@ class BackupReport:
 def back_up(store: Store, url: str, folder: Path, progress: Progress | None = None) -> BackupReport:
     """Write the store at `url` with its registry into `folder`, which must not exist.
 
-    Others may work meanwhile. Raises `StoreError` for a folder that is there, and for a registry that is no file of
-    SQLite, which has a backup of its own.
+    Others may work meanwhile. Raises `StoreError` for a folder that is there, and for a registry
+    that is no file of SQLite, which has a backup of its own.
     """
     place = _place_of(url)
     if folder.exists():
@@ -73,10 +76,11 @@ def back_up(store: Store, url: str, folder: Path, progress: Progress | None = No
 
 
 def restore(folder: Path, url: str, progress: Progress | None = None) -> BackupReport:
-    """Put a backup back: the store into the empty place at `url`, its registry and models where they belong there.
+    """Put a backup back: the store into the empty place at `url`, its registry and models where
+    they belong there.
 
-    Every file is held against its SHA-256 first. Raises `StoreError` for a folder that is no whole backup, and where
-    there is a store or a registry already.
+    Every file is held against its SHA-256 first. Raises `StoreError` for a folder that is no whole
+    backup, and where there is a store or a registry already.
     """
     contents = _checked(folder)
     place, has_registry = _place_of(url), REGISTRY in contents
@@ -106,7 +110,8 @@ def _place_of(url: str) -> ModelStorage:
     if place.database is None or (place.files is not None and "://" in place.files):
         where = place.shown if place.database is None else place.files
         raise StoreError(
-            f"the models are in {where}, which db backup and db restore do not copy: use deploy/backup.sh, or the "
+            f"the models are in {where}, which db backup and db restore do "
+            f"not copy: use deploy/backup.sh, or the "
             "server's own backup"
         )
     return place
@@ -144,7 +149,8 @@ def _copy_store(store: Store, target: Path, progress: Progress | None) -> int:
 
 
 def _copy_files(origin: Path, target: Path) -> int:
-    """Copy the models' files, without what is in progress; how many. What vanishes meanwhile was never registered."""
+    """Copy the models' files, without what is in progress; how many. What vanishes meanwhile was
+    never registered."""
     count = 0
     for path in _files(origin):
         name = path.relative_to(origin)
@@ -198,7 +204,8 @@ def _checked(folder: Path) -> dict[str, str]:
     ]
     if faults or STORE not in files:
         raise StoreError(
-            f"{folder} is no whole backup: {'; '.join(faults[:3]) or f'no {STORE}'}; use another one"
+            f"{folder} is no whole backup: "
+            f"{'; '.join(faults[:3]) or f'no {STORE}'}; use another one"
         )
     return files
 

@@ -14,11 +14,11 @@ from ..common.progress import progress_bar
 @click.argument("folder", type=click.Path(path_type=Path))
 @db_option
 def backup(folder: Path, db: str) -> None:
-    """Write the store, its model registry and the models' files into FOLDER, which must not exist. Others may work
-    meanwhile.
+    """Write the store, its model registry and the models' files into FOLDER, which must not exist.
+    Others may work meanwhile.
 
-    The folder holds one consistent set: every dataset and file that a registered version needs. `db restore` puts it
-    back, on either engine.
+    The folder holds one consistent set: every dataset and file that a registered version needs. `db
+    restore` puts it back, on either engine.
 
     \b
     Example:
@@ -40,8 +40,9 @@ def backup(folder: Path, db: str) -> None:
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @db_option
 def restore(folder: Path, db: str) -> None:
-    """Put the backup in FOLDER back: the store into the empty place that --db names, the model registry and the models'
-    files where they belong there. Every file is held against its SHA-256 first.
+    """Put the backup in FOLDER back: the store into the empty place that --db names, the model
+    registry and the models' files where they belong there. Every file is held against its SHA-256
+    first.
 
     \b
     Example:
@@ -55,5 +56,6 @@ def restore(folder: Path, db: str) -> None:
         with progress as step:
             report = restore_backup(folder, db, step)
     note(
-        f"{report.rows} rows and {report.model_files} files of models are back; check them: pyroshock db check"
+        f"{report.rows} rows and {report.model_files} files of models are "
+        f"back; check them: pyroshock db check"
     )

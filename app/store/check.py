@@ -1,5 +1,5 @@
-"""A store with all that belongs to it, checked: frozen datasets read back as they were frozen, and registered models
-can be loaded from the files that were registered."""
+"""A store with all that belongs to it, checked: frozen datasets read back as they were frozen, and
+registered models can be loaded from the files that were registered."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ ADVICE = (
 
 
 def damaged_datasets(session: Session) -> Iterator[IntegrityFinding]:
-    """Datasets whose rows no longer give the hash that they were frozen with, and no tombstone says why."""
+    """Datasets whose rows no longer give the hash that they were frozen with, and no tombstone says
+    why."""
     for snapshot in list_snapshots(session):
         try:
             read_snapshot(session, snapshot["name"])
@@ -39,7 +40,8 @@ def damaged_datasets(session: Session) -> Iterator[IntegrityFinding]:
 
 
 def datasets_without_source(session: Session) -> Iterator[str]:
-    """Datasets that lost pulses because what they stood on was deleted: which, when and why. They are no damage."""
+    """Datasets that lost pulses because what they stood on was deleted: which, when and why. They
+    are no damage."""
     for snapshot in list_snapshots(session):
         try:
             read_snapshot(session, snapshot["name"])
@@ -50,13 +52,17 @@ def datasets_without_source(session: Session) -> Iterator[str]:
 
 
 def damaged_models(registry: Registry) -> Iterator[IntegrityFinding]:
-    """Versions whose model or held-out predictions are missing or damaged; a registry that nobody made has none."""
+    """Versions whose model or held-out predictions are missing or damaged; a registry that nobody
+    made has none."""
     from ...training.registry.intact_models import damages
 
     versions = {version.run_id: version for version in registry.versions()}
     for run, what in damages(registry, versions.values()).items():
         version = versions[run]
-        again = f"pyroshock train {version.dataset.name} --models {version.name} --split {version.split}"
+        again = (
+            f"pyroshock train {version.dataset.name} --models {version.name} "
+            f"--split {version.split}"
+        )
         yield IntegrityFinding("models", what, f"train it anew: {again}", {"model": version.label})
 
 
@@ -65,13 +71,17 @@ def lost_models(session: Session, registry: Registry) -> Iterator[IntegrityFindi
     from ..common.registered_models import CURE, lost_versions
 
     for row in lost_versions(session, registry):
-        what = f"version {row.label} of dataset {row.dataset!r} is not in the registry {registry.place.shown}"
+        what = (
+            f"version {row.label} of dataset {row.dataset!r} is not in the "
+            f"registry {registry.place.shown}"
+        )
         yield IntegrityFinding("models", what, CURE, {"model": row.label})
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What to look at: `fast` leaves out what every byte must be read for, `campaign` all that is not its own."""
+    """What to look at: `fast` leaves out what every byte must be read for, `campaign` all that is
+    not its own."""
 
     campaign: str | None = None
     fast: bool = False
@@ -80,7 +90,8 @@ class Wanted:
 def findings_of(
     store: Store, url: str, wanted: Wanted, progress: Progress | None = None
 ) -> Iterator[IntegrityFinding]:
-    """What is wrong with the store at `url`; nothing for a sound one. Raises `LookupError` for an unknown campaign."""
+    """What is wrong with the store at `url`; nothing for a sound one. Raises `LookupError` for an
+    unknown campaign."""
     with store.reading() as session:
         key = None if wanted.campaign is None else get_campaign_id(session, wanted.campaign)
         chosen = checks(fast=wanted.fast, of_a_campaign=key is not None)

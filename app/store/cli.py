@@ -1,5 +1,5 @@
-"""`init` and `db`: making a store and keeping it: checked, copied, upgraded, its roles, and a campaign to another
-laboratory in one file."""
+"""`init` and `db`: making a store and keeping it: checked, copied, upgraded, its roles, and a
+campaign to another laboratory in one file."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     help="Write to FILE, which must not exist.",
 )
 def export(campaign: str, db: str, out: Path) -> None:
-    """Write CAMPAIGN with everything that belongs to it into one file, which is an SQLite store of that campaign
-    only.
+    """Write CAMPAIGN with everything that belongs to it into one file, which is an SQLite store of
+    that campaign only.
 
-    The file holds bench, materials, configurations, recordings with their series, impacts, all versions of pulses,
-    shots, findings, the plan and its runs, diagnoses, and who wrote what. Any command can read it with --db
-    sqlite:///FILE.
+    The file holds bench, materials, configurations, recordings with their series, impacts, all
+    versions of pulses, shots, findings, the plan and its runs, diagnoses, and who wrote what. Any
+    command can read it with --db sqlite:///FILE.
 
     \b
     Example:
@@ -64,11 +64,12 @@ def export(campaign: str, db: str, out: Path) -> None:
 @db_option
 @json_option
 def import_(file: Path, db: str, json_to: str | None) -> None:
-    """Add the campaigns of FILE, which `db export` wrote, to the store. What is there stays, and nothing is stored
-    twice.
+    """Add the campaigns of FILE, which `db export` wrote, to the store. What is there stays, and
+    nothing is stored twice.
 
-    The file may come from anybody. It is checked as `db check` checks a store before anything is written, and all of
-    it is added or nothing. A campaign, material or plan that differs from a stored one of the same name is refused.
+    The file may come from anybody. It is checked as `db check` checks a store before anything is
+    written, and all of it is added or nothing. A campaign, material or plan that differs from a
+    stored one of the same name is refused.
 
     \b
     Example:
@@ -118,10 +119,11 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
 def check(
     db: str, json_to: str | None, campaign: str | None, fast: bool, repair: Path | None
 ) -> None:
-    """Verify hashes, references and counts of the store. The exit code is 1 if anything is wrong, and it is named.
+    """Verify hashes, references and counts of the store. The exit code is 1 if anything is wrong,
+    and it is named.
 
-    Every series is decoded and compared with the SHA-256 of what was recorded. Every reference must lead to a row,
-    every dataset must give its hash, and every registered model must load.
+    Every series is decoded and compared with the SHA-256 of what was recorded. Every reference must
+    lead to a row, every dataset must give its hash, and every registered model must load.
 
     \b
     Example:
@@ -169,11 +171,11 @@ def _repair(store: object, folder: Path) -> None:
 @db_option
 @listing_options
 def roles(db: str, listing: Listing) -> None:
-    """Make the roles reader, operator and admin of a store on PostgreSQL, grant what they lack, and list who has
-    them.
+    """Make the roles reader, operator and admin of a store on PostgreSQL, grant what they lack, and
+    list who has them.
 
-    The migrations do this, too, if their login may make roles. A login gets a role in SQL: GRANT pyroshock_operator
-    TO "alice".
+    The migrations do this, too, if their login may make roles. A login gets a role in SQL: GRANT
+    pyroshock_operator TO "alice".
 
     \b
     Example:
@@ -201,8 +203,9 @@ def note_missing_roles(engine: Engine) -> None:
 def copy(source: str, target: str, json_to: str | None) -> None:
     """Copy the store at address SRC to the empty place at address DST. The engines may differ.
 
-    Rows and keys are the same afterwards: every table is read back and compared by a hash. DST becomes a store only
-    when everything is there, and a copy that was stopped leaves it empty. A PostgreSQL database must exist before.
+    Rows and keys are the same afterwards: every table is read back and compared by a hash. DST
+    becomes a store only when everything is there, and a copy that was stopped leaves it empty. A
+    PostgreSQL database must exist before.
 
     \b
     Example:
@@ -223,7 +226,8 @@ def copy(source: str, target: str, json_to: str | None) -> None:
         if json_to is not None:
             write_json([vars(table) for table in tables], json_to)
         note(
-            f"{describe(engine)}: {sum(table.rows for table in tables)} rows, the same as in {describe(store.engine)}"
+            f"{describe(engine)}: {sum(table.rows for table in tables)} rows, "
+            f"the same as in {describe(store.engine)}"
         )
     with errors_as_one_line():
         _say_where_models_are(source)
@@ -237,7 +241,8 @@ def _say_where_models_are(source: str) -> None:
     place = storage_for(source, user_environment())
     if place.database is not None and place.database.is_file():
         note(
-            f"The models stay in {place.shown}. Set MLFLOW_TRACKING_URI to it when you work on the copy "
+            f"The models stay in {place.shown}. Set MLFLOW_TRACKING_URI to it "
+            f"when you work on the copy "
             "(docs/reference/store.md)."
         )
     elif place.database is None:
@@ -305,8 +310,10 @@ def upgrade(db: str) -> None:
             note(f"{describe(engine)}: revision {before} -> {migrate.current_revision(engine)}")
             if before < migrate.FIRST_WITH_ROW_HASHES:
                 note(
-                    "each row that was there has the hash of what it holds now. Whether one was altered before, only "
-                    "figures, series and fingerprints tell, which had hashes of their own: pyroshock db check"
+                    "each row that was there has the hash of what it holds "
+                    "now. Whether one was altered before, only "
+                    "figures, series and fingerprints tell, which had hashes "
+                    "of their own: pyroshock db check"
                 )
             note_missing_roles(engine)
         finally:

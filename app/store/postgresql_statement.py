@@ -1,10 +1,12 @@
-"""What a statement would call and read on PostgreSQL, as the server itself understands it, before any of it runs.
+"""What a statement would call and read on PostgreSQL, as the server itself understands it, before
+any of it runs.
 
-A READ ONLY transaction changes no row, and still runs functions that end other sessions, take locks, read files of the
-server or leave the transaction's settings. Which functions a text calls only the server's own parser can tell: quoted
-names, operators, views and casts hide them. Hence the server parses the statement (PostgreSQL's extended protocol,
-message Parse, which runs nothing) and gives its tree with `debug_print_rewritten`, in which views are expanded and
-every function and table stands with its number in the catalogue. The numbers are held against what a question needs.
+A READ ONLY transaction changes no row, and still runs functions that end other sessions, take
+locks, read files of the server or leave the transaction's settings. Which functions a text calls
+only the server's own parser can tell: quoted names, operators, views and casts hide them. Hence the
+server parses the statement (PostgreSQL's extended protocol, message Parse, which runs nothing) and
+gives its tree with `debug_print_rewritten`, in which views are expanded and every function and
+table stands with its number in the catalogue. The numbers are held against what a question needs.
 """
 
 from __future__ import annotations
@@ -12,7 +14,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
-#: Fields of the tree that hold the number of a function (src/include/nodes/primnodes.h, parsenodes.h).
+#: Fields of the tree that hold the number of a function (src/include/nodes/primnodes.h,
+#: parsenodes.h).
 _CALLED = re.compile(
     r":(?:funcid|opfuncid|aggfnoid|winfnoid|hashfuncid|negfuncid|elemfuncid|tsmhandler|startInRangeFunc|endInRangeFunc)"
     r"\s+(\S+)"  # the server breaks long lines
@@ -21,8 +24,8 @@ _READ = re.compile(r":relid\s+(\S+)")
 _COMMAND = re.compile(r":commandType\s+(\S+)")
 _SELECT = "1"
 
-#: Functions that may give another answer each time and touch nothing. All others of that kind are refused: they are
-#: how sessions are ended, locks taken, files read and settings changed.
+#: Functions that may give another answer each time and touch nothing. All others of that kind are
+#: refused: they are how sessions are ended, locks taken, files read and settings changed.
 _HARMLESS_VOLATILE = ("random", "clock_timestamp", "timeofday", "gen_random_uuid")
 #: What the functions that describe the server are called, but for two that describe a value.
 _HARMLESS_OF_SERVER = ("pg_typeof", "pg_column_size")
@@ -47,7 +50,8 @@ AND pg_catalog.has_table_privilege(rolname, %s, 'SELECT')
 
 
 class ForbiddenStatementError(Exception):
-    """A statement that is no question to the store: it `changes` something, or `subject` is what it would touch."""
+    """A statement that is no question to the store: it `changes` something, or `subject` is what it
+    would touch."""
 
     def __init__(self, subject: str, *, changes: bool = False) -> None:
         super().__init__(subject)
@@ -76,7 +80,8 @@ def check_statement(connection: Any, sql: str) -> None:
 
 
 def _numbers(values: list[str]) -> set[int]:
-    """A value that is no number is the text of a name, or a tree of a form that is not known: refused."""
+    """A value that is no number is the text of a name, or a tree of a form that is not known:
+    refused."""
     values = [value.rstrip(")}") for value in values]
     unknown = next((value for value in values if not value.isdecimal()), None)
     if unknown is not None:
@@ -85,7 +90,8 @@ def _numbers(values: list[str]) -> set[int]:
 
 
 def become_reader(connection: Any, role: str, table: str) -> None:
-    """For the rest of the transaction, have no more rights than the store's readers, where the login may be one."""
+    """For the rest of the transaction, have no more rights than the store's readers, where the
+    login may be one."""
     from psycopg.sql import SQL, Identifier
 
     how = "SET" if connection.info.server_version >= 160_000 else "MEMBER"

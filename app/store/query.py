@@ -1,10 +1,11 @@
-"""One statement asked of the store through a connection that cannot change it, its rows in batches; and the tables of
-the store with units, for people who write SQL.
+"""One statement asked of the store through a connection that cannot change it, its rows in batches;
+and the tables of the store with units, for people who write SQL.
 
-SQLite: the file is opened with mode=ro and query_only, and an authorizer refuses everything but reading, ATTACH and
-PRAGMA included. PostgreSQL: a READ ONLY transaction with a statement timeout, with the rights of a reader where the
-login may have them, and with the functions and tables alone that a question needs (postgresql_statement.py).
-Parameters are bound by the driver and never become part of the text.
+SQLite: the file is opened with mode=ro and query_only, and an authorizer refuses everything but
+reading, ATTACH and PRAGMA included. PostgreSQL: a READ ONLY transaction with a statement timeout,
+with the rights of a reader where the login may have them, and with the functions and tables alone
+that a question needs (postgresql_statement.py). Parameters are bound by the driver and never become
+part of the text.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ _INSTEAD = {
     "DELETE": "use `pyroshock campaigns delete` or `pyroshock runs discard`",
     "CREATE": "tables change with `pyroshock db upgrade`",
     "ALTER": "tables change with `pyroshock db upgrade`",
-    "DROP": "use `pyroshock campaigns delete` for a campaign; tables change with `pyroshock db upgrade`",
+    "DROP": "use `pyroshock campaigns delete` for a campaign; tables change with "
+    "`pyroshock db upgrade`",
     "ATTACH": "copy a store with `pyroshock db copy`",
     "VACUUM": "copy a store with `pyroshock db copy`",
     "PRAGMA": "`pyroshock query --tables` and `--schema TABLE` list what there is",
@@ -75,7 +77,8 @@ class Statement:
     parameters: Mapping[str, str]
 
     def check(self) -> None:
-        """Raises `QueryError` where the first word does not begin a question, or parameters do not fit."""
+        """Raises `QueryError` where the first word does not begin a question, or parameters do not
+        fit."""
         words = _WORD.search(self._code())
         if words is None:
             raise QueryError(
@@ -111,11 +114,13 @@ class Statement:
         return _TOKENS.sub(lambda token: token[0] if token["cast"] else " ", self.sql)
 
     def for_sqlite(self) -> tuple[str, dict[str, str | int | float]]:
-        """SQL and values: a number where its shortest text is what was typed, so that "007" stays a name."""
+        """SQL and values: a number where its shortest text is what was typed, so that "007" stays a
+        name."""
         return self.sql, {name: _number_or_text(text) for name, text in self.parameters.items()}
 
     def for_postgresql(self) -> tuple[str, list[str]]:
-        """SQL with $1, $2 and the values in this order, as text, whose type the server takes from where it stands."""
+        """SQL with $1, $2 and the values in this order, as text, whose type the server takes from
+        where it stands."""
         names = self.names()
 
         def numbered(token: re.Match[str]) -> str:
@@ -140,7 +145,8 @@ Batch = dict[str, list[Any]]
 #: Rows that are fetched together.
 ROWS = 5_000
 
-#: SQLite looks this often (in steps of its virtual machine, about a millisecond) whether its time is over.
+#: SQLite looks this often (in steps of its virtual machine, about a millisecond) whether its time
+#: is over.
 _STEPS = 100_000
 
 _READS = frozenset(
@@ -164,9 +170,11 @@ _UNKNOWN_COLUMN = re.compile(
 def run_statement(
     engine: Engine, statement: Statement, timeout_s: float
 ) -> Iterator[Iterator[Batch]]:
-    """Gives the answer in batches of columns; the first batch has the columns also where there are no rows.
+    """Gives the answer in batches of columns; the first batch has the columns also where there are
+    no rows.
 
-    Bytes are shown as their size, two columns of one name as `name` and `name_2`. Raises `QueryError`.
+    Bytes are shown as their size, two columns of one name as `name` and `name_2`. Raises
+    `QueryError`.
     """
     statement.check()
     sqlite = engine.dialect.name == "sqlite"
@@ -267,7 +275,8 @@ def _forbidden(error: ForbiddenStatementError, statement: Statement) -> QueryErr
     if error.changes:
         return _refused_change(statement)
     return QueryError(
-        f"query reads the tables of the store, so {error.subject} is refused; ask the database with psql"
+        f"query reads the tables of the store, so {error.subject} is refused; "
+        f"ask the database with psql"
     )
 
 
@@ -305,7 +314,8 @@ def _unique(names: list[str]) -> list[str]:
 
 def _too_long(timeout_s: float) -> QueryError:
     return QueryError(
-        f"the statement took longer than {timeout_s:g} s and was stopped; narrow it, or give --timeout"
+        f"the statement took longer than {timeout_s:g} s and was stopped; "
+        f"narrow it, or give --timeout"
     )
 
 
@@ -323,7 +333,8 @@ def _explained(text: str, statement: Statement) -> QueryError:
         near = get_close_matches(name, column_names, 5, 0.5)
         what = f"did you mean {', '.join(near)}?" if near else f"columns: {', '.join(column_names)}"
         return QueryError(
-            f"no column {name!r} in {', '.join(table.name for table in named) or 'the statement'}; {what}"
+            f"no column {name!r} in "
+            f"{', '.join(table.name for table in named) or 'the statement'}; {what}"
         )
     if "one statement" in text or "multiple commands" in text:
         return QueryError("query takes one statement; the text has several, separated by ;")
@@ -363,7 +374,8 @@ def list_tables() -> list[dict[str, Any]]:
 
 
 def list_columns(name: str) -> list[dict[str, Any]]:
-    """Columns of a table: type, unit, whether they may be empty, what they refer to. Raises `LookupError`."""
+    """Columns of a table: type, unit, whether they may be empty, what they refer to. Raises
+    `LookupError`."""
     if name not in metadata.tables:
         near = get_close_matches(name, metadata.tables, 3)
         hint = (

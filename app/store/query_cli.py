@@ -36,7 +36,8 @@ _TIMEOUT = "60s"
     nargs=2,
     multiple=True,
     metavar="NAME VALUE",
-    help="Give the value of :NAME in the statement. It is bound, never pasted. The option can be repeated.",
+    help="Give the value of :NAME in the statement. It is bound, never pasted. "
+    "The option can be repeated.",
 )
 @click.option("--csv", "ending", flag_value=".csv", help="Print CSV.")
 @click.option("--json", "ending", flag_value=".json", help="Print a list of rows as JSON.")
@@ -67,8 +68,8 @@ def query(
     tables: bool,
     schema: str | None,
 ) -> None:
-    """Answer one SELECT statement in SQL from the store; it cannot change anything. Numbers are in SI units, with the
-    unit in the name of the column.
+    """Answer one SELECT statement in SQL from the store; it cannot change anything. Numbers are in
+    SI units, with the unit in the name of the column.
 
     \b
     Example:
@@ -120,7 +121,8 @@ def _write(batches: Iterator[dict[str, list[Any]]], ending: str | None, out: str
     if out is not None and out != STDOUT:
         if ending is not None and Path(out).suffix.lower() != ending:
             raise ValueError(
-                f"--out {out} does not end in {ending}; leave out --{ending[1:]}, or change the name"
+                f"--out {out} does not end in {ending}; "
+                f"leave out --{ending[1:]}, or change the name"
             )
         rows = write_batches(Path(out), batches, empty=True)
         note(f"{rows} rows written: {out}")

@@ -1,4 +1,5 @@
-"""Registered models: listed, compared, judged, promoted. Trainings and extractions: each answers with its job."""
+"""Registered models: listed, compared, judged, promoted. Trainings and extractions: each answers
+with its job."""
 
 from __future__ import annotations
 
@@ -51,7 +52,8 @@ def needed(db: str) -> Registry:
 def chosen_versions(
     registry: Registry, labels: list[str], split: str | None = None
 ) -> list[Version]:
-    """Versions by their labels, as they were judged on `split`; without one, on the first that all have in common.
+    """Versions by their labels, as they were judged on `split`; without one, on the first that all
+    have in common.
 
     Raises `LookupError` for unknown ones, `ValueError` for too many.
     """
@@ -91,7 +93,8 @@ router = APIRouter(tags=["models"])
 
 
 class Promotion(BaseModel):
-    """`on`: a dataset or a campaign whose pulses judge both; `force`: though it is worse, which needs a `reason`."""
+    """`on`: a dataset or a campaign whose pulses judge both; `force`: though it is worse, which
+    needs a `reason`."""
 
     on: Text | None = Field(None, max_length=1000)
     force: bool = False
@@ -102,7 +105,8 @@ class Promotion(BaseModel):
 def models(
     settings: Configured, dataset: str | None = None, split: str | None = None, every: bool = False
 ) -> Any:
-    """Versions with their figures, floors and the thesis's; the newest of each kind unless `every`."""
+    """Versions with their figures, floors and the thesis's; the newest of each kind unless
+    `every`."""
     with models_extra():
         registry = registry_at(settings.db)
         rows = (
@@ -121,7 +125,8 @@ def compare(
         list[Annotated[str, Field(max_length=200)]], Query(min_length=2, max_length=8)
     ],
 ) -> Any:
-    """Versions (NAME@VERSION) on the held-out pulses they have in common, with paired differences."""
+    """Versions (NAME@VERSION) on the held-out pulses they have in common, with paired
+    differences."""
     with models_extra():
         registry = needed(settings.db)
         return finite(side_by_side(registry, chosen_versions(registry, version), reader_of(store)))
@@ -166,13 +171,15 @@ def promoted(
 
 
 def train_job(jobs: Jobs, store: Store, arguments: TrainArguments) -> JobView:
-    """Queue a training; its result is `train --json`. Raises `LookupError`, `ValueError` for what there is not."""
+    """Queue a training; its result is `train --json`. Raises `LookupError`, `ValueError` for what
+    there is not."""
     splits_of(read_snapshot(store, arguments.dataset).table, arguments.split)
     return jobs.ask(store, TRAIN, f"Training on {arguments.dataset}", arguments)
 
 
 def extract_job(jobs: Jobs, store: Store, campaign: str, settings: ExtractionSettings) -> JobView:
-    """Queue an extraction; its result is `extract --json`. Raises `LookupError` for an unknown campaign."""
+    """Queue an extraction; its result is `extract --json`. Raises `LookupError` for an unknown
+    campaign."""
     with store.reading() as session:
         get_campaign_id(session, campaign)
     arguments = ExtractArguments(campaign, settings.as_json())

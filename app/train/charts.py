@@ -1,4 +1,5 @@
-"""Charts of registered models: differences to one of them, held-out pulses, their errors by factor, their training."""
+"""Charts of registered models: differences to one of them, held-out pulses, their errors by factor,
+their training."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ from .wording import ERRORS, bounded
 if TYPE_CHECKING:
     from ...training.tuning.trials import SettingsSearch
 
-#: Lines of a quarter of the trials, the best first: darker is better, whatever colours a reader sees.
+#: Lines of a quarter of the trials, the best first: darker is better, whatever colours a reader
+#: sees.
 _SHADES = (("c0", 1.6), ("c0/0.5", 1.2), ("quiet/0.55", 1.0), ("quiet/0.25", 1.0))
 #: History of a training -> what its axis calls it, and what one of its steps is.
 _HISTORIES = {
@@ -34,7 +36,8 @@ _AXIS_HEIGHT, _LEGEND_HEIGHT = 72, 130
 
 
 def difference_figure(rows: Sequence[Mapping[str, Any]], reference: str, metric: str) -> Figure:
-    """Mean error of each version minus that of `reference`, with its 90 % interval and a line at zero (a forest plot).
+    """Mean error of each version minus that of `reference`, with its 90 % interval and a line at
+    zero (a forest plot).
 
     `rows` as `differences_to` gives them. Differences of relative errors are in percentage points.
     """
@@ -83,7 +86,8 @@ def difference_figure(rows: Sequence[Mapping[str, Any]], reference: str, metric:
 def differences_to(
     reference: str, differences: Sequence[Mapping[str, Any]], metric: str
 ) -> list[dict[str, Any]]:
-    """Of pairs as `side_by_side` gives them those with `reference`, as the other's mean error minus the reference's."""
+    """Of pairs as `side_by_side` gives them those with `reference`, as the other's mean error minus
+    the reference's."""
     rows = []
     for row in differences:
         if row["metric"] != metric or reference not in (row["a"], row["b"]):
@@ -102,7 +106,8 @@ def differences_to(
 
 
 def history_figure(rows: Sequence[Mapping[str, Any]], metric: str = "force_nrmse") -> Figure | None:
-    """The error of each version of a model, a line for each split; None where there is one version only."""
+    """The error of each version of a model, a line for each split; None where there is one version
+    only."""
     rated = sorted(
         (row for row in rows if row["metrics"][metric]["mean"] is not None),
         key=lambda row: row["version"],
@@ -141,8 +146,8 @@ def history_figure(rows: Sequence[Mapping[str, Any]], metric: str = "force_nrmse
 
 
 def training_figures(histories: Mapping[str, Sequence[tuple[int, float]]]) -> dict[str, Figure]:
-    """A chart for each history of a training over its steps, by its sentence. Errors of trials have charts of their
-    own (`search_figure`): they follow no curve."""
+    """A chart for each history of a training over its steps, by its sentence. Errors of trials have
+    charts of their own (`search_figure`): they follow no curve."""
     charts = {}
     for name, values in histories.items():
         of_part, _, quantity = name.rpartition(".")
@@ -156,8 +161,8 @@ def training_figures(histories: Mapping[str, Sequence[tuple[int, float]]]) -> di
 
 
 def search_figure(search: SettingsSearch) -> Figure:
-    """Parallel coordinates of the trials of a search: a row for each setting and one for the score, a line for each
-    trial, by the quarter of its score; the best trial stands out."""
+    """Parallel coordinates of the trials of a search: a row for each setting and one for the score,
+    a line for each trial, by the quarter of its score; the best trial stands out."""
     axes, quarters = parallel_axes(search), quarters_of(search)
     best = min(range(len(search.trials)), key=lambda index: search.trials[index].score)
     traces = []
@@ -242,7 +247,8 @@ def _trial_lines(
     words = [trial_words(search, index) for index in chosen for _ in range(len(axes) + 1)]
     style = {"color": colour, "width": width}
     return {
-        "type": "scatter", "mode": "lines", "x": places, "y": rows, "name": name, "line": style, "text": words,
+        "type": "scatter", "mode": "lines", "x": places, "y": rows, "name": name, "line": style,
+        "text": words,
         "hoverinfo": "text",
     }  # fmt: skip
 
@@ -279,7 +285,8 @@ def importance_figure(importance: Importance) -> Figure:
 
 
 def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Figure]:
-    """Errors of the peak force by the levels of the factors, and over the impact velocity (`residual_columns`)."""
+    """Errors of the peak force by the levels of the factors, and over the impact velocity
+    (`residual_columns`)."""
     error = [100 * value for value in residuals["peak_force_error"]]
     boxes = []
     for i, (factor, labels) in enumerate(residuals["factors"].items()):
@@ -348,7 +355,8 @@ def against_figure(held_out: Mapping[str, Any], quantity: str) -> Figure:
 
 
 def coverage_figure(held_out: Mapping[str, Any]) -> Figure | None:
-    """Share of held-out points within their intervals over the nominal share; None for a model without spread."""
+    """Share of held-out points within their intervals over the nominal share; None for a model
+    without spread."""
     coverage = held_out["coverage"]
     traces = [
         points(coverage["level"], coverage[key], name, colour, mode="lines+markers")

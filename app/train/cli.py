@@ -1,5 +1,5 @@
-"""`train`: models made from a dataset. `compare`: which model is better. `promote`: the model in use. `models`: what is
-registered."""
+"""`train`: models made from a dataset. `compare`: which model is better. `promote`: the model in
+use. `models`: what is registered."""
 
 from __future__ import annotations
 
@@ -56,9 +56,12 @@ if TYPE_CHECKING:
     callback=split_names,
     metavar="S,T",
     help=(
-        "Choose what is held out: repetitions, configurations, treatments, materials, campaigns, material=NAME or "
-        "campaign=NAME. Held-out repetitions flatter a model; read them beside held-out configurations. Repeat the "
-        "option, or give a list: s,t. [default: repetitions and configurations, as far as the dataset can be split so]"
+        "Choose what is held out: repetitions, configurations, treatments, "
+        "materials, campaigns, material=NAME or "
+        "campaign=NAME. Held-out repetitions flatter a model; read them "
+        "beside held-out configurations. Repeat the "
+        "option, or give a list: s,t. [default: repetitions and "
+        "configurations, as far as the dataset can be split so]"
     ),
 )
 @click.option(
@@ -92,8 +95,8 @@ def train(
 ) -> None:
     """Train models on DATASET and register them; each is judged on pulses that it has not seen.
 
-    A model that is registered already is not trained again, so that an interrupted training continues when it is
-    started again.
+    A model that is registered already is not trained again, so that an interrupted training
+    continues when it is started again.
 
     \b
     Example:
@@ -109,7 +112,8 @@ def train(
         with bar as step:
             progress = Progress(step, tell_beside_bar)
             session, floors = train_models(
-                store, db, dataset, models, ",".join(splits) or None, seed=seed, budget=budget, retrain=retrain,
+                store, db, dataset, models, ",".join(splits) or None, seed=seed, budget=budget,
+                retrain=retrain,
                 executor=executor, progress=progress,
             )  # fmt: skip
         earlier = len(session.versions) - session.trained
@@ -166,7 +170,8 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
     "--split",
     default=None,
     help=(
-        "Choose the split of models that are named without a version. [default: repetitions, or that of the newest "
+        "Choose the split of models that are named without a version. "
+        "[default: repetitions, or that of the newest "
         "model where none was judged on repetitions]"
     ),
 )
@@ -197,11 +202,12 @@ def compare(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Compare models on the held-out pulses that they have in common: which is better, where, and whether beyond
-    chance.
+    """Compare models on the held-out pulses that they have in common: which is better, where, and
+    whether beyond chance.
 
-    Each model is compared with each other one. Without a name, the best of the split is compared with all others.
-    Intervals are 90 %, by configuration. The settings that each training searched and chose are listed side by side.
+    Each model is compared with each other one. Without a name, the best of the split is compared
+    with all others. Intervals are 90 %, by configuration. The settings that each training searched
+    and chose are listed side by side.
 
     \b
     Example:
@@ -228,7 +234,8 @@ def compare(
             write_json(rows_of(comparison, wanted), json_to)
             return
         click.echo(
-            f"{len(comparison.judged.pulses)} held-out pulses on which none of the models was trained"
+            f"{len(comparison.judged.pulses)} held-out pulses on which none "
+            f"of the models was trained"
         )
         print_table(comparison.table(wanted), "")
         for line in comparison_sentences(comparison, wanted):
@@ -240,7 +247,8 @@ def compare(
 
 
 def _suggest_after_comparison(comparison: Comparisons, metric: str) -> None:
-    """A promotion where the verdict on unseen configurations allows it; else what would give such a verdict."""
+    """A promotion where the verdict on unseen configurations allows it; else what would give such a
+    verdict."""
     from .comparing import UNSEEN_SPLITS
 
     if (label := comparison.promotable(metric)) is not None:
@@ -254,7 +262,8 @@ def _suggest_after_comparison(comparison: Comparisons, metric: str) -> None:
         suggest_next("train", dataset, "--models", ",".join(names), "--split", "configurations")
     else:
         note(
-            "no version is better than the others beyond chance on unseen configurations: measure further "
+            "no version is better than the others beyond chance on unseen "
+            "configurations: measure further "
             "configurations, and build a dataset with them"
         )
 
@@ -293,12 +302,13 @@ def promote(
 ) -> None:
     """Put a model in use: predictions on benches of its kind (gun or hammer) take it from then on.
 
-    The kind is that of the campaigns that the predictors of the model are for. If there are several sets of
-    predictors for one kind, the model that was promoted last is in use. A model is promoted if, on configurations that
-    it has not seen, its 90 % bands hold 85 to 97 % of the measured peak forces, contact times and impulses, and it
-    predicts these better than the model in use, beyond chance. The first model must predict them better than the
-    contact law updated by the measured shots, which answers without a model. The measure is the mean CRPS. Another
-    model is refused, with exit code 1; exit code 3 means that there are too few configurations to judge it.
+    The kind is that of the campaigns that the predictors of the model are for. If there are several
+    sets of predictors for one kind, the model that was promoted last is in use. A model is promoted
+    if, on configurations that it has not seen, its 90 % bands hold 85 to 97 % of the measured peak
+    forces, contact times and impulses, and it predicts these better than the model in use, beyond
+    chance. The first model must predict them better than the contact law updated by the measured
+    shots, which answers without a model. The measure is the mean CRPS. Another model is refused,
+    with exit code 1; exit code 3 means that there are too few configurations to judge it.
     `pyroshock models --promotions` lists refusals, too.
 
     \b
@@ -353,13 +363,16 @@ def list_models(
     db: str,
     listing: Listing,
 ) -> None:
-    """List the registered models, the best first, with their figures on both splits; show or delete one.
+    """List the registered models, the best first, with their figures on both splits; show or delete
+    one.
 
-    The list names the floor that repetitions set, and the figures of the thesis. `pyroshock models MODEL@VERSION`
-    shows one version with its figures and the settings that its training searched and chose.
+    The list names the floor that repetitions set, and the figures of the thesis. `pyroshock models
+    MODEL@VERSION` shows one version with its figures and the settings that its training searched
+    and chose.
 
-    A star marks the model in use. Errors are shares, as means over held-out pulses; --json gives all metrics with
-    intervals. With --csv, --sort or --columns there is one row for each version, with its metrics as columns.
+    A star marks the model in use. Errors are shares, as means over held-out pulses; --json gives
+    all metrics with intervals. With --csv, --sort or --columns there is one row for each version,
+    with its metrics as columns.
 
     \b
     Example:
@@ -431,8 +444,9 @@ def list_models(
 def tell_version(
     registry: Registry, version: Version, json_to: str | None, plot: Path | None = None
 ) -> None:
-    """One version's figures and settings; its histories, by step, and every trial of its searches stand in the JSON
-    alone. `plot`: draw the trials there. Raises `LookupError` for a plot of a version without trials."""
+    """One version's figures and settings; its histories, by step, and every trial of its searches
+    stand in the JSON alone. `plot`: draw the trials there. Raises `LookupError` for a plot of a
+    version without trials."""
     from .searches import draw_searches, importance_of, importance_sentence, search_sentence
     from .tables import json_row
 
@@ -442,7 +456,8 @@ def tell_version(
     if plot is not None:
         if not searches:
             raise LookupError(
-                f"{version.label} has no trials to draw: nothing was searched, or older software trained it"
+                f"{version.label} has no trials to draw: nothing was "
+                f"searched, or older software trained it"
             )
         draw_searches(searches, plot)
         note(f"plot: {plot}")
@@ -459,7 +474,8 @@ def tell_version(
         )
         return
     click.echo(
-        f"{version.label}, dataset {version.dataset.name}, split {version.split}, seed {version.seed}"
+        f"{version.label}, dataset {version.dataset.name}, split "
+        f"{version.split}, seed {version.seed}"
     )
     shown = {name: display_of(name) for name in row["metrics"]}
     figures = ((shown[name], mean) for name, mean in row["metrics"].items())
@@ -507,7 +523,8 @@ def _tell(
 
 def _tell_promotions(decisions: list[Any], listing: Listing) -> None:
     columns = (
-        "when", "who", "candidate", "champion", "promoted", "forced", "judged_on", "judged_against", "pulses", "reason",
+        "when", "who", "candidate", "champion", "promoted", "forced", "judged_on", "judged_against",
+        "pulses", "reason",
     )  # fmt: skip
     listing.show(
         [asdict(decision) for decision in decisions],

@@ -21,7 +21,8 @@ from ...training.registry.registry import Registry
 from ...training.registry.usability import usability
 from .tables import floors_by_ground
 
-#: Splits whose held-out pulses are of configurations that a model has not seen: what a promotion rests on.
+#: Splits whose held-out pulses are of configurations that a model has not seen: what a promotion
+#: rests on.
 UNSEEN_SPLITS = ("configurations", "treatments")
 #: So many pairs are told in sentences, and group by group.
 _TOLD_WHERE = 3
@@ -31,8 +32,8 @@ _TOLD_WHERE = 3
 class Comparisons:
     """`versions` on the same pulses, the best first, and their comparisons.
 
-    `settings` by label: what each version's training searched and found; empty for a version of older software.
-    `not_usable` by label: why a version is no prediction, of those that are none.
+    `settings` by label: what each version's training searched and found; empty for a version of
+    older software. `not_usable` by label: why a version is no prediction, of those that are none.
     """
 
     versions: tuple[Version, ...]
@@ -48,8 +49,8 @@ class Comparisons:
         return splits.pop() if len(splits) == 1 else ""
 
     def promotable(self, metric: str) -> str | None:
-        """The version that is better than the one in use (else than all others) on unseen configurations, beyond
-        chance, in a metric; None where there is none, as on repetitions."""
+        """The version that is better than the one in use (else than all others) on unseen
+        configurations, beyond chance, in a metric; None where there is none, as on repetitions."""
         best = self.versions[0].label
         if (
             self.split not in UNSEEN_SPLITS
@@ -72,7 +73,8 @@ class Comparisons:
         ]
 
     def settings_table(self) -> list[dict[str, Any]]:
-        """Rows with `setting` and a column for each version; None where a version has no such setting."""
+        """Rows with `setting` and a column for each version; None where a version has no such
+        setting."""
         names = dict.fromkeys(
             name for version in self.versions for name in self.settings[version.label]
         )
@@ -95,7 +97,8 @@ def metrics_named(text: str) -> tuple[str, ...]:
 def versions_named(
     versions: Sequence[Version], names: Sequence[str], dataset: str | None, split: str
 ) -> tuple[Version, ...]:
-    """Those named; without a name the newest of every model of the split, of the dataset trained on last."""
+    """Those named; without a name the newest of every model of the split, of the dataset trained on
+    last."""
     if not versions:
         raise ValueError("no models yet; train some: pyroshock train DATASET")
     of_it = of_dataset(versions, dataset) if dataset is not None else list(versions)
@@ -115,7 +118,8 @@ def versions_named(
     if len(chosen_versions) < 2:
         labels = ", ".join(version.label for version in chosen_versions)
         raise ValueError(
-            f"a comparison needs two models of split {split!r}, and there is {labels or 'none'}; train "
+            f"a comparison needs two models of split {split!r}, and there is "
+            f"{labels or 'none'}; train "
             "another one on the same dataset, or name two: MODEL or MODEL@VERSION"
         )
     return tuple(chosen_versions)
@@ -127,7 +131,8 @@ def served(
     names: Sequence[str],
     tell: Callable[[str], None],
 ) -> list[Version]:
-    """Without a name, those whose files are whole: one that is damaged stops no comparison that did not ask for it.
+    """Without a name, those whose files are whole: one that is damaged stops no comparison that did
+    not ask for it.
 
     Raises `ValueError` where fewer than two are left.
     """
@@ -172,7 +177,8 @@ def _not_usable(registry: Registry, versions: Sequence[Version]) -> dict[str, st
 
 
 def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
-    """JSON: the models as `train` lists them, on the common pulses; then a row for each pair and metric."""
+    """JSON: the models as `train` lists them, on the common pulses; then a row for each pair and
+    metric."""
     rows = []
     for version in comparisons.versions:
         errors = comparisons.judged.errors[version.label]
@@ -199,8 +205,8 @@ def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, 
 
 
 def comparison_sentences(comparisons: Comparisons, metrics: Sequence[str]) -> Iterator[str]:
-    """Sentences: which version is not usable; which is better in each metric, and each one's lead in the groups where
-    it is beyond chance."""
+    """Sentences: which version is not usable; which is better in each metric, and each one's lead
+    in the groups where it is beyond chance."""
     yield from (f"{reason}." for reason in comparisons.not_usable.values())
     for comparison in comparisons.comparisons:
         for metric in metrics:

@@ -1,4 +1,5 @@
-"""A registered contact model as notebooks use it: a DataFrame of impacts in, pulses with their spread out."""
+"""A registered contact model as notebooks use it: a DataFrame of impacts in, pulses with their
+spread out."""
 
 from __future__ import annotations
 
@@ -27,10 +28,12 @@ _OF_BENCH = ("impactor_mass_kg", "plate_thickness_m")
 
 @dataclass(frozen=True, eq=False)
 class ContactPulses:
-    """Predicted pulses of n impacts: `force_n` (n, 20) at equidistant points of the contact, `contact_time_s` (n,).
+    """Predicted pulses of n impacts: `force_n` (n, 20) at equidistant points of the contact,
+    `contact_time_s` (n,).
 
-    The spreads are standard deviations of a new measurement, None where a law of physics gives none. `extrapolation`
-    has a sentence for each impact that lies outside of what the model learned from, "" for the others.
+    The spreads are standard deviations of a new measurement, None where a law of physics gives
+    none. `extrapolation` has a sentence for each impact that lies outside of what the model learned
+    from, "" for the others.
     """
 
     label: str
@@ -42,7 +45,8 @@ class ContactPulses:
     index: pd.Index[Any]
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for each impact, with the index of the frame that was given: contact time, force points, spreads."""
+        """A row for each impact, with the index of the frame that was given: contact time, force
+        points, spreads."""
         import pandas as pd
 
         columns: dict[str, Any] = {"contact_time_s": self.contact_time_s}
@@ -58,7 +62,8 @@ class ContactPulses:
         return with_units(pd.DataFrame(columns, index=self.index))
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The force of each impact over its contact, with 90 % bands where the model gives spreads."""
+        """The force of each impact over its contact, with 90 % bands where the model gives
+        spreads."""
         axes = axes_or_new(ax)
         for row, (force, duration) in enumerate(
             zip(self.force_n, self.contact_time_s, strict=True)
@@ -82,7 +87,8 @@ class ContactPulses:
 
 
 class StoredModel:
-    """A registered version. `columns` are those that `predict` needs, with the levels or the unit of each."""
+    """A registered version. `columns` are those that `predict` needs, with the levels or the unit
+    of each."""
 
     def __init__(self, registered: RegisteredModel) -> None:
         self._registered = registered
@@ -103,18 +109,23 @@ class StoredModel:
 
     @raises_library_errors
     def predict(self, impacts: pd.DataFrame) -> ContactPulses:
-        """The pulses of impacts: a row for each, the columns as a dataset's `to_frame()` has them, SI.
+        """The pulses of impacts: a row for each, the columns as a dataset's `to_frame()` has them,
+        SI.
 
-        The mass of the impactor and the thickness of the plate (`impactor_mass_kg`, `plate_thickness_m`) are taken
-        where they are columns; some laws of contact need them. Other columns are not looked at. Raises
-        `NotFoundError` for a missing column, `InvalidValueError` for a level that the model does not know.
+        The mass of the impactor and the thickness of the plate (`impactor_mass_kg`,
+        `plate_thickness_m`) are taken where they are columns; some laws of contact need them. Other
+        columns are not looked at. Raises `NotFoundError` for a missing column, `InvalidValueError`
+        for a level that the model does not know.
         """
         answer = self._registered.predict(_inputs(self._registered.predictors, impacts))
         return _pulses(self.label, answer, impacts.index)
 
     def __repr__(self) -> str:
         version = self._registered.version
-        return f"<model {self.label}: {version.dataset.name}, split {version.split}, {self._registered.shots} pulses>"
+        return (
+            f"<model {self.label}: {version.dataset.name}, split {version.split}, "
+            f"{self._registered.shots} pulses>"
+        )
 
     def _repr_html_(self) -> str:
         return facts_table(repr(self)[1:-1], self.columns)
@@ -137,7 +148,8 @@ def _inputs(predictors: tuple[Predictor, ...], impacts: pd.DataFrame) -> Inputs:
     missing = [column for column in wanted if column not in impacts.columns]
     if missing:
         raise LookupError(
-            f"no column {', '.join(map(repr, missing))} in the impacts; the model needs {', '.join(wanted)}"
+            f"no column {', '.join(map(repr, missing))} in the impacts; the "
+            f"model needs {', '.join(wanted)}"
         )
     columns = [
         _values(predictor, impacts[name])
@@ -158,7 +170,8 @@ def _values(predictor: Predictor, column: pd.Series[Any]) -> Floats:
     if len(unknown):
         levels = ", ".join(predictor.levels)
         raise ValueError(
-            f"{column.name} is {unknown.iloc[0]!r} in row {unknown.index[0]!r}; expected one of {levels}"
+            f"{column.name} is {unknown.iloc[0]!r} in row "
+            f"{unknown.index[0]!r}; expected one of {levels}"
         )
     return _numbers(codes)
 

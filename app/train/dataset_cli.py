@@ -40,7 +40,8 @@ _SEED = click.option(
 @listing_options
 @click.pass_context
 def dataset(ctx: click.Context, db: str, listing: Listing) -> None:
-    """Freeze pulses for training, and see what a dataset holds. Without a command, list the datasets.
+    """Freeze pulses for training, and see what a dataset holds. Without a command, list the
+    datasets.
 
     \b
     Example:
@@ -121,7 +122,8 @@ class _Campaigns(click.Command):
     "--predictors",
     metavar="SET",
     help=(
-        "Choose the set of predictors: hammer, gun, or a TOML file of your own. [default: the kind of the campaigns]"
+        "Choose the set of predictors: hammer, gun, or a TOML file of your "
+        "own. [default: the kind of the campaigns]"
     ),
 )
 @click.option(
@@ -139,7 +141,8 @@ class _Campaigns(click.Command):
 @click.option(
     "--velocity",
     type=click.Choice(["before-contact", "integrated"]),
-    help="Convert impact velocities to this kind. [default: as they are stored, if all are of one kind]",
+    help="Convert impact velocities to this kind. [default: as they are stored, "
+    "if all are of one kind]",
 )
 @click.option(
     "--split",
@@ -162,9 +165,9 @@ def build(
 ) -> None:
     """Freeze the usable pulses of campaigns under NAME. The same content gives the same dataset.
 
-    A velocity that was integrated from the deceleration of the impactor differs from the velocity before contact if
-    the plate moves. A dataset has velocities of one kind; --velocity converts the others, by each pulse and the
-    plate.
+    A velocity that was integrated from the deceleration of the impactor differs from the velocity
+    before contact if the plate moves. A dataset has velocities of one kind; --velocity converts the
+    others, by each pulse and the plate.
 
     \b
     Example:
@@ -195,7 +198,8 @@ def build(
         stated = built.snapshot.definition.get("velocity") or {}
         if stated.get("converted"):
             note(
-                f"  {stated['converted']} impact velocities were converted ({stated['kind']}), with a standard "
+                f"  {stated['converted']} impact velocities were converted "
+                f"({stated['kind']}), with a standard "
                 f"uncertainty of {stated['relative_u']:.0%} in the median"
             )
         if facts:
@@ -223,7 +227,8 @@ def _tell_built(dataset: dict[str, Any], extractions: int) -> None:
         note(f"  left out: {row['impacts']} ({row['reason']})")
     if extractions > 1:
         note(
-            "  the pulses are of several extractions; one for all: pyroshock extract CAMPAIGN, or --extraction"
+            "  the pulses are of several extractions; one for all: pyroshock "
+            "extract CAMPAIGN, or --extraction"
         )
 
 
@@ -238,8 +243,8 @@ def _tell_built(dataset: dict[str, Any], extractions: int) -> None:
     help="Draw correlations and values into FILE.png.",
 )
 def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) -> None:
-    """Show a dataset, given by name or hash: its sources, its splits, and the ranges and correlations of its
-    predictors.
+    """Show a dataset, given by name or hash: its sources, its splits, and the ranges and
+    correlations of its predictors.
 
     \b
     Example:
@@ -270,10 +275,12 @@ def _show(snapshot: Any, dataset: dict[str, Any]) -> None:
         f"hash {dataset['hash'][:12]}"
     )
     click.echo(
-        f"{dataset['configurations']} configurations; velocity aside, predictors tell {dataset['treatments']} apart"
+        f"{dataset['configurations']} configurations; velocity aside, "
+        f"predictors tell {dataset['treatments']} apart"
     )
     click.echo(
-        f"quality rule {dataset['quality']}; extractions {', '.join(key[:12] for key in dataset['extractions'])}"
+        f"quality rule {dataset['quality']}; extractions "
+        f"{', '.join(key[:12] for key in dataset['extractions'])}"
     )
     print_table(dataset["left_out"], "nothing was left out")
     click.echo()
@@ -290,8 +297,8 @@ def _show(snapshot: Any, dataset: dict[str, Any]) -> None:
 @db_option
 @json_option
 def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
-    """Tell from which raw file a pulse of a dataset comes. KEY is the key of the pulse, or its beginning; without
-    KEY, all files are listed.
+    """Tell from which raw file a pulse of a dataset comes. KEY is the key of the pulse, or its
+    beginning; without KEY, all files are listed.
 
     \b
     Example:
@@ -328,7 +335,8 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
 )
 @spreadsheet_guard_option
 def export(name: str, db: str, out: Path) -> None:
-    """Write a dataset to a file, with a row per pulse: its key, predictors, figures and points of force.
+    """Write a dataset to a file, with a row per pulse: its key, predictors, figures and points of
+    force.
 
     \b
     Example:

@@ -1,4 +1,5 @@
-"""Datasets: the list with what was trained on each, one dataset with its sources, building of one, and trainings."""
+"""Datasets: the list with what was trained on each, one dataset with its sources, building of one,
+and trainings."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ SPLITS = {
 
 
 def newer_pulses(session: Session, hash_: str, campaigns: list[str]) -> int:
-    """How many pulses of these campaigns were extracted after the last one of a dataset, and are in use."""
+    """How many pulses of these campaigns were extracted after the last one of a dataset, and are in
+    use."""
     newest = (
         select(func.max(SnapshotPulse.pulse_id))
         .join(DatasetSnapshot, SnapshotPulse.snapshot_id == DatasetSnapshot.id)
@@ -58,7 +60,8 @@ def newer_pulses(session: Session, hash_: str, campaigns: list[str]) -> int:
 
 
 def dataset_rows(store: Store, db: str) -> list[dict[str, Any]]:
-    """Every dataset as a page lists it: with its models, and the pulses that its campaigns got since."""
+    """Every dataset as a page lists it: with its models, and the pulses that its campaigns got
+    since."""
     with models_extra():
         registry = registry_at(db)
         versions = [] if registry is None else registry.versions()
@@ -100,7 +103,8 @@ def datasets(request: Request, store: OpenStore, settings: Configured) -> Respon
 def build(
     store: OpenStore,
     name: Annotated[str, Form(max_length=300)] = "",
-    campaigns: Annotated[list[str], Form()] = [],  # noqa: B006 - a form's default, which nobody changes
+    # noqa: B006 - a form's default, which nobody changes
+    campaigns: Annotated[list[str], Form()] = [],
     quality: Annotated[Literal["reject", "warning", "none"], Form()] = "reject",
     velocity: Annotated[Literal["", "before-contact", "integrated"], Form()] = "",
 ) -> Response:

@@ -1,5 +1,5 @@
-"""Datasets as the command line shows them: plain data, tables, files for other programs, and a picture of the
-predictors: how they hang together (thesis, Fig. 4.8), and which values they took."""
+"""Datasets as the command line shows them: plain data, tables, files for other programs, and a
+picture of the predictors: how they hang together (thesis, Fig. 4.8), and which values they took."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ _FIGURES = (
     "impulse_n_s",
     "compression_impulse_n_s",
 )
-#: Of the bench: models whose physics needs them take them from a table even where they are no predictors.
+#: Of the bench: models whose physics needs them take them from a table even where they are no
+#: predictors.
 _BENCH = ("impactor_mass_kg", "plate_thickness_m")
 _NAMES = (
     "key",
@@ -58,7 +59,8 @@ def built_as_json(built: Built, split: Split | None) -> dict[str, Any]:
 
 
 def snapshot_as_json(snapshot: Snapshot, seed: int = 0) -> dict[str, Any]:
-    """What `dataset show` tells: the definition, counts per split, ranges and correlations of the predictors."""
+    """What `dataset show` tells: the definition, counts per split, ranges and correlations of the
+    predictors."""
     kept = ("campaigns", "kind", "quality", "extractions", "materials", "left_out")
     return {
         "name": snapshot.name,
@@ -76,7 +78,8 @@ def snapshot_as_json(snapshot: Snapshot, seed: int = 0) -> dict[str, Any]:
 
 
 def split_rows(table: PulseTable, texts: Sequence[str], seed: int) -> list[dict[str, Any]]:
-    """A row for each split that the table allows: how many pulses on either side, and what is held out."""
+    """A row for each split that the table allows: how many pulses on either side, and what is held
+    out."""
     rows = []
     for text in (expanded for given in texts for expanded in expand(table, given)):
         try:
@@ -137,8 +140,8 @@ def _signed(value: float) -> str:
 
 
 def export_snapshot(snapshot: Snapshot, out: Path) -> int:
-    """Write one row per pulse: names, predictors (categories as words), figures, force points. CSV or Parquet by the
-    suffix; returns the rows. Raises `ValueError` for another suffix."""
+    """Write one row per pulse: names, predictors (categories as words), figures, force points. CSV
+    or Parquet by the suffix; returns the rows. Raises `ValueError` for another suffix."""
     if out.suffix.lower() not in (".csv", ".parquet"):
         raise ValueError(
             f"cannot write {out.name!r}; expected a name that ends in .csv or .parquet"
@@ -155,13 +158,14 @@ def export_snapshot(snapshot: Snapshot, out: Path) -> int:
 
 
 def predictor_column(predictor: Predictor) -> str:
-    """The column of a predictor in tables: its name, and its unit where it has one (`tip_radius_m`)."""
+    """The column of a predictor in tables: its name, and its unit where it has one
+    (`tip_radius_m`)."""
     return listing_key(predictor.name, predictor.unit)
 
 
 def dataset_columns(table: PulseTable) -> dict[str, Any]:
-    """Columns of a table with a row for each pulse: names, predictors (categories as words), bench, figures, force
-    points."""
+    """Columns of a table with a row for each pulse: names, predictors (categories as words), bench,
+    figures, force points."""
     columns: dict[str, Any] = {name: getattr(table, name) for name in _NAMES}
     for predictor, values in zip(table.predictors, table.x.T, strict=True):
         words = [predictor.levels[int(value)] for value in values] if predictor.levels else None
@@ -175,7 +179,8 @@ _BINS = 24
 
 
 def plot_dataset(table: PulseTable, path: Path) -> None:
-    """Correlation matrix beside the histogram of each predictor. `ValueError` for a suffix that cannot be drawn."""
+    """Correlation matrix beside the histogram of each predictor. `ValueError` for a suffix that
+    cannot be drawn."""
     d = len(table.predictors)
     figure = new_figure(14, 0.5 * d + 1.5)
     grid = figure.add_gridspec(1, 2, width_ratios=(3, 2))

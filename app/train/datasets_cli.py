@@ -18,7 +18,8 @@ from .dataset_cli import dataset
 def delete(name: str, db: str, dry_run: bool) -> None:
     """Delete a dataset, given by name or hash; its pulses stay with their campaigns.
 
-    A dataset on which registered models were trained is refused: their figures could no longer be computed again.
+    A dataset on which registered models were trained is refused: their figures could no longer be
+    computed again.
 
     \b
     Example:

@@ -37,7 +37,8 @@ def versions_of_dataset(store: Store, url: str, name: str) -> list[Version]:
 
 
 def check_dataset_unused(store: Store, url: str, name: str) -> None:
-    """Raises `LookupError` for an unknown dataset, and `InUseError` where models were trained on it.
+    """Raises `LookupError` for an unknown dataset, and `InUseError` where models were trained on
+    it.
 
     `url` is the store's address, beside which the models lie.
     """
@@ -46,7 +47,8 @@ def check_dataset_unused(store: Store, url: str, name: str) -> None:
         more = f" and {len(labels) - _NAMED} more" if len(labels) > _NAMED else ""
         raise InUseError(
             f"dataset {name!r} cannot be deleted: {', '.join(labels[:_NAMED])}{more} "
-            f"{'was' if len(labels) == 1 else 'were'} trained on it; delete the models first: pyroshock models delete "
+            f"{'was' if len(labels) == 1 else 'were'} trained on it; delete "
+            f"the models first: pyroshock models delete "
             f"{labels[0]}"
         )
 
@@ -58,7 +60,8 @@ def delete_dataset(store: Store, url: str, name: str) -> None:
 
 
 def unused_version(url: str, label: str) -> Version:
-    """The version that "hybrid@3" names. Raises `LookupError` for an unknown one, `InUseError` for the one in use."""
+    """The version that "hybrid@3" names. Raises `LookupError` for an unknown one, `InUseError` for
+    the one in use."""
     from ...training.registry.listing import chosen
 
     if "@" not in label:
@@ -67,14 +70,16 @@ def unused_version(url: str, label: str) -> Version:
         version = chosen(registry_of(url).versions(), label)
     if version.champion_of is not None:
         raise InUseError(
-            f"{version.label} cannot be deleted: it is the model in use for the predictors {version.champion_of!r}; "
+            f"{version.label} cannot be deleted: it is the model in use for "
+            f"the predictors {version.champion_of!r}; "
             "promote another model first: pyroshock promote MODEL@VERSION"
         )
     return version
 
 
 def delete_version(url: str, label: str) -> Version:
-    """Delete a version of a model from the registry, and return what it was. Raises as `unused_version`."""
+    """Delete a version of a model from the registry, and return what it was. Raises as
+    `unused_version`."""
     registry = registry_of(url)
     with models_extra(), registry.promoting():
         version = unused_version(url, label)

@@ -1,4 +1,5 @@
-"""A dataset or a version of a model deleted: first what goes, what stays and what uses it, then it goes."""
+"""A dataset or a version of a model deleted: first what goes, what stays and what uses it, then it
+goes."""
 
 from __future__ import annotations
 
@@ -37,11 +38,13 @@ def ask_dataset(request: Request, name: Name, store: OpenStore, settings: Config
         f"dataset {row.name}",
         f"/datasets/{part(row.name)}",
         users,
-        why="It cannot be deleted, because models were trained on it. Their figures could not be computed again. "
+        why="It cannot be deleted, because models were trained on it. Their "
+        "figures could not be computed again. "
         "Delete these models first:",
         lost=[f"The dataset {row.name}: its name and the list of its pulses."],
         kept=[
-            "The pulses, with their impacts and campaigns. The same dataset can be built from them again."
+            "The pulses, with their impacts and campaigns. The same dataset "
+            "can be built from them again."
         ],
     )
 
@@ -62,7 +65,8 @@ def ask_version(request: Request, name: Name, version: Key, settings: Configured
         why = ""
     except InUseError:  # the page says so, with what to do
         why = (
-            "It cannot be deleted, because it is the model in use: predictions take it. Promote another version first, "
+            "It cannot be deleted, because it is the model in use: "
+            "predictions take it. Promote another version first, "
             "here:"
         )
     return _confirmation_page(
@@ -72,11 +76,13 @@ def ask_version(request: Request, name: Name, version: Key, settings: Configured
         {"/models": "Models"} if why else {},
         why=why,
         lost=[
-            f"The model {label} with its files, its figures on every split, and the trials of its search for settings.",
+            f"The model {label} with its files, its figures on every split, "
+            f"and the trials of its search for settings.",
             "Its number: it is not given to another version.",
         ],
         kept=[
-            "Predictions, diagnoses and reports that were made with it, and the decisions on its promotion."
+            "Predictions, diagnoses and reports that were made with it, and "
+            "the decisions on its promotion."
         ],
     )
 
@@ -92,5 +98,6 @@ def version(name: Name, version: Key, settings: Configured) -> Response:
 def _confirmation_page(
     request: Request, what: str, address: str, users: Mapping[str, str], **words: Any
 ) -> Response:
-    """`users` are addresses of what uses it and their words: with one, the page has no button that deletes."""
+    """`users` are addresses of what uses it and their words: with one, the page has no button that
+    deletes."""
     return page(request, "delete.html", what=what, address=address, users=users, **words)

@@ -1,4 +1,5 @@
-"""Registered models as a page shows them: rows of versions, versions side by side, held-out pulses one by one."""
+"""Registered models as a page shows them: rows of versions, versions side by side, held-out pulses
+one by one."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from ...training.registry.records import Version
     from ...training.registry.registry import Registry
 
-#: Of so many versions every pair is compared, which takes a tenth of a second each; of more, the best with all others.
+#: Of so many versions every pair is compared, which takes a tenth of a second each; of more, the
+#: best with all others.
 MOST_EACH_WITH_EACH = 4
 
 #: Gives a dataset's pulses by its hash: `training.reader_of`.
@@ -38,7 +40,8 @@ MOST_PULSES = 2000
 def listed_versions(
     registry: Registry, *, dataset: str | None = None, split: str | None = None, every: bool = False
 ) -> list[dict[str, Any]]:
-    """`version_row` of every registered version, the newest first; only the newest of its kind unless `every`.
+    """`version_row` of every registered version, the newest first; only the newest of its kind
+    unless `every`.
 
     Raises `LookupError` for a dataset of which there is no model.
     """
@@ -49,7 +52,8 @@ def listed_versions(
 
 
 def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[str, Any]]:
-    """A row each, with what repetitions allow on its split, and `damaged`: what is wrong with its files, or None."""
+    """A row each, with what repetitions allow on its split, and `damaged`: what is wrong with its
+    files, or None."""
     floors = floors_by_ground(registry, versions)
     wrong = damages(registry, versions)
     rows = (
@@ -61,9 +65,9 @@ def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[s
 def version_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
     """One version as plain data; `floors` by split, as the registry keeps them.
 
-    `metrics` by name: `mean` over held-out pulses with its `ci90`, `floor` by scope, and the `thesis`'s figure; None
-    for what there is not. `not_usable` says why it is no prediction, or None. `champion` says whether it is in use,
-    `champion_of` for which predictor set.
+    `metrics` by name: `mean` over held-out pulses with its `ci90`, `floor` by scope, and the
+    `thesis`'s figure; None for what there is not. `not_usable` says why it is no prediction, or
+    None. `champion` says whether it is in use, `champion_of` for which predictor set.
     """
     row = json_row(version, floors)
     floor, thesis = row.get("floor") or {}, row["thesis"] or {}
@@ -97,13 +101,15 @@ def version_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
 
 
 def side_by_side(registry: Registry, versions: Sequence[Version], read: Read) -> dict[str, Any]:
-    """Versions on the held-out pulses that they have in common, the smallest error of the force first.
+    """Versions on the held-out pulses that they have in common, the smallest error of the force
+    first.
 
-    `models`: as `compare --json`, each with its `label`; `differences`: for every pair (of more than
-    `MOST_EACH_WITH_EACH` versions, of the best with each other) and metric `a`, `b`, `difference` of their mean errors,
-    `ci90`, `p_value`, a `verdict` in words, and `where` (the groups that differ beyond chance); `settings` and
-    `promotable`: as those of `Comparisons`. Raises `ValueError` for fewer than two versions, and where they have no
-    held-out pulse in common.
+    `models`: as `compare --json`, each with its `label`; `differences`: for every pair (of more
+    than `MOST_EACH_WITH_EACH` versions, of the best with each other) and metric `a`, `b`,
+    `difference` of their mean errors, `ci90`, `p_value`, a `verdict` in words, and `where` (the
+    groups that differ beyond chance); `settings` and `promotable`: as those of `Comparisons`.
+    Raises `ValueError` for fewer than two versions, and where they have no held-out pulse in
+    common.
     """
     if len({version.label for version in versions}) < 2:
         raise ValueError(f"{len(versions)} versions to compare; choose two or more")
@@ -128,13 +134,15 @@ def side_by_side(registry: Registry, versions: Sequence[Version], read: Read) ->
 def held_out_figures(
     registry: Registry, version: Version, read: Read, most: int = MOST_PULSES
 ) -> dict[str, Any]:
-    """Predicted against measured on the held-out pulses of a version, and how often its intervals hold.
+    """Predicted against measured on the held-out pulses of a version, and how often its intervals
+    hold.
 
-    `points` are columns of at most `most` pulses: `key`, `pulse_id`, `tip_material`, `configuration`, and
-    `peak_force_n` and `contact_time_s`, each with `measured`, `predicted`, and `low` and `high` of the 90 % interval of
-    a new measurement (None for a model without spread; of the peak, that of the force at its point). `coverage`:
-    `level`, and the share of all held-out points of the `force` and of contact `time` that lie within; None without a
-    spread. Raises `ValueError` where the predictions or the pulses are gone.
+    `points` are columns of at most `most` pulses: `key`, `pulse_id`, `tip_material`,
+    `configuration`, and `peak_force_n` and `contact_time_s`, each with `measured`, `predicted`, and
+    `low` and `high` of the 90 % interval of a new measurement (None for a model without spread; of
+    the peak, that of the force at its point). `coverage`: `level`, and the share of all held-out
+    points of the `force` and of contact `time` that lie within; None without a spread. Raises
+    `ValueError` where the predictions or the pulses are gone.
     """
     from ...training.registry.evaluate import evaluate_held_out
 
@@ -154,9 +162,11 @@ def evaluated_figures(judged: Evaluation, label: str, most: int = MOST_PULSES) -
 
 
 def residual_columns(judged: Evaluation, label: str) -> dict[str, Any]:
-    """The relative error of the peak force of each pulse, signed, beside the factors that may explain it.
+    """The relative error of the peak force of each pulse, signed, beside the factors that may
+    explain it.
 
-    `factors`: labels of the pulses by factor, as `comparison_groups` gives them but for the velocity.
+    `factors`: labels of the pulses by factor, as `comparison_groups` gives them but for the
+    velocity.
     """
     from ...training.evaluation.comparison import comparison_groups
 
@@ -174,7 +184,8 @@ def residual_columns(judged: Evaluation, label: str) -> dict[str, Any]:
 
 
 def worst_pulses(judged: Evaluation, label: str, count: int = 10) -> list[dict[str, Any]]:
-    """The held-out pulses with the largest force error, the worst first; `pulse_id` is the row in the store."""
+    """The held-out pulses with the largest force error, the worst first; `pulse_id` is the row in
+    the store."""
     pulses, prediction = judged.pulses, judged.predictions[label]
     peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
     error = judged.errors[label].force_nrmse
@@ -200,9 +211,11 @@ def worst_pulses(judged: Evaluation, label: str, count: int = 10) -> list[dict[s
 def compared_to(
     registry: Registry, reference: Version, others: Sequence[Version], read: Read
 ) -> list[dict[str, Any]]:
-    """Differences of each of `others` to `reference` in every metric, on the held-out pulses that all have in common.
+    """Differences of each of `others` to `reference` in every metric, on the held-out pulses that
+    all have in common.
 
-    Rows as `side_by_side` gives its `differences`. Raises `ValueError` where they have none in common.
+    Rows as `side_by_side` gives its `differences`. Raises `ValueError` where they have none in
+    common.
     """
     from ...training.evaluation.comparison import for_all_pairs
     from ...training.registry.evaluate import evaluate_held_out

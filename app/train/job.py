@@ -1,4 +1,5 @@
-"""Models trained on a dataset: each is registered as it is finished, under the key of its task, and found by it."""
+"""Models trained on a dataset: each is registered as it is finished, under the key of its task, and
+found by it."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrainArguments:
-    """As the options of `pyroshock train`; no `retrain`: a job that is begun again must find what it has trained."""
+    """As the options of `pyroshock train`; no `retrain`: a job that is begun again must find what
+    it has trained."""
 
     dataset: str
     models: Sequence[str]
@@ -88,11 +90,12 @@ TRAIN = Kind("train", TrainArguments, _do, form=_form)
 
 
 class FencedRegistry(Registry):
-    """Records a model only while the lease is held, and one that was registered meanwhile is not registered again.
+    """Records a model only while the lease is held, and one that was registered meanwhile is not
+    registered again.
 
-    MLflow's store is another one than ours, so that both cannot be written in one transaction. What is left is a worker
-    that sleeps for a whole lease within these lines, without the lock of its dataset (another machine): a version more,
-    with the same model in it.
+    MLflow's store is another one than ours, so that both cannot be written in one transaction. What
+    is left is a worker that sleeps for a whole lease within these lines, without the lock of its
+    dataset (another machine): a version more, with the same model in it.
     """
 
     def __init__(self, work: RunningJob) -> None:

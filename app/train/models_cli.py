@@ -19,15 +19,17 @@ from .cli import list_models, tell_version
 @click.option(
     "--plot",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Draw the trials of the search for settings, and the importance of each setting, into FILE.png.",
+    help="Draw the trials of the search for settings, and the importance of each "
+    "setting, into FILE.png.",
 )
 @db_option
 @json_option
 def show(model: str, plot: Path | None, db: str, json_to: str | None) -> None:
-    """Show one version of a model: its figures, and the settings that its training searched and chose.
+    """Show one version of a model: its figures, and the settings that its training searched and
+    chose.
 
-    `MODEL@champion` is the version in use, and MODEL alone is the newest version. The JSON has every trial of the
-    search with its settings, its score and its duration in seconds.
+    `MODEL@champion` is the version in use, and MODEL alone is the newest version. The JSON has
+    every trial of the search with its settings, its score and its duration in seconds.
 
     \b
     Example:
@@ -52,7 +54,8 @@ def show(model: str, plot: Path | None, db: str, json_to: str | None) -> None:
 def delete(model: str, db: str, dry_run: bool) -> None:
     """Delete one version of a model from the registry. The model in use is refused.
 
-    The number of a deleted version is not given again. Predictions, diagnoses and reports that were made with it stay.
+    The number of a deleted version is not given again. Predictions, diagnoses and reports that were
+    made with it stay.
 
     \b
     Example:
@@ -74,10 +77,12 @@ def delete(model: str, db: str, dry_run: bool) -> None:
 @click.command()
 @db_option
 def recover(db: str) -> None:
-    """Register the surviving files of versions again that the store lists and the registry has lost.
+    """Register the surviving files of versions again that the store lists and the registry has
+    lost.
 
-    Every file is held against the SHA-256 that was registered of it. Numbers of versions are kept where they are free.
-    No model is put in use: promote the one that was. Histories of trainings and promotions are not in the files.
+    Every file is held against the SHA-256 that was registered of it. Numbers of versions are kept
+    where they are free. No model is put in use: promote the one that was. Histories of trainings
+    and promotions are not in the files.
 
     \b
     Example:

@@ -1,4 +1,5 @@
-"""Models: those in use, versions side by side, one version's held-out pulses, and promotions with their reasons."""
+"""Models: those in use, versions side by side, one version's held-out pulses, and promotions with
+their reasons."""
 
 from __future__ import annotations
 
@@ -66,7 +67,8 @@ _SHOWN = {
 _MOST = 300
 #: A chart of differences has so many versions besides the one that they are compared to.
 _MOST_DIFFERENCES = 12
-#: A version whose error is larger by so many errors of the reference would hide the differences of all others.
+#: A version whose error is larger by so many errors of the reference would hide the differences of
+#: all others.
 _WORST = 10
 #: Functions of `wording` that the templates of models call.
 _WORDS: dict[str, Any] = {
@@ -128,8 +130,8 @@ def _rank(row: Mapping[str, Any]) -> float:
 
 
 def _differences(store: Store, db: str, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
-    """The version that the others of its dataset and split are compared to ("reference"), their differences as a chart
-    ("figure"), and the versions that are too bad for its axis ("beyond").
+    """The version that the others of its dataset and split are compared to ("reference"), their
+    differences as a chart ("figure"), and the versions that are too bad for its axis ("beyond").
 
     The reference is the one in use, else the first one; None where nothing can be compared to it.
     """
@@ -211,7 +213,8 @@ def compare(
 
 
 def _ticked(text: str) -> tuple[str, str]:
-    """A version and the split of its row in the list, "" for an address without one: "svr@1 configurations"."""
+    """A version and the split of its row in the list, "" for an address without one: "svr@1
+    configurations"."""
     label, _, split = text.partition(" ")
     return label, split
 
@@ -219,13 +222,15 @@ def _ticked(text: str) -> tuple[str, str]:
 def _ticked_rows(
     ticked: Sequence[tuple[str, str]], choices: Sequence[Mapping[str, Any]]
 ) -> set[tuple[str, str | None]]:
-    """The rows of the list to tick: of a version without a split, the first row that it has there."""
+    """The rows of the list to tick: of a version without a split, the first row that it has
+    there."""
     first_split = {row["label"]: row["split"] for row in reversed(choices)}
     return {(label, split or first_split.get(label)) for label, split in ticked}
 
 
 def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """What the page of a comparison says and draws: sentences, forest plots, and the versions that can be promoted."""
+    """What the page of a comparison says and draws: sentences, forest plots, and the versions that
+    can be promoted."""
     metrics = ("force_nrmse", "contact_time_error")
     means = {
         metric: {model["label"]: model["metrics"][metric] for model in comparison["models"]}
@@ -264,8 +269,14 @@ def _advice(comparison: Mapping[str, Any], split: str) -> str:
     if (label := comparison["promotable"]) is not None:
         return f"{label} is better beyond chance on unseen configurations."
     if split not in UNSEEN_SPLITS:
-        return "These held-out pulses are of configurations that the versions have seen: they do not decide."
-    return "No version is better than the others beyond chance on unseen configurations: measure further ones."
+        return (
+            "These held-out pulses are of configurations that the versions have "
+            "seen: they do not decide."
+        )
+    return (
+        "No version is better than the others beyond chance on unseen "
+        "configurations: measure further ones."
+    )
 
 
 @router.get("/models/{name}/{version}")

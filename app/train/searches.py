@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 #: Part of a model that a search was for -> what it is called in a sentence.
 PARTS = {"force": "the contact force", "time": "the contact time", "process": "the pulse"}
-#: Setting of a search -> its axis. Settings have no unit: predictors and outputs are standardised where nothing else is
-#: said.
+#: Setting of a search -> its axis. Settings have no unit: predictors and outputs are standardised
+#: where nothing else is said.
 _SETTINGS = {
     "kernel": "kernel",
     "ard": "a lengthscale for each predictor",
@@ -49,7 +49,8 @@ _ROOM = 0.25
 
 @dataclass(frozen=True)
 class ParallelAxis:
-    """One axis: its title, where each trial crosses it (0 to 1; None where the trial lacks it), and its ticks."""
+    """One axis: its title, where each trial crosses it (0 to 1; None where the trial lacks it), and
+    its ticks."""
 
     title: str
     places: tuple[float | None, ...]
@@ -58,8 +59,8 @@ class ParallelAxis:
 
 @dataclass(frozen=True)
 class Importance:
-    """How much each setting matters: shares that sum to 1, the largest first; and how well a forest explains trials
-    that it has not seen (R²)."""
+    """How much each setting matters: shares that sum to 1, the largest first; and how well a forest
+    explains trials that it has not seen (R²)."""
 
     shares: Mapping[str, float]
     explained: float
@@ -71,7 +72,8 @@ def setting_words(name: str) -> str:
 
 
 def trial_rows(search: SettingsSearch) -> list[dict[str, Any]]:
-    """Every trial in a row, the best first: its number, its settings, its score and its duration (s)."""
+    """Every trial in a row, the best first: its number, its settings, its score and its duration
+    (s)."""
     order = sorted(range(len(search.trials)), key=lambda index: search.trials[index].score)
     return [
         {
@@ -138,7 +140,8 @@ def _decades(low: float, high: float) -> list[float]:
 
 
 def _spaced(tried: Sequence[float], place: Callable[[float], float]) -> list[float]:
-    """Of the values that were tried the ends, and between them those whose words have room beside each other."""
+    """Of the values that were tried the ends, and between them those whose words have room beside
+    each other."""
     ticks = [tried[0]]
     for value in tried[1:-1]:
         if place(value) - place(ticks[-1]) >= _ROOM and 1 - place(value) >= _ROOM:
@@ -187,11 +190,13 @@ def _settings_words(trial: Trial) -> str:
 
 
 def importance_of(search: SettingsSearch) -> Importance | None:
-    """Permutation importance of a random forest that predicts the score of a trial from its settings.
+    """Permutation importance of a random forest that predicts the score of a trial from its
+    settings.
 
-    Breiman, "Random forests", Machine Learning 45 (2001), as scikit-learn has it. The forest learns the logarithm of
-    the score, so that a few very bad trials do not hide the others. None where the trials are too few, one setting
-    alone was searched, or the forest explains less than a fifth of trials that it has not seen (out of its bags).
+    Breiman, "Random forests", Machine Learning 45 (2001), as scikit-learn has it. The forest learns
+    the logarithm of the score, so that a few very bad trials do not hide the others. None where the
+    trials are too few, one setting alone was searched, or the forest explains less than a fifth of
+    trials that it has not seen (out of its bags).
     """
     names = search.settings
     if len(names) < 2 or len(search.trials) < max(_LEAST_TRIALS, _LEAST_FOR_EACH * len(names)):
@@ -230,21 +235,30 @@ def importance_sentence(search: SettingsSearch, importance: Importance | None) -
     if importance is not None:
         first = next(iter(importance.shares))
         return (
-            f"What matters most is: {setting_words(first)} ({importance.shares[first]:.0%} of the importance). The "
-            "importance of a setting is how much worse a random forest predicts the score of a trial when the values "
-            f"of that setting are shuffled (permutation importance). The forest learned from {trials} trials, and "
-            f"explains {importance.explained:.0%} of the differences between trials that it has not seen."
+            f"What matters most is: {setting_words(first)} "
+            f"({importance.shares[first]:.0%} of the importance). The "
+            "importance of a setting is how much worse a random forest "
+            "predicts the score of a trial when the values "
+            f"of that setting are shuffled (permutation importance). The "
+            f"forest learned from {trials} trials, and "
+            f"explains {importance.explained:.0%} of the differences between "
+            f"trials that it has not seen."
         )
     if len(names) < 2:
-        return f"Only one setting was searched ({setting_words(names[0])}), so that there is no importance to compare."
+        return (
+            f"Only one setting was searched ({setting_words(names[0])}), so that "
+            f"there is no importance to compare."
+        )
     needed = max(_LEAST_TRIALS, _LEAST_FOR_EACH * len(names))
     if trials < needed:
         return (
-            f"The importance of the settings cannot be judged: there are {trials} trials of {len(names)} settings, and "
+            f"The importance of the settings cannot be judged: there are "
+            f"{trials} trials of {len(names)} settings, and "
             f"at least {needed} are needed."
         )
     return (
-        f"The importance of the settings cannot be judged: a random forest on the {trials} trials does not predict the "
+        f"The importance of the settings cannot be judged: a random forest on "
+        f"the {trials} trials does not predict the "
         "score of trials that it has not seen."
     )
 
@@ -253,8 +267,10 @@ def search_sentence(part: str, search: SettingsSearch) -> str:
     """How much was tried for which part, by which method, and which settings were the best."""
     best = search.best
     return (
-        f"For {part_words(part)}, the {search.method} tried {len(search.trials)} combinations of settings. The best "
-        f"has the score {format_number(best.score, 3)} ({search.score_name}). Its settings are {_settings_words(best)}."
+        f"For {part_words(part)}, the {search.method} tried "
+        f"{len(search.trials)} combinations of settings. The best "
+        f"has the score {format_number(best.score, 3)} ({search.score_name}). "
+        f"Its settings are {_settings_words(best)}."
     )
 
 

@@ -44,7 +44,8 @@ _METRICS = (
 
 @dataclass(frozen=True, eq=False)
 class FrozenDataset:
-    """Pulses of campaigns, frozen for training: the same name and hash always hold the same pulses."""
+    """Pulses of campaigns, frozen for training: the same name and hash always hold the same
+    pulses."""
 
     snapshot: Snapshot
 
@@ -62,8 +63,9 @@ class FrozenDataset:
         return len(self.snapshot.table)
 
     def to_frame(self) -> pd.DataFrame:
-        """A pulse in each row: key, configuration, predictors (categories by name), mass of the impactor and
-        thickness of the plate, contact time, force points: what `StoredModel.predict` takes."""
+        """A pulse in each row: key, configuration, predictors (categories by name), mass of the
+        impactor and thickness of the plate, contact time, force points: what `StoredModel.predict`
+        takes."""
         import pandas as pd
 
         from .datasets import dataset_columns
@@ -71,7 +73,8 @@ class FrozenDataset:
         return with_units(pd.DataFrame(dataset_columns(self.snapshot.table)))
 
     def splits(self, *, seed: int = 0) -> pd.DataFrame:
-        """The ways in which the pulses can be parted for training, with the number of pulses on either side."""
+        """The ways in which the pulses can be parted for training, with the number of pulses on
+        either side."""
         from .datasets import snapshot_as_json
 
         return frame_of(snapshot_as_json(self.snapshot, seed)["splits"])
@@ -89,7 +92,8 @@ class FrozenDataset:
 
 @dataclass(frozen=True, eq=False)
 class TrainingRuns:
-    """Models that were trained, or were found trained already, each judged on pulses that it has not seen.
+    """Models that were trained, or were found trained already, each judged on pulses that it has
+    not seen.
 
     `failures` are the models that could not learn from the dataset, with the reason.
     """
@@ -110,7 +114,8 @@ class TrainingRuns:
         return [version.label for version in self.versions]
 
     def to_frame(self) -> pd.DataFrame:
-        """A version in each row: errors on the held-out pulses with 90 % intervals, coverage, seconds."""
+        """A version in each row: errors on the held-out pulses with 90 % intervals, coverage,
+        seconds."""
         return versions_frame(self.versions)
 
     def plot(self, ax: Axes | None = None, *, metric: str = "force_nrmse") -> Axes:
@@ -143,7 +148,8 @@ class TrainingRuns:
 
 @dataclass(frozen=True, eq=False)
 class ModelComparison:
-    """Versions on the held-out pulses that none of them was trained on, and the differences of each pair."""
+    """Versions on the held-out pulses that none of them was trained on, and the differences of each
+    pair."""
 
     comparisons: Comparisons
     metric: str
@@ -162,13 +168,15 @@ class ModelComparison:
         return frame_of(self.comparisons.table(METRICS))
 
     def differences(self) -> pd.DataFrame:
-        """The difference of each pair in every metric, over all pulses and by group, with interval and p-value."""
+        """The difference of each pair in every metric, over all pulses and by group, with interval
+        and p-value."""
         return frame_of(
             row for comparison in self.comparisons.comparisons for row in comparison.rows()
         )
 
     def settings(self) -> pd.DataFrame:
-        """What each version's training searched and found: a row for each setting, a column for each version."""
+        """What each version's training searched and found: a row for each setting, a column for
+        each version."""
         return frame_of(
             self.comparisons.settings_table(),
             ("setting", *(v.label for v in self.comparisons.versions)),
@@ -223,7 +231,8 @@ class PromotionDecision:
 
     @property
     def sentence(self) -> str:
-        """ "hybrid@3 is now in use for the gun (none before)", with the reason and what it was judged on."""
+        """ "hybrid@3 is now in use for the gun (none before)", with the reason and what it was
+        judged on."""
         decision = self.decision
         kind, candidate, champion = decision.predictor_set, decision.candidate, decision.champion
         why = f": {decision.reason}" if decision.reason else ""
@@ -235,7 +244,10 @@ class PromotionDecision:
         if not decision.promoted:
             stays = f"{champion} stays in use" if champion else "no model is in use"
             if decision.verdict == "not enough to judge":
-                return f"{candidate} is not promoted, {stays} for the {kind}: not enough to judge{why}{judged}"
+                return (
+                    f"{candidate} is not promoted, {stays} for the {kind}: not "
+                    f"enough to judge{why}{judged}"
+                )
             return f"{candidate} is refused, {stays} for the {kind}{why}{judged}"
         if champion == candidate:
             return f"{candidate} is in use for the {kind}, as before"
@@ -263,10 +275,11 @@ def train_models(
     executor: ExecutorConfig | None = None,
     progress: Progress | None = None,
 ) -> tuple[Session, dict[str, str]]:
-    """Train models on splits of a dataset and register them: the session, and the repeatability floor by split.
+    """Train models on splits of a dataset and register them: the session, and the repeatability
+    floor by split.
 
-    `splits` is a comma list; None: repetitions and configurations, as far as the dataset can be split so.
-    Raises as `model_catalogue.models_of`, `splits_of` and `read_snapshot`.
+    `splits` is a comma list; None: repetitions and configurations, as far as the dataset can be
+    split so. Raises as `model_catalogue.models_of`, `splits_of` and `read_snapshot`.
     """
     from ...parallel.executor import HERE
     from ...training.fitting import session as training_session
@@ -333,9 +346,10 @@ def compare_versions(
     metric: str = "force_nrmse",
     note: Callable[[str], None] = lambda _: None,
 ) -> Comparisons:
-    """Versions compared on the held-out pulses they have in common, each with each; without names, the best of the
-    split with all others. Without `split` it is repetitions, or that of the newest model where none was judged on
-    repetitions. `note` is told what was left out and which pulses were withdrawn.
+    """Versions compared on the held-out pulses they have in common, each with each; without names,
+    the best of the split with all others. Without `split` it is repetitions, or that of the newest
+    model where none was judged on repetitions. `note` is told what was left out and which pulses
+    were withdrawn.
 
     Raises as `comparing.versions_named` and `comparing.comparisons_of`.
     """

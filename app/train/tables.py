@@ -1,10 +1,12 @@
-"""Tables of models for people: splits beside each other, the floor, and the thesis's figures (Tables 4.4 to 4.9, 5.2
-and 5.3) under our models' names.
+"""Tables of models for people: splits beside each other, the floor, and the thesis's figures
+(Tables 4.4 to 4.9, 5.2 and 5.3) under our models' names.
 
-Its Tables 5.2 and 5.3 are of the two optimised models, `coregional-gp` and `nn-ga`, and of the analytic pulses. Where
-it gives a figure twice, the first row of `data/thesis_tables.csv` counts: the optimised, more precise one. Table 4.8's
-time model, tuned by Bayesian optimisation, goes with its network (section 4.4) and tells of `gp` too, behind Table
-4.4's. The last three of Table 4.4 (SVM, kernel, linear: hundreds and more) stand as printed, as relative errors.
+Its Tables 5.2 and 5.3 are of the two optimised models, `coregional-gp` and `nn-ga`, and of the
+analytic pulses. Where it gives a figure twice, the first row of `data/thesis_tables.csv` counts:
+the optimised, more precise one. Table 4.8's time model, tuned by Bayesian optimisation, goes with
+its network (section 4.4) and tells of `gp` too, behind Table
+4.4's. The last three of Table 4.4 (SVM, kernel, linear: hundreds and more) stand as printed, as
+relative errors.
 """
 
 from __future__ import annotations
@@ -68,7 +70,8 @@ _OF_THESIS = ("force_nrmse", "contact_time_error", "impulse_error")
 
 
 def table_of(versions: Sequence[Version], floors: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Rows of one dataset's models, the best force NRMSE of the first split first, floors where they rank.
+    """Rows of one dataset's models, the best force NRMSE of the first split first, floors where
+    they rank.
 
     `floors` by split, as the registry keeps them. Means over held-out pulses, errors as shares.
     """
@@ -84,13 +87,15 @@ def table_of(versions: Sequence[Version], floors: Mapping[str, str]) -> list[dic
 def floors_by_ground(
     registry: Registry, versions: Iterable[Version]
 ) -> dict[tuple[str, int], dict[str, str]]:
-    """The floors by split of each dataset and seed that versions were trained with, in their order."""
+    """The floors by split of each dataset and seed that versions were trained with, in their
+    order."""
     grounds = dict.fromkeys((version.dataset.hash, version.seed) for version in versions)
     return {ground: registry.floors(*ground) for ground in grounds}
 
 
 def json_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
-    """A version in JSON, beside it what repetitions allow on its split, and the thesis's figures of its kind."""
+    """A version in JSON, beside it what repetitions allow on its split, and the thesis's figures of
+    its kind."""
     row = row_of(version)
     if version.split in floors:
         scopes = {scope: floor_metrics(floors[version.split], scope) for scope in SCOPES}

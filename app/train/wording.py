@@ -1,4 +1,5 @@
-"""Registered models in sentences: how large their errors are, on what, and which of two is better by how much."""
+"""Registered models in sentences: how large their errors are, on what, and which of two is better
+by how much."""
 
 from __future__ import annotations
 
@@ -37,14 +38,16 @@ def share(value: float | None, digits: int = 2) -> str:
 
 
 def _per_cent(value: float, digits: int = 2) -> str:
-    """Whole per cent from 100 on, where two digits would round 214 to 210; with a true minus sign."""
+    """Whole per cent from 100 on, where two digits would round 214 to 210; with a true minus
+    sign."""
     return format_number(100 * value, max(digits, 3) if abs(value) >= 1 else digits).replace(
         "-", "−"
     )
 
 
 def bounded(ci90: Sequence[float] | None) -> list[float] | None:
-    """An interval of a mean error, which is never negative: bootstrap and t intervals of few pulses may say so."""
+    """An interval of a mean error, which is never negative: bootstrap and t intervals of few pulses
+    may say so."""
     return None if ci90 is None else [max(0.0, ci90[0]), max(0.0, ci90[1])]
 
 
@@ -62,13 +65,15 @@ def share_with_range(metric: Mapping[str, Any]) -> str:
 
 
 def error_sentence(row: Mapping[str, Any]) -> str:
-    """What a version's errors are, on what, and what the bench itself repeats to; `row` as `version_row` gives it."""
+    """What a version's errors are, on what, and what the bench itself repeats to; `row` as
+    `version_row` gives it."""
     metrics = row["metrics"]
     force = metrics["force_nrmse"]
     if force["mean"] is None:
         return f"{row['label']} has no force error on {unseen(row['split'])}."
     text = (
-        f"{row['label']} predicts the force within {share_with_range(force)} and the contact time within "
+        f"{row['label']} predicts the force within {share_with_range(force)} "
+        f"and the contact time within "
         f"{share_with_range(metrics['contact_time_error'])} on {unseen(row['split'])}"
     )
     if row.get("not_usable"):
@@ -84,8 +89,8 @@ def lead_sentence(
 ) -> str:
     """Which of two versions is better, by how many per cent of the other's error.
 
-    `difference` is a row of `side_by_side` (`a` minus `b`), `means` the mean errors of the metric by label, on the same
-    pulses.
+    `difference` is a row of `side_by_side` (`a` minus `b`), `means` the mean errors of the metric
+    by label, on the same pulses.
     """
     a, b, delta = difference["a"], difference["b"], difference["difference"]
     what = ERRORS.get(difference["metric"], difference["metric"].replace("_", " "))
@@ -108,7 +113,8 @@ def lead_sentence(
         return f"{text}."
     least = difference.get("least_p_value")
     few = (
-        f"; {difference['configurations']} configurations can give {format_number(least, 2)} at the least"
+        f"; {difference['configurations']} configurations can give "
+        f"{format_number(least, 2)} at the least"
         if least
         else ""
     )
@@ -119,10 +125,13 @@ def lead_sentence(
 #: What each model of `training.models.catalogue` is, for a person who chooses.
 MODEL_SENTENCES = {
     "hunter": "The contact law of Hunter, a half sine; it learns nothing from the pulses.",
-    "reed": "The contact law of Reed, a sine to the power of 1.5; it learns nothing from the pulses.",
-    "hann": "The contact law with two halves of a raised cosine (von Hann); it learns nothing from the pulses.",
+    "reed": "The contact law of Reed, a sine to the power of 1.5; it learns nothing "
+    "from the pulses.",
+    "hann": "The contact law with two halves of a raised cosine (von Hann); it "
+    "learns nothing from the pulses.",
     "hertz": "The elastic contact law of Hertz; it learns nothing from the pulses.",
-    "hunt-crossley": "The law of Hertz with the damping of Hunt and Crossley; it learns nothing from the pulses.",
+    "hunt-crossley": "The law of Hertz with the damping of Hunt and Crossley; it learns "
+    "nothing from the pulses.",
     "linear": "Linear regression of force and contact time; the fastest one that learns.",
     "pls": "Partial least squares, for predictors that depend on each other.",
     "tree": "One regression tree; easy to read, coarse between the levels that were measured.",
@@ -132,7 +141,8 @@ MODEL_SENTENCES = {
     "svr-kernel": "Support vector regression on features that approximate a Gaussian kernel.",
     "coregional-gp": "One Gaussian process of all force points together, with intervals.",
     "gp": "Gaussian processes of the force points, one for each, with intervals.",
-    "hybrid": "A pulse by von Hann's law and a correction that is learned from the pulses, with intervals.",
+    "hybrid": "A pulse by von Hann's law and a correction that is learned from the "
+    "pulses, with intervals.",
     "single-pass": "One regression of force and contact time together, with intervals.",
     "nn-narrow": "A neural network with one layer of 10 neurons.",
     "nn-medium": "A neural network with one layer of 25 neurons.",

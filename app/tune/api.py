@@ -15,7 +15,8 @@ from .job import TUNE, TuneArguments
 
 
 class Tuning(BaseModel):
-    """As the options of `pyroshock tune`: `target` is the text of its CSV, `factors` the text of a factors file."""
+    """As the options of `pyroshock tune`: `target` is the text of its CSV, `factors` the text of a
+    factors file."""
 
     target: str = Field(max_length=260_000)
     tolerance: Word = ""
@@ -34,7 +35,8 @@ class Tuning(BaseModel):
 
 
 def tune_job(jobs: Jobs, store: Store, question: Tuning) -> JobView:
-    """Queue a tuning; its result: proposals as of `tune --json`, whether the target is met, what to avoid, and notes.
+    """Queue a tuning; its result: proposals as of `tune --json`, whether the target is met, what to
+    avoid, and notes.
 
     Raises `ValueError` for a target or factors that cannot be read.
     """

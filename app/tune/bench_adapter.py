@@ -1,4 +1,5 @@
-"""What the tuner asks of a lab: which settings there are, what the bench refuses, what shots have shown."""
+"""What the tuner asks of a lab: which settings there are, what the bench refuses, what shots have
+shown."""
 
 from __future__ import annotations
 
@@ -52,7 +53,8 @@ class SensorTwin:
 
 
 def goal_of(target: Target, lines_hz: Floats, share: float) -> Goal:
-    """A target at the lines of the twin, with its whole rule; a smaller `share` than the rule's goes before it.
+    """A target at the lines of the twin, with its whole rule; a smaller `share` than the rule's
+    goes before it.
 
     Raises `ValueError` for a line outside of the target's range.
     """
@@ -71,10 +73,11 @@ def tuning_space(
     limits: BenchLimits,
     mass_kg: Amount | None = None,
 ) -> TuningSpace:
-    """The lab's levels as the factors of its plans tell them, any pressure that the bench allows, on one plate.
+    """The lab's levels as the factors of its plans tell them, any pressure that the bench allows,
+    on one plate.
 
-    `mass_kg` None: the bullets of the plan's levels. Raises `ValueError` for factors without a tip, radius or mass;
-    `material` raises for a level's that it does not know.
+    `mass_kg` None: the bullets of the plan's levels. Raises `ValueError` for factors without a tip,
+    radius or mass; `material` raises for a level's that it does not know.
     """
     of = {factor.name: factor for factor in factors.factors}
     highest = min(
@@ -102,7 +105,8 @@ def _words(factor: DesignFactor | None, otherwise: tuple[str, ...]) -> tuple[str
 def _numbers(
     factors: Mapping[str, DesignFactor], name: str, most: int | None = None
 ) -> tuple[float, ...]:
-    """The numbers of a factor; of a continuous one `most` of them, at equal distances, its ends included."""
+    """The numbers of a factor; of a continuous one `most` of them, at equal distances, its ends
+    included."""
     factor = factors.get(name)
     if factor is None or factor.numbers is None:
         raise ValueError(f"the factors have no numbers of {name}; there are: {', '.join(factors)}")
@@ -122,7 +126,8 @@ def _masses(factors: Mapping[str, DesignFactor]) -> Amount:
 
 
 def bench_refusals(twin: Twin, limits: BenchLimits) -> Refusals:
-    """What the guard of a plan says of a setting fired at once: Hertz's force, which errs on the safe side."""
+    """What the guard of a plan says of a setting fired at once: Hertz's force, which errs on the
+    safe side."""
 
     def refusals(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
         return [

@@ -30,14 +30,16 @@ if TYPE_CHECKING:
     "--tolerance",
     default=None,
     metavar="6dB",
-    help="Set the tolerance, such as 6dB or +9/-6dB. [default: that of the file, else that of NASA-STD-7003]",
+    help="Set the tolerance, such as 6dB or +9/-6dB. [default: that of the file, "
+    "else that of NASA-STD-7003]",
 )
 @click.option(
     "--measured",
     multiple=True,
     callback=split_names,
     metavar="CAMPAIGN",
-    help="Learn from the measured shots of these campaigns. Repeat the option, or give a list: a,b.",
+    help="Learn from the measured shots of these campaigns. Repeat the option, or "
+    "give a list: a,b.",
     shell_complete=campaign_names,
 )
 @click.option(
@@ -64,7 +66,8 @@ if TYPE_CHECKING:
     default=None,
     metavar="MASSES",
     help=(
-        "List your bullets (0.2kg,0.5kg), or allow any mass of a range (0.2kg:1kg). [default: the levels of the factor]"
+        "List your bullets (0.2kg,0.5kg), or allow any mass of a range "
+        "(0.2kg:1kg). [default: the levels of the factor]"
     ),
 )
 @click.option(
@@ -98,14 +101,16 @@ if TYPE_CHECKING:
     "--impact-at",
     multiple=True,
     metavar="X,Y",
-    help="Place the impact points #1, #2 and so on upon the outline of the plate, in m. The option can be repeated.",
+    help="Place the impact points #1, #2 and so on upon the outline of the plate, "
+    "in m. The option can be repeated.",
 )
 @click.option(
     "--sensor-at",
     multiple=True,
     metavar="X,Y",
     help=(
-        "Place the sensors acceleration_1, acceleration_2 and so on upon the plate, in m. The option can be repeated."
+        "Place the sensors acceleration_1, acceleration_2 and so on upon the "
+        "plate, in m. The option can be repeated."
     ),
 )
 @click.option(
@@ -179,13 +184,15 @@ def tune(
 ) -> None:
     """Search the settings of the bench that give a prescribed spectrum.
 
-    The settings are ranked, each with the probability that every line fits. The first line says whether any setting
-    meets the target, with which probability, and what stands in the way if none does; the exit code is 1 then.
-    Settings that the bench must not fire are never proposed. A shot that was fired updates the next proposal.
+    The settings are ranked, each with the probability that every line fits. The first line says
+    whether any setting meets the target, with which probability, and what stands in the way if none
+    does; the exit code is 1 then. Settings that the bench must not fire are never proposed. A shot
+    that was fired updates the next proposal.
 
     \b
     Example:
-        pyroshock tune --target examples/specifications/component.csv --measured rehearsal --plot spectra.png
+        pyroshock tune --target examples/specifications/component.csv --measured rehearsal --plot
+        spectra.png
     """
     progress = progress_bar(f"Searching settings for {Path(target).name}", "settings")
     with open_command_store(db) as store:
@@ -270,7 +277,8 @@ def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> N
     click.echo(sentence)
     if rows:
         click.echo(
-            "\nProbabilities that the lines of the next shot lie within tolerance, the best setting first"
+            "\nProbabilities that the lines of the next shot lie within "
+            "tolerance, the best setting first"
         )
         print_table([_row(row) for row in rows], "")
     if tuned.avoid:

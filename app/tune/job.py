@@ -1,4 +1,5 @@
-"""From a prescribed spectrum to settings: nothing is stored but the answer, from which its page is drawn."""
+"""From a prescribed spectrum to settings: nothing is stored but the answer, from which its page is
+drawn."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TuneArguments:
-    """As the options of `pyroshock tune`: `target` is the text of its CSV, `factors` the text of a factors file."""
+    """As the options of `pyroshock tune`: `target` is the text of its CSV, `factors` the text of a
+    factors file."""
 
     target: str
     tolerance: str = ""

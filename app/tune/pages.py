@@ -46,8 +46,9 @@ class TypedTarget(BaseModel):
 
 
 def target_figure(target: Target) -> Figure:
-    """A prescribed spectrum with its tolerance on four-coordinate paper: pseudo-velocity over frequency, with lines of
-    constant acceleration in g and of constant displacement. A side without a limit reaches the edge of the paper."""
+    """A prescribed spectrum with its tolerance on four-coordinate paper: pseudo-velocity over
+    frequency, with lines of constant acceleration in g and of constant displacement. A side without
+    a limit reaches the edge of the paper."""
     lines = np.union1d(
         np.geomspace(target.frequency_hz[0], target.frequency_hz[-1], 200), target.frequency_hz
     )
@@ -86,7 +87,8 @@ def target_figure(target: Target) -> Figure:
 
 
 def target_sentence(target: Target) -> str:
-    """`The specification reaches from 100 to 10000 Hz and from 30 to 300 g, with a tolerance of +6/−6 dB.`"""
+    """`The specification reaches from 100 to 10000 Hz and from 30 to 300 g, with a tolerance of
+    +6/−6 dB.`"""
     display = display_of("level_m_s2")
     ends = [format_number(end) for end in (target.frequency_hz[0], target.frequency_hz[-1])]
     levels = [
@@ -101,7 +103,8 @@ def target_sentence(target: Target) -> str:
     )
     more = " and others" if len(sides) > 3 else ""
     return (
-        f"The specification reaches from {ends[0]} to {ends[1]} Hz and from {levels[0]} to {levels[1]} {display.unit}, "
+        f"The specification reaches from {ends[0]} to {ends[1]} Hz and from "
+        f"{levels[0]} to {levels[1]} {display.unit}, "
         f"with a tolerance of {tolerances}{more}."
     )
 
@@ -136,7 +139,8 @@ def tuned_figure(tuning: Mapping[str, Any]) -> Figure:
 def _check(
     store: Store, field: str, text: str, tolerance: str, names: list[str], campaign: str, plate: str
 ) -> None:
-    """Raises `FieldError` at the field that cannot be used: the search would end without a result."""
+    """Raises `FieldError` at the field that cannot be used: the search would end without a
+    result."""
     if not text.strip():
         raise FieldError(
             field, "There is no specification. Choose its CSV file, or paste its table."
@@ -207,7 +211,8 @@ def form(
 
 @router.post("/tune/target")
 def typed_target(typed: TypedTarget) -> dict[str, Any]:
-    """The chart of a specification and its sentence, while it is typed. Raises `ValueError` as `target_from_upload`."""
+    """The chart of a specification and its sentence, while it is typed. Raises `ValueError` as
+    `target_from_upload`."""
     target = target_from_upload(typed.text, "the specification", typed.tolerance.strip() or None)
     return {"figure": target_figure(target), "sentence": target_sentence(target)}
 
@@ -275,5 +280,6 @@ def tuned(request: Request, job: Key, running: Running) -> Response:
     )
 
 
-_SETTINGS = ("tank_pressure_pa", "bullet_mass_kg", "tip_material", "tip_radius_m", "anvil_material", "insulator",
+_SETTINGS = ("tank_pressure_pa", "bullet_mass_kg", "tip_material", "tip_radius_m", "anvil_material",
+"insulator",
              "impact_position")  # fmt: skip

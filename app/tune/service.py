@@ -42,7 +42,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TunedSettings:
-    """Ranked settings, each with the probability that every line of the spectrum lies within its tolerance.
+    """Ranked settings, each with the probability that every line of the spectrum lies within its
+    tolerance.
 
     `tuned` is the result of the tuner behind it, `notes` say what was assumed.
     """
@@ -53,7 +54,8 @@ class TunedSettings:
 
     @property
     def sentence(self) -> str:
-        """Whether any setting meets the target, how likely, and what stands in the way where none does."""
+        """Whether any setting meets the target, how likely, and what stands in the way where none
+        does."""
         return argument_names(self.tuned.attainability.sentence)
 
     @property
@@ -68,8 +70,8 @@ class TunedSettings:
 
     @property
     def spectra(self) -> pd.DataFrame:
-        """A line in each row: the target with the edges of its tolerance, and the expected spectrum of each setting
-        with its 90 % band, m/s2; settings are called by their rank."""
+        """A line in each row: the target with the edges of its tolerance, and the expected spectrum
+        of each setting with its 90 % band, m/s2; settings are called by their rank."""
         import pandas as pd
 
         goal = self.goal
@@ -98,7 +100,8 @@ class TunedSettings:
         )
 
     def to_frame(self) -> pd.DataFrame:
-        """A setting in each row, the best first: settings in SI, probabilities, worst margin and its frequency."""
+        """A setting in each row, the best first: settings in SI, probabilities, worst margin and
+        its frequency."""
         rows = []
         for row in self.to_json():
             listed = {
@@ -177,7 +180,8 @@ def target_of(given: TargetLike, tolerance: str | float | None = None) -> Target
 
 
 def search_settings(store: Store | None, url: str, ask: Ask, step: Step) -> TunedSettings:
-    """The search for what is asked, at the lines of its target. Raises as `tuning.session.session_of`."""
+    """The search for what is asked, at the lines of its target. Raises as
+    `tuning.session.session_of`."""
     from ..common.model_registry import models_extra
     from .session import session_of
 
@@ -190,14 +194,16 @@ def search_settings(store: Store | None, url: str, ask: Ask, step: Step) -> Tune
 
 
 def factors_of(path: str | os.PathLike[str] | None) -> Space:
-    """What a laboratory owns: of a plan's TOML file, or the levels that ship with the software. Raises `ValueError`."""
+    """What a laboratory owns: of a plan's TOML file, or the levels that ship with the software.
+    Raises `ValueError`."""
     from ...doe.space import read_space, shipped_factors, space_from_text
 
     return space_from_text(shipped_factors("gun")) if path is None else read_space(Path(path))
 
 
 def masses_of(given: Quantity | Iterable[Quantity] | None, name: str) -> Amount | None:
-    """Masses that the laboratory owns: one, several ("0.2kg,0.5kg", or a list), or any between two ("0.2kg:1kg").
+    """Masses that the laboratory owns: one, several ("0.2kg,0.5kg", or a list), or any between two
+    ("0.2kg:1kg").
 
     Raises `ValueError` that says `name`.
     """

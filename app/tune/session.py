@@ -1,4 +1,5 @@
-"""One question to the tuner, made ready from what is in the store; and the best settings' spectra as a picture."""
+"""One question to the tuner, made ready from what is in the store; and the best settings' spectra
+as a picture."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Ask:
-    """What a user asks: a spectrum, of which twin, with what the lab owns, learning from which campaigns.
+    """What a user asks: a spectrum, of which twin, with what the lab owns, learning from which
+    campaigns.
 
     A setting meets the target from a probability of `at_least` on.
     """
@@ -88,7 +90,8 @@ def session_of(store: Store | None, db: str, ask: Ask) -> TuningSession:
     built = _without_double_counting(twin_of(store, db, ask.request), ask.measured)
     if not built.bench.has_gun:
         raise ValueError(
-            f"campaign {built.bench.campaign!r} is of kind {built.bench.kind!r} and has no gun, whose settings are "
+            f"campaign {built.bench.campaign!r} is of kind "
+            f"{built.bench.kind!r} and has no gun, whose settings are "
             "searched: give the campaign of a gun with --campaign"
         )
     limits = read_limits(ask.factors.bench)
@@ -112,8 +115,8 @@ def session_of(store: Store | None, db: str, ask: Ask) -> TuningSession:
 
 
 def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> BuiltTwin:
-    """Spectra of a campaign that the tuner learns from itself are not learned by the twin as well; and a calibration
-    that no shot has taught leaves what is not known to the tuner."""
+    """Spectra of a campaign that the tuner learns from itself are not learned by the twin as well;
+    and a calibration that no shot has taught leaves what is not known to the tuner."""
     calibration = built.twin.calibration
     if calibration is None or (calibration.shots and built.bench.campaign not in measured):
         return built
@@ -121,7 +124,8 @@ def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> Built
 
 
 def _measured(store: Store | None, built: BuiltTwin, ask: Ask) -> tuple[FiredShots, list[str]]:
-    """Of all campaigns named, and what was left out of each. Raises `LookupError` for a campaign without a store."""
+    """Of all campaigns named, and what was left out of each. Raises `LookupError` for a campaign
+    without a store."""
     together = FiredShots()
     notes: list[str] = []
     if store is None:

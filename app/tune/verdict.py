@@ -13,16 +13,22 @@ from ..common.quantities import cell, display_of
 
 #: What can be done about an obstacle, by its kind (`twin.tune.attainability.Kind`).
 _REMEDIES = {
-    "bench limit": "Check whether the limit of the bench can be changed, or whether the specification allows a wider "
+    "bench limit": "Check whether the limit of the bench can be changed, or whether the "
+    "specification allows a wider "
     "tolerance at this line.",
-    "model domain": "Measure shots outside of the range of the contact model and train the model again, so that the "
+    "model domain": "Measure shots outside of the range of the contact model and train the "
+    "model again, so that the "
     "search may propose such settings.",
-    "measured shots": "Fire the best setting, ingest the shot, and search again with its campaign in the field “Learn "
+    "measured shots": "Fire the best setting, ingest the shot, and search again with its "
+    "campaign in the field “Learn "
     "from the shots of”.",
-    "level": "Add bullets, tips or anvils that change the level to the factors of the laboratory, and search again.",
-    "shape": "Try another plate or another sensor position, or ask whether the specification allows a wider tolerance "
+    "level": "Add bullets, tips or anvils that change the level to the factors of the "
+    "laboratory, and search again.",
+    "shape": "Try another plate or another sensor position, or ask whether the "
+    "specification allows a wider tolerance "
     "at the worst line.",
-    "tolerance": "The scatter from shot to shot is larger than the tolerance. Ask for a wider tolerance, or for a "
+    "tolerance": "The scatter from shot to shot is larger than the tolerance. Ask for a "
+    "wider tolerance, or for a "
     "share of the lines below 1.",
 }
 
@@ -49,8 +55,8 @@ def setting_words(settings: Mapping[str, Any]) -> str:
 def answer_sentence(data: Mapping[str, Any]) -> str:
     """Whether the target is met, with the probability and its 90 % interval (`tune_job`'s result).
 
-    The interval is Wilson's of the draws of the twin; results of older software do not say how many there were. Empty
-    for a result without an answer.
+    The interval is Wilson's of the draws of the twin; results of older software do not say how many
+    there were. Empty for a result without an answer.
     """
     attainability = data.get("attainability")
     if not attainability:
@@ -61,7 +67,10 @@ def answer_sentence(data: Mapping[str, Any]) -> str:
     interval = ""
     if draws:
         low, high = binomtest(round(probability * draws), draws).proportion_ci(0.9, method="wilson")
-        interval = f" (90 % interval {100 * low:.0f} to {100 * high:.0f} %, from {draws} draws of the twin)"
+        interval = (
+            f" (90 % interval {100 * low:.0f} to {100 * high:.0f} %, from {draws} "
+            f"draws of the twin)"
+        )
     stated = f"a probability of {_likely(probability)}{interval}"
     if attainability["meets"]:
         return f"The target is met with {stated}."
@@ -77,7 +86,8 @@ def _likely(probability: float) -> str:
 
 
 def verdict_text(data: Mapping[str, Any]) -> str:
-    """The best setting with its probability and its worst line (`tune_job`'s result); empty without a proposal."""
+    """The best setting with its probability and its worst line (`tune_job`'s result); empty without
+    a proposal."""
     if not data["proposals"]:
         return ""
     best = data["proposals"][0]
@@ -86,7 +96,8 @@ def verdict_text(data: Mapping[str, Any]) -> str:
         text = f"The best setting is {setting_words(best['settings'])}."
     else:
         text = (
-            f"With {setting_words(best['settings'])}, every line of the spectrum lies within tolerance with a "
+            f"With {setting_words(best['settings'])}, every line of the "
+            f"spectrum lies within tolerance with a "
             f"probability of {_likely(best['probability_within'])}."
         )
     met = best.get("probability_met", best["probability_within"])
@@ -101,7 +112,8 @@ def verdict_text(data: Mapping[str, Any]) -> str:
     margin = best["worst_margin_db"]
     where = "within" if margin >= 0 else "outside of"
     return (
-        f"{text} The worst line is {format_number(worst)} Hz: the expected level is {format_number(abs(error_db), 2)} "
+        f"{text} The worst line is {format_number(worst)} Hz: the expected "
+        f"level is {format_number(abs(error_db), 2)} "
         f"dB too {side}, {format_number(abs(margin), 2)} dB {where} the tolerance."
     )
 
@@ -113,11 +125,13 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
     steps = [_REMEDIES[obstacle["kind"]]] if obstacle.get("kind") in _REMEDIES else []
     if data["proposals"]:
         steps.append(
-            "Open the best setting in the twin, and compare it with the nearest measured shots before it is fired."
+            "Open the best setting in the twin, and compare it with the "
+            "nearest measured shots before it is fired."
         )
         if not steps[0].startswith("Fire"):
             steps.append(
-                "After the shot, ingest its recording and search again with its campaign in the field “Learn from the "
+                "After the shot, ingest its recording and search again with "
+                "its campaign in the field “Learn from the "
                 "shots of”: the next proposal is then corrected by what was measured."
             )
     return steps

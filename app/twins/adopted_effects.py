@@ -1,4 +1,5 @@
-"""Effects that a diagnosis has found become part of the twin: kept as versions, taken up by predictions."""
+"""Effects that a diagnosis has found become part of the twin: kept as versions, taken up by
+predictions."""
 
 from __future__ import annotations
 
@@ -35,8 +36,8 @@ GunChoices = tuple[tuple[float, tuple[Effect, ...]], ...]
 
 @dataclass(frozen=True)
 class UnseenGap:
-    """The model error of the diagnosed campaign on configurations that the fit had not seen, without and with what was
-    adopted, in the unit of `tolerance`."""
+    """The model error of the diagnosed campaign on configurations that the fit had not seen,
+    without and with what was adopted, in the unit of `tolerance`."""
 
     before: float
     after: float
@@ -46,15 +47,17 @@ class UnseenGap:
     def sentence(self) -> str:
         before, after = (number(size / self.tolerance) for size in (self.before, self.after))
         return (
-            f"On configurations that the fit had not seen, the model error was {before} times the tolerance without "
+            f"On configurations that the fit had not seen, the model error "
+            f"was {before} times the tolerance without "
             f"and {after} times with what was adopted."
         )
 
 
 @dataclass(frozen=True)
 class AdoptedEffects:
-    """One version as predictions see it: the effects that it still decides, and what to tell of them. Of the gun the
-    mean prediction of `gun_choices` counts where there are any; `effects` then has those of the likeliest."""
+    """One version as predictions see it: the effects that it still decides, and what to tell of
+    them. Of the gun the mean prediction of `gun_choices` counts where there are any; `effects` then
+    has those of the likeliest."""
 
     version: int
     effects: tuple[Effect, ...]
@@ -67,20 +70,27 @@ class AdoptedEffects:
     def note(self) -> str:
         when = f"{self.adopted_at:%Y-%m-%d}"
         adopted = f"adopted {when}, version {self.version}, diagnosis of {self.campaign}"
-        return f"with {_names(self.effects, self.gun_choices)} ({adopted}). {self._error_sentence.rstrip('.')}"
+        return (
+            f"with {_names(self.effects, self.gun_choices)} ({adopted}). "
+            f"{self._error_sentence.rstrip('.')}"
+        )
 
     @property
     def sentence(self) -> str:
         """What is adopted, and how near it came to what was measured."""
         names = _names(self.effects, self.gun_choices)
-        return f"Version {self.version}, from the diagnosis of {self.campaign}, has {names}. {self._error_sentence}"
+        return (
+            f"Version {self.version}, from the diagnosis of {self.campaign}, has "
+            f"{names}. {self._error_sentence}"
+        )
 
     @property
     def _error_sentence(self) -> str:
         if self.error is not None:
             return self.error.sentence
         return (
-            "The diagnosis did not measure the model error with these effects on configurations that the fit had not "
+            "The diagnosis did not measure the model error with these "
+            "effects on configurations that the fit had not "
             "seen."
         )
 
@@ -98,11 +108,11 @@ def _names(effects: Sequence[Effect], gun_choices: GunChoices) -> str:
 
 @dataclass(frozen=True)
 class Adoption:
-    """What can become part of the twin, by the name that `--adopt` takes: effects as they were fitted; those of the
-    likeliest choice where `choices` are averaged.
+    """What can become part of the twin, by the name that `--adopt` takes: effects as they were
+    fitted; those of the likeliest choice where `choices` are averaged.
 
-    `probability` is None where the verdict has none, `after` the gap that is left held out (None: not measured), and
-    `reason` says why it is this one of several that cannot be told apart.
+    `probability` is None where the verdict has none, `after` the gap that is left held out (None:
+    not measured), and `reason` says why it is this one of several that cannot be told apart.
     """
 
     name: str
@@ -130,8 +140,9 @@ class Adoption:
 def offered(verdict: Verdict) -> Adoption | None:
     """What a diagnosis offers to adopt; None where no fit has parameters that the parts can have.
 
-    Of sets whose effects cannot be told apart that is the mean of what they predict, where they are all of the gun;
-    otherwise the effects that predict best on configurations that the fit has not seen.
+    Of sets whose effects cannot be told apart that is the mean of what they predict, where they are
+    all of the gun; otherwise the effects that predict best on configurations that the fit has not
+    seen.
     """
     averaged = verdict.averaged
     if averaged is None:
@@ -179,8 +190,10 @@ def adoption(verdict: Verdict, wanted: str) -> Adoption:
     for exceeded in exceeded_limits(effects):
         item = exceeded.parameter
         raise ValueError(
-            f"{exceeded.effect} is not adopted: {item.name} = {f'{exceeded.value:.3g} {item.unit}'.rstrip()} lies "
-            f"{'beyond' if exceeded.is_beyond else 'at the end of'} its range ({exceeded.limit:g}); this is a miss of "
+            f"{exceeded.effect} is not adopted: {item.name} = "
+            f"{f'{exceeded.value:.3g} {item.unit}'.rstrip()} lies "
+            f"{'beyond' if exceeded.is_beyond else 'at the end of'} its range "
+            f"({exceeded.limit:g}); this is a miss of "
             "the law and not a value"
         )
     return Adoption(wanted, effects, probability, after=_after(verdict, wanted))
@@ -202,7 +215,8 @@ def _after(verdict: Verdict, wanted: str) -> float | None:
 
 
 def acts_at(identity: str) -> str:
-    """The stage whose measured exit an effect changes; a sensor's is that of the quantity that it reads."""
+    """The stage whose measured exit an effect changes; a sensor's is that of the quantity that it
+    reads."""
     from ...twin.sensors.effect import SensorEffect
 
     kind = catalogue()[identity]
@@ -218,11 +232,13 @@ def acts_at(identity: str) -> str:
 
 
 def fitted(verdict: Verdict, wanted: str) -> tuple[tuple[Effect, ...], float | None]:
-    """The effects that go by `wanted` in a verdict, and their probability, None where the verdict has none for them.
+    """The effects that go by `wanted` in a verdict, and their probability, None where the verdict
+    has none for them.
 
-    `wanted` is a fitted set ("a+b+c" or "a,b,c", in any order), an effect of a fitted set ("a"), the first steps of the
-    path, or "none". Numbers are those of the set's own fit; an effect and first steps without one take those of the
-    smallest fitted set that holds them. Raises `LookupError` naming what the diagnosis can give.
+    `wanted` is a fitted set ("a+b+c" or "a,b,c", in any order), an effect of a fitted set ("a"),
+    the first steps of the path, or "none". Numbers are those of the set's own fit; an effect and
+    first steps without one take those of the smallest fitted set that holds them. Raises
+    `LookupError` naming what the diagnosis can give.
     """
     if wanted == NONE:
         return (), _probability(verdict, wanted)
@@ -244,7 +260,8 @@ def check_adoptable(verdict: Verdict, wanted: str) -> None:
 
 
 def adoptable(verdict: Verdict) -> dict[frozenset[str], tuple[Effect, ...]]:
-    """What can be adopted, by the ids of its effects: causes first, then other fits, single effects, the path."""
+    """What can be adopted, by the ids of its effects: causes first, then other fits, single
+    effects, the path."""
     fits = {_members(name): effects for name, effects in verdict.fits.items() if effects}
     causes = {_ids(cause.fitted): cause.fitted for cause in verdict.causes if cause.fitted}
     listed = [_members(name) for cause in verdict.causes for name in cause.effects]
@@ -263,8 +280,8 @@ def adoptable(verdict: Verdict) -> dict[frozenset[str], tuple[Effect, ...]]:
 
 
 def adoptable_names(verdict: Verdict) -> list[str]:
-    """What can be adopted, as reports write it: what is offered first, then "a+b" in the order of the fit. Fits with
-    parameters that are no values of their parts are left out."""
+    """What can be adopted, as reports write it: what is offered first, then "a+b" in the order of
+    the fit. Fits with parameters that are no values of their parts are left out."""
     best = offered(verdict)
     names = [
         "+".join(effect.id for effect in own)
@@ -290,7 +307,8 @@ def _path_prefixes(verdict: Verdict) -> list[frozenset[str]]:
 
 
 def _probability(verdict: Verdict, wanted: str) -> float | None:
-    """Of the entry of the causes that has it; else the probability that a single effect acts at all."""
+    """Of the entry of the causes that has it; else the probability that a single effect acts at
+    all."""
     for cause in verdict.causes:
         for place, name in enumerate(cause.effects):
             if _members(name) == _members(wanted):
@@ -301,9 +319,9 @@ def _probability(verdict: Verdict, wanted: str) -> float | None:
 def adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None = None) -> TwinVersion:
     """Store `wanted` of a verdict as the newest version for the parts of its campaign's bench.
 
-    It decides every stage that the diagnosis looked at: what an earlier one left there no longer counts, since both
-    explain the same gap. `wanted` "none" goes back to the nominal stages. Raises as `adoption`, and `LookupError` for a
-    campaign that is not in the store.
+    It decides every stage that the diagnosis looked at: what an earlier one left there no longer
+    counts, since both explain the same gap. `wanted` "none" goes back to the nominal stages. Raises
+    as `adoption`, and `LookupError` for a campaign that is not in the store.
     """
     chosen = adoption(verdict, wanted)
     where = f"diagnosis of {verdict.campaign}"
@@ -362,7 +380,8 @@ def configuration_json(
 
 
 def _stages_of(verdict: Verdict, effects: Sequence[Effect]) -> list[str]:
-    """`simulator` names them: "gun:adiabatic | contact:hertz"; a registered model stands for the contact."""
+    """`simulator` names them: "gun:adiabatic | contact:hertz"; a registered model stands for the
+    contact."""
     named = {part.split(":")[0].strip() for part in verdict.simulator.split("|")}
     named = {"contact" if stage == "models" else stage for stage in named} | {
         acts_at(effect.id) for effect in effects
@@ -377,7 +396,8 @@ def effects_of_stages(verdict: Verdict) -> list[str]:
 
 
 def adopted_for(session: Session, campaign: str) -> list[AdoptedEffects]:
-    """For each stage, what the newest version says whose campaign had the same gun, hammer or plate there.
+    """For each stage, what the newest version says whose campaign had the same gun, hammer or plate
+    there.
 
     Versions with effects only, the newest first. Raises `LookupError` for an unknown campaign.
     """
@@ -416,8 +436,9 @@ def _same_part(stage: str, a: Campaign, b: Campaign) -> bool:
 def learned_by(
     session: Session | None, version: Version, adopted: Sequence[Effect]
 ) -> tuple[Effect, ...]:
-    """Of adopted effects of the contact, those that a model's measured pulses hold already: all where it learned from
-    campaigns with the same gun or hammer as a diagnosed one, or where nobody knows any more what it learned from."""
+    """Of adopted effects of the contact, those that a model's measured pulses hold already: all
+    where it learned from campaigns with the same gun or hammer as a diagnosed one, or where nobody
+    knows any more what it learned from."""
     from .learning import training_campaigns
 
     names = training_campaigns(session, version)
@@ -448,7 +469,8 @@ def _gun_choices(row: TwinVersion) -> GunChoices:
 
 
 def configuration_name(configuration: Mapping[str, Any]) -> str:
-    """The effects of a stored version: "gun.valve_flow + contact.plastic_yield", "the mean of a and b"; "none"."""
+    """The effects of a stored version: "gun.valve_flow + contact.plastic_yield", "the mean of a and
+    b"; "none"."""
     effects = tuple(map(effect_from_json, configuration["effects"]))
     choices = tuple(
         (own["weight"], tuple(map(effect_from_json, own["effects"])))
@@ -464,7 +486,8 @@ def effects_in_use(
 ) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """Adopted effects that a prediction of a campaign's bench uses, and notes that say so.
 
-    One that is `given` by hand goes before the adopted one of the same id; stages `without` keep their nominal law.
+    One that is `given` by hand goes before the adopted one of the same id; stages `without` keep
+    their nominal law.
     """
     by_hand = {effect.id for effect in given}
     effects: list[Effect] = []
@@ -484,8 +507,8 @@ def effects_in_use(
 def gun_choices_in_use(
     session: Session, campaign: str, given: Sequence[Effect] = (), without: Sequence[str] = ()
 ) -> GunChoices:
-    """Effects of the gun that were adopted as a mean; () where one fit was adopted, where an effect of the gun is
-    `given` by hand, and where the gun keeps its nominal law."""
+    """Effects of the gun that were adopted as a mean; () where one fit was adopted, where an effect
+    of the gun is `given` by hand, and where the gun keeps its nominal law."""
     if "gun" in without or any(effect.stage() == "gun" for effect in given):
         return ()
     return next(

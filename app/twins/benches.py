@@ -1,4 +1,5 @@
-"""The bench that a twin is made of: a campaign's, a file's, or the shipped one; each part says where it is from."""
+"""The bench that a twin is made of: a campaign's, a file's, or the shipped one; each part says
+where it is from."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: Section 2.1.1 of the thesis: 10 mm, in the shape of a diamond whose size is only drawn: 1 m by 0.6 m is assumed.
+#: Section 2.1.1 of the thesis: 10 mm, in the shape of a diamond whose size is only drawn: 1 m by
+#: 0.6 m is assumed.
 THICKNESS_M = 0.010
 OUTLINE_M: tuple[Point, ...] = ((0.0, 0.3), (0.5, 0.0), (1.0, 0.3), (0.5, 0.6))
 DAMPING_RATIO = 0.005
@@ -38,9 +40,9 @@ _FARTHEST_M, _SMALLEST_M2 = 1000.0, 1e-9
 class PlateDrawing:
     """What the finite element model of a plate needs but its material; points in m, as the outline.
 
-    Where no points are known, #1 is the centroid, #2 and #3 a third of the way from there to the second and the fourth
-    corner; `acceleration_1` stands halfway to the first, `acceleration_2` to the middle of the side from the second
-    to the third.
+    Where no points are known, #1 is the centroid, #2 and #3 a third of the way from there to the
+    second and the fourth corner; `acceleration_1` stands halfway to the first, `acceleration_2` to
+    the middle of the side from the second to the third.
     """
 
     thickness_m: float
@@ -66,7 +68,8 @@ class PlateDrawing:
         return polygon_area(self.outline_m) or 0.0
 
     def at(self, impact_points: Sequence[Point], sensors: Sequence[Point]) -> PlateDrawing:
-        """With points of one's own, named #1, #2... and acceleration_1, acceleration_2...; none: as they are."""
+        """With points of one's own, named #1, #2... and acceleration_1, acceleration_2...; none: as
+        they are."""
         named = {f"#{i}": point for i, point in enumerate(impact_points, 1)}
         channels = {f"acceleration_{i}": point for i, point in enumerate(sensors, 1)}
         return replace(
@@ -74,7 +77,8 @@ class PlateDrawing:
         )
 
     def raised(self, height_m: float) -> PlateDrawing:
-        """A plate that hangs higher: the gun's axis meets it lower by that, its sensors move with it. y is upwards.
+        """A plate that hangs higher: the gun's axis meets it lower by that, its sensors move with
+        it. y is upwards.
 
         Raises `ValueError` for a point outside of the outline.
         """
@@ -84,7 +88,8 @@ class PlateDrawing:
         for name, point in points.items():
             if not _inside(self.outline_m, point):
                 raise ValueError(
-                    f"chain height {1e3 * height_m:g} mm: impact position {name} would be at ({point[0]:.3g}, "
+                    f"chain height {1e3 * height_m:g} mm: impact position "
+                    f"{name} would be at ({point[0]:.3g}, "
                     f"{point[1]:.3g}) m, outside of the plate"
                 )
         return replace(self, impact_points=points)
@@ -102,10 +107,12 @@ def _inside(outline_m: Sequence[Point], point: Point) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """Gun and plate, and where they are from. `modes` is a measured table, which goes before the drawing.
+    """Gun and plate, and where they are from. `modes` is a measured table, which goes before the
+    drawing.
 
-    `kind` is that of its campaigns; a bench of another kind than "gun" has no gun of its own, and shots on it have an
-    impact velocity. `impactor_mass_kg` is the mass where a shot says none: the hammer's, or a usual bullet's.
+    `kind` is that of its campaigns; a bench of another kind than "gun" has no gun of its own, and
+    shots on it have an impact velocity. `impactor_mass_kg` is the mass where a shot says none: the
+    hammer's, or a usual bullet's.
     """
 
     gun: GunBench
@@ -138,8 +145,8 @@ def shipped_bench() -> Bench:
 
 
 def bench_of_campaign(session: Session, name: str | None) -> Bench:
-    """Of a campaign, else of the newest one that states a gun, else of the newest of the kind gun; what it does not
-    tell is the shipped bench's.
+    """Of a campaign, else of the newest one that states a gun, else of the newest of the kind gun;
+    what it does not tell is the shipped bench's.
 
     Raises `LookupError` for a campaign there is none of.
     """
@@ -158,7 +165,8 @@ def bench_of_campaign(session: Session, name: str | None) -> Bench:
 
 
 def bench_of_file(path: Path, bench: Bench) -> Bench:
-    """The tables [gun] and [plate] of a TOML file in place of those of `bench`. Raises `ValueError` naming the key."""
+    """The tables [gun] and [plate] of a TOML file in place of those of `bench`. Raises `ValueError`
+    naming the key."""
     try:
         table = toml_table(read_toml_text(path))
         check_keys(table, ("gun", "plate"), "the file")
@@ -228,7 +236,8 @@ def _campaign(session: Session, name: str | None) -> Campaign | None:
         return session.get_one(Campaign, get_campaign_id(session, name))
     newest = select(Campaign).order_by(Campaign.date.desc(), Campaign.id.desc())
     with_gun = session.scalars(newest.where(Campaign.gun_id.is_not(None))).first()
-    # A campaign of a gun that states no bench still has shots: those of the shipped bench's numbers.
+    # A campaign of a gun that states no bench still has shots: those of the shipped bench's
+    # numbers.
     return with_gun or session.scalars(newest.where(Campaign.kind == GUN)).first()
 
 

@@ -1,4 +1,5 @@
-"""A twin of what is in the store: bench, materials, the model in use, the scatter of its measured shots."""
+"""A twin of what is in the store: bench, materials, the model in use, the scatter of its measured
+shots."""
 
 from __future__ import annotations
 
@@ -61,10 +62,12 @@ if TYPE_CHECKING:
 #: Without a model: what is likely of the contact, narrowed by measured shots (`PriorContact`).
 PRIOR = "prior"
 REGISTERED = "registered"
-#: A solved plate has the modes up to here, whatever lines are asked for: its peak acceleration is of this band. It is
-#: twice the highest line of most specifications, and the rate of 100 kHz shows no mode badly.
+#: A solved plate has the modes up to here, whatever lines are asked for: its peak acceleration is
+#: of this band. It is twice the highest line of most specifications, and the rate of 100 kHz shows
+#: no mode badly.
 MAX_MODE_HZ = 20_000.0
-#: Scatter (ln, standard deviation) of a gun's shots that nobody has measured: that of Table 5.1 about one factor.
+#: Scatter (ln, standard deviation) of a gun's shots that nobody has measured: that of Table 5.1
+#: about one factor.
 THESIS_VELOCITY_SPREAD = 0.046
 
 
@@ -72,11 +75,12 @@ THESIS_VELOCITY_SPREAD = 0.046
 class TwinRequest:
     """What a user asks of a twin; what is None or empty is the store's, else the shipped bench's.
 
-    `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the campaign's measured shots
-    teach every stage, but for those of `without_configurations` (keys of the store), which the twin has then not seen.
-    `chain_height_m`: by which the plate hangs higher than its drawing has it, and is struck lower; whole links of its
-    chain, else `ValueError`.
-    `coupled`: contact and plate are solved together, which takes the prior or a law that is solved in time (hertz).
+    `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the
+    campaign's measured shots teach every stage, but for those of `without_configurations` (keys of
+    the store), which the twin has then not seen. `chain_height_m`: by which the plate hangs higher
+    than its drawing has it, and is struck lower; whole links of its chain, else `ValueError`.
+    `coupled`: contact and plate are solved together, which takes the prior or a law that is solved
+    in time (hertz).
     """
 
     campaign: str | None = None
@@ -99,7 +103,8 @@ class TwinRequest:
         height = BY_COLUMN["chain_height_mm"]
         if not height.allows(self.chain_height_m / height.scale):
             raise ValueError(
-                f"chain height {1e3 * self.chain_height_m:g} mm: expected {height.expected_number}, for the plate "
+                f"chain height {1e3 * self.chain_height_m:g} mm: expected "
+                f"{height.expected_number}, for the plate "
                 f"hangs by links of {height.step:g} mm"
             )
 
@@ -129,9 +134,11 @@ class BuiltTwin:
 def twin_of(
     store: Store | None, db: str, request: TwinRequest, shots: MeasuredShots | None = None
 ) -> BuiltTwin:
-    """The twin; without a store, of the shipped bench. Raises `LookupError`, `ValueError` for what there is not.
+    """The twin; without a store, of the shipped bench. Raises `LookupError`, `ValueError` for what
+    there is not.
 
-    `shots` are those of the campaign, where they were read before: reading takes longer than learning.
+    `shots` are those of the campaign, where they were read before: reading takes longer than
+    learning.
     """
     if store is None:
         if request.campaign is not None:
@@ -283,7 +290,8 @@ def _gun(
         if effects:
             names = ", ".join(effect.id for effect in effects)
             raise ValueError(
-                f"effect {names}: campaign {bench.campaign!r} is of kind {bench.kind!r} and has no gun"
+                f"effect {names}: campaign "
+                f"{bench.campaign!r} is of kind {bench.kind!r} and has no gun"
             )
         return None, ""
     stage = GunStage(
@@ -308,8 +316,8 @@ def _averaged_gun(
     campaign: str | None,
     choices: GunChoices,
 ) -> tuple[GunStage | None, str]:
-    """The gun as `_gun` makes it; with `choices` the mean of a gun for each, in the place of the request's effects of
-    the gun."""
+    """The gun as `_gun` makes it; with `choices` the mean of a gun for each, in the place of the
+    request's effects of the gun."""
     if not choices:
         return _gun(session, bench, request, campaign)
     others = tuple(effect for effect in request.effects if effect.stage() != "gun")
@@ -330,7 +338,8 @@ def _contact(
     request: TwinRequest,
     adopted: tuple[Effect, ...] = (),
 ) -> tuple[ContactStage, str]:
-    """The model in use for this kind of bench, or one that is asked for; else the prior of the contact, or a law.
+    """The model in use for this kind of bench, or one that is asked for; else the prior of the
+    contact, or a law.
 
     Effects act on all of them.
     """
@@ -353,13 +362,17 @@ def _contact(
         if request.contact == REGISTERED:
             raise LookupError(_none_in_use(bench.kind))
         prior = _prior(bench, (*effects, *adopted))
-        note = f"contact: {prior.label}, each drawn from its likely range; no model is in use for the {bench.kind}"
+        note = (
+            f"contact: {prior.label}, each drawn from its likely range; no model "
+            f"is in use for the {bench.kind}"
+        )
         return prior, "; ".join(filter(None, (note, _lost_models(session, db))))
     return _registered_with(session, *_named_version(db, request.contact), effects, adopted)
 
 
 def check_contact(db: str, name: str) -> None:
-    """Raises `LookupError` for a name that no twin can take: it is no law, and no version that is registered."""
+    """Raises `LookupError` for a name that no twin can take: it is no law, and no version that is
+    registered."""
     from ...twin.contact.laws import LAWS
 
     if name not in (PRIOR, REGISTERED, *LAWS):
@@ -377,7 +390,8 @@ def _lost_models(session: Session | None, db: str) -> str:
 
 
 def _named_version(db: str, name: str) -> tuple[Registry, Version]:
-    """The registry and the version that a name means in it. Raises `LookupError` for an unknown one."""
+    """The registry and the version that a name means in it. Raises `LookupError` for an unknown
+    one."""
     from ...training.registry.listing import chosen
     from ...twin.contact.laws import LAWS
 
@@ -394,7 +408,8 @@ def _none_in_use(bench_kind: str) -> str:
 
 
 def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
-    """The contact on the modes of the plates. Raises `ValueError` for one that is not solved in time."""
+    """The contact on the modes of the plates. Raises `ValueError` for one that is not solved in
+    time."""
     from ...twin.contact.stage import LawContact
 
     if isinstance(contact, PriorContact) or (
@@ -402,7 +417,8 @@ def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
     ):
         return CoupledContact(contact, plates)
     raise ValueError(
-        f"--coupled with the contact {contact.label!r}, which is not solved in time: expected --contact prior or hertz"
+        f"--coupled with the contact {contact.label!r}, which is not solved "
+        f"in time: expected --contact prior or hertz"
     )
 
 
@@ -413,14 +429,16 @@ def _registered_with(
     effects: tuple[Effect, ...],
     adopted: tuple[Effect, ...],
 ) -> tuple[ContactStage, str]:
-    """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
+    """A registered model with effects, and what is to be said of it: adopted ones act where it has
+    not learned them."""
     from .adopted_effects import learned_by
 
     learned = learned_by(session, version, adopted)
     acting = (*effects, *(effect for effect in adopted if effect not in learned))
     kind = velocity_kind_of(session, version)
     integrated = (
-        f"{version.label} takes velocities integrated to the peak of the force: it is asked with the one that belongs "
+        f"{version.label} takes velocities integrated to the peak of the "
+        f"force: it is asked with the one that belongs "
         "to the velocity before contact by its own pulse and the plate's mobility"
     )
     notes = (
@@ -437,7 +455,8 @@ def _learned(effects: tuple[Effect, ...], label: str) -> str:
         return ""
     names = ", ".join(effect.id for effect in effects)
     return (
-        f"{names} (adopted) does not act on {label}, which has learned it from measured pulses of this bench; "
+        f"{names} (adopted) does not act on {label}, which has learned it "
+        f"from measured pulses of this bench; "
         "--effect adds it, --contact prior uses the law with it"
     )
 
@@ -445,8 +464,8 @@ def _learned(effects: tuple[Effect, ...], label: str) -> str:
 def registered_contact(
     session: Session | None, db: str, name: str, in_use: str | None = None
 ) -> ContactStage:
-    """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with velocities as its
-    dataset had them. Raises `LookupError`."""
+    """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with
+    velocities as its dataset had them. Raises `LookupError`."""
     from ...training.registry.listing import chosen
 
     registry = _registry(db)
@@ -502,8 +521,10 @@ def _plates(
         spread = PlateSpread(frequency=0.002, damping=0.2)
         if request.chain_height_m:
             raise ValueError(
-                f"chain height {1e3 * request.chain_height_m:g} mm: the modal table knows the plate's shapes at the "
-                "points where they were measured only; leave the height out, or the table (--plate MATERIAL)"
+                f"chain height {1e3 * request.chain_height_m:g} mm: the modal "
+                f"table knows the plate's shapes at the "
+                "points where they were measured only; leave the height out, "
+                "or the table (--plate MATERIAL)"
             )
         return PlateStage({material.name: bench.modes}, effects, spread, bench.modes_source), ""
     drawing = bench.drawing.at(request.impact_points, request.sensors).raised(
@@ -555,6 +576,7 @@ def solved(
         sensors=named_points(drawing.sensors),
         damping=ConstantDamping(drawing.damping_ratio),
     )
-    # Dense blocks of some hundred rows: more threads of linear algebra only get into each other's way, ten times over.
+    # Dense blocks of some hundred rows: more threads of linear algebra only get into each other's
+    # way, ten times over.
     with threadpool_limits(limits=1):
         return cached_plate(build, highest_hz, folder)

@@ -1,5 +1,5 @@
-"""What measured shots of a campaign teach a twin, stage by stage, what its bands then rest on, and the registered model
-in use for a kind of bench."""
+"""What measured shots of a campaign teach a twin, stage by stage, what its bands then rest on, and
+the registered model in use for a kind of bench."""
 
 from __future__ import annotations
 
@@ -46,12 +46,13 @@ class PulseLearner(Protocol):
 def taught_gun(
     session: Session, campaign: str, gun: GunStage, without: Collection[int]
 ) -> tuple[GunStage, str]:
-    """The gun after the campaign's measured velocities, but for those of configurations that are left out; and a note
-    on those that the stated bench could not have given. Shots without a mount count, too: the gun knows none.
+    """The gun after the campaign's measured velocities, but for those of configurations that are
+    left out; and a note on those that the stated bench could not have given. Shots without a mount
+    count, too: the gun knows none.
 
-    A few of many shots beyond the energy of the gas are mistakes and left out. Where half of them are beyond it or
-    more, the bench is stated wrong: then all are believed. A velocity before contact that only the impact has counts as
-    one of the shot.
+    A few of many shots beyond the energy of the gas are mistakes and left out. Where half of them
+    are beyond it or more, the bench is stated wrong: then all are believed. A velocity before
+    contact that only the impact has counts as one of the shot.
     """
     own, of_impact = Shot.measured_velocity_m_s, Impact.impact_velocity_m_s
     query = (
@@ -100,7 +101,8 @@ def taught_gun(
 
 
 def taught_contact(contact: ContactStage, shots: MeasuredShots) -> ContactStage:
-    """A prior of the contact after measured pulses; a law and a registered model stay what they are."""
+    """A prior of the contact after measured pulses; a law and a registered model stay what they
+    are."""
     if not isinstance(contact, PriorContact) or not len(shots):
         return contact
     return contact.updated(shots.evenly(MOST_PULSES))
@@ -111,8 +113,9 @@ def calibrated(
 ) -> tuple[Twin, str]:
     """The twin with what shots teach of spectra, and a note.
 
-    `plate` gives the modes of further materials that shots hit; None where modes were measured. Of a plate whose modes
-    were measured, and that no shots are of, the spread of the plate's ensemble says what is not known.
+    `plate` gives the modes of further materials that shots hit; None where modes were measured. Of
+    a plate whose modes were measured, and that no shots are of, the spread of the plate's ensemble
+    says what is not known.
     """
     if not twin.sensor_names:
         return twin, ""
@@ -174,14 +177,16 @@ def basis(twin: Twin, campaign: str | None) -> RestsOn:
 
 
 def model_in_use(session: Session | None, registry: Registry, bench_kind: str) -> Version | None:
-    """Of the champions of all predictor sets for campaigns of this kind ("gun", "hammer"...), the one promoted last."""
+    """Of the champions of all predictor sets for campaigns of this kind ("gun", "hammer"...), the
+    one promoted last."""
     champions = [version for version in registry.versions() if version.champion_of is not None]
     for_kind = [version for version in champions if bench_kind_of(session, version) == bench_kind]
     return max(for_kind, key=lambda version: version.promoted_at, default=None)
 
 
 def bench_kind_of(session: Session | None, version: Version) -> str | None:
-    """The kind of campaigns that a model's predictor set is for; None where neither model nor store tells."""
+    """The kind of campaigns that a model's predictor set is for; None where neither model nor store
+    tells."""
     from ...dataset.predictors import SHIPPED
 
     if version.dataset.bench_kind is not None:
@@ -193,7 +198,8 @@ def bench_kind_of(session: Session | None, version: Version) -> str | None:
 
 
 def velocity_kind_of(session: Session | None, version: Version) -> str:
-    """The kind of velocity that a model takes; of an older model, that of most impacts of its dataset.
+    """The kind of velocity that a model takes; of an older model, that of most impacts of its
+    dataset.
 
     Where the store has the dataset no more, before contact, as a prediction's is.
     """
@@ -211,7 +217,8 @@ def velocity_kind_of(session: Session | None, version: Version) -> str:
 
 
 def training_campaigns(session: Session | None, version: Version) -> tuple[str, ...]:
-    """The campaigns whose pulses a model has learned from; none where the store has the dataset no more."""
+    """The campaigns whose pulses a model has learned from; none where the store has the dataset no
+    more."""
     return tuple(_definition(session, version).get("campaigns", ()))
 
 

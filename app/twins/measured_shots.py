@@ -31,9 +31,11 @@ from ...twin.setting import ElasticMaterial, Setting
 from .benches import Bench
 
 NONE = "none"
-#: So much of a record, from the beginning of contact on, is the shock: as long as the records of a twin.
+#: So much of a record, from the beginning of contact on, is the shock: as long as the records of a
+#: twin.
 SHOCK_S = 0.1
-#: Of a hit among others in a recording: rest before its contact, and what is kept clear of the next one.
+#: Of a hit among others in a recording: rest before its contact, and what is kept clear of the next
+#: one.
 _REST_S, _CLEAR_S = 1e-3, 1e-3
 #: Where no contact is known, the share of a record at its begin that is rest.
 _QUIET = 0.1
@@ -43,7 +45,8 @@ _CLIPPED = 0.99
 _SILENT = 10.0
 #: Relative standard uncertainty of a velocity that was stored without any.
 _UNSTATED_U = 0.01
-#: The tip of a shot of which nothing but the velocity was measured: the velocity does not depend on it.
+#: The tip of a shot of which nothing but the velocity was measured: the velocity does not depend on
+#: it.
 _UNSTATED_TIP: Mapping[str, str | float] = {"tip_material": "steel", "tip_radius": 0.045}
 #: Equal phases of a force that is given to the twin.
 _PHASES = 201
@@ -59,7 +62,8 @@ _FIELDS = frozenset(field.name.removesuffix("_m") for field in fields(Setting)) 
 
 @dataclass(frozen=True)
 class CampaignPlate:
-    """The campaign's plate as its settings name it: `material` is that of shots that do not say theirs."""
+    """The campaign's plate as its settings name it: `material` is that of shots that do not say
+    theirs."""
 
     material: str
     thickness_m: float
@@ -89,8 +93,8 @@ class _Hit:
 
 @dataclass(frozen=True, eq=False)
 class _Shot:
-    """A hit as a twin takes it: the velocity before contact (NaN: not known), the force (phases,) where that is given
-    to the twin, peak and spectrum of each sensor (sensors, 1 + lines)."""
+    """A hit as a twin takes it: the velocity before contact (NaN: not known), the force (phases,)
+    where that is given to the twin, peak and spectrum of each sensor (sensors, 1 + lines)."""
 
     hit: _Hit
     setting: Setting
@@ -111,14 +115,17 @@ def read_measured_shots(
     plate: CampaignPlate,
     most: int | None = None,
 ) -> tuple[MeasuredShots, tuple[str, ...]]:
-    """The campaign's shots, and why some are left out (a sentence for each, with run and repetition).
+    """The campaign's shots, and why some are left out (a sentence for each, with run and
+    repetition).
 
-    `material` knows materials by name and raises `LookupError` for others. Spectra are maximax (m/s2) of 0.1 s of each
-    record from its contact on, or until the next hit, less the rest before it; `sensors` that have no usable record of
-    a shot have NaN there. A hammer's impact is left out where a check rejects it; a gun's shot then has NaN for its
-    force, and keeps velocity and accelerations. Shots without mass or velocity are predicted from their measured force
-    (`MeasuredShots.given_force`); those that have no force either, or whose setting is not known, are left out. Of more
-    than `most`, evenly picked ones are read. Raises `LookupError` for an unknown campaign.
+    `material` knows materials by name and raises `LookupError` for others. Spectra are maximax
+    (m/s2) of 0.1 s of each record from its contact on, or until the next hit, less the rest before
+    it; `sensors` that have no usable record of a shot have NaN there. A hammer's impact is left out
+    where a check rejects it; a gun's shot then has NaN for its force, and keeps velocity and
+    accelerations. Shots without mass or velocity are predicted from their measured force
+    (`MeasuredShots.given_force`); those that have no force either, or whose setting is not known,
+    are left out. Of more than `most`, evenly picked ones are read. Raises `LookupError` for an
+    unknown campaign.
     """
     key = get_campaign_id(session, campaign)
     hits, rejected = _hits(session, key), _rejected(session, key)
@@ -217,8 +224,10 @@ def _hits(session: Session, campaign: int) -> list[_Hit]:
     in_use = and_(Pulse.impact_id == Impact.id, Pulse.current)
     shots = (
         select(
-            Shot.run, Shot.repetition, Shot.configuration_id, Shot.recording_id, Impact.id, Shot.tank_pressure_pa,
-            Shot.bullet_mass_kg, Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s, Shot.velocity_source, *pulse,
+            Shot.run, Shot.repetition, Shot.configuration_id, Shot.recording_id, Impact.id,
+            Shot.tank_pressure_pa,
+            Shot.bullet_mass_kg, Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s,
+            Shot.velocity_source, *pulse,
         )
         .outerjoin(Impact, Shot.impact_id == Impact.id)
         .outerjoin(Pulse, in_use)
@@ -236,7 +245,8 @@ def _hits(session: Session, campaign: int) -> list[_Hit]:
     impacts = (
         select(
             Impact.run, Impact.repetition, Impact.configuration_id, Impact.recording_id, Impact.id,
-            Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s, Impact.velocity_source, *pulse,
+            Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s, Impact.velocity_source,
+            *pulse,
         )
         .outerjoin(Pulse, in_use)
         .where(Impact.campaign_id == campaign)
@@ -282,7 +292,8 @@ def _velocity(
 ) -> tuple[float, float]:
     """Before contact, and its standard uncertainty, m/s; NaN where none was measured.
 
-    One that was integrated to the peak of the force is converted by the motion of the plate under that force.
+    One that was integrated to the peak of the force is converted by the motion of the plate under
+    that force.
     """
     if not hit.velocity_m_s:
         return math.nan, math.nan
@@ -302,7 +313,8 @@ def _velocity(
 
 
 def _given_force(session: Session, hit: _Hit, velocity_m_s: float) -> Floats | None:
-    """The measured force (N) at equal phases of the contact, of a hit without mass or velocity; else None."""
+    """The measured force (N) at equal phases of the contact, of a hit without mass or velocity;
+    else None."""
     by_setting = hit.mass_kg is not None and (hit.pressure_pa is not None or velocity_m_s > 0)
     if by_setting or hit.contact_time_s is None:
         return None
@@ -318,7 +330,8 @@ def _given_force(session: Session, hit: _Hit, velocity_m_s: float) -> Floats | N
 
 
 def _of_pulse(setting: Setting, hit: _Hit) -> Setting:
-    """With the mass and the velocity that Hertz' law needs for contact time and impulse of the measured force."""
+    """With the mass and the velocity that Hertz' law needs for contact time and impulse of the
+    measured force."""
     stiffness = bodies_of(ImpactBatch([setting], np.ones(1))).hertz_stiffness_n_m15
     mass, velocity = impactor_of_pulse(
         _column([hit.contact_time_s]), _column([hit.impulse_n_s]), stiffness
@@ -370,7 +383,8 @@ def _setting(
 
 @dataclass(frozen=True, eq=False)
 class _Records:
-    """Reads what sensors recorded of a hit. `starts` are the beginnings of contacts in each recording."""
+    """Reads what sensors recorded of a hit. `starts` are the beginnings of contacts in each
+    recording."""
 
     session: Session
     sensors: tuple[str, ...]
@@ -379,7 +393,8 @@ class _Records:
     starts: dict[int, list[float]]
 
     def figures(self, hit: _Hit) -> tuple[Floats, list[str]]:
-        """Peak and spectrum (sensors, 1 + lines), NaN where there is none, and why there is none."""
+        """Peak and spectrum (sensors, 1 + lines), NaN where there is none, and why there is
+        none."""
         out = np.full((len(self.sensors), 1 + self.frequency_hz.size), np.nan)
         rows = list_channels(self.session, hit.recording) if hit.recording is not None else []
         by_name = {row.name: row for row in rows if row.quantity == "acceleration"}
@@ -406,7 +421,8 @@ class _Records:
         return dict(_values(self.session, query))
 
     def _shock(self, row: RecordedChannel, hit: _Hit) -> Floats:
-        """Largest acceleration and spectrum (1 + lines,). `ValueError` for a record that shows no whole shock."""
+        """Largest acceleration and spectrum (1 + lines,). `ValueError` for a record that shows no
+        whole shock."""
         from ...signals.record_rest import without_rest
         from ...signals.srs.spectrum import shock_response_spectrum
 

@@ -1,8 +1,8 @@
-"""Twins that stay ready: built once for each request, as long as what they are made of in the store stays the same,
-which a stamp that is cheap to compare tells.
+"""Twins that stay ready: built once for each request, as long as what they are made of in the store
+stays the same, which a stamp that is cheap to compare tells.
 
-A twin takes tenths of a second to seconds to build (modes of a plate, a registered model); ready, it answers in tens of
-milliseconds.
+A twin takes tenths of a second to seconds to build (modes of a plate, a registered model); ready,
+it answers in tens of milliseconds.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ _TABLES = (Campaign, Shot, Impact, Pulse, TwinVersion, Material, ModalTable, Tom
 
 
 class CacheKeyReader:
-    """Stamps of requests: equal as long as the same twin would be built. Takes some milliseconds."""
+    """Stamps of requests: equal as long as the same twin would be built. Takes some
+    milliseconds."""
 
     def __init__(self, store: Store | None, db: str) -> None:
         self._store, self._db = store, db
@@ -53,7 +54,8 @@ class CacheKeyReader:
         self._lock = threading.Lock()
 
     def stamp(self, request: TwinRequest) -> Hashable:
-        """Of the store, of the files that the request names, and of the registered model that it means."""
+        """Of the store, of the files that the request names, and of the registered model that it
+        means."""
         files = tuple(
             _signature(path) for path in (request.modes, request.bench) if path is not None
         )
@@ -84,7 +86,8 @@ class CacheKeyReader:
             return champions[request.campaign]
 
     def _champion(self, registry: Registry, campaign: str | None) -> str | None:
-        """SHA-256 of the model in use for the kind of a campaign's bench, or of the newest gun's."""
+        """SHA-256 of the model in use for the kind of a campaign's bench, or of the newest
+        gun's."""
         if self._store is None:
             version = model_in_use(None, registry, GUN)
         else:
@@ -126,8 +129,8 @@ _Key = tuple[TwinRequest, Hashable]
 class TwinCache:
     """The last few twins of a store (None: of the shipped bench), for use from several threads.
 
-    `build` makes one, as `twin_of`. A twin is built anew when campaigns, shots, impacts, pulses, materials or adopted
-    effects were added to the store, and when another model is in use.
+    `build` makes one, as `twin_of`. A twin is built anew when campaigns, shots, impacts, pulses,
+    materials or adopted effects were added to the store, and when another model is in use.
     """
 
     def __init__(
@@ -142,11 +145,13 @@ class TwinCache:
         self._stamps = CacheKeyReader(store, db)
         self._ready: OrderedDict[_Key, BuiltTwin] = OrderedDict()
         self._shelf = threading.Lock()
-        #: One is built at a time: who asks for the same one waits for it, and MLflow's settings are the process's.
+        #: One is built at a time: who asks for the same one waits for it, and MLflow's settings are
+        #: the process's.
         self._building = threading.Lock()
 
     def get(self, request: TwinRequest) -> BuiltTwin:
-        """The twin, ready to be asked. Raises as `twin_of`, and what is missing of `pyroshock[models]` as one line."""
+        """The twin, ready to be asked. Raises as `twin_of`, and what is missing of
+        `pyroshock[models]` as one line."""
         key = (request, self._stamps.stamp(request))
         twin = self._taken(key)
         if twin is not None:
@@ -176,7 +181,8 @@ class TwinCache:
 
 
 def warm_up(built: BuiltTwin) -> None:
-    """Let the twin make what it keeps: the answer of every plate of its ensemble at every impact position."""
+    """Let the twin make what it keeps: the answer of every plate of its ensemble at every impact
+    position."""
     positions = (
         built.twin.plate.ensemble(built.plate.name)[0].impact_points
         if built.twin.sensor_names

@@ -26,7 +26,8 @@ class ValidationQuestion(BaseModel):
 
 
 def validate_job(jobs: Jobs, store: Store, question: ValidationQuestion) -> JobView:
-    """Queue a validation; its result is `validate --json`. Raises `LookupError` for a campaign there is none of."""
+    """Queue a validation; its result is `validate --json`. Raises `LookupError` for a campaign
+    there is none of."""
     with store.reading() as session:
         get_campaign_id(session, question.campaign)
     arguments = ValidateArguments(**question.model_dump())
@@ -38,5 +39,6 @@ router = APIRouter(tags=["twin"])
 
 @router.post("/validate")
 def validate(question: ValidationQuestion, store: OpenStore, running: Running) -> dict[str, Any]:
-    """Validate the twin on a campaign; answers with the job, whose result is `pyroshock validate --json`."""
+    """Validate the twin on a campaign; answers with the job, whose result is `pyroshock validate
+    --json`."""
     return validate_job(running, store, question).as_json()

@@ -60,10 +60,12 @@ def validate(
     db: str,
     json_to: str | None,
 ) -> None:
-    """Show how far predictions can be trusted: measured shots beside predictions that had not seen them.
+    """Show how far predictions can be trusted: measured shots beside predictions that had not seen
+    them.
 
-    The configurations of a campaign are divided into folds. The twin predicts the shots of each fold after it has
-    learned from all other shots. The exit code is 1 if the 90 % bands are too narrow ("Not calibrated").
+    The configurations of a campaign are divided into folds. The twin predicts the shots of each
+    fold after it has learned from all other shots. The exit code is 1 if the 90 % bands are too
+    narrow ("Not calibrated").
 
     \b
     Example:

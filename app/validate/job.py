@@ -1,4 +1,5 @@
-"""A validation of the twin on a campaign: nothing is stored but the scores, from which the job's page is drawn."""
+"""A validation of the twin on a campaign: nothing is stored but the scores, from which the job's
+page is drawn."""
 
 from __future__ import annotations
 

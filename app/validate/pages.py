@@ -1,4 +1,5 @@
-"""Validations of the twin: ask for one, those that were made, and the page of each with its charts."""
+"""Validations of the twin: ask for one, those that were made, and the page of each with its
+charts."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ from .validation import (
 
 
 def coverage_figure(data: Mapping[str, Any]) -> Figure:
-    """Shares inside of the 50 and the 90 % bands by quantity, with 95 % intervals and the nominal shares."""
+    """Shares inside of the 50 and the 90 % bands by quantity, with 95 % intervals and the nominal
+    shares."""
     names = [quantity_words(row["name"]) for row in data["quantities"]]
     traces, nominal = [], []
     for band, colour in ((50, "c1"), (90, "c0")):
@@ -72,7 +74,8 @@ def coverage_figure(data: Mapping[str, Any]) -> Figure:
 
 
 def rank_figure(data: Mapping[str, Any]) -> Figure:
-    """Probability-integral histograms: the share of measured values by their rank among the draws."""
+    """Probability-integral histograms: the share of measured values by their rank among the
+    draws."""
     traces = []
     for i, row in enumerate(data["quantities"]):
         shares = row["pit_histogram"]

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TwinValidation:
-    """Measured shots beside predictions that had not seen them; `validation` is the record behind it."""
+    """Measured shots beside predictions that had not seen them; `validation` is the record behind
+    it."""
 
     validation: Validation
 
@@ -33,7 +34,8 @@ class TwinValidation:
         return self.validation.verdict.calibrated
 
     def to_frame(self) -> pd.DataFrame:
-        """A quantity in each row: shots, shares inside the 50 % and 90 % bands, errors (natural logarithms or dB)."""
+        """A quantity in each row: shots, shares inside the 50 % and 90 % bands, errors (natural
+        logarithms or dB)."""
         rows: list[dict[str, Any]] = []
         for row in self.to_json()["quantities"]:
             rows.append({name: value for name, value in row.items() if not isinstance(value, list)})
@@ -48,7 +50,8 @@ class TwinValidation:
 
     @property
     def shots(self) -> pd.DataFrame:
-        """A measured shot and quantity in each row: measured and predicted value, 90 % band (SI), rank among draws."""
+        """A measured shot and quantity in each row: measured and predicted value, 90 % band (SI),
+        rank among draws."""
         rows = (
             {
                 "shot": shot["shot"],
@@ -83,7 +86,8 @@ class TwinValidation:
         return self.validation.as_json()
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The share of shots inside the 90 % band of each quantity, with its 95 % interval, beside what is promised."""
+        """The share of shots inside the 90 % band of each quantity, with its 95 % interval, beside
+        what is promised."""
         frame = self.to_frame()[::-1]
         axes = axes_or_new(ax, height=1.0 + 0.35 * max(len(frame), 2))
         axes.axvline(0.9, color="0.7", lw=1, zorder=0)

@@ -1,5 +1,6 @@
-"""Cross-validation of the twin: it predicts the shots of each fold from those of the other configurations, with a
-registered model as it would be without them; and the scores as rows and lines for people."""
+"""Cross-validation of the twin: it predicts the shots of each fold from those of the other
+configurations, with a registered model as it would be without them; and the scores as rows and
+lines for people."""
 
 from __future__ import annotations
 
@@ -47,7 +48,8 @@ if TYPE_CHECKING:
 
 
 #: Of one row of `quantities`: 90 % bands that hold what they promise are near this share.
-COLUMNS = ("quantity", "shots", "inside 50 % band", "inside 90 % band", "95 % interval", "median error",
+COLUMNS = ("quantity", "shots", "inside 50 % band", "inside 90 % band", "95 % interval",
+"median error",
            "mean deviation", "width of 90 % band", "CRPS")  # fmt: skip
 #: Those of the columns that a telephone shows first.
 MAIN_COLUMNS = ("quantity", "shots", "inside 90 % band", "median error")
@@ -86,19 +88,22 @@ def failure_lines(data: Mapping[str, Any]) -> list[str]:
 
 
 def adopted_lines(data: Mapping[str, Any]) -> list[str]:
-    """What effects that diagnoses left to the bench do to the errors; nothing where none is adopted."""
+    """What effects that diagnoses left to the bench do to the errors; nothing where none is
+    adopted."""
     adopted = data.get("adopted")
     if not adopted:
         return []
     errors = [
-        f"{quantity_words(row['name'])}: median error {_size(row['without'], row['unit'])} without and "
+        f"{quantity_words(row['name'])}: median error "
+        f"{_size(row['without'], row['unit'])} without and "
         f"{_size(row['with'], row['unit'])} with the adopted effects."
         for row in adopted["errors"]
     ]
     lines = [*adopted["sentences"], *(f"{line[:1].upper()}{line[1:]}" for line in errors)]
     if adopted["fitted_to_these_shots"]:
         lines.append(
-            "The effects were fitted to these shots: errors with them are smaller than those of new shots."
+            "The effects were fitted to these shots: errors with them are "
+            "smaller than those of new shots."
         )
     return lines
 
@@ -128,18 +133,21 @@ NOTHING, REFITTED, SEEN = "nothing", "refitted", "seen"
 
 @dataclass(frozen=True, eq=False)
 class UnseenContact:
-    """Takes configurations out of the registered model of `contact`, whose version is in the registry beside `db`."""
+    """Takes configurations out of the registered model of `contact`, whose version is in the
+    registry beside `db`."""
 
     store: Store
     db: str
     contact: RegisteredContact
 
     def without(self, configurations: Sequence[int]) -> tuple[RegisteredContact, str]:
-        """The model refitted to the pulses of all other configurations, in whatever campaign they were recorded.
+        """The model refitted to the pulses of all other configurations, in whatever campaign they
+        were recorded.
 
-        And what it had seen: `NOTHING` where it had learned from none of these configurations and is as it was,
-        `REFITTED`, or `SEEN` where it cannot be refitted (its pulses are gone, or nothing would be left). What a model
-        tuned on all its pulses (length scales, widths of bands) is kept.
+        And what it had seen: `NOTHING` where it had learned from none of these configurations and
+        is as it was, `REFITTED`, or `SEEN` where it cannot be refitted (its pulses are gone, or
+        nothing would be left). What a model tuned on all its pulses (length scales, widths of
+        bands) is kept.
         """
         if self._learned is None:
             return self.contact, SEEN
@@ -188,8 +196,8 @@ def _silent(*_: object) -> None:
 
 @dataclass(frozen=True)
 class ValidationRequest:
-    """As the options of `pyroshock validate`. Effects that diagnoses left to the bench do not act in its scores: they
-    may have been fitted to the shots that are to be predicted."""
+    """As the options of `pyroshock validate`. Effects that diagnoses left to the bench do not act
+    in its scores: they may have been fitted to the shots that are to be predicted."""
 
     campaign: str
     folds: int = FOLDS
@@ -200,14 +208,15 @@ class ValidationRequest:
     def __post_init__(self) -> None:
         if self.folds < 2 or self.draws < 20:
             raise ValueError(
-                f"folds = {self.folds}, draws = {self.draws}: expected 2 folds and 20 draws at least"
+                f"folds = {self.folds}, draws = "
+                f"{self.draws}: expected 2 folds and 20 draws at least"
             )
 
     def twin(
         self, without: Sequence[int] = (), plate: str | None = None, *, adopted: bool = False
     ) -> TwinRequest:
-        """The twin of the campaign's bench that has not learned from some configurations, with adopted effects or
-        without."""
+        """The twin of the campaign's bench that has not learned from some configurations, with
+        adopted effects or without."""
         return TwinRequest(
             campaign=self.campaign,
             contact=self.contact,
@@ -220,8 +229,9 @@ class ValidationRequest:
 
 @dataclass(frozen=True)
 class AdoptedErrors:
-    """What adopted effects do to predictions of shots: `sentences` on each version, whether one of them was
-    `fitted_to_these_shots`, and by quantity its unit and the median errors without and with them."""
+    """What adopted effects do to predictions of shots: `sentences` on each version, whether one of
+    them was `fitted_to_these_shots`, and by quantity its unit and the median errors without and
+    with them."""
 
     sentences: tuple[str, ...]
     fitted_to_these_shots: bool
@@ -241,9 +251,10 @@ class AdoptedErrors:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """What a campaign says of the twin. `seen` says in words what the predictions had seen, `left_out` which shots were
-    not compared and why; `folds` is 0 where nothing could be learned from other configurations. `notes` are those of
-    the first fold's twin. `adopted` is None where no effects are adopted for the bench."""
+    """What a campaign says of the twin. `seen` says in words what the predictions had seen,
+    `left_out` which shots were not compared and why; `folds` is 0 where nothing could be learned
+    from other configurations. `notes` are those of the first fold's twin. `adopted` is None where
+    no effects are adopted for the bench."""
 
     campaign: str
     shots: MeasuredShots
@@ -287,7 +298,8 @@ class Validation:
 def run_validation(
     store: Store, db: str, request: ValidationRequest, step: Step = _silent
 ) -> Validation:
-    """Raises `LookupError` for a campaign that the store does not have, `ValueError` where no shot can be compared."""
+    """Raises `LookupError` for a campaign that the store does not have, `ValueError` where no shot
+    can be compared."""
     begun = time.perf_counter()
     step(0, 0, "reading the measured shots")
     untaught = twin_of(store, db, replace(request.twin(), learn=False))
@@ -314,7 +326,8 @@ def run_validation(
     comparisons = compared_shots(shots, draws, rng)
     if not comparisons:
         raise ValueError(
-            f"no shot of {request.campaign!r} can be compared: {'; '.join(missing[:3]) or 'no quantity'}"
+            f"no shot of {request.campaign!r} can be compared: "
+            f"{'; '.join(missing[:3]) or 'no quantity'}"
         )
 
     def with_adopted() -> list[QuantityComparison]:
@@ -348,7 +361,8 @@ def _adopted_errors(
     without: Sequence[QuantityComparison],
     with_adopted: Callable[[], Sequence[QuantityComparison]],
 ) -> AdoptedErrors | None:
-    """Errors without adopted effects and with them; None where none is adopted, and then nothing is predicted anew."""
+    """Errors without adopted effects and with them; None where none is adopted, and then nothing is
+    predicted anew."""
     with store.reading() as session:
         versions = adopted_for(session, campaign)
     if not versions:
@@ -392,8 +406,9 @@ def predicted_folds(
     request: ValidationRequest,
     step: Step = _silent,
 ) -> tuple[int, dict[int, ShotDraws], list[str]]:
-    """How many folds of configurations were left out in turn, the draws of each shot (by its row), and why some shots
-    have none. A single configuration is predicted by a twin that has learned from none.
+    """How many folds of configurations were left out in turn, the draws of each shot (by its row),
+    and why some shots have none. A single configuration is predicted by a twin that has learned
+    from none.
     """
     several = len(np.unique(shots.configuration)) > 1
     rng = np.random.default_rng([request.seed, 0])
@@ -424,12 +439,14 @@ def predicted_folds(
 
 
 def _without_plate(built: BuiltTwin) -> BuiltTwin:
-    """Of a campaign without a measured acceleration: what no shot is compared with takes most of the time."""
+    """Of a campaign without a measured acceleration: what no shot is compared with takes most of
+    the time."""
     return replace(built, twin=replace(built.twin, plate=PlateStage({}), calibration=None))
 
 
 class _UnseenContacts:
-    """Takes the configurations of a fold out of registered models, and says afterwards what those had seen."""
+    """Takes the configurations of a fold out of registered models, and says afterwards what those
+    had seen."""
 
     def __init__(self, store: Store, db: str) -> None:
         self._store, self._db = store, db
@@ -453,10 +470,14 @@ class _UnseenContacts:
 
 def _model_words(seen: set[str]) -> str:
     if SEEN in seen:
-        return "had been trained on these shots and could not be refitted without them: its figures are too good"
+        return (
+            "had been trained on these shots and could not be refitted without "
+            "them: its figures are too good"
+        )
     if REFITTED in seen:
         return (
-            "was refitted without the configurations of each fold; what it tuned once (length scales, widths of bands) "
+            "was refitted without the configurations of each fold; what it "
+            "tuned once (length scales, widths of bands) "
             "was tuned on all its pulses"
         )
     return "was not trained on these configurations"

@@ -1,4 +1,5 @@
-"""The page that describes the JSON API: every route, how to call it, and the tokens that a script sends."""
+"""The page that describes the JSON API: every route, how to call it, and the tokens that a script
+sends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The description of the JSON API for its page: routes by topic with parameters, units, answers and examples.
+"""The description of the JSON API for its page: routes by topic with parameters, units, answers and
+examples.
 
 All of it is made of the OpenAPI document that the application serves.
 """
@@ -27,7 +28,8 @@ _EXAMPLES: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class ApiField:
-    """A parameter or a field of a body or an answer. `place`: "path", "query", "body" or "answer"."""
+    """A parameter or a field of a body or an answer. `place`: "path", "query", "body" or
+    "answer"."""
 
     name: str
     place: str
@@ -59,7 +61,8 @@ class ApiRoute:
 
 
 def routes_by_topic(document: Json, origin: str) -> dict[str, list[ApiRoute]]:
-    """All routes of an OpenAPI document, by their tags; `origin` is the server's address in the examples."""
+    """All routes of an OpenAPI document, by their tags; `origin` is the server's address in the
+    examples."""
     topics: dict[str, list[ApiRoute]] = {}
     for path, methods in document["paths"].items():
         for method in _METHODS:
@@ -167,7 +170,8 @@ def _address(path: str, parameters: tuple[ApiField, ...]) -> str:
 def _curl(address: str, method: str, media: str, body: Json) -> str:
     if method == "get":
         return f"curl '{address}'"
-    token = '-b cookies.txt -H "X-CSRF-Token: $TOKEN"'  # noqa: S105  # the name of a shell's variable
+    # the name of a shell's variable
+    token = '-b cookies.txt -H "X-CSRF-Token: $TOKEN"'  # noqa: S105
     if media.startswith("multipart/"):
         return f"curl {token} -F 'files=@FILE' '{address}'"
     return f"curl {token} -H 'Content-Type: application/json' -d '{json.dumps(body)}' '{address}'"

@@ -1,4 +1,5 @@
-"""Whom a connection is counted for: an address of IPv4, and the /64 of one of IPv6, which one machine has whole."""
+"""Whom a connection is counted for: an address of IPv4, and the /64 of one of IPv6, which one
+machine has whole."""
 
 from __future__ import annotations
 
@@ -9,8 +10,9 @@ UNKNOWN = "unknown"
 
 
 def client_network(host: str | None) -> str:
-    """The address or network as text: "192.0.2.7" for that address and for ::ffff:192.0.2.7, "2001:db8::/64" for all
-    of that network. A text that is no address stands for itself, cut to 64 characters."""
+    """The address or network as text: "192.0.2.7" for that address and for ::ffff:192.0.2.7,
+    "2001:db8::/64" for all of that network. A text that is no address stands for itself, cut to 64
+    characters."""
     if not host:
         return UNKNOWN
     try:

@@ -1,4 +1,5 @@
-"""Every write carries the token of its session: as the field `csrf` of a form, or the header X-CSRF-Token."""
+"""Every write carries the token of its session: as the field `csrf` of a form, or the header
+X-CSRF-Token."""
 
 from __future__ import annotations
 

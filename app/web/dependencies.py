@@ -47,7 +47,8 @@ _UNWRITABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 
 
 def writable(text: str) -> str:
-    """A text that every store, page and spreadsheet takes. Raises `ValueError` with the character that is none."""
+    """A text that every store, page and spreadsheet takes. Raises `ValueError` with the character
+    that is none."""
     unwritable = _UNWRITABLE.search(text)
     if unwritable is not None:
         raise ValueError(

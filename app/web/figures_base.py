@@ -1,4 +1,5 @@
-"""Traces and layouts that all charts share. Colours are names of the page's own (style.css): "c0" to "c7", "quiet"."""
+"""Traces and layouts that all charts share. Colours are names of the page's own (style.css): "c0"
+to "c7", "quiet"."""
 
 from __future__ import annotations
 
@@ -11,13 +12,14 @@ from numpy.typing import ArrayLike
 Trace = dict[str, Any]
 Figure = dict[str, Any]
 COLOURS = tuple(f"c{i}" for i in range(8))
-#: Beside the colours, for those who cannot tell all of them apart: five and eight have no common divisor, so that 40
-#: curves differ in colour or dashes.
+#: Beside the colours, for those who cannot tell all of them apart: five and eight have no common
+#: divisor, so that 40 curves differ in colour or dashes.
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash")
 
 
 def spelled(value: Any) -> Any:
-    """Words as plotly.js shows them letter by letter: it takes `<b>` and `<a href>` in a name for its own markup."""
+    """Words as plotly.js shows them letter by letter: it takes `<b>` and `<a href>` in a name for
+    its own markup."""
     if isinstance(value, str):
         return value.replace("&", "&amp;").replace("<", "&lt;")
     if isinstance(value, list) and value and isinstance(value[0], str):
@@ -113,7 +115,8 @@ def heat_map(
     title: str,
     colours: Sequence[tuple[float, str]] = RISING,
 ) -> Figure:
-    """A square matrix by name, the first row at the top; `scale` ends the colours, whatever the values are."""
+    """A square matrix by name, the first row at the top; `scale` ends the colours, whatever the
+    values are."""
     trace: Trace = {
         "type": "heatmap",
         "x": spelled(list(labels)),

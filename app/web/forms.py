@@ -1,7 +1,7 @@
 """What a form of a page gets back: where to go on, or what is wrong with which of its fields.
 
-`forms.js` sends forms with the header X-Pyroshock-Form and shows the faults beside their fields; without JavaScript the
-same errors are a page of their own.
+`forms.js` sends forms with the header X-Pyroshock-Form and shows the faults beside their fields;
+without JavaScript the same errors are a page of their own.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ def is_form(request: Request) -> bool:
 
 
 def status_of_fault(error: Exception) -> int:
-    """What a page with a form answers that was filled in wrongly: 400 for a filter that cannot be read, else 422."""
+    """What a page with a form answers that was filled in wrongly: 400 for a filter that cannot be
+    read, else 422."""
     return 400 if isinstance(error, ConditionError) else 422
 
 

@@ -1,8 +1,10 @@
-"""What every request passes before anything reads it: the name it was sent to, who sends it, how much it brings.
+"""What every request passes before anything reads it: the name it was sent to, who sends it, how
+much it brings.
 
-A page of elsewhere that a browser shows may send requests to this server, too. Hence the name of the host is checked
-(a foreign name that was bound to 127.0.0.1), and every write carries a token that only our own pages and
-`/api/csrf` tell (OWASP, cross-site request forgery prevention, signed double submit).
+A page of elsewhere that a browser shows may send requests to this server, too. Hence the name of
+the host is checked (a foreign name that was bound to 127.0.0.1), and every write carries a token
+that only our own pages and `/api/csrf` tell (OWASP, cross-site request forgery prevention, signed
+double submit).
 """
 
 from __future__ import annotations
@@ -26,10 +28,12 @@ SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 #: These take files.
 UPLOADS = ("/ingest", "/api/ingest")
 _HEADERS = {
-    # No address but this server's, whatever a page is made to hold. Styles within elements are how plotly.js sizes its
-    # charts; data: and blob: are pictures that a page makes itself.
-    "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; form-action 'self'; frame-ancestors 'none'; "
+    # No address but this server's, whatever a page is made to hold. Styles within elements are how
+    # plotly.js sizes its charts; data: and blob: are pictures that a page makes itself.
+    "content-security-policy": "default-src 'none'; script-src "
+    "'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; "
+    "form-action 'self'; frame-ancestors 'none'; "
     "base-uri 'none'",
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
@@ -106,11 +110,13 @@ class Guard:
             name = None
         if name is None:
             return False
-        # Beyond loopback the server cannot know by which names the network calls it; there the token guards.
+        # Beyond loopback the server cannot know by which names the network calls it; there the
+        # token guards.
         return is_loopback(name) or not is_loopback(self.settings.host)
 
     def _admission(self, request: Request) -> Response | None:
-        """None for who may pass. `?token=` opens a session and leaves the address; a browser gets the sign-in page."""
+        """None for who may pass. `?token=` opens a session and leaves the address; a browser gets
+        the sign-in page."""
         path = request.url.path
         try:
             query = parse_qsl(request.url.query, keep_blank_values=True)

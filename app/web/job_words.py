@@ -1,5 +1,5 @@
-"""A job in words: what its kind is called, how long it has taken and will take, what its result is, what to do when it
-failed."""
+"""A job in words: what its kind is called, how long it has taken and will take, what its result is,
+what to do when it failed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ KIND_WORDS = {
     "diagnose": "diagnosis",
     "validate": "validation",
 }
-#: Start of the address of a result -> what its button opens; the rest of the address follows where there is a name.
+#: Start of the address of a result -> what its button opens; the rest of the address follows where
+#: there is a name.
 _RESULTS = {
     "/campaigns/": "Open campaign",
     "/plans/": "Open plan",
@@ -63,7 +64,8 @@ def duration_words(seconds: float) -> str:
 
 
 def elapsed_s(job: JobView, now: datetime | None = None) -> float | None:
-    """Seconds from the start of a job to its end, or to `now`; None for one that has not started."""
+    """Seconds from the start of a job to its end, or to `now`; None for one that has not
+    started."""
     if job.started_at is None:
         return None
     return ((job.ended_at or now or datetime.now(UTC)) - job.started_at).total_seconds()
@@ -79,13 +81,19 @@ def time_words(job: JobView, now: datetime | None = None) -> str:
     if not 0 < job.done <= job.total:
         return f"It has run for {duration_words(elapsed)}."
     remaining = elapsed * (job.total - job.done) / job.done
-    return f"It has run for {duration_words(elapsed)}; about {duration_words(max(remaining, 1.0))} remain."
+    return (
+        f"It has run for {duration_words(elapsed)}; about "
+        f"{duration_words(max(remaining, 1.0))} remain."
+    )
 
 
 def next_step_words(job: JobView, repeatable: bool) -> str:
     """What to do about a job that waits, was stopped or failed; "" for the others."""
     if job.state == WAITING:
-        return "It starts when the jobs before it have ended. You can leave this page; the job goes on."
+        return (
+            "It starts when the jobs before it have ended. You can leave this "
+            "page; the job goes on."
+        )
     if job.state == RUNNING:
         return "You can leave this page; the job goes on."
     if job.state == STOPPED:
@@ -94,9 +102,13 @@ def next_step_words(job: JobView, repeatable: bool) -> str:
         return ""
     if _FAULT in (job.error or ""):
         return (
-            "Nothing of what is stored is lost. Try again; if it fails again, send this message to whoever operates "
+            "Nothing of what is stored is lost. Try again; if it fails "
+            "again, send this message to whoever operates "
             "the server."
         )
     if not repeatable:
         return "Correct what the message names, and send the files or the form again."
-    return "Correct what the message names. Then try again with the same values, or change the values first."
+    return (
+        "Correct what the message names. Then try again with the same values, or "
+        "change the values first."
+    )

@@ -1,4 +1,5 @@
-"""Long work as the web application sees it: the store's queue, and a worker of its own that makes the jobs progress."""
+"""Long work as the web application sees it: the store's queue, and a worker of its own that makes
+the jobs progress."""
 
 from __future__ import annotations
 
@@ -61,7 +62,8 @@ class Jobs:
     def listed(
         self, limit: int = 200, before: int | None = None, state: str | None = None
     ) -> list[JobView]:
-        """The newest first, without results: at most `limit`, of those older than `before`, in one `state`."""
+        """The newest first, without results: at most `limit`, of those older than `before`, in one
+        `state`."""
         return list_jobs(self._store, limit, before, state)
 
     def users_of(self, keys: Sequence[int]) -> dict[int, str]:
@@ -79,7 +81,8 @@ class Jobs:
             return None, False
 
     def again(self, store: Store, key: int) -> JobView:
-        """Ask for an ended job once more, signed by the request's `store`. Raises `LookupError`, `ValueError`."""
+        """Ask for an ended job once more, signed by the request's `store`. Raises `LookupError`,
+        `ValueError`."""
         job = ask_again(store, key)
         if self._worker is not None:
             self._worker.ask_now()
@@ -90,7 +93,8 @@ class Jobs:
         return stop(self._store, key)
 
     def close(self, patience_s: float = 4.0) -> None:
-        """End the worker: what it has in hand goes back to the queue, at its next step or without one."""
+        """End the worker: what it has in hand goes back to the queue, at its next step or without
+        one."""
         if self._worker is None or self._thread is None:
             return
         self._worker.end()

@@ -78,7 +78,8 @@ def job(request: Request, job: Key, running: Running) -> Response:
 
 
 def _form_address(form: JobForm | None, key: int) -> str:
-    """The page of a form, which fetches the values of job `key` where its address does not hold them."""
+    """The page of a form, which fetches the values of job `key` where its address does not hold
+    them."""
     if form is None or not form.fields:
         return "" if form is None else form.address
     address, mark, place = form.address.partition("#")
@@ -107,7 +108,8 @@ def again(job: Key, store: OpenStore, running: Running) -> Response:
 
 
 def finished_result(running: Running, key: int, kind: str, noun: str) -> Any:
-    """What a job of this kind has given. Raises `LookupError` for one of another kind, or that has not ended well."""
+    """What a job of this kind has given. Raises `LookupError` for one of another kind, or that has
+    not ended well."""
     job_row = running.get(key)
     if job_row.state != DONE or job_row.kind != kind:
         raise LookupError(f"job {key} is no finished {noun}; its page is /jobs/{key}")

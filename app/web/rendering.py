@@ -73,7 +73,8 @@ _BELOW = {
 
 
 def _section(path: str) -> str:
-    """The address of the menu's entry that a page belongs to; empty for the first page and for the API."""
+    """The address of the menu's entry that a page belongs to; empty for the first page and for the
+    API."""
     return next(
         (_BELOW.get(start, start) for start in (*MENU, *_BELOW) if path.startswith(start)), ""
     )
@@ -114,7 +115,8 @@ def part(name: object) -> str:
 def as_data(value: Any) -> Markup:
     """JSON within a script element: nothing in it can end the element."""
     text = json.dumps(finite(value), allow_nan=False, separators=(",", ":"), default=str)
-    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))  # noqa: S704  # so escaped
+    # so escaped
+    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))  # noqa: S704
 
 
 def when(value: datetime | date | str | None) -> str:

@@ -1,6 +1,8 @@
-"""Sessions that were signed in: they end after a time without requests, after a time at all, and when they are told to.
+"""Sessions that were signed in: they end after a time without requests, after a time at all, and
+when they are told to.
 
-They are kept in this process alone, by the SHA-256 of their identifier: a restart of the server ends all of them.
+They are kept in this process alone, by the SHA-256 of their identifier: a restart of the server
+ends all of them.
 """
 
 from __future__ import annotations
@@ -12,8 +14,8 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
-#: Seconds without a request, and seconds at all, after which a session has ended (OWASP, Session Management Cheat
-#: Sheet): a break at the bench, and a working day.
+#: Seconds without a request, and seconds at all, after which a session has ended (OWASP, Session
+#: Management Cheat Sheet): a break at the bench, and a working day.
 IDLE_S = 2 * 3600.0
 LIFETIME_S = 12 * 3600.0
 #: Sessions at once; beyond, the one that was used longest ago ends.

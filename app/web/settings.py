@@ -17,12 +17,15 @@ class SettingsError(ValueError):
 
 @dataclass(frozen=True)
 class Settings:
-    """`folders`: those below which a campaign may be ingested by its path. `token`: what others must know.
-    `works`: whether it does the jobs that it is asked for, or leaves them to workers (`pyroshock work`).
+    """`folders`: those below which a campaign may be ingested by its path. `token`: what others
+    must know. `works`: whether it does the jobs that it is asked for, or leaves them to workers
+    (`pyroshock work`).
 
-    `trusted_proxies`: addresses and networks whose `X-Forwarded-For` and `X-Forwarded-Proto` are believed.
+    `trusted_proxies`: addresses and networks whose `X-Forwarded-For` and `X-Forwarded-Proto` are
+    believed.
 
-    Raises `SettingsError` for an address that others can reach without a token, and for a token that can be guessed.
+    Raises `SettingsError` for an address that others can reach without a token, and for a token
+    that can be guessed.
     """
 
     db: str = field(repr=False)
@@ -48,22 +51,26 @@ class Settings:
             )
         if self.mlflow is not None and not self.mlflow.startswith(("http://", "https://")):
             raise SettingsError(
-                f"--mlflow {address_for_display(self.mlflow)!r} is no address of a page; expected http://HOST:PORT"
+                f"--mlflow {address_for_display(self.mlflow)!r} is no address "
+                f"of a page; expected http://HOST:PORT"
             )
         if self.mlflow is not None and address_for_display(self.mlflow) != self.mlflow:
             raise SettingsError(
-                f"--mlflow {address_for_display(self.mlflow)!r}: every page would show its password; leave it out"
+                f"--mlflow {address_for_display(self.mlflow)!r}: every page "
+                f"would show its password; leave it out"
             )
         for proxy in self.trusted_proxies:
             try:
                 ipaddress.ip_network(proxy)
             except ValueError as error:
                 raise SettingsError(
-                    f"--trusted-proxy {proxy!r} is no address or network; expected one like 127.0.0.1 or 172.18.0.0/16"
+                    f"--trusted-proxy {proxy!r} is no address or network; "
+                    f"expected one like 127.0.0.1 or 172.18.0.0/16"
                 ) from error
 
     def is_trusted_proxy(self, host: str) -> bool:
-        """Whether a connection from this address is one of a trusted proxy, which brings the requests of many."""
+        """Whether a connection from this address is one of a trusted proxy, which brings the
+        requests of many."""
         try:
             address = ipaddress.ip_address(host)
         except ValueError:

@@ -1,4 +1,5 @@
-"""Who may pass where the server has a token: an open session, `Authorization: Bearer TOKEN`, or a sign-in with it."""
+"""Who may pass where the server has a token: an open session, `Authorization: Bearer TOKEN`, or a
+sign-in with it."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ SIGN_IN = "/sign-in"
 
 
 class SignInError(ValueError):
-    """Not admitted; `status` is 401, or 429 while tokens from this address are not looked at (`retry_after_s`)."""
+    """Not admitted; `status` is 401, or 429 while tokens from this address are not looked at
+    (`retry_after_s`)."""
 
     def __init__(self, status: int, message: str, retry_after_s: int | None = None) -> None:
         super().__init__(message)
@@ -33,7 +35,8 @@ class SignInError(ValueError):
 
 
 class SignIn:
-    """The token of a server with the sessions that it has opened. `token` None: everybody passes, nobody signs in."""
+    """The token of a server with the sessions that it has opened. `token` None: everybody passes,
+    nobody signs in."""
 
     def __init__(
         self,
@@ -58,7 +61,8 @@ class SignIn:
         if header is None:
             raise SignInError(
                 401,
-                "a token is needed: open the address that pyroshock serve printed, or send Authorization: Bearer TOKEN",
+                "a token is needed: open the address that pyroshock serve "
+                "printed, or send Authorization: Bearer TOKEN",
             )
         scheme, _, word = header.partition(" ")
         if scheme.lower() != "bearer":
@@ -68,7 +72,8 @@ class SignIn:
         self._check_token(request, word.strip())
 
     def new_session(self, request: Request, token: str) -> str:
-        """The identifier of a new session for who sends the token; the one before it ends. Raises `SignInError`."""
+        """The identifier of a new session for who sends the token; the one before it ends. Raises
+        `SignInError`."""
         self._check_token(request, token)
         self.sessions.end(session_of(request) or "")
         return self.sessions.begin()
@@ -79,7 +84,8 @@ class SignIn:
         if wait_s > 0:
             raise SignInError(
                 429,
-                f"too many wrong tokens from {host}: the next one is looked at in {wait_s} s; sessions that are "
+                f"too many wrong tokens from {host}: the next one is looked "
+                f"at in {wait_s} s; sessions that are "
                 "open go on",
                 wait_s,
             )
@@ -101,11 +107,13 @@ def session_of(request: Request) -> str | None:
 
 
 def new_identifier() -> str:
-    """Of a visit that is not signed in: it ties the token of a form to its browser, and opens nothing."""
+    """Of a visit that is not signed in: it ties the token of a form to its browser, and opens
+    nothing."""
     return secrets.token_urlsafe(18)
 
 
 def session_cookie(request: Request, identifier: str) -> str:
-    """The header's text: no script reads the cookie, no page of elsewhere sends it, and over TLS only TLS does."""
+    """The header's text: no script reads the cookie, no page of elsewhere sends it, and over TLS
+    only TLS does."""
     secure = "; Secure" if request.url.scheme == "https" else ""
     return f"{SESSION}={identifier}; HttpOnly; Path=/; SameSite=strict{secure}"

@@ -1,7 +1,9 @@
-"""Wrong tokens, counted by the address that they come from: each one makes the next wait longer, and ten lock it.
+"""Wrong tokens, counted by the address that they come from: each one makes the next wait longer,
+and ten lock it.
 
-While an address waits, no token from it is looked at, the right one included: whoever guesses learns nothing meanwhile.
-Sessions that are open already go on. OWASP, Authentication Cheat Sheet, "Account Lockout".
+While an address waits, no token from it is looked at, the right one included: whoever guesses
+learns nothing meanwhile. Sessions that are open already go on. OWASP, Authentication Cheat Sheet,
+"Account Lockout".
 """
 
 from __future__ import annotations
@@ -67,7 +69,8 @@ class SignInAttempts:
 
 
 def _pause_s(count: int) -> float:
-    """Seconds after the last of `count` wrong tokens: 0, 0, 1, 2, 4, ... and the lock from the tenth on."""
+    """Seconds after the last of `count` wrong tokens: 0, 0, 1, 2, 4, ... and the lock from the
+    tenth on."""
     if count <= FREE:
         return 0.0
     return LOCK_S if count >= LOCKED_FROM else 2.0 ** (count - FREE - 1)

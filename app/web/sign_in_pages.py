@@ -13,7 +13,8 @@ from .rendering import page
 from .sign_in import SIGN_IN, SignIn, SignInError, new_identifier, session_cookie, session_of
 
 router = APIRouter()
-#: An address of this server: browsers take `//`, `/\\` and blanks within them for the name of another.
+#: An address of this server: browsers take `//`, `/\\` and blanks within them for the name of
+#: another.
 _OWN_ADDRESS = re.compile(r"/(?![/\\])[^\x00-\x20\\]*")
 
 

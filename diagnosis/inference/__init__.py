@@ -1,1 +1,2 @@
-"""Bayesian inference over all effects of the catalogue together: which act, how strongly, and what they leave."""
+"""Bayesian inference over all effects of the catalogue together: which act, how strongly, and what
+they leave."""

@@ -1,12 +1,14 @@
 """The laws by which effects of the catalogue may act, with priors of their parameters.
 
-Every searched parameter is a number u with a standard normal prior. Parameters that span orders of magnitude are
-searched by their logarithm, from where the effect is as large as a tolerance to the end of its likely range: an effect
-within tolerance is none. A gain or an offset of a sensor has the prior of data sheets and calibrations, and beside it,
-as a law of its own with a small prior, that of a gross error.
+Every searched parameter is a number u with a standard normal prior. Parameters that span orders of
+magnitude are searched by their logarithm, from where the effect is as large as a tolerance to the
+end of its likely range: an effect within tolerance is none. A gain or an offset of a sensor has the
+prior of data sheets and calibrations, and beside it, as a law of its own with a small prior, that
+of a gross error.
 
-A parameter that the laboratory has measured (`[known]` of campaign.toml) has the prior N(value, u) of that measurement
-instead, and no gross error beside it. Where that excludes the value at which the effect does nothing, the effect acts.
+A parameter that the laboratory has measured (`[known]` of campaign.toml) has the prior N(value, u)
+of that measurement instead, and no gross error beside it. Where that excludes the value at which
+the effect does nothing, the effect acts.
 """
 
 from __future__ import annotations
@@ -22,23 +24,27 @@ from ...array_types import Floats
 from ...schema.known_facts import KnownFact
 from ...twin.effects import Effect, Parameter
 
-#: By name of an owner: the level of each configuration (or mode, or sensor), and the names of the levels.
+#: By name of an owner: the level of each configuration (or mode, or sensor), and the names of the
+#: levels.
 Owners = Mapping[str, tuple[tuple[int, ...], tuple[str, ...]]]
 
 #: The ends of a likely range lie so many standard deviations from the middle of the prior.
 LIKELY_SD = 2.0
-#: Share of a parameter's prior variance that all levels of its owner have in common (the rest is each level's own).
+#: Share of a parameter's prior variance that all levels of its owner have in common (the rest is
+#: each level's own).
 COMMON_SHARE = 0.8
 #: Prior probability of a gross error of a sensor, where it has an error at all.
 GROSS_ERROR = 0.2
-#: Beyond so many of its standard uncertainties from where an effect does nothing, a measured value says that it acts.
+#: Beyond so many of its standard uncertainties from where an effect does nothing, a measured value
+#: says that it acts.
 ACTS_BEYOND_U = 4.0
 #: In the name of a law with a parameter that the laboratory has measured.
 KNOWN = " (known)"
 #: Prior probability of the first law of an effect that has several.
 USUAL_LAW = 0.7
-#: Prior probability that a parameter differs from level to level of its owner, and of what lies on the same side of the
-#: contact: a mass that is said to belong to the bullet may differ from tip to tip.
+#: Prior probability that a parameter differs from level to level of its owner, and of what lies on
+#: the same side of the contact: a mass that is said to belong to the bullet may differ from tip to
+#: tip.
 BY_LEVEL, BY_NEIGHBOUR = 0.3, 0.1
 _SIDES = (("bullet", "tip"), ("face", "layer", "plate"))
 #: A parameter without a size of its own begins at this share of its likely end.
@@ -49,7 +55,8 @@ _WIDE = 1.5
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A parameter's value from u: `centre` + `scale` u, or its exponential; kept inside of the allowed range."""
+    """A parameter's value from u: `centre` + `scale` u, or its exponential; kept inside of the
+    allowed range."""
 
     parameter: Parameter
     centre: float
@@ -76,11 +83,13 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class EffectLaw:
-    """One law of an effect: the parameters that it is searched by, all others at what switches them off.
+    """One law of an effect: the parameters that it is searched by, all others at what switches them
+    off.
 
-    `levels` gives the level of the parameters' `owner` in each configuration (C,), or in each mode (m,) or sensor (S,)
-    of the plate where it belongs to these; empty where one value serves all. Each coordinate then has 1 + L numbers u:
-    what all levels have in common, and what each has of its own.
+    `levels` gives the level of the parameters' `owner` in each configuration (C,), or in each mode
+    (m,) or sensor (S,) of the plate where it belongs to these; empty where one value serves all.
+    Each coordinate then has 1 + L numbers u: what all levels have in common, and what each has of
+    its own.
     """
 
     kind: type[Effect]
@@ -122,7 +131,8 @@ class EffectLaw:
 
     @cached_property
     def placing(self) -> Floats:
-        """(k, size): from the numbers u to the place of each coordinate in each level, coordinate by coordinate."""
+        """(k, size): from the numbers u to the place of each coordinate in each level, coordinate
+        by coordinate."""
         levels = len(self.level_names)
         if not levels:
             return np.eye(self.size)
@@ -171,7 +181,8 @@ class EffectLaw:
         return u.ravel()
 
     def smallest_start(self) -> Floats:
-        """Where it does little: at the lower end of what grows from nothing, in the middle of what has a sign."""
+        """Where it does little: at the lower end of what grows from nothing, in the middle of what
+        has a sign."""
         u = np.zeros((len(self.coordinates), 1 + len(self.level_names)))
         u[0, 0] = -1.5 if self.coordinates[0].one_sided else 0.0
         return u.ravel()
@@ -179,8 +190,8 @@ class EffectLaw:
 
 @dataclass(frozen=True)
 class LawRanges:
-    """By effect id and parameter: the value that moves an observable by a tolerance, where laws of a campaign begin to
-    be seen (`smallest`), and what the laboratory measured (`known_facts`)."""
+    """By effect id and parameter: the value that moves an observable by a tolerance, where laws of
+    a campaign begin to be seen (`smallest`), and what the laboratory measured (`known_facts`)."""
 
     smallest: Mapping[tuple[str, str], float] = field(default_factory=dict)
     known_facts: Mapping[tuple[str, str], KnownFact] = field(default_factory=dict)
@@ -225,7 +236,8 @@ def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[Effec
 def _regimes(
     kind: type[Effect], likely: Sequence[Parameter], ranges: LawRanges
 ) -> tuple[tuple[str, ...], ...]:
-    """Of a sensor whose error was calibrated those without a shape of it that was not: a calibration covers a range."""
+    """Of a sensor whose error was calibrated those without a shape of it that was not: a
+    calibration covers a range."""
     every_regime = kind.regimes or (tuple(item.name for item in likely),)
     measured = {item.name for item in likely if (kind.id, item.name) in ranges.known_facts}
     if not any(item.name in measured for item in likely if item.typical is not None):
@@ -282,8 +294,8 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
 
 
 def _is_shape(kind: type[Effect], item: Parameter) -> bool:
-    """Whether a parameter says how an effect acts, and not whether: it has no size at which it does nothing, or is only
-    looked for beside parameters that a law of the same kind has without it."""
+    """Whether a parameter says how an effect acts, and not whether: it has no size at which it does
+    nothing, or is only looked for beside parameters that a law of the same kind has without it."""
     assert item.likely is not None
     has_no_nothing = item.default == item.off and 0 < item.likely[0] <= item.off <= item.likely[1]
     return has_no_nothing or _is_only_beside_others(kind, item.name)
@@ -312,7 +324,8 @@ def _off_value(kind: type[Effect], item: Parameter, ranges: LawRanges) -> float:
 
 
 def _by_level(law: EffectLaw, owners: Owners) -> list[EffectLaw]:
-    """The same law with a value for each level of its first parameter's owner, and, in contacts, of its neighbours."""
+    """The same law with a value for each level of its first parameter's owner, and, in contacts, of
+    its neighbours."""
     declared = law.coordinates[0].parameter.owner
     neighbours = next(
         (side for side in _SIDES if declared in side and law.kind.stage() == "contact"), ()
@@ -333,7 +346,8 @@ def _by_level(law: EffectLaw, owners: Owners) -> list[EffectLaw]:
 def owners_of(configurations: Sequence[Mapping[str, Any]]) -> Owners:
     """Levels of what parameters may belong to, from the factors of C configurations.
 
-    "bullet": the projectile, told by its mass; "tip" and "face": what touches; "layer": the insulator; "plate".
+    "bullet": the projectile, told by its mass; "tip" and "face": what touches; "layer": the
+    insulator; "plate".
     """
     columns = {
         "bullet": [row.get("bullet_mass", "") for row in configurations],

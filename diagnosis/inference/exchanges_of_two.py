@@ -1,7 +1,9 @@
-"""Which two effects could stand where one or two others do: screened by linearisation, so that few sets are fitted.
+"""Which two effects could stand where one or two others do: screened by linearisation, so that few
+sets are fitted.
 
-Two pairs of effects may do the same although every set between them, which has one effect of each, is much worse. Laws
-are taken to add to each other, and to follow their derivative within a step of the search.
+Two pairs of effects may do the same although every set between them, which has one effect of each,
+is much worse. Laws are taken to add to each other, and to follow their derivative within a step of
+the search.
 """
 
 from __future__ import annotations
@@ -23,8 +25,8 @@ _STEP, _DIFFERENCE = 1.2, 0.05
 
 @dataclass(frozen=True, eq=False)
 class ScreenedSet:
-    """A set of laws with the u (p,) from which its fit begins. `score` is its log evidence as the linearisation has it,
-    with the log prior of its laws; it compares sets of one screening."""
+    """A set of laws with the u (p,) from which its fit begins. `score` is its log evidence as the
+    linearisation has it, with the log prior of its laws; it compares sets of one screening."""
 
     laws: tuple[EffectLaw, ...]
     u: Floats
@@ -33,7 +35,8 @@ class ScreenedSet:
 
 @dataclass(frozen=True, eq=False)
 class _Additions:
-    """K additions of one law each, whitened: what each adds (N, K), and its derivative for the first of its u (N, K).
+    """K additions of one law each, whitened: what each adds (N, K), and its derivative for the
+    first of its u (N, K).
 
     `price` (K,): |u|^2 / 2 less the log prior; `first` (K,): the first of its u.
     """
@@ -51,8 +54,9 @@ def exchanges_of_two(
     starts: Sequence[tuple[EffectLaw, Floats]],
     most: int,
 ) -> list[ScreenedSet]:
-    """The best sets, at most `most`, in which two effects stand for one of `current`, one for two, two for two, or two
-    more beside all of its effects; the best first. `starts`: laws that may come in, and where each begins."""
+    """The best sets, at most `most`, in which two effects stand for one of `current`, one for two,
+    two for two, or two more beside all of its effects; the best first. `starts`: laws that may come
+    in, and where each begins."""
     factors = [
         covariance_factor(block, own, error)
         for block, own, error in zip(
@@ -110,7 +114,8 @@ def _additions(
 
 @dataclass(frozen=True, eq=False)
 class _Pairs:
-    """Of one addition (K,) and of two (K, K): the score, and the steps in the first u of each (K, 1) and (K, K, 2)."""
+    """Of one addition (K,) and of two (K, K): the score, and the steps in the first u of each (K,
+    1) and (K, K, 2)."""
 
     alone: Floats
     alone_step: Floats
@@ -119,8 +124,10 @@ class _Pairs:
 
     @classmethod
     def of(cls, rest: Floats, change: Floats, slope: Floats, additions: _Additions) -> _Pairs:
-        """`rest` (M,): the whitened residual without additions; `change` and `slope` (M, K) of the additions."""
-        # Minus the score is |rest - change - slope d|^2 / 2 + |u + d|^2 / 2 - log prior + log|curvature| / 2.
+        """`rest` (M,): the whitened residual without additions; `change` and `slope` (M, K) of the
+        additions."""
+        # Minus the score is |rest - change - slope d|^2 / 2 + |u + d|^2 / 2 - log prior +
+        # log|curvature| / 2.
         whole = 0.5 * float(rest @ rest)
         overlap = change.T @ change
         cost = 0.5 * np.diag(overlap) - change.T @ rest + additions.price
@@ -157,7 +164,8 @@ def _screened(
     factors: Sequence[Floats],
     most: int,
 ) -> list[ScreenedSet]:
-    """Without the laws at the places `out`: the best pairs of additions, and for two laws the best single ones."""
+    """Without the laws at the places `out`: the best pairs of additions, and for two laws the best
+    single ones."""
     kept = [i for i in range(len(current.laws)) if i not in out]
     parts = split_parts(current.laws, np.arange(len(current.u), dtype=np.float64))
     columns = np.concatenate([np.zeros(0), *(parts[i] for i in kept)]).astype(np.intp)
@@ -177,8 +185,8 @@ def _screened(
             for root, own in zip(factors, current.jacobian, strict=True)
         ]
     )
-    # The kept laws' parameters go wherever they fit best: what remains lies across their derivatives. Rows below
-    # those of the cells are the prior's.
+    # The kept laws' parameters go wherever they fit best: what remains lies across their
+    # derivatives. Rows below those of the cells are the prior's.
     design = np.vstack([slopes, np.eye(len(columns))])
     basis, triangle = np.linalg.qr(design)
 

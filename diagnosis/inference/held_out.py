@@ -1,9 +1,11 @@
-"""What the sets of effects predict on configurations that neither their choice nor their parameters have seen.
+"""What the sets of effects predict on configurations that neither their choice nor their parameters
+have seen.
 
-Inside of a fold every set of the library is fitted to the training configurations alone, from its derivatives. The
-likeliest, each once more as though its laws were exact, are averaged such that they predict best each training
-configuration from all others (stacking: Yao et al., Bayesian Anal. 13 (2018) 917), because no set of laws is quite true
-of a real bench: the evidence alone would trust one.
+Inside of a fold every set of the library is fitted to the training configurations alone, from its
+derivatives. The likeliest, each once more as though its laws were exact, are averaged such that
+they predict best each training configuration from all others (stacking: Yao et al., Bayesian Anal.
+13 (2018) 917), because no set of laws is quite true of a real bench: the evidence alone would trust
+one.
 """
 
 from __future__ import annotations
@@ -30,14 +32,16 @@ from .subset_fit import (
     with_evidence,
 )
 
-#: Sets of the library that are weighed inside of a fold lie within so many nats of the best, and are at most so many.
+#: Sets of the library that are weighed inside of a fold lie within so many nats of the best, and
+#: are at most so many.
 _WINDOW, _MOST = 40.0, 40
 #: Of them so many are averaged; those with a larger weight than this are fitted with simulations.
 _STACKED, _LEAST_WEIGHT = 12, 0.02
 #: Weight of the condition that the weights sum to one, over that of all cells together.
 _SUM_TO_ONE = 1e3
-#: A weight that differs from the posterior's by one has to predict so many configurations better, by all that the best
-#: set leaves of each: a few configurations do not say which of nearly equal sets predicts.
+#: A weight that differs from the posterior's by one has to predict so many configurations better,
+#: by all that the best set leaves of each: a few configurations do not say which of nearly equal
+#: sets predicts.
 _POSTERIOR_WEIGHT = 10.0
 #: Steps of their fits.
 _SETTLING = 3
@@ -45,9 +49,9 @@ _SETTLING = 3
 
 @dataclass(frozen=True, eq=False)
 class FoldFit:
-    """The sets of the library as one fold averages them. `fits` on the training configurations, the likeliest first,
-    with `weights`; `averaged` (C, D): their mean changes of all configurations, in the observables' units;
-    `corrected`: the same with what the learned discrepancy adds."""
+    """The sets of the library as one fold averages them. `fits` on the training configurations, the
+    likeliest first, with `weights`; `averaged` (C, D): their mean changes of all configurations, in
+    the observables' units; `corrected`: the same with what the learned discrepancy adds."""
 
     training: Rows
     fits: tuple[SubsetFit, ...]
@@ -63,7 +67,8 @@ class FoldFit:
 
 
 def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = ()) -> FoldFit:
-    """`training`: places of configurations in the gap table. `only`: some sets instead of the whole library."""
+    """`training`: places of configurations in the gap table. `only`: some sets instead of the whole
+    library."""
     problem = library.problem
     inside = problem.only(training)
     candidates = [fit for fit, _ in library.weights(_WINDOW)][:_MOST]
@@ -93,16 +98,17 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
 
 
 def _with_exact_laws(fit: SubsetFit) -> SubsetFit:
-    """A set as though its laws were exact. Where they are not quite, parameters that follow the data predict better
-    than those that leave what does not fit to the laws' errors; the stacking says which."""
+    """A set as though its laws were exact. Where they are not quite, parameters that follow the
+    data predict better than those that leave what does not fit to the laws' errors; the stacking
+    says which."""
     return replace(
         fit, errors=tuple(replace(error, discrepancy=0, detail=0) for error in fit.errors)
     )
 
 
 def cell_weights(weights: Floats, changes: Floats) -> Floats:
-    """(k, C, D), sum one over the k sets: of those with an answer in a cell of their changes (k, C, D); of all where
-    none has."""
+    """(k, C, D), sum one over the k sets: of those with an answer in a cell of their changes (k, C,
+    D); of all where none has."""
     weights = weights[:, None, None]
     with_answer = np.isfinite(changes) * weights
     total = with_answer.sum(axis=0)
@@ -112,9 +118,9 @@ def cell_weights(weights: Floats, changes: Floats) -> Floats:
 def stacking_weights(
     problem: InferenceProblem, fits: Sequence[SubsetFit], prior_weights: Floats
 ) -> Floats:
-    """(k,): weights of sets, none negative, sum one, whose mean predicts best, in the metric of the gap, each
-    configuration from all others, and the corner of the factor space from what is outside of it. They stay near
-    `prior_weights` (k,) as far as `_POSTERIOR_WEIGHT` says."""
+    """(k,): weights of sets, none negative, sum one, whose mean predicts best, in the metric of the
+    gap, each configuration from all others, and the corner of the factor space from what is outside
+    of it. They stay near `prior_weights` (k,) as far as `_POSTERIOR_WEIGHT` says."""
     from scipy.optimize import nnls
 
     if len(fits) == 1:
@@ -133,8 +139,8 @@ def stacking_weights(
 
 
 def _predicted_residuals(problem: InferenceProblem, fit: SubsetFit, scale: Floats) -> Floats:
-    """Residuals over the scale (N,): of each configuration, fitted to all others; then of those in the corner, fitted
-    to those outside of it, where there is a corner."""
+    """Residuals over the scale (N,): of each configuration, fitted to all others; then of those in
+    the corner, fitted to those outside of it, where there is a corner."""
     configuration = np.concatenate([block.configuration for block in problem.blocks])
     residuals = left_out_residuals(problem, fit, np.unique(configuration)[:, None]) * scale
     corner = corner_rows(problem)
@@ -145,8 +151,9 @@ def _predicted_residuals(problem: InferenceProblem, fit: SubsetFit, scale: Float
 
 
 def _answered(tables: Floats) -> Floats:
-    """Tables (k, C, D) with an answer in every cell: a shot that stays in the barrel is taken to be as slow as the
-    slowest that leaves it, hence the largest change of the same set and observable; 0 where a set has no answer."""
+    """Tables (k, C, D) with an answer in every cell: a shot that stays in the barrel is taken to be
+    as slow as the slowest that leaves it, hence the largest change of the same set and observable;
+    0 where a set has no answer."""
     size = np.where(np.isfinite(tables), np.abs(tables), -1.0)
     extreme = np.take_along_axis(np.nan_to_num(tables), size.argmax(axis=1)[:, None, :], axis=1)
     return np.asarray(np.where(np.isfinite(tables), tables, extreme))
@@ -187,7 +194,8 @@ def _start_again(inside: InferenceProblem, fit: SubsetFit) -> Start:
 def _with_discrepancy(
     problem: InferenceProblem, inside: InferenceProblem, fit: SubsetFit, table: Floats
 ) -> Floats:
-    """(C, D): the effects' changes (C, D), and the mean of background and discrepancy given the training residuals."""
+    """(C, D): the effects' changes (C, D), and the mean of background and discrepancy given the
+    training residuals."""
     from scipy.linalg import cho_factor, cho_solve
 
     corrected = table.copy()
@@ -210,7 +218,8 @@ def _with_discrepancy(
 
 
 def set_predictions(library: ModelLibrary, training: Rows, fits: Sequence[SubsetFit]) -> Floats:
-    """(k, C, D): what each set predicts where it was fitted to the training configurations alone."""
+    """(k, C, D): what each set predicts where it was fitted to the training configurations
+    alone."""
     problem = library.problem
     inside = problem.only(training)
     starts = [_start_again(inside, _linear_fit(problem, inside, fit)) for fit in fits if fit.laws]

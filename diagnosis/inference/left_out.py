@@ -1,4 +1,5 @@
-"""What a set of effects predicts of configurations that are left out of its fit, by the fit's own derivatives."""
+"""What a set of effects predicts of configurations that are left out of its fit, by the fit's own
+derivatives."""
 
 from __future__ import annotations
 
@@ -14,10 +15,12 @@ from .subset_fit import SubsetFit, covariance_factor, residual
 
 
 def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterable[Rows]) -> Floats:
-    """(N,) over all blocks: residual of each group of configurations where the parameters are fitted to all others,
-    linear in u; of configurations in no group, the residual of the fit. The groups have no configuration in common.
+    """(N,) over all blocks: residual of each group of configurations where the parameters are
+    fitted to all others, linear in u; of configurations in no group, the residual of the fit. The
+    groups have no configuration in common.
 
-    With P = S^-1, the information of what remains is J'PJ - (PJ)_c' (P_cc)^-1 (PJ)_c when the cells c go.
+    With P = S^-1, the information of what remains is J'PJ - (PJ)_c' (P_cc)^-1 (PJ)_c when the cells
+    c go.
     """
     residuals = [
         residual(block, own) for block, own in zip(problem.blocks, fit.change, strict=True)
@@ -57,8 +60,8 @@ def _inverse_root(lower: Floats) -> Floats:
 
 
 def corner_rows(problem: InferenceProblem) -> Rows | None:
-    """The configurations, of those of a problem, in the corner of the factor space where an extrapolation has the most
-    to lose; None where there is no corner."""
+    """The configurations, of those of a problem, in the corner of the factor space where an
+    extrapolation has the most to lose; None where there is no corner."""
     gap = problem.gap
     rows = np.unique(np.concatenate([block.configuration for block in problem.blocks]))
     weight = GapMetric.of(gap).weights(gap)

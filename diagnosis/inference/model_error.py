@@ -1,9 +1,10 @@
-"""Errors of a simulator that no effect explains: small ones of all simulators, and those in proportion to an effect.
+"""Errors of a simulator that no effect explains: small ones of all simulators, and those in
+proportion to an effect.
 
-The background is within tolerance and the same for every set of effects (Kennedy and O'Hagan, J. R. Stat. Soc. B 63
-(2001) 425). One kernel met with a rougher background than it assumes raises false alarms, hence a bank of them. The
-discrepancy of a law is a Gaussian process over the factors whose amplitude is a share of what the effect does: a law
-that is wrong by a third is still that effect's.
+The background is within tolerance and the same for every set of effects (Kennedy and O'Hagan, J. R.
+Stat. Soc. B 63 (2001) 425). One kernel met with a rougher background than it assumes raises false
+alarms, hence a bank of them. The discrepancy of a law is a Gaussian process over the factors whose
+amplitude is a share of what the effect does: a law that is wrong by a third is still that effect's.
 """
 
 from __future__ import annotations
@@ -20,10 +21,12 @@ from ..observables.base import Observable
 
 @dataclass(frozen=True)
 class ModelErrorAmplitudes:
-    """Amplitudes in tolerances: the same everywhere, smooth over the factors, white over configurations.
+    """Amplitudes in tolerances: the same everywhere, smooth over the factors, white over
+    configurations.
 
-    Of `detail` of them where an observable is a detail of shape or timing. `gain`: smooth and white, what all lines of
-    an accelerometer share as its coupling and its place differ from one configuration to the next.
+    Of `detail` of them where an observable is a detail of shape or timing. `gain`: smooth and
+    white, what all lines of an accelerometer share as its coupling and its place differ from one
+    configuration to the next.
     """
 
     constant: float
@@ -76,8 +79,8 @@ PLATE_BANK = (
 LENGTH, OCTAVES = 0.8, 0.7
 #: How much of the variance neighbouring observables share; what has parts has so much beside them.
 SHARED, OWN = 0.5, 0.1
-#: Of a law's discrepancy: the share of its variance that all configurations have in common, that is smooth over the
-#: factors, and that levels of factors have of their own.
+#: Of a law's discrepancy: the share of its variance that all configurations have in common, that is
+#: smooth over the factors, and that levels of factors have of their own.
 _DISCREPANCY = (0.2, 0.4, 0.4)
 #: Share of it that all observables have in common.
 _TOGETHER = 0.3
@@ -86,8 +89,8 @@ _OWN_CELL = 0.02
 
 
 def squared_distances(factors: Sequence[Mapping[str, str | float]]) -> Floats:
-    """(C, C): sum over the factors that vary; numbers by their share of the range, in logarithms where all are
-    positive and span more than a factor of 3; words by being others."""
+    """(C, C): sum over the factors that vary; numbers by their share of the range, in logarithms
+    where all are positive and span more than a factor of 3; words by being others."""
     names = sorted({name for row in factors for name in row})
     total = np.zeros((len(factors), len(factors)))
     for name in names:
@@ -109,7 +112,8 @@ def _squared_distance(values: Sequence[str | float]) -> Floats:
 
 
 def same_levels(factors: Sequence[Mapping[str, str | float]]) -> Floats:
-    """(C, C): the share of the factors that vary in which two configurations are the same; 1 where none varies."""
+    """(C, C): the share of the factors that vary in which two configurations are the same; 1 where
+    none varies."""
     names = sorted({name for row in factors for name in row})
     columns = [[row.get(name, "") for row in factors] for name in names]
     varying = [
@@ -121,8 +125,8 @@ def same_levels(factors: Sequence[Mapping[str, str | float]]) -> Floats:
 
 
 def observable_kernel(observables: Sequence[Observable]) -> Floats:
-    """(D, D): one on the diagonal; part of it shared within a channel, by octaves where there are frequencies. What is
-    made of parts has the errors of these, and a little of its own."""
+    """(D, D): one on the diagonal; part of it shared within a channel, by octaves where there are
+    frequencies. What is made of parts has the errors of these, and a little of its own."""
     channel = np.array([f"{item.stage} {item.channel}" for item in observables])
     octave = octaves(observables)
     apart = octave[:, None] - octave[None, :]
@@ -211,6 +215,6 @@ def bank(stage: str) -> tuple[ModelErrorAmplitudes, ...]:
 
 
 def usual_background(stage: str) -> int:
-    """Its place in the bank: within tolerance, partly constant, partly smooth, and a little from one configuration to
-    the next."""
+    """Its place in the bank: within tolerance, partly constant, partly smooth, and a little from
+    one configuration to the next."""
     return bank(stage).index(_MIDDLE)

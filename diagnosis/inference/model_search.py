@@ -1,8 +1,9 @@
 """Which sets of effects may act: a search over subsets by adding, dropping and exchanging effects.
 
-Sets that are much less likely than the best are left out (Occam's window: Madigan and Raftery, J. Am. Stat. Assoc. 89
-(1994) 1535). All effects are as likely to act, so seldom that a longer catalogue does not make "some effect" likelier
-(Scott and Berger, Ann. Stat. 38 (2010) 2587, on multiplicity).
+Sets that are much less likely than the best are left out (Occam's window: Madigan and Raftery, J.
+Am. Stat. Assoc. 89 (1994) 1535). All effects are as likely to act, so seldom that a longer
+catalogue does not make "some effect" likelier (Scott and Berger, Ann. Stat. 38 (2010) 2587, on
+multiplicity).
 """
 
 from __future__ import annotations
@@ -38,26 +39,29 @@ from .subset_fit import (
 
 #: Prior probability that no effect acts.
 NONE_PRIOR = 0.2
-#: Logarithm of the probability that an effect does not act though the laboratory measured that it does: no record
-#: overrules a measurement (`known_facts` says where one speaks against it).
+#: Logarithm of the probability that an effect does not act though the laboratory measured that it
+#: does: no record overrules a measurement (`known_facts` says where one speaks against it).
 _STATED = -30.0
 #: Candidates of a step that are fitted; sets within so many nats of the best are kept.
 _FITTED, WINDOW = 4, 20.0
-#: Exchanges from each set that are fitted in a round, rounds, and sets that additions begin from: of a problem with few
-#: cells, and of one with more than `_MANY` of them (the lines of a plate), where each fit costs far more.
+#: Exchanges from each set that are fitted in a round, rounds, and sets that additions begin from:
+#: of a problem with few cells, and of one with more than `_MANY` of them (the lines of a plate),
+#: where each fit costs far more.
 _EXCHANGED, _ROUNDS, _EXTENDED, _MANY = (20, 10), (8, 4), (2, 1), 400
-#: Power of the posterior by which sets are weighed. The laws are not those of a real bench, so that evidence counts for
-#: less than it says (a coarsened posterior: Miller and Dunson, J. Am. Stat. Assoc. 114 (2019) 1113), and the less the
-#: more observables repeat what a law is off by: the first of up to `_FEW` observables, which a gun has, the second of
-#: more. The true sets have the same probability from 0.1 to 0.5 (`benchmarks/diagnosis_maps.py`); above 0.2 the
-#: probabilities that effects of a contact act are too sure.
+#: Power of the posterior by which sets are weighed. The laws are not those of a real bench, so that
+#: evidence counts for less than it says (a coarsened posterior: Miller and Dunson, J. Am. Stat.
+#: Assoc. 114 (2019) 1113), and the less the more observables repeat what a law is off by: the first
+#: of up to `_FEW` observables, which a gun has, the second of more. The true sets have the same
+#: probability from 0.1 to 0.5 (`benchmarks/diagnosis_maps.py`); above 0.2 the probabilities that
+#: effects of a contact act are too sure.
 TEMPER, TEMPER_OF_MANY, _FEW = 0.3, 0.15, 6
 #: Of the moves that bring the same law in so many are fitted.
 _OF_ONE_LAW = 2
 #: So many sets are exchanged at once.
 BEAM = 2
-#: Sets that differ from one of the likeliest by two effects, so many of each, are fitted: of a problem with few cells,
-#: and of one with many; of so many times as many candidates, most of which the library may have. Rounds of it.
+#: Sets that differ from one of the likeliest by two effects, so many of each, are fitted: of a
+#: problem with few cells, and of one with many; of so many times as many candidates, most of which
+#: the library may have. Rounds of it.
 _OF_TWO, _SCREENED, _ROUNDS_OF_TWO = (8, 3), 4, 2
 #: A set that is so many nats below the best and smaller than it is not followed further down.
 _GIVEN_UP = 15.0
@@ -98,8 +102,8 @@ class ModelLibrary:
             self.add(polished(self.problem, rough))
 
     def compare_backgrounds(self) -> None:
-        """Tries the likeliest set's backgrounds on all others: a search leaves each set with those that it began with,
-        and sets that do the same would be nats apart."""
+        """Tries the likeliest set's backgrounds on all others: a search leaves each set with those
+        that it began with, and sets that do the same would be nats apart."""
         best = self.best().errors
         fresh = []
         for fit in sorted(self.fits.values(), key=self.log_joint, reverse=True)[:_COMPARED]:
@@ -143,7 +147,8 @@ class ModelLibrary:
         )
 
     def weights(self, window: float = WINDOW) -> list[tuple[SubsetFit, float]]:
-        """Sets within Occam's window, the likeliest first, and their probabilities by the tempered posterior."""
+        """Sets within Occam's window, the likeliest first, and their probabilities by the tempered
+        posterior."""
         joint = {key: self.log_joint(fit) for key, fit in self.fits.items()}
         top = max(joint.values())
         kept = sorted(
@@ -160,8 +165,9 @@ class ModelLibrary:
 def set_prior(
     laws: Sequence[EffectLaw], detectable: Sequence[type[Effect]] = ()
 ) -> dict[str, tuple[float, float]]:
-    """By effect, the logarithms of the probabilities that it acts and that it does not, such that none of all effects
-    acts with `NONE_PRIOR`: of all that are `detectable`, where the laws are those of some of them."""
+    """By effect, the logarithms of the probabilities that it acts and that it does not, such that
+    none of all effects acts with `NONE_PRIOR`: of all that are `detectable`, where the laws are
+    those of some of them."""
     from scipy.optimize import brentq
 
     odds = {law.id: law.kind.prior_odds for law in laws}
@@ -182,8 +188,9 @@ def set_prior(
 def search(
     problem: InferenceProblem, progress: Callable[[str], None] = lambda _: None
 ) -> ModelLibrary:
-    """The library of a problem. Stages are independent given what was measured between them, but for the sensors that
-    two of them share: each is searched by itself, and what they find together begins the search of all."""
+    """The library of a problem. Stages are independent given what was measured between them, but
+    for the sensors that two of them share: each is searched by itself, and what they find together
+    begins the search of all."""
     library = ModelLibrary(problem)
     library.add([no_effects(problem)])
     if len(problem.blocks) == 1:
@@ -215,8 +222,8 @@ def _exchange_in_turn(
 def _exchange_two(
     problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
 ) -> None:
-    """Fits the most promising sets that are two effects away from a likely one: a search by single effects may have to
-    pass sets that are much worse on the way there."""
+    """Fits the most promising sets that are two effects away from a likely one: a search by single
+    effects may have to pass sets that are much worse on the way there."""
     likely = [fit for fit, _ in library.weights()][:BEAM]
     starts = [(law, u) for law in problem.laws if not law.levels for u in _starts_of(library, law)]
     picked: dict[tuple[str, ...], tuple[SubsetFit, tuple[EffectLaw, ...], Floats]] = {}
@@ -267,8 +274,9 @@ def _search_stage(
 
 
 def _join(problem: InferenceProblem, library: ModelLibrary, parts: Sequence[ModelLibrary]) -> None:
-    """Sets of all stages from those of each. Without sensors that two stages share, evidence and parameters are those
-    of the stages; with them, unions of the stages' best sets are fitted together."""
+    """Sets of all stages from those of each. Without sensors that two stages share, evidence and
+    parameters are those of the stages; with them, unions of the stages' best sets are fitted
+    together."""
     shown = Counter(name for part in parts for name in part.problem.effects)
     shared = {name for name, count in shown.items() if count > 1}
     alone = [
@@ -353,7 +361,8 @@ def _exchange(
 def _eliminate(
     problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
 ) -> None:
-    """From all effects at once downwards: what additions pass by because only together two of them pay."""
+    """From all effects at once downwards: what additions pass by because only together two of them
+    pay."""
     best = library.best()
     usual = [_plainest(problem, name)[0] for name in problem.effects]
     others = [law for law in usual if law.id not in best.effects]
@@ -399,7 +408,8 @@ def _shrink(
 def fit_sets(
     problem: InferenceProblem, library: ModelLibrary, sets: Sequence[Sequence[str]]
 ) -> None:
-    """Fits sets of effects by id, each by the laws that are likeliest in the library (else all its laws, singly)."""
+    """Fits sets of effects by id, each by the laws that are likeliest in the library (else all its
+    laws, singly)."""
     best = library.best()
     used = {law.id: (law, part) for law, part in zip(best.laws, best.parts, strict=True)}
     picked: list[tuple[SubsetFit, tuple[EffectLaw, ...], Floats]] = []
@@ -419,8 +429,9 @@ def fit_sets(
 def fit_other_laws(
     problem: InferenceProblem, current: SubsetFit, laws: Sequence[EffectLaw]
 ) -> list[SubsetFit]:
-    """The most promising sets in which one of some `laws`, that need not be the problem's, joins the current set, takes
-    the place of one of its effects, or acts alone; fitted and polished. A set has one law of each effect."""
+    """The most promising sets in which one of some `laws`, that need not be the problem's, joins
+    the current set, takes the place of one of its effects, or acts alone; fitted and polished. A
+    set has one law of each effect."""
     moves = []
     for law in laws:
         at = [i for i, own in enumerate(current.laws) if own.id == law.id]
@@ -439,7 +450,8 @@ def fit_other_laws(
 
 
 def _plainest(problem: InferenceProblem, identity: str) -> tuple[EffectLaw, Floats]:
-    """The likeliest law of an effect before any evidence, and the middle of where its search begins."""
+    """The likeliest law of an effect before any evidence, and the middle of where its search
+    begins."""
     law = max((law for law in problem.laws if law.id == identity), key=lambda law: law.log_prior)
     return law, law.starts()[len(law.starts()) // 2]
 
@@ -451,8 +463,8 @@ class _Move:
 
 
 def _fit_singles(problem: InferenceProblem, library: ModelLibrary) -> None:
-    """Every law by itself, from its best start: a law whose starts are all far off is else passed by, and where it fits
-    is another start for it beside other effects."""
+    """Every law by itself, from its best start: a law whose starts are all far off is else passed
+    by, and where it fits is another start for it beside other effects."""
     empty = library.best()
     moves = _additions(problem, library, empty)
     scores, places = _screened(problem, empty, moves)
@@ -492,7 +504,8 @@ _NEXT_TO_NOTHING = -2.5
 
 
 def _level_addition(problem: InferenceProblem, current: SubsetFit, law: EffectLaw) -> _Move:
-    """Each level begins where its cells fit best: at a start of the law with one value, or at nothing."""
+    """Each level begins where its cells fit best: at a start of the law with one value, or at
+    nothing."""
     starts = law.common.starts()
     nothing = _NEXT_TO_NOTHING if law.coordinates[0].one_sided else 0.0
     places = np.array([nothing, *(u[0] for u in starts)])
@@ -560,7 +573,8 @@ def _fitted(
     moves: Sequence[tuple[SubsetFit, Sequence[_Move]]],
     count: int = _FITTED,
 ) -> list[SubsetFit]:
-    """The most promising moves from each set, fitted; those that are in the library already are left out."""
+    """The most promising moves from each set, fitted; those that are in the library already are
+    left out."""
     open_moves = [
         (current, [move for move in own if not library.has(move.laws)]) for current, own in moves
     ]
@@ -593,8 +607,8 @@ def _fitted(
 def _starts(
     problem: InferenceProblem, picked: Sequence[tuple[SubsetFit, tuple[EffectLaw, ...], Floats]]
 ) -> list[Start]:
-    """Derivatives and discrepancies of laws that stay are those of the set that a start comes from; those of new ones
-    are simulated. `picked`: the set, the laws of the start, and its u."""
+    """Derivatives and discrepancies of laws that stay are those of the set that a start comes from;
+    those of new ones are simulated. `picked`: the set, the laws of the start, and its u."""
     points = []
     for current, laws, u in picked:
         points.append(point_of(laws, u))
@@ -650,8 +664,8 @@ def _removed(
 def _screened(
     problem: InferenceProblem, current: SubsetFit, moves: Sequence[_Move]
 ) -> tuple[Floats, list[Floats]]:
-    """A score of each move, higher is better, and where its fit begins: the parameters of effects that stay are
-    adjusted by the current set's derivatives."""
+    """A score of each move, higher is better, and where its fit begins: the parameters of effects
+    that stay are adjusted by the current set's derivatives."""
     from scipy.linalg import solve_triangular
 
     tables = problem.changes([point_of(move.laws, move.u) for move in moves])

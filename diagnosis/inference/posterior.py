@@ -1,4 +1,5 @@
-"""What the inference says: which effects act, which sets of them, what remains, and how sure that is."""
+"""What the inference says: which effects act, which sets of them, what remains, and how sure that
+is."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ _Z90 = 1.6449
 
 @dataclass(frozen=True, eq=False)
 class HypothesisPosterior:
-    """Sets of effects with their probabilities; see `ModelLibrary`. `metric` says what the squared gap is made of."""
+    """Sets of effects with their probabilities; see `ModelLibrary`. `metric` says what the squared
+    gap is made of."""
 
     gap: GapTable
     library: ModelLibrary
@@ -84,7 +86,8 @@ class HypothesisPosterior:
 
     @property
     def _rare(self) -> float:
-        """Sets with less weight are rare: of very many that are alike, those with a twentieth of the likeliest's."""
+        """Sets with less weight are rare: of very many that are alike, those with a twentieth of
+        the likeliest's."""
         return min(_RARE, self.weighted[0][1] / 20)
 
     def inclusion(self, effect: str) -> float:
@@ -97,7 +100,8 @@ class HypothesisPosterior:
 
     @cached_property
     def floor(self) -> float:
-        """What repetitions leave of the squared gap, in tolerances squared over the cells, by the metric's weights."""
+        """What repetitions leave of the squared gap, in tolerances squared over the cells, by the
+        metric's weights."""
         variance = self.gap.floor_variance / self.gap.tolerance**2
         return float(np.nansum(variance * self.weights))
 
@@ -113,7 +117,8 @@ class HypothesisPosterior:
         return total
 
     def taken(self, fit: SubsetFit) -> float:
-        """The fraction of the reducible gap (roots, as the report has it) that a set takes in the sample."""
+        """The fraction of the reducible gap (roots, as the report has it) that a set takes in the
+        sample."""
         remaining_square = self._square(
             [
                 residual(block, own)
@@ -126,8 +131,8 @@ class HypothesisPosterior:
         )
 
     def rough_shares(self, fit: SubsetFit) -> dict[str, tuple[float, float]]:
-        """By effect of a set, of the squared gap: the mean of what it takes alone and after all others, and the latter
-        by itself."""
+        """By effect of a set, of the squared gap: the mean of what it takes alone and after all
+        others, and the latter by itself."""
         if fit.key not in self._rough_shares:
             points = [fit.point()]
             alone, last, _ = ends(self.problem, points, self.weights, self._before)
@@ -159,7 +164,8 @@ class HypothesisPosterior:
 
     @cached_property
     def log_odds_unknown(self) -> float:
-        """Log odds that something outside of the catalogue makes most of the gap, against all sets of effects."""
+        """Log odds that something outside of the catalogue makes most of the gap, against all sets
+        of effects."""
         joint = [
             self.library.log_joint(self.library.fits[tuple(sorted(key))]) + evidence.gain
             for key, evidence in self.unexplained.items()
@@ -172,7 +178,8 @@ class HypothesisPosterior:
 
     @cached_property
     def gain_beside_likeliest(self) -> float:
-        """Log evidence with something unexplained beside the likeliest set of effects, less that without."""
+        """Log evidence with something unexplained beside the likeliest set of effects, less that
+        without."""
         if self.best.key in self.unexplained:
             return self.unexplained[self.best.key].gain
         return unexplained_evidence(
@@ -181,8 +188,8 @@ class HypothesisPosterior:
 
     @cached_property
     def discrepancy(self) -> float:
-        """Posterior mean of how far the laws of the effects are off in the stage where they are furthest off, as a
-        share of what the effects do."""
+        """Posterior mean of how far the laws of the effects are off in the stage where they are
+        furthest off, as a share of what the effects do."""
         largest = [
             max(DISCREPANCIES[error.discrepancy] for error in fit.errors)
             for fit, _ in self.weighted
@@ -201,8 +208,9 @@ class HypothesisPosterior:
 
     @cached_property
     def none_probability(self) -> float:
-        """That no family of observables shows an error beyond noise, background and its tolerance: the sets move none
-        of them by a tolerance, and what is seen of each may be a simulator's background."""
+        """That no family of observables shows an error beyond noise, background and its tolerance:
+        the sets move none of them by a tolerance, and what is seen of each may be a simulator's
+        background."""
         return self.background_probability * self.within_probability
 
     @cached_property
@@ -216,8 +224,8 @@ class HypothesisPosterior:
         return background_probability(self.gap)
 
     def within_tolerance(self, fit: SubsetFit) -> float:
-        """The probability that a set moves no family of observables by a tolerance, over the posterior of its
-        parameters, linear about the fit."""
+        """The probability that a set moves no family of observables by a tolerance, over the
+        posterior of its parameters, linear about the fit."""
         if not fit.laws:
             return 1.0
         if fit.key not in self._within:
@@ -238,9 +246,9 @@ class HypothesisPosterior:
         return self._within[fit.key]
 
     def set_probabilities(self) -> dict[tuple[str, ...], float]:
-        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none:
-        what is neither within tolerance nor a background is one of them, unless it is unknown. Rare sets are left out,
-        in proportion."""
+        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one
+        less that of none: what is neither within tolerance nor a background is one of them, unless
+        it is unknown. Rare sets are left out, in proportion."""
         table: dict[frozenset[str], float] = {}
         order: dict[frozenset[str], tuple[str, ...]] = {}
         for fit, weight in self.weighted:
@@ -255,8 +263,8 @@ class HypothesisPosterior:
         return {order[key]: table[key] * scale for key in ranked}
 
     def set_scores(self) -> tuple[tuple[tuple[str, ...], float, float, float], ...]:
-        """Of every set that is not rare: its major effects, log evidence, log prior, and the probability that it is
-        within tolerance."""
+        """Of every set that is not rare: its major effects, log evidence, log prior, and the
+        probability that it is within tolerance."""
         return tuple(
             (
                 self.major(fit),
@@ -283,7 +291,8 @@ class HypothesisPosterior:
         return sorted(self.library.fits.values(), key=self.library.log_joint)
 
     def parameters(self, effect: str) -> tuple[Fitted, ...]:
-        """Of an effect in the likeliest set that has it, with 90 % intervals; () where no set has it."""
+        """Of an effect in the likeliest set that has it, with 90 % intervals; () where no set has
+        it."""
         for fit, _ in [*self.weighted, *((fit, 0.0) for fit in reversed(self._best_of_effects()))]:
             if effect in fit.effects:
                 return fitted_parameters(fit, effect)
@@ -291,7 +300,8 @@ class HypothesisPosterior:
 
 
 def _fit_neighbours(problem: InferenceProblem, library: ModelLibrary) -> None:
-    """The best set without each of its effects; where one of them turns out to be better, that one's too."""
+    """The best set without each of its effects; where one of them turns out to be better, that
+    one's too."""
     best = None
     while best is not (best := library.best()):
         fit_sets(
@@ -328,12 +338,14 @@ def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fi
 
 
 def fitted_effects(fit: SubsetFit) -> tuple[Effect, ...]:
-    """The effects of a set as they were fitted; parameters that differ between levels are (C,) by configuration."""
+    """The effects of a set as they were fitted; parameters that differ between levels are (C,) by
+    configuration."""
     return tuple(law.effect(own) for law, own in zip(fit.laws, fit.parts, strict=True))
 
 
 def common_effects(fit: SubsetFit) -> tuple[Effect, ...]:
-    """The same with one value for all levels: what a twin can take over for other configurations."""
+    """The same with one value for all levels: what a twin can take over for other
+    configurations."""
     return tuple(
         law.common.effect(law.common_part(own))
         for law, own in zip(fit.laws, fit.parts, strict=True)

@@ -1,6 +1,8 @@
-"""A campaign's gap as an inference problem: cells in tolerances, their covariances, the simulator of all effects.
+"""A campaign's gap as an inference problem: cells in tolerances, their covariances, the simulator
+of all effects.
 
-What sets of effects do to everything that a campaign shows, simulated together: effects do not add up.
+What sets of effects do to everything that a campaign shows, simulated together: effects do not add
+up.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ from .model_error import ErrorKernels, bank, usual_background
 Point = tuple[tuple[EffectLaw, Floats], ...]
 #: Simulations of one stage that are kept; the oldest go first.
 _MOST_KEPT = 6000
-#: Stages that simulate sets of the same effects in one batch: to them every set is given with all effects.
+#: Stages that simulate sets of the same effects in one batch: to them every set is given with all
+#: effects.
 _BATCHED = ("gun", "contact")
 
 
@@ -32,8 +35,9 @@ _BATCHED = ("gun", "contact")
 class JointSimulator:
     """The stages of a campaign, asked for many sets of effects at once; nothing is simulated twice.
 
-    `negligible`: by law key, numbers u (first coordinate, common part) below which an effect moves nothing by a
-    twentieth of a tolerance. It is not simulated there: an effect near its off value costs nothing.
+    `negligible`: by law key, numbers u (first coordinate, common part) below which an effect moves
+    nothing by a twentieth of a tolerance. It is not simulated there: an effect near its off value
+    costs nothing.
     """
 
     stages: Sequence[Stage]
@@ -50,8 +54,8 @@ class JointSimulator:
         )
 
     def changes(self, points: Sequence[Point], stages: Collection[str] | None = None) -> Floats:
-        """(k, C, D): by how much each set moves the nominal observables; NaN where there is no answer, 0 in stages that
-        are not asked for."""
+        """(k, C, D): by how much each set moves the nominal observables; NaN where there is no
+        answer, 0 in stages that are not asked for."""
         if not points:
             return np.zeros((0, *self.shape))
         tables = [
@@ -106,8 +110,8 @@ class JointSimulator:
 
 
 def negligible_places(simulator: JointSimulator, tolerance: Floats) -> dict[str, float]:
-    """By law key, for laws whose first parameter grows from nothing: the largest u, from -4 up, at which the
-    law moves no observable by a twentieth of its tolerance (D,)."""
+    """By law key, for laws whose first parameter grows from nothing: the largest u, from -4 up, at
+    which the law moves no observable by a twentieth of its tolerance (D,)."""
     places = np.linspace(-4.0, 0.0, 9)
     laws = [law for law in simulator.laws if law.coordinates[0].one_sided and not law.levels]
     negligible: dict[str, float] = {}
@@ -125,7 +129,8 @@ def negligible_places(simulator: JointSimulator, tolerance: Floats) -> dict[str,
     return negligible
 
 
-#: A cell in which a set of effects has no answer (a shot that stays in the barrel) is off by so many tolerances.
+#: A cell in which a set of effects has no answer (a shot that stays in the barrel) is off by so
+#: many tolerances.
 NO_ANSWER = 30.0
 #: Variance, in tolerances squared: no simulator is better than a seventh of its tolerance anywhere.
 _LEAST = 0.02
@@ -135,10 +140,11 @@ _PROBES = np.geomspace(1e-5, 1.0, 16)
 
 @dataclass(frozen=True, eq=False)
 class StageBlock:
-    """The N cells of one stage. `z` (N,) is the gap in tolerances; `covariances` (B, N, N) what repetitions, uncertain
-    nominal parameters and each background of the bank leave in it; `discrepancy` (N, N) how a law's errors go together;
-    `detail` (N,) which cells are a detail of shape or timing; `usual`: the place of a usual background. `factors`: the
-    Cholesky factors of the covariances that were asked for last (see `subset_fit.covariance_factor`).
+    """The N cells of one stage. `z` (N,) is the gap in tolerances; `covariances` (B, N, N) what
+    repetitions, uncertain nominal parameters and each background of the bank leave in it;
+    `discrepancy` (N, N) how a law's errors go together; `detail` (N,) which cells are a detail of
+    shape or timing; `usual`: the place of a usual background. `factors`: the Cholesky factors of
+    the covariances that were asked for last (see `subset_fit.covariance_factor`).
     """
 
     stage: str
@@ -189,8 +195,8 @@ class StageBlock:
 
 @dataclass(frozen=True, eq=False)
 class InferenceProblem:
-    """`blocks` by stage, and what simulates sets of the `laws`, which were made of the `ranges`. `effects`: ids that
-    some stage can show, in the order of the catalogue."""
+    """`blocks` by stage, and what simulates sets of the `laws`, which were made of the `ranges`.
+    `effects`: ids that some stage can show, in the order of the catalogue."""
 
     gap: GapTable
     blocks: tuple[StageBlock, ...]
@@ -217,7 +223,8 @@ class InferenceProblem:
 
     @property
     def detectable(self) -> tuple[type[Effect], ...]:
-        """All effects of the catalogue that some stage can show, whether they are looked for or not."""
+        """All effects of the catalogue that some stage can show, whether they are looked for or
+        not."""
         shown = {identity for stage in self.simulator.stages for identity in stage.shows}
         return tuple(kind for name, kind in catalogue().items() if name in shown)
 
@@ -230,7 +237,8 @@ class InferenceProblem:
         return replace(self, blocks=tuple(block.only(rows) for block in self.blocks))
 
     def stage(self, name: str) -> Self:
-        """One stage by itself, given what was measured at its entrance, with the laws that it shows."""
+        """One stage by itself, given what was measured at its entrance, with the laws that it
+        shows."""
         shown = {
             identity
             for stage in self.simulator.stages
@@ -262,8 +270,8 @@ class InferenceProblem:
 
 
 def _owners_of_kind(kind: type[Effect], owners: Owners, stages: Sequence[Stage]) -> Owners:
-    """Parameters that the plate shows differ between its parts, all others between configurations: an array of values
-    goes with the one or with the other."""
+    """Parameters that the plate shows differ between its parts, all others between configurations:
+    an array of values goes with the one or with the other."""
     plate = next(
         (stage for stage in stages if stage.name == "plate" and kind.id in stage.shows), None
     )
@@ -282,7 +290,8 @@ def _noise(gap: GapTable, c: Rows, o: Rows) -> Floats:
 
 
 def _ranges(stages: Sequence[Stage], kinds: Sequence[type[Effect]]) -> LawRanges:
-    """Where each parameter that spans orders of magnitude, alone, moves the gap of some stage by a tolerance."""
+    """Where each parameter that spans orders of magnitude, alone, moves the gap of some stage by a
+    tolerance."""
     smallest: dict[tuple[str, str], float] = {}
     for kind in kinds:
         for item in kind.parameters():
@@ -303,7 +312,8 @@ def _ranges(stages: Sequence[Stage], kinds: Sequence[type[Effect]]) -> LawRanges
 
 
 def _sizes(stage: Stage, sets: Sequence[Sequence[Effect]]) -> Floats:
-    """(k,): rms over configurations of the observable that moves most, in tolerances; 0 without an answer."""
+    """(k,): rms over configurations of the observable that moves most, in tolerances; 0 without an
+    answer."""
     tolerance = np.array([item.tolerance for item in stage.observables])
     ratio = stage.changes(sets) / tolerance
     finite = np.isfinite(ratio)

@@ -1,9 +1,9 @@
 """Which effect takes how much of the gap: Shapley values of the squared gap, with their intervals.
 
-The value of a set of effects is by how much they reduce the squared gap, simulated together. An effect's share is the
-mean of what it adds over all orders in which the effects may come (Shapley, 1953), so that the shares of all effects
-and what remains add up to the whole gap. The share of an effect that works against the others is negative: it hides a
-part of the gap.
+The value of a set of effects is by how much they reduce the squared gap, simulated together. An
+effect's share is the mean of what it adds over all orders in which the effects may come (Shapley,
+1953), so that the shares of all effects and what remains add up to the whole gap. The share of an
+effect that works against the others is negative: it hides a part of the gap.
 """
 
 from __future__ import annotations
@@ -20,27 +20,30 @@ from .model_search import ModelLibrary
 from .problem import InferenceProblem
 from .subset_fit import DISCREPANCIES, SubsetFit, point_of
 
-#: Sets of up to so many effects are valued in full; of larger ones the smallest contributions come first in all orders.
+#: Sets of up to so many effects are valued in full; of larger ones the smallest contributions come
+#: first in all orders.
 _EXACT = 6
 #: Draws from the posterior of parameters and laws' errors, and how many of them are simulated.
 DRAWS, _SIMULATED = 400, 10
-#: Standard deviation of a share beyond that of its posterior, because benches have laws of their own and small effects
-#: that no set needs. Learned on campaigns of development and calibration (`benchmarks/diagnosis_maps.py`): neither the
-#: size of the share, nor the scatter of repetitions, nor what is left held out says more of it there.
+#: Standard deviation of a share beyond that of its posterior, because benches have laws of their
+#: own and small effects that no set needs. Learned on campaigns of development and calibration
+#: (`benchmarks/diagnosis_maps.py`): neither the size of the share, nor the scatter of repetitions,
+#: nor what is left held out says more of it there.
 SHARE_ERROR = 0.25
-#: Sets whose shares are averaged, at most, and the least weight of one. The first so many of them, and with so much
-#: weight, have exact shares with the spread of their parameters; the others come from what their effects take alone and
-#: after all others, which is simulated already.
+#: Sets whose shares are averaged, at most, and the least weight of one. The first so many of them,
+#: and with so much weight, have exact shares with the spread of their parameters; the others come
+#: from what their effects take alone and after all others, which is simulated already.
 _MOST, _LEAST = 30, 0.005
 _MOST_EXACT, _LEAST_EXACT = 4, 0.05
 
 
 @dataclass(frozen=True)
 class GapShares:
-    """`share` and `interval` (90 %) by effect id, of the squared gap beyond the noise floor, and of what remains.
+    """`share` and `interval` (90 %) by effect id, of the squared gap beyond the noise floor, and of
+    what remains.
 
-    `draws` (n, m): shares of the m effects from the posterior over sets, in the order of `share`; `normals` (n, m): the
-    standard normal numbers of their laws' errors.
+    `draws` (n, m): shares of the m effects from the posterior over sets, in the order of `share`;
+    `normals` (n, m): the standard normal numbers of their laws' errors.
     """
 
     share: Mapping[str, float]
@@ -51,23 +54,24 @@ class GapShares:
     normals: Floats
 
     def of_set(self, effects: Sequence[str]) -> tuple[float, tuple[float, float]]:
-        """The share of some effects together, with its 90 % interval. Drawn jointly: what one of them gives up to
-        another does not widen it. The set errs as its first effect does."""
+        """The share of some effects together, with its 90 % interval. Drawn jointly: what one of
+        them gives up to another does not widen it. The set errs as its first effect does."""
         columns = [list(self.share).index(name) for name in effects]
         return _with_interval(self.draws[:, columns].sum(axis=1), self.normals[:, columns[0]])
 
 
 def reducible_square(before: float, floor: float) -> float:
-    """Of a squared gap what is beyond the noise floor, of which effects take shares; of one near the floor, whose
-    shares would be of next to nothing, a quarter."""
+    """Of a squared gap what is beyond the noise floor, of which effects take shares; of one near
+    the floor, whose shares would be of next to nothing, a quarter."""
     return max(before - floor, before / 4, 1e-9)
 
 
 def gap_shares(
     library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator
 ) -> GapShares:
-    """Averaged over the likeliest sets. `weights` (D,): of the observables' squares in the gap's metric; `floor`: the
-    sum over all cells, so weighed, of the variance that repetitions leave, in tolerances squared."""
+    """Averaged over the likeliest sets. `weights` (D,): of the observables' squares in the gap's
+    metric; `floor`: the sum over all cells, so weighed, of the variance that repetitions leave, in
+    tolerances squared."""
     weighted_sets = library.weights()
     # Of very many sets that are alike none has much weight.
     least_weight = min(_LEAST, _LEAST_EXACT * weighted_sets[0][1])
@@ -88,8 +92,8 @@ def gap_shares(
 
 
 def _with_interval(draws: Floats, normals: Floats) -> tuple[float, tuple[float, float]]:
-    """Mean of draws (n,) of a share, and its 90 % interval, widened by what laws are off by: that is not in the
-    posterior of their parameters."""
+    """Mean of draws (n,) of a share, and its 90 % interval, widened by what laws are off by: that
+    is not in the posterior of their parameters."""
     mean = draws.mean()
     low, high = np.quantile(draws + SHARE_ERROR * normals, [0.05, 0.95])
     return float(mean), (float(min(low, mean)), float(max(high, mean)))
@@ -208,7 +212,8 @@ def _relative_spread(
     parts: Floats,
     rng: np.random.Generator,
 ) -> Floats:
-    """(m,): standard deviation of the logarithm of each law's reduction, by the posterior of the parameters."""
+    """(m,): standard deviation of the logarithm of each law's reduction, by the posterior of the
+    parameters."""
     covariance = np.linalg.inv(fit.precision)
     root = np.linalg.cholesky((covariance + covariance.T) / 2 + 1e-9 * np.eye(len(covariance)))
     before = _square(problem, weights, [()])[0]
@@ -220,7 +225,8 @@ def _relative_spread(
 
 
 def _law_errors(fit: SubsetFit) -> Floats:
-    """(m,): relative errors of the laws, by the discrepancy of the stage in which each contributes most."""
+    """(m,): relative errors of the laws, by the discrepancy of the stage in which each contributes
+    most."""
     sizes = np.array([np.sqrt((own**2).sum(axis=1)) for own in fit.contributions])
     at = sizes.argmax(axis=0)
     return np.array([DISCREPANCIES[fit.errors[int(index)].discrepancy] for index in at])

@@ -1,7 +1,7 @@
 """One set of effects fitted to the gap: the mode of its posterior and the evidence for it.
 
-Glossary: r (N,) residual z - Delta(u) of one stage, J (N, p) derivative of Delta for u, S (N, N) covariance of r
-without the uncertainty of u; u (p,) has a standard normal prior.
+Glossary: r (N,) residual z - Delta(u) of one stage, J (N, p) derivative of Delta for u, S (N, N)
+covariance of r without the uncertainty of u; u (p,) has a standard normal prior.
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ from .problem import NO_ANSWER, InferenceProblem, Point, StageBlock
 #: Amplitudes of laws' discrepancies, as shares of what the effects do, and their prior.
 DISCREPANCIES = np.array([0.0, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
 _LOG_PRIOR = np.log(np.full(len(DISCREPANCIES), 1 / len(DISCREPANCIES)))
-#: Step of the differences in u; longest step of one iteration; how far from its prior's middle a parameter may go.
+#: Step of the differences in u; longest step of one iteration; how far from its prior's middle a
+#: parameter may go.
 _DIFFERENCE, _STEP, _FARTHEST = 0.03, 1.2, 4.5
-#: Standard deviation by which a smooth background may be beyond tolerance, in tolerances, and a rough one.
+#: Standard deviation by which a smooth background may be beyond tolerance, in tolerances, and a
+#: rough one.
 _BEYOND_TOLERANCE, _ROUGH_BEYOND_TOLERANCE = 0.2, 0.4
 #: From this amplitude on, what configurations have of their own makes a background a rough one.
 _ROUGH = 0.4
@@ -35,8 +37,9 @@ _FACTOR_BYTES = 25_000_000
 
 @dataclass(frozen=True)
 class ErrorSize:
-    """Of one stage: member of the bank of backgrounds, and amplitudes of the laws' discrepancy (places in
-    `DISCREPANCIES`) for amplitudes and durations, and for details of shape and timing."""
+    """Of one stage: member of the bank of backgrounds, and amplitudes of the laws' discrepancy
+    (places in `DISCREPANCIES`) for amplitudes and durations, and for details of shape and
+    timing."""
 
     background: int = 0
     discrepancy: int = 0
@@ -47,8 +50,9 @@ class ErrorSize:
 class SubsetFit:
     """A set of laws at the mode of its posterior.
 
-    By stage: `change` (N,) in tolerances, `jacobian` (N, p), `contributions` (m, N): what each of the m laws adds to
-    the others. `errors` by stage. `log_evidence` is Laplace's, without the prior of the set.
+    By stage: `change` (N,) in tolerances, `jacobian` (N, p), `contributions` (m, N): what each of
+    the m laws adds to the others. `errors` by stage. `log_evidence` is Laplace's, without the prior
+    of the set.
     """
 
     laws: tuple[EffectLaw, ...]
@@ -119,8 +123,8 @@ def _has_discrepancy(contributions: Floats, error: ErrorSize) -> bool:
 
 
 def covariance_factor(block: StageBlock, contributions: Floats, error: ErrorSize) -> Floats:
-    """The lower Cholesky factor of S (N, N). The last ones of a stage are kept: sets that differ in the effects of
-    other stages have the same."""
+    """The lower Cholesky factor of S (N, N). The last ones of a stage are kept: sets that differ in
+    the effects of other stages have the same."""
     acting = (
         contributions[contributions.any(axis=1)]
         if _has_discrepancy(contributions, error)
@@ -144,8 +148,8 @@ def with_evidence(
     backgrounds: bool = False,
     factors: Sequence[Floats] = (),
 ) -> SubsetFit:
-    """The fit with its Laplace evidence, log p(z) = sum over stages of
-    log N(r; 0, S) - |u|^2 / 2 - log|I + sum J' S^-1 J| / 2, and with the sizes of errors that make it largest.
+    """The fit with its Laplace evidence, log p(z) = sum over stages of log N(r; 0, S) - |u|^2 / 2 -
+    log|I + sum J' S^-1 J| / 2, and with the sizes of errors that make it largest.
 
     `factors`: Cholesky factors of S by stage, as the fit has its errors, where they are known."""
     errors, pieces = list(fit.errors), []
@@ -180,8 +184,8 @@ def _acts(fit: SubsetFit, index: int) -> bool:
 
 
 def _background_prior(block: StageBlock, fit: SubsetFit, index: int, error: ErrorSize) -> float:
-    """A background lies within tolerance: what remains beyond noise, tolerance and the laws' errors is less and less
-    likely to be one, whatever its kernel says."""
+    """A background lies within tolerance: what remains beyond noise, tolerance and the laws' errors
+    is less and less likely to be one, whatever its kernel says."""
     cells = ~block.detail
     if not cells.any():
         return 0.0
@@ -216,7 +220,8 @@ def _block_terms(
 
 @dataclass(frozen=True, eq=False)
 class _ScoredErrors:
-    """Sizes of the errors of one stage, with what a search for them compares, and the terms of the evidence."""
+    """Sizes of the errors of one stage, with what a search for them compares, and the terms of the
+    evidence."""
 
     score: float
     error: ErrorSize
@@ -232,8 +237,8 @@ def _best_errors(
     *,
     backgrounds: bool,
 ) -> tuple[ErrorSize, _Terms]:
-    """The likeliest sizes near `start`, which has the `terms`, and theirs; of the backgrounds all are tried, or the one
-    at hand is kept."""
+    """The likeliest sizes near `start`, which has the `terms`, and theirs; of the backgrounds all
+    are tried, or the one at hand is kept."""
 
     def scored(error: ErrorSize, terms: _Terms | None = None) -> _ScoredErrors:
         terms = terms or _block_terms(block, fit, index, error)
@@ -271,8 +276,9 @@ def _climbed(
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where a fit begins. `contributions` by stage (m, N) and `errors` say what its covariance is made of;
-    `change` (N,) and `jacobian` (N, p) by stage are those of `u`, the latter perhaps of a set nearby."""
+    """Where a fit begins. `contributions` by stage (m, N) and `errors` say what its covariance is
+    made of; `change` (N,) and `jacobian` (N, p) by stage are those of `u`, the latter perhaps of a
+    set nearby."""
 
     laws: tuple[EffectLaw, ...]
     u: Floats
@@ -291,8 +297,8 @@ def fit_subsets(
 ) -> list[SubsetFit]:
     """Quasi-Newton fits of all starts at once, so that one batch simulates all of them.
 
-    Gauss and Newton's steps with Broyden's updates of the derivatives (Math. Comput. 19 (1965) 577): one simulation for
-    each step. Steps that make the posterior less likely are shortened.
+    Gauss and Newton's steps with Broyden's updates of the derivatives (Math. Comput. 19 (1965)
+    577): one simulation for each step. Steps that make the posterior less likely are shortened.
     """
     if not starts:
         return []
@@ -341,7 +347,8 @@ def fit_subsets(
 def polished(
     problem: InferenceProblem, fits: Sequence[SubsetFit], steps: int = 2
 ) -> list[SubsetFit]:
-    """The same sets with derivatives and contributions as simulated at their modes, which move a little."""
+    """The same sets with derivatives and contributions as simulated at their modes, which move a
+    little."""
     if not fits:
         return []
     laws, places = [fit.laws for fit in fits], [fit.u for fit in fits]
@@ -363,8 +370,9 @@ def polished(
 def least_squares_place(
     problem: InferenceProblem, laws: tuple[EffectLaw, ...], u: Floats
 ) -> Floats:
-    """(p,): where exact laws fit best beside a usual background, by steps in a region of trust (Branch, Coleman and Li,
-    SIAM J. Sci. Comput. 21 (1999) 1). A shot without an answer is far off."""
+    """(p,): where exact laws fit best beside a usual background, by steps in a region of trust
+    (Branch, Coleman and Li, SIAM J. Sci. Comput. 21 (1999) 1). A shot without an answer is far
+    off."""
     from scipy.optimize import least_squares
 
     factors = [factor(block.covariances[block.usual]) for block in problem.blocks]
@@ -411,7 +419,8 @@ def leave_one_out(
     u: Sequence[Floats],
     change: Sequence[tuple[Floats, ...]],
 ) -> list[tuple[Floats, ...]]:
-    """By start and stage (m, N): the change less that of all laws but one; 0 where there is no answer."""
+    """By start and stage (m, N): the change less that of all laws but one; 0 where there is no
+    answer."""
     points = _left_out_points(laws, u)
     tables = (
         problem.changes(points)

@@ -1,13 +1,15 @@
-"""A gap that no effect explains: how much likelier the data are if something else acts besides a set of effects.
+"""A gap that no effect explains: how much likelier the data are if something else acts besides a
+set of effects.
 
-Something else may act in one stage, by a few to a hundred tolerances: alike in all configurations, smoothly over the
-factors, from one configuration to the next, in one level of a factor, beyond a limit of how hard a run is, or more and
-more over the order of runs. Each way is as likely as any other.
+Something else may act in one stage, by a few to a hundred tolerances: alike in all configurations,
+smoothly over the factors, from one configuration to the next, in one level of a factor, beyond a
+limit of how hard a run is, or more and more over the order of runs. Each way is as likely as any
+other.
 
 How a campaign drifts from its first run to its last within its configurations: their means hide it.
 
-Where runs are shuffled, each configuration's mean is that of the middle of the day, and what drifts looks steady. How
-repetitions lean on their place in the order says otherwise.
+Where runs are shuffled, each configuration's mean is that of the middle of the day, and what drifts
+looks steady. How repetitions lean on their place in the order says otherwise.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ from .subset_fit import SubsetFit, covariance, factor, residual, whitened
 _LENGTH = 0.4
 #: Smaller eigenvalues of it, over the largest, are left out.
 _KEPT = 1e-3
-#: Below this sum of squared places about their configuration's mean repetitions stand too close to say anything.
+#: Below this sum of squared places about their configuration's mean repetitions stand too close to
+#: say anything.
 _SPREAD = 0.05
 #: A simulator may drift by so many tolerances over the day, in what scatters together together.
 _STEADY = 0.3
@@ -37,10 +40,11 @@ _STEADY = 0.3
 
 @dataclass(frozen=True, eq=False)
 class RunOrderDrift:
-    """`slope` (d,) of the observables `columns` (d,) over the whole order of runs, about the means of configurations,
-    in tolerances; `noise` is that of the slopes.
+    """`slope` (d,) of the observables `columns` (d,) over the whole order of runs, about the means
+    of configurations, in tolerances; `noise` is that of the slopes.
 
-    Of something that drifts with variance 1, `means` (C, k) says what configurations' means have in common.
+    Of something that drifts with variance 1, `means` (C, k) says what configurations' means have in
+    common.
     """
 
     slope: Floats
@@ -49,7 +53,8 @@ class RunOrderDrift:
     means: Floats
 
     def log_gains(self, amplitudes: Sequence[float]) -> list[float]:
-        """For each size of a drift, in tolerances: log evidence of the slopes with it less that without."""
+        """For each size of a drift, in tolerances: log evidence of the slopes with it less that
+        without."""
         if not len(self.columns):
             return [0.0 for _ in amplitudes]
         root = np.linalg.cholesky(self.noise)
@@ -100,7 +105,8 @@ def _about(values: Floats, known_mean: Floats, member: Floats) -> Floats:
 
 
 def _drifting(time: Floats, member: Floats) -> Floats:
-    """(C, k), of runs at `time` (R,) that are members (C, R) of configurations: what means have of a smooth drift."""
+    """(C, k), of runs at `time` (R,) that are members (C, R) of configurations: what means have of
+    a smooth drift."""
     share = member / np.maximum(member.sum(axis=1, keepdims=True), 1.0)
     kernel = 0.5 + 0.5 * np.exp(-0.5 * (time[:, None] - time[None, :]) ** 2 / _LENGTH**2)
     values, vectors = np.linalg.eigh(share @ kernel @ share.T)
@@ -125,13 +131,15 @@ _LIMITS = (0.25, 0.5, 0.75)
 _ALIKE = 1e-6
 #: Share of what is unexplained that all configurations have in common, in a smooth pattern.
 _COMMON = 0.5
-#: Share of its variance that all observables of a stage have in common, where each is off by itself.
+#: Share of its variance that all observables of a stage have in common, where each is off by
+#: itself.
 _SHARED = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationPattern:
-    """`covariance` (C, C) of variance one where it acts; `drift`: over the order of runs, which repetitions show."""
+    """`covariance` (C, C) of variance one where it acts; `drift`: over the order of runs, which
+    repetitions show."""
 
     name: str
     covariance: Floats
@@ -168,7 +176,8 @@ def configuration_patterns(
 def factor_levels(
     factors: Sequence[Mapping[str, str | float]],
 ) -> list[tuple[str, NDArray[np.bool_]]]:
-    """Rules "name = level" and the configurations (C,) that they hold for; two at least, and two others."""
+    """Rules "name = level" and the configurations (C,) that they hold for; two at least, and two
+    others."""
     rules: dict[bytes, tuple[str, NDArray[np.bool_]]] = {}
     for name in sorted({name for row in factors for name in row}):
         values = [row.get(name, "") for row in factors]
@@ -197,8 +206,8 @@ def _ramps(loudness: Floats) -> list[tuple[float, Floats]]:
 
 @dataclass(frozen=True)
 class UnexplainedEvidence:
-    """`gain`: log evidence with something unexplained in `stage` besides a set of effects, less that without;
-    `pattern` is the likeliest way."""
+    """`gain`: log evidence with something unexplained in `stage` besides a set of effects, less
+    that without; `pattern` is the likeliest way."""
 
     gain: float
     stage: str

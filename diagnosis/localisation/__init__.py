@@ -1,1 +1,2 @@
-"""Where the gap lies: in which stage, where in the space of factors, when, at which frequencies, and since when."""
+"""Where the gap lies: in which stage, where in the space of factors, when, at which frequencies,
+and since when."""

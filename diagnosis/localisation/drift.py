@@ -17,11 +17,13 @@ PERMUTATIONS = 999
 _LEVEL = 0.05
 #: A drift over the campaign below this part of the tolerance is not worth a sentence.
 _SMALL = 0.5
-#: Repetitions are spread over a campaign where this share of the variance of the order lies within configurations.
+#: Repetitions are spread over a campaign where this share of the variance of the order lies within
+#: configurations.
 _SPREAD = 0.1
 #: A factor changes with the order where it explains this share of the order's variance.
 _EXPLAINED = 0.5
-#: With less than this share of the order's variance left nothing tells the factor from the order: chance would.
+#: With less than this share of the order's variance left nothing tells the factor from the order:
+#: chance would.
 _NOTHING = 0.1
 #: With fewer configurations no permutation is rare.
 _FEWEST = 5
@@ -29,13 +31,15 @@ _FEWEST = 5
 _DRIFT = "from the first run to the last"
 _REPETITION = "from a setting's first repetition to its last"
 _CONFOUNDED = (
-    ", and {factors} changed in the same order: order of runs and {factors} cannot be told apart before some levels "
+    ", and {factors} changed in the same order: order of runs and {factors} "
+    "cannot be told apart before some levels "
     "are run again"
 )
 
 
 class _Trend(NamedTuple):
-    """Of d observables: `slope` (d,) for each step of the order, and `p_value` (d,) of as steep ones by chance."""
+    """Of d observables: `slope` (d,) for each step of the order, and `p_value` (d,) of as steep
+    ones by chance."""
 
     slope: Floats
     p_value: Floats
@@ -50,14 +54,16 @@ def drift(
     permutations: int = PERMUTATIONS,
     configurations: Sequence[RunConfiguration] = (),
 ) -> tuple[str, ...]:
-    """A sentence for each stage whose residuals (R, d) have a trend over the order of runs; () where there is none.
+    """A sentence for each stage whose residuals (R, d) have a trend over the order of runs; ()
+    where there is none.
 
-    Where the runs of a configuration are spread over the campaign, its mean is taken off residual and order alike, so
-    that a design that was not randomised makes no trend.
+    Where the runs of a configuration are spread over the campaign, its mean is taken off residual
+    and order alike, so that a design that was not randomised makes no trend.
 
-    Where they follow one another, or are not repeated, they tell no drift, but how repetitions change a setting. Then
-    the means of the `configurations` are held against the order, and once more without each factor that changes with
-    it: a trend that is not there without a factor is the order's or the factor's, and is not called a drift.
+    Where they follow one another, or are not repeated, they tell no drift, but how repetitions
+    change a setting. Then the means of the `configurations` are held against the order, and once
+    more without each factor that changes with it: a trend that is not there without a factor is the
+    order's or the factor's, and is not called a drift.
     """
     compared = np.isfinite(residual).any(axis=1)
     place, of = order[compared].astype(np.float64), configuration[compared]
@@ -91,9 +97,11 @@ def drift(
 def _trend(
     residual: Floats, order: Floats, group: Rows, rng: np.random.Generator, permutations: int
 ) -> _Trend:
-    """Over residuals (n, d) and places (n,), less the means of their groups; places are permuted within these.
+    """Over residuals (n, d) and places (n,), less the means of their groups; places are permuted
+    within these.
 
-    p is of the steepest of all observables, corrected for that choice; 1 where nothing can be permuted.
+    p is of the steepest of all observables, corrected for that choice; 1 where nothing can be
+    permuted.
     """
     deviation, time = _centred(residual, group), _centred(order[:, None], group)[:, 0]
     values = np.nan_to_num(deviation)
@@ -116,8 +124,8 @@ def _confounded(
     rng: np.random.Generator,
     permutations: int,
 ) -> list[str]:
-    """Columns of the factors that change with the order, and without which means (C,) of one observable have no trend
-    over places (C,)."""
+    """Columns of the factors that change with the order, and without which means (C,) of one
+    observable have no trend over places (C,)."""
     columns = []
     measured = np.isfinite(mean)
     for name in dict.fromkeys(
@@ -141,8 +149,9 @@ def _confounded(
 
 
 def _explained_by(values: Sequence[Factor | None]) -> tuple[Floats, Rows]:
-    """(C, k): what a factor explains in least squares: a constant with ranks of numbers, or with a column for each
-    other level. (C,): the groups in which places may be permuted: all for ranks, else equal levels."""
+    """(C, k): what a factor explains in least squares: a constant with ranks of numbers, or with a
+    column for each other level. (C,): the groups in which places may be permuted: all for ranks,
+    else equal levels."""
     from scipy.stats import rankdata
 
     constant = np.ones(len(values))
@@ -175,7 +184,8 @@ def _sentences(
             unit = "" if item.unit == "1" else f" {item.unit}"
             verb = "rises" if change[i] > 0 else "falls"
             surest[item.stage] = (
-                f"{item.stage}: measured less simulated {item.name} {verb} by {abs(change[i]):.2g}{unit} {stretch} "
+                f"{item.stage}: measured less simulated {item.name} {verb} by "
+                f"{abs(change[i]):.2g}{unit} {stretch} "
                 f"(p = {trend.p_value[i]:.2g}){confounded}"
             )
     return tuple(

@@ -20,10 +20,11 @@ from ..verdict import Region
 PERMUTATIONS = 999
 #: A region is named where this share of such searches without any region would have found as much.
 _LEVEL = 0.05
-#: The gap "lies in" a region that leaves less than this part of its size outside, and no more than a background or the
-#: smaller part. More: it is everywhere, and only larger there.
+#: The gap "lies in" a region that leaves less than this part of its size outside, and no more than
+#: a background or the smaller part. More: it is everywhere, and only larger there.
 _OUTSIDE, _FAR_BELOW = 0.4, 0.2
-#: In tolerances: gaps below the first need no region, and a background is no larger than the second.
+#: In tolerances: gaps below the first need no region, and a background is no larger than the
+#: second.
 _SMALL, _NEAR = 0.5, 1.5
 _FEWEST = 4
 
@@ -36,18 +37,20 @@ def factor_regions(
     rng: np.random.Generator,
     permutations: int = PERMUTATIONS,
 ) -> tuple[Region, ...]:
-    """Regions that hold the gap, by rising p-value; none where it is everywhere, or nowhere. Levels of other factors
-    that hold for the same configurations are regions, too: nothing tells which of them it is.
+    """Regions that hold the gap, by rising p-value; none where it is everywhere, or nowhere. Levels
+    of other factors that hold for the same configurations are regions, too: nothing tells which of
+    them it is.
 
-    Residuals (R, d) of runs, NaN allowed. Each stage's mean residuals are reduced to scores: their main signed
-    direction (a singular vector, which permuting configurations does not change) on a scale that is logarithmic beyond
-    a tolerance, since an effect's size differs within its region, and the logarithm of their size. Each score is split
-    by every rule of one condition, and of at most two; the largest |t| over all of them is compared with that of
-    permuted configurations, so that p pays for the search (Westfall and Young, Resampling-Based Multiple Testing,
-    1993), and p of all searches is corrected after Benjamini and Hochberg (1995). A second condition must earn its
-    place (`_best_rule`). Only stages whose gap is at least half the largest one's are searched, which permuting does
-    not change either. `excess` is the stage's rms gap inside less that outside, in floors: standard errors that
-    repetitions leave of a configuration's mean.
+    Residuals (R, d) of runs, NaN allowed. Each stage's mean residuals are reduced to scores: their
+    main signed direction (a singular vector, which permuting configurations does not change) on a
+    scale that is logarithmic beyond a tolerance, since an effect's size differs within its region,
+    and the logarithm of their size. Each score is split by every rule of one condition, and of at
+    most two; the largest |t| over all of them is compared with that of permuted configurations, so
+    that p pays for the search (Westfall and Young, Resampling-Based Multiple Testing, 1993), and p
+    of all searches is corrected after Benjamini and Hochberg (1995). A second condition must earn
+    its place (`_best_rule`). Only stages whose gap is at least half the largest one's are searched,
+    which permuting does not change either. `excess` is the stage's rms gap inside less that
+    outside, in floors: standard errors that repetitions leave of a configuration's mean.
     """
     tables = []
     for stage in dict.fromkeys(item.stage for item in observables):
@@ -69,8 +72,8 @@ def factor_regions(
 
 @dataclass(frozen=True, eq=False)
 class _StageGaps:
-    """Mean gaps (C, d) of one stage in tolerances, and their variance (C, d), of the configurations of the record that
-    have one, `rows` (C,)."""
+    """Mean gaps (C, d) of one stage in tolerances, and their variance (C, d), of the configurations
+    of the record that have one, `rows` (C,)."""
 
     gap: Floats
     noise: Floats
@@ -111,14 +114,16 @@ class _StageGaps:
 
     def scores(self) -> Floats:
         """(C, 2): along the main direction, and in size; both logarithmic where they are large."""
-        # Half a tolerance is the noise of a simulator: else one observable that scatters little would be all there is.
+        # Half a tolerance is the noise of a simulator: else one observable that scatters little
+        # would be all there is.
         white = np.nan_to_num(self.gap / np.sqrt(self.noise + 0.25))
         direction = np.linalg.svd(white, full_matrices=False)[2][:1].T
         size = np.log(np.mean(white**2, axis=1, keepdims=True) + 0.25)
         return np.concatenate([np.arcsinh(white @ direction), size], axis=1)
 
 
-#: The best rule by one score of a stage, the stage's gaps, and the p-value of the search for the rule.
+#: The best rule by one score of a stage, the stage's gaps, and the p-value of the search for the
+#: rule.
 _Search = tuple[SettingRule | None, _StageGaps, float]
 
 
@@ -167,10 +172,11 @@ def _squared_t(scores: Floats, masks: Floats) -> Floats:
 def _best_rule(
     candidates: Sequence[SettingRule], squared_t: Floats, table: _StageGaps
 ) -> SettingRule | None:
-    """The best rule. One with two conditions must lower the sum of squares by more than the search for it explains.
+    """The best rule. One with two conditions must lower the sum of squares by more than the search
+    for it explains.
 
-    C ln(SS1 / SS2) > 2 ln K + ln C, an extended Bayesian information criterion (Chen and Chen, Biometrika 95 (2008)
-    759): otherwise chance always finds a second condition.
+    C ln(SS1 / SS2) > 2 ln K + ln C, an extended Bayesian information criterion (Chen and Chen,
+    Biometrika 95 (2008) 759): otherwise chance always finds a second condition.
     """
     inside = [
         i for i, rule in enumerate(candidates) if table.rms(rule.inside) > table.rms(~rule.inside)
@@ -191,7 +197,8 @@ def _best_rule(
 
 
 def _regions(searches: Sequence[_Search]) -> tuple[Region, ...]:
-    """By rising p; of equals first the one that leaves less of the gap outside, then the smaller one."""
+    """By rising p; of equals first the one that leaves less of the gap outside, then the smaller
+    one."""
     from scipy.stats import false_discovery_control
 
     corrected = false_discovery_control([p_value for _, _, p_value in searches])

@@ -1,4 +1,5 @@
-"""In which stage the gap arises: measured interfaces take the place of simulated ones, stage by stage."""
+"""In which stage the gap arises: measured interfaces take the place of simulated ones, stage by
+stage."""
 
 from __future__ import annotations
 
@@ -23,10 +24,10 @@ _STEP = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """One stage, or several whose interfaces were not measured. `parts` (S, R, d): what each of the S links of the
-    chain adds to the free-running residual at this link's exit; zero for links further down. Its own part is its
-    residual given its measured entrance. `floor` (d,): the scatter of a run of that which the sensors at its entrance
-    and its exit allow.
+    """One stage, or several whose interfaces were not measured. `parts` (S, R, d): what each of the
+    S links of the chain adds to the free-running residual at this link's exit; zero for links
+    further down. Its own part is its residual given its measured entrance. `floor` (d,): the
+    scatter of a run of that which the sensors at its entrance and its exit allow.
     """
 
     name: str
@@ -38,15 +39,17 @@ class Link:
 def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[StageShare, ...]:
     """The stages by falling own gap: the first is where the cause acts.
 
-    `own` is what decides, since a stage that is given its measured entrance cannot be blamed for another's cause: the
-    rms of its mean residuals over configurations and observables, in tolerances, scatter of the repetitions taken off.
-    Only the observables that the size of the gap counts are asked: shapes and timings would dilute amplitudes.
-    `share` is of the gap that the chain shows when it runs freely from its entrance: the loss is the squared gap in
-    tolerances at every measured exit (each exit counts the same, the scatter taken off), and exact Shapley values share
-    it among the stages that get replaced by what was measured. The exits on the way count beside the last one because
-    errors that cancel at the end (a gain of the sensor between two stages) would otherwise be nobody's.
-    Shares are clipped at zero and sum to one. The 90 % intervals draw whole configurations with replacement; where
-    there are not two, that of a share is (0, 1), and own gaps have none. Raises as `chain_of`.
+    `own` is what decides, since a stage that is given its measured entrance cannot be blamed for
+    another's cause: the rms of its mean residuals over configurations and observables, in
+    tolerances, scatter of the repetitions taken off. Only the observables that the size of the gap
+    counts are asked: shapes and timings would dilute amplitudes. `share` is of the gap that the
+    chain shows when it runs freely from its entrance: the loss is the squared gap in tolerances at
+    every measured exit (each exit counts the same, the scatter taken off), and exact Shapley values
+    share it among the stages that get replaced by what was measured. The exits on the way count
+    beside the last one because errors that cancel at the end (a gain of the sensor between two
+    stages) would otherwise be nobody's. Shares are clipped at zero and sum to one. The 90 %
+    intervals draw whole configurations with replacement; where there are not two, that of a share
+    is (0, 1), and own gaps have none. Raises as `chain_of`.
     """
     links, record = [_counted(link) for link in chain_of(stages)], stages[0].record
     worth = np.mean([_worth(link, place, record) for place, link in enumerate(links)], axis=0)
@@ -96,9 +99,9 @@ def stage_notes(stages: Sequence[Stage]) -> tuple[str, ...]:
 def chain_of(stages: Sequence[Stage]) -> tuple[Link, ...]:
     """Links in the order of the bench, of stages in theirs: gun, contact, plate.
 
-    With y measured at an exit, and s_k simulated there by all stages from the measured entrance of link k on,
-    link i adds s_(i+1) - s_i, and the last one y - s_i. Velocities and pulses are compared as logarithms and spectra
-    in dB, so that the parts of a small gap add up as causes do.
+    With y measured at an exit, and s_k simulated there by all stages from the measured entrance of
+    link k on, link i adds s_(i+1) - s_i, and the last one y - s_i. Velocities and pulses are
+    compared as logarithms and spectra in dB, so that the parts of a small gap add up as causes do.
     Raises `ValueError` without stages, or where none has a measured exit.
     """
     groups = _groups(stages)
@@ -121,7 +124,8 @@ def chain_of(stages: Sequence[Stage]) -> tuple[Link, ...]:
 
 
 def shapley(value: Callable[[frozenset[int]], Floats], players: int) -> Floats:
-    """(players, ...): each player's mean gain over all orders of joining; `value` of each of the 2^S coalitions.
+    """(players, ...): each player's mean gain over all orders of joining; `value` of each of the
+    2^S coalitions.
 
     Shapley, A value for n-person games, Annals of Mathematics Studies 28 (1953) 307.
     """
@@ -136,8 +140,8 @@ def shapley(value: Callable[[frozenset[int]], Floats], players: int) -> Floats:
 def _worth(link: Link, last: int, record: CampaignRecord) -> Floats:
     """(S, C): Shapley values of the squared gap at the exit of the link at the place `last`.
 
-    Errors of the velocity at an entrance stand in two parts with opposite signs and not in their sum: they average out
-    of Shapley values. The scatter at the exit stands in the last part alone.
+    Errors of the velocity at an entrance stand in two parts with opposite signs and not in their
+    sum: they average out of Shapley values. The scatter at the exit stands in the last part alone.
     """
 
     def loss(replaced: frozenset[int]) -> Floats:
@@ -157,7 +161,8 @@ def _square(values: Floats, link: Link, record: CampaignRecord, floor: Floats | 
 
 
 def _shares(worth: Floats, own_gap: Floats) -> Floats:
-    """(S, ...) from sums over configurations. Where the chain has no gap left by the scatter, own gaps are shared."""
+    """(S, ...) from sums over configurations. Where the chain has no gap left by the scatter, own
+    gaps are shared."""
     gains, own_gap = np.maximum(worth, 0.0), np.maximum(own_gap, 0.0)
     gains = np.where(gains.sum(axis=0) > 0, gains, np.where(own_gap.sum(axis=0) > 0, own_gap, 1.0))
     return np.asarray(gains / gains.sum(axis=0))
@@ -168,13 +173,15 @@ def _groups(stages: Sequence[Stage]) -> list[tuple[Stage, ...]]:
     stops = [i + 1 for i, stage in enumerate(stages) if np.isfinite(stage.measured()).any()]
     if not stops:
         raise ValueError(
-            f"none of {', '.join(s.name for s in stages) or 'no stages'} has a measured exit to compare"
+            f"none of {', '.join(s.name for s in stages) or 'no stages'} has "
+            f"a measured exit to compare"
         )
     return [tuple(stages[first:stop]) for first, stop in pairwise([0, *stops])]
 
 
 def _floor(group: Sequence[Stage], before: Sequence[Stage]) -> Floats:
-    """(d,): standard deviation of a run that the sensors at exit and entrance allow, J Sigma J' of the velocity."""
+    """(d,): standard deviation of a run that the sensors at exit and entrance allow, J Sigma J' of
+    the velocity."""
     stage, runs = group[0], group[0].record.runs
     sheet = floors(group[-1].observables)
     if stage.name != "contact" or len(group) > 1:

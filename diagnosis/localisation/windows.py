@@ -33,7 +33,8 @@ def time_windows(
     channel: str,
     rng: np.random.Generator,
 ) -> tuple[TimeWindow, ...]:
-    """Windows in which aligned records (R, p) differ by more than 3 % of the measured peak, beyond chance."""
+    """Windows in which aligned records (R, p) differ by more than 3 % of the measured peak, beyond
+    chance."""
     peak = np.nanmax(np.abs(measured), axis=1, keepdims=True, initial=1e-300)
     block = -(-len(time_s) // _SAMPLES)
     starts = np.arange(0, len(time_s), block)
@@ -55,8 +56,9 @@ def frequency_bands(
     channel: str,
     rng: np.random.Generator,
 ) -> tuple[FrequencyBand, ...]:
-    """Bands in which levels (R, lines), measured less simulated, differ by more than 0.5 dB: of a shock response
-    spectrum, or of a force. A line stands for the band up to the geometric middle of it and its neighbour.
+    """Bands in which levels (R, lines), measured less simulated, differ by more than 0.5 dB: of a
+    shock response spectrum, or of a force. A line stands for the band up to the geometric middle of
+    it and its neighbour.
     """
     edges = np.repeat(frequency_hz, 2)
     if len(frequency_hz) > 1:
@@ -74,10 +76,12 @@ def frequency_bands(
 def amplitude_residual_db(
     frequency_hz: Floats, measured: Floats, simulated: Floats
 ) -> tuple[Floats, Floats]:
-    """Lines (m,), six an octave, and measured less simulated (R, m) in dB of amplitude spectra (R, n) of pulses.
+    """Lines (m,), six an octave, and measured less simulated (R, m) in dB of amplitude spectra (R,
+    n) of pulses.
 
-    `frequency_hz` (n,) is even and begins at 0. NaN for a run from where its measured spectrum first falls below a
-    tenth of its impulse: beyond, zeros of both spectra stand beside each other. Short pulses go further than long ones.
+    `frequency_hz` (n,) is even and begins at 0. NaN for a run from where its measured spectrum
+    first falls below a tenth of its impulse: beyond, zeros of both spectra stand beside each other.
+    Short pulses go further than long ones.
     """
     audible = np.logical_and.accumulate(measured >= _AUDIBLE * measured[:, :1], axis=1)
     last = int(audible.any(axis=0).sum()) - 1
@@ -99,13 +103,15 @@ def spans(
     rng: np.random.Generator,
     flips: int = FLIPS,
 ) -> tuple[tuple[int, int], ...]:
-    """First and last sample of each stretch, in order. Residuals (R, p) in the unit of `tolerance`, NaN allowed.
+    """First and last sample of each stretch, in order. Residuals (R, p) in the unit of `tolerance`,
+    NaN allowed.
 
-    A window's statistic is the product of residuals of two repetitions, summed over its samples, over pairs and over
-    configurations: without a gap its mean is zero whatever the scatter is. Flipping the signs of whole runs says how
-    large the largest over all windows gets then (five per cent family-wise). The strongest window is taken out and the
-    rest searched again, as long as one is beyond chance and its gap beyond the tolerance. Windows that touch are one.
-    Where no configuration was repeated chance cannot be told from a gap, and the tolerance alone decides.
+    A window's statistic is the product of residuals of two repetitions, summed over its samples,
+    over pairs and over configurations: without a gap its mean is zero whatever the scatter is.
+    Flipping the signs of whole runs says how large the largest over all windows gets then (five per
+    cent family-wise). The strongest window is taken out and the rest searched again, as long as one
+    is beyond chance and its gap beyond the tolerance. Windows that touch are one. Where no
+    configuration was repeated chance cannot be told from a gap, and the tolerance alone decides.
     """
     recorded = np.isfinite(residual)
     values = np.where(recorded, residual, 0.0)
@@ -162,8 +168,8 @@ def _strongest(
 
 
 def _trimmed(window: NDArray[np.bool_], product: Floats, tolerance: float) -> NDArray[np.bool_]:
-    """A window (p,) without its ends where there is hardly a gap; at least one sample remains, so that every search
-    takes something out."""
+    """A window (p,) without its ends where there is hardly a gap; at least one sample remains, so
+    that every search takes something out."""
     gap = np.sqrt(np.maximum(product, 0.0))
     least = max(tolerance, _EDGE * float(np.sqrt(np.mean(gap[window] ** 2))))
     large = window & (gap >= min(least, gap[window].max()))

@@ -1,1 +1,2 @@
-"""Stages of the bench as a diagnosis sees them: what was measured, what the nominal simulator says, what effects do."""
+"""Stages of the bench as a diagnosis sees them: what was measured, what the nominal simulator says,
+what effects do."""

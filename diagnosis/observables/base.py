@@ -1,4 +1,5 @@
-"""What every stage gives to a diagnosis. R runs and C configurations of the record; d observables of the stage.
+"""What every stage gives to a diagnosis. R runs and C configurations of the record; d observables
+of the stage.
 
 Sets of effects of the same kinds as one set with arrays, so that one call simulates them all.
 """
@@ -19,8 +20,8 @@ from ...twin.sensors.chain import SensorChain
 from ...twin.sensors.effect import SensorEffect
 from ..record import CampaignRecord, Series
 
-#: What one stage hands to the next, a value for each run of the record: true velocities in m/s (NaN where there is
-#: none), or true forces on the plate in N (None where there is none).
+#: What one stage hands to the next, a value for each run of the record: true velocities in m/s (NaN
+#: where there is none), or true forces on the plate in N (None where there is none).
 Upstream = Sequence[float] | Sequence[Series | None]
 
 
@@ -28,11 +29,12 @@ Upstream = Sequence[float] | Sequence[Series | None]
 class Observable:
     """One number that is compared: measured less simulated.
 
-    `unit` is "1" for natural logarithms and shares, "dB" for levels. `tolerance`, in the unit: a gap up to which
-    measurement and simulator are said to agree. `floor`, in the unit: the scatter of one run that its sensors' data
-    sheets allow, for campaigns without repetitions. `frequency_hz` and `window_s` say what part of a record it is of.
-    `detail`: a shape or a timing, which a simulator may meet far better than the amplitudes beside it. `parts` say what
-    its errors are made of: an impulse is a height times a length.
+    `unit` is "1" for natural logarithms and shares, "dB" for levels. `tolerance`, in the unit: a
+    gap up to which measurement and simulator are said to agree. `floor`, in the unit: the scatter
+    of one run that its sensors' data sheets allow, for campaigns without repetitions.
+    `frequency_hz` and `window_s` say what part of a record it is of. `detail`: a shape or a timing,
+    which a simulator may meet far better than the amplitudes beside it. `parts` say what its errors
+    are made of: an impulse is a height times a length.
     """
 
     name: str  # within its stage: "ln_peak", "acceleration_1 at 400 Hz"
@@ -49,8 +51,9 @@ class Observable:
 
 @dataclass(frozen=True, eq=False)
 class PossibleObservables:
-    """What a channel that a campaign lacks would show of its C configurations, under k sets of effects: `predicted`
-    (k, C, d), NaN where there is no answer, and `noise` (d, d), the covariance of one run."""
+    """What a channel that a campaign lacks would show of its C configurations, under k sets of
+    effects: `predicted` (k, C, d), NaN where there is no answer, and `noise` (d, d), the covariance
+    of one run."""
 
     predicted: Floats
     noise: Floats
@@ -59,14 +62,16 @@ class PossibleObservables:
 class Stage(ABC):
     """One stage of the bench with its nominal simulator, on one campaign's record.
 
-    A stage is asked what it does given what was *measured* at its entrance (tank pressure and mass; velocity; force),
-    so that its gap is its own. Effects of `sensor` that act on the entrance are undone before, those on the exit act
-    after. Everything is in SI; observables are smooth in the parameters of effects.
+    A stage is asked what it does given what was *measured* at its entrance (tank pressure and mass;
+    velocity; force), so that its gap is its own. Effects of `sensor` that act on the entrance are
+    undone before, those on the exit act after. Everything is in SI; observables are smooth in the
+    parameters of effects.
     """
 
     #: gun, contact or plate.
     name: ClassVar[str]
-    #: Base of the stage's own effects, and the hooks of `SensorEffect` for what is read at its entrance and exit.
+    #: Base of the stage's own effects, and the hooks of `SensorEffect` for what is read at its
+    #: entrance and exit.
     effect_kind: ClassVar[type[Effect]]
     sensor_hooks: ClassVar[tuple[str, ...]]
     #: Sentences for the report: what was taken for granted.
@@ -89,7 +94,8 @@ class Stage(ABC):
 
     @property
     def shows(self) -> tuple[str, ...]:
-        """Ids of the catalogue's effects that can change these observables on this campaign, in the catalogue's order.
+        """Ids of the catalogue's effects that can change these observables on this campaign, in the
+        catalogue's order.
 
         (A layer's compliance only where there is a layer.)
         """
@@ -111,7 +117,8 @@ class Stage(ABC):
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
         """(R, d): observables that the records would show, given what was measured at the entrance.
 
-        With `upstream` given that instead, which is true and passes no sensor. NaN where there is no answer.
+        With `upstream` given that instead, which is true and passes no sensor. NaN where there is
+        no answer.
         """
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:  # noqa: ARG002
@@ -120,19 +127,23 @@ class Stage(ABC):
 
     @abstractmethod
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
-        """(k, C, d): by how much each of k sets of effects moves the nominal observables in each configuration.
+        """(k, C, d): by how much each of k sets of effects moves the nominal observables in each
+        configuration.
 
-        Effects of other stages in a set do nothing here. NaN where there is no answer: a shot that stops. At one
-        representative run for each configuration; the cost grows with configurations, not with runs.
+        Effects of other stages in a set do nothing here. NaN where there is no answer: a shot that
+        stops. At one representative run for each configuration; the cost grows with configurations,
+        not with runs.
         """
 
     def parts(self, kind: type[Effect]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:  # noqa: ARG002
-        """Parts of the structure from whose one to the next a parameter of an effect may differ, by what its owner is
-        called: the level of each value of the parameter's array, and the names of the levels."""
+        """Parts of the structure from whose one to the next a parameter of an effect may differ, by
+        what its owner is called: the level of each value of the parameter's array, and the names of
+        the levels."""
         return {}
 
     def part_of_observables(self, owner: str, names: Sequence[str]) -> NDArray[np.intp]:  # noqa: ARG002
-        """(d,): which of an owner's parts, by their `names`, each observable tells of; -1 for none."""
+        """(d,): which of an owner's parts, by their `names`, each observable tells of; -1 for
+        none."""
         raise LookupError(f"the {self.name} has no parts that are called {owner!r}")
 
     @property
@@ -145,12 +156,14 @@ class Stage(ABC):
         channel: str,
         sets: Sequence[Sequence[Effect]],  # noqa: ARG002
     ) -> PossibleObservables:
-        """What one of `possible_channels` would have shown under each of k sets of effects, one value of a parameter
-        for all configurations or one for each. Raises `LookupError` for another channel."""
+        """What one of `possible_channels` would have shown under each of k sets of effects, one
+        value of a parameter for all configurations or one for each. Raises `LookupError` for
+        another channel."""
         raise LookupError(f"the {self.name} cannot say what {channel!r} would show")
 
     def nuisances(self) -> dict[str, Floats]:
-        """(C, d) by name: what one standard deviation of a nominal parameter that is declared uncertain does."""
+        """(C, d) by name: what one standard deviation of a nominal parameter that is declared
+        uncertain does."""
         return dict(self._nuisances)
 
     def residuals(self) -> Floats:
@@ -161,7 +174,8 @@ class Stage(ABC):
         return self._residuals
 
     def median_runs(self, values: Floats) -> NDArray[np.intp]:
-        """(C,): the run of each configuration with the lower median of `values` (R,); -1 where all are NaN."""
+        """(C,): the run of each configuration with the lower median of `values` (R,); -1 where all
+        are NaN."""
         rows = np.full(len(self.record.configurations), -1)
         for configuration in range(len(rows)):
             runs = np.flatnonzero(
@@ -175,7 +189,8 @@ class Stage(ABC):
 
 
 def sensor_chain(effects: Iterable[Effect], *hooks: str) -> SensorChain:
-    """The effects of the sensors as a chain, of other stages none; with `hooks` those that `changes_reading`."""
+    """The effects of the sensors as a chain, of other stages none; with `hooks` those that
+    `changes_reading`."""
     sensors = (effect for effect in effects if isinstance(effect, SensorEffect))
     return SensorChain.of(
         effect for effect in sensors if not hooks or changes_reading(type(effect), *hooks)
@@ -183,7 +198,8 @@ def sensor_chain(effects: Iterable[Effect], *hooks: str) -> SensorChain:
 
 
 def changes_reading(kind: type[Effect], *hooks: str) -> bool:
-    """Whether an effect is one of a sensor and changes what one of the hooks of `SensorEffect` gives."""
+    """Whether an effect is one of a sensor and changes what one of the hooks of `SensorEffect`
+    gives."""
     return issubclass(kind, SensorEffect) and any(
         getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks
     )
@@ -195,10 +211,11 @@ E = TypeVar("E", bound=Effect)
 def batched_changes(
     sets: Sequence[Sequence[Effect]], observed: Callable[[Sequence[Effect], int], Floats]
 ) -> Floats:
-    """(k, C, d): by how much each of k sets of effects moves what is observed; nothing for an empty set.
+    """(k, C, d): by how much each of k sets of effects moves what is observed; nothing for an empty
+    set.
 
-    `observed` takes effects whose parameters are one value or go with n x C cases, set by set, and n, and gives
-    (n C, d).
+    `observed` takes effects whose parameters are one value or go with n x C cases, set by set, and
+    n, and gives (n C, d).
     """
     nominal = observed((), 1)
     changes = np.zeros((len(sets), *nominal.shape))
@@ -213,7 +230,8 @@ def batched_changes(
 
 
 def stacked(sets: Sequence[Sequence[Effect]], count: int) -> list[Effect]:
-    """Effects for k x `count` cases, set by set, of k sets of the same kinds; parameters are one value or `count`."""
+    """Effects for k x `count` cases, set by set, of k sets of the same kinds; parameters are one
+    value or `count`."""
     ordered = [sorted(effects, key=lambda effect: effect.id) for effects in sets]
     return [
         replace(
@@ -230,8 +248,9 @@ def stacked(sets: Sequence[Sequence[Effect]], count: int) -> list[Effect]:
 
 
 def at_rows(effects: Sequence[E], rows: Rows) -> tuple[E, ...]:
-    """Effects whose parameters are one value or one for each case (n,), for the cases `rows` (k,), each as often as it
-    is named. (Cases are impacts, shots, or configurations of which runs are wanted.)"""
+    """Effects whose parameters are one value or one for each case (n,), for the cases `rows` (k,),
+    each as often as it is named. (Cases are impacts, shots, or configurations of which runs are
+    wanted.)"""
 
     def values(effect: E) -> dict[str, Floats]:
         arrays = {item.name: np.asarray(getattr(effect, item.name)) for item in effect.parameters()}

@@ -1,4 +1,5 @@
-"""Mistakes of labels and units, reported before a diagnosis: no physics may be made to explain them."""
+"""Mistakes of labels and units, reported before a diagnosis: no physics may be made to explain
+them."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ __all__ = ["ImplausibleRecordError", "LikelyMistake", "check", "implausible"]
 
 
 def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[LikelyMistake, ...]:
-    """Likely mistakes of labels and units in a record, refusals first; `stages` are its nominal ones."""
+    """Likely mistakes of labels and units in a record, refusals first; `stages` are its nominal
+    ones."""
     findings = [*setting_findings(record), *tensile_force(record)]
     if not findings:
         findings = [
@@ -25,7 +27,8 @@ def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[Likely
 
 
 def check(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[LikelyMistake, ...]:
-    """What is worth naming. Raises `ImplausibleRecordError` for a record that cannot be what it says."""
+    """What is worth naming. Raises `ImplausibleRecordError` for a record that cannot be what it
+    says."""
     findings = implausible(record, stages)
     refusals = [finding.message for finding in findings if finding.severity == "refuse"]
     if refusals:

@@ -1,9 +1,12 @@
-"""Force and accelerometers with the wrong sign, in each other's place, or in another unit than the modal table's.
+"""Force and accelerometers with the wrong sign, in each other's place, or in another unit than the
+modal table's.
 
-Accelerometers are compared with the plate over the first millisecond of their records: so early, neither damping nor a
-few per cent of stiffness have moved the record far, and a correlation knows no unit.
+Accelerometers are compared with the plate over the first millisecond of their records: so early,
+neither damping nor a few per cent of stiffness have moved the record far, and a correlation knows
+no unit.
 
-Settings of bench and runs that no bench of this kind has: a number in another unit than its column's.
+Settings of bench and runs that no bench of this kind has: a number in another unit than its
+column's.
 """
 
 from __future__ import annotations
@@ -28,18 +31,20 @@ from .units import LikelyMistake, LogGap, Suspicion, unit_finding
 _EARLY_S, _RISES = 1e-3, 2.0
 #: Share of the sampling rate up to which the plate's modes are asked.
 _BELOW = 0.45
-#: Below this a sign is wrong (a force that its filter delays reaches -0.5 against a right one). Two channels are
-#: swapped where each fits the other better by `_BETTER`, and `_WELL`.
+#: Below this a sign is wrong (a force that its filter delays reaches -0.5 against a right one). Two
+#: channels are swapped where each fits the other better by `_BETTER`, and `_WELL`.
 _REVERSED, _BETTER, _WELL = -0.8, 0.3, 0.6
 #: Gains (nats) of channels that differ by less may have the force in common.
 _ALIKE = 0.05
-#: A load cell and its filter ring to a third of the peak at worst (measured: 3 %); an accelerometer's record swings.
-#: A gun's cells are preloaded, and an anvil on them swings back after the blow (measured on the virtual gun: 60 %).
+#: A load cell and its filter ring to a third of the peak at worst (measured: 3 %); an
+#: accelerometer's record swings. A gun's cells are preloaded, and an anvil on them swings back
+#: after the blow (measured on the virtual gun: 60 %).
 _MOST_PULL, _MOST_PULL_BEHIND_ANVIL = 0.5, 0.8
 
 
 def tensile_force(record: CampaignRecord) -> list[LikelyMistake]:
-    """A refusal where the force falls as far below its rest as a contact cannot: the channel is another sensor's."""
+    """A refusal where the force falls as far below its rest as a contact cannot: the channel is
+    another sensor's."""
     shares, limits = [], []
     for run in record.runs:
         if run.force is not None and run.force.values.size:
@@ -52,14 +57,16 @@ def tensile_force(record: CampaignRecord) -> list[LikelyMistake]:
     if not shares or np.median(np.array(shares) / np.array(limits)) < 1.0:
         return []
     message = (
-        f"force pulls {float(np.median(shares)):.0%} as much as it pushes, which no contact does: is it another "
+        f"force pulls {float(np.median(shares)):.0%} as much as it pushes, "
+        f"which no contact does: is it another "
         "sensor's channel? check the names in [channels.*] of campaign.toml"
     )
     return [LikelyMistake("refuse", "force", message)]
 
 
 def channel_findings(record: CampaignRecord) -> list[LikelyMistake]:
-    """What the first millisecond tells of accelerometers; nothing where the plate or the force is not known."""
+    """What the first millisecond tells of accelerometers; nothing where the plate or the force is
+    not known."""
     fits = early_fits(record)
     if fits is None:
         return []
@@ -70,8 +77,9 @@ def channel_findings(record: CampaignRecord) -> list[LikelyMistake]:
 class EarlyFits:
     """k channels that are the plate's sensors, in C configurations that have them and the force.
 
-    `correlation` (k, k): medians over configurations, each channel's record (rows) with each sensor's simulation
-    (columns). `log_gain` (C, k): logarithm of how much of its own simulation a record holds, whatever its sign.
+    `correlation` (k, k): medians over configurations, each channel's record (rows) with each
+    sensor's simulation (columns). `log_gain` (C, k): logarithm of how much of its own simulation a
+    record holds, whatever its sign.
     """
 
     names: tuple[str, ...]
@@ -135,8 +143,10 @@ def _reversed(fits: EarlyFits) -> Iterator[LikelyMistake]:
     for name, fit in zip(fits.names, np.diag(fits.correlation), strict=True):
         if fit <= _REVERSED:
             message = (
-                f"{name} begins with the sign opposite to the plate's (correlation {fit:.2f}): is its axis or polarity "
-                f"reversed? turn shape_{name} in the modal table, or its sensitivity in campaign.toml"
+                f"{name} begins with the sign opposite to the plate's "
+                f"(correlation {fit:.2f}): is its axis or polarity "
+                f"reversed? turn shape_{name} in the modal "
+                f"table, or its sensitivity in campaign.toml"
             )
             yield LikelyMistake("refuse", name, message)
 
@@ -147,8 +157,10 @@ def _swapped(fits: EarlyFits) -> Iterator[LikelyMistake]:
         crossed, straight = (size[i, j] + size[j, i]) / 2, (size[i, i] + size[j, j]) / 2
         if min(size[i, j], size[j, i]) >= _WELL and crossed >= straight + _BETTER:
             message = (
-                f"{fits.names[i]} and {fits.names[j]} fit each other's place on the plate (correlation {crossed:.2f}) "
-                f"better than their own ({straight:.2f}): are they swapped? check [channels.*] in campaign.toml and "
+                f"{fits.names[i]} and {fits.names[j]} fit each other's place "
+                f"on the plate (correlation {crossed:.2f}) "
+                f"better than their own ({straight:.2f}): are they swapped? "
+                f"check [channels.*] in campaign.toml and "
                 "the columns of the modal table"
             )
             yield LikelyMistake("refuse", fits.names[i], message)
@@ -223,7 +235,8 @@ def setting_findings(record: CampaignRecord) -> list[LikelyMistake]:
             continue
         unit = limit.below if value < limit.low else limit.above
         message = (
-            f"{setting} is {value:.4g}, and a bench has {limit.low:g} to {limit.high:g} in SI: is it in {unit}? "
+            f"{setting} is {value:.4g}, and a bench has {limit.low:g} to "
+            f"{limit.high:g} in SI: is it in {unit}? "
             "correct it where it stands in the campaign's folder"
         )
         findings.setdefault(setting, LikelyMistake("refuse", setting, message))

@@ -1,7 +1,9 @@
-"""Wrong units: a gap that is one known factor everywhere, at a stage's exit, at its entrance or in its clock.
+"""Wrong units: a gap that is one known factor everywhere, at a stage's exit, at its entrance or in
+its clock.
 
-A factor at the entrance is tried through the stage itself: a velocity that reads too high raises the peak and the
-impulse and shortens the pulse, each in its own measure, which a wrong unit of force does not.
+A factor at the entrance is tried through the stage itself: a velocity that reads too high raises
+the peak and the impulse and shortens the pulse, each in its own measure, which a wrong unit of
+force does not.
 
 When a gap is taken for a mistake of unit.
 """
@@ -27,24 +29,28 @@ Severity = Literal["name", "refuse"]
 
 _REMEDY = {
     "velocity": "correct its column in runs.csv, or the laser's channel in campaign.toml",
-    "tank_pressure": "correct tank_pressure_bar in runs.csv, or the transducer's channel in campaign.toml",
+    "tank_pressure": "correct tank_pressure_bar in runs.csv, "
+    "or the transducer's channel in campaign.toml",
     "sampling rate": "correct the rate that the recordings state in hertz",
 }
 _SENSOR_REMEDY = "correct its unit or sensitivity in campaign.toml"
 
 #: A gap below this (nats) is not looked into: physics explains a factor of 1.9.
 WORTH_A_LOOK = math.log(1.9)
-#: Factors from here on are refused when they fit within `_FIT`, the same within `_SAME` in all configurations.
+#: Factors from here on are refused when they fit within `_FIT`, the same within `_SAME` in all
+#: configurations.
 _REFUSED_FROM, _FIT, _SAME = math.log(3.0), math.log(1.05), 0.10
-#: ... and leave no more than this of all observables: a soft layer takes a third of the peak as well, but it lengthens
-#: the pulse, which no unit does.
+#: ... and leave no more than this of all observables: a soft layer takes a third of the peak as
+#: well, but it lengthens the pulse, which no unit does.
 _LEFT = 0.35
 #: Factors beyond any physics of a bench are refused by their order of magnitude.
 _BEYOND_PHYSICS, ORDER = math.log(20.0), math.log(2.5)
-#: What is only named fits within `_NEAR`, a factor below that within `_NEAR_SMALL`: losses come on top of it.
+#: What is only named fits within `_NEAR`, a factor below that within `_NEAR_SMALL`: losses come on
+#: top of it.
 _NEAR, _NEAR_SMALL, _NEAR_SAME = 0.25, 0.10, 0.20
-#: Momentum bounds an impulse: mass times velocity to twice that, whatever lies between impactor and target. Within
-#: this gap (nats) of the impulse force and velocity have the right units, however small a soft layer makes the peak.
+#: Momentum bounds an impulse: mass times velocity to twice that, whatever lies between impactor and
+#: target. Within this gap (nats) of the impulse force and velocity have the right units, however
+#: small a soft layer makes the peak.
 _IMPULSE_BY_PHYSICS = math.log(2.3)
 #: So many mistakes are named where several fit.
 _NAMED = 3
@@ -54,7 +60,8 @@ _NAMED = 3
 class LikelyMistake:
     """A likely mistake. `message` names the thing, its value and the next step, in one line.
 
-    `name`: worth a look, and said in the report. `refuse`: the record is not what it says, and is not diagnosed.
+    `name`: worth a look, and said in the report. `refuse`: the record is not what it says, and is
+    not diagnosed.
     """
 
     severity: Severity
@@ -63,12 +70,14 @@ class LikelyMistake:
 
 
 class ImplausibleRecordError(ValueError):
-    """A campaign's record cannot be what it says; the message names channel, ratio, likely mistake and next step."""
+    """A campaign's record cannot be what it says; the message names channel, ratio, likely mistake
+    and next step."""
 
 
 @dataclass(frozen=True)
 class LogGap:
-    """A gap in nats: its centre over configurations, its scatter about that, its root mean square; NaN for none."""
+    """A gap in nats: its centre over configurations, its scatter about that, its root mean square;
+    NaN for none."""
 
     centre: float
     scatter: float
@@ -119,8 +128,9 @@ class Suspicion:
 def unit_finding(
     reading: str, stage: str, gap: LogGap, suspicions: Iterable[Suspicion]
 ) -> LikelyMistake | None:
-    """`reading` is off by `gap` from what `stage` gives: the likeliest of the mistakes that would explain it, least
-    remaining gap first; with a refusal among them only refusals. None where no mistake fits."""
+    """`reading` is off by `gap` from what `stage` gives: the likeliest of the mistakes that would
+    explain it, least remaining gap first; with a refusal among them only refusals. None where no
+    mistake fits."""
     fits = sorted(
         (item for item in suspicions if item.severity), key=lambda item: item.remaining.rms
     )
@@ -132,29 +142,34 @@ def unit_finding(
         :_NAMED
     ]
     message = (
-        f"{reading} is {math.exp(gap.centre):.3g} times what the {stage} can give ({gap.scatter:.0%} scatter between "
-        f"configurations), which a wrong unit does and physics hardly: is it {', or '.join(texts)}? "
+        f"{reading} is {math.exp(gap.centre):.3g} times what the {stage} can "
+        f"give ({gap.scatter:.0%} scatter between "
+        f"configurations), which a wrong unit does and physics hardly: is it "
+        f"{', or '.join(texts)}? "
         f"{_REMEDY.get(first.channel, _SENSOR_REMEDY)}"
     )
     return LikelyMistake(first.severity or "name", first.channel, message)
 
 
-#: One atmosphere is suspected where taking it off leaves a third of a gap of this size (nats), and no more than that.
+#: One atmosphere is suspected where taking it off leaves a third of a gap of this size (nats), and
+#: no more than that.
 _PRESSURE_GAP, _PRESSURE_SHARE, _PRESSURE_REST = 0.15, 1 / 3, 0.05
 #: In nats: pressures that differ by less cannot tell an atmosphere from a factor.
 _PRESSURE_SPAN = 0.2
-#: What is read at a stage's entrance, its quantity, and its name in a run. The plate's records tell more than its
-#: levels do (`channels`).
+#: What is read at a stage's entrance, its quantity, and its name in a run. The plate's records tell
+#: more than its levels do (`channels`).
 _ENTRANCE = {
     "gun": ("tank_pressure", "pressure", "tank_pressure_pa"),
     "contact": ("velocity", "velocity", "velocity_m_s"),
 }
-#: Powers with which an amplitude, and a length of time, enter an observable, by the beginning of its name.
+#: Powers with which an amplitude, and a length of time, enter an observable, by the beginning of
+#: its name.
 _POWERS = {"ln_velocity": (1, 0), "ln_peak": (1, 0), "ln_impulse": (1, 1), "ln_width": (0, 1)}
 
 
 def unit_findings(record: CampaignRecord, stages: Sequence[Stage]) -> list[LikelyMistake]:
-    """Of gun and contact, at most one for each likeliest mistake's channel: that of the larger gap."""
+    """Of gun and contact, at most one for each likeliest mistake's channel: that of the larger
+    gap."""
     largest: dict[str, tuple[float, LikelyMistake]] = {}
     for stage in stages:
         suspected = _stage_finding(record, stage) if stage.name in _ENTRANCE else None
@@ -182,14 +197,16 @@ def absolute_pressure(record: CampaignRecord, stages: Sequence[Stage]) -> list[L
     if before < _PRESSURE_GAP or not after <= min(_PRESSURE_REST, _PRESSURE_SHARE * before):
         return []
     message = (
-        f"tank_pressure: one atmosphere less takes the velocity's gap from {before:.0%} to {after:.0%}: are the "
+        f"tank_pressure: one atmosphere less takes the velocity's gap from "
+        f"{before:.0%} to {after:.0%}: are the "
         "pressures absolute? tank_pressure_bar in runs.csv is gauge"
     )
     return [LikelyMistake("name", "tank_pressure", message)]
 
 
 def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, LikelyMistake] | None:
-    """Of a gap at the stage's exit that is worth a look and like a mistake: its root mean square, and what it is."""
+    """Of a gap at the stage's exit that is worth a look and like a mistake: its root mean square,
+    and what it is."""
     powers = {
         place: pair
         for place, item in enumerate(stage.observables)
@@ -232,8 +249,9 @@ def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, LikelyM
 
 
 def _is_by_physics(impulse: LogGap) -> bool:
-    """Whether the gap of the impulses is one that momentum allows: they are what mass and velocity make them, which a
-    wrong unit of force, velocity or time changes by its whole factor. False where there is none."""
+    """Whether the gap of the impulses is one that momentum allows: they are what mass and velocity
+    make them, which a wrong unit of force, velocity or time changes by its whole factor. False
+    where there is none."""
     return abs(impulse.centre) <= _IMPULSE_BY_PHYSICS
 
 

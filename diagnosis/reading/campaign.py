@@ -1,4 +1,5 @@
-"""An ingested campaign as a record: configurations, runs in their order, bench, and what was taken for granted.
+"""An ingested campaign as a record: configurations, runs in their order, bench, and what was taken
+for granted.
 
 A folder is read by an ingest into a store that is gone afterwards.
 """
@@ -33,7 +34,8 @@ from .tank_pressure import TankPressures, pressures_as_read, pressures_set, read
 TRAVEL = {"travel_m": 1.0, "travel_mm": 1e-3}
 #: A column is a note when so many of its runs differ in it; below so many runs nobody can tell.
 _DIFFERENT, _RUNS = 0.8, 6
-#: Beginnings of the names of what is read and not set; other numbers may be a design without repetitions.
+#: Beginnings of the names of what is read and not set; other numbers may be a design without
+#: repetitions.
 _CONDITIONS = (
     "time",
     "date",
@@ -50,8 +52,9 @@ _CONDITIONS = (
 def read_settings(
     session: Session, keys: Sequence[int]
 ) -> tuple[tuple[RunConfiguration, ...], tuple[int, ...], tuple[str, ...]]:
-    """Of runs by the store's `keys` of their configurations: configurations in the order of their first runs, the row
-    of each run's, and sentences on columns that are no settings. Configurations that differ in those alone are one."""
+    """Of runs by the store's `keys` of their configurations: configurations in the order of their
+    first runs, the row of each run's, and sentences on columns that are no settings. Configurations
+    that differ in those alone are one."""
     stored = configuration_factors(session, list(dict.fromkeys(keys)))
     notes = note_columns([stored[key] for key in keys])
     runs = [
@@ -68,9 +71,11 @@ def read_settings(
 
 
 def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:
-    """Columns of a table of runs that are no settings: remarks, and what was read off a thermometer or a clock.
+    """Columns of a table of runs that are no settings: remarks, and what was read off a thermometer
+    or a clock.
 
-    Of the factors of each run the free ones that are a text or a condition of its own in nearly every run.
+    Of the factors of each run the free ones that are a text or a condition of its own in nearly
+    every run.
     """
     notes = []
     for name in dict.fromkeys(name for run in runs for name in run if name not in BY_NAME):
@@ -84,7 +89,8 @@ def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:
 
 
 def _labelled(settings: Sequence[Mapping[str, Factor]]) -> tuple[RunConfiguration, ...]:
-    """Configurations in this order. A label names what varies; two that read the same are numbered."""
+    """Configurations in this order. A label names what varies; two that read the same are
+    numbered."""
     names = dict.fromkeys(name for factors in settings for name in factors)
     varying = [name for name in names if len({factors.get(name) for factors in settings}) > 1]
     texts = [
@@ -131,14 +137,20 @@ def assumptions(
     for channel in sorted(series.of_impactor):
         yield f"{channel} rides on the impactor: it says nothing of the plate"
     if campaign.plate is None or campaign.plate.thickness_m is None:
-        yield f"plate: {record.plate_thickness_m * 1e3:g} mm thick, since campaign.toml gives no thickness"
+        yield (
+            f"plate: {record.plate_thickness_m * 1e3:g} mm thick, since "
+            f"campaign.toml gives no thickness"
+        )
     if record.plate is not None and len(record.plate.impact_points) == 1:
         point = record.plate.impact_points[0]
         others = {str(c.factors.get("impact_position", point)) for c in record.configurations} - {
             point
         }
         if others:
-            yield f"plate: hits at {', '.join(sorted(others))} too, and the modal table knows {point} alone"
+            yield (
+                f"plate: hits at {', '.join(sorted(others))} too, and the modal "
+                f"table knows {point} alone"
+            )
 
 
 def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
@@ -155,7 +167,8 @@ def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
         )
         if len(ratios) < len(pressures):
             yield (
-                f"tank pressure of {len(pressures) - len(ratios)} shots: the set one, on the line through what was set "
+                f"tank pressure of {len(pressures) - len(ratios)} shots: the "
+                f"set one, on the line through what was set "
                 "and recorded in the others"
             )
     elif pressures:
@@ -166,29 +179,39 @@ def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
             name for name in TRAVEL if any(name in c.factors for c in record.configurations)
         )
         yield (
-            f"travel to the vent holes: {min(travels) * 1e3:g} to {max(travels) * 1e3:g} mm, as the column {column} "
-            f"has it for {len(travels)} of {len(record.runs)} runs; [bench.gun] has {record.gun.travel_m * 1e3:g} mm"
+            f"travel to the vent holes: {min(travels) * 1e3:g} to "
+            f"{max(travels) * 1e3:g} mm, as the column {column} "
+            f"has it for {len(travels)} of {len(record.runs)} runs; "
+            f"[bench.gun] has {record.gun.travel_m * 1e3:g} mm"
         )
 
 
 def _tank_pressure(record: CampaignRecord, pressures: TankPressures) -> Iterator[str]:
-    """How the pressure before a shot is read where no rest shows it, and what keeps records from being compared."""
+    """How the pressure before a shot is read where no rest shows it, and what keeps records from
+    being compared."""
     if record.gun is None:
         return
     if pressures.levels:
         shares = [u_pa / level_pa for level_pa, u_pa in pressures.levels.values()]
         yield (
-            f"tank pressure of {len(pressures.levels)} shots whose record shows no certain rest: the level of the "
-            "record, given that the valve opens as long after the trigger as in the other shots (standard uncertainty "
-            f"{float(np.median(shares)):.1%} in the median), is weighed with the line through the others"
+            f"tank pressure of {len(pressures.levels)} shots whose record "
+            f"shows no certain rest: the level of the "
+            "record, given that the valve opens as long after the trigger as "
+            "in the other shots (standard uncertainty "
+            f"{float(np.median(shares)):.1%} in the median), is weighed with "
+            f"the line through the others"
         )
     if pressures.without_passage:
         yield (
-            f"tank pressure: its record is not compared in {pressures.without_passage} shots, since no laser shows "
+            f"tank pressure: its record is not compared in "
+            f"{pressures.without_passage} shots, since no laser shows "
             "when the projectile passed"
         )
     if pressures.rejected:
-        yield f"tank pressure: its record is left out in {pressures.rejected} shots, since quality checks reject it"
+        yield (
+            f"tank pressure: its record is left out in {pressures.rejected} "
+            f"shots, since quality checks reject it"
+        )
 
 
 def _velocity(hits: Sequence[StoredImpact]) -> Iterator[str]:
@@ -198,19 +221,25 @@ def _velocity(hits: Sequence[StoredImpact]) -> Iterator[str]:
             (hit.velocity_u_m_s or 0.0) / hit.velocity_m_s for hit in integrated if hit.velocity_m_s
         ]
         yield (
-            f"impact velocity of {len(integrated)} of {len(hits)} hits: integrated from the impactor's acceleration "
-            f"(standard uncertainty {float(np.median(shares)) if shares else 0.0:.1%} in the median), which reads the "
+            f"impact velocity of {len(integrated)} of {len(hits)} hits: "
+            f"integrated from the impactor's acceleration "
+            f"(standard uncertainty "
+            f"{float(np.median(shares)) if shares else 0.0:.1%} in the median), which reads the "
             "velocity lost in compression: too low by what a yielding plate moves meanwhile"
         )
     corrected = sum(hit.velocity_source == "integrated with target motion" for hit in hits)
     if corrected:
         yield (
-            f"impact velocity of {corrected} of {len(hits)} hits: integrated from the impactor's acceleration, with "
+            f"impact velocity of {corrected} of {len(hits)} hits: integrated "
+            f"from the impactor's acceleration, with "
             "the motion added that the plate's surface had under the measured force"
         )
     stand_in = sum(hit.velocity_source == "impact" for hit in hits)
     if stand_in:
-        yield f"muzzle velocity of {stand_in} of {len(hits)} shots: that at the plate, since none was measured before"
+        yield (
+            f"muzzle velocity of {stand_in} of {len(hits)} shots: that at the "
+            f"plate, since none was measured before"
+        )
     missing = sum(hit.velocity_m_s is None for hit in hits)
     if 0 < missing < len(hits):
         yield f"{missing} of {len(hits)} runs have no measured velocity"
@@ -221,23 +250,34 @@ def _force(hits: Sequence[StoredImpact], series: HitSeries) -> Iterator[str]:
     silent = sum(hit.recording_id is not None and not hit.has_pulse for hit in hits)
     if series.without_force:
         yield (
-            f"no force was recorded with {series.without_force} of {len(hits)} hits: their accelerations are used from "
+            f"no force was recorded with {series.without_force} of "
+            f"{len(hits)} hits: their accelerations are used from "
             "where they begin to ring"
         )
     elif silent:
-        yield f"no contact force in the recordings of {silent} of {len(hits)} hits: what else they hold is not used"
+        yield (
+            f"no contact force in the recordings of {silent} of {len(hits)} hits: "
+            f"what else they hold is not used"
+        )
     if series.with_pulse < pulses:
-        yield f"series of {series.with_pulse} of {pulses} hits are used, evenly chosen in each configuration"
+        yield (
+            f"series of {series.with_pulse} of {pulses} hits are used, evenly "
+            f"chosen in each configuration"
+        )
     if series.force_cells > 1:
         yield f"contact force: the sum of {series.force_cells} force channels"
     if series.turned:
-        yield f"force shows compression as negative in {series.turned} of {series.with_pulse} hits, and was turned"
+        yield (
+            f"force shows compression as negative in {series.turned} of "
+            f"{series.with_pulse} hits, and was turned"
+        )
     if series.double_hits:
         yield f"{series.double_hits} of {series.with_pulse} hits are followed by a second touch"
     for channel, count in sorted(series.rejected.items()):
         check_names = ", ".join(sorted(series.checks[channel]))
         yield (
-            f"{channel}: left out in {count} of {series.with_pulse} hits, since quality checks reject it there "
+            f"{channel}: left out in {count} of {series.with_pulse} hits, "
+            f"since quality checks reject it there "
             f"({check_names})"
         )
 
@@ -251,9 +291,10 @@ def read_campaign(
 ) -> CampaignRecord:
     """The campaign `name` of the store.
 
-    Velocities are of all runs; series of at most `most_runs_per_configuration` of each configuration, evenly chosen.
-    Raises `LookupError` for an unknown campaign, `ValueError` for one without any run, for a channel
-    that holds no number, and for a projectile's travel that is no length.
+    Velocities are of all runs; series of at most `most_runs_per_configuration` of each
+    configuration, evenly chosen. Raises `LookupError` for an unknown campaign, `ValueError` for one
+    without any run, for a channel that holds no number, and for a projectile's travel that is no
+    length.
     """
     campaign = session.get_one(Campaign, get_campaign_id(session, name))
     hits = read_hits(session, campaign)
@@ -339,7 +380,8 @@ def read_campaign(
 
 
 def _hits_with_series(hits: Sequence[StoredImpact], rows: Sequence[int], most: int) -> list[int]:
-    """Places of some hits with a pulse of each configuration, then of some first hits of recordings without any."""
+    """Places of some hits with a pulse of each configuration, then of some first hits of recordings
+    without any."""
     with_pulse = [row if hit.has_pulse else None for hit, row in zip(hits, rows, strict=True)]
     recordings = {None, *(hit.recording_id for hit in hits if hit.has_pulse)}
     silent: list[int | None] = []
@@ -350,7 +392,8 @@ def _hits_with_series(hits: Sequence[StoredImpact], rows: Sequence[int], most: i
 
 
 def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:
-    """Places of at most `most` members of each group, evenly over its order; None is of no group."""
+    """Places of at most `most` members of each group, evenly over its order; None is of no
+    group."""
     members_of: dict[int, list[int]] = {}
     for i, group in enumerate(groups):
         if group is not None:

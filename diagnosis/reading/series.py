@@ -1,7 +1,8 @@
-"""Force and accelerations of the chosen hits, cut from their recordings on each hit's own clock: 0 s is when contact
-begins.
+"""Force and accelerations of the chosen hits, cut from their recordings on each hit's own clock: 0
+s is when contact begins.
 
-What the ingest's quality checks said of a campaign: records that are not to be used, and hits that were double.
+What the ingest's quality checks said of a campaign: records that are not to be used, and hits that
+were double.
 
 A campaign's impacts and shots as the store has them, in the order in which they were run.
 """
@@ -31,8 +32,9 @@ from ..record import Series
 class StoredImpact:
     """One impact or shot. Keys are the store's; what it does not know is None.
 
-    `velocity_source` is "reported", "laser", "integrated", or "impact" where a shot's muzzle velocity is missing and
-    that at the plate stands in. `start_s` is the pulse's, on the recording's clock.
+    `velocity_source` is "reported", "laser", "integrated", or "impact" where a shot's muzzle
+    velocity is missing and that at the plate stands in. `start_s` is the pulse's, on the
+    recording's clock.
     """
 
     run: int
@@ -89,17 +91,18 @@ def read_hits(session: Session, campaign: Campaign) -> tuple[StoredImpact, ...]:
 _CUT_TOPS = ("clipping", "saturation")
 #: A sample from this share of a rail's level on is at the rail.
 _AT_RAIL = 0.999
-#: Quantities that a diagnosis reads: pressure and displacement for the gun, the others for contact and plate.
+#: Quantities that a diagnosis reads: pressure and displacement for the gun, the others for contact
+#: and plate.
 _READ = ("force", "acceleration", "pressure", "displacement")
 
 
 @dataclass(frozen=True)
 class QualityExclusions:
-    """`rejected`: by recording, impact and channel the checks that found something; an impact or channel of None stands
-    for all of them.
+    """`rejected`: by recording, impact and channel the checks that found something; an impact or
+    channel of None stands for all of them.
 
-    `double_hits`: impacts. `rails`: by recording and channel, levels (SI) at which tops are cut somewhere outside of
-    contacts.
+    `double_hits`: impacts. `rails`: by recording and channel, levels (SI) at which tops are cut
+    somewhere outside of contacts.
     """
 
     rejected: Mapping[tuple[int, int | None, str | None], frozenset[str]]
@@ -126,7 +129,8 @@ class QualityExclusions:
 
 
 def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
-    """Of all recordings of a campaign. Raises `ValueError` for a channel without a finite number in any of them."""
+    """Of all recordings of a campaign. Raises `ValueError` for a channel without a finite number in
+    any of them."""
     finding, channel = QualityFinding, RecordedChannel
     # Outside of contacts a cut top leaves the pulse whole, but not a record that rings there.
     outside = and_(finding.check.in_(_CUT_TOPS), finding.severity == "warning")
@@ -179,16 +183,20 @@ def _refuse_empty(session: Session, campaign_id: int, empty: Mapping[str, int]) 
     for name, count in session.execute(channels):
         if empty.get(name) == count:
             raise ValueError(
-                f"channel {name} holds no number in any of its {count} recordings: mend these, or take "
+                f"channel {name} holds no number in any of its {count} "
+                f"recordings: mend these, or take "
                 f"[channels.{name}] out of campaign.toml, and ingest anew"
             )
 
 
-#: Of the force, in contact times from the start of contact; at least so many samples before tell the noise.
+#: Of the force, in contact times from the start of contact; at least so many samples before tell
+#: the noise.
 _FORCE_BEFORE, _FORCE_AFTER, _REST_SAMPLES = 0.5, 2.0, 64
-#: Of an acceleration: rest before the contact, and ringing after it unless the next hit comes first.
+#: Of an acceleration: rest before the contact, and ringing after it unless the next hit comes
+#: first.
 _REST_S, _RINGING_S = 1e-3, 0.1
-#: The next hit's window begins so long before its contact: a start found at a share of the peak is a little late.
+#: The next hit's window begins so long before its contact: a start found at a share of the peak is
+#: a little late.
 _CLEAR_S = 1e-3
 #: Ringing begins where a record first exceeds this share of its top, at most so long before it.
 _RISE, _RISE_S = 0.1, 10e-3
@@ -200,10 +208,11 @@ _SAME_SAMPLE = 1e-4
 class HitSeries:
     """Series by a hit's place in the order of runs, and what happened on the way.
 
-    `with_pulse` are the chosen hits with a pulse; of them `turned` show compression as negative and `double_hits` are
-    followed by a second touch. `rejected` counts hits by channel that a quality check said not to use, and `checks` are
-    these checks; `force_cells` are channels whose sum is the force; `of_impactor` names accelerometers that ride on it;
-    `without_force` are hits whose accelerations were recorded and their force was not.
+    `with_pulse` are the chosen hits with a pulse; of them `turned` show compression as negative and
+    `double_hits` are followed by a second touch. `rejected` counts hits by channel that a quality
+    check said not to use, and `checks` are these checks; `force_cells` are channels whose sum is
+    the force; `of_impactor` names accelerometers that ride on it; `without_force` are hits whose
+    accelerations were recorded and their force was not.
     """
 
     force: dict[int, Series] = field(default_factory=dict)
@@ -224,8 +233,8 @@ def read_series(
     chosen: Sequence[int],
     exclusions: QualityExclusions,
 ) -> HitSeries:
-    """Force and accelerations of the hits at the places `chosen`. Of a hit without a pulse accelerations alone, and
-    none where a force was recorded that could have shown one."""
+    """Force and accelerations of the hits at the places `chosen`. Of a hit without a pulse
+    accelerations alone, and none where a force was recorded that could have shown one."""
     result, clear_s = HitSeries(), clear_times(hits)
     for i in chosen:
         hit = hits[i]
@@ -286,7 +295,8 @@ def _add_force(result: HitSeries, place: int, force: Series) -> None:
 
 
 def clear_times(hits: Sequence[StoredImpact]) -> dict[int, float]:
-    """For each hit with a pulse, by its place in `hits`, for how long after its contact begins nothing else hits, s.
+    """For each hit with a pulse, by its place in `hits`, for how long after its contact begins
+    nothing else hits, s.
 
     One recording may hold several hits; infinite after the last one.
     """
@@ -315,7 +325,8 @@ def _contact_force(
 
 
 def _cut_ringing(session: Session, rows: Iterable[RecordedChannel]) -> dict[str, Series]:
-    """By channel the loudest ringing of a recording without a force; 0 s is where the first channel rises to it.
+    """By channel the loudest ringing of a recording without a force; 0 s is where the first channel
+    rises to it.
 
     Channels without a finite sample, and silent ones, are left out.
     """
@@ -335,7 +346,8 @@ def _cut_ringing(session: Session, rows: Iterable[RecordedChannel]) -> dict[str,
 
 
 def _begin_of_loudest(values: Floats, rate_hz: float) -> int:
-    """The sample from which a record (n,) stays within `_RISE_S` above a share of its largest deviation from rest."""
+    """The sample from which a record (n,) stays within `_RISE_S` above a share of its largest
+    deviation from rest."""
     deviation = np.abs(np.nan_to_num(values - np.nanmedian(values)))
     top = int(np.argmax(deviation))
     first = max(0, top - round(_RISE_S * rate_hz))
@@ -345,7 +357,8 @@ def _begin_of_loudest(values: Floats, rate_hz: float) -> int:
 def _cut(
     session: Session, row: RecordedChannel, start_s: float, before_s: float, after_s: float
 ) -> Series:
-    """Samples from `before_s` before to `after_s` after `start_s`, which is on the recording's clock."""
+    """Samples from `before_s` before to `after_s` after `start_s`, which is on the recording's
+    clock."""
     rate = row.sampling_rate_hz
     contact = (start_s - row.start_s) * rate
     first = max(0, math.ceil(contact - before_s * rate - _SAME_SAMPLE))

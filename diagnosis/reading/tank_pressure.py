@@ -1,4 +1,5 @@
-"""Records of the tank's pressure of chosen shots, on a clock that begins when the projectile leaves the barrel."""
+"""Records of the tank's pressure of chosen shots, on a clock that begins when the projectile leaves
+the barrel."""
 
 from __future__ import annotations
 
@@ -23,9 +24,11 @@ from .series import QualityExclusions, StoredImpact
 _SAME_INSTRUMENT = 0.008
 #: A gain and an offset are told apart from so many set pressures on.
 _FEWEST_LEVELS = 3
-#: Means over this time are what is kept: a tank changes by less than its transducer's noise meanwhile.
+#: Means over this time are what is kept: a tank changes by less than its transducer's noise
+#: meanwhile.
 _BLOCK_S = 0.5e-3
-#: The trigger's moment of opening is known from so many records on, and no better than by this deviation.
+#: The trigger's moment of opening is known from so many records on, and no better than by this
+#: deviation.
 _FEWEST_OPENINGS, _LEAST_OPENING_S = 6, 1e-3
 #: A level that is less certain than this share of itself says nothing beside the line.
 _LARGEST_SHARE = 0.2
@@ -33,10 +36,11 @@ _LARGEST_SHARE = 0.2
 
 @dataclass(eq=False)
 class TankPressures:
-    """Records by a shot's place in the order of runs. `levels`: of shots without a recorded pressure, by place, what
-    the record says of the pressure before the shot with its standard uncertainty, Pa, given that the valve opened as
-    long after the trigger as in the others. `without_passage`: shots whose pressure was recorded, and whose laser shows
-    no whole passage or is not there; `rejected`: those that a quality check said not to use."""
+    """Records by a shot's place in the order of runs. `levels`: of shots without a recorded
+    pressure, by place, what the record says of the pressure before the shot with its standard
+    uncertainty, Pa, given that the valve opened as long after the trigger as in the others.
+    `without_passage`: shots whose pressure was recorded, and whose laser shows no whole passage or
+    is not there; `rejected`: those that a quality check said not to use."""
 
     traces: dict[int, Series] = field(default_factory=dict)
     levels: dict[int, tuple[float, float]] = field(default_factory=dict)
@@ -47,12 +51,14 @@ class TankPressures:
 def pressures_as_read(
     hits: Sequence[StoredImpact], levels: Mapping[int, tuple[float, float]] | None = None
 ) -> list[float | None]:
-    """The pressure before each shot as the transducer reads it: recorded, or the set one where no shot was recorded.
+    """The pressure before each shot as the transducer reads it: recorded, or the set one where no
+    shot was recorded.
 
-    A regulator and a transducer may differ by a gain and an offset. Where some records show no pressure before the
-    shot, what the transducer would have read follows from the others by a straight line through what was set and what
-    was recorded: through the origin where fewer than three pressures were set. A transducer need not be straight:
-    `levels`, as in `TankPressures`, count beside the line by their uncertainty and by what they say of the line's.
+    A regulator and a transducer may differ by a gain and an offset. Where some records show no
+    pressure before the shot, what the transducer would have read follows from the others by a
+    straight line through what was set and what was recorded: through the origin where fewer than
+    three pressures were set. A transducer need not be straight: `levels`, as in `TankPressures`,
+    count beside the line by their uncertainty and by what they say of the line's.
     """
     pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
     pairs_pa = np.array(
@@ -78,8 +84,9 @@ def pressures_as_read(
 
 
 def _weighed(expected_pa: float, scatter: float, level_pa: float, level_u_pa: float) -> float:
-    """The mean of the line's pressure and of the record's level by their variances. The line's is that of the scatter
-    about it (a share), and what the level is farther from it than both explain."""
+    """The mean of the line's pressure and of the record's level by their variances. The line's is
+    that of the scatter about it (a share), and what the level is farther from it than both
+    explain."""
     variance, level_variance = (scatter * expected_pa) ** 2, level_u_pa**2
     variance += max((level_pa - expected_pa) ** 2 - variance - level_variance, 0.0)
     total = variance + level_variance
@@ -87,9 +94,9 @@ def _weighed(expected_pa: float, scatter: float, level_pa: float, level_u_pa: fl
 
 
 def pressures_set(hits: Sequence[StoredImpact]) -> list[float | None]:
-    """What the regulator was set to, for shots whose pressure was recorded; None for all where the two differ by no
-    more than `_SAME_INSTRUMENT` in the median: then the operator may have set the pressure by the transducer itself,
-    and its errors do not show."""
+    """What the regulator was set to, for shots whose pressure was recorded; None for all where the
+    two differ by no more than `_SAME_INSTRUMENT` in the median: then the operator may have set the
+    pressure by the transducer itself, and its errors do not show."""
     pairs = [(hit.set_pressure_pa, hit.recorded_pressure_pa) for hit in hits]
     log_ratios = [
         abs(np.log(read / nominal)) for nominal, read in pairs if nominal and read and read > 0
@@ -100,8 +107,8 @@ def pressures_set(hits: Sequence[StoredImpact]) -> list[float | None]:
 
 
 def _line(nominal: Floats, recorded: Floats) -> tuple[float, float]:
-    """Slope and level (Pa) of a straight line through most points (n,), Pa: medians by Theil and Sen of ratios over the
-    inverse of the pressure: a regulator errs in proportion to it."""
+    """Slope and level (Pa) of a straight line through most points (n,), Pa: medians by Theil and
+    Sen of ratios over the inverse of the pressure: a regulator errs in proportion to it."""
     from scipy.stats import theilslopes
 
     positive = nominal > 0
@@ -118,7 +125,8 @@ def read_tank_pressures(
     chosen: Sequence[int],
     exclusions: QualityExclusions,
 ) -> TankPressures:
-    """Of the shots at the places `chosen`. Raises `schema.series.SeriesError` where a stored record is damaged."""
+    """Of the shots at the places `chosen`. Raises `schema.series.SeriesError` where a stored record
+    is damaged."""
     result = TankPressures()
     lacks_pressures = any(hits[place].recorded_pressure_pa is None for place in chosen)
     drops: list[PressureDrop] = []
@@ -162,9 +170,10 @@ def read_tank_pressures(
 def _levels(
     without_rest: Mapping[int, Series], drops: Sequence[PressureDrop]
 ) -> dict[int, tuple[float, float]]:
-    """Levels before the shot with their standard uncertainties, Pa, by place: of records of the same trigger as those
-    whose `drops` were seen. A slow drop in noise leaves open whether it begins before the record; that the valve of
-    every shot opens as long after the trigger says that it does not."""
+    """Levels before the shot with their standard uncertainties, Pa, by place: of records of the
+    same trigger as those whose `drops` were seen. A slow drop in noise leaves open whether it
+    begins before the record; that the valve of every shot opens as long after the trigger says that
+    it does not."""
     if len(drops) < _FEWEST_OPENINGS:
         return {}
     moments_s = np.array([drop.time_s for drop in drops])

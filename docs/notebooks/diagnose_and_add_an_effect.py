@@ -1,8 +1,9 @@
 # %% [markdown]
 # # Diagnose a gap and add the effect
 #
-# After this notebook you can ask why measured velocities are not those of the twin, read how much of the gap each
-# effect causes, add the effects to the twin, and check on shots that were not used how much of the gap is gone.
+# After this notebook you can ask why measured velocities are not those of the twin, read how much
+# of the gap each effect causes, add the effects to the twin, and check on shots that were not used
+# how much of the gap is gone.
 
 # %%
 from pathlib import Path
@@ -17,8 +18,9 @@ store = ps.open("lab.db")
 # %% [markdown]
 # ## A bench that has what the twin lacks
 #
-# The nominal twin opens the tank at once. The virtual bench has a valve that resists the flow, here twice as much as
-# usual; like every bench it has some friction, leak and noise besides. Fourteen settings are fired twice each.
+# The nominal twin opens the tank at once. The virtual bench has a valve that resists the flow, here
+# twice as much as usual; like every bench it has some friction, leak and noise besides. Fourteen
+# settings are fired twice each.
 
 # %%
 masses_kg = np.repeat([0.2, 0.5, 1.0], [4, 5, 5])
@@ -55,9 +57,9 @@ _ = axes.legend(ncols=3, fontsize="small", frameon=False)
 # %% [markdown]
 # ## Shots to learn from, shots to check with
 #
-# The six settings above 2.5 bar are put aside, so that the check is a hard one: predictions beyond what was learned.
-# The question is about the gun, for which velocities are enough: a campaign may be two files, a table of runs with
-# the velocities that were noted, and the facts about the bench.
+# The six settings above 2.5 bar are put aside, so that the check is a hard one: predictions beyond
+# what was learned. The question is about the gun, for which velocities are enough: a campaign may
+# be two files, a table of runs with the velocities that were noted, and the facts about the bench.
 
 # %%
 facts = (folder / "campaign.toml").read_text(encoding="utf-8").partition("[channels")[0]
@@ -81,17 +83,16 @@ ingest_velocities("autumn", noted[noted["tank_pressure_bar"] > 2.5])
 # %% [markdown]
 # ## Diagnose
 #
-# The diagnosis sees the campaign "spring" only. It fits every effect of its catalogue, alone and together, and says
-# which are needed. It does not know what the virtual bench was told, and its law of the valve is another one than the
-# bench's.
+# The diagnosis sees the campaign "spring" only. It fits every effect of its catalogue, alone and
+# together, and says which are needed. It does not know what the virtual bench was told, and its law
+# of the valve is another one than the bench's.
 
 # %%
 report = store.diagnose("spring")
 print(report.sentence)
 
-# %% [markdown]
-# `share` is the part of the squared gap that an effect causes, with its 90 % interval; `named` effects are
-# established as causes.
+# %% [markdown] `share` is the part of the squared gap that an effect causes, with its 90 %
+# interval; `named` effects are established as causes.
 
 # %%
 report.effects[
@@ -101,9 +102,8 @@ report.effects[
 # %%
 _ = report.plot()
 
-# %% [markdown]
-# The effects that were put together to the likeliest answer, one after the other. `fraction` is the part of the gap
-# that is gone on settings that the fit has not seen.
+# %% [markdown] The effects that were put together to the likeliest answer, one after the other.
+# `fraction` is the part of the gap that is gone on settings that the fit has not seen.
 
 # %%
 report.path
@@ -115,8 +115,8 @@ for sentence in report.recommendations:
 # %% [markdown]
 # ## The twin with the effects
 #
-# `with_effects` gives a twin in which the likeliest cause acts. Nothing else changes, and the store does not change
-# either.
+# `with_effects` gives a twin in which the likeliest cause acts. Nothing else changes, and the store
+# does not change either.
 
 # %%
 twin = store.twin(campaign="spring")
@@ -126,9 +126,9 @@ corrected.models
 # %% [markdown]
 # ## Before and after, on shots that were not used
 #
-# The six settings of "autumn" were seen by neither the diagnosis nor the twin. Three predictions stand beside the
-# measured velocity: of the nominal gun; of the twin that learned its corrections from the shots of "spring", without
-# knowing a reason; and of the twin with the diagnosed effects.
+# The six settings of "autumn" were seen by neither the diagnosis nor the twin. Three predictions
+# stand beside the measured velocity: of the nominal gun; of the twin that learned its corrections
+# from the shots of "spring", without knowing a reason; and of the twin with the diagnosed effects.
 
 # %%
 shots = store.shots(campaign="autumn").sort_values(
@@ -157,19 +157,20 @@ axes.axline((14, 14), slope=1, color="0.7", zorder=0)
 axes.set(xlabel="measured velocity (m/s)", ylabel="predicted velocity (m/s)", ylim=(0, None))
 _ = axes.legend(frameon=False)
 
-# %% [markdown]
-# Both twins are off by about 2 % where the nominal gun is off by a factor of three. The taught twin is as near as the
-# other one: its corrections suffice at these pressures, but they give no reason. The diagnosis names the part of the
-# gun that is not as assumed, and what to measure to confirm it.
+# %% [markdown] Both twins are off by about 2 % where the nominal gun is off by a factor of three.
+# The taught twin is as near as the other one: its corrections suffice at these pressures, but they
+# give no reason. The diagnosis names the part of the gun that is not as assumed, and what to
+# measure to confirm it.
 
 # %% [markdown]
 # ## Adopt
 #
-# `adopt` lets every prediction for this bench use the effects from now on, also those of `pyroshock predict` and of
-# the web application. It makes a new version of the bench's twin, and `effect="none"` goes back.
+# `adopt` lets every prediction for this bench use the effects from now on, also those of `pyroshock
+# predict` and of the web application. It makes a new version of the bench's twin, and
+# `effect="none"` goes back.
 #
-# The report offers the valve and the atmosphere. The fitted friction is more than a bullet in a barrel can have, so
-# that it stands for something that the velocities do not show.
+# The report offers the valve and the atmosphere. The fitted friction is more than a bullet in a
+# barrel can have, so that it stands for something that the velocities do not show.
 
 # %%
 store.adopt(report)

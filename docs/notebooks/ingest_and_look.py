@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Ingest a campaign and look at it
 #
-# After this notebook you can read a campaign into a store, list its shots and impacts by condition, draw a pulse,
-# read a part of a recording, compute a shock response spectrum, and see what the quality checks say. Every number is
-# in SI units, and pressures are gauge pressures.
+# After this notebook you can read a campaign into a store, list its shots and impacts by condition,
+# draw a pulse, read a part of a recording, compute a shock response spectrum, and see what the
+# quality checks say. Every number is in SI units, and pressures are gauge pressures.
 
 # %%
 from pathlib import Path
@@ -17,9 +17,9 @@ EXAMPLES = Path(ps.__file__).parent / "examples"
 # ## Ingest
 #
 # The store of this notebook is a file. A laboratory with a server writes its address there, such as
-# `postgresql+psycopg://USER@HOST/NAME`. Two campaigns ship with the software: five shots of a compressed-air gun,
-# whose velocities were written down, and one hit of a modal hammer with its recording. The report of an ingest says
-# what was added.
+# `postgresql+psycopg://USER@HOST/NAME`. Two campaigns ship with the software: five shots of a
+# compressed-air gun, whose velocities were written down, and one hit of a modal hammer with its
+# recording. The report of an ingest says what was added.
 
 # %%
 store = ps.open("lab.db")
@@ -28,16 +28,15 @@ store.ingest(EXAMPLES / "first-shots")
 # %%
 store.ingest(EXAMPLES / "modal-hammer-hit")
 
-# %% [markdown]
-# An ingest that is repeated adds nothing, so that a folder to which recordings are still being added can be ingested
-# every evening.
+# %% [markdown] An ingest that is repeated adds nothing, so that a folder to which recordings are
+# still being added can be ingested every evening.
 
 # %%
 store.ingest(EXAMPLES / "first-shots").added
 
-# %% [markdown]
-# A third campaign has more impacts: six settings of an instrumented hammer, four hits each, recorded on the virtual
-# bench. The virtual bench writes the files that a real bench would write.
+# %% [markdown] A third campaign has more impacts: six settings of an instrumented hammer, four hits
+# each, recorded on the virtual bench. The virtual bench writes the files that a real bench would
+# write.
 
 # %%
 plan = store.plan.lhs("six-settings", kind="hammer", runs=6, repetitions=4, seed=1)
@@ -50,7 +49,8 @@ store.campaigns()
 # %% [markdown]
 # ## Shots and impacts by condition
 #
-# A condition is a text. The names of the columns end with their unit, and `.attrs["units"]` lists the units.
+# A condition is a text. The names of the columns end with their unit, and `.attrs["units"]` lists
+# the units.
 
 # %%
 shots = store.shots(
@@ -74,9 +74,8 @@ hard[
     ]
 ]
 
-# %% [markdown]
-# The result is an ordinary pandas DataFrame, which matplotlib draws. The softer the tip, the longer the contact and
-# the smaller the peak.
+# %% [markdown] The result is an ordinary pandas DataFrame, which matplotlib draws. The softer the
+# tip, the longer the contact and the smaller the peak.
 
 # %%
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
@@ -88,8 +87,8 @@ _ = axes.legend(title="tip")
 # %% [markdown]
 # ## A pulse
 #
-# The pulse is the part of the record in which the hammer touches. The line is a smoothing spline; the marks are the
-# 20 points from which contact models learn.
+# The pulse is the part of the record in which the hammer touches. The line is a smoothing spline;
+# the marks are the 20 points from which contact models learn.
 
 # %%
 (impact,) = store.impacts(campaign="modal-hammer-hit")["id"]
@@ -102,8 +101,9 @@ _ = pulse.plot()
 # %% [markdown]
 # ## A part of a recording
 #
-# A recording gives its channels by name, and reads nothing yet. `between` reads only the samples that it needs: here
-# 2 ms before the peak of the force and 8 ms after it, or as much of that as was recorded.
+# A recording gives its channels by name, and reads nothing yet. `between` reads only the samples
+# that it needs: here 2 ms before the peak of the force and 8 ms after it, or as much of that as was
+# recorded.
 
 # %%
 recording = store.recording(impact)
@@ -127,7 +127,8 @@ _ = recording.plot(start_s=peak_s - 0.002, stop_s=peak_s + 0.008)
 # %% [markdown]
 # ## A shock response spectrum
 #
-# A channel of acceleration has a spectrum. `ps.srs` computes the same for any array or pandas Series.
+# A channel of acceleration has a spectrum. `ps.srs` computes the same for any array or pandas
+# Series.
 
 # %%
 spectrum = recording["Acceleration (Trigger)"].srs(q=10, frequencies="100:10000:6")
@@ -143,9 +144,9 @@ _ = axes.set(
 # %% [markdown]
 # ## What the quality checks say
 #
-# The checks look at every recording: saturation, noise, drift, plausible impulses and more. A finding is a note, a
-# warning, or a reason to reject; what is rejected trains no model. The page "How a number came out of a recording"
-# lists the checks.
+# The checks look at every recording: saturation, noise, drift, plausible impulses and more. A
+# finding is a note, a warning, or a reason to reject; what is rejected trains no model. The page
+# "How a number came out of a recording" lists the checks.
 
 # %%
 findings = report.to_frame()
@@ -157,8 +158,8 @@ for _, finding in findings.drop_duplicates("check").iterrows():
         f"{finding['severity']}: {finding['recording']}, {finding['channel']}: {finding['message']}"
     )
 
-# %% [markdown]
-# Each impact bears the gravest verdict about it, so that a condition selects those without any objection.
+# %% [markdown] Each impact bears the gravest verdict about it, so that a condition selects those
+# without any objection.
 
 # %%
 store.impacts(campaign="six-settings")["quality"].value_counts()

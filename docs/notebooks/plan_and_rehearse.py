@@ -1,9 +1,10 @@
 # %% [markdown]
 # # Plan a campaign and rehearse it
 #
-# After this notebook you can plan the 105 runs of a campaign, judge the design, print its run sheet, and rehearse a
-# campaign on the virtual bench: fire it, ingest it, and compare what was planned with what was achieved. A rehearsal
-# finds mistakes of names, units and ranges before the first real shot.
+# After this notebook you can plan the 105 runs of a campaign, judge the design, print its run
+# sheet, and rehearse a campaign on the virtual bench: fire it, ingest it, and compare what was
+# planned with what was achieved. A rehearsal finds mistakes of names, units and ranges before the
+# first real shot.
 
 # %%
 import matplotlib.pyplot as plt
@@ -14,9 +15,9 @@ store = ps.open("lab.db")
 # %% [markdown]
 # ## The 105 runs
 #
-# A Latin hypercube over the factors of the gun: plate, anvil, insulator, tip, mass of the bullet and level of
-# velocity. The levels, and pairs and triples of levels, appear as equally often as 105 runs allow. The same seed
-# gives the same plan.
+# A Latin hypercube over the factors of the gun: plate, anvil, insulator, tip, mass of the bullet
+# and level of velocity. The levels, and pairs and triples of levels, appear as equally often as 105
+# runs allow. The same seed gives the same plan.
 
 # %%
 campaign = store.plan.lhs("main-campaign", runs=105, seed=1)
@@ -25,25 +26,23 @@ campaign.to_frame().head()
 # %%
 _ = campaign.plot()
 
-# %% [markdown]
-# The picture shows the level of each factor from run to run, the lowest dark and the highest bright. The order saves
-# work at the bench: the plate is changed once, the anvil and the insulator change rarely, and everything else is at
-# random within these blocks.
+# %% [markdown] The picture shows the level of each factor from run to run, the lowest dark and the
+# highest bright. The order saves work at the bench: the plate is changed once, the anvil and the
+# insulator change rarely, and everything else is at random within these blocks.
 
 # %% [markdown]
 # ## How good the design is
 #
-# A share is the number of runs that a level, or a pair of levels, would have in perfect balance. `worst_pair` is the
-# largest difference of any pair from its share, in runs, and `largest_correlation` is the largest one between two
-# factors.
+# A share is the number of runs that a level, or a pair of levels, would have in perfect balance.
+# `worst_pair` is the largest difference of any pair from its share, in runs, and
+# `largest_correlation` is the largest one between two factors.
 
 # %%
 quality = campaign.quality()
 quality.to_frame()
 
-# %% [markdown]
-# The picture has a cell for every pair of levels. No pair is a whole run above or below its share; levels of one
-# factor exclude each other and are grey.
+# %% [markdown] The picture has a cell for every pair of levels. No pair is a whole run above or
+# below its share; levels of one factor exclude each other and are grey.
 
 # %%
 _ = quality.plot()
@@ -51,8 +50,8 @@ _ = quality.plot()
 # %% [markdown]
 # ## The run sheet
 #
-# The suffix of the file decides: `.csv`, `.xlsx`, or `.html` to print. The person at the bench fills in the empty
-# columns.
+# The suffix of the file decides: `.csv`, `.xlsx`, or `.html` to print. The person at the bench
+# fills in the empty columns.
 
 # %%
 path = campaign.sheet("main-campaign.xlsx")
@@ -62,10 +61,10 @@ print("\n".join(campaign.sheet().splitlines()[:4]))
 # %% [markdown]
 # ## A rehearsal on the virtual bench
 #
-# Eight runs are enough to see whether everything fits together. `simulate` writes a folder with recordings,
-# `runs.csv` and `campaign.toml`, as a real bench would leave it. Options are those of `pyroshock simulate`; here the
-# projectile leaks twice as much air as usual. What was really set and what happened is beside the folder in
-# `rehearsal.sealed.json`.
+# Eight runs are enough to see whether everything fits together. `simulate` writes a folder with
+# recordings, `runs.csv` and `campaign.toml`, as a real bench would leave it. Options are those of
+# `pyroshock simulate`; here the projectile leaks twice as much air as usual. What was really set
+# and what happened is beside the folder in `rehearsal.sealed.json`.
 
 # %%
 rehearsal = store.plan.lhs("rehearsal", runs=8, repetitions=1, seed=2)
@@ -76,10 +75,9 @@ sorted(file.name for file in folder.iterdir())
 report = store.ingest(folder)
 report
 
-# %% [markdown]
-# The findings say which recordings cannot be used, and why. Here one bullet stays in the barrel ("no passage" of the
-# laser), and the accelerometers' range of 10,000 g is too small for hard contacts. A rehearsal tells that before the
-# first real shot.
+# %% [markdown] The findings say which recordings cannot be used, and why. Here one bullet stays in
+# the barrel ("no passage" of the laser), and the accelerometers' range of 10,000 g is too small for
+# hard contacts. A rehearsal tells that before the first real shot.
 
 # %%
 findings = report.to_frame()
@@ -91,8 +89,8 @@ for _, finding in findings[findings["severity"] != "note"].iterrows():
 # %% [markdown]
 # ## Planned and achieved
 #
-# An ingest links each recording to its planned run. A recording whose settings do not belong to its run would be
-# listed as a mismatch and would not count as done.
+# An ingest links each recording to its planned run. A recording whose settings do not belong to its
+# run would be listed as a mismatch and would not count as done.
 
 # %%
 store.plan.list()[["name", "method", "runs", "planned", "done"]]
@@ -111,10 +109,10 @@ planned[
     ]
 ]
 
-# %% [markdown]
-# The plan has levels of velocity, which the nominal gun turns into pressures. The virtual gun has a valve, a leak and
-# friction, which the nominal gun lacks, and its shots are slower. A diagnosis says which effect is missing; another
-# notebook shows it. Run 7 has no velocity, since its bullet did not leave the barrel.
+# %% [markdown] The plan has levels of velocity, which the nominal gun turns into pressures. The
+# virtual gun has a valve, a leak and friction, which the nominal gun lacks, and its shots are
+# slower. A diagnosis says which effect is missing; another notebook shows it. Run 7 has no
+# velocity, since its bullet did not leave the barrel.
 
 # %%
 shots = store.shots(campaign="rehearsal").merge(planned[["run", "velocity_level"]], on="run")

@@ -1,8 +1,9 @@
 # %% [markdown]
 # # Predict, tune and validate
 #
-# After this notebook you can predict a shot with 90 % bands, search the settings that give a prescribed shock
-# response spectrum, and measure how far the predictions can be trusted on shots that the twin has not seen.
+# After this notebook you can predict a shot with 90 % bands, search the settings that give a
+# prescribed shock response spectrum, and measure how far the predictions can be trusted on shots
+# that the twin has not seen.
 
 # %%
 import itertools
@@ -17,9 +18,9 @@ store = ps.open("lab.db")
 # %% [markdown]
 # ## Shots to learn from
 #
-# Twelve shots of a compressed-air gun on one plate, two tips, three bullets and two levels of velocity, recorded on
-# the virtual bench, whose laws are not those of the twin. With a campaign of your own, these two cells are
-# `store.ingest("FOLDER")`.
+# Twelve shots of a compressed-air gun on one plate, two tips, three bullets and two levels of
+# velocity, recorded on the virtual bench, whose laws are not those of the twin. With a campaign of
+# your own, these two cells are `store.ingest("FOLDER")`.
 
 # %%
 settings = itertools.product(["PLA", "steel"], [0.2, 0.5, 1.0], ["low", "medium"])
@@ -36,8 +37,8 @@ store.ingest(plan.simulate("spring", seed=1))
 # %% [markdown]
 # ## The twin
 #
-# A twin computes a shot from the tank pressure to the spectrum: gun, contact, plate, sensors. It is taught by the
-# measured shots of its campaign. It says what it assumes, and what its bands rest on.
+# A twin computes a shot from the tank pressure to the spectrum: gun, contact, plate, sensors. It is
+# taught by the measured shots of its campaign. It says what it assumes, and what its bands rest on.
 
 # %%
 twin = store.twin(campaign="spring", frequencies="100:10000:3")
@@ -46,8 +47,8 @@ twin
 # %% [markdown]
 # ## Predict a shot
 #
-# An argument is a number in SI, or a text with a unit. Pressures are gauge pressures. Each number comes with a band
-# that should hold 90 % of the shots that are fired with these settings.
+# An argument is a number in SI, or a text with a unit. Pressures are gauge pressures. Each number
+# comes with a band that should hold 90 % of the shots that are fired with these settings.
 
 # %%
 shot = twin.predict(tank_pressure="1.2 bar", bullet_mass="0.5 kg", tip="steel", anvil="steel")
@@ -56,9 +57,9 @@ shot.to_frame()
 # %%
 _ = shot.plot()
 
-# %% [markdown]
-# Many shots are a DataFrame with a setting in each row; here the pressure is varied. The twin learned from low and
-# medium velocities: `extrapolation` says where it is asked for more than that.
+# %% [markdown] Many shots are a DataFrame with a setting in each row; here the pressure is varied.
+# The twin learned from low and medium velocities: `extrapolation` says where it is asked for more
+# than that.
 
 # %%
 pressures = pd.DataFrame({"tank_pressure": [f"{tenth / 10} bar" for tenth in range(4, 22, 2)]})
@@ -78,9 +79,9 @@ _ = axes.set(xlabel="tank pressure (bar)", ylabel="peak force (kN)", ylim=(0, No
 # %% [markdown]
 # ## Tune: settings for a prescribed spectrum
 #
-# A customer prescribes a spectrum. Here it is one that this bench can give, that of the shot above; a file would be
-# `twin.tune("spec.csv")`. Every line must lie within 6 dB. The settings come with the probability that the next shot
-# does so.
+# A customer prescribes a spectrum. Here it is one that this bench can give, that of the shot above;
+# a file would be `twin.tune("spec.csv")`. Every line must lie within 6 dB. The settings come with
+# the probability that the next shot does so.
 
 # %%
 prescribed = pd.Series(shot.srs.mean, index=shot.srs.x)
@@ -101,9 +102,8 @@ tuned.to_frame()[["rank", "probability_within", *columns]].head()
 # %%
 _ = tuned.plot()
 
-# %% [markdown]
-# Not every spectrum can be had on every bench. For the example specification of a component no setting is found, and
-# the search says what stands in the way.
+# %% [markdown] Not every spectrum can be had on every bench. For the example specification of a
+# component no setting is found, and the search says what stands in the way.
 
 # %%
 specification = Path(ps.__file__).parent / "examples" / "specifications" / "component.csv"
@@ -112,8 +112,9 @@ print(twin.tune(specification, tolerance="6 dB", bullet_mass=["0.2 kg", "0.5 kg"
 # %% [markdown]
 # ## Validate
 #
-# Each measured shot is predicted by a twin that has not seen its settings, and compared with its band. The picture
-# shows the share of shots inside the 90 % bands; the grey bar is how well so few shots determine that share.
+# Each measured shot is predicted by a twin that has not seen its settings, and compared with its
+# band. The picture shows the share of shots inside the 90 % bands; the grey bar is how well so few
+# shots determine that share.
 
 # %%
 validation = store.validate("spring")

@@ -1,8 +1,9 @@
 # %% [markdown]
 # # Train, compare and promote contact models
 #
-# After this notebook you can freeze a dataset, train models of the contact force on it, compare their versions on
-# pulses that none of them has seen, put one version in use with a reason, and predict pulses with it.
+# After this notebook you can freeze a dataset, train models of the contact force on it, compare
+# their versions on pulses that none of them has seen, put one version in use with a reason, and
+# predict pulses with it.
 
 # %%
 import pyroshock as ps
@@ -12,8 +13,8 @@ store = ps.open("lab.db")
 # %% [markdown]
 # ## A campaign to learn from
 #
-# Forty settings of an instrumented hammer, three hits each, recorded on the virtual bench. With a campaign of your
-# own, this cell is `store.ingest("FOLDER")`.
+# Forty settings of an instrumented hammer, three hits each, recorded on the virtual bench. With a
+# campaign of your own, this cell is `store.ingest("FOLDER")`.
 
 # %%
 plan = store.plan.lhs("spring", kind="hammer", runs=40, repetitions=3, seed=1)
@@ -22,8 +23,9 @@ store.ingest(plan.simulate("spring", seed=1))
 # %% [markdown]
 # ## A dataset
 #
-# A dataset holds the usable pulses of campaigns and never changes. Its hash says which pulses a model has learned
-# from, also in ten years. A pulse has its predictors, its contact time, and its force at 20 points.
+# A dataset holds the usable pulses of campaigns and never changes. Its hash says which pulses a
+# model has learned from, also in ten years. A pulse has its predictors, its contact time, and its
+# force at 20 points.
 
 # %%
 data = store.dataset("spring-1", campaigns=["spring"])
@@ -35,9 +37,8 @@ pulses[
     ["run", "repetition", "tip_material", "tip_radius_m", "impact_velocity_m_s", "contact_time_s"]
 ].head()
 
-# %% [markdown]
-# A model must be judged on pulses that it has not seen. The question decides what is held out: repetitions of known
-# settings, whole settings, or a whole material.
+# %% [markdown] A model must be judged on pulses that it has not seen. The question decides what is
+# held out: repetitions of known settings, whole settings, or a whole material.
 
 # %%
 data.splits()
@@ -45,9 +46,9 @@ data.splits()
 # %% [markdown]
 # ## Train
 #
-# Three models: a polynomial, a decision tree, and a physical pulse whose remainder is learned (`hybrid`). Each is
-# trained once for each way of holding out, and registered as a version. `store.train(data)` without names trains all
-# models.
+# Three models: a polynomial, a decision tree, and a physical pulse whose remainder is learned
+# (`hybrid`). Each is trained once for each way of holding out, and registered as a version.
+# `store.train(data)` without names trains all models.
 
 # %%
 runs = store.train(data, models=["linear", "tree", "hybrid"], splits=["configurations"])
@@ -61,8 +62,8 @@ _ = runs.plot()
 # %% [markdown]
 # ## Compare
 #
-# A comparison uses the held-out pulses that the versions have in common. It says whether a difference is beyond
-# chance; the bars are 90 % intervals.
+# A comparison uses the held-out pulses that the versions have in common. It says whether a
+# difference is beyond chance; the bars are 90 % intervals.
 
 # %%
 comparison = store.compare("hybrid@1", "tree@1", split="configurations")
@@ -78,19 +79,18 @@ comparison.to_frame()
 # %% [markdown]
 # ## Promote
 #
-# The promoted version is the one that predictions use, for all benches of its kind. A candidate is judged on settings
-# that it has not seen, against what is in use; as long as no model is in use, against a law of contact that was
-# updated by the measured shots. Whether it is promoted or refused, the decision is kept with its reason and with the
-# figures on which it was made.
+# The promoted version is the one that predictions use, for all benches of its kind. A candidate is
+# judged on settings that it has not seen, against what is in use; as long as no model is in use,
+# against a law of contact that was updated by the measured shots. Whether it is promoted or
+# refused, the decision is kept with its reason and with the figures on which it was made.
 
 # %%
 decision = store.promote("hybrid@1", reason="the smallest error on settings that were held out")
 print(decision)
 
-# %% [markdown]
-# The hybrid is the best of the three models. It is refused all the same: the updated law is as good, as far as 120
-# pulses can tell. A laboratory may decide otherwise, for which it must give a reason. `force=True` puts the version
-# in use, and the record says that it was forced.
+# %% [markdown] The hybrid is the best of the three models. It is refused all the same: the updated
+# law is as good, as far as 120 pulses can tell. A laboratory may decide otherwise, for which it
+# must give a reason. `force=True` puts the version in use, and the record says that it was forced.
 
 # %%
 decision = store.promote(
@@ -104,8 +104,8 @@ store.models()[["model", "split", "in_use", "force_nrmse"]]
 # %% [markdown]
 # ## Predict with the model in use
 #
-# `hybrid@champion` is the version in use, under whatever number. A table of impacts goes in, and pulses with spreads
-# come out. The columns are those of the dataset.
+# `hybrid@champion` is the version in use, under whatever number. A table of impacts goes in, and
+# pulses with spreads come out. The columns are those of the dataset.
 
 # %%
 model = store.model("hybrid@champion")

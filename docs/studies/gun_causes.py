@@ -1,7 +1,8 @@
-"""What single effects and pairs need to be to explain a gun's velocities: least squares, without priors.
+"""What single effects and pairs need to be to explain a gun's velocities: least squares, without
+priors.
 
-Glossary: y measured less nominal ln velocity, a mean for each configuration; s its standard error; u in [0, 1] the
-place of a parameter in its allowed range.
+Glossary: y measured less nominal ln velocity, a mean for each configuration; s its standard error;
+u in [0, 1] the place of a parameter in its allowed range.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ class Gap:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Effects at their best. `change` (C,) is theirs in all configurations, `chi2` that of the fitted ones."""
+    """Effects at their best. `change` (C,) is theirs in all configurations, `chi2` that of the
+    fitted ones."""
 
     effects: tuple[Effect, ...]
     change: Floats
@@ -46,7 +48,8 @@ class Fit:
 
 
 def gap(stage: GunObservables, scatter: float | None = None) -> Gap:
-    """Standard errors from the repetitions of each configuration, or from one relative `scatter` for all shots.
+    """Standard errors from the repetitions of each configuration, or from one relative `scatter`
+    for all shots.
 
     A configuration of one shot takes the stated uncertainty.
     """
@@ -85,7 +88,8 @@ Regime = tuple[type[Effect], tuple[Parameter, ...]]
 
 @dataclass(frozen=True)
 class _Space:
-    """Effects and those of their parameters that are fitted; the others that a diagnosis looks for are off."""
+    """Effects and those of their parameters that are fitted; the others that a diagnosis looks for
+    are off."""
 
     regimes: tuple[Regime, ...]
     anywhere: bool
@@ -144,7 +148,8 @@ def _fit(stage: GunObservables, of: Gap, space: _Space, some: NDArray[np.intp]) 
 
 
 def left_out(stage: GunObservables, of: Gap, ids: Sequence[str]) -> Floats:
-    """(C,): ln measured over predicted of each configuration by effects that were fitted to the others."""
+    """(C,): ln measured over predicted of each configuration by effects that were fitted to the
+    others."""
     every = range(of.y.size)
     return np.array(
         [of.y[c] - fit(stage, of, ids, [i for i in every if i != c]).change[c] for c in every]
@@ -169,7 +174,8 @@ def distances(fits: Sequence[Fit], s: Floats) -> Floats:
 
 
 def _value(item: Parameter, u: float, anywhere: bool) -> float:
-    """Parameters that may change sign or are ratios around one go evenly, the others by a power from their least."""
+    """Parameters that may change sign or are ratios around one go evenly, the others by a power
+    from their least."""
     low, high = (item.low, item.high) if anywhere or item.likely is None else item.likely
     return low + (high - low) * (u if low < item.off < high else u**_POWER)
 

@@ -31,7 +31,8 @@ LENGTH_ERROR_M = 1e-3
 
 
 def first_shots_record(efficiency: float = 1.0) -> CampaignRecord:
-    """The five shots of Table 3.1 as they are shipped, with another efficiency than eq. 2.18's one half.
+    """The five shots of Table 3.1 as they are shipped, with another efficiency than eq. 2.18's one
+    half.
 
     Uncertainties follow eq. 5.2 from the bullet's length and one sampling period of the laser.
     """
@@ -57,14 +58,18 @@ def first_shots_record(efficiency: float = 1.0) -> CampaignRecord:
 
 
 def trettel_record(csv_path: Path = TRETTEL) -> CampaignRecord:
-    """74 shots of a small gun with its author's geometry and no calibration: no valve, dead volume or friction.
+    """74 shots of a small gun with its author's geometry and no calibration: no valve, dead volume
+    or friction.
 
     Raises `FileNotFoundError` where the table of shots is not there.
     """
     with csv_path.open(newline="") as handle:
         rows = [row for row in csv.DictReader(handle) if row["v_m_s"] != "did_not_exit"]
     shots = [(float(row["p_gauge_kPa"]) * 1e3, DART_KG, float(row["v_m_s"]), None) for row in rows]
-    said = "bore and projectile are of one diameter: the dart's clearance is not known; friction is taken as zero"
+    said = (
+        "bore and projectile are of one diameter: the dart's clearance is not "
+        "known; friction is taken as zero"
+    )
     return _record("trettel", SMALL_GUN, shots, (said,))
 
 
@@ -99,7 +104,8 @@ Shot = tuple[float, float, float, float | None]
 def _record(
     name: str, gun: GunBench, shots: Sequence[Shot], assumptions: tuple[str, ...]
 ) -> CampaignRecord:
-    """Shots of one pressure and mass are one configuration, in the order in which they first come."""
+    """Shots of one pressure and mass are one configuration, in the order in which they first
+    come."""
     settings = list(dict.fromkeys((pressure, mass) for pressure, mass, *_ in shots))
     seen = [0] * len(settings)
     runs = []

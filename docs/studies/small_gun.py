@@ -1,7 +1,8 @@
-"""74 shots of a small gun, its valve not calibrated: `python -m docs.studies.small_gun [SHOTS.csv]`.
+"""74 shots of a small gun, its valve not calibrated: `python -m docs.studies.small_gun
+[SHOTS.csv]`.
 
-What single effects and pairs leave of the gap, and how they predict a pressure that they were not fitted to, beside a
-constant factor.
+What single effects and pairs leave of the gap, and how they predict a pressure that they were not
+fitted to, beside a constant factor.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from pyroshock.twin.gun.shots import gun_velocity
 from .gun_causes import Fit, Floats, Gap, fit, gap, left_out, left_out_factor
 from .real_guns import DART_KG, SMALL_GUN, STUCK_PA, TRETTEL, trettel_record
 
-#: Pairs that a gun of this kind suggests: no tank without atmosphere, and a solenoid valve before a small bore.
+#: Pairs that a gun of this kind suggests: no tank without atmosphere, and a solenoid valve before a
+#: small bore.
 PAIRS = (
     ("gun.back_pressure", "gun.barrel_loss"),
     ("gun.back_pressure", "gun.dead_volume"),
@@ -36,7 +38,8 @@ FREE = tuple(
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """ln measured over predicted (C,) of each pressure, by effects (or a factor) that the others chose."""
+    """ln measured over predicted (C,) of each pressure, by effects (or a factor) that the others
+    chose."""
 
     name: str
     errors: Floats
@@ -81,13 +84,15 @@ def main(path: Path) -> None:
         found = fit(stage, of, ids, anywhere=len(ids) == 1)
         left = np.round(of.y - found.change, 3)
         print(
-            f"{found.name}: chi2 {found.chi2:.1f}, {said(found)}, likely {found.likely}, left {left}",
+            f"{found.name}: chi2 {found.chi2:.1f}, {said(found)}, likely "
+            f"{found.likely}, left {left}",
             flush=True,
         )
         if np.max(np.abs(left)) < 0.2:
             told = held_out(stage, of, ids)
             print(
-                f"  held out {np.round(told.errors, 3)} rms {told.rms(of):.3f}, stuck {stuck_stays(found)}",
+                f"  held out {np.round(told.errors, 3)} rms "
+                f"{told.rms(of):.3f}, stuck {stuck_stays(found)}",
                 flush=True,
             )
     for ids in FREE:

@@ -1,4 +1,5 @@
-"""Further runs for a campaign that went otherwise than planned: what was lost is made good by what balances best."""
+"""Further runs for a campaign that went otherwise than planned: what was lost is made good by what
+balances best."""
 
 from __future__ import annotations
 
@@ -18,10 +19,11 @@ Choose = Callable[[Space, int, NDArray[np.int64]], Design]
 def augment(space: Space, recorded: NDArray[np.int64], n: int, choose: Choose) -> Design:
     """`n` further treatments beside those really recorded (k, axes); k may be 0.
 
-    Failed and discarded runs are not recorded: leave them out of `recorded`, count them in `n`, and they are replaced
-    by the treatments that serve the whole best, which need not be the lost ones. `choose` says which; it carries the
-    randomness and is held to its task: `n` treatments of this space, and none that is there already while new ones
-    remain. Raises `ValueError` for `n` below 1, for recorded rows that are no treatments, and where `choose` fails.
+    Failed and discarded runs are not recorded: leave them out of `recorded`, count them in `n`, and
+    they are replaced by the treatments that serve the whole best, which need not be the lost ones.
+    `choose` says which; it carries the randomness and is held to its task: `n` treatments of this
+    space, and none that is there already while new ones remain. Raises `ValueError` for `n` below
+    1, for recorded rows that are no treatments, and where `choose` fails.
     """
     if n < 1:
         raise ValueError(f"n is {n!r}; expected at least 1 further treatment")

@@ -2,8 +2,9 @@
 
 Coded designs (-1 low, 0 centre, 1 high) on the axes of a space: which level stands for which code.
 
-Factors with an order take codes by the rank of their levels, continuous ones by value. An axis of one level is left as
-it is. Words without order have no low and high: a design says what it does with them, and names the factor otherwise.
+Factors with an order take codes by the rank of their levels, continuous ones by value. An axis of
+one level is left as it is. Words without order have no low and high: a design says what it does
+with them, and names the factor otherwise.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from ..space import Axis, Space
 class Design:
     """Treatments (n, axes) of a space, as indices along its axes, in order of run.
 
-    `method` is stored with a plan ("lhs", "factorial", "import", ...); `seed` is None where nothing was drawn.
-    Raises `ValueError` where a row is no treatment of the space.
+    `method` is stored with a plan ("lhs", "factorial", "import", ...); `seed` is None where nothing
+    was drawn. Raises `ValueError` where a row is no treatment of the space.
     """
 
     space: Space
@@ -56,9 +57,11 @@ def varied_axes(space: Space) -> list[int]:
 
 
 def from_two_levels(space: Space, coded: Floats, words: TwoLevelWords) -> Ids:
-    """Treatments (n, axes) of a two-level design, (n, varied axes): lowest and highest level, or first and last word.
+    """Treatments (n, axes) of a two-level design, (n, varied axes): lowest and highest level, or
+    first and last word.
 
-    Raises `ValueError` naming an axis of more than two levels without order, unless `words` is "first-last".
+    Raises `ValueError` naming an axis of more than two levels without order, unless `words` is
+    "first-last".
     """
     _check("categorical", words, get_args(TwoLevelWords))
     varied = varied_axes(space)
@@ -67,7 +70,8 @@ def from_two_levels(space: Space, coded: Floats, words: TwoLevelWords) -> Ids:
         axis = space.axes[index]
         if not axis.ordered and axis.size > 2 and words == "refuse":
             raise ValueError(
-                f"{axis.name} has {axis.size} levels without order ({', '.join(axis.labels)}), and the design takes "
+                f"{axis.name} has {axis.size} levels without order "
+                f"({', '.join(axis.labels)}), and the design takes "
                 "two; expected fewer levels, or categorical=first-last"
             )
         rows[:, index] = np.where(coded[:, column] > 0, axis.size - 1, 0)
@@ -85,16 +89,19 @@ def ordered_axes(space: Space, words: SurfaceWords) -> list[int]:
         axis = space.axes[index]
         if not axis.ordered and words == "refuse":
             raise ValueError(
-                f"{axis.name} has levels without order ({', '.join(axis.labels)}), along which no surface is fitted; "
+                f"{axis.name} has levels without order "
+                f"({', '.join(axis.labels)}), along which no surface is fitted; "
                 "expected numbers, or categorical=cross for the whole design at each level"
             )
     return [index for index in varied if space.axes[index].ordered]
 
 
 def from_surface(space: Space, coded: Floats, ordered: list[int]) -> Ids:
-    """Treatments of a response-surface design (n, ordered axes), repeated at each combination of the other axes.
+    """Treatments of a response-surface design (n, ordered axes), repeated at each combination of
+    the other axes.
 
-    Raises `ValueError` for a code beyond -1 to 1, and for one between the levels of a factor that is not continuous.
+    Raises `ValueError` for a code beyond -1 to 1, and for one between the levels of a factor that
+    is not continuous.
     """
     others = [index for index in range(len(space.axes)) if index not in ordered]
     crossed = list(itertools.product(*(range(space.axes[index].size) for index in others)))
@@ -108,7 +115,8 @@ def from_surface(space: Space, coded: Floats, ordered: list[int]) -> Ids:
 def _level_positions(axis: Axis, coded: Floats) -> Ids:
     if np.abs(coded).max() > 1 + 1e-9:
         raise ValueError(
-            f"{axis.name}: a run lies at {np.abs(coded).max():.3g} times its range; expected within the range: a "
+            f"{axis.name}: a run lies at {np.abs(coded).max():.3g} times its "
+            f"range; expected within the range: a "
             "smaller cube, or face cci or ccf"
         )
     exact = (np.asarray(coded) + 1) / 2 * (axis.size - 1)
@@ -116,7 +124,8 @@ def _level_positions(axis: Axis, coded: Floats) -> Ids:
     if not axis.continuous and np.abs(exact - places).max() > 1e-6:
         between = coded[np.abs(exact - places) > 1e-6][0]
         raise ValueError(
-            f"{axis.name} has {axis.size} levels, and a run lies between two of them (at {between:.3g} from -1 to 1); "
+            f"{axis.name} has {axis.size} levels, and a run lies between two "
+            f"of them (at {between:.3g} from -1 to 1); "
             "expected three levels for face ccf or Box-Behnken, or a continuous factor"
         )
     return places.astype(np.int64)

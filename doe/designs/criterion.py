@@ -1,12 +1,13 @@
 """What makes one set of treatments better than another: a sum over all pairs of runs.
 
-Glossary: a run is a row of levels, one per axis; two runs agree on an axis where their levels are the same; e_k is the
-number of sets of k axes on which two runs agree.
+Glossary: a run is a row of levels, one per axis; two runs agree on an axis where their levels are
+the same; e_k is the number of sets of k axes on which two runs agree.
 
-Summed over all pairs of runs, e_k is the sum of squared counts over all cells of all sets of k axes: least where every
-cell holds its share. That is the discrete discrepancy of Hickernell and Liu ("Uniform designs limit aliasing",
-Biometrika 89, 2002) order by order, so that pairs may weigh more than triples. Centred and wrap-around discrepancy
-(Hickernell, Math. Comp. 67, 1998) are sums over pairs of runs too; all terms add up to one table of numbers.
+Summed over all pairs of runs, e_k is the sum of squared counts over all cells of all sets of k
+axes: least where every cell holds its share. That is the discrete discrepancy of Hickernell and Liu
+("Uniform designs limit aliasing", Biometrika 89, 2002) order by order, so that pairs may weigh more
+than triples. Centred and wrap-around discrepancy (Hickernell, Math. Comp. 67, 1998) are sums over
+pairs of runs too; all terms add up to one table of numbers.
 """
 
 from __future__ import annotations
@@ -22,10 +23,12 @@ from ...array_types import Floats, Levels
 
 @dataclass(frozen=True)
 class Weights:
-    """Weight of a squared count, by the number of axes of its cell, and of the discrepancies times n squared.
+    """Weight of a squared count, by the number of axes of its cell, and of the discrepancies times
+    n squared.
 
-    One count moved between cells of pairs outweighs several of triples; the rest decides between equals. `repeat` is
-    for agreement on all axes, `neighbour` for all but one (where that is no pair or triple already).
+    One count moved between cells of pairs outweighs several of triples; the rest decides between
+    equals. `repeat` is for agreement on all axes, `neighbour` for all but one (where that is no
+    pair or triple already).
     """
 
     pair: float = 1.5
@@ -49,7 +52,8 @@ class Weights:
 
 
 class Kernel:
-    """The criterion of designs of `runs` runs: the sum of `between` over all ordered pairs, and of `alone` over all.
+    """The criterion of designs of `runs` runs: the sum of `between` over all ordered pairs, and of
+    `alone` over all.
 
     `centres` holds, per axis, the place of each level in (0, 1), for the discrepancies.
     """
@@ -101,7 +105,8 @@ def _wrap_around_pairs(places: Floats) -> Floats:
 
 
 def least_squares(runs: int, sizes: Sequence[int], order: int) -> int:
-    """The sum of squared counts over all cells of `order` axes where each holds its share, rounded up or down."""
+    """The sum of squared counts over all cells of `order` axes where each holds its share, rounded
+    up or down."""
     total = 0
     for chosen in itertools.combinations(sizes, order):
         cells = int(np.prod(chosen))

@@ -1,12 +1,15 @@
-"""Swaps of levels between runs, accepted as in simulated annealing: the level counts of every axis stay as they are.
+"""Swaps of levels between runs, accepted as in simulated annealing: the level counts of every axis
+stay as they are.
 
-A step takes one run and looks at every swap of one level with every other run. Among these and the choice of staying
-it draws by the Boltzmann distribution (a heat bath), so that no step is lost on rejected trials. The number of steps is
-given and no clock is read: the same seed gives the same runs.
+A step takes one run and looks at every swap of one level with every other run. Among these and the
+choice of staying it draws by the Boltzmann distribution (a heat bath), so that no step is lost on
+rejected trials. The number of steps is given and no clock is read: the same seed gives the same
+runs.
 
 The annealing of `exchange`, compiled, for a design in a landscape that is tabulated whole.
 
-A step weighs hundreds of swaps, each of a few additions: in NumPy nearly all of its time is that of calls.
+A step weighs hundreds of swaps, each of a few additions: in NumPy nearly all of its time is that of
+calls.
 """
 
 from __future__ import annotations
@@ -20,16 +23,19 @@ from numba import njit
 from ...array_types import Floats, Ids
 from .criterion import Kernel
 
-#: In units of the criterion: at first a cell's count one off its share is drawn freely, in the end hardly.
+#: In units of the criterion: at first a cell's count one off its share is drawn freely, in the end
+#: hardly.
 FIRST_TEMPERATURE, LAST_TEMPERATURE = 1.6, 0.7
 #: Runs that a step looks at where nothing is tabulated.
 _PARTNERS = 6
 
 
 class TabulatedCriterion:
-    """The criterion of counts (size,) of treatments with a design's runs added to them (sign 1) or taken away (-1).
+    """The criterion of counts (size,) of treatments with a design's runs added to them (sign 1) or
+    taken away (-1).
 
-    `levels` (size, axes) are those of all treatments; `penalty` (size,) is for each treatment among the runs.
+    `levels` (size, axes) are those of all treatments; `penalty` (size,) is for each treatment among
+    the runs.
     """
 
     def __init__(
@@ -46,7 +52,8 @@ class TabulatedCriterion:
 
 
 class DirectCriterion:
-    """A design of `runs` (n,) beside `others`, its criterion computed when asked for: for spaces of any size, and slow.
+    """A design of `runs` (n,) beside `others`, its criterion computed when asked for: for spaces of
+    any size, and slow.
 
     Treatments are numbers: the flat index of their levels.
     """
@@ -79,7 +86,8 @@ class DirectCriterion:
 
 @dataclass(frozen=True)
 class Swaps:
-    """All swaps of one level of a run with its partners: what both become (2, partners, axes), and the change."""
+    """All swaps of one level of a run with its partners: what both become (2, partners, axes), and
+    the change."""
 
     partners: Ids
     become: Ids
@@ -93,7 +101,8 @@ def anneal_tabulated(
     steps: int,
     rng: np.random.Generator,
 ) -> Ids:
-    """The best runs (n, axes) met in `steps` steps from `levels` (n, axes): every swap of a run is looked at."""
+    """The best runs (n, axes) met in `steps` steps from `levels` (n, axes): every swap of a run is
+    looked at."""
     current, strides = levels.copy(), strides_of(sizes)
     field = landscape.baseline + 2 * landscape.table[current @ strides].sum(axis=0)
     return np.asarray(
@@ -109,7 +118,8 @@ def anneal(
     rng: np.random.Generator,
     partners: int = _PARTNERS,
 ) -> Ids:
-    """The same where nothing is tabulated; a step looks at the swaps with `partners` runs of the surface's design."""
+    """The same where nothing is tabulated; a step looks at the swaps with `partners` runs of the
+    surface's design."""
     current, strides = levels.copy(), strides_of(sizes)
     best, height, lowest = current.copy(), 0.0, 0.0
     for row, draw, temperature in zip(*_schedule(len(levels), steps, rng), strict=True):
@@ -131,7 +141,8 @@ def anneal(
 
 
 def _schedule(runs: int, steps: int, rng: np.random.Generator) -> tuple[Ids, Floats, Floats]:
-    """Of each step: the run, a number in [0, 1) and the temperature. A single run has nobody to swap with."""
+    """Of each step: the run, a number in [0, 1) and the temperature. A single run has nobody to
+    swap with."""
     count = steps if runs > 1 else 0
     return (
         rng.integers(runs, size=count),
@@ -141,7 +152,8 @@ def _schedule(runs: int, steps: int, rng: np.random.Generator) -> tuple[Ids, Flo
 
 
 def swaps_of(surface: DirectCriterion, levels: Ids, strides: Ids, row: int, partners: Ids) -> Swaps:
-    """What the swaps of `row` with each partner and each axis would do; `levels` (n, axes) are the design's."""
+    """What the swaps of `row` with each partner and each axis would do; `levels` (n, axes) are the
+    design's."""
     step = (levels[partners] - levels[row]) * strides
     a, b = np.asarray(levels[row] @ strides), (levels[partners] @ strides)[:, None]
     become = np.stack([a + step, b - step])
@@ -186,11 +198,13 @@ def annealed(
     draws: Floats,
     temperatures: Floats,
 ) -> Ids:
-    """The best runs (n, axes) met from `levels` (n, axes), a step for each of `rows`, `draws` and `temperatures`.
+    """The best runs (n, axes) met from `levels` (n, axes), a step for each of `rows`, `draws` and
+    `temperatures`.
 
-    `table` (size, size) is the criterion between treatments, `field` (size,) twice its sum with all runs and what a
-    treatment brings alone. `field` and `levels` are changed. A step swaps one level of a run with another run, drawn
-    by the Boltzmann distribution from all such swaps and the choice of staying.
+    `table` (size, size) is the criterion between treatments, `field` (size,) twice its sum with all
+    runs and what a treatment brings alone. `field` and `levels` are changed. A step swaps one level
+    of a run with another run, drawn by the Boltzmann distribution from all such swaps and the
+    choice of staying.
     """
     n, axes = levels.shape
     ids = (levels * strides).sum(axis=1)

@@ -1,4 +1,5 @@
-"""Every feasible treatment, or a balanced part of them (Montgomery, Design and Analysis of Experiments, chapter 5)."""
+"""Every feasible treatment, or a balanced part of them (Montgomery, Design and Analysis of
+Experiments, chapter 5)."""
 
 from __future__ import annotations
 
@@ -17,18 +18,19 @@ _MOST_LEVELS = 1000
 def factorial(space: Space, levels: int = 3) -> Design:
     """All treatments, the last axis fastest: an order to run them in is another function's work.
 
-    Of a continuous factor `levels` values at equal distances are taken, its ends included. Raises `ValueError` for more
-    than a million runs.
+    Of a continuous factor `levels` values at equal distances are taken, its ends included. Raises
+    `ValueError` for more than a million runs.
     """
     places = axis_places(space, levels)
     return Design(space, all_combined(places), "factorial", None)
 
 
 def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
-    """About one in `reduction` of all treatments, such that levels and pairs are balanced: a generalized subset design.
+    """About one in `reduction` of all treatments, such that levels and pairs are balanced: a
+    generalized subset design.
 
-    Factors of any number of levels, words included. Continuous factors as in `factorial`. Raises `ValueError` where the
-    reduction is below 2 or too large for the levels.
+    Factors of any number of levels, words included. Continuous factors as in `factorial`. Raises
+    `ValueError` where the reduction is below 2 or too large for the levels.
     """
     if not 2 <= reduction <= _MOST_LEVELS:
         raise ValueError(f"reduction is {reduction}; expected 2 to {_MOST_LEVELS}")
@@ -41,7 +43,8 @@ def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
 
 
 def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
-    """Per axis, the indices that a factorial takes: all levels, and `levels` values of a continuous factor.
+    """Per axis, the indices that a factorial takes: all levels, and `levels` values of a continuous
+    factor.
 
     Raises `ValueError` for fewer than two `levels`, and for more than a million combinations.
     """
@@ -64,7 +67,8 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
 
 
 def all_combined(places: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Every combination of the places of the axes, the last axis fastest, as treatments (n, axes)."""
+    """Every combination of the places of the axes, the last axis fastest, as treatments (n,
+    axes)."""
     return combined(places, pydoe.full_factorial([len(axis_levels) for axis_levels in places]))
 
 

@@ -25,8 +25,9 @@ class ImportedDesign(Design):
 def read_table(path: Path, space: Space) -> ImportedDesign:
     """The treatments of a table, in its order; equal ones are kept.
 
-    CSV in UTF-8, commas, semicolons or tabs between the cells, the columns "run" and those of the space in any order.
-    Raises `ValueError` naming file, row, column, value and what was expected; `FileNotFoundError`.
+    CSV in UTF-8, commas, semicolons or tabs between the cells, the columns "run" and those of the
+    space in any order. Raises `ValueError` naming file, row, column, value and what was expected;
+    `FileNotFoundError`.
     """
     try:
         rows = table_rows(decode_utf8(path.read_bytes()), strict=True)
@@ -69,7 +70,8 @@ def _run_numbers(rows: Sequence[dict[str, str]], lines: Sequence[int]) -> tuple[
             text.isascii() and text.isdigit() and len(text) < 20 and 0 < int(text) < _BIGGEST_RUN
         ):
             raise ValueError(
-                f"row {line}: run is {text[:200]!r}; expected a whole number from 1 to {_BIGGEST_RUN - 1}"
+                f"row {line}: run is {text[:200]!r}; expected a whole number "
+                f"from 1 to {_BIGGEST_RUN - 1}"
             )
         if int(text) in seen:
             raise ValueError(

@@ -1,13 +1,17 @@
-"""A Latin hypercube over categorical and ordered axes that is balanced in levels, pairs and triples.
+"""A Latin hypercube over categorical and ordered axes that is balanced in levels, pairs and
+triples.
 
-The thesis (chapter 3) took MATLAB's `lhsdesign` and rounded it to levels, which repeats treatments and leaves levels
-and pairs out of balance (Table A.1). Here the hypercube is the start: its ranks are cut into exactly balanced levels,
-and swaps of levels between runs, which keep that balance, even out pairs, triples and discrepancy. Continuous factors
-are balanced by the parts of their ranges, and each run has a value of its own within its part (`strata`).
+The thesis (chapter 3) took MATLAB's `lhsdesign` and rounded it to levels, which repeats treatments
+and leaves levels and pairs out of balance (Table A.1). Here the hypercube is the start: its ranks
+are cut into exactly balanced levels, and swaps of levels between runs, which keep that balance,
+even out pairs, triples and discrepancy. Continuous factors are balanced by the parts of their
+ranges, and each run has a value of its own within its part (`strata`).
 
-How many runs each level gets, and runs that have exactly that: the start of an exchange, and its repair.
+How many runs each level gets, and runs that have exactly that: the start of an exchange, and its
+repair.
 
-Values of continuous factors within the parts of their ranges that a balanced design gives to its runs.
+Values of continuous factors within the parts of their ranges that a balanced design gives to its
+runs.
 """
 
 from __future__ import annotations
@@ -27,13 +31,16 @@ from .pydoe import unit_lhs
 
 
 def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generator) -> Ids:
-    """`n` runs shared out among levels, (levels,), so that with `already` (levels,) they are as even as can be.
+    """`n` runs shared out among levels, (levels,), so that with `already` (levels,) they are as
+    even as can be.
 
-    No level gets more than its `capacity` (levels,), which must hold `n` in all. Chance decides who gets the rest.
+    No level gets more than its `capacity` (levels,), which must hold `n` in all. Chance decides who
+    gets the rest.
     """
     if capacity.sum() < n:
         raise ValueError(
-            f"capacity is {capacity.tolist()}, {int(capacity.sum())} in all; expected at least n = {n}"
+            f"capacity is {capacity.tolist()}, {int(capacity.sum())} in all; "
+            f"expected at least n = {n}"
         )
     counts, turn = (
         np.zeros(len(already), dtype=np.int64),
@@ -46,7 +53,8 @@ def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generato
 
 
 def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> Ids:
-    """Runs (n, axes) with `counts` (levels,) of each axis: a Latin hypercube's ranks, cut where the levels end."""
+    """Runs (n, axes) with `counts` (levels,) of each axis: a Latin hypercube's ranks, cut where the
+    levels end."""
     unit = unit_lhs(n, len(counts), rng)
     ranks = unit.argsort(axis=0).argsort(axis=0)
     columns = [
@@ -57,7 +65,8 @@ def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> I
 
 
 def repair_level_shares(treatments: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
-    """Different treatments of the pool, (n,): as found (n,), but for those that are not; `levels` (size, axes).
+    """Different treatments of the pool, (n,): as found (n,), but for those that are not; `levels`
+    (size, axes).
 
     In their place come those of the pool whose levels are missing most.
     """
@@ -79,11 +88,12 @@ _DRAWS = 20
 
 
 def assign_values(space: Space, strata: Ids, recorded: Ids, rng: np.random.Generator) -> Ids:
-    """Treatments (n, axes) of the space from those of `space.stratified`, beside the `recorded` (k, axes) ones.
+    """Treatments (n, axes) of the space from those of `space.stratified`, beside the `recorded` (k,
+    axes) ones.
 
-    The runs in one part of a range have values at equal distances in it, so that the whole column is a Latin hypercube
-    as far as the factor's steps are fine enough. Which run gets which value is the best of several draws: fewest
-    repeated treatments first, then the least centred discrepancy.
+    The runs in one part of a range have values at equal distances in it, so that the whole column
+    is a Latin hypercube as far as the factor's steps are fine enough. Which run gets which value is
+    the best of several draws: fewest repeated treatments first, then the least centred discrepancy.
     """
     drawn = [_drawn_levels(space, strata, rng) for _ in range(_DRAWS)]
     return min(drawn, key=lambda rows: _unevenness(space, np.vstack([recorded, rows])))
@@ -113,7 +123,8 @@ def _values(axis: Axis, stratum: int, count: int) -> Ids:
 
 #: A table of all treatments by all is kept up to here (32 MB).
 MOST_TABULATED = 2000
-#: Steps for each swap of one level of one run, and no more than some seconds' worth; a step looks at a run's swaps.
+#: Steps for each swap of one level of one run, and no more than some seconds' worth; a step looks
+#: at a run's swaps.
 _STEPS_PER_SWAP, _MOST_STEPS, _MOST_SWAPS = 90, 50_000, 60_000_000
 _MOST_STARTS = 5
 #: Steps are some hundred times dearer where nothing is tabulated.
@@ -124,7 +135,8 @@ _FORBIDDEN = 50.0
 
 @dataclass(frozen=True)
 class _Task:
-    """`n` different treatments of `pool` (k,) are wanted beside those that `counts` (size,) says are there."""
+    """`n` different treatments of `pool` (k,) are wanted beside those that `counts` (size,) says
+    are there."""
 
     space: Space
     n: int
@@ -148,13 +160,15 @@ def balance_levels(
     weights: Weights | None = None,
     steps: int | None = None,
 ) -> Design:
-    """`n` treatments that, together with the `fixed` (k, axes) ones, are balanced. Only the `n` are given back.
+    """`n` treatments that, together with the `fixed` (k, axes) ones, are balanced. Only the `n` are
+    given back.
 
-    No treatment is taken again while new ones remain. Level counts are within one of their share where `fixed`
-    allows; pairs and triples as near as `steps` of annealing bring them (by default as many as take some seconds).
-    The runs stand in no particular order; the design's seed, which only the caller knows, is None. Raises
-    `ValueError` for `n` or `steps` below 1, for rows of `fixed` that are no treatments, and in spaces of more than
-    `MOST_TABULATED` treatments for runs that take more than half of them.
+    No treatment is taken again while new ones remain. Level counts are within one of their share
+    where `fixed` allows; pairs and triples as near as `steps` of annealing bring them (by default
+    as many as take some seconds). The runs stand in no particular order; the design's seed, which
+    only the caller knows, is None. Raises `ValueError` for `n` or `steps` below 1, for rows of
+    `fixed` that are no treatments, and in spaces of more than `MOST_TABULATED` treatments for runs
+    that take more than half of them.
     """
     for name, value in (("n", n), ("steps", 1 if steps is None else steps)):
         if value < 1:
@@ -183,7 +197,8 @@ def _choose(
     steps: int | None,
     rng: np.random.Generator,
 ) -> Ids:
-    """What is there least often is taken first: whole rounds of it, and a chosen part of the last round."""
+    """What is there least often is taken first: whole rounds of it, and a chosen part of the last
+    round."""
     levels = space.all_treatments()
     counts = np.bincount(_numbers(space, recorded), minlength=space.size).astype(np.float64)
     runs, taken = n + len(recorded), []
@@ -215,7 +230,8 @@ def _all_but(task: _Task, levels: Ids, rng: np.random.Generator) -> Ids:
 
 
 def _optimised(task: _Task, levels: Ids, sign: float, rng: np.random.Generator) -> Ids:
-    """Numbers of different treatments that, added to the counts (sign 1) or taken away (-1), balance the whole."""
+    """Numbers of different treatments that, added to the counts (sign 1) or taken away (-1),
+    balance the whole."""
     penalty = np.full(task.space.size, _FORBIDDEN)
     penalty[task.pool] = 0.0
     kernel = Kernel(axis_centres(task.space), task.runs, task.weights)
@@ -246,7 +262,8 @@ def _started(
 
 
 def _starts(task: _Task) -> int:
-    """Few runs leave time for more than one start, and beside recorded ones it matters which levels get one more."""
+    """Few runs leave time for more than one start, and beside recorded ones it matters which levels
+    get one more."""
     return (
         1
         if task.steps

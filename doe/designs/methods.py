@@ -1,5 +1,6 @@
-"""Every method by which a plan's design is made. A new one is a function and its entry here: the command line, the
-pages, the JSON API, jobs and the Python API offer what stands in `METHODS`, with the options that stand beside it.
+"""Every method by which a plan's design is made. A new one is a function and its entry here: the
+command line, the pages, the JSON API, jobs and the Python API offer what stands in `METHODS`, with
+the options that stand beside it.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ OptionValue = str | int | float
 
 @dataclass(frozen=True)
 class Option:
-    """A setting of one method. `kind` is the type of its value; `default` None: the method decides."""
+    """A setting of one method. `kind` is the type of its value; `default` None: the method
+    decides."""
 
     name: str
     help: str
@@ -36,7 +38,8 @@ class Option:
     choices: tuple[str, ...] = ()
 
     def value(self, given: object) -> OptionValue:
-        """The value in the option's type. Raises `ValueError` naming the option, the value and what was expected."""
+        """The value in the option's type. Raises `ValueError` naming the option, the value and what
+        was expected."""
         try:
             value = self.kind(str(given).strip())
         except ValueError:
@@ -51,7 +54,8 @@ class Option:
 class DesignRequest:
     """What may be asked of a design; each method takes of it what it needs.
 
-    `runs`: how many; `table`: a CSV file with a column per factor; `options`: those of the method, by name.
+    `runs`: how many; `table`: a CSV file with a column per factor; `options`: those of the method,
+    by name.
     """
 
     runs: int | None
@@ -69,7 +73,8 @@ class DesignRequest:
 
 @dataclass(frozen=True)
 class DesignMethod:
-    """`function` takes the space, the request and the options as keywords. `takes` is what it needs of the request."""
+    """`function` takes the space, the request and the options as keywords. `takes` is what it needs
+    of the request."""
 
     title: str
     help: str
@@ -100,10 +105,11 @@ class DesignMethod:
         return {name: options_by_name[name].value(value) for name, value in stated.items()}
 
     def make(self, space: Space, request: DesignRequest) -> Design:
-        """The design, not yet in order of run. Its `method` names the options that are not the usual ones.
+        """The design, not yet in order of run. Its `method` names the options that are not the
+        usual ones.
 
-        Raises `ValueError` for what the method lacks and for what it cannot do; an `imported.ImportedDesign` keeps its
-        own order and numbers.
+        Raises `ValueError` for what the method lacks and for what it cannot do; an
+        `imported.ImportedDesign` keeps its own order and numbers.
         """
         options = self.checked(request.options)
         design = self.function(space, request, **options)
@@ -152,7 +158,8 @@ _TWO_LEVEL_WORDS = Option(
 )
 _SURFACE_WORDS = Option(
     "categorical",
-    "Say what to do with a factor of words without order: refuse it, or repeat the whole design at each word.",
+    "Say what to do with a factor of words without order: refuse it, or "
+    "repeat the whole design at each word.",
     "refuse",
     choices=get_args(SurfaceWords),
 )
@@ -160,13 +167,15 @@ _SURFACE_WORDS = Option(
 METHODS: Mapping[str, DesignMethod] = {
     "lhs": DesignMethod(
         "Latin hypercube",
-        "Make a Latin hypercube: each level, and each pair of levels, occurs as often as any other.",
+        "Make a Latin hypercube: each level, and each pair of levels, occurs "
+        "as often as any other.",
         _of_runs(_hypercube),
         ("runs",),
         [
             Option(
                 "criterion",
-                "Choose the hypercube by the balance of levels, pairs and triples, or by one of pyDOE3's criteria.",
+                "Choose the hypercube by the balance of levels, pairs and "
+                "triples, or by one of pyDOE3's criteria.",
                 "balance",
                 choices=("balance", *get_args(LhsCriterion)),
             )
@@ -216,11 +225,13 @@ METHODS: Mapping[str, DesignMethod] = {
         options=[
             Option(
                 "generators",
-                "Give a word for each factor, such as 'a b c ab ac'. [default: the fewest runs of the resolution]",
+                "Give a word for each factor, such as 'a b c ab ac'. "
+                "[default: the fewest runs of the resolution]",
             ),
             Option(
                 "resolution",
-                "Set the resolution: with 3, main effects are aliased with pairs; with 4, pairs with "
+                "Set the resolution: with 3, main effects "
+                "are aliased with pairs; with 4, pairs with "
                 "pairs; with 5, neither.",
                 4,
                 int,
@@ -231,14 +242,16 @@ METHODS: Mapping[str, DesignMethod] = {
     ),
     "plackett-burman": DesignMethod(
         "Plackett-Burman design",
-        "Take two levels of each factor; the number of runs is the next multiple of four above the number of factors.",
+        "Take two levels of each factor; the number of runs is the next "
+        "multiple of four above the number of factors.",
         _of_space(plackett_burman),
         options=[_TWO_LEVEL_WORDS],
         example="plan plackett-burman screening --categorical first-last",
     ),
     "central-composite": DesignMethod(
         "central composite design",
-        "Take corners, star points and centre points, for a quadratic surface over ordered and continuous factors.",
+        "Take corners, star points and centre points, for a quadratic "
+        "surface over ordered and continuous factors.",
         _of_space(central_composite),
         options=[
             Option(
@@ -257,7 +270,8 @@ METHODS: Mapping[str, DesignMethod] = {
             ),
             Option(
                 "centre",
-                "Set the number of centre points beside the cube, and as many beside the star points.",
+                "Set the number of centre points beside "
+                "the cube, and as many beside the star points.",
                 4,
                 int,
             ),
@@ -270,12 +284,14 @@ METHODS: Mapping[str, DesignMethod] = {
             _SURFACE_WORDS,
         ],
         repeats=True,
-        example="plan central-composite surface --range tank_pressure_bar=1:6 --range bullet_mass_kg=0.2:0.6 "
+        example="plan central-composite surface --range tank_pressure_bar=1:6 "
+        "--range bullet_mass_kg=0.2:0.6 "
         "--categorical cross",
     ),
     "box-behnken": DesignMethod(
         "Box-Behnken design",
-        "Take midpoints of edges and centre points, for a quadratic surface without runs at the corners of the range.",
+        "Take midpoints of edges and centre points, for a quadratic surface "
+        "without runs at the corners of the range.",
         _of_space(box_behnken),
         options=[
             Option(
@@ -294,14 +310,16 @@ METHODS: Mapping[str, DesignMethod] = {
         [
             Option(
                 "criterion",
-                "Choose what is optimised: D takes the determinant of the information, A the variance "
+                "Choose what is optimised: D takes the determinant of the "
+                "information, A the variance "
                 "of the coefficients, I the variance of predictions.",
                 "D",
                 choices=get_args(OptimalCriterion),
             ),
             Option(
                 "degree",
-                "Set the degree of the model: 1 has main effects, 2 has squares and interactions, too.",
+                "Set the degree of the model: 1 has main effects, 2 has "
+                "squares and interactions, too.",
                 1,
                 int,
             ),

@@ -1,4 +1,5 @@
-"""Designs that are optimal for a stated model, chosen from all feasible treatments by pyDOE3's exchanges."""
+"""Designs that are optimal for a stated model, chosen from all feasible treatments by pyDOE3's
+exchanges."""
 
 from __future__ import annotations
 
@@ -26,16 +27,19 @@ def optimal(
     exchange: pydoe.Exchange = "detmax",
     levels: int = 3,
 ) -> Design:
-    """`n` different runs for a polynomial of `degree` in the numbers of the factors; words have main effects.
+    """`n` different runs for a polynomial of `degree` in the numbers of the factors; words have
+    main effects.
 
-    `criterion`: "D" the determinant of the information, "A" the mean variance of the coefficients, "I" that of the
-    predictions over all treatments. Candidates are all treatments, with `levels` values of each continuous factor;
-    chance decides between equals. Raises `ValueError` for words, and for factors of too few levels, in a model beyond
-    degree 1, for more than 5,000 candidates, and for fewer runs than the model has terms.
+    `criterion`: "D" the determinant of the information, "A" the mean variance of the coefficients,
+    "I" that of the predictions over all treatments. Candidates are all treatments, with `levels`
+    values of each continuous factor; chance decides between equals. Raises `ValueError` for words,
+    and for factors of too few levels, in a model beyond degree 1, for more than 5,000 candidates,
+    and for fewer runs than the model has terms.
     """
     if not 1 <= degree <= _HIGHEST_DEGREE:
         raise ValueError(
-            f"degree is {degree}; expected 1 (main effects), 2 (quadratic), at most {_HIGHEST_DEGREE}"
+            f"degree is {degree}; expected 1 (main effects), 2 (quadratic), "
+            f"at most {_HIGHEST_DEGREE}"
         )
     places = axis_places(space, max(levels, degree + 1))
     count = int(np.prod([len(axis_levels) for axis_levels in places]))
@@ -62,7 +66,8 @@ def optimal(
 
 
 def _columns(axis: Axis, levels: NDArray[np.int64], degree: int) -> NDArray[np.float64]:
-    """The numbers of a factor from -1 to 1, (n, 1); of words a column for each level but one, (n, levels - 1)."""
+    """The numbers of a factor from -1 to 1, (n, 1); of words a column for each level but one, (n,
+    levels - 1)."""
     factor = axis.factors[0]
     numbers = factor.numbers or factor.values
     if len(axis.factors) > 1 or numbers is None:
@@ -73,7 +78,8 @@ def _columns(axis: Axis, levels: NDArray[np.int64], degree: int) -> NDArray[np.f
         return main_effects(levels[:, None], [axis.size])[:, 1:]
     if axis.size <= degree:
         raise ValueError(
-            f"{axis.name} has {axis.size} levels; expected {degree + 1} for a model of degree {degree}"
+            f"{axis.name} has {axis.size} levels; expected {degree + 1} for a "
+            f"model of degree {degree}"
         )
     values = np.array(numbers)[np.array(axis.combinations)[levels, 0]]
     low, high = min(numbers), max(numbers)

@@ -1,8 +1,8 @@
-"""pyDOE3's designs, imported here and nowhere else: its successor has the same functions, and only this file would
-change.
+"""pyDOE3's designs, imported here and nowhere else: its successor has the same functions, and only
+this file would change.
 
-Points of a unit cube lie in [0, 1), coded ones run from -1 (low) over 0 (centre) to 1 (high). Where pyDOE3 draws, it
-draws from the generator that it is given.
+Points of a unit cube lie in [0, 1), coded ones run from -1 (low) over 0 (centre) to 1 (high). Where
+pyDOE3 draws, it draws from the generator that it is given.
 """
 
 from __future__ import annotations
@@ -23,16 +23,18 @@ Exchange = Literal["sequential", "simple_exchange", "fedorov", "modified_fedorov
 
 #: Latin hypercubes that are drawn, of which the best by its criterion is kept.
 _DRAWS = 20
-#: Share of the candidates' information that is added while a design has too few runs to be judged by its determinant.
+#: Share of the candidates' information that is added while a design has too few runs to be judged
+#: by its determinant.
 _RIDGE = 1e-3
 
 
 def unit_lhs(n: int, axes: int, rng: np.random.Generator, criterion: str = "maximin") -> Floats:
     """A Latin hypercube in the unit cube, (n, axes): one point in each n-th of each axis.
 
-    (McKay, Beckman and Conover, Technometrics 21, 1979; maximin: Johnson, Moore and Ylvisaker, J. Stat. Plan.
-    Inference 26, 1990; lhsmu: Deutsch and Deutsch, J. Stat. Plan. Inference 142, 2012.) "random" has no criterion.
-    Raises `ValueError` for `n` or `axes` below 1, and for another criterion.
+    (McKay, Beckman and Conover, Technometrics 21, 1979; maximin: Johnson, Moore and Ylvisaker, J.
+    Stat. Plan. Inference 26, 1990; lhsmu: Deutsch and Deutsch, J. Stat. Plan. Inference 142, 2012.)
+    "random" has no criterion. Raises `ValueError` for `n` or `axes` below 1, and for another
+    criterion.
     """
     if n < 1 or axes < 1:
         raise ValueError(f"n is {n!r} and axes {axes!r}; expected at least 1 of each")
@@ -52,7 +54,8 @@ def unit_lhs(n: int, axes: int, rng: np.random.Generator, criterion: str = "maxi
 
 
 def unit_sobol(n: int, axes: int, rng: np.random.Generator) -> Floats:
-    """The first `n` points of a scrambled Sobol' sequence, (n, axes) (Owen, J. Complexity 14, 1998)."""
+    """The first `n` points of a scrambled Sobol' sequence, (n, axes) (Owen, J. Complexity 14,
+    1998)."""
     from pyDOE3 import sobol_sequence
 
     with (
@@ -64,7 +67,8 @@ def unit_sobol(n: int, axes: int, rng: np.random.Generator) -> Floats:
 
 
 def unit_halton(n: int, axes: int, rng: np.random.Generator) -> Floats:
-    """The first `n` points of Halton's sequence (Comm. ACM 7, 1964), shifted at random (Cranley, Patterson 1976)."""
+    """The first `n` points of Halton's sequence (Comm. ACM 7, 1964), shifted at random (Cranley,
+    Patterson 1976)."""
     from pyDOE3 import cranley_patterson_shift, halton_sequence
 
     return np.asarray(cranley_patterson_shift(halton_sequence(n, axes), seed=rng), dtype=np.float64)
@@ -78,7 +82,8 @@ def full_factorial(sizes: Sequence[int]) -> Ids:
 
 
 def generalized_subset(sizes: Sequence[int], reduction: int) -> Ids:
-    """About one in `reduction` of all combinations, balanced (Surowiec et al., Anal. Chem. 89, 2017), (n, axes).
+    """About one in `reduction` of all combinations, balanced (Surowiec et al., Anal. Chem. 89,
+    2017), (n, axes).
 
     Raises `ValueError` where the reduction is too large for the sizes.
     """
@@ -88,9 +93,11 @@ def generalized_subset(sizes: Sequence[int], reduction: int) -> Ids:
 
 
 def two_level(generators: str) -> Floats:
-    """A two-level (fractional) factorial of generators such as "a b c ab", coded, (2^letters, factors).
+    """A two-level (fractional) factorial of generators such as "a b c ab", coded, (2^letters,
+    factors).
 
-    (Box, Hunter and Hunter, Statistics for Experimenters, chapter 6.) Raises `ValueError` for generators that are none.
+    (Box, Hunter and Hunter, Statistics for Experimenters, chapter 6.) Raises `ValueError` for
+    generators that are none.
     """
     from pyDOE3 import ff2n, fracfact
 
@@ -99,7 +106,8 @@ def two_level(generators: str) -> Floats:
         letters = [word.lower() for word in words]
         if letters != [chr(ord("a") + index) for index in range(len(letters))]:
             raise ValueError(
-                f"generators are {generators!r}; expected a letter of its own for each factor: a b c"
+                f"generators are {generators!r}; expected "
+                f"a letter of its own for each factor: a b c"
             )
         return np.asarray(ff2n(len(letters)), dtype=np.float64)
     try:
@@ -111,7 +119,8 @@ def two_level(generators: str) -> Floats:
 
 
 def plackett_burman(factors: int) -> Floats:
-    """Plackett and Burman's two-level design (Biometrika 33, 1946), coded, (multiple of 4 above factors, factors)."""
+    """Plackett and Burman's two-level design (Biometrika 33, 1946), coded, (multiple of 4 above
+    factors, factors)."""
     from pyDOE3 import pbdesign
 
     try:
@@ -123,9 +132,11 @@ def plackett_burman(factors: int) -> Floats:
 
 
 def central_composite(factors: int, centre: tuple[int, int], alpha: Alpha, face: Face) -> Floats:
-    """Cube, centre and star points, coded, (n, factors) (Box and Wilson, J. Royal Stat. Soc. B 13, 1951).
+    """Cube, centre and star points, coded, (n, factors) (Box and Wilson, J. Royal Stat. Soc. B 13,
+    1951).
 
-    `centre`: centre points beside the cube and beside the star. Raises `ValueError` for fewer than two factors.
+    `centre`: centre points beside the cube and beside the star. Raises `ValueError` for fewer than
+    two factors.
     """
     from pyDOE3 import ccdesign
 
@@ -149,10 +160,11 @@ def box_behnken(factors: int, centre: int | None) -> Floats:
 def optimal(
     candidates: Floats, n: int, degree: int, criterion: OptimalCriterion, exchange: Exchange
 ) -> Floats:
-    """The `n` of the candidates (k, columns) that serve a polynomial of `degree` best, (n, columns).
+    """The `n` of the candidates (k, columns) that serve a polynomial of `degree` best, (n,
+    columns).
 
-    (Fedorov, Theory of Optimal Experiments, 1972; Mitchell, Technometrics 16, 1974.) Raises `ValueError` where they
-    cannot determine the polynomial.
+    (Fedorov, Theory of Optimal Experiments, 1972; Mitchell, Technometrics 16, 1974.) Raises
+    `ValueError` where they cannot determine the polynomial.
     """
     from pyDOE3.doe_optimal import build_design_matrix, optimal_design
 
@@ -160,7 +172,8 @@ def optimal(
     needed = terms.shape[1]
     if n < needed or np.linalg.matrix_rank(terms) < needed:
         raise ValueError(
-            f"{n} runs for a model of {needed} terms; expected {needed} or more, and levels that tell them"
+            f"{n} runs for a model of {needed} terms; expected {needed} or "
+            f"more, and levels that tell them"
         )
     chosen, _ = optimal_design(
         candidates, n, degree, criterion=criterion, method=exchange, alpha=_RIDGE

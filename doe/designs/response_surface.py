@@ -1,7 +1,8 @@
 """Designs for a quadratic surface over factors with an order: central composite and Box-Behnken.
 
-A continuous factor takes every place of these designs, rounded to its step. A factor of levels is taken by rank, so
-that it needs three levels for the faced design and for Box-Behnken's, and cannot take the others.
+A continuous factor takes every place of these designs, rounded to its step. A factor of levels is
+taken by rank, so that it needs three levels for the faced design and for Box-Behnken's, and cannot
+take the others.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ def central_composite(
 ) -> Design:
     """The corners of a cube, stars on its axes, and twice `centre` runs in its centre.
 
-    `face`: "ccf" has the stars on the faces of the cube, which is the range of the factors; "cci" has the stars at
-    the ends of the range and the cube within them; "ccc" has a cube of the share `cube` of the range and the stars at
-    `alpha` times it. Raises `ValueError` where stars lie beyond the range, and as `coded.ordered_axes` and
-    `coded.from_surface` do.
+    `face`: "ccf" has the stars on the faces of the cube, which is the range of the factors; "cci"
+    has the stars at the ends of the range and the cube within them; "ccc" has a cube of the share
+    `cube` of the range and the stars at `alpha` times it. Raises `ValueError` where stars lie
+    beyond the range, and as `coded.ordered_axes` and `coded.from_surface` do.
     """
     _check_centre(centre)
     if not 0 < cube <= 1:
@@ -41,10 +42,11 @@ def central_composite(
 def box_behnken(
     space: Space, *, centre: int | None = None, categorical: SurfaceWords = "refuse"
 ) -> Design:
-    """The midpoints of the edges of the range, and `centre` runs in its centre (as many as are usual, if None).
+    """The midpoints of the edges of the range, and `centre` runs in its centre (as many as are
+    usual, if None).
 
-    No run has all factors at their ends. Raises `ValueError` for fewer than three factors with an order, and as
-    `coded.ordered_axes` and `coded.from_surface` do.
+    No run has all factors at their ends. Raises `ValueError` for fewer than three factors with an
+    order, and as `coded.ordered_axes` and `coded.from_surface` do.
     """
     _check_centre(centre or 0)
     ordered = ordered_axes(space, categorical)

@@ -1,7 +1,9 @@
-"""Designs that fill a unit cube, each axis of it cut into the levels of a factor: pyDOE3's hypercubes and sequences.
+"""Designs that fill a unit cube, each axis of it cut into the levels of a factor: pyDOE3's
+hypercubes and sequences.
 
-Runs may repeat a treatment where factors have few levels. `lhs.balanced` is better where balance of levels matters
-(benchmarks/designs.py); these are for comparison, and for spaces of continuous factors.
+Runs may repeat a treatment where factors have few levels. `lhs.balanced` is better where balance of
+levels matters (benchmarks/designs.py); these are for comparison, and for spaces of continuous
+factors.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ from .base import Design
 
 
 def latin_hypercube(space: Space, n: int, rng: np.random.Generator, criterion: str) -> Design:
-    """`n` runs of a Latin hypercube that is the best of several by `criterion`; raises as `pydoe.unit_lhs`."""
+    """`n` runs of a Latin hypercube that is the best of several by `criterion`; raises as
+    `pydoe.unit_lhs`."""
     return _rounded(space, pydoe.unit_lhs(n, len(space.axes), rng, criterion), "lhs")
 
 

@@ -1,7 +1,8 @@
-"""Screening designs of two levels a factor: fractional factorials, and those of Plackett and Burman.
+"""Screening designs of two levels a factor: fractional factorials, and those of Plackett and
+Burman.
 
-Both are orthogonal; what they save is paid in aliases (`doe/merit/quality.py`): a main effect stands for a sum of
-itself and interactions.
+Both are orthogonal; what they save is paid in aliases (`doe/merit/quality.py`): a main effect
+stands for a sum of itself and interactions.
 """
 
 from __future__ import annotations
@@ -26,29 +27,33 @@ def fractional_factorial(
     resolution: int = 4,
     categorical: TwoLevelWords = "refuse",
 ) -> Design:
-    """A two-level design of `generators` such as "a b c ab", a word for each varied axis, or the smallest of a
-    resolution.
+    """A two-level design of `generators` such as "a b c ab", a word for each varied axis, or the
+    smallest of a resolution.
 
-    Resolution III: main effects are aliased with interactions of two factors; IV: not with them, but these with each
-    other; V: neither. Raises `ValueError` for generators that do not fit the axes, and as `coded.from_two_levels`.
+    Resolution III: main effects are aliased with interactions of two factors; IV: not with them,
+    but these with each other; V: neither. Raises `ValueError` for generators that do not fit the
+    axes, and as `coded.from_two_levels`.
     """
     names = [space.axes[index].name for index in varied_axes(space)]
     words = generators if generators is not None else smallest_generators(len(names), resolution)
     given = words.split()
     if len(given) != len(names):
         raise ValueError(
-            f"generators {words!r} give {len(given)} columns; expected {len(names)}: {', '.join(names)}"
+            f"generators {words!r} give {len(given)} columns; expected "
+            f"{len(names)}: {', '.join(names)}"
         )
     if (letters := sum(len(word.strip("+-")) == 1 for word in given)) > _MOST_LETTERS:
         raise ValueError(
-            f"generators have {letters} letters, or 2^{letters} runs; expected {_MOST_LETTERS} at most"
+            f"generators have {letters} letters, or 2^{letters} runs; "
+            f"expected {_MOST_LETTERS} at most"
         )
     coded = pydoe.two_level(words)
     return Design(space, from_two_levels(space, coded, categorical), "fractional-factorial", None)
 
 
 def plackett_burman(space: Space, *, categorical: TwoLevelWords = "refuse") -> Design:
-    """The smallest multiple of four runs above the number of axes; main effects are aliased with interactions in part.
+    """The smallest multiple of four runs above the number of axes; main effects are aliased with
+    interactions in part.
 
     Raises `ValueError` as `pydoe.plackett_burman` and `coded.from_two_levels` do.
     """
@@ -57,11 +62,12 @@ def plackett_burman(space: Space, *, categorical: TwoLevelWords = "refuse") -> D
 
 
 def smallest_generators(factors: int, resolution: int) -> str:
-    """Generators of the fewest runs whose resolution is at least as asked, and of up to ten factors the highest with
-    these runs; a full factorial where no fraction has it.
+    """Generators of the fewest runs whose resolution is at least as asked, and of up to ten factors
+    the highest with these runs; a full factorial where no fraction has it.
 
-    pyDOE3's own search leaves out products of all base letters: no 2^(5-1) of resolution V, and 16 runs for 2^(7-4) of
-    resolution III. Raises `ValueError` for a resolution below 3, and for no or more than 20 factors.
+    pyDOE3's own search leaves out products of all base letters: no 2^(5-1) of resolution V, and 16
+    runs for 2^(7-4) of resolution III. Raises `ValueError` for a resolution below 3, and for no or
+    more than 20 factors.
     """
     if resolution < 3:
         raise ValueError(f"resolution is {resolution}; expected 3 or more")
@@ -83,7 +89,8 @@ def smallest_generators(factors: int, resolution: int) -> str:
 
 
 def _words(base: int, count: int, resolution: int) -> Iterator[list[int]]:
-    """Products of base letters, as bits, for `count` more factors; none of the defining words is too short."""
+    """Products of base letters, as bits, for `count` more factors; none of the defining words is
+    too short."""
     candidates = [word for word in range(1, 2**base) if word.bit_count() >= resolution - 1]
     candidates.sort(
         key=lambda word: (word.bit_count() % 2 != (resolution - 1) % 2, -word.bit_count(), word)

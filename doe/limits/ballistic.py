@@ -1,10 +1,12 @@
 """The safety plate: the velocity at which a projectile perforates it (thesis eq. 2.1-2.3).
 
-A ballistic limit velocity is where half of the projectiles get through: it is no safe velocity, and whoever compares
-a shot with it keeps a margin. Both laws hold for a blunt or conical projectile that does not deform.
+A ballistic limit velocity is where half of the projectiles get through: it is no safe velocity, and
+whoever compares a shot with it keeps a margin. Both laws hold for a blunt or conical projectile
+that does not deform.
 
-Glossary: m projectile mass, d its diameter, h plate thickness, rho plate density, u velocity, P static resistance,
-sigma_s stress that opens a cylindrical hole, Y yield strength, E Young's modulus, nu Poisson's ratio, K bulk modulus.
+Glossary: m projectile mass, d its diameter, h plate thickness, rho plate density, u velocity, P
+static resistance, sigma_s stress that opens a cylindrical hole, Y yield strength, E Young's
+modulus, nu Poisson's ratio, K bulk modulus.
 """
 
 from __future__ import annotations
@@ -14,8 +16,9 @@ from collections.abc import Callable, Mapping
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 
-#: P0 of eq. 2.1, in kgf/m2. The thesis gives no value and the publication (Nishiwaki 1951) was not at hand: identified
-#: from the thesis's own figure, 10 mm for 1 kg of 48 mm at 150 m/s, rounded up from 6.04e7. As "around 10 mm" covers
+#: P0 of eq. 2.1, in kgf/m2. The thesis gives no value and the publication (Nishiwaki 1951) was not
+#: at hand: identified from the thesis's own figure, 10 mm for 1 kg of 48 mm at 150 m/s, rounded up
+#: from 6.04e7. As "around 10 mm" covers
 #: 9.5-10.5 mm, it is known within 6 %.
 STATIC_RESISTANCE_KGF_M2 = 6.05e7
 
@@ -43,11 +46,13 @@ def nishiwaki_limit(
     density_kg_m3: float = 2700.0,
     static_resistance_pa: float = STANDARD_GRAVITY_M_S2 * STATIC_RESISTANCE_KGF_M2,
 ) -> float:
-    """Ballistic limit (m/s) of an aluminium plate, eq. 2.1: u^2 = P / rho [exp(rho pi d^2 h / (2 m)) - 1].
+    """Ballistic limit (m/s) of an aluminium plate, eq. 2.1: u^2 = P / rho [exp(rho pi d^2 h / (2
+    m)) - 1].
 
-    It is m u du/dx = -(pi d^2 / 4) (P + rho u^2) over the thickness. The g of eq. 2.1 converts a coefficient in
-    kgf/m2 (`STATIC_RESISTANCE_KGF_M2`) to P in pascal, which is what this takes. Raises `ValueError` for values that
-    are not positive. Source: Nishiwaki, J. Phys. Soc. Japan 6 (1951) 374, as quoted by the thesis [37].
+    It is m u du/dx = -(pi d^2 / 4) (P + rho u^2) over the thickness. The g of eq. 2.1 converts a
+    coefficient in kgf/m2 (`STATIC_RESISTANCE_KGF_M2`) to P in pascal, which is what this takes.
+    Raises `ValueError` for values that are not positive. Source: Nishiwaki, J. Phys. Soc. Japan 6
+    (1951) 374, as quoted by the thesis [37].
     """
     positive(
         density_kg_m3=density_kg_m3,
@@ -88,13 +93,14 @@ def bulk_modulus(youngs_modulus_pa: float, poisson_ratio: float) -> float:
 def hole_opening_stress(
     yield_strength_pa: float, bulk_modulus_pa: float, poisson_ratio: float
 ) -> float:
-    """Stress (Pa) that opens a cylindrical hole, eq. 2.3: Y/2 (1 + ln[6 (1 - 2 nu) K / ((5 - 4 nu) Y)]).
+    """Stress (Pa) that opens a cylindrical hole, eq. 2.3: Y/2 (1 + ln[6 (1 - 2 nu) K / ((5 - 4 nu)
+    Y)]).
 
-    Erratum: eq. 2.3 prints (1 - nu) for (1 - 2 nu). With (1 - 2 nu) the numerator is 2 E, which is what expanding a
-    hole from nothing in a Tresca solid gives (Hill, The Mathematical Theory of Plasticity, 1950, after Bishop, Hill
-    and Mott 1945), and the incompressible limit is Y/2 (1 + ln[2 E / (3 Y)]); as printed it would grow without bound
-    there. For steel the printed form is 8 % too strong. Raises `ValueError` for values that are not positive, and
-    outside 0 < nu < 0.5.
+    Erratum: eq. 2.3 prints (1 - nu) for (1 - 2 nu). With (1 - 2 nu) the numerator is 2 E, which is
+    what expanding a hole from nothing in a Tresca solid gives (Hill, The Mathematical Theory of
+    Plasticity, 1950, after Bishop, Hill and Mott 1945), and the incompressible limit is Y/2 (1 +
+    ln[2 E / (3 Y)]); as printed it would grow without bound there. For steel the printed form is 8
+    % too strong. Raises `ValueError` for values that are not positive, and outside 0 < nu < 0.5.
     """
     positive(yield_strength_pa=yield_strength_pa, bulk_modulus_pa=bulk_modulus_pa)
     _poisson(poisson_ratio)
@@ -106,8 +112,9 @@ def hole_opening_stress(
     )
 
 
-#: Steel of Table 4.2 (E 200 GPa, nu 0.3, Y 400 MPa). The least yield strength of S355 (EN 10025-2, 355 MPa) gives 1.19
-#: instead of 1.31 GPa, and 5.2 instead of 4.7 mm for 150 m/s: "around 5 mm" is both, but 5.0 mm of it stop 147 m/s.
+#: Steel of Table 4.2 (E 200 GPa, nu 0.3, Y 400 MPa). The least yield strength of S355 (EN 10025-2,
+#: 355 MPa) gives 1.19 instead of 1.31 GPa, and 5.2 instead of 4.7 mm for 150 m/s: "around 5 mm" is
+#: both, but 5.0 mm of it stop 147 m/s.
 STEEL_OPENING_STRESS_PA = hole_opening_stress(400e6, bulk_modulus(200e9, 0.3), 0.3)
 
 
@@ -120,7 +127,8 @@ def forrestal_limit(
 ) -> float:
     """Ballistic limit (m/s) of a steel plate, eq. 2.2: u^2 = pi d^2 h sigma_s / (2 m).
 
-    Raises `ValueError` for values that are not positive. Source: Forrestal, as quoted by the thesis [36].
+    Raises `ValueError` for values that are not positive. Source: Forrestal, as quoted by the thesis
+    [36].
     """
     positive(opening_stress_pa=opening_stress_pa, thickness_m=thickness_m)
     return math.sqrt(
@@ -142,7 +150,8 @@ def forrestal_thickness(
     )
 
 
-#: The law of each material that a safety plate can be made of; a lab with another plate adds its own.
+#: The law of each material that a safety plate can be made of; a lab with another plate adds its
+#: own.
 BALLISTIC_LAWS: Mapping[str, BallisticLaw] = {"aluminum": nishiwaki_limit, "steel": forrestal_limit}
 
 

@@ -22,7 +22,8 @@ DESIGN_MOMENTUM_KG_M_S = 80.0
 
 @dataclass(frozen=True)
 class SuspensionPart:
-    """One part of the suspension, its load in the hardest shot and its rating. Raises `ValueError` if not positive.
+    """One part of the suspension, its load in the hardest shot and its rating. Raises `ValueError`
+    if not positive.
 
     `strength_share` is what the way of fastening leaves of the rated load.
     """
@@ -49,16 +50,18 @@ class SuspensionPart:
         return self.safety_factor >= self.required_factor
 
 
-#: Table 2.1. Erratum: 34825 N over 7550 N is 4.6 and not the rope's printed 2.3, which is also the text's. The missing
-#: factor is one half; the thesis does not name it. We read it as the strength that knots leave of a rope, the usual
-#: allowance, rather than as a load of twice 7550 N: the factor is the same, and the load stays as printed.
+#: Table 2.1. Erratum: 34825 N over 7550 N is 4.6 and not the rope's printed 2.3, which is also the
+#: text's. The missing factor is one half; the thesis does not name it. We read it as the strength
+#: that knots leave of a rope, the usual allowance, rather than as a load of twice 7550 N: the
+#: factor is the same, and the load stays as printed.
 TABLE_2_1 = (
     SuspensionPart("chain", 7765.0, 80000.0),
     SuspensionPart("shackle", 7765.0, 31882.0),
     SuspensionPart("connecting links", 7765.0, 30901.0),
     SuspensionPart("rope", 7550.0, 34825.0, strength_share=0.5, required_factor=2.3),
 )
-#: The weakest of the parts that hold the plate, over the factor that is required of it: 7923 N, the connecting links.
+#: The weakest of the parts that hold the plate, over the factor that is required of it: 7923 N, the
+#: connecting links.
 MAX_CHAIN_LOAD_N = min(
     part.strength_share * part.rated_load_n / part.required_factor
     for part in TABLE_2_1
@@ -86,7 +89,8 @@ class Swing:
 
     @property
     def velocity_m_s(self) -> float:
-        """Of the plate, for a bullet that comes back as fast as it came: that errs on the safe side."""
+        """Of the plate, for a bullet that comes back as fast as it came: that errs on the safe
+        side."""
         return 2 * self.momentum_kg_m_s / self.plate_mass_kg
 
     @property
@@ -96,13 +100,15 @@ class Swing:
 
     @property
     def reach_m(self) -> float:
-        """How far it swings to the side, sqrt(2 l r - r^2); the whole length where it rises as high as that."""
+        """How far it swings to the side, sqrt(2 l r - r^2); the whole length where it rises as high
+        as that."""
         rise = min(self.rise_m, self.length_m)
         return math.sqrt(rise * (2 * self.length_m - rise))
 
     @property
     def chain_load_n(self) -> float:
-        """Weight and what bends the path of the plate at its lowest point, M (g + v^2 / l), all on one chain.
+        """Weight and what bends the path of the plate at its lowest point, M (g + v^2 / l), all on
+        one chain.
 
         Table 2.1 has 7765 N for a plate of around 800 kg on two chains: its whole weight.
         """
@@ -111,7 +117,8 @@ class Swing:
 
 @dataclass(frozen=True)
 class MetricThread:
-    """An ISO metric thread (ISO 68-1, ISO 724; stress area as in ISO 898-1). Raises `ValueError` if not positive."""
+    """An ISO metric thread (ISO 68-1, ISO 724; stress area as in ISO 898-1). Raises `ValueError` if
+    not positive."""
 
     diameter_m: float
     pitch_m: float
@@ -144,7 +151,8 @@ M20 = MetricThread(diameter_m=0.020, pitch_m=0.0025)
 
 @dataclass(frozen=True)
 class LoadCellArray:
-    """Equal force sensors side by side, each clamped by a bolt; the defaults are the thesis's four Kistler 9107C.
+    """Equal force sensors side by side, each clamped by a bolt; the defaults are the thesis's four
+    Kistler 9107C.
 
     Raises `ValueError` when a value is out of range.
     """
@@ -177,8 +185,8 @@ def tensile_resistance(
 ) -> float:
     """Design tensile resistance (N) of a bolt, eq. 2.10: k2 f_ub A_s / gamma_M2.
 
-    k2 is 0.9, and 0.63 for a countersunk head (EN 1993-1-8, Table 3.4). An M20 of class 10.9: 176.4 kN. Raises
-    `ValueError` for values that are not positive.
+    k2 is 0.9, and 0.63 for a countersunk head (EN 1993-1-8, Table 3.4). An M20 of class 10.9: 176.4
+    kN. Raises `ValueError` for values that are not positive.
     """
     positive(tensile_strength_pa=tensile_strength_pa, stress_area_m2=stress_area_m2)
     positive(k2=k2, partial_factor=partial_factor)
@@ -188,12 +196,14 @@ def tensile_resistance(
 def tightening_torque(
     preload_n: float, thread: MetricThread, *, bearing_diameter_m: float, friction: float
 ) -> float:
-    """Torque (N m) that gives a bolt its preload, eq. 2.11: F [0.16 P + 0.58 d2 mu + (Dkm / 2) mu] (VDI 2230, MA).
+    """Torque (N m) that gives a bolt its preload, eq. 2.11: F [0.16 P + 0.58 d2 mu + (Dkm / 2) mu]
+    (VDI 2230, MA).
 
-    Pitch, thread friction, friction under the head. Erratum: eq. 2.11 prints a product of the first two terms, which
-    is an area; the sum gives the printed 320 N m (318 for Dkm = 25.4 mm), the product 142 N m, or 44 % of it, which
-    would leave the array without its preload. The bearing diameter is the mean of the head's and the hole's. Raises
-    `ValueError` for values that are not positive.
+    Pitch, thread friction, friction under the head. Erratum: eq. 2.11 prints a product of the first
+    two terms, which is an area; the sum gives the printed 320 N m (318 for Dkm = 25.4 mm), the
+    product 142 N m, or 44 % of it, which would leave the array without its preload. The bearing
+    diameter is the mean of the head's and the hole's. Raises `ValueError` for values that are not
+    positive.
     """
     positive(preload_n=preload_n, bearing_diameter_m=bearing_diameter_m, friction=friction)
     threads = 0.16 * thread.pitch_m + 0.58 * thread.pitch_diameter_m * friction
@@ -206,7 +216,8 @@ _PLATE_KEYS = ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "thickness
 
 
 def _plates() -> Mapping[str, ResonantPlate]:
-    """Table 4.2, 10 mm (section 2.1.1); the area is assumed, a diamond of 1 m x 0.6 m: the outline is only drawn."""
+    """Table 4.2, 10 mm (section 2.1.1); the area is assumed, a diamond of 1 m x 0.6 m: the outline
+    is only drawn."""
     return {
         "aluminum": ResonantPlate(Elastic(69.9e9, 0.33), 2700.0, 0.010, 0.3),
         "steel": ResonantPlate(Elastic(200e9, 0.30), 7800.0, 0.010, 0.3),
@@ -215,21 +226,25 @@ def _plates() -> Mapping[str, ResonantPlate]:
 
 @dataclass(frozen=True)
 class BenchLimits:
-    """What a shot must not exceed. Raises `ValueError` naming the field and the value when one is unphysical.
+    """What a shot must not exceed. Raises `ValueError` naming the field and the value when one is
+    unphysical.
 
-    Sources, all of thesis chapter 2: tank certified for 2 MPa, valve tight to 6.48 MPa, regulator 0-8 bar (2.1.2);
-    bullet of 48 mm (2.1.2), up to 1 kg and 80 m/s (2.1.3), momentum 80 kg m/s (Table 2.1); load-cell array 2240 kN and
-    accelerometers of 10000 g (2.2.1). Safety plate: aluminium of 10 mm, the weaker of the two in 2.1.3, which does not
-    say which one was built. The thesis sizes it for 150 m/s where 80 m/s are shot: that is the margin.
+    Sources, all of thesis chapter 2: tank certified for 2 MPa, valve tight to 6.48 MPa, regulator
+    0-8 bar (2.1.2); bullet of 48 mm (2.1.2), up to 1 kg and 80 m/s (2.1.3), momentum 80 kg m/s
+    (Table 2.1); load-cell array 2240 kN and accelerometers of 10000 g (2.2.1). Safety plate:
+    aluminium of 10 mm, the weaker of the two in 2.1.3, which does not say which one was built. The
+    thesis sizes it for 150 m/s where 80 m/s are shot: that is the margin.
 
-    Pressures are gauge. `max_contact_force_n` and `max_acceleration_m_s2` may be infinite: not fitted. Without
-    `accelerometer_distance_m` the plate's acceleration is that of a rigid body; with it, the bending wave counts too.
+    Pressures are gauge. `max_contact_force_n` and `max_acceleration_m_s2` may be infinite: not
+    fitted. Without `accelerometer_distance_m` the plate's acceleration is that of a rigid body;
+    with it, the bending wave counts too.
 
-    The thesis states neither how long the pendulum is on which the plate hangs, nor how far it may swing, nor where the
-    gun's axis meets the plate. A bench that states `pendulum_length_m` has the load of its chains held against Table
-    2.1; with `max_swing_m`, `strike_to_lower_edge_m` and `strike_to_upper_edge_m` also the swing and the place of the
-    strike. All are for a chain height of 0: a plate that hangs higher by h has a pendulum shorter by h, and is struck
-    lower by h.
+    The thesis states neither how long the pendulum is on which the plate hangs, nor how far it may
+    swing, nor where the gun's axis meets the plate. A bench that states `pendulum_length_m` has the
+    load of its chains held against Table
+    2.1; with `max_swing_m`, `strike_to_lower_edge_m` and `strike_to_upper_edge_m` also the swing
+    and the place of the strike. All are for a chain height of 0: a plate that hangs higher by h has
+    a pendulum shorter by h, and is struck lower by h.
     """
 
     max_tank_pressure_pa: float = 2.0e6
@@ -262,7 +277,8 @@ class BenchLimits:
         if self.safety_plate_material not in BALLISTIC_LAWS:
             law_names = ", ".join(BALLISTIC_LAWS)
             raise ValueError(
-                f"safety_plate_material = {self.safety_plate_material!r}: expected one of {law_names}"
+                f"safety_plate_material = "
+                f"{self.safety_plate_material!r}: expected one of {law_names}"
             )
         if self.safety_plate_margin < 1:
             raise ValueError(
@@ -282,11 +298,13 @@ class BenchLimits:
 
 
 def read_limits(table: Mapping[str, Any]) -> BenchLimits:
-    """Limits from a mapping, such as a TOML file's `[bench]`: the fields by name, the thesis's where one is left out.
+    """Limits from a mapping, such as a TOML file's `[bench]`: the fields by name, the thesis's
+    where one is left out.
 
-    `plates` is a table of plates by name, each with `youngs_modulus_pa`, `poisson_ratio`, `density_kg_m3`,
-    `thickness_m` and `area_m2`; where given, it replaces both of the thesis's. Raises `ValueError` for a key that is
-    not known, a value of another kind, and a value out of range.
+    `plates` is a table of plates by name, each with `youngs_modulus_pa`, `poisson_ratio`,
+    `density_kg_m3`, `thickness_m` and `area_m2`; where given, it replaces both of the thesis's.
+    Raises `ValueError` for a key that is not known, a value of another kind, and a value out of
+    range.
     """
     field_names = [item.name for item in fields(BenchLimits)]
     unknown = [key for key in table if key not in field_names]
@@ -320,7 +338,8 @@ def _read_plates(value: object) -> Mapping[str, ResonantPlate]:
 def _read_plate(key: str, value: object) -> ResonantPlate:
     if not isinstance(value, Mapping) or set(value) != set(_PLATE_KEYS):
         raise ValueError(
-            f"{key} = {value!r}: expected a table of {', '.join(_PLATE_KEYS)}, all of them and no other"
+            f"{key} = {value!r}: expected a table of "
+            f"{', '.join(_PLATE_KEYS)}, all of them and no other"
         )
     modulus, poisson, density, thickness, area = (
         _number(f"{key}.{name}", value[name]) for name in _PLATE_KEYS

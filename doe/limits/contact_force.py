@@ -1,7 +1,9 @@
-"""Peak force of an impact, and the acceleration that it gives the plate (thesis eq. 2.4-2.6, 1.26, 2.9).
+"""Peak force of an impact, and the acceleration that it gives the plate (thesis eq. 2.4-2.6, 1.26,
+2.9).
 
-Glossary: m bullet mass, u impact velocity, tau contact time, e coefficient of restitution, R tip radius, E* contact
-modulus, delta indentation, k contact stiffness, D flexural rigidity, rho h mass per area, r distance from the impact.
+Glossary: m bullet mass, u impact velocity, tau contact time, e coefficient of restitution, R tip
+radius, E* contact modulus, delta indentation, k contact stiffness, D flexural rigidity, rho h mass
+per area, r distance from the impact.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ HERTZ_TIME = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
 
 @dataclass(frozen=True)
 class Elastic:
-    """Young's modulus and Poisson's ratio of an isotropic solid. Raises `ValueError` where they are unphysical."""
+    """Young's modulus and Poisson's ratio of an isotropic solid. Raises `ValueError` where they are
+    unphysical."""
 
     youngs_modulus_pa: float
     poisson_ratio: float
@@ -48,10 +51,12 @@ def raised_sine_peak_force(
     *,
     restitution: float = 0.0,
 ) -> float:
-    """Peak (N) of the sin^2 pulse that carries the impulse (1 + e) m u, eq. 2.4-2.5: 2 (1 + e) m u / tau.
+    """Peak (N) of the sin^2 pulse that carries the impulse (1 + e) m u, eq. 2.4-2.5: 2 (1 + e) m u
+    / tau.
 
-    The thesis lets the bullet give its momentum and stay (e = 0): 1600 kN for 1 kg, 80 m/s and 0.1 ms (eq. 2.6). A
-    bullet that comes back gives more. Raises `ValueError` for values that are not positive, and for e outside [0, 1].
+    The thesis lets the bullet give its momentum and stay (e = 0): 1600 kN for 1 kg, 80 m/s and 0.1
+    ms (eq. 2.6). A bullet that comes back gives more. Raises `ValueError` for values that are not
+    positive, and for e outside [0, 1].
     """
     positive(
         bullet_mass_kg=bullet_mass_kg,
@@ -71,14 +76,17 @@ def hertz_contact(
     bullet_mass_kg: float,
     impact_velocity_m_s: float,
 ) -> HertzContact:
-    """Contact time and peak force of a spherical tip on a flat target that is held still, without any loss.
+    """Contact time and peak force of a spherical tip on a flat target that is held still, without
+    any loss.
 
-    m u^2 / 2 = (2/5) k delta^(5/2), k = (4/3) E* sqrt(R), F = k delta^(3/2), tau = 2.9433 delta / u. Nothing yields and
-    nothing gives way, so that the force is above what a bench sees and the contact shorter: metals yield from
-    less than 1 m/s on, a thin plate recedes, an insulator softens. That is what a guard wants; it is no prediction.
+    m u^2 / 2 = (2/5) k delta^(5/2), k = (4/3) E* sqrt(R), F = k delta^(3/2), tau = 2.9433 delta /
+    u. Nothing yields and nothing gives way, so that the force is above what a bench sees and the
+    contact shorter: metals yield from less than 1 m/s on, a thin plate recedes, an insulator
+    softens. That is what a guard wants; it is no prediction.
 
-    Erratum: eq. 1.26 prints u^2 where dimensions and its source have u^(1/2). Raises `ValueError` for values that are
-    not positive. Sources: Johnson, Contact Mechanics (1985), 11.4; thesis eq. 1.23 and 1.25 are the same for a sphere.
+    Erratum: eq. 1.26 prints u^2 where dimensions and its source have u^(1/2). Raises `ValueError`
+    for values that are not positive. Sources: Johnson, Contact Mechanics (1985), 11.4; thesis eq.
+    1.23 and 1.25 are the same for a sphere.
     """
     positive(
         tip_radius_m=tip_radius_m,
@@ -121,7 +129,8 @@ class ResonantPlate:
 
     @property
     def impedance_kg_s(self) -> float:
-        """Force over velocity where an endless thin plate is struck: 8 sqrt(D rho h) (Cremer and Heckl)."""
+        """Force over velocity where an endless thin plate is struck: 8 sqrt(D rho h) (Cremer and
+        Heckl)."""
         return 8 * math.sqrt(self.rigidity_n_m * self.mass_per_area_kg_m2)
 
     def rigid_acceleration(self, peak_force_n: float) -> float:
@@ -131,11 +140,13 @@ class ResonantPlate:
     def wave_acceleration(
         self, peak_force_n: float, contact_time_s: float, distance_m: float
     ) -> float:
-        """Bound (m/s2) on the bending wave of a sin^2 pulse at a distance from the impact, before any edge answers.
+        """Bound (m/s2) on the bending wave of a sin^2 pulse at a distance from the impact, before
+        any edge answers.
 
-        Where the plate is struck its acceleration is F' / Z, at most pi F / (tau Z). The wave spreads from there with
-        the kernel sin(r^2 / (4 b t)) / t, b = sqrt(D / rho h) (Medick 1961); the peak of the sin^2 pulse folded with
-        it stays below 1.6 sqrt(b tau) / r of the value at r = 0, which the tests integrate. A free edge can double it.
+        Where the plate is struck its acceleration is F' / Z, at most pi F / (tau Z). The wave
+        spreads from there with the kernel sin(r^2 / (4 b t)) / t, b = sqrt(D / rho h) (Medick
+        1961); the peak of the sin^2 pulse folded with it stays below 1.6 sqrt(b tau) / r of the
+        value at r = 0, which the tests integrate. A free edge can double it.
         """
         positive(peak_force_n=peak_force_n, contact_time_s=contact_time_s)
         if not (math.isfinite(distance_m) and distance_m >= 0):

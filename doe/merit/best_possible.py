@@ -1,5 +1,5 @@
-"""What any design of so many runs could reach at best, and what runs drawn at random reach: the two marks between which
-the figures of a design are read."""
+"""What any design of so many runs could reach at best, and what runs drawn at random reach: the two
+marks between which the figures of a design are read."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ _DRAWS = 40
 
 
 def best_possible(space: Space, runs: int) -> dict[str, float]:
-    """Figure of `quality.FIGURES` to its bound for any `runs` treatments of the space; figures without one are absent.
+    """Figure of `quality.FIGURES` to its bound for any `runs` treatments of the space; figures
+    without one are absent.
 
-    Counts are whole, so that a share that is no whole number is missed by every design. Each bound holds, but there
-    need not be a design that reaches all of them. The two most similar runs differ in no more axes than two runs do
-    on average (Plotkin), and than leaves the rest of the axes enough different rows (Singleton). Raises `ValueError`
-    for less than one run.
+    Counts are whole, so that a share that is no whole number is missed by every design. Each bound
+    holds, but there need not be a design that reaches all of them. The two most similar runs differ
+    in no more axes than two runs do on average (Plotkin), and than leaves the rest of the axes
+    enough different rows (Singleton). Raises `ValueError` for less than one run.
     """
     if runs < 1:
         raise ValueError(f"runs is {runs}; expected 1 or more")
@@ -54,7 +55,8 @@ def _shares(sizes: Sequence[int], runs: int, order: int) -> list[tuple[int, floa
 
 
 def _evenness(sizes: Sequence[int], runs: int, order: int) -> float:
-    """The worst deviation that whole counts leave: a cell must have the next whole number above its share."""
+    """The worst deviation that whole counts leave: a cell must have the next whole number above its
+    share."""
     return max(
         (max(_up(share), share - math.floor(share)) for _, share in _shares(sizes, runs, order)),
         default=0.0,
@@ -94,7 +96,8 @@ def _most_differences(sizes: Sequence[int], runs: int) -> int:
 
 
 def random_reference(space: Space, runs: int) -> Mapping[str, float]:
-    """Figure of `quality.FIGURES` to its median over runs drawn at random from all treatments, 40 times, seed 0."""
+    """Figure of `quality.FIGURES` to its median over runs drawn at random from all treatments, 40
+    times, seed 0."""
     rng = np.random.default_rng(0)
     sizes = np.array([axis.size for axis in space.axes])
     designs: list[Levels] = [rng.integers(0, sizes, (runs, len(sizes))) for _ in range(_DRAWS)]

@@ -1,8 +1,10 @@
-"""What a model of a design's factors can and cannot tell apart: the terms of the model, how far two of them go
-together, how much that widens their errors, and the power with which the effect of each factor is seen.
+"""What a model of a design's factors can and cannot tell apart: the terms of the model, how far two
+of them go together, how much that widens their errors, and the power with which the effect of each
+factor is seen.
 
-A term is a main effect or an interaction of two factors ("a*b"). Levels that no run has are left out. A continuous
-factor is taken by its linear effect, every other one by the differences of its levels.
+A term is a main effect or an interaction of two factors ("a*b"). Levels that no run has are left
+out. A continuous factor is taken by its linear effect, every other one by the differences of its
+levels.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ USUAL_ALPHA = 0.05
 
 @dataclass(frozen=True)
 class ModelTerm:
-    """One term of a model; `columns` (n, degrees of freedom) are centred, `axes` are the indices of its factors."""
+    """One term of a model; `columns` (n, degrees of freedom) are centred, `axes` are the indices of
+    its factors."""
 
     name: str
     axes: tuple[int, ...]
@@ -41,12 +44,14 @@ class ModelTerm:
 
 
 def axis_words(name: str) -> str:
-    """The name of an axis within that of an interaction: one of several factors stands in brackets."""
+    """The name of an axis within that of an interaction: one of several factors stands in
+    brackets."""
     return f"({name})" if "+" in name else name
 
 
 def main_terms(space: Space, treatments: Levels) -> list[ModelTerm]:
-    """The main effects of treatments (n, axes) in effect coding; an axis with one level in use has none.
+    """The main effects of treatments (n, axes) in effect coding; an axis with one level in use has
+    none.
 
     Raises `ValueError` for rows that are no treatments of the space.
     """
@@ -76,11 +81,13 @@ def interaction_terms(main: Sequence[ModelTerm]) -> list[ModelTerm]:
 
 
 def term_correlations(terms: Sequence[ModelTerm]) -> Floats:
-    """How far each two terms go together, (terms, terms) from 0 to 1: 1 where one hides the other wholly.
+    """How far each two terms go together, (terms, terms) from 0 to 1: 1 where one hides the other
+    wholly.
 
-    It is the root of the mean squared canonical correlation of their columns, over the columns of the smaller term.
-    Between terms of one column it is the absolute correlation, as a correlation map of design software shows it
-    (Jones and Nachtsheim, Journal of Quality Technology 43, 2011). It depends on no coding of the levels.
+    It is the root of the mean squared canonical correlation of their columns, over the columns of
+    the smaller term. Between terms of one column it is the absolute correlation, as a correlation
+    map of design software shows it (Jones and Nachtsheim, Journal of Quality Technology 43, 2011).
+    It depends on no coding of the levels.
     """
     bases = [_basis(term.columns) for term in terms]
     result = np.eye(len(terms))
@@ -100,11 +107,12 @@ def _basis(columns: Floats) -> Floats:
 
 
 def variance_inflation(terms: Sequence[ModelTerm]) -> list[float]:
-    """By how much the other terms widen the variance of each one: 1 where it is orthogonal to them, infinite where
-    they hide it.
+    """By how much the other terms widen the variance of each one: 1 where it is orthogonal to them,
+    infinite where they hide it.
 
-    It is the generalised variance inflation factor to the power 1/(degrees of freedom) (Fox and Monette, Journal of
-    the American Statistical Association 87, 1992); for a term of one column it is the usual factor 1 / (1 - R^2).
+    It is the generalised variance inflation factor to the power 1/(degrees of freedom) (Fox and
+    Monette, Journal of the American Statistical Association 87, 1992); for a term of one column it
+    is the usual factor 1 / (1 - R^2).
     """
     columns = np.hstack([term.columns for term in terms]) if terms else np.zeros((1, 0))
     if not terms or _rank(columns) < columns.shape[1]:
@@ -123,7 +131,8 @@ def variance_inflation(terms: Sequence[ModelTerm]) -> list[float]:
 
 
 def _inflation_beside(terms: Sequence[ModelTerm], index: int) -> float:
-    """Where the model is singular: of the terms that the others do not hide; infinite for one that they do."""
+    """Where the model is singular: of the terms that the others do not hide; infinite for one that
+    they do."""
     others = [term.columns for place, term in enumerate(terms) if place != index]
     own = _basis(terms[index].columns)
     if own.shape[1] < terms[index].columns.shape[1]:
@@ -166,11 +175,12 @@ def main_effect_power(
 ) -> list[TermPower]:
     """The power of each main effect of treatments (n, axes).
 
-    `effect` is the difference of the means of two levels (of the ends, for a continuous factor) over the standard
-    deviation of the response of one run; the other levels lie in the middle between the two, and the two are those
-    that the design compares worst. The test is F, in a model of all main effects, at the level `alpha` (Montgomery,
-    section 3.7; noncentrality as in Design-Expert, whose usual effect is two standard deviations, too). Raises
-    `ValueError` for an effect that is not above 0, an alpha outside 0 to 1, and rows that are no treatments.
+    `effect` is the difference of the means of two levels (of the ends, for a continuous factor)
+    over the standard deviation of the response of one run; the other levels lie in the middle
+    between the two, and the two are those that the design compares worst. The test is F, in a model
+    of all main effects, at the level `alpha` (Montgomery, section 3.7; noncentrality as in
+    Design-Expert, whose usual effect is two standard deviations, too). Raises `ValueError` for an
+    effect that is not above 0, an alpha outside 0 to 1, and rows that are no treatments.
     """
     if not effect > 0 or not np.isfinite(effect):
         raise ValueError(f"effect is {effect}; expected a number of standard deviations above 0")
@@ -202,7 +212,8 @@ def main_effect_power(
 
 
 def _worst_noncentrality(covariance: Floats, degrees: int) -> float:
-    """Of a difference of one standard deviation between two levels, those that are compared worst."""
+    """Of a difference of one standard deviation between two levels, those that are compared
+    worst."""
     information = np.linalg.inv(covariance)
     if degrees == 1:  # two levels, or the ends of a range, at -1 and 1
         return float(information[0, 0]) / 4
@@ -241,7 +252,8 @@ def _smallest(unit: float, degrees: int, residual: int, alpha: float) -> float:
 
 
 def _runs_needed(noncentrality_of_run: float, degrees: int, coefficients: int, alpha: float) -> int:
-    """The fewest runs, each with the same share of the noncentrality, whose power is `ENOUGH_POWER`."""
+    """The fewest runs, each with the same share of the noncentrality, whose power is
+    `ENOUGH_POWER`."""
 
     def enough(runs: int) -> bool:
         return (

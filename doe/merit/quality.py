@@ -1,6 +1,7 @@
 """All figures by which a design is judged, and two designs side by side.
 
-What a two-level design cannot tell apart: main effects and interactions of two factors that go together.
+What a two-level design cannot tell apart: main effects and interactions of two factors that go
+together.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ Sense = Literal["less", "more", "neither"]
 class Quality:
     """Figures of one design; deviations are counts minus balanced shares, in runs.
 
-    Balance and correlation take a continuous factor by the `doe.space.STRATA` parts of its range, spread and distance
-    by its values, and D-efficiency by its linear effect.
+    Balance and correlation take a continuous factor by the `doe.space.STRATA` parts of its range,
+    spread and distance by its values, and D-efficiency by its linear effect.
     """
 
     runs: int  #: of the design
@@ -110,7 +111,8 @@ FIGURES: dict[str, tuple[str, Sense]] = {
 
 @dataclass(frozen=True)
 class FigureComparison:
-    """One figure of two designs as text, and which is better to the digits shown: "a", "b" or neither ("")."""
+    """One figure of two designs as text, and which is better to the digits shown: "a", "b" or
+    neither ("")."""
 
     figure: str
     a: str
@@ -154,7 +156,8 @@ _DIGITS = 1e-9
 
 @dataclass(frozen=True)
 class Alias:
-    """Two effects, interactions written "a*b", and the correlation of their columns: 1 or -1 if one hides the other."""
+    """Two effects, interactions written "a*b", and the correlation of their columns: 1 or -1 if one
+    hides the other."""
 
     effect: str
     other: str
@@ -166,11 +169,12 @@ class Alias:
 
 
 def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
-    """Main effects with each other and with two-factor interactions, and these with each other, that correlate.
+    """Main effects with each other and with two-factor interactions, and these with each other,
+    that correlate.
 
-    Empty for a design that has an axis at three levels or more, more than 40 axes, or more than 20,000 runs. (Box,
-    Hunter and Hunter, chapter 6; pyDOE3's `fracfact_aliasing` gives the same groups, but neither opposite signs nor
-    parts.) Raises as `Space.checked` does.
+    Empty for a design that has an axis at three levels or more, more than 40 axes, or more than
+    20,000 runs. (Box, Hunter and Hunter, chapter 6; pyDOE3's `fracfact_aliasing` gives the same
+    groups, but neither opposite signs nor parts.) Raises as `Space.checked` does.
     """
     rows = space.checked(treatments)
     used = [np.unique(rows[:, index]) for index in range(rows.shape[1])]
@@ -197,7 +201,8 @@ def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
 
 
 def alias_lines(confounded: tuple[Alias, ...]) -> list[str]:
-    """Aliases as a person reads them: a line for each group that is one, and one for what is aliased in part."""
+    """Aliases as a person reads them: a line for each group that is one, and one for what is
+    aliased in part."""
     groups: dict[str, list[str]] = {}
     for alias in confounded:
         if alias.full:

@@ -2,7 +2,8 @@
 
 How evenly runs fill the cells of one, two or three axes. Depends on no order of the levels.
 
-Glossary: a cell is a level of each of some axes; its share is the number of runs over the number of such cells.
+Glossary: a cell is a level of each of some axes; its share is the number of runs over the number of
+such cells.
 
 Where the levels of an axis lie between 0 and 1, for measures that need a place.
 """
@@ -20,7 +21,8 @@ from ..space import Axis, Space
 
 
 def cell_counts(treatments: Levels, sizes: Sequence[int], axes: Sequence[int]) -> Levels:
-    """Runs in each cell of `axes`, an array with one dimension per axis, of treatments (n, all axes)."""
+    """Runs in each cell of `axes`, an array with one dimension per axis, of treatments (n, all
+    axes)."""
     shape = tuple(sizes[axis] for axis in axes)
     flat = np.ravel_multi_index(tuple(treatments[:, axis] for axis in axes), shape)
     return np.bincount(flat, minlength=int(np.prod(shape))).reshape(shape)
@@ -36,7 +38,8 @@ def deviations(
 
 
 def worst_deviation(treatments: Levels, sizes: Sequence[int], order: int) -> float:
-    """The largest distance of a cell's count from its share, in runs; 0 where there are too few axes."""
+    """The largest distance of a cell's count from its share, in runs; 0 where there are too few
+    axes."""
     return max(
         (float(np.abs(deviation).max()) for _, deviation in deviations(treatments, sizes, order)),
         default=0.0,
@@ -44,13 +47,15 @@ def worst_deviation(treatments: Levels, sizes: Sequence[int], order: int) -> flo
 
 
 def rms_deviation(treatments: Levels, sizes: Sequence[int], order: int) -> float:
-    """Root mean square of count minus share over the cells of all sets of axes; 0 where there are too few axes."""
+    """Root mean square of count minus share over the cells of all sets of axes; 0 where there are
+    too few axes."""
     parts = [deviation.ravel() for _, deviation in deviations(treatments, sizes, order)]
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else 0.0
 
 
 def beyond_one(treatments: Levels, sizes: Sequence[int], order: int) -> int:
-    """Cells whose count is a whole run or more from its share: 0 is as even as whole runs can be."""
+    """Cells whose count is a whole run or more from its share: 0 is as even as whole runs can
+    be."""
     return sum(
         int((np.abs(deviation) > 1 - 1e-9).sum())
         for _, deviation in deviations(treatments, sizes, order)
@@ -63,9 +68,11 @@ def distinct(treatments: Levels) -> int:
 
 
 def discrepancy(points: Floats, kind: str) -> float:
-    """Squared L2 discrepancy of points (n, axes) in the unit cube, centred ("CD") or wrap-around ("WD").
+    """Squared L2 discrepancy of points (n, axes) in the unit cube, centred ("CD") or wrap-around
+    ("WD").
 
-    As scipy.stats.qmc gives it (Hickernell, Math. Comp. 67, 1998). It depends on the order of the levels.
+    As scipy.stats.qmc gives it (Hickernell, Math. Comp. 67, 1998). It depends on the order of the
+    levels.
     """
     from scipy.stats import qmc
 
@@ -82,7 +89,8 @@ def minimum_distance(points: Floats) -> float:
 
 
 def fewest_differences(treatments: Levels) -> int:
-    """Number of axes in which the two most similar of treatments (n, axes) differ; all axes for a single one."""
+    """Number of axes in which the two most similar of treatments (n, axes) differ; all axes for a
+    single one."""
     from scipy.spatial.distance import pdist
 
     axes = int(treatments.shape[1])
@@ -90,10 +98,12 @@ def fewest_differences(treatments: Levels) -> int:
 
 
 def largest_correlation(treatments: Levels, sizes: Sequence[int]) -> float:
-    """The largest canonical correlation between two axes: 0 for orthogonal ones, 1 for confounded ones.
+    """The largest canonical correlation between two axes: 0 for orthogonal ones, 1 for confounded
+    ones.
 
-    It is the largest Pearson correlation that any scores for the levels of both axes can give (Hirschfeld 1935), so
-    that it needs no order of the levels; between axes of two levels it is Pearson's.
+    It is the largest Pearson correlation that any scores for the levels of both axes can give
+    (Hirschfeld 1935), so that it needs no order of the levels; between axes of two levels it is
+    Pearson's.
     """
     pairs = itertools.combinations(range(len(sizes)), 2)
     return max((_canonical(cell_counts(treatments, sizes, pair)) for pair in pairs), default=0.0)
@@ -110,8 +120,8 @@ def _canonical(counts: Levels) -> float:
 def main_effects(treatments: Levels, sizes: Sequence[int], linear: Sequence[int] = ()) -> Floats:
     """Model matrix (n, 1 + sum of (levels - 1)): a constant and main effects in effect coding.
 
-    A level has a column of its own (1), and -1 in all columns of its axis for the last level. Each of the axes `linear`
-    has one column instead, from -1 at its first level to 1 at its last.
+    A level has a column of its own (1), and -1 in all columns of its axis for the last level. Each
+    of the axes `linear` has one column instead, from -1 at its first level to 1 at its last.
     """
     columns = [np.ones((len(treatments), 1))]
     for axis, size in enumerate(sizes):
@@ -123,7 +133,8 @@ def main_effects(treatments: Levels, sizes: Sequence[int], linear: Sequence[int]
 
 
 def d_efficiency(treatments: Levels, sizes: Sequence[int], linear: Sequence[int] = ()) -> float:
-    """|X'X / n|^(1/p) of `main_effects`; 0 where they cannot be estimated (Montgomery, section 11.4).
+    """|X'X / n|^(1/p) of `main_effects`; 0 where they cannot be estimated (Montgomery, section
+    11.4).
 
     With effect coding a balanced orthogonal design has `d_efficiency_limit`, not 1.
     """
@@ -135,7 +146,8 @@ def d_efficiency(treatments: Levels, sizes: Sequence[int], linear: Sequence[int]
 
 
 def d_efficiency_limit(sizes: Sequence[int], linear: Sequence[int] = ()) -> float:
-    """`d_efficiency` of a balanced orthogonal design: an axis of k levels has |X'X / n| = k^(2 - k).
+    """`d_efficiency` of a balanced orthogonal design: an axis of k levels has |X'X / n| = k^(2 -
+    k).
 
     A linear axis whose runs all stand at its ends has 1, as one of two levels.
     """
@@ -145,11 +157,13 @@ def d_efficiency_limit(sizes: Sequence[int], linear: Sequence[int] = ()) -> floa
 
 
 def axis_centres(space: Space) -> list[Floats]:
-    """Per axis, the centre of each level's cell, (levels,): the range cut into as many equal cells as levels.
+    """Per axis, the centre of each level's cell, (levels,): the range cut into as many equal cells
+    as levels.
 
-    Discrepancies depend on the order of the levels, which combinations of factors do not have by nature. They stand
-    here in the order of their last factor, then of the one before: none, aluminum, steel without insulator, then
-    aluminum, steel with it. In this order Table A.1 has the discrepancies that are quoted for it.
+    Discrepancies depend on the order of the levels, which combinations of factors do not have by
+    nature. They stand here in the order of their last factor, then of the one before: none,
+    aluminum, steel without insulator, then aluminum, steel with it. In this order Table A.1 has the
+    discrepancies that are quoted for it.
     """
     return [(_ranks(axis) + 0.5) / axis.size for axis in space.axes]
 

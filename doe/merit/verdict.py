@@ -29,7 +29,8 @@ from .space_filling import cell_counts
 Word = Literal["good", "usable", "poor"]
 Weight = Literal["fault", "caution", "note"]
 
-#: Beyond, a correlation of two effects, or the share of a factor's variance that goes with time, is called confounding.
+#: Beyond, a correlation of two effects, or the share of a factor's variance that goes with time, is
+#: called confounding.
 CONFOUNDED = 0.5
 #: Of two main effects: neither can be relied upon.
 _HIDDEN = 0.9
@@ -49,7 +50,8 @@ _MOST_NAMED = 3
 
 @dataclass(frozen=True)
 class Reason:
-    """One thing that a verdict rests on: a fault makes a design poor, a caution makes it usable, a note neither."""
+    """One thing that a verdict rests on: a fault makes a design poor, a caution makes it usable, a
+    note neither."""
 
     weight: Weight
     text: str
@@ -67,7 +69,8 @@ class PlanVerdict:
 
 @dataclass(frozen=True)
 class Judgement:
-    """All that is known of a design: its figures, terms, their correlations, power, confounding with time, verdict."""
+    """All that is known of a design: its figures, terms, their correlations, power, confounding
+    with time, verdict."""
 
     quality: Quality
     terms: tuple[str, ...]  #: main effects, then interactions of two factors
@@ -86,8 +89,9 @@ _MOST_TERMS = 400
 def judge(space: Space, treatments: Levels, effect: float = USUAL_EFFECT) -> Judgement:
     """Judge treatments (n, axes) in order of run; `effect` is in standard deviations of a run.
 
-    Interactions are left out of the terms where there would be more than 400. Raises `ValueError` where there is no
-    run, for an effect that is not above 0, and for rows that are no treatments of the space.
+    Interactions are left out of the terms where there would be more than 400. Raises `ValueError`
+    where there is no run, for an effect that is not above 0, and for rows that are no treatments of
+    the space.
     """
     figures = quality(space, treatments)
     mains = main_terms(space, treatments)
@@ -129,7 +133,8 @@ def _verdict(reasons: list[Reason], power: list[TermPower], effect: float) -> Pl
         return PlanVerdict("poor", f"The plan is poor: {_count(faults, 'fault')}.", tuple(reasons))
     seen = min((term.power for term in power), default=0.0)
     able = (
-        f"every main effect of {effect:g} standard deviations of a run is seen with a chance of at least "
+        f"every main effect of {effect:g} standard deviations of a run is "
+        f"seen with a chance of at least "
         f"{math.floor(100 * seen)} %"
     )
     if cautions:
@@ -148,7 +153,8 @@ def _count(number: int, noun: str) -> str:
 
 
 def _words(name: str) -> str:
-    """A term as a sentence names it: "anvil material and insulator", "tip radius x plate material"."""
+    """A term as a sentence names it: "anvil material and insulator", "tip radius x plate
+    material"."""
     return " x ".join(
         part.strip("()").replace("+", " and ") for part in name.replace("_", " ").split("*")
     )
@@ -166,7 +172,8 @@ def _level_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
     if two_levels:
         yield Reason(
             "note",
-            "No more than two levels of each factor are used, so that a curved response cannot be seen.",
+            "No more than two levels of each factor are used, so that a "
+            "curved response cannot be seen.",
             "Add centre points (--centre-points 4), or take a method with three levels or more.",
         )
     for axis, axis_counts in zip(stratified.axes, counts, strict=True):
@@ -175,8 +182,10 @@ def _level_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
         if unused and not two_levels:
             yield Reason(
                 "fault",
-                f"{_words(axis.name)} has no run at {', '.join(unused)}: nothing will be known there.",
-                "Add runs with plan augment, which takes the levels that have too few, or leave the level out of the "
+                f"{_words(axis.name)} has no run at "
+                f"{', '.join(unused)}: nothing will be known there.",
+                "Add runs with plan augment, which takes the levels that "
+                "have too few, or leave the level out of the "
                 "factors.",
             )
         elif (
@@ -186,9 +195,11 @@ def _level_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
         ):
             yield Reason(
                 "caution",
-                f"The levels of {_words(axis.name)} are uneven: {axis_counts.min()} to {axis_counts.max()} runs, where "
+                f"The levels of {_words(axis.name)} are uneven: "
+                f"{axis_counts.min()} to {axis_counts.max()} runs, where "
                 f"{share:.1f} is the balanced share.",
-                "Add runs with plan augment, or make the plan with the method lhs and its criterion balance.",
+                "Add runs with plan augment, or make the plan with the "
+                "method lhs and its criterion balance.",
             )
 
 
@@ -205,9 +216,11 @@ def _pair_reasons(space: Space, cells: Levels) -> Iterator[Reason]:
     if empty:
         yield Reason(
             "caution",
-            f"{empty} of {_count(pairs, 'pair')} of levels {'has' if empty == 1 else 'have'} no run, though there are "
+            f"{empty} of {_count(pairs, 'pair')} of levels "
+            f"{'has' if empty == 1 else 'have'} no run, though there are "
             f"runs enough: {_some(examples)}.",
-            "Add runs with plan augment, or make the plan with the method lhs and its criterion balance.",
+            "Add runs with plan augment, or make the plan with the method "
+            "lhs and its criterion balance.",
         )
 
 
@@ -244,7 +257,8 @@ def _confounding_reasons(terms: list[ModelTerm], correlations: Floats) -> Iterat
     if close:
         yield Reason(
             "caution",
-            f"Main effects that are confounded by more than {CONFOUNDED}, with their correlation: {_some(close)}.",
+            f"Main effects that are confounded by more than {CONFOUNDED}, "
+            f"with their correlation: {_some(close)}.",
             "Add runs with plan augment, or make the plan with more runs.",
         )
     if mixed:
@@ -257,9 +271,11 @@ def _confounding_reasons(terms: list[ModelTerm], correlations: Floats) -> Iterat
     if interactions:
         yield Reason(
             "note",
-            f"{_count(interactions, 'pair')} of interactions of two factors {'is' if interactions == 1 else 'are'} "
+            f"{_count(interactions, 'pair')} of interactions of two factors "
+            f"{'is' if interactions == 1 else 'are'} "
             f"confounded with each other by more than {CONFOUNDED}.",
-            "If an interaction matters, make the plan with more runs; for a two-level design, with --resolution 5.",
+            "If an interaction matters, make the plan with more runs; for a "
+            "two-level design, with --resolution 5.",
         )
 
 
@@ -273,13 +289,15 @@ def _time_reasons(time: dict[str, float]) -> Iterator[Reason]:
         yield Reason(
             "caution",
             f"A drift of the bench cannot be told from the effect of {_some(late)}.",
-            "Make the plan with --blocks 2, which visits every set-up a second time in reverse order, or with --order "
+            "Make the plan with --blocks 2, which visits every set-up a "
+            "second time in reverse order, or with --order "
             "random, which changes everything at random and costs the most work.",
         )
 
 
 def _set_up_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
-    """Of what is heavy to change and set up so seldom that its mounting cannot be told from its effect."""
+    """Of what is heavy to change and set up so seldom that its mounting cannot be told from its
+    effect."""
     seldom = []
     for index, axis in enumerate(space.axes):
         levels = len(np.unique(rows[:, index]))
@@ -289,9 +307,11 @@ def _set_up_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
     if seldom:
         yield Reason(
             "note",
-            f"These factors are set up so seldom that the scatter of a set-up cannot be told from their effect, and "
+            f"These factors are set up so seldom that the scatter of a set-up "
+            f"cannot be told from their effect, and "
             f"their power does not count it: {_some(seldom)}.",
-            "Make the plan with more --blocks, if a set-up does not come back to the same state each time.",
+            "Make the plan with more --blocks, if a set-up does not come "
+            "back to the same state each time.",
         )
 
 
@@ -307,7 +327,8 @@ def _power_reasons(power: list[TermPower], effect: float, runs: int) -> Iterator
     if runs <= coefficients:
         yield Reason(
             "fault",
-            f"{_count(runs, 'run')} are too few for the {coefficients} coefficients of all main effects and a measure "
+            f"{_count(runs, 'run')} are too few for the {coefficients} "
+            f"coefficients of all main effects and a measure "
             "of their scatter.",
             f"Make the plan with {2 * coefficients} runs or more, or leave out a factor.",
         )
@@ -328,7 +349,8 @@ def _power_reasons(power: list[TermPower], effect: float, runs: int) -> Iterator
             "fault" if min(term.power for term in weak) < _LOW_POWER else "caution",
             f"An effect of {effect:g} standard deviations of a run is seen with a chance below "
             f"{100 * ENOUGH_POWER:.0f} %: {_some(names)}.",
-            f"Make the plan with about {needed} runs. Repetitions of a run help only as far as they make its mean more "
+            f"Make the plan with about {needed} runs. Repetitions of a run "
+            f"help only as far as they make its mean more "
             "certain.",
         )
 
@@ -342,14 +364,16 @@ def _efficiency_reasons(figures: Quality, power: list[TermPower]) -> Iterator[Re
     if inflated:
         yield Reason(
             "caution",
-            f"The other effects inflate the variance of these more than {_INFLATED:g} times: {_some(inflated)}.",
+            f"The other effects inflate the variance of these more than "
+            f"{_INFLATED:g} times: {_some(inflated)}.",
             "Add runs with plan augment, or make the plan with more runs.",
         )
     share = figures.d_efficiency / figures.d_efficiency_limit
     if 0 < share < _LOW_EFFICIENCY:
         yield Reason(
             "caution",
-            f"The D-efficiency is {100 * share:.0f} % of that of a balanced orthogonal design: the runs say less of "
+            f"The D-efficiency is {100 * share:.0f} % of that of a balanced "
+            f"orthogonal design: the runs say less of "
             "the main effects than they could.",
             "Make the plan with the method optimal, or with lhs and its criterion balance.",
         )
@@ -359,7 +383,8 @@ def _repeat_reasons(space: Space, figures: Quality) -> Iterator[Reason]:
     if figures.runs > 1 and figures.distinct == figures.runs:
         yield Reason(
             "note",
-            "No treatment is run twice, so that the scatter from one set-up to the next is not measured; repetitions "
+            "No treatment is run twice, so that the scatter from one set-up "
+            "to the next is not measured; repetitions "
             "of a run do not show it.",
             # words have no centre: their levels take turns, and few centre points are alike
             "Add --replicates 2."

@@ -1,4 +1,5 @@
-"""`python -m examples.gallery [NAME...] --out FOLDER`: figures of the thesis for docs/measurements/gallery.md."""
+"""`python -m examples.gallery [NAME...] --out FOLDER`: figures of the thesis for
+docs/measurements/gallery.md."""
 
 from __future__ import annotations
 

@@ -24,7 +24,8 @@ _FINER, _FOLLOWED_S = 4, 1.3
 
 
 def recorded(rng: np.random.Generator) -> dict[str, NDArray[np.float32]]:
-    """Volts of pressure transducer and laser (n,), as the virtual bench's recorder writes them at 100 kHz."""
+    """Volts of pressure transducer and laser (n,), as the virtual bench's recorder writes them at
+    100 kHz."""
     effects, bullet = Effects.default(), Projectile(length_m=BULLET_LENGTH_M)
     truth = fire(GunBuild(), effects, TEST_2_PA, bullet, rng, until_s=_FOLLOWED_S)
     rate = _FINER * RATE_HZ
@@ -38,7 +39,8 @@ def recorded(rng: np.random.Generator) -> dict[str, NDArray[np.float32]]:
 
 
 def draw() -> Figure:
-    """Pressure and laser volts over time since the trigger; velocity and pressure are what an ingest reads of them."""
+    """Pressure and laser volts over time since the trigger; velocity and pressure are what an
+    ingest reads of them."""
     volts = recorded(np.random.default_rng(2))
     pressure_bar = (volts["tank_pressure"].astype(float) - TANK.offset_v) / (
         TANK.sensitivity or 1.0

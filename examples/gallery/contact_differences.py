@@ -1,4 +1,5 @@
-"""Fig. 4.6: by how much the contact of the logical array is shorter than that of the walk, eq. 4.5."""
+"""Fig. 4.6: by how much the contact of the logical array is shorter than that of the walk, eq.
+4.5."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Fig. 5.4: the cost of eq. 5.4 at each test, for the two trained models and the three pulses of physics."""
+"""Fig. 5.4: the cost of eq. 5.4 at each test, for the two trained models and the three pulses of
+physics."""
 
 from __future__ import annotations
 

@@ -14,24 +14,28 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-#: A generic pulse: the asymmetric shape of a contact that loses energy, in units of contact time and peak force.
+#: A generic pulse: the asymmetric shape of a contact that loses energy, in units of contact time
+#: and peak force.
 PHASE: Floats = np.linspace(0.0, 1.0, 400)
 PULSE: Floats = np.sin(np.pi * PHASE**0.85) ** 1.4
 
 
 def element_cost(late: Floats, off: Floats) -> Floats:
-    """The summand of eq. 5.4 for errors in time (of the contact time) and in force (of the peak), broadcasting."""
+    """The summand of eq. 5.4 for errors in time (of the contact time) and in force (of the peak),
+    broadcasting."""
     return np.asarray(-np.expm1(-((late / TIME_SPREAD) ** 2 + (off / FORCE_SPREAD) ** 2) / 2))
 
 
 def cost_map(time: Floats, force: Floats) -> Floats:
-    """The cost (f, t) of a point at each time (t,) and force (f,), measured to the pulse's nearest element."""
+    """The cost (f, t) of a point at each time (t,) and force (f,), measured to the pulse's nearest
+    element."""
     late = time[:, None] - PHASE
     return np.stack([element_cost(late, each - PULSE).min(axis=1) for each in force])
 
 
 def draw() -> Figure:
-    """The colour is what one element of a predicted pulse would cost there: 0 on the pulse, 1 far from it."""
+    """The colour is what one element of a predicted pulse would cost there: 0 on the pulse, 1 far
+    from it."""
     time, force = np.linspace(-0.2, 1.2, 281), np.linspace(-0.3, 1.3, 201)
     figure = new_figure(6.8, 4.4)
     axes = figure.subplots()

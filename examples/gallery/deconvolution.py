@@ -18,14 +18,16 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-#: Samples before a contact that its window begins with, and of the window: 80 ms, in which the head has rung down.
+#: Samples before a contact that its window begins with, and of the window: 80 ms, in which the head
+#: has rung down.
 BEFORE, SEGMENT = 64, 4096
 HIT = 0
 _SHOWN_MS = 2.5
 
 
 def cleaned(campaign: HammerCampaign, test: int) -> tuple[Floats, Floats, Floats]:
-    """Time (s, from the contact's first sample), raw and cleaned acceleration (m/s2, hits x n) of a test."""
+    """Time (s, from the contact's first sample), raw and cleaned acceleration (m/s2, hits x n) of a
+    test."""
     channels, settings = campaign.channels(test), ExtractionSettings()
     force, acceleration = channels["force"], channels["acceleration_hammer"]
     rate = force.sampling_rate_hz

@@ -1,6 +1,8 @@
-"""Fig. 4.7: both extractions of the test on which they differ most, against the moments of the true contact.
+"""Fig. 4.7: both extractions of the test on which they differ most, against the moments of the true
+contact.
 
-The thesis cut the pulse by hand. The virtual bench knows: its sealed envelope has the moments of every contact.
+The thesis cut the pulse by hand. The virtual bench knows: its sealed envelope has the moments of
+every contact.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ WALK, MASK = ("while cycles", "#d55e00"), ("logical array", "#009e73")
 
 @dataclass(frozen=True)
 class Extracted:
-    """One hit: its force, what either method made of it, and what happened (`start_s`, `contact_time_s`)."""
+    """One hit: its force, what either method made of it, and what happened (`start_s`,
+    `contact_time_s`)."""
 
     test: int
     force: Channel
@@ -58,7 +61,8 @@ def errors_percent(campaign: HammerCampaign) -> dict[str, NDArray[np.float64]]:
 
 
 def draw(campaign: HammerCampaign) -> Figure:
-    """Left the hit, and what each method and the truth call contact; right the errors of all hits."""
+    """Left the hit, and what each method and the truth call contact; right the errors of all
+    hits."""
     figure = new_figure(11.0, 4.4)
     left, right = figure.subplots(1, 2, width_ratios=(2, 1))
     hit = worst(campaign)

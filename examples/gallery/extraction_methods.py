@@ -30,7 +30,8 @@ def extracted(
 
 
 def draw(campaign: HammerCampaign) -> Figure:
-    """The first test: left the whole recording, right its first contact; above the walk, below the logical array."""
+    """The first test: left the whole recording, right its first contact; above the walk, below the
+    logical array."""
     figure = new_figure(10.0, 5.4)
     panels = figure.subplots(2, 2, width_ratios=(2, 1))
     methods: tuple[tuple[Segmentation, str], ...] = (

@@ -1,4 +1,5 @@
-"""The table of the gallery: every script, the figure of the thesis that it redraws, and what it is drawn from."""
+"""The table of the gallery: every script, the figure of the thesis that it redraws, and what it is
+drawn from."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Scene:
-    """What figures are drawn from, made when the first of them asks: a virtual campaign in `work`, trained models."""
+    """What figures are drawn from, made when the first of them asks: a virtual campaign in `work`,
+    trained models."""
 
     work: Path
     hits: int = 5

@@ -1,4 +1,5 @@
-"""Fig. 2.9: the force of a hit by the load cell, and computed from an accelerometer on the plate (eq. 2.7 to 2.9)."""
+"""Fig. 2.9: the force of a hit by the load cell, and computed from an accelerometer on the plate
+(eq. 2.7 to 2.9)."""
 
 from __future__ import annotations
 
@@ -27,8 +28,9 @@ _SHOWN_S = 3e-3
 def forces(campaign: HammerCampaign, test: int, hit: int = HIT) -> tuple[Floats, Floats, Floats]:
     """Time (s, from the contact's first sample), measured and computed force (N) of a hit.
 
-    The transfer function (eq. 2.7) is that of the other hits: by its own the measured force would come back whatever
-    the accelerometer saw. Divided by it, an acceleration is a force already (eq. 2.9's factor is for another tf).
+    The transfer function (eq. 2.7) is that of the other hits: by its own the measured force would
+    come back whatever the accelerometer saw. Divided by it, an acceleration is a force already (eq.
+    2.9's factor is for another tf).
     """
     channels = campaign.channels(test)
     force, acceleration = channels["force"], channels["acceleration_1"]

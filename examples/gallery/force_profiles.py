@@ -26,7 +26,8 @@ LAWS: Mapping[str, Law] = {
 
 
 def ball() -> Bodies:
-    """A ball of delrin, 30 mm in radius, on a plate of aluminium at 1 m/s; the shapes do not depend on it."""
+    """A ball of delrin, 30 mm in radius, on a plate of aluminium at 1 m/s; the shapes do not depend
+    on it."""
     return Bodies.of(
         impactor_radius_m=0.03,
         impactor_youngs_modulus_pa=3.2e9,

@@ -27,7 +27,8 @@ def errors_percent(found: Sequence[Mapping[str, Any]]) -> list[float]:
 
 
 def draw() -> Figure:
-    """Velocities by laser with twice their standard uncertainty, on the model of the nominal gun."""
+    """Velocities by laser with twice their standard uncertainty, on the model of the nominal
+    gun."""
     found = shots()
     pressure_bar = np.linspace(0.05, 0.7, 200)
     mean = np.mean(np.abs(errors_percent(found)))

@@ -1,4 +1,5 @@
-"""Figures as pictures for a page: PNG with few colours, a third of what they would take otherwise."""
+"""Figures as pictures for a page: PNG with few colours, a third of what they would take
+otherwise."""
 
 from __future__ import annotations
 

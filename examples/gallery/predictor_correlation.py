@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 
 def draw(campaign: HammerCampaign) -> Figure:
-    """Pearson's correlation over all pulses; the velocity is what the hammer's accelerometer gave."""
+    """Pearson's correlation over all pulses; the velocity is what the hammer's accelerometer
+    gave."""
     figure = new_figure(7.4, 6.6)
     draw_correlation(figure.subplots(), campaign.table())
     figure.suptitle(campaign.note, fontsize=9)

@@ -20,7 +20,8 @@ def median_pulse(judged: Evaluation, model: str) -> int:
 
 
 def draw(judged: Evaluation, model: str | None = None) -> Figure:
-    """The two predictions, and the spline through the 20 points over the predicted time, beside what was measured."""
+    """The two predictions, and the spline through the 20 points over the predicted time, beside
+    what was measured."""
     name = model or min(
         judged.errors, key=lambda each: float(judged.errors[each].force_nrmse.mean())
     )

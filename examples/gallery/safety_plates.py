@@ -1,4 +1,5 @@
-"""Fig. 2.6 and 2.7: ballistic limit of a safety plate of aluminium and of steel, for 1 kg of 48 mm."""
+"""Fig. 2.6 and 2.7: ballistic limit of a safety plate of aluminium and of steel, for 1 kg of 48
+mm."""
 
 from __future__ import annotations
 

@@ -23,7 +23,8 @@ def gun() -> GunBench:
 
 
 def shots() -> list[dict[str, Any]]:
-    """The shots as the store lists them, SI, in order of pressure; their uncertainty is that of eq. 5.2."""
+    """The shots as the store lists them, SI, in order of pressure; their uncertainty is that of eq.
+    5.2."""
     with (
         TemporaryDirectory() as folder,
         open_store(f"sqlite:///{folder}/shots.db", Writer("gallery", "0"), create=True) as store,

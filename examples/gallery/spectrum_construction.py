@@ -1,6 +1,7 @@
 """Fig. 1.1: a shock response spectrum, built from the responses of oscillators to one record.
 
-The oscillators respond to the record as the spectrum takes it: resampled, where its content requires that.
+The oscillators respond to the record as the spectrum takes it: resampled, where its content
+requires that.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ _SHOWN_S = 0.02
 
 
 def recorded() -> Channel:
-    """The acceleration of a structure under a hit, as it was recorded and ships with the software."""
+    """The acceleration of a structure under a hit, as it was recorded and ships with the
+    software."""
     channels, _ = read_channels(
         FOLDER / "recordings" / "acceleration.lvm", read_campaign_file(FOLDER).sensors
     )
@@ -35,7 +37,8 @@ def recorded() -> Channel:
 
 
 def draw() -> Figure:
-    """Base, responses of three oscillators with their largest values, and the spectrum that these are points of."""
+    """Base, responses of three oscillators with their largest values, and the spectrum that these
+    are points of."""
     base = recorded()
     spectrum = shock_response_spectrum(
         base.si, base.sampling_rate_hz, octave_grid(100.0, 5000.0, 6)

@@ -1,4 +1,5 @@
-"""Models trained on the virtual campaign, and their errors on the held-out pulses, as section 4.3 splits them."""
+"""Models trained on the virtual campaign, and their errors on the held-out pulses, as section 4.3
+splits them."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from pyroshock.training.evaluation.metrics import pulse_errors
 from pyroshock.training.models.catalogue import BuildOptions, entry_of
 from pyroshock.training.registry.evaluate import Evaluation
 
-#: Those of Fig. 4.10 that learn quickly, the coregional process and the pulses of physics: what Fig. 5.4 compares.
+#: Those of Fig. 4.10 that learn quickly, the coregional process and the pulses of physics: what
+#: Fig. 5.4 compares.
 QUICK = (
     *("nn-bilayer", "nn-trilayer", "nn-narrow", "nn-medium", "nn-wide"),
     *("linear", "pls", "coregional-gp", "hann", "hunter", "reed"),
@@ -23,7 +25,8 @@ SPLIT = "repetitions"
 
 
 def judged(table: PulseTable, models: Sequence[str], seed: int = 0) -> Evaluation:
-    """Each model learns from four fifths of the hits and predicts the rest. Raises `LookupError` for an unknown one."""
+    """Each model learns from four fifths of the hits and predicts the rest. Raises `LookupError`
+    for an unknown one."""
     entries = {name: entry_of(name) for name in models}
     split = split_of(table, SPLIT, seed)
     training, held_out = table.take(split.train), table.take(split.test)

@@ -29,8 +29,8 @@ from pyroshock.virtualbench.recorder import open_seal, seal_path
 from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select
 
-#: From what changes seldom to what changes always. The thesis lists no order, but tells of groups of six tests with
-#: one tip material, in the order of Table 4.1 (section 4.1).
+#: From what changes seldom to what changes always. The thesis lists no order, but tells of groups
+#: of six tests with one tip material, in the order of Table 4.1 (section 4.1).
 _ORDER = (
     *("boundary_conditions", "anvil_material", "insulator", "tip_material"),
     *("hammer_speed", "impact_position"),
@@ -51,7 +51,10 @@ class HammerCampaign:
     @property
     def note(self) -> str:
         """What every picture of it says."""
-        return f"Virtual campaign, {len(self.rows)} tests of {self.hits} hits: not the thesis's recordings"
+        return (
+            f"Virtual campaign, {len(self.rows)} tests of {self.hits} hits: not "
+            f"the thesis's recordings"
+        )
 
     @property
     def tests(self) -> NDArray[np.int64]:
@@ -70,7 +73,8 @@ class HammerCampaign:
             yield store
 
     def pulses(self, *columns: str) -> dict[str, NDArray[Any]]:
-        """Columns of the stored pulses, (n,) in order of test and hit, with `run` and `repetition`."""
+        """Columns of the stored pulses, (n,) in order of test and hit, with `run` and
+        `repetition`."""
         query = (
             select(Impact.run, Impact.repetition, *(getattr(Pulse, name) for name in columns))
             .join(Pulse, Pulse.impact_id == Impact.id)
@@ -116,7 +120,8 @@ def tests_in_order() -> list[dict[str, str]]:
 def recorded(
     work: Path, hits: int, rows: Rows | None = None, jobs: int | None = None
 ) -> HammerCampaign:
-    """The campaign of these tests (all 180), in a folder of `work`; recorded and ingested where it is not there yet."""
+    """The campaign of these tests (all 180), in a folder of `work`; recorded and ingested where it
+    is not there yet."""
     rows = tests_in_order() if rows is None else rows
     campaign = HammerCampaign(work / f"hammer-{len(rows)}x{hits}", rows, hits)
     if not (campaign.folder / "campaign.toml").is_file():

@@ -66,7 +66,8 @@ def open_recording(path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenReco
 def may_crash(path: Path) -> bool:
     """Whether a damaged file like this can crash the process that reads it, or hold it for ever.
 
-    libhdf5 does either on about one in 3000 wrong bytes of its metadata; no other library has been seen to.
+    libhdf5 does either on about one in 3000 wrong bytes of its metadata; no other library has been
+    seen to.
     """
     if Path(path).suffix.lower() not in (*MatReader.suffixes, *Hdf5Reader.suffixes):
         return False

@@ -1,8 +1,8 @@
 """What every reader gives: a description of the file first, then samples on demand.
 
-A reader is one file in this folder and one line in `readers/__init__.py`. It opens a recording as an
-`OpenRecording`, whose `channels` cost no sample to know (where the format allows it) and whose `read`
-returns exactly the numbers in the file: same values, same dtype, no unit applied. Units and
+A reader is one file in this folder and one line in `readers/__init__.py`. It opens a recording as
+an `OpenRecording`, whose `channels` cost no sample to know (where the format allows it) and whose
+`read` returns exactly the numbers in the file: same values, same dtype, no unit applied. Units and
 sensitivities are applied once, by `ingest.channel`.
 """
 
@@ -20,24 +20,28 @@ from .field_rules import FieldRule
 
 #: A channel longer than this is refused unread: 2**31 samples are 12 hours at 51.2 kHz.
 MAX_SAMPLES_PER_CHANNEL = 2**31
-#: A file may declare at most this many times its own size (zstd and gzip reach a few hundred on constant data).
+#: A file may declare at most this many times its own size (zstd and gzip reach a few hundred on
+#: constant data).
 MAX_EXPANSION = 1000
 #: ... but anything below this is harmless whatever the file's size.
 HARMLESS_BYTES = 64 * 2**20
 
 
 class RecordingError(ValueError):
-    """A recording cannot be read whole; the message names the file, what was found and what was expected."""
+    """A recording cannot be read whole; the message names the file, what was found and what was
+    expected."""
 
 
 @dataclass(frozen=True)
 class ReadingOptions:
-    """What a laboratory says of its files where these do not: `[recordings]` of campaign.toml, options of a command.
+    """What a laboratory says of its files where these do not: `[recordings]` of campaign.toml,
+    options of a command.
 
-    `columns` are the names of columns in order, where a file has none, with a unit if need be (`force [N]`);
-    `delimiter` and `decimal` are signs, for text that could be read in two ways. `harmless_fields` are fields of the
-    files (or patterns of them) that the laboratory knows to change no number. `resample_uneven_time` puts samples whose
-    own times are uneven on an even grid; without it such a file is refused.
+    `columns` are the names of columns in order, where a file has none, with a unit if need be
+    (`force [N]`); `delimiter` and `decimal` are signs, for text that could be read in two ways.
+    `harmless_fields` are fields of the files (or patterns of them) that the laboratory knows to
+    change no number. `resample_uneven_time` puts samples whose own times are uneven on an even
+    grid; without it such a file is refused.
     """
 
     columns: tuple[str, ...] = ()
@@ -69,17 +73,20 @@ class ChannelInfo:
 class OpenRecording(ABC):
     """A recording held open. Use as a context manager.
 
-    Raises `RecordingError` from any method when the file is damaged, truncated, or declares more than it holds.
+    Raises `RecordingError` from any method when the file is damaged, truncated, or declares more
+    than it holds.
     """
 
     channels: tuple[ChannelInfo, ...]
 
     @abstractmethod
     def read(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
-        """Samples `start:stop` of channel `name` (1-d, native byte order, dtype kept). `stop=None`: to the end."""
+        """Samples `start:stop` of channel `name` (1-d, native byte order, dtype kept). `stop=None`:
+        to the end."""
 
     def names(self, name: str) -> bool:
-        """Whether the file has something of this name, but for repeated blanks, be it readable or not."""
+        """Whether the file has something of this name, but for repeated blanks, be it readable or
+        not."""
         return any(
             collapse_blanks(channel.name) == collapse_blanks(name) for channel in self.channels
         )
@@ -133,21 +140,25 @@ class Reader(ABC):
 
     @abstractmethod
     def open(self, path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:
-        """Open `path`; `RecordingError` when it is not a whole file of this format, or contradicts `options`."""
+        """Open `path`; `RecordingError` when it is not a whole file of this format, or contradicts
+        `options`."""
 
 
 def collapse_blanks(name: str) -> str:
-    """A name with one blank for every run of blanks: instruments print `Force  1`, people write `Force 1`."""
+    """A name with one blank for every run of blanks: instruments print `Force  1`, people write
+    `Force 1`."""
     return " ".join(name.split())
 
 
 def refuse_bomb(path: Path, name: str, samples: int, itemsize: int) -> None:
-    """Raise `RecordingError` when a declared size is beyond anything the file can hold, before allocating it."""
+    """Raise `RecordingError` when a declared size is beyond anything the file can hold, before
+    allocating it."""
     declared = samples * itemsize
     held = path.stat().st_size
     if samples > MAX_SAMPLES_PER_CHANNEL:
         raise RecordingError(
-            f"{path.name}: channel {name!r} declares {samples} samples, more than {MAX_SAMPLES_PER_CHANNEL}"
+            f"{path.name}: channel {name!r} declares {samples} samples, more "
+            f"than {MAX_SAMPLES_PER_CHANNEL}"
         )
     if declared > HARMLESS_BYTES and declared > MAX_EXPANSION * held:
         raise RecordingError(
@@ -157,10 +168,11 @@ def refuse_bomb(path: Path, name: str, samples: int, itemsize: int) -> None:
 
 
 def rate_from_step(step_s: float, relative: float = 1e-9) -> float:
-    """Sampling rate (Hz) of a step (s) known to within `relative`: the roundest number the step allows.
+    """Sampling rate (Hz) of a step (s) known to within `relative`: the roundest number the step
+    allows.
 
-    Recorders run at round rates and files print steps with few digits: UFF 58 keeps six, so that 51200 Hz
-    comes back as 1.95313e-05 s, which alone would give 51199.87 Hz.
+    Recorders run at round rates and files print steps with few digits: UFF 58 keeps six, so that
+    51200 Hz comes back as 1.95313e-05 s, which alone would give 51199.87 Hz.
     """
     rate = 1.0 / step_s
     for decimals in range(-6, 4):

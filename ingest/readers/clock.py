@@ -21,7 +21,8 @@ _AGREEMENT = 1e-3
 
 @dataclass(frozen=True)
 class Clock:
-    """Rate and start of the channels below one group; `samples` is the length of its time vector, if it has one.
+    """Rate and start of the channels below one group; `samples` is the length of its time vector,
+    if it has one.
 
     `uneven_s` are the times of samples that are to be resampled at `rate_hz`.
     """
@@ -37,7 +38,8 @@ class Clock:
 
 
 def positive_rate(path: Path, value: Any) -> float:
-    """`value` as a sampling rate in hertz. Raises `RecordingError` unless it is one finite number above 0."""
+    """`value` as a sampling rate in hertz. Raises `RecordingError` unless it is one finite number
+    above 0."""
     numbers = np.asarray(value)
     if numbers.size != 1 or numbers.dtype.kind not in "iuf":
         raise RecordingError(
@@ -54,7 +56,8 @@ def positive_rate(path: Path, value: Any) -> float:
 def clocks_of(
     path: Path, contents: Contents, options: ReadingOptions = AS_IN_FILE
 ) -> dict[str, Clock]:
-    """The clock of every group that has one; the file's own statement is the clock of the root `""`.
+    """The clock of every group that has one; the file's own statement is the clock of the root
+    `""`.
 
     The rate that `options` give is that of a file that states none.
     """
@@ -84,8 +87,8 @@ def clocks_of(
 def clock_of_times(
     path: Path, times: Floats, unit_s: float = 1.0, options: ReadingOptions = AS_IN_FILE
 ) -> Clock:
-    """The clock of times (n,) in units of `unit_s` seconds. Raises `RecordingError` where they rise unevenly and the
-    laboratory does not ask to resample."""
+    """The clock of times (n,) in units of `unit_s` seconds. Raises `RecordingError` where they rise
+    unevenly and the laboratory does not ask to resample."""
     try:
         even = even_time(path, times, unit_s)
     except UnevenTimeError:
@@ -99,11 +102,14 @@ def clock_of_times(
 
 
 def refuse_other_rate(path: Path, clock: Clock, given_hz: float | None) -> None:
-    """Raise `RecordingError` where the file's rate is another than the one that the laboratory gives for it."""
+    """Raise `RecordingError` where the file's rate is another than the one that the laboratory
+    gives for it."""
     if given_hz is not None and abs(clock.rate_hz - given_hz) > _AGREEMENT * given_hz:
         raise RecordingError(
-            f"{path.name}: has a sampling rate of {clock.rate_hz} Hz, and {given_hz} Hz is given for it; correct "
-            "or leave out the given rate (sampling_rate_hz under [recordings] in campaign.toml, --rate of a command)"
+            f"{path.name}: has a sampling rate of {clock.rate_hz} Hz, and "
+            f"{given_hz} Hz is given for it; correct "
+            "or leave out the given rate (sampling_rate_hz under "
+            "[recordings] in campaign.toml, --rate of a command)"
         )
 
 
@@ -125,7 +131,8 @@ def _agreeing(path: Path, stated: Clock | None, clock: Clock) -> Clock:
         return clock
     if not clocks_agree(stated, clock):
         raise RecordingError(
-            f"{path.name}: states two sampling rates, {stated.rate_hz} Hz and {clock.rate_hz} Hz; expected one"
+            f"{path.name}: states two sampling rates, {stated.rate_hz} Hz and "
+            f"{clock.rate_hz} Hz; expected one"
         )
     return replace(clock, rate_hz=stated.rate_hz, samples=stated.samples or clock.samples)
 
@@ -139,7 +146,8 @@ def _numbers(path: Path, array: Array) -> NDArray[np.float64]:
         or sum(length != 1 for length in array.shape) > 1
     ):
         raise RecordingError(
-            f"{path.name}: {array.name!r} is {array.dtype} of shape {array.shape}; expected numbers in a row or column"
+            f"{path.name}: {array.name!r} is {array.dtype} of shape "
+            f"{array.shape}; expected numbers in a row or column"
         )
     refuse_bomb(path, array.name, array.samples, array.dtype.itemsize)
     return array.take(0, array.samples).astype(np.float64)
@@ -150,7 +158,8 @@ def _stated_rate(path: Path, array: Array) -> float:
     values = _numbers(path, array)
     if np.any(values != values[0]):
         raise RecordingError(
-            f"{path.name}: {array.name!r} varies from {values.min()} to {values.max()}; expected one"
+            f"{path.name}: {array.name!r} varies from {values.min()} to "
+            f"{values.max()}; expected one"
         )
     scale = RATE_UNITS.get((array.unit or "").lower())
     if scale is None:
@@ -163,12 +172,14 @@ def _stated_rate(path: Path, array: Array) -> float:
 def _time_clock(
     path: Path, array: Array, stated_hz: float | None, options: ReadingOptions
 ) -> Clock:
-    """From a time vector; one printed with too few digits to tell its steps apart gives the start of a stated rate."""
+    """From a time vector; one printed with too few digits to tell its steps apart gives the start
+    of a stated rate."""
     times = _numbers(path, array)
     scale = _epoch_unit(array, times) or time_scale(array.name, array.unit)
     if scale is None:
         raise RecordingError(
-            f"{path.name}: {array.name!r} is in {array.unit!r}; expected one of s, ms, us, ns, min, h"
+            f"{path.name}: {array.name!r} is in {array.unit!r}; expected one "
+            f"of s, ms, us, ns, min, h"
         )
     try:
         return clock_of_times(path, times, scale, options)
@@ -183,7 +194,8 @@ _EPOCH_S = (1e9, 4.1e9)
 
 
 def _epoch_unit(array: Array, times: NDArray[np.float64]) -> float | None:
-    """Seconds per unit of a column without a unit whose numbers are dates: seconds, ms, us or ns since 1970."""
+    """Seconds per unit of a column without a unit whose numbers are dates: seconds, ms, us or ns
+    since 1970."""
     if (array.unit and array.unit.strip()) or unit_in_time_name(array.name) is not None:
         return None
     low, high = _EPOCH_S
@@ -194,7 +206,8 @@ def _epoch_unit(array: Array, times: NDArray[np.float64]) -> float | None:
 
 
 def rounded_from(times: NDArray[np.float64], rate_hz: float) -> bool:
-    """Whether times (s) are those of even samples at `rate_hz`, each rounded to one and the same last digit."""
+    """Whether times (s) are those of even samples at `rate_hz`, each rounded to one and the same
+    last digit."""
     steps = np.diff(times)
     if (
         steps.size == 0

@@ -1,6 +1,8 @@
-"""Clock and calendar times in text: `12:03:45.000010`, `2024-05-01T12:03:45.00001Z`, a date beside a time of day.
+"""Clock and calendar times in text: `12:03:45.000010`, `2024-05-01T12:03:45.00001Z`, a date beside
+a time of day.
 
-Times become seconds since the first sample, exactly: at 1.7e9 s since 1970 a float64 has steps of 0.24 µs.
+Times become seconds since the first sample, exactly: at 1.7e9 s since 1970 a float64 has steps of
+0.24 µs.
 """
 
 from __future__ import annotations
@@ -41,11 +43,13 @@ def is_date_text(text: str) -> bool:
 def elapsed_seconds(
     cells: Sequence[str], dates: Sequence[str] | None = None
 ) -> NDArray[np.float64]:
-    """Seconds since the first cell (n,), of times of day or of dates with times; `dates` may stand in a column beside.
+    """Seconds since the first cell (n,), of times of day or of dates with times; `dates` may stand
+    in a column beside.
 
-    A UTC offset is taken off; without one the clock is taken as it is, so that a change to summer time is a step of an
-    hour. Times of day without a date go on over midnight. Raises `ValueError` naming the line of a cell that is none of
-    these, and where the order of day and month is open and matters.
+    A UTC offset is taken off; without one the clock is taken as it is, so that a change to summer
+    time is a step of an hour. Times of day without a date go on over midnight. Raises `ValueError`
+    naming the line of a cell that is none of these, and where the order of day and month is open
+    and matters.
     """
     clocks = [cell.strip() for cell in cells]
     both = bool(clocks) and _BOTH.fullmatch(clocks[0]) is not None
@@ -55,7 +59,8 @@ def elapsed_seconds(
         match = pattern.fullmatch(clock)
         if match is None:
             raise ValueError(
-                f"line {number} of the samples has the time {clock!r}; expected one such as {clocks[0]!r}"
+                f"line {number} of the samples has the time {clock!r}; "
+                f"expected one such as {clocks[0]!r}"
             )
         matches.append(match)
     offset = 8 if both else 0
@@ -98,7 +103,8 @@ def _date_groups(number: int, text: str) -> tuple[str | None, ...]:
 
 
 def _days(groups: list[tuple[str | None, ...]]) -> list[int]:
-    """Days since the first date. Day and month may stand in either order where it does not matter."""
+    """Days since the first date. Day and month may stand in either order where it does not
+    matter."""
     meanings: list[list[int]] = []
     for month_first in (False, True):
         try:

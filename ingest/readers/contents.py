@@ -1,8 +1,10 @@
-"""What a format's own code gives: the arrays of a file, undecided which is time, rate or channel. Here alone a
-library's exception or warning becomes a `RecordingError`, and calls into a C library that never come back have an end.
+"""What a format's own code gives: the arrays of a file, undecided which is time, rate or channel.
+Here alone a library's exception or warning becomes a `RecordingError`, and calls into a C library
+that never come back have an end.
 
-A wrong byte in an HDF5 file can make libhdf5 walk in circles. No Python code runs meanwhile, so that only the system
-can end it: by a timer of processor time, which a slow disk or network does not use up.
+A wrong byte in an HDF5 file can make libhdf5 walk in circles. No Python code runs meanwhile, so
+that only the system can end it: by a timer of processor time, which a slow disk or network does not
+use up.
 """
 
 from __future__ import annotations
@@ -99,7 +101,8 @@ _BRACKETED = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 @dataclass(frozen=True)
 class Array:
-    """One array as the file declares it; `take(start, stop)` reads those samples of it, flattened."""
+    """One array as the file declares it; `take(start, stop)` reads those samples of it,
+    flattened."""
 
     name: str
     shape: tuple[int, ...]
@@ -137,10 +140,11 @@ class Array:
 
 @dataclass(frozen=True)
 class Contents:
-    """All arrays of a file, the sampling rate it states once (any type, unchecked), and its other statements.
+    """All arrays of a file, the sampling rate it states once (any type, unchecked), and its other
+    statements.
 
-    `statements` are texts and attributes by group ("" is the root). With `rules` they, scalars and the fields of each
-    array are held against these; without, the reader has done so.
+    `statements` are texts and attributes by group ("" is the root). With `rules` they, scalars and
+    the fields of each array are held against these; without, the reader has done so.
     """
 
     arrays: list[Array]
@@ -160,7 +164,8 @@ def in_memory(name: str, values: NDArray[Any], **details: Any) -> Array:
 
 
 def lazy_array(load: Callable[[], NDArray[Any]]) -> Callable[[int, int], NDArray[Any]]:
-    """`take` of an array that its format can only read whole: read at the first call, kept until the file closes."""
+    """`take` of an array that its format can only read whole: read at the first call, kept until
+    the file closes."""
     whole = cache(load)
 
     def take(start: int, stop: int) -> NDArray[Any]:
@@ -176,7 +181,8 @@ def is_clock_name(name: str) -> bool:
 
 @lru_cache(maxsize=1024)
 def is_time_name(name: str) -> bool:
-    """Whether a column of this name is time: a word for it in some language, or a unit of time alone."""
+    """Whether a column of this name is time: a word for it in some language, or a unit of time
+    alone."""
     return _TIME_NAME.fullmatch(_words(name)) is not None or _unit_as_name(name) is not None
 
 
@@ -191,7 +197,8 @@ def _unit_as_name(name: str) -> str | None:
 
 
 def unit_in_time_name(name: str) -> str | None:
-    """The unit that the name of a time column carries: `t_ms`, `Zeit in ms`, `(ms)`; None where it carries none."""
+    """The unit that the name of a time column carries: `t_ms`, `Zeit in ms`, `(ms)`; None where it
+    carries none."""
     match = _TIME_NAME.fullmatch(_words(name))
     return match.group(1) if match is not None and match.group(1) else _unit_as_name(name)
 
@@ -228,7 +235,8 @@ def same_unit(first: str, second: str) -> bool:
 
 
 def name_and_unit(label: str) -> tuple[str, str | None]:
-    """`force [N]` -> (`force`, `N`). Round brackets count where they hold a unit: `acc (top)` is a name."""
+    """`force [N]` -> (`force`, `N`). Round brackets count where they hold a unit: `acc (top)` is a
+    name."""
     match = _BRACKETED.fullmatch(label.strip())
     if match is None or not match.group(1):
         return label.strip(), None
@@ -272,14 +280,16 @@ _LONGEST_REASON = 400
 def one_line(text: object) -> str:
     """A message on one line, shortened: a damaged file can put kilobytes into a name.
 
-    What cannot be printed is replaced: no database takes NUL or half a character, and no terminal should take the rest.
+    What cannot be printed is replaced: no database takes NUL or half a character, and no terminal
+    should take the rest.
     """
     line = "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(str(text).split()))
     return line if len(line) <= _LONGEST_REASON else line[:_LONGEST_REASON] + "…"
 
 
 class BoundedFile(io.BufferedReader):
-    """A file of which nobody asks for more than there is: libraries read parts of whatever length these declare."""
+    """A file of which nobody asks for more than there is: libraries read parts of whatever length
+    these declare."""
 
     def read(self, size: int | None = -1, /) -> bytes:
         rest = max(0, os.fstat(self.fileno()).st_size - self.tell())
@@ -288,12 +298,14 @@ class BoundedFile(io.BufferedReader):
 
 @contextmanager
 def translate_errors(path: Path) -> Iterator[None]:
-    """Turn whatever goes wrong inside into a `RecordingError` that names `path`; warnings count as errors.
+    """Turn whatever goes wrong inside into a `RecordingError` that names `path`; warnings count as
+    errors.
 
-    Seen on damaged files: OSError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError,
-    OverflowError, MemoryError, NotImplementedError, RuntimeError, SyntaxError (numpy's and lvm_read's literals),
-    UnicodeError, struct.error, zlib.error, zipfile.BadZipFile, scipy's MatReadError and MatReadWarning,
-    pandas' ParserError and ParserWarning, pyarrow's ArrowInvalid, and pyuff's bare `Exception`: hence no list below.
+    Seen on damaged files: OSError, EOFError, ValueError, TypeError, KeyError, IndexError,
+    AttributeError, OverflowError, MemoryError, NotImplementedError, RuntimeError, SyntaxError
+    (numpy's and lvm_read's literals), UnicodeError, struct.error, zlib.error, zipfile.BadZipFile,
+    scipy's MatReadError and MatReadWarning, pandas' ParserError and ParserWarning, pyarrow's
+    ArrowInvalid, and pyuff's bare `Exception`: hence no list below.
     """
     try:
         with warnings.catch_warnings():
@@ -328,13 +340,15 @@ _ends_process = False
 
 
 def end_this_process_when_stuck() -> None:
-    """From now on a call that takes too long ends this process, which must hold nothing that matters."""
+    """From now on a call that takes too long ends this process, which must hold nothing that
+    matters."""
     global _ends_process  # it is the process that is so, and no call's argument
     _ends_process = hasattr(signal, "setitimer")  # not on Windows
 
 
 def seconds_for(file_bytes: int, sample_bytes: int = 0) -> float:
-    """Far above what a call needs that reads `sample_bytes` of samples from a file of `file_bytes`."""
+    """Far above what a call needs that reads `sample_bytes` of samples from a file of
+    `file_bytes`."""
     return _CALL_S + file_bytes / _FILE_BYTES_PER_S + sample_bytes / _SAMPLE_BYTES_PER_S
 
 

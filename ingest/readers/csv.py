@@ -1,6 +1,6 @@
-"""Text as laboratories and instruments write it: any usual delimiter or blanks, decimal comma, thousands apart, units,
-rate or step above, time as numbers or as clock times; and what oscilloscopes and recorders write, by the entries of
-`instruments`."""
+"""Text as laboratories and instruments write it: any usual delimiter or blanks, decimal comma,
+thousands apart, units, rate or step above, time as numbers or as clock times; and what
+oscilloscopes and recorders write, by the entries of `instruments`."""
 
 from __future__ import annotations
 
@@ -48,13 +48,16 @@ _UNIT_FIELDS = ("unit", "units", "vertical units", "y unit", "y units", "einheit
 
 
 class CsvReader(ArrayReader):
-    """UTF-8, UTF-16 or Windows-1252. Every column is float64: the text says no type. An empty field is NaN.
+    """UTF-8, UTF-16 or Windows-1252. Every column is float64: the text says no type. An empty field
+    is NaN.
 
-    A file cut at the end of a line cannot be told from a shorter one, unless it states `# samples = N`. One whose last
-    line has no end may be cut inside its last number: editors leave it out, so the file is read, and its channels'
-    header says `last_line_without_end`; a file that states its samples was written by a program, and is refused.
+    A file cut at the end of a line cannot be told from a shorter one, unless it states `# samples =
+    N`. One whose last line has no end may be cut inside its last number: editors leave it out, so
+    the file is read, and its channels' header says `last_line_without_end`; a file that states its
+    samples was written by a program, and is refused.
 
-    Clock times count from the first sample, whose time of day is `first_sample_at` in the header of the channels.
+    Clock times count from the first sample, whose time of day is `first_sample_at` in the header of
+    the channels.
     """
 
     format = "csv"
@@ -94,8 +97,10 @@ def _layout(path: Path, lines: list[str], options: ReadingOptions) -> Layout:
     if path.name.lower().endswith(_NUMBERS_ALONE) and (header.is_file() or not options.columns):
         if not header.is_file():
             raise RecordingError(
-                f"{path.name}: line 1 ({lines[0][:40] if lines else ''!r}) holds numbers already; the instrument "
-                f"writes names, units, rate and start into {header.name} beside it, which is not there; copy it here, "
+                f"{path.name}: line 1 ({lines[0][:40] if lines else ''!r}) "
+                f"holds numbers already; the instrument "
+                f"writes names, units, rate and start into {header.name} "
+                f"beside it, which is not there; copy it here, "
                 "or give columns and sampling_rate_hz under [recordings] in campaign.toml"
             )
         table = tabulate(path, lines, options)[0]
@@ -114,7 +119,8 @@ def _layout(path: Path, lines: list[str], options: ReadingOptions) -> Layout:
 
 
 def table_contents(path: Path, text: str, layout: Layout) -> Contents:
-    """The named columns of a text, whose last line has an end, and what stands above them. Raises `RecordingError`."""
+    """The named columns of a text, whose last line has an end, and what stands above them. Raises
+    `RecordingError`."""
     body = text.split("\n", layout.first)[layout.first]
     try:
         body, delimiter, decimal = settled(body, layout.delimiter, layout.decimal)
@@ -142,13 +148,15 @@ def table_contents(path: Path, text: str, layout: Layout) -> Contents:
 def _other_times(
     path: Path, layout: Layout, table: pd.DataFrame, rate_hz: float | None
 ) -> NDArray[np.float64] | None:
-    """Seconds (n,) from a column that counts samples, or from dates and times of day; None where there is neither."""
+    """Seconds (n,) from a column that counts samples, or from dates and times of day; None where
+    there is neither."""
     if layout.counts_samples and rate_hz is not None:
         count = table[0].to_numpy()
         steps = np.flatnonzero(np.diff(count) != 1)
         if steps.size:
             raise RecordingError(
-                f"{path.name}: its sequence number goes from {count[steps[0]]:g} to {count[steps[0] + 1]:g}; expected "
+                f"{path.name}: its sequence number goes from "
+                f"{count[steps[0]]:g} to {count[steps[0] + 1]:g}; expected "
                 "steps of one; a line is missing or damaged"
             )
         return layout.start_s + count / rate_hz
@@ -195,13 +203,15 @@ def _with_stated_unit(arrays: list[Array], layout: Layout) -> list[Array]:
 
 
 def _table(path: Path, body: str, layout: Layout, delimiter: str, decimal: str) -> pd.DataFrame:
-    """The columns as float64, numbered. Raises `RecordingError` when a line has a field too few or too many."""
+    """The columns as float64, numbered. Raises `RecordingError` when a line has a field too few or
+    too many."""
     import pandas as pd
 
     by_blanks = delimiter == BLANKS
     body = _without_empty_end(body, delimiter)
     names = range(len(layout.names))
-    # Of a column that is left out pandas overlooks a field too many: only settings beside the numbers are left out.
+    # Of a column that is left out pandas overlooks a field too many: only settings beside the
+    # numbers are left out.
     wanted = [i for i in names if layout.names[i]] if layout.settings_beside else None
     kinds: Any = (
         {i: str if i in layout.clocks else np.float64 for i in names}
@@ -227,7 +237,8 @@ def _table(path: Path, body: str, layout: Layout, delimiter: str, decimal: str) 
     delimiters, expected = body.count(delimiter), (len(names) - 1) * len(table)
     if delimiters != expected:
         raise RecordingError(
-            f"{path.name}: {len(table)} lines of {len(names)} fields need {expected} delimiters, found {delimiters}; "
+            f"{path.name}: {len(table)} lines of {len(names)} fields need "
+            f"{expected} delimiters, found {delimiters}; "
             "a line is cut or damaged"
         )
     return table
@@ -245,7 +256,8 @@ def _refuse_short_lines(path: Path, body: str, table: pd.DataFrame) -> None:
     written = len(_MISSING.findall(body)) if missing else 0
     if missing != written:
         raise RecordingError(
-            f"{path.name}: {len(table)} lines of {table.shape[1]} fields lack {missing - written} numbers; "
+            f"{path.name}: {len(table)} lines of {table.shape[1]} fields lack "
+            f"{missing - written} numbers; "
             "a line is cut or damaged"
         )
 
@@ -257,8 +269,10 @@ def _refuse_counter(path: Path, contents: Contents, options: ReadingOptions) -> 
             values = array.take(0, array.samples)
             if np.all(values == values[0] + np.arange(values.size)):
                 raise RecordingError(
-                    f"{path.name}: columns calls {array.name!r} what counts {values[0]:g}, {values[1]:g} and on, which "
-                    'as seconds is 1 Hz; name that column "" and give sampling_rate_hz under [recordings] in '
+                    f"{path.name}: columns calls {array.name!r} what counts "
+                    f"{values[0]:g}, {values[1]:g} and on, which "
+                    'as seconds is 1 Hz; name that column "" and give '
+                    "sampling_rate_hz under [recordings] in "
                     f'campaign.toml, or write "{array.name} [s]" where it is seconds'
                 )
 
@@ -281,7 +295,8 @@ def _refuse_unread(path: Path, layout: Layout, contents: Contents, options: Read
 
 
 def _refuse_fewer(path: Path, layout: Layout, samples: int, options: ReadingOptions) -> None:
-    """Raise `RecordingError` where a whole record has fewer lines than its header states: the file is cut."""
+    """Raise `RecordingError` where a whole record has fewer lines than its header states: the file
+    is cut."""
     if (
         layout.statements.get("Gating", _WHOLE) != _WHOLE
         or layout.length in options.harmless_fields
@@ -289,7 +304,8 @@ def _refuse_fewer(path: Path, layout: Layout, samples: int, options: ReadingOpti
         return
     if layout.samples is not None and samples < layout.samples:
         raise RecordingError(
-            f"{path.name}: states a {layout.length} of {layout.samples:g} and holds {samples} lines; it is cut"
+            f"{path.name}: states a {layout.length} of {layout.samples:g} and "
+            f"holds {samples} lines; it is cut"
         )
 
 

@@ -1,9 +1,10 @@
 """Whether the times of samples are even, and the sampling rate that they give.
 
-Times are even where the standard deviation of their steps is at most `MAX_STEP_DEVIATION` of the mean step, no step
-departs by more than `MAX_LONE_DEVIATION` (the joints of blocks of a recorder do), and the rate within the record stays
-within `MAX_RATE_DRIFT`; all beyond what the last printed digit, the float or the counter hides. Steps of several
-samples are gaps and are handed on as such. Anything else is refused, as two rates, drift or jitter.
+Times are even where the standard deviation of their steps is at most `MAX_STEP_DEVIATION` of the
+mean step, no step departs by more than `MAX_LONE_DEVIATION` (the joints of blocks of a recorder
+do), and the rate within the record stays within `MAX_RATE_DRIFT`; all beyond what the last printed
+digit, the float or the counter hides. Steps of several samples are gaps and are handed on as such.
+Anything else is refused, as two rates, drift or jitter.
 """
 
 from __future__ import annotations
@@ -17,11 +18,14 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .base import RecordingError, rate_from_step
 
-#: Standard deviation of the steps, of the mean step. It moves a wave at a tenth of the rate by 0.6 % of its peak.
+#: Standard deviation of the steps, of the mean step. It moves a wave at a tenth of the rate by 0.6
+#: % of its peak.
 MAX_STEP_DEVIATION = 0.01
-#: One step from the mean step. Recorders that write blocks with a time each count it in coarse ticks.
+#: One step from the mean step. Recorders that write blocks with a time each count it in coarse
+#: ticks.
 MAX_LONE_DEVIATION = 0.35
-#: From the slowest to the fastest part of a record: lines of a spectrum move by as much in frequency.
+#: From the slowest to the fastest part of a record: lines of a spectrum move by as much in
+#: frequency.
 MAX_RATE_DRIFT = 0.01
 #: A step longer than this is a gap, not a step ...
 GAP_STEPS = 1.5
@@ -34,7 +38,8 @@ _PROBED = 512
 #: Fewer numbers than these can have a short last digit by chance.
 _FEWEST = 8
 CURE = (
-    'save the record evenly sampled, or write uneven_time = "resample" under [recordings] of campaign.toml '
+    'save the record evenly sampled, or write uneven_time = "resample" under '
+    "[recordings] of campaign.toml "
     "(--uneven-time resample of a command)"
 )
 
@@ -55,10 +60,11 @@ class EvenTime:
 def even_time(path: Path, times: NDArray[np.float64], unit_s: float = 1.0) -> EvenTime:
     """Of times (n,), n >= 2, as the file has them, in units of `unit_s` seconds.
 
-    The rate is the inverse of the mean step outside gaps, rounded as far as the printed digits leave open, so
-    that a column printed to the microsecond gives 51200 and not 51199.7 (its median step would give 50000).
-    Raises `RecordingError` when time does not increase or a step is not finite, `UnevenTimeError` where times are
-    uneven; gaps (rare steps of several samples) are left for the quality check.
+    The rate is the inverse of the mean step outside gaps, rounded as far as the printed digits
+    leave open, so that a column printed to the microsecond gives 51200 and not 51199.7 (its median
+    step would give 50000). Raises `RecordingError` when time does not increase or a step is not
+    finite, `UnevenTimeError` where times are uneven; gaps (rare steps of several samples) are left
+    for the quality check.
     """
     if times.size < 2:
         raise RecordingError(
@@ -94,7 +100,8 @@ def _even(times: Floats, steps: Floats, spread: float, unit_s: float) -> EvenTim
 
 
 def refuse_no_increase(path: Path, times: Floats, steps: Floats, unit_s: float) -> None:
-    """Raise `RecordingError` with the first time that is not finite or not above the one before it."""
+    """Raise `RecordingError` with the first time that is not finite or not above the one before
+    it."""
     if not np.all(np.isfinite(steps)) or np.any(steps <= 0):
         row = int(np.argmin(np.where(np.isfinite(steps), steps, -np.inf))) + 1
         raise RecordingError(
@@ -104,7 +111,8 @@ def refuse_no_increase(path: Path, times: Floats, steps: Floats, unit_s: float) 
 
 @dataclass(frozen=True)
 class Quantum:
-    """To what times are rounded: the last `digit` of a decimal or a counter, and the `noise` of a float."""
+    """To what times are rounded: the last `digit` of a decimal or a counter, and the `noise` of a
+    float."""
 
     digit: float
     noise: float
@@ -114,7 +122,8 @@ class Quantum:
         return self.digit + self.noise
 
     def step_variance(self, mean: float) -> float:
-        """Of the steps of even times of step `mean` that are rounded: they have two lengths, a digit apart."""
+        """Of the steps of even times of step `mean` that are rounded: they have two lengths, a
+        digit apart."""
         share = mean / self.digit % 1.0 if self.digit > 0.0 else 0.0
         return self.digit**2 * share * (1.0 - share) + self.noise**2 / 4.0
 
@@ -130,7 +139,8 @@ def time_quantum(times: Floats, steps: Floats) -> Quantum:
 
 
 def _decimal_quantum(times: Floats, steps: Floats) -> float:
-    """The last decimal digit where it is coarsest: of the largest times, as numbers of six digits have it there."""
+    """The last decimal digit where it is coarsest: of the largest times, as numbers of six digits
+    have it there."""
     decade = 10.0 ** np.floor(np.log10(max(abs(times[0]), abs(times[-1]))))
     shortest = float(np.min(steps))
     quantum = _decimals(_probe(times, decade), shortest)
@@ -146,7 +156,8 @@ def _probe(times: Floats, least: float) -> Floats:
 
 
 def _decimals(probe: Floats, shortest: float) -> float:
-    """The largest power of ten, at most the shortest step, of which all are whole multiples; 0 without one."""
+    """The largest power of ten, at most the shortest step, of which all are whole multiples; 0
+    without one."""
     largest = float(np.max(np.abs(probe)))
     for digits in range(-int(np.floor(np.log10(1.001 * shortest))), 24):
         scaled = probe * 10.0**digits
@@ -159,7 +170,8 @@ def _decimals(probe: Floats, shortest: float) -> float:
 
 
 def _tick(times: Floats, steps: Floats) -> float:
-    """The period of a clock that counts: even times, each rounded to it, have steps of two lengths, whole multiples."""
+    """The period of a clock that counts: even times, each rounded to it, have steps of two lengths,
+    whole multiples."""
     short = float(steps.min())
     near = steps[steps < 3.0 * short]
     tick = float(near.max()) - short
@@ -186,7 +198,8 @@ def _is_even(even: Floats, quantum: Quantum) -> bool:
         return False
     if np.mean(deviation**2) > (MAX_STEP_DEVIATION * mean) ** 2 + 1.1 * quantum.step_variance(mean):
         return False
-    # A rate that moves evenly by MAX_RATE_DRIFT bends the times by an eighth of that, at its middle.
+    # A rate that moves evenly by MAX_RATE_DRIFT bends the times by an eighth of that, at its
+    # middle.
     departure = np.cumsum(deviation)
     bend = float(max(departure.max(), 0.0) - min(departure.min(), 0.0))
     return (
@@ -214,7 +227,8 @@ def _description(times: Floats, unit_s: float, quantum: Quantum) -> str:
     ):
         before, after = ((half.size - 1) / (half[-1] - half[0]) / unit_s for half in halves)
         return (
-            f"its time has two rates, {before:.6g} Hz up to sample {at} ({times[at] * unit_s:.6g} s) and "
+            f"its time has two rates, {before:.6g} Hz up to sample {at} "
+            f"({times[at] * unit_s:.6g} s) and "
             f"{after:.6g} Hz from there on"
         )
     spread = float(np.std(steps))
@@ -223,12 +237,15 @@ def _description(times: Floats, unit_s: float, quantum: Quantum) -> str:
     calm = scatter <= max(0.2 * spread, MAX_STEP_DEVIATION * mean + quantum.total)
     if calm and np.mean(np.diff(parts) ** 2) < 0.6 * np.var(parts):
         return (
-            f"its time drifts: the step goes {range_text} (rate {1 / (parts.max() * unit_s):.6g} to "
+            f"its time drifts: the step goes {range_text} (rate "
+            f"{1 / (parts.max() * unit_s):.6g} to "
             f"{1 / (parts.min() * unit_s):.6g} Hz) in {steps.size} steps"
         )
     return (
-        f"its time has jitter: steps {range_text}, with a standard deviation of {100 * spread / mean:.3g} % of the "
-        f"mean step of {mean * unit_s:.6g} s (at most {100 * MAX_STEP_DEVIATION:g} % is taken as even)"
+        f"its time has jitter: steps {range_text}, with a standard deviation "
+        f"of {100 * spread / mean:.3g} % of the "
+        f"mean step of {mean * unit_s:.6g} s (at most "
+        f"{100 * MAX_STEP_DEVIATION:g} % is taken as even)"
     )
 
 

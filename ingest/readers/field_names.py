@@ -1,4 +1,5 @@
-"""What the name of an unknown field announces: a scale, an offset, a rate, a unit, a class or gaps."""
+"""What the name of an unknown field announces: a scale, an offset, a rate, a unit, a class or
+gaps."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ class Meaning(Enum):
 #: Words that make a field a remark on another: `calibration date`, `unit under test`, `scale name`.
 _REMARK = re.compile(
     r"\b(?:dates?|due|expir\w*|until|serial|sn|certificate|ids?|names?|labels?|comments?|remarks?|notes?|description|"
-    r"operator|user|version|model|manufacturer|lab|laboratory|zone|files?|paths?|under test|colou?r|author|source|mode|"
+    r"operator|user|version|model|manufacturer|lab|laboratory|zone|files?|paths?|under "
+    r"test|colou?r|author|source|mode|"
     r"type|status|state|revision)\b"
 )
 _MEANINGS: tuple[tuple[Meaning, re.Pattern[str]], ...] = (
@@ -48,24 +50,30 @@ _MEANINGS: tuple[tuple[Meaning, re.Pattern[str]], ...] = (
     (
         Meaning.RATE,
         re.compile(
-            r"\b(?:sampl\w*|acquisition|scan|recording|data|time|x)[ _]?(?:rate|freq\w*|interval|period|step|increment|"
-            r"delta|spacing|resolution)\b|^(?:rate|fs|frequency|freq|interval|increment|dt|delta t|delta x|delta|dx|"
+            r"\b(?:sampl\w*|acquisition|scan|recording|data|time|x)[ "
+            r"_]?(?:rate|freq\w*|interval|period|step|increment|"
+            r"delta|spacing|resolution)\b|^(?:rate|fs|frequency|freq|interval|increment|dt|delta "
+            r"t|delta x|delta|dx|"
             r"xinc|x inc|time base|timebase)$|\bsamplerate\b"
         ),
     ),
     (
         Meaning.OFFSET,
         re.compile(
-            r"\b(?:offsets?|intercept|delays?|skew|pre ?trigger|t ?0|x ?0|x ?zero|y ?zero|x ?origin|y ?origin|lag|"
-            r"time shift|start time|first time|start s|t start|begin time|delay time)\b|^(?:start|bias)$"
+            r"\b(?:offsets?|intercept|delays?|skew|pre ?trigger|t ?0|x ?0|x "
+            r"?zero|y ?zero|x ?origin|y ?origin|lag|"
+            r"time shift|start time|first time|start s|t start|begin "
+            r"time|delay time)\b|^(?:start|bias)$"
         ),
     ),
     (
         Meaning.SCALE,
         re.compile(
-            r"\b(?:scal(?:e|es|ing)|gains?|slope|polynomial|multiplier|exponent|lsb|y ?increment|attenuation)\b|"
+            r"\b(?:scal(?:e|es|ing)|gains?|slope|polynomial|multiplier|exponent|lsb|y "
+            r"?increment|attenuation)\b|"
             r"\bper count\b|"
-            r"(?:^|\b(?:conversion|unit|multiplication|correction|linear|amplification) )(?:factors?|coeff\w*)\b|"
+            r"(?:^|\b(?:conversion|unit|multiplication|correction|linear|amplification) "
+            r")(?:factors?|coeff\w*)\b|"
             r"^conversion$"
         ),
     ),
@@ -76,7 +84,8 @@ _BETWEEN_WORDS = re.compile(r"[^A-Za-z0-9]+")
 
 @lru_cache(maxsize=4096)
 def meaning_of(name: str) -> Meaning | None:
-    """What the name of a field announces, by its words; None for a name that says nothing of the numbers."""
+    """What the name of a field announces, by its words; None for a name that says nothing of the
+    numbers."""
     words = _BETWEEN_WORDS.sub(" ", _CAMEL.sub(" ", name)).strip().lower()
     if _REMARK.search(words):
         return None

@@ -1,5 +1,5 @@
-"""What a format can say beside its samples, as rules: which fields a reader uses, which change no number and why, and
-which it refuses."""
+"""What a format can say beside its samples, as rules: which fields a reader uses, which change no
+number and why, and which it refuses."""
 
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ class Treatment(StrEnum):
 
 @dataclass(frozen=True)
 class FieldRule:
-    """One field of a format, or a family of them (`NI_Scale[*]_*`, patterns of `fnmatch`, compared without case).
+    """One field of a format, or a family of them (`NI_Scale[*]_*`, patterns of `fnmatch`, compared
+    without case).
 
-    `reason` says what a used field sets, why a harmless one changes no number, or what to do about a refused one.
-    `neutral` are the values of a refused field that say nothing, such as a scale of 1.
+    `reason` says what a used field sets, why a harmless one changes no number, or what to do about
+    a refused one. `neutral` are the values of a refused field that say nothing, such as a scale of
+    1.
     """
 
     name: str
@@ -45,5 +47,6 @@ def harmless(name: str, reason: str) -> FieldRule:
 
 
 def refused(name: str, cure: str, *neutral: Any) -> FieldRule:
-    """A field that would change the numbers in a way that the reader does not follow, unless its value is `neutral`."""
+    """A field that would change the numbers in a way that the reader does not follow, unless its
+    value is `neutral`."""
     return FieldRule(name, Treatment.REFUSED, cure, neutral)

@@ -1,10 +1,11 @@
 """No field of a file that changes the meaning of a number is passed over.
 
-A reader lists the fields of its format as rules (`fields`). A field is used, or it is known to change no number, or the
-file is refused with the field, its value and what to do. A field that no rule names is handed on as a note where its
-name says nothing of time, scale, unit, class or gaps, or where its value says nothing (a scale of 1, an offset of 0);
-otherwise the file is refused until the laboratory says that the field changes no number (`harmless_fields` of
-`[recordings]`, `--harmless-field` of a command).
+A reader lists the fields of its format as rules (`fields`). A field is used, or it is known to
+change no number, or the file is refused with the field, its value and what to do. A field that no
+rule names is handed on as a note where its name says nothing of time, scale, unit, class or gaps,
+or where its value says nothing (a scale of 1, an offset of 0); otherwise the file is refused until
+the laboratory says that the field changes no number (`harmless_fields` of `[recordings]`,
+`--harmless-field` of a command).
 """
 
 from __future__ import annotations
@@ -69,10 +70,12 @@ def unread_field(
     unit: str | None = None,
     rate_hz: float | None = None,
 ) -> str | None:
-    """What the first field says that may change a number and is not used, from "has" on; None where there is none.
+    """What the first field says that may change a number and is not used, from "has" on; None where
+    there is none.
 
-    The first rule that matches a field counts. `unit` and `rate_hz` are those in use, which a field without a rule may
-    repeat. As `Array.obstacle` the text refuses one channel, and the other channels of the file can be read.
+    The first rule that matches a field counts. `unit` and `rate_hz` are those in use, which a field
+    without a rule may repeat. As `Array.obstacle` the text refuses one channel, and the other
+    channels of the file can be read.
     """
     for name, value in fields.items():
         if is_harmless(name, options):
@@ -85,15 +88,19 @@ def unread_field(
                 return f"has {name} = {_shown(value)}; {rule.reason}"
         elif _may_change_numbers(name, value, unit, rate_hz):
             return (
-                f"has the field {name!r} = {_shown(value)}, which the reader does not know and which may change what "
-                "the numbers mean; apply it and save again without it, or, where it changes no number, write "
-                f'harmless_fields = ["{name}"] under [recordings] of campaign.toml (--harmless-field of a command)'
+                f"has the field {name!r} = {_shown(value)}, which the reader "
+                f"does not know and which may change what "
+                "the numbers mean; apply it and save again without it, or, "
+                "where it changes no number, write "
+                f'harmless_fields = ["{name}"] under [recordings] of '
+                f"campaign.toml (--harmless-field of a command)"
             )
     return None
 
 
 def is_harmless(name: str, options: ReadingOptions) -> bool:
-    """Whether the laboratory says that a field of this name changes no number: it is then neither used nor refused."""
+    """Whether the laboratory says that a field of this name changes no number: it is then neither
+    used nor refused."""
     return any(fnmatchcase(name.lower(), pattern.lower()) for pattern in options.harmless_fields)
 
 
@@ -142,7 +149,8 @@ def _plain(value: Any) -> Any:
 
 
 def _numeric(value: Any) -> bool:
-    """Whether a value is a number, several, or a text that begins with a number: `2.5 mV/g`, and no date."""
+    """Whether a value is a number, several, or a text that begins with a number: `2.5 mV/g`, and no
+    date."""
     plain = _plain(value)
     return (
         isinstance(plain, bool | int | float | complex | list | tuple) or _number(plain) is not None

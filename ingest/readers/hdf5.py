@@ -1,8 +1,8 @@
 """HDF5: data sets at any depth, read by slices; also the inside of MATLAB 7.3 files.
 
-Packed data sets are unpacked by the conventions of netCDF: value = stored * scale_factor + add_offset, and NaN for
-_FillValue, missing_value and what lies outside of valid_range. A data set with a dimension scale that is time has the
-scale's times.
+Packed data sets are unpacked by the conventions of netCDF: value = stored * scale_factor +
+add_offset, and NaN for _FillValue, missing_value and what lies outside of valid_range. A data set
+with a dimension scale that is time has the scale's times.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 
 
 class Hdf5Reader(ArrayReader):
-    """`fs` is a data set, or an attribute of a data set or of any group above it; `unit` is an attribute."""
+    """`fs` is a data set, or an attribute of a data set or of any group above it; `unit` is an
+    attribute."""
 
     format = "hdf5"
     suffixes = (".h5", ".hdf5", ".hdf")
@@ -51,7 +52,8 @@ class Hdf5Reader(ArrayReader):
 
 
 def hdf5_contents(path: Path, open_files: ExitStack) -> Contents:
-    """Every data set of `path`. Links to other files are not followed; data kept in other files are refused."""
+    """Every data set of `path`. Links to other files are not followed; data kept in other files are
+    refused."""
     import h5py
 
     with limited(seconds_for(path.stat().st_size)):
@@ -130,7 +132,8 @@ def _array(path: Path, dataset: h5py.Dataset, scales: dict[str, Floats]) -> Arra
 
 
 def _type_obstacle(dataset: h5py.Dataset) -> str | None:
-    """What the numbers of a data set are where they are no samples: names of an enumeration, bits of a field."""
+    """What the numbers of a data set are where they are no samples: names of an enumeration, bits
+    of a field."""
     import h5py
 
     if h5py.check_enum_dtype(dataset.dtype) is not None and dataset.dtype.kind != "b":
@@ -143,8 +146,8 @@ def _type_obstacle(dataset: h5py.Dataset) -> str | None:
 def _times_of(
     path: Path, dataset: h5py.Dataset, scales: dict[str, Floats]
 ) -> tuple[Floats | None, str | None]:
-    """Times in seconds by the dimension scale of the samples' axis, and why a scale is no time; None where there is no
-    scale with values."""
+    """Times in seconds by the dimension scale of the samples' axis, and why a scale is no time;
+    None where there is no scale with values."""
     if (
         not dataset.shape
         or "DIMENSION_LIST" not in dataset.attrs
@@ -175,8 +178,8 @@ def _times_of(
 
 
 def _refuse_other_size(path: Path, dataset: h5py.Dataset, name: str) -> None:
-    """A data set in one piece has as many bytes as its shape needs, and one in pieces has all of them; libhdf5 reads
-    another with zeros in places."""
+    """A data set in one piece has as many bytes as its shape needs, and one in pieces has all of
+    them; libhdf5 reads another with zeros in places."""
     stored, needed = dataset.id.get_storage_size(), dataset.size * dataset.id.get_type().get_size()
     if dataset.chunks is not None and dataset.size:
         refuse_bomb(path, name, dataset.size, dataset.dtype.itemsize)
@@ -190,7 +193,8 @@ def _refuse_other_size(path: Path, dataset: h5py.Dataset, name: str) -> None:
         )
         if dataset.id.get_num_chunks() < chunks:
             raise RecordingError(
-                f"{path.name}: {name!r} was never written in {chunks - dataset.id.get_num_chunks()} of its {chunks} "
+                f"{path.name}: {name!r} was never written in "
+                f"{chunks - dataset.id.get_num_chunks()} of its {chunks} "
                 "pieces, which would be read as fill values; save the part that was recorded"
             )
     if dataset.chunks is None and stored != needed:
@@ -221,7 +225,8 @@ def _real_dtype(dataset: h5py.Dataset) -> np.dtype[Any]:
 
 
 def _rate_above(dataset: h5py.Dataset) -> Any:
-    """The rate attribute of the nearest group above `dataset`; None where data sets `fs` or time say it instead."""
+    """The rate attribute of the nearest group above `dataset`; None where data sets `fs` or time
+    say it instead."""
     group = dataset.parent
     while True:
         for key in group.attrs:

@@ -24,7 +24,8 @@ HDF5_FIELDS: tuple[FieldRule, ...] = (
     ),
     used(
         "MATLAB_*",
-        "MATLAB 7.3: class, sparse matrices, empty arrays; objects, cells and logical arrays are refused",
+        "MATLAB 7.3: class, sparse matrices, empty arrays; objects, cells "
+        "and logical arrays are refused",
     ),
     harmless("CLASS", "HDF5: marks a dimension scale"),
     harmless("NAME", "HDF5: the name of a dimension scale; one without values is no channel"),

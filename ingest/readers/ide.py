@@ -1,4 +1,5 @@
-"""enDAQ and Slam Stick recorders' `.ide`, through the maker's own library, which is installed with `pyroshock[ide]`."""
+"""enDAQ and Slam Stick recorders' `.ide`, through the maker's own library, which is installed with
+`pyroshock[ide]`."""
 
 from __future__ import annotations
 
@@ -24,12 +25,14 @@ _MICROSECOND = 1e-6
 _RATIO = re.compile(
     r"(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?)(?:\s*/\s*(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?))?"
 )
-#: Bytes of one sample as the library hands it on, with its time; a file stores one in two or three bytes.
+#: Bytes of one sample as the library hands it on, with its time; a file stores one in two or three
+#: bytes.
 _SAMPLE_BYTES = 16
 
 
 class IdeReader(ArrayReader):
-    """Calibrated samples in the recorder's units; a channel has the recorder's label, `Acceleration: X (100g)`.
+    """Calibrated samples in the recorder's units; a channel has the recorder's label,
+    `Acceleration: X (100g)`.
 
     Where two sensors have one label, the channel's number stands before it: `84/Rotation: X`.
     """
@@ -48,7 +51,8 @@ class IdeReader(ArrayReader):
             importer.readData(dataset)
             if dataset.fileDamaged or len(dataset.sessions) != 1:
                 raise RecordingError(
-                    f"{path.name}: is damaged, or has {len(dataset.sessions)} sessions; expected one whole session"
+                    f"{path.name}: is damaged, or has {len(dataset.sessions)} "
+                    f"sessions; expected one whole session"
                 )
             parts = [part for channel in dataset.channels.values() for part in channel.subchannels]
             arrays = [array for part in parts if (array := _array(path, part)) is not None]
@@ -68,7 +72,8 @@ def _no_compromise(path: Path) -> Iterator[Any]:
         from idelib import importer, parsers
     except ImportError:
         raise RecordingError(
-            f"{path.name}: .ide files are read by idelib, which is not installed; pip install 'pyroshock[ide]'"
+            f"{path.name}: .ide files are read by idelib, which is not "
+            f"installed; pip install 'pyroshock[ide]'"
         ) from None
 
     parsers.valEval = _ratio  # its own hands the file's text to `eval`: 9**9**9**9 would never end
@@ -81,7 +86,8 @@ def _no_compromise(path: Path) -> Iterator[Any]:
 
 
 def _ratio(text: str | bytes) -> float:
-    """The unit of a channel's times, `1.0/32768` or a number. Raises `ValueError` for anything else."""
+    """The unit of a channel's times, `1.0/32768` or a number. Raises `ValueError` for anything
+    else."""
     words = text.decode("ascii") if isinstance(text, bytes | bytearray) else text
     match = _RATIO.fullmatch(words.strip())
     if match is None or float(match.group(2) or 1.0) == 0.0:
@@ -109,7 +115,8 @@ def _array(path: Path, part: Any) -> Array | None:
         return None
     if samples * _SAMPLE_BYTES > MAX_EXPANSION * path.stat().st_size:
         raise RecordingError(
-            f"{path.name}: {part.displayName!r} declares {samples} samples, more than the file can hold"
+            f"{path.name}: {part.displayName!r} declares {samples} samples, "
+            f"more than the file can hold"
         )
     return Array(
         part.displayName,
@@ -131,8 +138,8 @@ def _values(path: Path, events: Any) -> NDArray[np.float64]:
 def refuse_cut(path: Path) -> None:
     """Walk the top elements; `RecordingError` unless the last one ends where the file does.
 
-    An element is an identifier and a length, each of one byte more than the zeros that its first byte starts with
-    (EBML, RFC 8794). The library would take a shorter file.
+    An element is an identifier and a length, each of one byte more than the zeros that its first
+    byte starts with (EBML, RFC 8794). The library would take a shorter file.
     """
     size, position = path.stat().st_size, 0
     with path.open("rb") as file:

@@ -1,11 +1,13 @@
-"""What an enDAQ or Slam Stick recording can say beside its samples: elements of the maker's schema `mide_ide`."""
+"""What an enDAQ or Slam Stick recording can say beside its samples: elements of the maker's schema
+`mide_ide`."""
 
 from __future__ import annotations
 
 from .field_rules import FieldRule, harmless, used
 
 IDE_FIELDS: tuple[FieldRule, ...] = (
-    used("CalibrationList", "polynomials of one or two channels, which the maker's library applies to the samples"),
+    used("CalibrationList",
+    "polynomials of one or two channels, which the maker's library applies to the samples"),
     used("ChannelCalibrationIDRef", "which polynomial a channel has"),
     used("SubChannelCalibrationIDRef", "which polynomial a part of a channel has"),
     used("SubChannelUnits", "the unit of the samples after calibration"),
@@ -18,7 +20,8 @@ IDE_FIELDS: tuple[FieldRule, ...] = (
     used("EndTimeCodeAbs*", "the end of a block"),
     used("ChannelFormat", "type of the raw samples"),
     used("SampleRate", "between blocks, where a block says no end"),
-    harmless("TimeBaseUTC", "when the recording began, to the second; all channels are on its clock"),
+    harmless("TimeBaseUTC",
+    "when the recording began, to the second; all channels are on its clock"),
     harmless("Recorder*", "name, type and serial number of the recorder"),
     harmless("Product*", "name of the recorder"),
     harmless("PartNumber", "of the recorder"),

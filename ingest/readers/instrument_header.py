@@ -1,4 +1,5 @@
-"""What the header of a text says by the entry of its instrument: names, units, step, start, number of samples."""
+"""What the header of a text says by the entry of its instrument: names, units, step, start, number
+of samples."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ def recognised(rows: Sequence[Sequence[str]]) -> Instrument | None:
 def header_fields(
     lines: Sequence[str], table: TextTable, heading: Sequence[Sequence[str]] = ()
 ) -> Fields:
-    """`# fs = 51200`, `fs: 51200`, `fs;51200` and `fs;51200;51200` in the lines above the numbers but `heading`."""
+    """`# fs = 51200`, `fs: 51200`, `fs;51200` and `fs;51200;51200` in the lines above the numbers
+    but `heading`."""
     fields: Fields = {}
     titles = table.titles
     for line, row in zip(lines, table.rows, strict=False):
@@ -62,7 +64,8 @@ def header_fields(
 
 
 def _fields_of_row(cells: Sequence[str]) -> Fields:
-    """`Segments,1,SegmentSize,2000` is two fields; otherwise the first cell is the key of the others."""
+    """`Segments,1,SegmentSize,2000` is two fields; otherwise the first cell is the key of the
+    others."""
     keys, values = cells[::2], cells[1::2]
     if (
         len(keys) == len(values)
@@ -76,7 +79,8 @@ def _fields_of_row(cells: Sequence[str]) -> Fields:
 def layout_of(
     path: Path, instrument: Instrument, table: TextTable, decimal: str | None = None
 ) -> Layout:
-    """By the entry of the instrument. Raises `RecordingError` naming the field that is not understood."""
+    """By the entry of the instrument. Raises `RecordingError` naming the field that is not
+    understood."""
     above = table.rows[: table.first]
     units_lines = [line for key in instrument.units if (line := _line(above, key)) is not None]
     heading = _line(above, instrument.heading)
@@ -137,7 +141,8 @@ def layout_of(
 
 
 def beside_layout(path: Path, lines: Sequence[str]) -> Layout | None:
-    """Settings in the first three columns, time and one channel in the next two, as the first line shows; else None."""
+    """Settings in the first three columns, time and one channel in the next two, as the first line
+    shows; else None."""
     rows = [split(line, ",") for line in lines[:40]]
     top = rows[0] if rows else []
     instrument = next(
@@ -173,7 +178,8 @@ def beside_layout(path: Path, lines: Sequence[str]) -> Layout | None:
 
 
 def header_file_layout(path: Path, header: str, table: TextTable) -> Layout:
-    """Names, unit, step and start from the file that stands beside the numbers, `Key:Value:` a line."""
+    """Names, unit, step and start from the file that stands beside the numbers, `Key:Value:` a
+    line."""
     fields: Fields = {}
     for line in header.splitlines():
         key, *values = line.strip().rstrip(",:").split(":")
@@ -215,7 +221,8 @@ def _line(rows: Sequence[Sequence[str]], pattern: str) -> int | None:
 
 
 def _values(row: Sequence[str]) -> str | list[str]:
-    """The values of a line behind its key: one where all are the same, a list of numbers that differ, else a text."""
+    """The values of a line behind its key: one where all are the same, a list of numbers that
+    differ, else a text."""
     values = [
         match.group(2) if (match := _PREFIXED.fullmatch(cell)) else cell for cell in row[1:] if cell
     ]
@@ -268,7 +275,8 @@ def _names(
 
 
 def _aligned(row: Sequence[str], table: TextTable) -> list[str]:
-    """The cells of a line above the columns; without its key where it has one cell more than there are columns."""
+    """The cells of a line above the columns; without its key where it has one cell more than there
+    are columns."""
     cells = [match.group(2) if (match := _PREFIXED.fullmatch(cell)) else cell for cell in row]
     while cells and not cells[-1]:
         cells.pop()
@@ -305,7 +313,8 @@ def _seconds(unit: str | None) -> float:
 
 
 def _number(path: Path, name: str, fields: Fields, scale: float = 1.0) -> float | None:
-    """A field's number; None where the file does not have it. Raises `RecordingError` where it is no single number."""
+    """A field's number; None where the file does not have it. Raises `RecordingError` where it is
+    no single number."""
     value = fields.get(name)
     if not name or value is None:
         return None

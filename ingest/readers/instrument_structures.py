@@ -1,5 +1,6 @@
-"""Axes as instruments write them into MATLAB files: PicoScope's `Tinterval` and `Tstart`, Dewesoft's `Data1_time_AI_1`
-beside `Data1_AI_1`, and Simcenter Testlab's `x_values` beside `y_values`."""
+"""Axes as instruments write them into MATLAB files: PicoScope's `Tinterval` and `Tstart`,
+Dewesoft's `Data1_time_AI_1` beside `Data1_AI_1`, and Simcenter Testlab's `x_values` beside
+`y_values`."""
 
 from __future__ import annotations
 
@@ -24,8 +25,10 @@ INSTRUMENT_FIELDS: tuple[FieldRule, ...] = (
     used("x_values.*", "Testlab: start, step and unit of the axis; one that is no time is refused"),
     harmless(
         "y_values.quantity.*",
-        "Testlab: the unit of the display. The samples are in it or in SI, as the export was set, and the file does "
-        "not say which: the channel has no unit until the laboratory gives it; a factor or offset is refused",
+        "Testlab: the unit of the display. The samples are in it or in SI, "
+        "as the export was set, and the file does "
+        "not say which: the channel has no unit until the laboratory gives "
+        "it; a factor or offset is refused",
     ),
 )
 _DEWESOFT_TIME = re.compile(r"(Data\d+)_time_(.+)")
@@ -97,7 +100,8 @@ def _of_testlab(array: Array, facts: Facts) -> Array:
                 place = group.removeprefix(f"{signal}/").replace("/", ".")
                 return replace(
                     array,
-                    obstacle=f"has {place}.{name} = {value!r}; export it in its own unit, with none",
+                    obstacle=f"has {place}.{name} = {value!r}; "
+                    f"export it in its own unit, with none",
                 )
     return replace(
         array,

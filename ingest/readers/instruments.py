@@ -1,8 +1,8 @@
-"""Oscilloscopes and recorders that write text: how a file of each is recognised, and where its header states names,
-units, rate, start and length.
+"""Oscilloscopes and recorders that write text: how a file of each is recognised, and where its
+header states names, units, rate, start and length.
 
-An instrument is one entry of `INSTRUMENTS`, by which `instrument_header` reads. The first entry whose signs all stand
-above the numbers is taken.
+An instrument is one entry of `INSTRUMENTS`, by which `instrument_header` reads. The first entry
+whose signs all stand above the numbers is taken.
 """
 
 from __future__ import annotations
@@ -17,14 +17,17 @@ TIME, SEQUENCE = "time", "sequence"
 
 @dataclass(frozen=True)
 class Instrument:
-    """Signs, lines and fields of one family of files. Patterns are compared with whole cells, without case.
+    """Signs, lines and fields of one family of files. Patterns are compared with whole cells,
+    without case.
 
-    Names stand in the `heading`, the line directly above the columns, known by its first cell, or, without one, in the
-    line above the `units`; or as values of a field (`names`; the first that the file has). `units` are first cells of
-    lines of units; where they say none, units stand in brackets, in the names (`label`, with groups name and unit) or
-    in a line below the heading. `step`, `rate`, `start` and `samples` are fields, also cells such as `tInc = 1e-5` of
-    the heading and numbers below its names. `first` is the first column, where the instrument does not call it time.
-    `beside`: the settings stand in the first three columns, time and the channel in the next two.
+    Names stand in the `heading`, the line directly above the columns, known by its first cell, or,
+    without one, in the line above the `units`; or as values of a field (`names`; the first that the
+    file has). `units` are first cells of lines of units; where they say none, units stand in
+    brackets, in the names (`label`, with groups name and unit) or in a line below the heading.
+    `step`, `rate`, `start` and `samples` are fields, also cells such as `tInc = 1e-5` of the
+    heading and numbers below its names. `first` is the first column, where the instrument does not
+    call it time. `beside`: the settings stand in the first three columns, time and the channel in
+    the next two.
     """
 
     name: str
@@ -44,7 +47,8 @@ class Instrument:
 
     @property
     def rules(self) -> tuple[FieldRule, ...]:
-        """What becomes of each field, those that give names, units, rate, start and length first."""
+        """What becomes of each field, those that give names, units, rate, start and length
+        first."""
         places = (
             *((name, "names of the channels") for name in self.names),
             *(
@@ -127,7 +131,8 @@ INSTRUMENTS: tuple[Instrument, ...] = (
         fields=(harmless("Horizontal Units", "the line above the numbers says the unit of time"),),
     ),
     Instrument(
-        "Rigol DS1000B, DS1000D, DS1000E; Keysight and Agilent InfiniiVision; Siglent without settings",
+        "Rigol DS1000B, DS1000D, DS1000E; Keysight and Agilent "
+        "InfiniiVision; Siglent without settings",
         signs=("Seconds?", r"Volts?|Amperes?|Amps?|Watts?|Unknown|Value"),
         units=("Seconds?",),
         first=TIME,
@@ -292,7 +297,8 @@ INSTRUMENTS: tuple[Instrument, ...] = (
     ),
 )
 
-#: The header that Rohde & Schwarz RTO, RTE and RTP write into a file of its own, beside the `.Wfm.csv` of the numbers.
+#: The header that Rohde & Schwarz RTO, RTE and RTP write into a file of its own, beside the
+#: `.Wfm.csv` of the numbers.
 HEADER_FILE = Instrument(
     "Rohde & Schwarz RTO, RTE, RTP: header in a file beside NAME.Wfm.csv",
     signs=("SignalResolution",),

@@ -1,4 +1,5 @@
-"""LabVIEW measurement file `.lvm`: text with a header per file and one per segment, or numbers alone."""
+"""LabVIEW measurement file `.lvm`: text with a header per file and one per segment, or numbers
+alone."""
 
 from __future__ import annotations
 
@@ -25,10 +26,12 @@ _SEPARATORS = {"Tab": "\t", "Comma": ","}
 
 
 class LvmReader(ArrayReader):
-    """One segment; `X_Columns` No or One. Several segments are refused: their gaps in time would be lost.
+    """One segment; `X_Columns` No or One. Several segments are refused: their gaps in time would be
+    lost.
 
-    Several writes under one heading are read where an X column tells the gaps between them. Channels start by `Date`,
-    `Time` and `X0`, in seconds after the earliest `Date` and `Time` of the segment.
+    Several writes under one heading are read where an X column tells the gaps between them.
+    Channels start by `Date`, `Time` and `X0`, in seconds after the earliest `Date` and `Time` of
+    the segment.
     """
 
     format = "lvm"
@@ -55,12 +58,14 @@ class LvmReader(ArrayReader):
 
 
 def _without_header(path: Path, text: str, options: ReadingOptions) -> Contents:
-    """Numbers alone, as LabVIEW writes them with "no headers"; names and rate are the laboratory's."""
+    """Numbers alone, as LabVIEW writes them with "no headers"; names and rate are the
+    laboratory's."""
     lines = text[: 1 << 18].split("\n")[:-1]
     start = next((line.strip() for line in lines if line.strip()), "")
     if not re.match(r"[-+\d.,]|nan", start, re.IGNORECASE):
         raise RecordingError(
-            f"{path.name}: starts with {one_line(start[:30])!r}; expected 'LabVIEW Measurement', or numbers alone"
+            f"{path.name}: starts with {one_line(start[:30])!r}; expected "
+            f"'LabVIEW Measurement', or numbers alone"
         )
     layout = sniff(path, lines, options)
     if any(map(any, layout.above)):
@@ -112,10 +117,12 @@ def _arrays(path: Path, parsed: dict[Any, Any], text: str, options: ReadingOptio
 
 
 def _lengths(path: Path, parsed: dict[Any, Any], rows: int, gaps_known: bool) -> list[int]:
-    """Samples of each channel, as declared. Raises `RecordingError` unless the longest is as long as the table.
+    """Samples of each channel, as declared. Raises `RecordingError` unless the longest is as long
+    as the table.
 
-    With one heading for many writes (`Multi_Headings No`) LabVIEW declares the samples of the first write only. Each
-    write may have a trigger of its own, so that they are refused unless the gaps between them are known.
+    With one heading for many writes (`Multi_Headings No`) LabVIEW declares the samples of the first
+    write only. Each write may have a trigger of its own, so that they are refused unless the gaps
+    between them are known.
     """
     count = int(parsed[0]["Channels"])
     declared = [int(samples) for samples in parsed[0].get("Samples", [])[:count]]
@@ -127,9 +134,12 @@ def _lengths(path: Path, parsed: dict[Any, Any], rows: int, gaps_known: bool) ->
     if parsed.get("Multi_Headings") == "No" and rows % longest == 0 and min(declared) == longest:
         if rows > longest and not gaps_known:
             raise RecordingError(
-                f"{path.name}: holds {rows // longest} writes of {longest} samples under one heading and no X column, "
-                "so that the gaps between them are not known; write it with one X column, or, where the writes follow "
-                'each other without a gap, harmless_fields = ["Samples"] under [recordings] of campaign.toml '
+                f"{path.name}: holds {rows // longest} writes of {longest} "
+                f"samples under one heading and no X column, "
+                "so that the gaps between them are not known; write it with "
+                "one X column, or, where the writes follow "
+                'each other without a gap, harmless_fields = ["Samples"] '
+                "under [recordings] of campaign.toml "
                 "(--harmless-field Samples of a command)"
             )
         return [rows] * count
@@ -141,7 +151,8 @@ def _lengths(path: Path, parsed: dict[Any, Any], rows: int, gaps_known: bool) ->
 
 
 def _refuse_unreadable(path: Path, columns: list[NDArray[np.float64]], text: str) -> None:
-    """lvm_read turns every field that it cannot read into NaN: there must be no more of them than the file wrote."""
+    """lvm_read turns every field that it cannot read into NaN: there must be no more of them than
+    the file wrote."""
     missing = sum(int(np.count_nonzero(np.isnan(column))) for column in columns)
     if missing == 0:
         return

@@ -1,4 +1,5 @@
-"""The x axis of LVM channels: absolute starts, steps in their unit, and what the X column says of gaps."""
+"""The x axis of LVM channels: absolute starts, steps in their unit, and what the X column says of
+gaps."""
 
 from __future__ import annotations
 
@@ -30,8 +31,8 @@ _TIME = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d*))?")
 def channel_starts(
     path: Path, segment: Mapping[str, Any], count: int, options: ReadingOptions
 ) -> tuple[list[float | None], dict[str, str]]:
-    """Seconds after the earliest `Date` and `Time` of the channels, None for a channel that alone has none; and the
-    header that says what instant that is.
+    """Seconds after the earliest `Date` and `Time` of the channels, None for a channel that alone
+    has none; and the header that says what instant that is.
 
     Raises `RecordingError` for dates that differ and cannot be read.
     """
@@ -54,8 +55,10 @@ def _absolute(path: Path, date: str, time: str) -> np.datetime64 | None:
     day, clock = _DATE.fullmatch(date), _TIME.fullmatch(time)
     if day is None or clock is None:
         raise RecordingError(
-            f"{path.name}: its channels start at different times, and {date!r} {time!r} is not read; expected "
-            'yyyy/mm/dd and hh:mm:ss.sss, or harmless_fields = ["Date", "Time"] under [recordings] of campaign.toml '
+            f"{path.name}: its channels start at different times, and "
+            f"{date!r} {time!r} is not read; expected "
+            'yyyy/mm/dd and hh:mm:ss.sss, or harmless_fields = ["Date", '
+            '"Time"] under [recordings] of campaign.toml '
             "(--harmless-field of a command) where all start together"
         )
     year, month, number = (int(word) for word in day.groups())
@@ -86,7 +89,8 @@ def channel_clock(
     column: Floats | None,
     start_s: float | None,
 ) -> dict[str, Any]:
-    """Rate, start, gaps or obstacle of a channel, as `Array` takes them, from `Delta_X` and `X0` and the X column.
+    """Rate, start, gaps or obstacle of a channel, as `Array` takes them, from `Delta_X` and `X0`
+    and the X column.
 
     `column` are the X values of the channel's samples, where the file has them.
     """
@@ -96,19 +100,23 @@ def channel_clock(
     unit_s = seconds_per_unit_of_x(name, unit)
     if unit_s is None:
         return {
-            "obstacle": f"has X_Dimension = {name!r} and X_Unit_Label = {unit!r}, which is no time in s, ms, us, ns, "
+            "obstacle": f"has X_Dimension = {name!r} and X_Unit_Label = {unit!r}, which "
+            f"is no time in s, ms, us, ns, "
             "min or h; write the series over time"
         }
     if start_s is None:
         return {
-            "obstacle": "has no Date and Time, and other channels have them: when it starts beside them is not known; "
-            'harmless_fields = ["Date", "Time"] under [recordings] of campaign.toml (--harmless-field of a command) '
+            "obstacle": "has no Date and Time, and other channels have them: when it "
+            "starts beside them is not known; "
+            'harmless_fields = ["Date", "Time"] under [recordings] of '
+            "campaign.toml (--harmless-field of a command) "
             "says that all channels start together"
         }
     step, offset = (_number(segment, key, channel) for key in ("Delta_X", "X0"))
     if offset is not None and abs(offset * unit_s) > _ABSOLUTE_S:
         return {
-            "obstacle": f"has X0 = {offset}, an absolute time beside Date and Time; write relative time"
+            "obstacle": f"has X0 = {offset}, an absolute time "
+            f"beside Date and Time; write relative time"
         }
     if step is None:
         if column is None:
@@ -147,7 +155,8 @@ def _with_column(
         return {"obstacle": f"has an X column that contradicts its Delta_X: {error}"}
     if abs(even.rate_hz - rate_hz) > _AGREEMENT * rate_hz and not rounded_from(times_s, rate_hz):
         return {
-            "obstacle": f"has a Delta_X of {rate_hz:g} Hz, and its X column gives {even.rate_hz:g} Hz; correct one of "
+            "obstacle": f"has a Delta_X of {rate_hz:g} Hz, and its X column gives "
+            f"{even.rate_hz:g} Hz; correct one of "
             "them"
         }
     return {**clock, "header": {"time_gaps": even.gaps}} if even.gaps else clock

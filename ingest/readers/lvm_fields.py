@@ -1,5 +1,5 @@
-"""What a LabVIEW measurement file can say: keys of its header and of a segment (NI, "Specification for the LabVIEW
-Measurement File")."""
+"""What a LabVIEW measurement file can say: keys of its header and of a segment (NI, "Specification
+for the LabVIEW Measurement File")."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ LVM_FIELDS: tuple[FieldRule, ...] = (
     used("X_Columns", "`No` or `One` column of X values; `Multi` is refused"),
     used("Channels", "the number of channels"),
     used("Samples", "the samples of each channel; of one write with one heading for many"),
-    used("Date", "with `Time`, the absolute start of each channel; starts are compared across channels"),
+    used("Date",
+    "with `Time`, the absolute start of each channel; starts are compared across channels"),
     used("Time", "with `Date`, the absolute start of each channel"),
     used("X_Dimension", "the quantity of the x axis: a channel over frequency or angle is refused"),
     used("X_Unit_Label", "the unit of the x axis: s, ms, us, ns, min, h; any other is refused"),
@@ -20,7 +21,8 @@ LVM_FIELDS: tuple[FieldRule, ...] = (
     used("Delta_X", "the step, in the unit of the x axis; it must agree with the X column"),
     used("Y_Unit_Label", "the unit of the samples"),
     harmless("Y_Dimension", "the quantity, which campaign.toml names"),
-    harmless("Time_Pref", "whether a viewer shows time relative or absolute; the start is read from its own keys"),
+    harmless("Time_Pref",
+    "whether a viewer shows time relative or absolute; the start is read from its own keys"),
     harmless("*_Version", "the version of the format"),
     harmless("Operator", "a text"),
     harmless("Description", "a text"),

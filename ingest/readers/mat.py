@@ -34,10 +34,11 @@ _LONGEST_TEXT = 4096
 
 
 class MatReader(ArrayReader):
-    """Vectors, the columns of a matrix (`data_1`, or as campaign.toml names them) and the fields of structures.
+    """Vectors, the columns of a matrix (`data_1`, or as campaign.toml names them) and the fields of
+    structures.
 
-    Numbers are in the class that MATLAB would show. A field is asked for by its name, or as `structure.field` where the
-    name alone is not unique.
+    Numbers are in the class that MATLAB would show. A field is asked for by its name, or as
+    `structure.field` where the name alone is not unique.
     """
 
     format = "mat"
@@ -96,12 +97,16 @@ def _class_obstacle(kind: str) -> str | None:
         "opaque": "a MATLAB object (a table, timeseries, string, datetime or the like)",
         "object": "a MATLAB object",
     }
-    return f"is {named.get(kind, f'a MATLAB {kind}')}; save it with struct(...) or as a vector of numbers"
+    return (
+        f"is {named.get(kind, f'a MATLAB {kind}')}; save it with struct(...) or "
+        f"as a vector of numbers"
+    )
 
 
 def _load(path: Path, name: str) -> NDArray[Any]:
     from scipy.io import loadmat
 
-    # `mat_dtype`: MATLAB stores whole numbers of a double array as bytes, which scipy would hand on as uint8.
+    # `mat_dtype`: MATLAB stores whole numbers of a double array as bytes, which scipy would hand on
+    # as uint8.
     values: NDArray[Any] = loadmat(path, variable_names=[name], mat_dtype=True)[name]
     return values

@@ -1,10 +1,11 @@
-"""Structures of a MATLAB 5 file: the numbers of their fields, walked before anything is allocated, without the general
-reader's trust in nested counts.
+"""Structures of a MATLAB 5 file: the numbers of their fields, walked before anything is allocated,
+without the general reader's trust in nested counts.
 
-MathWorks, "MAT-File Format" (level 5): a 128-byte header, then elements, each an 8-byte tag (type, byte count) and its
-bytes; a compressed element is a zlib stream of one other element. A matrix element holds flags, dimensions, name and
-then the numbers, each again with a tag; a structure holds flags, dimensions and name, the length of a field's name, the
-names, and then one matrix element a field.
+MathWorks, "MAT-File Format" (level 5): a 128-byte header, then elements, each an 8-byte tag (type,
+byte count) and its bytes; a compressed element is a zlib stream of one other element. A matrix
+element holds flags, dimensions, name and then the numbers, each again with a tag; a structure holds
+flags, dimensions and name, the length of a field's name, the names, and then one matrix element a
+field.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ def byte_order(path: Path) -> str:
 def refuse_damaged(path: Path) -> set[str]:
     """The names of complex variables, which scipy's listing does not tell.
 
-    Raises `RecordingError` unless every element lies whole in the file and holds as much as it declares.
+    Raises `RecordingError` unless every element lies whole in the file and holds as much as it
+    declares.
     """
     order, size = byte_order(path), path.stat().st_size
     complex_names = set()
@@ -72,7 +74,8 @@ def elements(path: Path, file: BinaryIO, order: str, size: int) -> Iterator[tupl
         kind, count = struct.unpack(f"{order}II", start) if len(start) == 8 else (0, 0)
         if kind not in (MATRIX, COMPRESSED) or count == 0:
             raise RecordingError(
-                f"{path.name}: no variable starts at byte {position} of {size}; it is cut or damaged"
+                f"{path.name}: no variable starts at byte "
+                f"{position} of {size}; it is cut or damaged"
             )
         end = position + 8 + count
         if end > size:
@@ -111,13 +114,15 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
         if width == 0 or min(shape, default=0) < 0 or not samples * width <= count <= most:
             # An unknown type would crash scipy, not merely fail.
             raise RecordingError(
-                f"{path.name}: {name!r} declares {samples} samples of {width} bytes and holds {count} bytes"
+                f"{path.name}: {name!r} declares {samples} samples of {width} "
+                f"bytes and holds {count} bytes"
             )
     return name, bool(flags & _COMPLEX_FLAG)
 
 
 def _element_bytes(path: Path, head: bytes, position: int, order: str) -> tuple[bytes, int]:
-    """The bytes of a part that precedes the numbers, and where the next begins: scipy believes any count there."""
+    """The bytes of a part that precedes the numbers, and where the next begins: scipy believes any
+    count there."""
     _, count, array_name, after = tag(head, position, order)
     if len(array_name) != count:
         raise RecordingError(
@@ -127,7 +132,8 @@ def _element_bytes(path: Path, head: bytes, position: int, order: str) -> tuple[
 
 
 def tag(head: bytes, position: int, order: str) -> tuple[int, int, bytes, int]:
-    """(type, byte count, bytes as far as `head` has them, position of the next tag); small elements share the tag."""
+    """(type, byte count, bytes as far as `head` has them, position of the next tag); small elements
+    share the tag."""
     first, second = struct.unpack_from(f"{order}II", head, position)
     if first >> 16:
         count = first >> 16
@@ -171,11 +177,11 @@ Texts = dict[str, dict[str, str]]
 
 
 def struct_arrays(path: Path) -> tuple[dict[str, list[Array]], Texts]:
-    """By variable, the fields of every structure of one element, at any depth, as arrays of the group `variable/...`;
-    and its texts by group and name.
+    """By variable, the fields of every structure of one element, at any depth, as arrays of the
+    group `variable/...`; and its texts by group and name.
 
-    A field that holds something else than real numbers cannot be a channel. Raises `RecordingError` where a nested
-    count is false.
+    A field that holds something else than real numbers cannot be a channel. Raises `RecordingError`
+    where a nested count is false.
     """
     order, size, arrays_by_name = byte_order(path), path.stat().st_size, dict[str, list[Array]]()
     texts: Texts = {}
@@ -214,7 +220,8 @@ def _damaged(path: Path) -> RecordingError:
 
 
 def _part(path: Path, body: bytes, position: int, order: str) -> tuple[int, bytes, int]:
-    """(type, bytes, position of the next part). Raises `RecordingError` where `body` ends before the part does."""
+    """(type, bytes, position of the next part). Raises `RecordingError` where `body` ends before
+    the part does."""
     if position + 8 > len(body):
         raise _damaged(path)
     kind, count, content, after = tag(body, position, order)
@@ -224,7 +231,8 @@ def _part(path: Path, body: bytes, position: int, order: str) -> tuple[int, byte
 
 
 def _head(path: Path, body: bytes, order: str) -> tuple[int, tuple[int, ...], str, int]:
-    """(flags and class, shape, name, position of what follows) of a matrix element without its tag."""
+    """(flags and class, shape, name, position of what follows) of a matrix element without its
+    tag."""
     _, flags, position = _part(path, body, 0, order)
     _, dimensions, position = _part(path, body, position, order)
     _, name, position = _part(path, body, position, order)
@@ -237,7 +245,8 @@ def _head(path: Path, body: bytes, order: str) -> tuple[int, tuple[int, ...], st
 def _structure(
     path: Path, body: bytes, order: str, group: str, depth: int, texts: Texts
 ) -> tuple[str, list[Array]]:
-    """Name and arrays of one structure; none of a row of structures, whose fields would be many of one name."""
+    """Name and arrays of one structure; none of a row of structures, whose fields would be many of
+    one name."""
     _, shape, name, position = _head(path, body, order)
     if math.prod(shape) != 1 or depth >= _DEEPEST:
         return name, []

@@ -1,4 +1,5 @@
-"""Classes of MATLAB 7.3: which data sets hold the numbers of a variable, and which hold handles, bits or non-zeros."""
+"""Classes of MATLAB 7.3: which data sets hold the numbers of a variable, and which hold handles,
+bits or non-zeros."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ _NUMBERS = frozenset(
         *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
     }
 )
-#: `MATLAB_object_decode` of handles to objects, and those of `MATLAB_int_decode` that are no numbers.
+#: `MATLAB_object_decode` of handles to objects, and those of `MATLAB_int_decode` that are no
+#: numbers.
 _WORDS = {
     "cell": "a cell array",
     "logical": "a logical array",
@@ -32,8 +34,8 @@ _WORDS = {
 
 
 def matlab_obstacle(dataset: h5py.Dataset) -> str | None:
-    """Why the numbers of a data set are no samples by its MATLAB class, or by that of a structure around it; None
-    where they are."""
+    """Why the numbers of a data set are no samples by its MATLAB class, or by that of a structure
+    around it; None where they are."""
     item: Any = dataset
     while item.name != "/":
         kind = item.attrs.get("MATLAB_class")

@@ -20,7 +20,8 @@ _LONGEST_HEADER = 1 << 16
 
 
 class NpyReader(ArrayReader):
-    """A matrix (n, k) or (k, n) gives `data_1` to `data_k`, a vector `data`, unless columns are named. No pickles."""
+    """A matrix (n, k) or (k, n) gives `data_1` to `data_k`, a vector `data`, unless columns are
+    named. No pickles."""
 
     format = "npy"
     suffixes = (".npy",)
@@ -43,7 +44,8 @@ class NpyReader(ArrayReader):
         offset = head.tell()
         if dtype.hasobject:
             raise RecordingError(
-                f"{path.name}: holds Python objects, which are not read; expected an array of numbers"
+                f"{path.name}: holds Python objects, which "
+                f"are not read; expected an array of numbers"
             )
         needed, size = (
             offset + dtype.itemsize * int(np.prod(shape, dtype=object)),

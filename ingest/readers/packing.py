@@ -1,4 +1,5 @@
-"""Packed numbers, by the conventions of netCDF ("NetCDF Users Guide", appendix B; CF conventions, 2.5.1 and 8.1)."""
+"""Packed numbers, by the conventions of netCDF ("NetCDF Users Guide", appendix B; CF conventions,
+2.5.1 and 8.1)."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ _LIMITS = ("valid_range", "valid_min", "valid_max")
 
 @dataclass(frozen=True)
 class NetcdfPacking:
-    """value = stored * scale + offset; NaN where stored is one of `fills`, below `lowest` or above `highest`.
+    """value = stored * scale + offset; NaN where stored is one of `fills`, below `lowest` or above
+    `highest`.
 
     `unsigned`: stored are the bits of numbers without a sign.
     """

@@ -40,7 +40,8 @@ PARQUET_FIELDS: tuple[FieldRule, ...] = (
 
 
 class ParquetReader(ArrayReader):
-    """`fs` is schema metadata or a column; a unit is field metadata `unit`, or in the column's name `force [N]`."""
+    """`fs` is schema metadata or a column; a unit is field metadata `unit`, or in the column's name
+    `force [N]`."""
 
     format = "parquet"
     suffixes = (".parquet", ".pq")
@@ -63,8 +64,8 @@ class ParquetReader(ArrayReader):
 
 
 def _index(path: Path, file: pq.ParquetFile, pandas_says: Any, with_rate: bool) -> list[Array]:
-    """The index of a pandas frame where it is time: dates, durations, a range that is named so, and, to be held against
-    the rate that is stated, numbers without a name."""
+    """The index of a pandas frame where it is time: dates, durations, a range that is named so,
+    and, to be held against the rate that is stated, numbers without a name."""
     fields = [f for f in file.schema_arrow if f.name.startswith(_UNNAMED_INDEX)]
     if len(fields) == 1:
         array = replace(_array(path, file, fields[0]), name="time")
@@ -110,14 +111,16 @@ def _take(
     values = file.read_row_groups(groups, columns=[column]).column(column)
     if values.null_count and _dtype(values.type).kind != "f":
         raise RecordingError(
-            f"{path.name}: {column!r} lacks {values.null_count} values; whole numbers cannot say NaN"
+            f"{path.name}: {column!r} lacks {values.null_count} values; whole "
+            f"numbers cannot say NaN"
         )
     offset = int(bounds[groups[0]]) if groups else start
     return np.array(values.to_numpy()[start - offset : stop - offset])
 
 
 def _dtype(kind: pa.DataType) -> np.dtype[Any]:
-    """The numpy dtype of real numbers, dates and durations; text, decimals and structures are objects here."""
+    """The numpy dtype of real numbers, dates and durations; text, decimals and structures are
+    objects here."""
     import pyarrow as pa
 
     if pa.types.is_timestamp(kind):

@@ -1,5 +1,5 @@
-"""From a file's arrays to channels: the rules that hold for every format. Columns of a matrix are named as the
-laboratory says, else `NAME_1`, `NAME_2`."""
+"""From a file's arrays to channels: the rules that hold for every format. Columns of a matrix are
+named as the laboratory says, else `NAME_1`, `NAME_2`."""
 
 from __future__ import annotations
 
@@ -58,20 +58,22 @@ def with_columns(path: Path, arrays: Sequence[Array], names: Sequence[str]) -> l
 
     `names` are those of the matrix that has as many columns, or of the array that has no name.
 
-    Samples run along the longer side, or across the side that has as many as there are names. Raises `RecordingError`
-    where that is open.
+    Samples run along the longer side, or across the side that has as many as there are names.
+    Raises `RecordingError` where that is open.
     """
     fitting = [array for array in arrays if names and _fits(array, len(names))]
     if len(fitting) > 1:
         listed = ", ".join(repr(array.name) for array in fitting)
         raise RecordingError(
-            f"{path.name}: {len(names)} columns are named, and {listed} have as many; expected one matrix"
+            f"{path.name}: {len(names)} columns are named, and {listed} have "
+            f"as many; expected one matrix"
         )
     columns: list[Array] = []
     for array in arrays:
         if names and array.nameless and array not in fitting:
             raise RecordingError(
-                f"{path.name}: {len(names)} columns are named ({', '.join(names)}), and its shape is {array.shape}; "
+                f"{path.name}: {len(names)} columns are named "
+                f"({', '.join(names)}), and its shape is {array.shape}; "
                 "expected as many names as columns"
             )
         columns += _columns(path, array, names if array in fitting else ())
@@ -105,7 +107,8 @@ def _columns(path: Path, array: Array, names: Sequence[str]) -> list[Array]:
     if rows == columns:
         if names or array.nameless:
             raise RecordingError(
-                f"{path.name}: {array.name!r} has shape {array.shape}; expected more samples than channels"
+                f"{path.name}: {array.name!r} has shape {array.shape}; "
+                f"expected more samples than channels"
             )
         return [array]  # and refused when asked for: a calibration, perhaps
     across = columns < rows if not names else columns == len(names)
@@ -153,7 +156,8 @@ _KINDS = {
 
 
 class ArraysRecording(OpenRecording):
-    """Channels over a file's arrays. An array that cannot be a channel is refused when asked for, not before."""
+    """Channels over a file's arrays. An array that cannot be a channel is refused when asked for,
+    not before."""
 
     def __init__(
         self, path: Path, contents: Contents, options: ReadingOptions = AS_IN_FILE
@@ -217,7 +221,8 @@ class ArraysRecording(OpenRecording):
             samples = self._arrays[channel.name].take(first, first + wanted)
             if samples.shape != (wanted,):
                 raise RecordingError(
-                    f"{self._path.name}: {name!r} gives {samples.size} samples from {first}; {wanted} were declared"
+                    f"{self._path.name}: {name!r} gives {samples.size} "
+                    f"samples from {first}; {wanted} were declared"
                 )
             # Native byte order, and nothing else: an equal dtype is not copied.
             return samples.astype(channel.dtype, casting="equiv", copy=False)
@@ -252,7 +257,8 @@ class ArrayReader(Reader):
 
 
 def _named(path: Path, arrays: list[Array]) -> list[tuple[str, Array]]:
-    """Everything but rates, times and scalars, by its name, or `group/name` where the name alone is not unique."""
+    """Everything but rates, times and scalars, by its name, or `group/name` where the name alone is
+    not unique."""
     candidates = [a for a in arrays if not a.is_rate and not a.is_time and a.samples != 1]
     count = Counter(a.name for a in candidates)
     named = [
@@ -268,7 +274,8 @@ def _named(path: Path, arrays: list[Array]) -> list[tuple[str, Array]]:
 
 
 def _channel_positions(array: Array) -> list[str]:
-    """A channel by its place in the file, as HDF5 and as MATLAB write it: `bench/force`, `bench.force`."""
+    """A channel by its place in the file, as HDF5 and as MATLAB write it: `bench/force`,
+    `bench.force`."""
     return (
         [f"{array.group}/{array.name}", f"{array.group}.{array.name}".replace("/", ".")]
         if array.group
@@ -277,7 +284,8 @@ def _channel_positions(array: Array) -> list[str]:
 
 
 def _text(text: str) -> str:
-    """What can be printed and stored: libraries hand on bytes that are no UTF-8 as halves of characters."""
+    """What can be printed and stored: libraries hand on bytes that are no UTF-8 as halves of
+    characters."""
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
@@ -307,7 +315,8 @@ class _OwnClocks:
 
 
 def _on_grid(path: Path, array: Array, clock: Clock, times_s: Floats) -> Array:
-    """A channel of uneven times on the even grid of its clock, with the error of this in its header."""
+    """A channel of uneven times on the even grid of its clock, with the error of this in its
+    header."""
     samples = array.take(0, array.samples).astype(np.float64)
     values, error = resampled(path, array.name, times_s, samples, clock.rate_hz)
     steps = np.diff(times_s)
@@ -332,7 +341,10 @@ def _why_not(array: Array, clock: Clock | None, beside: Clock | None) -> str | N
     if array.obstacle is not None:
         return array.obstacle
     if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
-        return f"is {_KINDS.get(array.dtype.kind, array.dtype.name)}; expected real numbers of at most 8 bytes"
+        return (
+            f"is {_KINDS.get(array.dtype.kind, array.dtype.name)}; expected real "
+            f"numbers of at most 8 bytes"
+        )
     if array.samples == 0:
         return "is empty; expected samples"
     if sum(length != 1 for length in array.shape) > 1:
@@ -350,7 +362,10 @@ def _why_not(array: Array, clock: Clock | None, beside: Clock | None) -> str | N
         return f"has {array.samples} samples, its time vector {clock.samples}; expected as many"
     if beside is not None and beside.samples == array.samples and not clocks_agree(clock, beside):
         time = beside.obstacle or f"it gives {beside.rate_hz:g} Hz"
-        return f"states {clock.rate_hz:g} Hz, which the time beside it contradicts: {time}; correct one of them"
+        return (
+            f"states {clock.rate_hz:g} Hz, which the time beside it contradicts: "
+            f"{time}; correct one of them"
+        )
     return None
 
 

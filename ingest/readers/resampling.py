@@ -1,8 +1,10 @@
-"""Samples at uneven times put on an even grid, where the laboratory asks for it, with the error that this makes.
+"""Samples at uneven times put on an even grid, where the laboratory asks for it, with the error
+that this makes.
 
-The curve through the samples is a cubic spline. Its error is bounded by how far two splines depart from it that pass
-through every second sample alone: their steps are twice as long, which makes their error up to sixteen times as large
-for a curve that is well sampled, and as large as the peak for one that is not.
+The curve through the samples is a cubic spline. Its error is bounded by how far two splines depart
+from it that pass through every second sample alone: their steps are twice as long, which makes
+their error up to sixteen times as large for a curve that is well sampled, and as large as the peak
+for one that is not.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ _FEWEST_SAMPLES = 8
 
 
 def grid_rate(path: Path, times_s: Floats) -> float:
-    """The rate (Hz) of the even grid for rising times (n,): of their short steps, so that nothing is lost.
+    """The rate (Hz) of the even grid for rising times (n,): of their short steps, so that nothing
+    is lost.
 
     Raises `RecordingError` for a gap, which cannot be filled, and for fewer than eight samples.
     """
@@ -37,7 +40,8 @@ def grid_rate(path: Path, times_s: Floats) -> float:
     at = int(np.argmax(steps / beside))
     if steps[at] > _GAP * beside[at]:
         raise RecordingError(
-            f"{path.name}: its time is uneven and has a gap of {steps[at]:.6g} s before sample {at + 1}, which cannot "
+            f"{path.name}: its time is uneven and has a gap of "
+            f"{steps[at]:.6g} s before sample {at + 1}, which cannot "
             "be resampled; save the parts before and after it as records of their own"
         )
     return rate_from_step(float(np.quantile(steps, _SHORTER_STEPS)), _ROUNDED_RATE)
@@ -46,7 +50,8 @@ def grid_rate(path: Path, times_s: Floats) -> float:
 def resampled(
     path: Path, name: str, times_s: Floats, samples: Floats, rate_hz: float
 ) -> tuple[Floats, float]:
-    """Samples (n,) at times (n,) on the grid of `rate_hz` from the first time on (m,), and the bound of their error.
+    """Samples (n,) at times (n,) on the grid of `rate_hz` from the first time on (m,), and the
+    bound of their error.
 
     Raises `RecordingError` for samples that are not finite.
     """

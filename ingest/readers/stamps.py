@@ -12,8 +12,9 @@ from .contents import Array
 
 
 def as_time(array: Array) -> Array:
-    """An array of dates or durations that is time by its name, in seconds: dates from the first one on, exactly, as no
-    float could hold them to the microsecond otherwise. Any other array as it is."""
+    """An array of dates or durations that is time by its name, in seconds: dates from the first one
+    on, exactly, as no float could hold them to the microsecond otherwise. Any other array as it
+    is."""
     if array.dtype.kind not in "mM" or not array.is_time or array.dtype == array.dtype.type:
         return array
 

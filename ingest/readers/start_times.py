@@ -1,6 +1,7 @@
 """Absolute starts of channels on one clock: seconds after the earliest of them.
 
-What instant that is stands in the header of the channels (`CLOCK_ZERO`), so that files of one shot can be compared.
+What instant that is stands in the header of the channels (`CLOCK_ZERO`), so that files of one shot
+can be compared.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ def absolute_start(value: object) -> np.datetime64 | None:
     """A start as a file has it; None where it has none, or the zero of its clock."""
     if not isinstance(value, np.datetime64) or np.isnat(value):
         return None
-    # 1904 is beyond what nanoseconds can hold together with today in other units: compare before converting.
+    # 1904 is beyond what nanoseconds can hold together with today in other units: compare before
+    # converting.
     return value.astype("M8[ns]") if value > _NEVER_SET.astype("M8[s]") else None
 
 
@@ -37,7 +39,8 @@ def seconds_between(first: np.datetime64, second: np.datetime64) -> float:
 
 
 def starts_on_one_clock(starts: Sequence[np.datetime64 | None]) -> list[float | None]:
-    """Seconds after the earliest of `starts`; None for a start that cannot be compared, as the others have one.
+    """Seconds after the earliest of `starts`; None for a start that cannot be compared, as the
+    others have one.
 
     Where no channel has an absolute start, all begin together.
     """
@@ -49,6 +52,7 @@ def starts_on_one_clock(starts: Sequence[np.datetime64 | None]) -> list[float | 
 
 
 def clock_zero(starts: Sequence[np.datetime64 | None]) -> dict[str, str]:
-    """The header that says at which instant `start_s` is 0; empty where no channel has an absolute start."""
+    """The header that says at which instant `start_s` is 0; empty where no channel has an absolute
+    start."""
     stated = [start for start in starts if start is not None]
     return {CLOCK_ZERO: str(min(stated))} if stated else {}

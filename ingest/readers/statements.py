@@ -1,8 +1,9 @@
-"""What stands beside the samples of a file of arrays: scalars and short texts. One that changes the meaning of a number
-is used, or the channels of its group, and of the groups below it, are refused by its name and value.
+"""What stands beside the samples of a file of arrays: scalars and short texts. One that changes the
+meaning of a number is used, or the channels of its group, and of the groups below it, are refused
+by its name and value.
 
-`t_unit` is the unit of the time `t`, `force_unit` that of `force`, and `unit` that of every channel of its group that
-has none of its own.
+`t_unit` is the unit of the time `t`, `force_unit` that of `force`, and `unit` that of every channel
+of its group that has none of its own.
 """
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ Statements = Mapping[str, Mapping[str, Any]]
 
 
 def with_statements(path: Path, contents: Contents, options: ReadingOptions) -> Contents:
-    """`contents` with the units that texts state, and with every scalar and text that holds for an array in its
-    `fields`. Raises `RecordingError` for a time vector with two units."""
+    """`contents` with the units that texts state, and with every scalar and text that holds for an
+    array in its `fields`. Raises `RecordingError` for a time vector with two units."""
     statements = {group: dict(values) for group, values in contents.statements.items()}
     for array in contents.arrays:
         if _is_scalar(array):

@@ -32,10 +32,12 @@ _UNFINISHED = 0xFFFFFFFFFFFFFFFF
 
 
 class TdmsReader(ArrayReader):
-    """Scaled samples where the file holds a scaling, else the raw ones. A `.tdms_index` beside it is not used.
+    """Scaled samples where the file holds a scaling, else the raw ones. A `.tdms_index` beside it
+    is not used.
 
-    Channels start by `wf_start_time` and `wf_start_offset`, in seconds after the earliest `wf_start_time` of the file.
-    A channel of time stamps is the clock of the channels of its group that are as long.
+    Channels start by `wf_start_time` and `wf_start_offset`, in seconds after the earliest
+    `wf_start_time` of the file. A channel of time stamps is the clock of the channels of its group
+    that are as long.
     """
 
     format = "tdms"
@@ -66,10 +68,12 @@ class TdmsReader(ArrayReader):
 
 
 def refuse_unfinished(path: Path) -> None:
-    """Walk the segments; `RecordingError` unless each is whole and the last ends where the file does.
+    """Walk the segments; `RecordingError` unless each is whole and the last ends where the file
+    does.
 
-    Layout of a lead-in: tag `TDSm`, contents mask, version, length of the rest of the segment, length of its
-    metadata (NI, "TDMS file format internal structure"). npTDMS would return fewer samples instead.
+    Layout of a lead-in: tag `TDSm`, contents mask, version, length of the rest of the segment,
+    length of its metadata (NI, "TDMS file format internal structure"). npTDMS would return fewer
+    samples instead.
     """
     size, position = path.stat().st_size, 0
     with path.open("rb") as file:
@@ -94,7 +98,8 @@ def refuse_unfinished(path: Path) -> None:
 
 
 def _refuse_many_scales(path: Path, properties: dict[str, Any]) -> None:
-    """npTDMS makes room for as many scales as a property declares; each has properties of its own."""
+    """npTDMS makes room for as many scales as a property declares; each has properties of its
+    own."""
     declared = properties.get("NI_Number_Of_Scales", 0)
     if not isinstance(declared, int) or declared > len(properties):
         raise RecordingError(
@@ -104,7 +109,8 @@ def _refuse_many_scales(path: Path, properties: dict[str, Any]) -> None:
 
 @contextmanager
 def _no_compromise(path: Path) -> Iterator[None]:
-    """npTDMS logs what it cannot do (unknown scaling, odd chunk) and goes on; here that is a refusal."""
+    """npTDMS logs what it cannot do (unknown scaling, odd chunk) and goes on; here that is a
+    refusal."""
     from nptdms.log import log_manager
 
     def refuse(record: logging.LogRecord) -> bool:
@@ -118,7 +124,8 @@ def _no_compromise(path: Path) -> Iterator[None]:
 
 
 def _written_starts(path: Path, history: PropertyHistory) -> dict[str, list[WrittenStart]]:
-    """Path of a channel -> its starts, one for each segment that says another than the segment before.
+    """Path of a channel -> its starts, one for each segment that says another than the segment
+    before.
 
     Raises `RecordingError` for another property in use that changes within the file.
     """
@@ -127,7 +134,8 @@ def _written_starts(path: Path, history: PropertyHistory) -> dict[str, list[Writ
             rule.matches(change.name) for rule in TDMS_FIELDS if rule.treatment is Treatment.USED
         ):
             raise RecordingError(
-                f"{path.name}: {change.part} has {change.name} = {change.earlier!r} up to sample {change.samples} and "
+                f"{path.name}: {change.part} has {change.name} = "
+                f"{change.earlier!r} up to sample {change.samples} and "
                 f"{change.later!r} from there on; save the two parts as files of their own"
             )
     writes: dict[str, list[WrittenStart]] = {}

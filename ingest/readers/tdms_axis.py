@@ -1,4 +1,5 @@
-"""The x axis of TDMS channels: rate, absolute start and gaps, from waveform properties or from a channel of times."""
+"""The x axis of TDMS channels: rate, absolute start and gaps, from waveform properties or from a
+channel of times."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ _AGREEMENT = 1e-3
 
 @dataclass(frozen=True)
 class WaveformAxis:
-    """Of one channel. `offset_s` is after `start`; `obstacle` says why the channel is no series over time."""
+    """Of one channel. `offset_s` is after `start`; `obstacle` says why the channel is no series
+    over time."""
 
     rate_hz: Any = None
     start: np.datetime64 | None = None
@@ -69,7 +71,8 @@ class WrittenStart:
 def waveform_axis(
     properties: Mapping[str, Any], writes: Sequence[WrittenStart] = ()
 ) -> WaveformAxis:
-    """From the properties of a channel, its group and file. `writes` are the changes of the start within the file."""
+    """From the properties of a channel, its group and file. `writes` are the changes of the start
+    within the file."""
     unit_s, obstacle = _unit_of_x(properties)
     stated = next((value for key, value in properties.items() if key.lower() in RATE_NAMES), None)
     step = properties.get("wf_increment")
@@ -81,7 +84,8 @@ def waveform_axis(
     rate_hz = rate_from_step(step_s)
     if isinstance(stated, int | float) and abs(stated - rate_hz) > _AGREEMENT * rate_hz:
         return WaveformAxis(
-            obstacle=f"has a wf_increment of {rate_hz:g} Hz and states a sampling rate of {stated:g}"
+            obstacle=f"has a wf_increment of {rate_hz:g} Hz "
+            f"and states a sampling rate of {stated:g}"
         )
     first = {**properties, **(writes[0].properties if writes else {})}
     axis = WaveformAxis(
@@ -99,7 +103,8 @@ def _unit_of_x(properties: Mapping[str, Any]) -> tuple[float | None, str | None]
     scale = seconds_per_unit_of_x(name, unit)
     if scale is None:
         return None, (
-            f"has wf_xname = {name!r} and wf_xunit_string = {unit!r}, which is no time in s, ms, us, ns, min or h; "
+            f"has wf_xname = {name!r} and wf_xunit_string = {unit!r}, which "
+            f"is no time in s, ms, us, ns, min or h; "
             "export the series over time"
         )
     return scale, None
@@ -110,7 +115,8 @@ def _offset(properties: Mapping[str, Any], unit_s: float) -> float:
 
 
 def _with_gaps(axis: WaveformAxis, writes: Sequence[WrittenStart], unit_s: float) -> WaveformAxis:
-    """The gaps between writes whose starts are stated; a write that begins before the last one ends is refused."""
+    """The gaps between writes whose starts are stated; a write that begins before the last one ends
+    is refused."""
     gaps: list[tuple[int, int]] = []
     for write in writes[1:]:
         start = absolute_start(write.properties.get("wf_start_time"))
@@ -120,7 +126,8 @@ def _with_gaps(axis: WaveformAxis, writes: Sequence[WrittenStart], unit_s: float
         if missing < -0.5:
             return replace(
                 axis,
-                obstacle=f"starts again {later_s:g} s after its start, at sample {write.before}, before the samples "
+                obstacle=f"starts again {later_s:g} s after its start, at sample "
+                f"{write.before}, before the samples "
                 "written until then end; save the parts as files of their own",
             )
         if missing >= 0.5:
@@ -129,7 +136,8 @@ def _with_gaps(axis: WaveformAxis, writes: Sequence[WrittenStart], unit_s: float
 
 
 def with_stamps(axis: WaveformAxis, stamps: Stamps) -> WaveformAxis:
-    """An axis whose channel has time stamps beside it: they give the rate, or check the one of the waveform."""
+    """An axis whose channel has time stamps beside it: they give the rate, or check the one of the
+    waveform."""
     times_s = stamps.times_s
     if axis.obstacle is not None:
         return axis
@@ -139,7 +147,8 @@ def with_stamps(axis: WaveformAxis, stamps: Stamps) -> WaveformAxis:
     if abs(rate_hz - axis.rate_hz) > _AGREEMENT * axis.rate_hz:
         return replace(
             axis,
-            obstacle=f"has a wf_increment of {axis.rate_hz:g} Hz, and the time stamps {stamps.name!r} beside it are "
+            obstacle=f"has a wf_increment of {axis.rate_hz:g} Hz, and the time stamps "
+            f"{stamps.name!r} beside it are "
             f"{rate_hz:g} Hz apart in the mean; correct one of them",
         )
     if axis.start is None:
@@ -148,14 +157,16 @@ def with_stamps(axis: WaveformAxis, stamps: Stamps) -> WaveformAxis:
     if stamps.start is not None and apart_s > max(1.0 / axis.rate_hz, 2e-6):
         return replace(
             axis,
-            obstacle=f"starts at {axis.start} by wf_start_time and at {stamps.values[0]} by the time stamps "
+            obstacle=f"starts at {axis.start} by wf_start_time and at "
+            f"{stamps.values[0]} by the time stamps "
             f"{stamps.name!r}; correct one of them",
         )
     return axis
 
 
 def on_one_clock(axes: Sequence[WaveformAxis], names: Sequence[str]) -> list[WaveformAxis]:
-    """The same axes with all starts in `offset_s`, after the earliest absolute start of the file."""
+    """The same axes with all starts in `offset_s`, after the earliest absolute start of the
+    file."""
     readable = [
         axis.obstacle is None and (axis.rate_hz is not None or axis.times_s is not None)
         for axis in axes
@@ -172,8 +183,10 @@ def on_one_clock(axes: Sequence[WaveformAxis], names: Sequence[str]) -> list[Wav
             aligned.append(axis)
         elif start_s is None:
             obstacle = (
-                f"has no wf_start_time, and {dated!r} has one: when it starts beside that is not known; "
-                'harmless_fields = ["wf_start_time"] under [recordings] of campaign.toml (--harmless-field '
+                f"has no wf_start_time, and {dated!r} has one: when it starts "
+                f"beside that is not known; "
+                'harmless_fields = ["wf_start_time"] under [recordings] of '
+                "campaign.toml (--harmless-field "
                 "wf_start_time of a command) says that all channels start together"
             )
             aligned.append(replace(axis, obstacle=obstacle))

@@ -1,4 +1,5 @@
-"""Properties of a TDMS channel that change from segment to segment: npTDMS hands on the last value for all samples."""
+"""Properties of a TDMS channel that change from segment to segment: npTDMS hands on the last value
+for all samples."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ class Change:
 
 
 class PropertyHistory(TdmsReader):  # type: ignore[misc]  # npTDMS has no types
-    """npTDMS's reader, which also notes what changes. `starts` of a path: [samples before, property, value]."""
+    """npTDMS's reader, which also notes what changes. `starts` of a path: [samples before,
+    property, value]."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)

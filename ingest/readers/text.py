@@ -19,10 +19,12 @@ _SAMPLE_LINES = 400
 
 
 def sniff(path: Path, lines: list[str], options: ReadingOptions = AS_IN_FILE) -> Layout:
-    """The layout of a file that starts with `lines`. Raises `RecordingError` where none explains it.
+    """The layout of a file that starts with `lines`. Raises `RecordingError` where none explains
+    it.
 
-    Where the lines above the numbers are those of a known instrument, its entry says what stands where. Else a file
-    without a line of names has those of `options`, or `column_1`, `column_2` where its rate is given there.
+    Where the lines above the numbers are those of a known instrument, its entry says what stands
+    where. Else a file without a line of names has those of `options`, or `column_1`, `column_2`
+    where its rate is given there.
     """
     table, instrument, tables = tabulate(path, lines, options)
     if instrument is not None:
@@ -45,7 +47,8 @@ def sniff(path: Path, lines: list[str], options: ReadingOptions = AS_IN_FILE) ->
 
 
 def with_given_names(layout: Layout, options: ReadingOptions) -> Layout:
-    """A known instrument's layout with the laboratory's names, where there are as many; time stays what it is."""
+    """A known instrument's layout with the laboratory's names, where there are as many; time stays
+    what it is."""
     width = len(layout.names)
     while width and not layout.names[width - 1]:
         width -= 1
@@ -62,7 +65,8 @@ def with_given_names(layout: Layout, options: ReadingOptions) -> Layout:
 def tabulate(
     path: Path, lines: list[str], options: ReadingOptions = AS_IN_FILE
 ) -> tuple[TextTable, Instrument | None, list[TextTable]]:
-    """The table that explains the first lines best, its instrument, and all tables that explain them."""
+    """The table that explains the first lines best, its instrument, and all tables that explain
+    them."""
     sample = lines[:_SAMPLE_LINES]
     signs = set().union(*sample) | {NO_DELIMITER, BLANKS}
     if options.decimal == "," and '"' not in signs:
@@ -77,7 +81,8 @@ def tabulate(
     ]
     if not tables:
         raise RecordingError(
-            f"{path.name}: no line of numbers found; expected columns separated by , ; | tab or blanks"
+            f"{path.name}: no line of numbers found; expected columns "
+            f"separated by , ; | tab or blanks"
             + (
                 " (and as delimiter and decimal are given)"
                 if options.delimiter or options.decimal
@@ -114,7 +119,8 @@ def _names_and_units(titles: list[list[str]]) -> tuple[list[str], list[str | Non
 
 
 def _heads_columns(names: list[str], given: tuple[str, ...]) -> bool:
-    """Whether a line is a heading and no free text of as many words: it names a time, or one of the `given` columns."""
+    """Whether a line is a heading and no free text of as many words: it names a time, or one of the
+    `given` columns."""
     labels = {collapse_blanks(name_and_unit(label)[0]) for label in given}
     return any(name and (collapse_blanks(name) in labels or is_clock_name(name)) for name in names)
 
@@ -122,18 +128,23 @@ def _heads_columns(names: list[str], given: tuple[str, ...]) -> bool:
 def _given_names(
     path: Path, table: TextTable, tables: list[TextTable], options: ReadingOptions
 ) -> tuple[list[str], list[str | None]]:
-    """Names of a table without a line of names: as given, else by number where at least the rate is given."""
+    """Names of a table without a line of names: as given, else by number where at least the rate is
+    given."""
     width = table.columns - table.empty_at_end
     if options.columns and not table.fits(options.columns):
         raise RecordingError(
-            f"{path.name}: has {width} columns of numbers and no line of names, and {len(options.columns)} columns are "
+            f"{path.name}: has {width} columns of numbers and no line of "
+            f"names, and {len(options.columns)} columns are "
             f"named ({', '.join(options.columns)}); expected as many"
         )
     if not options.columns and options.sampling_rate_hz is None:
         raise RecordingError(
-            f"{path.name}: {width} columns of numbers from line {table.first + 1} and no line of names above them; "
-            "expected a header such as time,force, or columns and sampling_rate_hz under [recordings] in campaign.toml "
-            '(call the first column "time" only where it is time in seconds, and "" where it counts samples)'
+            f"{path.name}: {width} columns of numbers from line "
+            f"{table.first + 1} and no line of names above them; "
+            "expected a header such as time,force, or columns and "
+            "sampling_rate_hz under [recordings] in campaign.toml "
+            '(call the first column "time" only where it is time in seconds, '
+            'and "" where it counts samples)'
         )
     other = next(
         (
@@ -145,7 +156,8 @@ def _given_names(
     )
     if not options.columns and other is not None:
         raise RecordingError(
-            f"{path.name}: can be read as {table.columns} columns or as {other.columns}; give columns, or decimal, "
+            f"{path.name}: can be read as {table.columns} columns or as "
+            f"{other.columns}; give columns, or decimal, "
             "under [recordings] in campaign.toml"
         )
     labels = [*(options.columns or [f"column_{number + 1}" for number in range(width)])]
@@ -154,10 +166,11 @@ def _given_names(
 
 
 def read_text(path: Path, *, may_lack_last_end: bool = False) -> str:
-    """The file's text, line ends as `\\n`. Raises `RecordingError` unless it is whole UTF-8, UTF-16 or Windows-1252.
+    """The file's text, line ends as `\\n`. Raises `RecordingError` unless it is whole UTF-8, UTF-16
+    or Windows-1252.
 
-    A last line without line end may be cut inside its last number, which nothing in the file would show; it is refused
-    unless `may_lack_last_end`.
+    A last line without line end may be cut inside its last number, which nothing in the file would
+    show; it is refused unless `may_lack_last_end`.
     """
     try:
         text = decode_instrument_text(path.read_bytes())

@@ -1,4 +1,5 @@
-"""The numbers of a text as Python writes them: decimal sign and thousands are settled once, for the whole file."""
+"""The numbers of a text as Python writes them: decimal sign and thousands are settled once, for the
+whole file."""
 
 from __future__ import annotations
 
@@ -21,10 +22,12 @@ TAB = "\t"
 
 
 def settled(body: str, delimiter: str, decimal: str | None = None) -> tuple[str, str, str]:
-    """Lines of numbers with their delimiter and their decimal sign; those that the sign alone does not explain are
-    written anew with points and tabs. `decimal` is the sign that the laboratory states.
+    """Lines of numbers with their delimiter and their decimal sign; those that the sign alone does
+    not explain are written anew with points and tabs. `decimal` is the sign that the laboratory
+    states.
 
-    Raises `ValueError` for a number that can be read in two ways and that no other number of the file settles.
+    Raises `ValueError` for a number that can be read in two ways and that no other number of the
+    file settles.
     """
     commas = "," in body if delimiter != "," else '"' in body
     points = "." in body
@@ -54,7 +57,8 @@ def _decimal_pattern(sign: str, delimiter: str) -> re.Pattern[str]:
 
 
 def _shows_decimals(body: str, sign: str, delimiter: str) -> bool:
-    """Whether some number can only have `sign` as its decimal sign: `0,5`, `12,34`, `1234,567`, not `1,234`."""
+    """Whether some number can only have `sign` as its decimal sign: `0,5`, `12,34`, `1234,567`, not
+    `1,234`."""
     return _decimal_pattern(sign, delimiter).search(body) is not None
 
 
@@ -69,12 +73,14 @@ def _written_anew(body: str, delimiter: str, decimal: str | None) -> tuple[str, 
         notation = notation_of(columns, comma_cells=delimiter == ",", decimal=decimal)
     except AmbiguousNumberError as error:
         raise ValueError(
-            f"{error}, and no other number of the file shows which; give decimal under [recordings] in campaign.toml, "
+            f"{error}, and no other number of the file shows which; give "
+            f"decimal under [recordings] in campaign.toml, "
             "or save the file again without signs between thousands"
         ) from error
     if notation is None:
         raise ValueError(
-            "has numbers with a decimal point and numbers with a decimal comma; expected one of them"
+            "has numbers with a decimal point and numbers with a decimal "
+            "comma; expected one of them"
         )
     lines = (
         TAB.join(cell if i in clocks else _plain(cell, notation) for i, cell in enumerate(row))
@@ -86,5 +92,6 @@ def _written_anew(body: str, delimiter: str, decimal: str | None) -> tuple[str, 
 
 
 def _plain(cell: str, notation: Notation) -> str:
-    """A number of the notation; what is none stays as it is, and is refused where the numbers are read."""
+    """A number of the notation; what is none stays as it is, and is refused where the numbers are
+    read."""
     return notation.plain(cell) if readings(cell) else cell

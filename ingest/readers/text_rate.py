@@ -38,9 +38,11 @@ _AGREEMENT = 1e-3
 
 
 def stated_rate(path: Path, layout: Layout, notation: Notation) -> float | None:
-    """The rate in hertz of lines such as `# fs = 51200`, `Sampling rate [kHz]: 51,2` or `Sample Interval,4e-09`.
+    """The rate in hertz of lines such as `# fs = 51200`, `Sampling rate [kHz]: 51,2` or `Sample
+    Interval,4e-09`.
 
-    None where no line says it. Raises `RecordingError` for a value that is no rate, and for two that differ.
+    None where no line says it. Raises `RecordingError` for a value that is no rate, and for two
+    that differ.
     """
     rates = {
         key: _rate(path, key, layout.statements[key], layout.time_unit, is_step, notation)
@@ -50,7 +52,8 @@ def stated_rate(path: Path, layout: Layout, notation: Notation) -> float | None:
     for name in names[1:]:
         if abs(rates[name] - rates[names[0]]) > _AGREEMENT * abs(rates[names[0]]):
             raise RecordingError(
-                f"{path.name}: states two sampling rates, {rates[names[0]]} Hz ({names[0]}) and {rates[name]} Hz "
+                f"{path.name}: states two sampling rates, {rates[names[0]]} "
+                f"Hz ({names[0]}) and {rates[name]} Hz "
                 f"({name}); expected one"
             )
     return rates[names[0]] if names else None
@@ -102,6 +105,7 @@ def _number(text: str, notation: Notation) -> float | None:
 
 
 def _precision(number: str) -> float:
-    """Relative half of the last digit of a step of six digits or more; of fewer, 1e-9: it is meant exactly."""
+    """Relative half of the last digit of a step of six digits or more; of fewer, 1e-9: it is meant
+    exactly."""
     digits = len(re.sub(r"[eE].*|[^\d]", "", number).lstrip("0"))
     return _PRINTED_STEP if digits == 6 else 1e-9

@@ -25,13 +25,15 @@ _WORD_AND_UNIT = re.compile(r"\S+(?:\s+(?:\[[^\[\]]*\]|\([^()]*\)))?")
 
 @dataclass(frozen=True)
 class Layout:
-    """`first` is the number of the first line of numbers; `units` has one entry per name, None where unsaid.
+    """`first` is the number of the first line of numbers; `units` has one entry per name, None
+    where unsaid.
 
-    A column without a name cannot be asked for: row numbers, or a delimiter at the end of every line. `decimal` is the
-    laboratory's word; None leaves it to the numbers. `clocks` are the columns of dates and times of day. What an
-    instrument's header adds: the fields of `step` (in `time_unit`) and `rate`, the time `start_s` of sample 0 where no
-    column says it, whether the first column counts samples, the number of `samples` and its field `length`, and the
-    `rules` of its fields.
+    A column without a name cannot be asked for: row numbers, or a delimiter at the end of every
+    line. `decimal` is the laboratory's word; None leaves it to the numbers. `clocks` are the
+    columns of dates and times of day. What an instrument's header adds: the fields of `step` (in
+    `time_unit`) and `rate`, the time `start_s` of sample 0 where no column says it, whether the
+    first column counts samples, the number of `samples` and its field `length`, and the `rules` of
+    its fields.
     """
 
     delimiter: str
@@ -69,7 +71,8 @@ class TextTable:
 
     @property
     def titles(self) -> list[list[str]]:
-        """Lines above the numbers that could be names or units: as many fields as columns, none of them a number."""
+        """Lines above the numbers that could be names or units: as many fields as columns, none of
+        them a number."""
         above = [i for i in range(self.first) if any(self.rows[i])]
         fitting = [self._title(i) for i in above]
         last_misfit = max((i for i, fields in enumerate(fitting) if fields is None), default=-1)
@@ -102,13 +105,15 @@ class TextTable:
         return None
 
     def _is_title(self, text: str) -> bool:
-        # `force,acc` above `1,2` and `3` is a damaged table of two columns, not one column with a decimal comma.
+        # `force,acc` above `1,2` and `3` is a damaged table of two columns, not one column with a
+        # decimal comma.
         several = self.delimiter == NO_DELIMITER and any(sign in text for sign in ";\t|,")
         return not several and not is_number(text, self.decimal)
 
 
 def split(line: str, delimiter: str) -> list[str]:
-    """Fields of one line, without comment sign, quotes and surrounding blanks; none of a commented statement."""
+    """Fields of one line, without comment sign, quotes and surrounding blanks; none of a commented
+    statement."""
     text = COMMENT.sub("", line, count=1) if COMMENT.match(line) else line
     if text is not line and STATEMENT.fullmatch(text):
         return []
@@ -119,7 +124,8 @@ def split(line: str, delimiter: str) -> list[str]:
 
 
 def read_as(sample: list[str], delimiter: str, decimal: str | None) -> TextTable | None:
-    """The sample under one delimiter; None where that gives no table of numbers, with `decimal` if it is stated."""
+    """The sample under one delimiter; None where that gives no table of numbers, with `decimal` if
+    it is stated."""
     rows = [split(line, delimiter) for line in sample]
     widths = [
         len(row) if not COMMENT.match(line) and _is_numeric_row(row, decimal) else 0
@@ -164,7 +170,8 @@ _APART = re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:[.,{GROUP_SIGNS}]\d{{3}})+(?:[.,]\d
 
 
 def is_number(text: str, decimal: str | None = None) -> bool:
-    """Whether `text` is a number, thousands apart or not; with this decimal sign or a whole one, where it is given."""
+    """Whether `text` is a number, thousands apart or not; with this decimal sign or a whole one,
+    where it is given."""
     plain = text.replace(",", ".") if "." not in text and not text.endswith(",") else text
     try:
         float(plain)

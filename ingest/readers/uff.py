@@ -25,12 +25,15 @@ if TYPE_CHECKING:
 _Pair = tuple[NDArray[np.float64], NDArray[Any]]
 #: A tag ends its line, or is followed by blanks up to column 80.
 _TAGS = re.compile(rb"    -1(?=[\r\n]|\Z| {74})")
-#: Function types "general" and "time response"; the others (spectra, transfer functions) are no recordings.
+#: Function types "general" and "time response"; the others (spectra, transfer functions) are no
+#: recordings.
 _TIME_FUNCTIONS = (0, 1)
-#: Specific data types of the abscissa (record 8): unknown, general, time. Others are frequency, rpm, order and so on.
+#: Specific data types of the abscissa (record 8): unknown, general, time. Others are frequency,
+#: rpm, order and so on.
 _UNKNOWN_ABSCISSAS, _TIME_ABSCISSA = (0, 1), 17
 _DTYPES = {2: "f4", 4: "f8", 5: "c8", 6: "c16"}
-#: Record 7 prints the increment with six digits (E13.5), of which the last may be off by half a unit.
+#: Record 7 prints the increment with six digits (E13.5), of which the last may be off by half a
+#: unit.
 _PRINTED_STEP = 5.1e-6
 _HEADER_KEYS = (
     "id1",
@@ -46,9 +49,11 @@ _HEADER_KEYS = (
 
 
 class UffReader(ArrayReader):
-    """A channel is called by ID line 1 where these differ, else by entity, node and direction of the response.
+    """A channel is called by ID line 1 where these differ, else by entity, node and direction of
+    the response.
 
-    Blanks behind the numbers of a line, and tags that are not at column 6, are read as others read them.
+    Blanks behind the numbers of a line, and tags that are not at column 6, are read as others read
+    them.
     """
 
     format = "uff"
@@ -69,7 +74,8 @@ class UffReader(ArrayReader):
 
 
 def _standard_form(path: Path, open_files: ExitStack) -> Path:
-    """The file, or a copy of it in the form that pyuff reads. Raises `RecordingError` for a set without its second tag.
+    """The file, or a copy of it in the form that pyuff reads. Raises `RecordingError` for a set
+    without its second tag.
 
     Every data set lies between two tags `-1`; pyuff passes over one that lacks its second.
     """
@@ -91,7 +97,8 @@ def _standard_form(path: Path, open_files: ExitStack) -> Path:
 
 
 def _names(heads: list[dict[str, Any]]) -> list[str]:
-    """ID line 1 of each set where all are given and differ; else entity, node and direction of the response."""
+    """ID line 1 of each set where all are given and differ; else entity, node and direction of the
+    response."""
     by_id = [head["id1"] for head in heads]
     if all(name not in ("", "NONE") for name in by_id) and len(set(by_id)) == len(by_id):
         return by_id
@@ -151,7 +158,8 @@ def _unit_of_abscissa(head: dict[str, Any]) -> tuple[float, str | None]:
     if is_time and scale is not None:
         return scale, None
     return 1.0, (
-        f"has an abscissa of type {kind} (record 8), called {label!r} in {unit!r}, which is no time in s, ms, us, ns, "
+        f"has an abscissa of type {kind} (record 8), called {label!r} in "
+        f"{unit!r}, which is no time in s, ms, us, ns, "
         "min or h; export the time response"
     )
 
@@ -179,6 +187,7 @@ def _load(path: Path, file: pyuff.UFF, number: int, name: str, samples: int) -> 
     data_set = file.read_sets(number)
     if len(data_set["data"]) != samples:
         raise RecordingError(
-            f"{path.name}: {name!r} declares {samples} samples and holds {len(data_set['data'])}; it is cut or damaged"
+            f"{path.name}: {name!r} declares {samples} samples and holds "
+            f"{len(data_set['data'])}; it is cut or damaged"
         )
     return data_set["x"], data_set["data"]

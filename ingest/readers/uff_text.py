@@ -1,7 +1,9 @@
-"""Universal files as programs write them, brought to the form that the standard gives and pyuff reads.
+"""Universal files as programs write them, brought to the form that the standard gives and pyuff
+reads.
 
-Three liberties are met in files that other programs read: tags `-1` and set numbers at another column, and data lines
-that are filled up with blanks to column 80. Binary samples are passed over by the byte count that their set states.
+Three liberties are met in files that other programs read: tags `-1` and set numbers at another
+column, and data lines that are filled up with blanks to column 80. Binary samples are passed over
+by the byte count that their set states.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ _FUNCTION = b"58"
 
 
 def normalised(raw: bytes) -> bytes:
-    """`raw` with tags and set numbers right-aligned to column 6, and no blanks behind the numbers of sets 58."""
+    """`raw` with tags and set numbers right-aligned to column 6, and no blanks behind the numbers
+    of sets 58."""
     raw = b"\n" + raw  # every tag has a line end before it
     parts: list[bytes] = []
     position = 1
@@ -77,7 +80,8 @@ def _after_lines(raw: bytes, position: int, lines: int) -> int:
 
 
 def _binary_part(raw: bytes, position: int, facts: bytes) -> int:
-    """Bytes of the head lines and samples of a binary set, from its byte order, format, head lines and sample bytes."""
+    """Bytes of the head lines and samples of a binary set, from its byte order, format, head lines
+    and sample bytes."""
     words = facts.split()
     if len(words) < 4 or not all(word.isdigit() for word in words[2:4]):
         return 0

@@ -1,4 +1,5 @@
-"""Arrays that are time, or may be, without being called so: by their unit, or as they rise evenly."""
+"""Arrays that are time, or may be, without being called so: by their unit, or as they rise
+evenly."""
 
 from __future__ import annotations
 
@@ -17,12 +18,14 @@ from .file_fields import is_harmless
 #: Samples that are looked at first: hardly any channel rises evenly through so many.
 _PROBE = 16
 _FEWEST = 8
-#: Of a step from the mean step, beyond the printed digits of a column; and of a rate from the inverse step.
+#: Of a step from the mean step, beyond the printed digits of a column; and of a rate from the
+#: inverse step.
 _EVEN, _AGREEMENT = 0.3, 1e-2
 
 
 def with_times_by_unit(contents: Contents) -> Contents:
-    """`contents` in which the one array of a group that rises and is in s, ms or their like is its time, if none is."""
+    """`contents` in which the one array of a group that rises and is in s, ms or their like is its
+    time, if none is."""
     arrays = []
     for _, members in groupby(contents.arrays, key=lambda array: array.group):
         group = list(members)
@@ -59,7 +62,8 @@ def _rises(array: Array) -> NDArray[np.float64] | None:
 
 
 def find_time_like(arrays: Iterable[Array]) -> tuple[str, float] | None:
-    """Name and step of the first array of a file, where it rises evenly as time does and does not just count."""
+    """Name and step of the first array of a file, where it rises evenly as time does and does not
+    just count."""
     array = next((a for a in arrays if not a.is_rate and a.samples != 1), None)
     samples = None if array is None or array.is_time else _rises(array)
     if array is None or samples is None:
@@ -74,7 +78,8 @@ def find_time_like(arrays: Iterable[Array]) -> tuple[str, float] | None:
 def refuse_unnamed_time(
     path: Path, contents: Contents, options: ReadingOptions, rate_hz: float | None
 ) -> None:
-    """Raise `RecordingError` where a rate is stated and an array rises as the time of another rate would.
+    """Raise `RecordingError` where a rate is stated and an array rises as the time of another rate
+    would.
 
     Names that the laboratory gives to columns are taken as they are.
     """
@@ -90,7 +95,10 @@ def refuse_unnamed_time(
     ):
         return
     raise RecordingError(
-        f"{path.name}: {name!r} rises evenly by {step:.6g}, as time does, which is not the step of {rate_hz:g} Hz; if "
-        'it is time, name it so with its unit (columns = ["time [ms]", ...] under [recordings] of campaign.toml) and '
-        f'leave out the rate; if it is none, write harmless_fields = ["{name}"] (--harmless-field of a command)'
+        f"{path.name}: {name!r} rises evenly by {step:.6g}, as time does, "
+        f"which is not the step of {rate_hz:g} Hz; if "
+        'it is time, name it so with its unit (columns = ["time [ms]", ...] '
+        "under [recordings] of campaign.toml) and "
+        f"leave out the rate; if it is none, write harmless_fields = "
+        f'["{name}"] (--harmless-field of a command)'
     )

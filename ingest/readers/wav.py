@@ -1,4 +1,5 @@
-"""WAV: sound cards and recorders with audio inputs write it; integers are shares of the full scale."""
+"""WAV: sound cards and recorders with audio inputs write it; integers are shares of the full
+scale."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ from .recording import MAX_COLUMNS, ArrayReader
 from .wav_fields import WAV_FIELDS
 
 _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
-#: Of integers, by bits: the zero and the full scale, as scipy hands them on (24 bits as the upper ones of 32).
+#: Of integers, by bits: the zero and the full scale, as scipy hands them on (24 bits as the upper
+#: ones of 32).
 _SCALES = {8: (128.0, 2.0**7), 16: (0.0, 2.0**15), 24: (0.0, 2.0**31), 32: (0.0, 2.0**31)}
 
 
@@ -42,10 +44,12 @@ class _Form:
 
 
 class WavReader(ArrayReader):
-    """PCM of 8, 16, 24 or 32 bits and floats of 32 or 64. The channels are `ch1`, `ch2`, unless columns are named.
+    """PCM of 8, 16, 24 or 32 bits and floats of 32 or 64. The channels are `ch1`, `ch2`, unless
+    columns are named.
 
-    Integers become shares of the full scale, -1 to 1, in float32 (float64 for 32 bits), which hold them exactly; floats
-    stay. The file has no unit: `sensitivity` in campaign.toml is then full scales per unit.
+    Integers become shares of the full scale, -1 to 1, in float32 (float64 for 32 bits), which hold
+    them exactly; floats stay. The file has no unit: `sensitivity` in campaign.toml is then full
+    scales per unit.
     """
 
     format = "wav"
@@ -58,7 +62,8 @@ class WavReader(ArrayReader):
         labels = options.columns or tuple(f"ch{number + 1}" for number in range(form.channels))
         if len(labels) != form.channels:
             raise RecordingError(
-                f"{path.name}: has {form.channels} channels, and {len(labels)} columns are named ({', '.join(labels)})"
+                f"{path.name}: has {form.channels} channels, and "
+                f"{len(labels)} columns are named ({', '.join(labels)})"
             )
         whole = cache(partial(_load, path, form))
         arrays = []
@@ -105,7 +110,8 @@ def _load(path: Path, form: _Form) -> NDArray[Any]:
 
 
 def _form(path: Path) -> _Form:
-    """Format and length. Raises `RecordingError` unless the chunks lie whole in the file, one of them the samples'."""
+    """Format and length. Raises `RecordingError` unless the chunks lie whole in the file, one of
+    them the samples'."""
     with path.open("rb") as file:
         chunks = {name: (start, size) for name, start, size in _chunks(path, file)}
         order = _order(path, file)
@@ -128,7 +134,8 @@ def _form(path: Path) -> _Form:
         (_FLOAT, 64),
     }:
         raise RecordingError(
-            f"{path.name}: has samples of format {kind} with {bits} bits; expected PCM of 8 to 32 bits, or floats"
+            f"{path.name}: has samples of format {kind} with {bits} bits; "
+            f"expected PCM of 8 to 32 bits, or floats"
         )
     if (
         not 0 < channels <= MAX_COLUMNS
@@ -136,7 +143,8 @@ def _form(path: Path) -> _Form:
         or chunks[b"data"][1] % block
     ):
         raise RecordingError(
-            f"{path.name}: {channels} channels of {bits} bits do not go into {chunks[b'data'][1]} bytes in blocks of "
+            f"{path.name}: {channels} channels of {bits} bits do not go into "
+            f"{chunks[b'data'][1]} bytes in blocks of "
             f"{block}; it is cut or damaged"
         )
     return _Form(kind, channels, rate, bits, chunks[b"data"][1] // block)
@@ -153,7 +161,8 @@ def _order(path: Path, file: BinaryIO) -> str:
 
 
 def _chunks(path: Path, file: BinaryIO) -> Iterator[tuple[bytes, int, int]]:
-    """(name, first byte, byte count) of every chunk. A recorder that was switched off leaves wrong counts."""
+    """(name, first byte, byte count) of every chunk. A recorder that was switched off leaves wrong
+    counts."""
     order, size, position = _order(path, file), path.stat().st_size, 12
     while position < size:
         file.seek(position)

@@ -1,5 +1,5 @@
-"""What a WAV file can say beside its samples: its chunks, and the fields of `fmt ` (Microsoft, "Multiple channel audio
-data and WAVE files"; EBU Tech 3285)."""
+"""What a WAV file can say beside its samples: its chunks, and the fields of `fmt ` (Microsoft,
+"Multiple channel audio data and WAVE files"; EBU Tech 3285)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ _CURE = "read the file with its maker's software, and export samples to which th
 
 WAV_FIELDS: tuple[FieldRule, ...] = (
     used("fmt ", "format, channels, sampling rate and bits of a sample"),
-    harmless("valid bits", "bits in use of a sample: they are its upper ones, so that full scale stays"),
+    harmless("valid bits",
+    "bits in use of a sample: they are its upper ones, so that full scale stays"),
     harmless("channel mask", "loudspeakers of the channels"),
     used("data", "the samples"),
     harmless("fact", "the number of samples, which are counted"),

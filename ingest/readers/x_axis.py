@@ -10,7 +10,8 @@ _NO_TIME = ("freq", "angle", "order", "distance", "position", "lag")
 
 
 def seconds_per_unit_of_x(name: str, unit: str) -> float | None:
-    """Seconds per unit of an x axis; None where it is no time. Without a unit, a time is in seconds."""
+    """Seconds per unit of an x axis; None where it is no time. Without a unit, a time is in
+    seconds."""
     word = name.strip().lower()
     if any(other in word for other in _NO_TIME):
         return None

@@ -1,7 +1,7 @@
 """What the software itself must change of records that an operator may only add to.
 
-On PostgreSQL functions of the store do it, with their owner's rights and within what they check (revision 0012); in a
-file of SQLite, whose owner may do all, the same statements.
+On PostgreSQL functions of the store do it, with their owner's rights and within what they check
+(revision 0012); in a file of SQLite, whose owner may do all, the same statements.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ def delete_set_aside(connection: Connection, recording: int) -> int:
 
 
 def replace_set_aside(connection: Connection, recording: int, values: Mapping[str, Any]) -> int:
-    """Give a recording that was set aside other facts: `sha256`, `size_bytes`, `format`, `status`, `reason` and
-    `written_by_id`. How many were changed: 0 for one that is stored, or gone."""
+    """Give a recording that was set aside other facts: `sha256`, `size_bytes`, `format`, `status`,
+    `reason` and `written_by_id`. How many were changed: 0 for one that is stored, or gone."""
     if not _has_functions(connection):
         rows = (Recording.id == recording, Recording.status == SET_ASIDE)
         return int(connection.execute(update(Recording).where(*rows).values(**values)).rowcount)
@@ -39,8 +39,8 @@ def replace_set_aside(connection: Connection, recording: int, values: Mapping[st
 
 
 def delete_damaged_chunks(connection: Connection, channel: int) -> int:
-    """Delete the chunks of a series that are not as they were written, by their row's SHA-256, or beyond its samples;
-    how many were."""
+    """Delete the chunks of a series that are not as they were written, by their row's SHA-256, or
+    beyond its samples; how many were."""
     if _has_functions(connection):
         return int(connection.scalar(select(func.pyroshock_delete_damaged_chunks(channel))) or 0)
     facts = select(RecordedChannel.samples, RecordedChannel.chunk_samples).where(
@@ -60,7 +60,8 @@ def delete_damaged_chunks(connection: Connection, channel: int) -> int:
 
 
 def withdraw_findings(connection: Connection, recording: int, check: str) -> None:
-    """Delete what a check said of a recording in comparison with others, which say something else by now."""
+    """Delete what a check said of a recording in comparison with others, which say something else
+    by now."""
     if _has_functions(connection):
         connection.execute(
             select(getattr(func, f"pyroshock_withdraw_{check.replace('-', '_')}")(recording))

@@ -1,5 +1,5 @@
-"""What each role may do in a store on PostgreSQL, and what a database refuses, in words: where a login lacks a role,
-which one. A file of SQLite is its owner's, whole."""
+"""What each role may do in a store on PostgreSQL, and what a database refuses, in words: where a
+login lacks a role, which one. A file of SQLite is its owner's, whole."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ READER, OPERATOR, ADMIN = ROLES = ("pyroshock_reader", "pyroshock_operator", "py
 
 #: Where Alembic keeps the revision.
 VERSION = "alembic_version"
-#: Rows of these are added and stay as they are, for every role but the admin: recordings, their calibration and
-#: samples, what the checks said of them, and who wrote what. Where the software itself must change one as an operator,
-#: a function does it that looks whether it may (`append_only.py`).
+#: Rows of these are added and stay as they are, for every role but the admin: recordings, their
+#: calibration and samples, what the checks said of them, and who wrote what. Where the software
+#: itself must change one as an operator, a function does it that looks whether it may
+#: (`append_only.py`).
 APPEND_ONLY = ("recordings", "channels", "series_chunks", "quality_findings", "provenance")
-#: Of these an operator changes some columns: hits are linked to their plan and to corrected settings, pulses are taken
-#: into use, a campaign's bench is completed. To which recording and campaign they belong, and their figures, stay.
+#: Of these an operator changes some columns: hits are linked to their plan and to corrected
+#: settings, pulses are taken into use, a campaign's bench is completed. To which recording and
+#: campaign they belong, and their figures, stay.
 _BY_SOFTWARE = ("written_by_id", "row_sha256")
 CHANGED_COLUMNS = {
     "impacts": ("planned_run_id", "configuration_id", *_BY_SOFTWARE),
@@ -26,8 +28,8 @@ CHANGED_COLUMNS = {
     "pulses": ("current", *_BY_SOFTWARE),
     "campaigns": ("fingerprint", "gun_id", "hammer_id", "plate_id", "known_facts", *_BY_SOFTWARE),
 }
-#: Figures that are computed from the samples, and replaced when they are computed anew; and versions of models that are
-#: deleted in their registry.
+#: Figures that are computed from the samples, and replaced when they are computed anew; and
+#: versions of models that are deleted in their registry.
 DELETED_FROM = ("channel_figures", "registered_versions")
 #: Functions of the store that an operator may call, with the types of their arguments.
 FUNCTIONS = (
@@ -39,7 +41,8 @@ FUNCTIONS = (
 
 _THE_TABLES = text("SELECT tablename FROM pg_tables WHERE schemaname = current_schema()")
 _THE_COLUMNS = text(
-    "SELECT column_name FROM information_schema.columns WHERE table_schema = current_schema() AND table_name = :table"
+    "SELECT column_name FROM information_schema.columns WHERE table_schema = "
+    "current_schema() AND table_name = :table"
 )
 _THE_FUNCTION = text(
     "SELECT to_regprocedure(quote_ident(current_schema()) || '.' || :function) IS NOT NULL"
@@ -48,7 +51,8 @@ _THE_ROLES = text("SELECT rolname FROM pg_roles WHERE rolname LIKE 'pyroshock%'"
 
 
 def tables_of(connection: Connection) -> list[str]:
-    """The store's own tables that are there, and Alembic's; not what else may lie in the same database."""
+    """The store's own tables that are there, and Alembic's; not what else may lie in the same
+    database."""
     return sorted({VERSION, *metadata.tables} & set(connection.scalars(_THE_TABLES)))
 
 
@@ -99,7 +103,8 @@ def functions_of(connection: Connection) -> list[str]:
 
 
 def changed_columns(connection: Connection, table: str) -> list[str]:
-    """Columns that an operator may change, where it may not change all of them; those that the table has by now."""
+    """Columns that an operator may change, where it may not change all of them; those that the
+    table has by now."""
     existing = (
         set(connection.scalars(_THE_COLUMNS, {"table": table}))
         if table in CHANGED_COLUMNS
@@ -132,7 +137,8 @@ _CHANGE_ROWS = ("INSERT", "UPDATE", "DELETE")
 
 
 def refusal(engine: Engine, error: DBAPIError, subject: str | None = None) -> StoreError:
-    """The error to raise for a driver's; `subject` is what it says it of, else the store's address."""
+    """The error to raise for a driver's; `subject` is what it says it of, else the store's
+    address."""
     message = f"{subject or describe(engine)}: {first_line(error)}"
     role = needed_role(error)
     if role is None:

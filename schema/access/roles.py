@@ -1,8 +1,10 @@
-"""Who may do what in a store on PostgreSQL: three roles without a login, that logins are made members of.
+"""Who may do what in a store on PostgreSQL: three roles without a login, that logins are made
+members of.
 
-A reader looks; an operator also works (ingest, plan, train, diagnose); an admin owns the tables and changes them. A
-login becomes one of them by `GRANT pyroshock_reader TO "alice"`. Roles are the server's, for all of its stores; what
-they may do in a store is that store's own. A file of SQLite has no roles: who may write the file may do all.
+A reader looks; an operator also works (ingest, plan, train, diagnose); an admin owns the tables and
+changes them. A login becomes one of them by `GRANT pyroshock_reader TO "alice"`. Roles are the
+server's, for all of its stores; what they may do in a store is that store's own. A file of SQLite
+has no roles: who may write the file may do all.
 
 The statements take no parameters: `psycopg.sql` quotes the names that they hold.
 """
@@ -67,7 +69,8 @@ TAKE_ALL = (
     "REVOKE ALL ON SCHEMA {schema} FROM {reader}, {operator}, {admin}",
 )
 LOGIN = text(
-    "SELECT current_user, rolsuper OR rolcreaterole, rolsuper FROM pg_roles WHERE rolname = current_user"
+    "SELECT current_user, rolsuper OR rolcreaterole, rolsuper FROM pg_roles "
+    "WHERE rolname = current_user"
 )
 
 
@@ -111,7 +114,8 @@ def run(connection: Connection, statement: str, names: dict[str, Any]) -> None:
     connection.exec_driver_sql(SQL(statement).format(**names).as_string())
 
 
-#: SQLSTATE of a role that another transaction has made meanwhile: duplicate_object, unique_violation.
+#: SQLSTATE of a role that another transaction has made meanwhile: duplicate_object,
+#: unique_violation.
 _MADE_BY_ANOTHER = ("42710", "23505")
 
 _OWNER = text(
@@ -122,10 +126,11 @@ _MAKES_TABLES = text("SELECT has_schema_privilege(CAST(:role AS name), current_s
 
 
 def grant_roles(connection: Connection) -> bool:
-    """Make the roles that the server lacks, and give each its rights in this store, whose tables become the admin's.
+    """Make the roles that the server lacks, and give each its rights in this store, whose tables
+    become the admin's.
 
-    May be run again: what is there stays. False where a role is missing and the login may not make one (it lacks
-    CREATEROLE): nothing is granted then.
+    May be run again: what is there stays. False where a role is missing and the login may not make
+    one (it lacks CREATEROLE): nothing is granted then.
     """
     _act_as_login(connection)
     _, may_make, is_super = connection.execute(LOGIN).one()
@@ -147,7 +152,8 @@ def grant_roles(connection: Connection) -> bool:
 
 
 def grant_rights(connection: Connection) -> None:
-    """Give each role, which must be there, its rights on the store's tables and functions, and no more."""
+    """Give each role, which must be there, its rights on the store's tables and functions, and no
+    more."""
     names = names_in(connection)
     for statement in OF_THE_TABLES:
         run(connection, statement, names)
@@ -172,7 +178,8 @@ def grant_rights(connection: Connection) -> None:
 
 
 def revoke_roles(connection: Connection) -> None:
-    """Take all rights in this store back; its tables become the login's. The roles stay: other stores have them."""
+    """Take all rights in this store back; its tables become the login's. The roles stay: other
+    stores have them."""
     _act_as_login(connection)
     if missing_roles(connection):
         return
@@ -192,13 +199,15 @@ def revoke_roles(connection: Connection) -> None:
 
 
 def owns(connection: Connection) -> bool:
-    """Whether the login, or a role it is a member of, owns the store: another's grants have no effect."""
+    """Whether the login, or a role it is a member of, owns the store: another's grants have no
+    effect."""
     owner = connection.scalar(_OWNER, {"table": VERSION})
     return owner is None or bool(connection.scalar(_MEMBER, {"role": owner, "how": "USAGE"}))
 
 
 def act_as_owner(connection: Connection) -> None:
-    """Where the tables are the admin's, be the admin for this transaction: what it makes is the admin's, too."""
+    """Where the tables are the admin's, be the admin for this transaction: what it makes is the
+    admin's, too."""
     if connection.scalar(_OWNER, {"table": VERSION}) == ADMIN and _may_act_as_admin(connection):
         run(connection, "SET LOCAL ROLE {admin}", {"admin": identifier(ADMIN)})
 
@@ -208,7 +217,8 @@ def _act_as_login(connection: Connection) -> None:
 
 
 def _make(connection: Connection, role: str, *, joined: bool) -> None:
-    """`joined`: the login becomes a member. Another store of the server may be making the role at this moment."""
+    """`joined`: the login becomes a member. Another store of the server may be making the role at
+    this moment."""
     name = {"role": identifier(role)}
     try:
         with connection.begin_nested():
@@ -254,7 +264,8 @@ MAY = {
 }
 _MEMBERS = text(
     "SELECT granted.rolname, member.rolname FROM pg_auth_members"
-    " JOIN pg_roles granted ON granted.oid = roleid JOIN pg_roles member ON member.oid = pg_auth_members.member"
+    " JOIN pg_roles granted ON granted.oid = roleid JOIN pg_roles member ON "
+    "member.oid = pg_auth_members.member"
     " ORDER BY member.rolname"
 )
 
@@ -271,12 +282,13 @@ class Role:
 def ensure_roles(engine: Engine) -> list[Role]:
     """Make the roles that are missing and grant what they lack, in one transaction; safe to repeat.
 
-    Raises `StoreRoleError` for a login that does not own the store, and `StoreError` where there are no roles
-    (SQLite), or the login may not make them.
+    Raises `StoreRoleError` for a login that does not own the store, and `StoreError` where there
+    are no roles (SQLite), or the login may not make them.
     """
     if engine.dialect.name != "postgresql":
         raise StoreError(
-            f"{describe(engine)} has no roles: whoever may write the file may do all (chmod, or PostgreSQL)"
+            f"{describe(engine)} has no roles: whoever may write the file may "
+            f"do all (chmod, or PostgreSQL)"
         )
     try:
         with engine.begin() as connection:
@@ -290,7 +302,8 @@ def ensure_roles(engine: Engine) -> list[Role]:
                 )
             if lacking := missing_rights(connection):
                 raise StoreError(
-                    f"{describe(engine)}: not granted: {', '.join(lacking)}; is another their owner?"
+                    f"{describe(engine)}: not granted: "
+                    f"{', '.join(lacking)}; is another their owner?"
                 )
             return _roles(connection)
     except DBAPIError as error:
@@ -298,7 +311,8 @@ def ensure_roles(engine: Engine) -> list[Role]:
 
 
 def without_roles(engine: Engine) -> str | None:
-    """What to tell who has just made or upgraded a store whose roles could not be made; None where all is well."""
+    """What to tell who has just made or upgraded a store whose roles could not be made; None where
+    all is well."""
     if engine.dialect.name != "postgresql":
         return None
     with engine.connect() as connection:
@@ -309,7 +323,8 @@ def without_roles(engine: Engine) -> str | None:
 def how_to_make_roles(missing: list[str]) -> str:
     """The next step of a login that may not make roles."""
     return (
-        f"the server has no role {', '.join(missing)}, and this login may not make one: with a login that has "
+        f"the server has no role {', '.join(missing)}, and this login may not "
+        f"make one: with a login that has "
         "CREATEROLE, or after CREATE ROLE by an administrator, run pyroshock db roles"
     )
 

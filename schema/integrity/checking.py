@@ -65,12 +65,14 @@ _OF_A_CAMPAIGN: tuple[Check, ...] = (
 
 
 def checks(*, fast: bool = False, of_a_campaign: bool = False) -> tuple[Check, ...]:
-    """The checks to make: without reading series and pulses (`fast`), or only those of one campaign's own rows."""
+    """The checks to make: without reading series and pulses (`fast`), or only those of one
+    campaign's own rows."""
     chosen = _FAST if fast else _THOROUGH
     return tuple(check for check in chosen if check in _OF_A_CAMPAIGN) if of_a_campaign else chosen
 
 
-#: What reading a value raises that is not what its column says: a text that is no JSON, a number that is a text.
+#: What reading a value raises that is not what its column says: a text that is no JSON, a number
+#: that is a text.
 _DAMAGED_VALUES = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError)
 
 

@@ -16,7 +16,8 @@ _PLACE = ("campaign", "recording", "channel", "chunk", "table", "row")
 
 @dataclass(frozen=True)
 class IntegrityFinding:
-    """`place` names what is concerned: campaign, recording, channel, chunk, table, row, or what else there is."""
+    """`place` names what is concerned: campaign, recording, channel, chunk, table, row, or what
+    else there is."""
 
     check: str
     message: str
@@ -60,8 +61,8 @@ class Scope:
     def iter_rows(
         self, connection: Connection, query: Query, campaign: Any, key: Any, page: int
     ) -> Iterator[Any]:
-        """The query's rows of this scope in the order of `key` (its column "id"), a page at a time: other queries may
-        run in between."""
+        """The query's rows of this scope in the order of `key` (its column "id"), a page at a time:
+        other queries may run in between."""
         query, after = self.within(query, campaign).order_by(key).limit(page), 0
         while rows := connection.execute(query.where(key > after)).all():
             yield from rows

@@ -28,15 +28,18 @@ def opened() -> Iterator[Connection]:
             broken = connection.exec_driver_sql("PRAGMA foreign_key_check").first()
             if broken is not None:
                 raise RuntimeError(
-                    f"a migration left table {broken[0]!r} with a reference to no row; nothing was changed"
+                    f"a migration left table {broken[0]!r} with "
+                    f"a reference to no row; nothing was changed"
                 )
 
 
 @contextmanager
 def foreign_keys_later(connection: Connection) -> Iterator[None]:
-    """SQLite alters a table by making it anew, and dropping the old one would break all references to it.
+    """SQLite alters a table by making it anew, and dropping the old one would break all references
+    to it.
 
-    Within a transaction the rule cannot be suspended, so it is around it, and every reference is looked at in the end.
+    Within a transaction the rule cannot be suspended, so it is around it, and every reference is
+    looked at in the end.
     """
     if connection.dialect.name != "sqlite":
         yield

@@ -1,5 +1,5 @@
-"""Figures of hits under a SHA-256 without keys, clocks and writers: by it the same content is known again, in another
-store and after it was deleted.
+"""Figures of hits under a SHA-256 without keys, clocks and writers: by it the same content is known
+again, in another store and after it was deleted.
 
 Tombstones keep what is made of these hashes: the columns and their order stay as they are.
 """

@@ -20,7 +20,8 @@ Keys = Select[Any]
 
 @dataclass(frozen=True)
 class Part:
-    """A campaign by its key, whole (`recording` is None) or one recording of it by its key, with its path."""
+    """A campaign by its key, whole (`recording` is None) or one recording of it by its key, with
+    its path."""
 
     campaign_id: int
     campaign: str
@@ -89,8 +90,8 @@ def recording_of_runs(
 ) -> Part:
     """The recording that holds these runs, or one repetition of one run, and nothing else.
 
-    Raises `LookupError` for runs that are not in the store, `ValueError` where they are in no recording, in several, or
-    in one that holds other runs too: all of them would go.
+    Raises `LookupError` for runs that are not in the store, `ValueError` where they are in no
+    recording, in several, or in one that holds other runs too: all of them would go.
     """
     key = get_campaign_id(session, campaign)
     hits = _hits(session, key)
@@ -101,12 +102,14 @@ def recording_of_runs(
     missing = sorted(set(runs) - {run for run, _ in meant})
     if missing:
         raise LookupError(
-            f"campaign {campaign!r} has no {_enumerated(missing)} in the store (pyroshock runs list)"
+            f"campaign {campaign!r} has no {_enumerated(missing)} in the "
+            f"store (pyroshock runs list)"
         )
     recordings = {hits[hit] for hit in meant}
     if None in recordings:
         raise ValueError(
-            f"{what} of campaign {campaign!r} came from a row without a recording; only recordings go"
+            f"{what} of campaign {campaign!r} came from a row without a "
+            f"recording; only recordings go"
         )
     paths = dict(
         iter(
@@ -128,14 +131,16 @@ def recording_of_runs(
     if others:
         also = ", ".join(f"{run}, repetition {number}" for run, number in others[:_NAMED])
         raise ValueError(
-            f"recording {paths[recording]!r} holds other hits too: run {also}{' …' if len(others) > _NAMED else ''}; "
+            f"recording {paths[recording]!r} holds other hits too: run "
+            f"{also}{' …' if len(others) > _NAMED else ''}; "
             "they would go with it: name every run (--run N --run M), or the recording itself"
         )
     return Part(key, campaign, recording, paths[recording])
 
 
 def list_recordings(session: Session, campaign: str) -> list[dict[str, Any]]:
-    """Recordings of a campaign by path: status, SHA-256 of the file, and runs as "7 (1-10)" with their repetitions.
+    """Recordings of a campaign by path: status, SHA-256 of the file, and runs as "7 (1-10)" with
+    their repetitions.
 
     Raises `LookupError` for an unknown campaign.
     """

@@ -1,6 +1,6 @@
-"""Rows of a campaign or recording taken out of the store, in one transaction with the tombstone that tells what stood
-on them: datasets, diagnoses and adopted effects. A hash of the content knows the same files when they are ingested
-again."""
+"""Rows of a campaign or recording taken out of the store, in one transaction with the tombstone
+that tells what stood on them: datasets, diagnoses and adopted effects. A hash of the content knows
+the same files when they are ingested again."""
 
 from __future__ import annotations
 
@@ -32,10 +32,11 @@ from .returning import pulse_digests
 
 
 def content_hash(session: Session, part: Part) -> str:
-    """SHA-256 of what makes the content, without keys, clocks and writers, so that both engines give the same.
+    """SHA-256 of what makes the content, without keys, clocks and writers, so that both engines
+    give the same.
 
-    These are the campaign's facts, the SHA-256 of each file and of each channel's samples, and of impacts, pulses and
-    shots the configuration and the SHA-256 of the figures.
+    These are the campaign's facts, the SHA-256 of each file and of each channel's samples, and of
+    impacts, pulses and shots the configuration and the SHA-256 of the figures.
     """
     digest = hashlib.sha256()
     for kind, rows in _content(session, part):
@@ -86,7 +87,8 @@ def _rows_of(session: Session, query: Any) -> list[tuple[Any, ...]]:
 
 
 def datasets_on(session: Session, part: Part) -> list[dict[str, Any]]:
-    """Frozen datasets with pulses of this part: name, hash, how many, how many pulses they have at all, and digests."""
+    """Frozen datasets with pulses of this part: name, hash, how many, how many pulses they have at
+    all, and digests."""
     every = (
         select(func.count())
         .where(SnapshotPulse.snapshot_id == DatasetSnapshot.id)
@@ -116,7 +118,8 @@ def datasets_on(session: Session, part: Part) -> list[dict[str, Any]]:
 
 
 def diagnoses_on(session: Session, part: Part) -> list[dict[str, Any]]:
-    """Diagnoses of this part's campaign. Those of a campaign that goes are given with their report, which is kept."""
+    """Diagnoses of this part's campaign. Those of a campaign that goes are given with their report,
+    which is kept."""
     rows = session.scalars(
         select(Diagnosis).where(Diagnosis.campaign_id == part.campaign_id).order_by(Diagnosis.id)
     )
@@ -132,7 +135,8 @@ def diagnoses_on(session: Session, part: Part) -> list[dict[str, Any]]:
 
 
 def adopted_on(session: Session, part: Part) -> list[dict[str, Any]]:
-    """Versions of the twin's configuration that were adopted from diagnoses of this part's campaign."""
+    """Versions of the twin's configuration that were adopted from diagnoses of this part's
+    campaign."""
     query = (
         select(TwinVersion)
         .where(TwinVersion.campaign_id == part.campaign_id)
@@ -159,13 +163,15 @@ def remove(
 ) -> Tombstone:
     """Delete the part's rows and add its tombstone, which is returned.
 
-    Shared rows (parts of the bench, materials, configurations, plans) stay. Datasets stay with their hash and lose the
-    pulses; runs of a plan that were done by what goes are to do again. Of a campaign its diagnoses and adopted effects
-    go too: the tombstone keeps the reports and the effects. `models` are those that stood on the part's datasets,
-    `archive` is the path and SHA-256 of the file that the campaign was written to. Raises `LookupError` where the part
-    is no longer there.
+    Shared rows (parts of the bench, materials, configurations, plans) stay. Datasets stay with
+    their hash and lose the pulses; runs of a plan that were done by what goes are to do again. Of a
+    campaign its diagnoses and adopted effects go too: the tombstone keeps the reports and the
+    effects. `models` are those that stood on the part's datasets, `archive` is the path and SHA-256
+    of the file that the campaign was written to. Raises `LookupError` where the part is no longer
+    there.
     """
-    # Nobody adds to the campaign meanwhile: PostgreSQL lets their rows wait, and SQLite has one writer at a time.
+    # Nobody adds to the campaign meanwhile: PostgreSQL lets their rows wait, and SQLite has one
+    # writer at a time.
     there = session.scalar(
         select(Campaign.id).where(Campaign.id == part.campaign_id).with_for_update()
     )
@@ -173,7 +179,8 @@ def remove(
         there = session.scalar(select(Recording.id).where(Recording.id == part.recording_id))
     if there is None:
         raise LookupError(
-            f"{part.kind} {part.recording or part.campaign!r} was deleted by somebody else meanwhile"
+            f"{part.kind} {part.recording or part.campaign!r} was deleted by "
+            f"somebody else meanwhile"
         )
     stone = Tombstone(
         kind=part.kind,

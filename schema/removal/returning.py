@@ -19,10 +19,11 @@ from .part import Part
 
 
 def pulse_digests(session: Session, part: Part, snapshot: int | None = None) -> dict[int, str]:
-    """A digest of each pulse of the part by its key, of those in one snapshot or of all: equal for equal content.
+    """A digest of each pulse of the part by its key, of those in one snapshot or of all: equal for
+    equal content.
 
-    It is of the campaign's facts, the file, the hit with its factors and figures, the extraction and the pulse's
-    figures: all that a dataset takes from a pulse.
+    It is of the campaign's facts, the file, the hit with its factors and figures, the extraction
+    and the pulse's figures: all that a dataset takes from a pulse.
     """
     shot = and_(
         Shot.campaign_id == Impact.campaign_id,
@@ -66,7 +67,8 @@ def pulse_digests(session: Session, part: Part, snapshot: int | None = None) -> 
 
 
 def restore_references(session: Session, part: Part, written_by: int) -> dict[str, int]:
-    """Give frozen datasets the pulses of the part that a deletion took from them, where all of their content agrees.
+    """Give frozen datasets the pulses of the part that a deletion took from them, where all of
+    their content agrees.
 
     How many came back, by the dataset's name; `written_by` is the key of who writes.
     """
@@ -142,7 +144,8 @@ def mark_restored(session: Session, content_hash: str) -> None:
 def open_tombstones(
     session: Session, campaign: str, path: str | None = None
 ) -> Sequence[Tombstone]:
-    """Tombstones of recordings of a campaign that are neither stored again nor replaced, the oldest first."""
+    """Tombstones of recordings of a campaign that are neither stored again nor replaced, the oldest
+    first."""
     query = select(Tombstone).where(
         Tombstone.kind == RECORDING,
         Tombstone.campaign == campaign,
@@ -155,7 +158,8 @@ def open_tombstones(
 
 
 def settle(session: Session, part: Part, sha256: str, written_by: int) -> dict[str, int]:
-    """Say on the open tombstones of a recording that its file, or another in its place, is stored now.
+    """Say on the open tombstones of a recording that its file, or another in its place, is stored
+    now.
 
     Gives datasets their pulses back as `restore_references`, and returns what it does.
     """
@@ -168,7 +172,8 @@ def settle(session: Session, part: Part, sha256: str, written_by: int) -> dict[s
 
 
 def settle_imported(session: Session, written_by: int) -> list[str]:
-    """Recordings that were discarded and came back with a file from elsewhere, as "campaign, path"."""
+    """Recordings that were discarded and came back with a file from elsewhere, as "campaign,
+    path"."""
     query = (
         select(Tombstone, Recording, Campaign.id)
         .join(Campaign, Campaign.name == Tombstone.campaign)

@@ -1,6 +1,6 @@
-"""`pyroshock db copy`: a whole store from one engine to another, rows and keys as they are. The empty place becomes a
-store in one transaction, each table is read back and compared, and values that the other engine cannot keep are found
-before."""
+"""`pyroshock db copy`: a whole store from one engine to another, rows and keys as they are. The
+empty place becomes a store in one transaction, each table is read back and compared, and values
+that the other engine cannot keep are found before."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ _LARGEST = 2**31 - 1
 
 
 def check_engine_limits(connection: Connection, table: Table, engine: str) -> None:
-    """Raise `StoreError` where a row of `table` holds what `engine` ("sqlite", "postgresql") cannot."""
+    """Raise `StoreError` where a row of `table` holds what `engine` ("sqlite", "postgresql")
+    cannot."""
     if connection.dialect.name == engine:
         return
     suspects = list((_postgres_cannot if engine == "postgresql" else _sqlite_cannot)(table))
@@ -48,7 +49,8 @@ def check_engine_limits(connection: Connection, table: Table, engine: str) -> No
     for (column, _, what), count in zip(suspects, counts, strict=True):
         if count:
             raise StoreError(
-                f"{table.name}.{column.name} holds {what} in {count} rows, which {engine} cannot keep"
+                f"{table.name}.{column.name} holds {what} "
+                f"in {count} rows, which {engine} cannot keep"
             )
 
 
@@ -75,8 +77,8 @@ _CACHE_KIB = 65_536
 def initialise_store(engine: Engine) -> Iterator[Connection]:
     """A connection to a store without any row, which is there once the block ends well.
 
-    A kill leaves an empty database, or an empty file with a journal that the next look at it takes back. Raises
-    `StoreError` where the place holds anything.
+    A kill leaves an empty database, or an empty file with a journal that the next look at it takes
+    back. Raises `StoreError` where the place holds anything.
     """
     file = _file_of(engine)
     was_there = file is not None and file.exists()
@@ -106,7 +108,8 @@ def initialise_store(engine: Engine) -> Iterator[Connection]:
 
 
 def _journal_beside(connection: Connection) -> None:
-    """In place of a write-ahead log, which would hold the whole content a second time before it is in the file."""
+    """In place of a write-ahead log, which would hold the whole content a second time before it is
+    in the file."""
     if connection.dialect.name == "sqlite":
         driver: Any = connection.connection
         for pragma in (
@@ -172,7 +175,8 @@ def verify(copy: Connection, table: Table, written: TableDigest, bar: ProgressBa
     digest = TableDigest().take(bar.watch(iter_batches(copy, table), f"verifying {table.name}"))
     if digest != written:
         raise StoreError(
-            f"table {table.name} does not read back as it was copied ({digest.rows} rows of {written.rows}); "
+            f"table {table.name} does not read back as it was copied "
+            f"({digest.rows} rows of {written.rows}); "
             "nothing is kept"
         )
 
@@ -191,8 +195,8 @@ def copy_store(
 ) -> list[CopiedTable]:
     """Copy a store into the empty place at `target`.
 
-    The source is read in one state; the target is a store once all of it is there, read back and found equal. Raises
-    `StoreError` otherwise, and leaves the target empty.
+    The source is read in one state; the target is a store once all of it is there, read back and
+    found equal. Raises `StoreError` otherwise, and leaves the target empty.
     """
     with source.reading() as session, initialise_store(target) as copy:
         origin = session.connection()

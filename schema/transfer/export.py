@@ -1,6 +1,6 @@
-"""`pyroshock db export`: one campaign with all that belongs to it, as a store of its own in one file, which is read
-back and known by the hash of its content. A file from elsewhere is opened to read alone, and refused unless it is what
-we write."""
+"""`pyroshock db export`: one campaign with all that belongs to it, as a store of its own in one
+file, which is read back and known by the hash of its content. A file from elsewhere is opened to
+read alone, and refused unless it is what we write."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def export_campaign(
 ) -> dict[str, int]:
     """Write the campaign to the new file `out`, which appears when it is whole; rows by table.
 
-    Raises `LookupError` for an unknown campaign, `StoreError` where `out` is there already or the campaign is damaged:
-    nobody could import it.
+    Raises `LookupError` for an unknown campaign, `StoreError` where `out` is there already or the
+    campaign is damaged: nobody could import it.
     """
     if out.exists():
         raise StoreError(f"{out} is there already; name a new file")
@@ -137,7 +137,8 @@ class ForeignFileError(StoreError):
 
 @contextmanager
 def opened_file(file: Path, progress: Progress | None = None) -> Iterator[Connection]:
-    """A connection to a file that has passed all checks, in one state. Raises `ForeignFileError`."""
+    """A connection to a file that has passed all checks, in one state. Raises
+    `ForeignFileError`."""
     # Not an engine of ours: that one writes (its journal's mode), and trusts what it opens.
     engine = create_engine("sqlite://", creator=lambda: _connected(file), poolclass=NullPool)
     try:
@@ -164,7 +165,8 @@ def _refuse_damaged_file(file: Path, findings: Sequence[IntegrityFinding]) -> No
     if len(findings) > _MOST_FINDINGS:
         lines.append(f"and {len(findings) - _MOST_FINDINGS} further findings")
     raise ForeignFileError(
-        f"{file} is refused, and nothing of it was stored: {'; '.join(lines)}; ask for another export, or take the "
+        f"{file} is refused, and nothing of it was stored: "
+        f"{'; '.join(lines)}; ask for another export, or take the "
         "file from its backup"
     )
 
@@ -199,7 +201,8 @@ def _refuse_other_schema(connection: Connection, file: Path) -> None:
     own_tables = set(metadata.tables)
     for name in sorted((tables - _OWN_TABLES) ^ own_tables):
         raise ForeignFileError(
-            f"{file} is refused: table {name!r:.80} is {'missing' if name in own_tables else 'unknown'}"
+            f"{file} is refused: table {name!r:.80} is "
+            f"{'missing' if name in own_tables else 'unknown'}"
         )
     for table in metadata.sorted_tables:
         columns = connection.execute(
@@ -224,11 +227,13 @@ def _refuse_other_revision(connection: Connection, file: Path, tables: set[str])
             "" if revision >= migrate.FIRST_WITH_ROW_HASHES else ", and its rows carry no hashes"
         )
         raise StoreVersionError(
-            f"{file} is at revision {revision}, older than this software{without}: pyroshock db upgrade --db "
+            f"{file} is at revision {revision}, older than this "
+            f"software{without}: pyroshock db upgrade --db "
             f"{address_of(file)} checks what had a hash and gives each row its own"
         )
     raise StoreVersionError(
-        f"{file} is at revision {revision!r:.40}, which this software does not know: update pyroshock"
+        f"{file} is at revision {revision!r:.40}, which this software does "
+        f"not know: update pyroshock"
     )
 
 
@@ -237,7 +242,8 @@ _BLOCK = 2**20
 
 @dataclass(frozen=True)
 class Archive:
-    """A file with one campaign: its absolute path, its SHA-256, and the hash of the campaign's content."""
+    """A file with one campaign: its absolute path, its SHA-256, and the hash of the campaign's
+    content."""
 
     path: Path
     sha256: str
@@ -250,8 +256,9 @@ def write_archive(
 ) -> Archive:
     """Write the campaign to `out` and read the file back with every check of a file from elsewhere.
 
-    A file that an earlier call has written whole is read back and taken as it is. Raises as `export_campaign`, and
-    `ForeignFileError` where the file does not hold what the store holds; the store is not changed.
+    A file that an earlier call has written whole is read back and taken as it is. Raises as
+    `export_campaign`, and `ForeignFileError` where the file does not hold what the store holds; the
+    store is not changed.
     """
     with store.reading() as session:
         expected = content_hash(session, campaign_part(session, campaign))
@@ -261,13 +268,15 @@ def write_archive(
     archive = read_archive(out, progress)
     if (archive.campaign, archive.content_hash) != (campaign, expected):
         raise ForeignFileError(
-            f"{out} does not hold campaign {campaign!r} as the store has it now; nothing was deleted: name a new file"
+            f"{out} does not hold campaign {campaign!r} as the store has it "
+            f"now; nothing was deleted: name a new file"
         )
     return archive
 
 
 def read_archive(file: Path, progress: Progress | None = None) -> Archive:
-    """What a file holds. Raises `ForeignFileError` where it does not pass its checks, or holds no single campaign."""
+    """What a file holds. Raises `ForeignFileError` where it does not pass its checks, or holds no
+    single campaign."""
     with opened_file(file, progress) as origin:
         return archive_of(file, origin)
 
@@ -277,7 +286,8 @@ def archive_of(file: Path, origin: Connection) -> Archive:
     names = list(origin.scalars(select(Campaign.name).order_by(Campaign.name)))
     if len(names) != 1:
         raise ForeignFileError(
-            f"{file} holds {len(names)} campaigns, an archive holds one; pyroshock db import takes it"
+            f"{file} holds {len(names)} campaigns, an archive holds one; "
+            f"pyroshock db import takes it"
         )
     with Session(origin) as session:
         digest = content_hash(session, campaign_part(session, names[0]))

@@ -18,8 +18,9 @@ Row = Mapping[str, Any]
 class MergeRule:
     """How the rows of a table are merged.
 
-    A row whose `key` (unique columns) is here stays as it is here, if `same` gives the same values for both: else it
-    is another thing under one name. With an `owner` (a column), rows come in only along with a row that was new.
+    A row whose `key` (unique columns) is here stays as it is here, if `same` gives the same values
+    for both: else it is another thing under one name. With an `owner` (a column), rows come in only
+    along with a row that was new.
     """
 
     table: str
@@ -54,7 +55,8 @@ _OTHER_RUN = "a corrected run gets a number of its own; import into a store of i
 _CONSTANTS = ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "yield_strength_pa")
 _PLANNED = ("position", "repetitions", "configuration_id", "treatment", "settings")
 
-#: In the order of their references. A fingerprint vouches for a row's content (`care.checks.fingerprints`).
+#: In the order of their references. A fingerprint vouches for a row's content
+#: (`care.checks.fingerprints`).
 RULES = (
     MergeRule("materials", ("name",), same=columns(*_CONSTANTS)),
     MergeRule("material_aliases", ("alias",)),
@@ -96,8 +98,9 @@ RULES = (
 )
 
 
-#: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job is a machine's, a
-#: tombstone tells of what that store no longer has, and a model is in a registry of its own.
+#: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job
+#: is a machine's, a tombstone tells of what that store no longer has, and a model is in a registry
+#: of its own.
 STAY_BEHIND = frozenset(
     {
         "dataset_snapshots",

@@ -1,5 +1,6 @@
-"""`pyroshock db import`: the campaigns of a file into the store, all or nothing, and nothing twice. What is there stays
-and may take on what the other laboratory knows further; what is new gets a key of its own."""
+"""`pyroshock db import`: the campaigns of a file into the store, all or nothing, and nothing twice.
+What is there stays and may take on what the other laboratory knows further; what is new gets a key
+of its own."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ Writer = Callable[[], int]
 
 
 class Settled(Enum):
-    """What became of a row whose key is here: nothing yet, it is `KNOWN`, or it was `REPLACED` by the better one."""
+    """What became of a row whose key is here: nothing yet, it is `KNOWN`, or it was `REPLACED` by
+    the better one."""
 
     NEW, OPEN, KNOWN, REPLACED = auto(), auto(), auto(), auto()
 
@@ -103,7 +105,8 @@ class MergeRefusedError(StoreError):
 class Merge:
     """One merge of `origin` into `target`, within the transaction that is open there.
 
-    `added` counts new rows by table; `keys` leads from keys there to keys here, for every table that others point at.
+    `added` counts new rows by table; `keys` leads from keys there to keys here, for every table
+    that others point at.
     """
 
     def __init__(self, origin: Connection, target: Connection) -> None:
@@ -115,7 +118,8 @@ class Merge:
         self._writers: dict[int, int] = {}
 
     def take(self, rule: MergeRule) -> None:
-        """Merge a table. Raises `MergeRefusedError` where a row here is another under the same key."""
+        """Merge a table. Raises `MergeRefusedError` where a row here is another under the same
+        key."""
         self._keys[rule.table], self._new[rule.table] = {}, set()
         names = rule.of.columns.keys()
         for batch in iter_batches(self._origin, rule.of):
@@ -241,8 +245,8 @@ def _row_title(rule: MergeRule, row: Row) -> str:
 
 @dataclass(frozen=True)
 class ImportReport:
-    """The campaigns of the file, the rows that were new by table, what of the file no import takes, and recordings that
-    were discarded here and came back with it."""
+    """The campaigns of the file, the rows that were new by table, what of the file no import takes,
+    and recordings that were discarded here and came back with it."""
 
     campaigns: tuple[str, ...]
     added: dict[str, int]
@@ -253,8 +257,8 @@ class ImportReport:
 def import_file(store: Store, file: Path, progress: Progress | None = None) -> ImportReport:
     """Merge the campaigns of `file` into the store, in one transaction.
 
-    Raises `ForeignFileError` for a file that does not pass its checks, `MergeRefusedError` where the store holds
-    another thing under the same name; nothing is changed then.
+    Raises `ForeignFileError` for a file that does not pass its checks, `MergeRefusedError` where
+    the store holds another thing under the same name; nothing is changed then.
     """
     with opened_file(file, progress) as origin:
         campaigns = tuple(origin.scalars(select(Campaign.name).order_by(Campaign.name)))
@@ -275,7 +279,8 @@ def _merged(store: Store, session: Session, origin: Connection) -> tuple[dict[st
 
 
 def merge(store: Store, session: Session, origin: Connection) -> dict[str, int]:
-    """Merge a file that has passed its checks, within the transaction of `session`; new rows by table."""
+    """Merge a file that has passed its checks, within the transaction of `session`; new rows by
+    table."""
     target = session.connection()
     _refuse_aliases(origin, target)
     merged = Merge(origin, target)
@@ -287,7 +292,8 @@ def merge(store: Store, session: Session, origin: Connection) -> dict[str, int]:
 
 
 def _refuse_aliases(origin: Connection, target: Connection) -> None:
-    """A material that has another's name here: which of the two a table means would depend on who reads it."""
+    """A material that has another's name here: which of the two a table means would depend on who
+    reads it."""
     query = select(MaterialAlias.alias, Material.name).join(
         Material, MaterialAlias.material_id == Material.id
     )
@@ -296,7 +302,8 @@ def _refuse_aliases(origin: Connection, target: Connection) -> None:
         other = aliases.get(name.lower())
         if other not in (None, name):
             raise MergeRefusedError(
-                f"material {name!r} of the file is another name of {other!r} in this store; one of them needs another"
+                f"material {name!r} of the file is another name of {other!r} "
+                f"in this store; one of them needs another"
             )
 
 

@@ -1,4 +1,5 @@
-"""Checks of a record, whoever made it: a new check is one file here, and one line in `CHECKS` or `SPECTRUM_CHECKS`."""
+"""Checks of a record, whoever made it: a new check is one file here, and one line in `CHECKS` or
+`SPECTRUM_CHECKS`."""
 
 from __future__ import annotations
 
@@ -56,10 +57,12 @@ SPECTRUM_CHECKS: tuple[SpectrumCheck, ...] = (check_balance, check_noise_floor, 
 
 
 def run_checks(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """What every check in `CHECKS` finds, in that order. `contacts` ascend in time and may be empty."""
+    """What every check in `CHECKS` finds, in that order. `contacts` ascend in time and may be
+    empty."""
     return [finding for check in CHECKS for finding in check(channel, contacts)]
 
 
 def run_spectrum_checks(channel: Channel, spectrum: Spectrum) -> list[Finding]:
-    """What every check in `SPECTRUM_CHECKS` finds, in that order, in the `spectrum` of an acceleration."""
+    """What every check in `SPECTRUM_CHECKS` finds, in that order, in the `spectrum` of an
+    acceleration."""
     return [finding for check in SPECTRUM_CHECKS for finding in check(channel, spectrum)]

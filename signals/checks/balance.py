@@ -8,19 +8,23 @@ from ..channel import Channel
 from ..srs.spectrum import Spectrum
 from .base import Finding
 
-#: A slow oscillator rings freely after a short shock: at Q = 10 its second swing is 1.4 dB below its first.
+#: A slow oscillator rings freely after a short shock: at Q = 10 its second swing is 1.4 dB below
+#: its first.
 LIMIT_DB = 6.0
 #: Slow lines: within two octaves of the lowest ...
 OCTAVES = 2.0
-#: ... and this far below the line of the largest response, where it is the shock's own form that counts.
+#: ... and this far below the line of the largest response, where it is the shock's own form that
+#: counts.
 BELOW_KNEE = 4.0
 
 
 def check_balance(channel: Channel, spectrum: Spectrum) -> list[Finding]:
-    """At most one `warning`: the median over the slow lines of 20 log10(positive / negative) is 6 dB or more.
+    """At most one `warning`: the median over the slow lines of 20 log10(positive / negative) is 6
+    dB or more.
 
-    Ideally both are about equal (T. Irvine, "An Introduction to the Shock Response Spectrum", rev. S, 2012, who judges
-    a pulse by it): an offset pushes one way only. Nothing is said where there is no slow line.
+    Ideally both are about equal (T. Irvine, "An Introduction to the Shock Response Spectrum", rev.
+    S, 2012, who judges a pulse by it): an offset pushes one way only. Nothing is said where there
+    is no slow line.
     """
     frequency = spectrum.frequency_hz
     knee = frequency[int(spectrum.maximax.argmax())]
@@ -34,7 +38,8 @@ def check_balance(channel: Channel, spectrum: Spectrum) -> list[Finding]:
     higher = "positive" if ratio_db > 0 else "negative"
     up_to_hz = float(frequency[slow].max())
     message = (
-        f"the {higher} spectrum is {abs(ratio_db):.1f} dB higher up to {up_to_hz:.4g} Hz: something pushed one way all "
+        f"the {higher} spectrum is {abs(ratio_db):.1f} dB higher up to "
+        f"{up_to_hz:.4g} Hz: something pushed one way all "
         "the time, mostly a zero shift; do not use these lines before it is mended"
     )
     evidence = {"ratio_db": ratio_db, "limit_db": LIMIT_DB, "up_to_hz": up_to_hz}

@@ -1,7 +1,8 @@
-"""What a check of a record is: a pure function from a channel, with its contacts or its spectrum, to findings.
+"""What a check of a record is: a pure function from a channel, with its contacts or its spectrum,
+to findings.
 
-A check is one file in this folder, listed in `checks/__init__.py`. It decides nothing: a finding is stored with its
-evidence, and whoever builds a dataset obeys it or not.
+A check is one file in this folder, listed in `checks/__init__.py`. It decides nothing: a finding is
+stored with its evidence, and whoever builds a dataset obeys it or not.
 
 One contact in a record, as segmentation found it.
 """
@@ -29,10 +30,12 @@ Severity = Literal["note", "warning", "reject"]
 
 @dataclass(frozen=True)
 class Finding:
-    """A verdict on one channel, with the numbers that support it (JSON-serialisable, SI, units in the key).
+    """A verdict on one channel, with the numbers that support it (JSON-serialisable, SI, units in
+    the key).
 
-    `note`: worth knowing. `warning`: the numbers drawn from it are doubtful. `reject`: do not use them.
-    `contact` is the index into the recording's contacts where the finding concerns one of them.
+    `note`: worth knowing. `warning`: the numbers drawn from it are doubtful. `reject`: do not use
+    them. `contact` is the index into the recording's contacts where the finding concerns one of
+    them.
     """
 
     check: str  # "clipping", "zero-shift", ...
@@ -44,7 +47,8 @@ class Finding:
 
 
 class Check(Protocol):
-    """A function of a channel and its contacts, which ascend in time, to what it finds; none where all is well."""
+    """A function of a channel and its contacts, which ascend in time, to what it finds; none where
+    all is well."""
 
     def __call__(self, channel: Channel, contacts: tuple[Contact, ...], /) -> list[Finding]: ...
 

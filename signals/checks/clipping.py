@@ -9,16 +9,17 @@ from .base import Contact, Finding, Severity
 from .flat_tops import Plateaus, find_code_limit, find_plateaus, find_short_top
 from .levels import channel_scale, finite_samples, runs_of
 
-#: Samples within one code of the extreme count as at the rail (an analogue rail toggles between two codes). The rest is
-#: for the rounding of values that went through a float32 or a printed number.
+#: Samples within one code of the extreme count as at the rail (an analogue rail toggles between two
+#: codes). The rest is for the rounding of values that went through a float32 or a printed number.
 BAND_STEPS = 1.01
 
 
 def check_clipping(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """A finding per rail and contact with a cut top; outside of contacts one per rail. Any quantity.
+    """A finding per rail and contact with a cut top; outside of contacts one per rail. Any
+    quantity.
 
-    A cut top has three samples or more at one level; two that no crest explains; or any at the last code of the whole
-    numbers that the file holds.
+    A cut top has three samples or more at one level; two that no crest explains; or any at the last
+    code of the whole numbers that the file holds.
     """
     x = finite_samples(channel)
     if x.size == 0:
@@ -46,8 +47,9 @@ def by_contact(
 ) -> list[Finding]:
     """The plateaus as findings, one per contact they touch and one for those outside of all.
 
-    `reject` within a contact, and where no contacts are known: peak, impulse and the levels that bound the contact are
-    all lost. `warning` outside: the pulse is whole, but a spectrum of the recording is not.
+    `reject` within a contact, and where no contacts are known: peak, impulse and the levels that
+    bound the contact are all lost. `warning` outside: the pulse is whole, but a spectrum of the
+    recording is not.
     """
     findings = []
     for contact, contact_runs in flat.runs.by_contact(contacts):

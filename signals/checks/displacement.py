@@ -8,17 +8,17 @@ from ..channel import Channel
 from .base import Contact, Finding
 from .motion import motion_of
 
-#: A body that keeps the largest velocity of the shock all the time gets this far, and a little farther by the feet of
-#: a pulse, which lie below the 5 % of the peak that count as shock.
+#: A body that keeps the largest velocity of the shock all the time gets this far, and a little
+#: farther by the feet of a pulse, which lie below the 5 % of the peak that count as shock.
 LIMIT = 1.1
 
 
 def check_displacement(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """At most one finding, of an acceleration that is not of what moves on purpose: its displacement passes (largest
-    velocity of the shock) x (time since its begin).
+    """At most one finding, of an acceleration that is not of what moves on purpose: its
+    displacement passes (largest velocity of the shock) x (time since its begin).
 
-    It sees slow baseline wander that comes back to zero velocity, which the velocity check does not. A `note` where an
-    offset below 0.5 % of the peak would take it as far, else a `warning`.
+    It sees slow baseline wander that comes back to zero velocity, which the velocity check does
+    not. A `note` where an offset below 0.5 % of the peak would take it as far, else a `warning`.
     """
     motion = motion_of(channel, contacts)
     if motion is None:
@@ -34,8 +34,10 @@ def check_displacement(channel: Channel, contacts: tuple[Contact, ...]) -> list[
         "limit_ratio": LIMIT,
     }
     message = (
-        f"integrates to {farthest_m * 1e3:.3g} mm, where {motion.shock_velocity_m_s:.3g} m/s kept to the end would "
-        f"give {reach_m * 1e3:.3g} mm: the baseline wanders; high-pass the record, or use only lines far above it"
+        f"integrates to {farthest_m * 1e3:.3g} mm, where "
+        f"{motion.shock_velocity_m_s:.3g} m/s kept to the end would "
+        f"give {reach_m * 1e3:.3g} mm: the baseline wanders; high-pass the "
+        f"record, or use only lines far above it"
     )
     return [
         Finding(

@@ -9,16 +9,17 @@ from ..channel import Channel
 from .base import Contact, Finding
 from .levels import baseline, finite_samples, robust_sigma
 
-#: A second peak counts from this share of the first. A second hit of share s ripples the force spectrum, and with it
-#: every transfer function, by +-s: 5 % is 0.4 dB.
+#: A second peak counts from this share of the first. A second hit of share s ripples the force
+#: spectrum, and with it every transfer function, by +-s: 5 % is 0.4 dB.
 MIN_SHARE = 0.05
-#: The force has returned to zero when it falls below this share of the peak: under it, ringing of sensor and filter
-#: (2.6 to 3.3 % on measured 20 kHz hits) would hide the return.
+#: The force has returned to zero when it falls below this share of the peak: under it, ringing of
+#: sensor and filter (2.6 to 3.3 % on measured 20 kHz hits) would hide the return.
 RETURN_SHARE = 0.04
-#: Rebounds come within tens of milliseconds; a person cannot repeat a deliberate hit within a tenth of a second.
+#: Rebounds come within tens of milliseconds; a person cannot repeat a deliberate hit within a tenth
+#: of a second.
 WINDOW_S = 0.1
-#: And it stays down: on a slow flank noise crosses the share above to and fro. Between two hits the force is below
-#: this share of the second.
+#: And it stays down: on a slow flank noise crosses the share above to and fro. Between two hits the
+#: force is below this share of the second.
 MAX_DIP_SHARE = 0.5
 #: A contact cannot pull. What swings below zero by more than this share of its height is ringing.
 RINGING_SHARE = 0.5
@@ -27,7 +28,8 @@ NOISE_SIGMAS = 8.0
 
 
 def check_double_hit(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """A `warning` per contact that is followed by another touch. Force channels only; needs the contacts.
+    """A `warning` per contact that is followed by another touch. Force channels only; needs the
+    contacts.
 
     It is looked for between two contacts that segmentation parted, and within one where it did not.
     """
@@ -45,7 +47,8 @@ def check_double_hit(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
 
 
 def _second_peak(force: NDArray[np.float64], noise: float) -> int | None:
-    """Index of the second peak in `force` (n,), which begins at the first one's peak; None if there is none."""
+    """Index of the second peak in `force` (n,), which begins at the first one's peak; None if there
+    is none."""
     peak = float(force[0])
     returned = np.flatnonzero(force <= RETURN_SHARE * peak)
     if peak <= 0.0 or returned.size == 0:
@@ -76,7 +79,8 @@ def _finding(
         "delay_s": delay_s,
     }
     message = (
-        f"a second hit of {second_n:.4g} N ({second_n / first_n:.0%} of the first, limit {MIN_SHARE:.0%}) "
+        f"a second hit of {second_n:.4g} N ({second_n / first_n:.0%} of the "
+        f"first, limit {MIN_SHARE:.0%}) "
         f"follows after {delay_s * 1e3:.3g} ms"
     )
     return Finding("double-hit", "warning", message, channel.name, evidence, index)

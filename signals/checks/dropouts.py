@@ -1,4 +1,5 @@
-"""Dropouts: samples that are not numbers, samples that are missing, and stretches where the record stood still."""
+"""Dropouts: samples that are not numbers, samples that are missing, and stretches where the record
+stood still."""
 
 from __future__ import annotations
 
@@ -13,31 +14,36 @@ from .levels import SampleRuns, all_finite, finite_samples, quantisation_step, r
 
 #: Shorter stands are left alone: so many equal neighbours come up in any slow or coarse record.
 MIN_HELD = 8
-#: Stands this improbable in the whole record, from its own share of equal neighbours, are no chance.
+#: Stands this improbable in the whole record, from its own share of equal neighbours, are no
+#: chance.
 MAX_CHANCE = 1e-6
-#: As many samples as the stand has, and at most this many, tell on either side whether the record was live around it,
-#: that is moved by two steps or more from sample to sample. A quiet channel of few codes moves by one, and so does the
-#: rounded crest of a slow wave next to its top ...
+#: As many samples as the stand has, and at most this many, tell on either side whether the record
+#: was live around it, that is moved by two steps or more from sample to sample. A quiet channel of
+#: few codes moves by one, and so does the rounded crest of a slow wave next to its top ...
 LIVE_SAMPLES = 32
 LIVE_STEPS = 2.0
 #: ... and was as far from the stand somewhere in the few samples next to it.
 BESIDE = 4
-#: More equal neighbours than this: the record rests at one number (masked, computed, or coarse), and only a cut
-#: through a pulse says anything: so far from the stand, as a share of the range, on both sides of it.
+#: More equal neighbours than this: the record rests at one number (masked, computed, or coarse),
+#: and only a cut through a pulse says anything: so far from the stand, as a share of the range, on
+#: both sides of it.
 RESTING_SHARE = 0.5
 CUT_SHARE = 0.1
 #: These move so slowly that one code from begin to end may be right, unless it is zero.
 SLOW = ("pressure", "temperature")
-#: Only this many stands are looked at closely, the longest: a record with more is not better for it.
+#: Only this many stands are looked at closely, the longest: a record with more is not better for
+#: it.
 MAX_STANDS = 16
 
 
 def check_dropouts(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """Not-a-number and infinite samples, missing samples (`header["time_gaps"]`), stands. Any quantity.
+    """Not-a-number and infinite samples, missing samples (`header["time_gaps"]`), stands. Any
+    quantity.
 
-    `time_gaps` is a list of [sample, missing_samples]: so many are missing right before `sample`. Severity is `reject`
-    for what touches a contact (its impulse and width are gone) and `warning` elsewhere; a channel that never moves is
-    `reject`, a pressure or temperature that does not a `note`. Raises `ValueError` for `time_gaps` of another form.
+    `time_gaps` is a list of [sample, missing_samples]: so many are missing right before `sample`.
+    Severity is `reject` for what touches a contact (its impulse and width are gone) and `warning`
+    elsewhere; a channel that never moves is `reject`, a pressure or temperature that does not a
+    `note`. Raises `ValueError` for `time_gaps` of another form.
     """
     if channel.recorded.size == 0:
         return []
@@ -64,7 +70,8 @@ def _missing(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
     gaps = np.array(stated_gaps if stated_gaps != [] else np.empty((0, 2)), dtype=np.int64)
     if gaps.ndim != 2 or gaps.shape[1] != 2:
         raise ValueError(
-            f"{channel.name}: header time_gaps is {stated_gaps!r}; expected a list of [sample, missing_samples]"
+            f"{channel.name}: header time_gaps is {stated_gaps!r}; expected a "
+            f"list of [sample, missing_samples]"
         )
     findings = []
     # A gap has no samples of its own: for "which contact" it is the one sample that follows it.
@@ -77,7 +84,8 @@ def _missing(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
 
 
 def _stands(channel: Channel) -> SampleRuns:
-    """Stretches of equal samples that a live record does not have by chance; not those at its ends and extremes."""
+    """Stretches of equal samples that a live record does not have by chance; not those at its ends
+    and extremes."""
     recorded = channel.recorded
     moved = recorded[1:] != recorded[:-1]
     equal = moved.size - int(np.count_nonzero(moved))
@@ -90,7 +98,8 @@ def _stands(channel: Channel) -> SampleRuns:
 
 
 def _constant_runs(moved: NDArray[np.bool_], resting: bool) -> SampleRuns:
-    """Runs of equal samples, from whether each differs from the one before (n - 1,): by what is rarer, moves or not."""
+    """Runs of equal samples, from whether each differs from the one before (n - 1,): by what is
+    rarer, moves or not."""
     if resting:
         changes = np.flatnonzero(moved)
         return SampleRuns(changes[:-1] + 1, np.diff(changes))
@@ -99,13 +108,15 @@ def _constant_runs(moved: NDArray[np.bool_], resting: bool) -> SampleRuns:
 
 
 def _least_samples(equal: int, samples: int) -> int:
-    """Length from which on a run is expected less than `MAX_CHANCE` times, were neighbours equal independently."""
+    """Length from which on a run is expected less than `MAX_CHANCE` times, were neighbours equal
+    independently."""
     share = max(equal, 1) / samples
     return max(MIN_HELD, 1 + math.ceil(math.log(MAX_CHANCE / samples) / math.log(share)))
 
 
 def _in_live_signal(x: NDArray[np.float64], runs: SampleRuns, resting: bool) -> SampleRuns:
-    """Those of `runs` in `x` (n,) with a moving signal on both sides, the longest `MAX_STANDS` of them."""
+    """Those of `runs` in `x` (n,) with a moving signal on both sides, the longest `MAX_STANDS` of
+    them."""
     low, high, step = float(x.min()), float(x.max()), quantisation_step(x)
     least = max(LIVE_STEPS * step, CUT_SHARE * (high - low) if resting else 0.0)
     level = x[runs.first]

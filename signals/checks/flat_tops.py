@@ -1,16 +1,19 @@
-"""Stretches of a record that stay at its extreme, and whether a smooth crest could have looked like that.
+"""Stretches of a record that stay at its extreme, and whether a smooth crest could have looked like
+that.
 
-Near its top a crest is a parabola. A stretch of L samples of it, watched m samples further out on either side, has
-already fallen within itself by r = ((L - 1) / (L - 1 + 2m))**2 of the drop D seen out there. A stretch whose own spread
-is far below r * D was cut. The quantisation step counts as spread, so that a crest rounded to one code is no cut,
-however slow the signal; no other setting is needed, and neither rate nor unit enters.
+Near its top a crest is a parabola. A stretch of L samples of it, watched m samples further out on
+either side, has already fallen within itself by r = ((L - 1) / (L - 1 + 2m))**2 of the drop D seen
+out there. A stretch whose own spread is far below r * D was cut. The quantisation step counts as
+spread, so that a crest rounded to one code is no cut, however slow the signal; no other setting is
+needed, and neither rate nor unit enters.
 
 Short tops: a crest of a few samples that was cut, of which only one or two stand at the rail.
 
-Three samples at one level are what `plateaus` looks for. Two are told from a crest that was sampled evenly by two
-things at once: they are equal to the converter's step, which is chance for a crest that falls by many steps from one
-sample to the next; and what surrounds them is lopsided. A smooth crest f whose two highest samples are equal is even
-about their middle: its neighbours differ by its third derivative alone.
+Three samples at one level are what `plateaus` looks for. Two are told from a crest that was sampled
+evenly by two things at once: they are equal to the converter's step, which is chance for a crest
+that falls by many steps from one sample to the next; and what surrounds them is lopsided. A smooth
+crest f whose two highest samples are equal is even about their middle: its neighbours differ by its
+third derivative alone.
 """
 
 from __future__ import annotations
@@ -23,15 +26,17 @@ from numpy.typing import NDArray
 
 from .levels import SampleRuns, Scale, run_heads, runs_of
 
-#: Two equal neighbours straddle the top of any symmetric pulse; three need a cut, or a slow crest, which `r` tells.
+#: Two equal neighbours straddle the top of any symmetric pulse; three need a cut, or a slow crest,
+#: which `r` tells.
 MIN_SAMPLES = 3
-#: Spread allowed, as a share of what a parabola has. One rounded to a step q has r * D <= 2 q at most, that is a share
-#: of 0.5 or more; two crests run together (fourth power at the top) have 0.44 or more from L = 5. Half of those.
+#: Spread allowed, as a share of what a parabola has. One rounded to a step q has r * D <= 2 q at
+#: most, that is a share of 0.5 or more; two crests run together (fourth power at the top) have 0.44
+#: or more from L = 5. Half of those.
 MAX_SPREAD_SHARE = 0.25
 #: Looked at this far out at least: the very next sample may have come back from the rail by a hair.
 MIN_BESIDE = 2
-#: Noise may press three or four samples of a crest into one step. Where that is likelier than this (only runs at the
-#: very extreme are looked at, a few per record), the noise counts as spread.
+#: Noise may press three or four samples of a crest into one step. Where that is likelier than this
+#: (only runs at the very extreme are looked at, a few per record), the noise counts as spread.
 MAX_CHANCE = 1e-4
 #: An extreme nearer to the baseline than this share of the largest deviation is rest, not a rail.
 MIN_DEVIATION_SHARE = 0.2
@@ -48,10 +53,11 @@ class Plateaus:
 def find_plateaus(
     x: NDArray[np.float64], scale: Scale, polarity: int, band: float, min_samples: int = MIN_SAMPLES
 ) -> Plateaus | None:
-    """Cut stretches of `x` (n,) within `band` of its maximum (`polarity` 1) or minimum (-1); None if there are none.
+    """Cut stretches of `x` (n,) within `band` of its maximum (`polarity` 1) or minimum (-1); None
+    if there are none.
 
-    Stretches that touch an end of the record are left out: a record may begin or end at rest, and only one side of it
-    is known.
+    Stretches that touch an end of the record are left out: a record may begin or end at rest, and
+    only one side of it is known.
     """
     top, bottom = float(x.max()), float(x.min())
     level = top if polarity > 0 else bottom
@@ -73,7 +79,8 @@ def find_plateaus(
 def _by_chance(
     samples: NDArray[np.int64], spread: NDArray[np.float64], noise: float
 ) -> NDArray[np.bool_]:
-    """Per run (k,): could noise on a crest have brought its samples so close together? It spreads them over 3 sigma."""
+    """Per run (k,): could noise on a crest have brought its samples so close together? It spreads
+    them over 3 sigma."""
     closeness = np.minimum(spread / (3.0 * noise), 1.0) if noise > 0.0 else np.ones(samples.size)
     return np.asarray(closeness ** (samples - 1) > MAX_CHANCE)
 
@@ -91,14 +98,16 @@ def _is_cut(
 
 #: Chance of two equal samples, as the step's share of the fall beside them: crests in a thousand.
 MAX_STEP_SHARE = 2e-3
-#: Difference of the two neighbours, as a share of the larger fall. A half sine has 0, and an even one none at all.
+#: Difference of the two neighbours, as a share of the larger fall. A half sine has 0, and an even
+#: one none at all.
 MIN_LOPSIDED = 0.2
 
 
 def find_short_top(
     x: NDArray[np.float64], scale: Scale, polarity: int, band: float
 ) -> Plateaus | None:
-    """The two samples at the maximum of `x` (n,) (`polarity` 1) or minimum (-1) that are a cut; None otherwise."""
+    """The two samples at the maximum of `x` (n,) (`polarity` 1) or minimum (-1) that are a cut;
+    None otherwise."""
     highest, lowest = float(x.max()), float(x.min())
     level = highest if polarity > 0 else lowest
     if polarity * (level - scale.rest) < MIN_DEVIATION_SHARE * max(
@@ -119,8 +128,9 @@ def find_short_top(
 
 
 def find_code_limit(recorded: NDArray[Any], polarity: int) -> NDArray[np.int64]:
-    """Samples of whole numbers (n,) at the largest (`polarity` 1) or smallest (-1) that their type holds, which is the
-    converter's end; empty for other types, and for one-byte counts, which hold states."""
+    """Samples of whole numbers (n,) at the largest (`polarity` 1) or smallest (-1) that their type
+    holds, which is the converter's end; empty for other types, and for one-byte counts, which hold
+    states."""
     if recorded.dtype.kind != "i" or recorded.dtype.itemsize < 2:
         return np.empty(0, np.int64)
     info = np.iinfo(recorded.dtype)

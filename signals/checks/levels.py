@@ -1,6 +1,8 @@
-"""Cheap robust figures of a record that several checks need: baseline, spread, quantisation step, extent of the shock.
+"""Cheap robust figures of a record that several checks need: baseline, spread, quantisation step,
+extent of the shock.
 
-The robust ones look at a few thousand samples: a sort of half a million would cost more than all checks together.
+The robust ones look at a few thousand samples: a sort of half a million would cost more than all
+checks together.
 
 Runs of neighbouring samples, and which contact each belongs to.
 
@@ -20,7 +22,8 @@ from numpy.typing import NDArray
 from ..channel import Channel
 from .base import Contact
 
-#: Median and MAD of this many samples have a standard error of about 2 % of sigma: finer than any limit here.
+#: Median and MAD of this many samples have a standard error of about 2 % of sigma: finer than any
+#: limit here.
 DECIMATED_SAMPLES = 4096
 #: Below this share of the peak a record counts as at rest, where no contact says otherwise ...
 EVENT_SHARE = 0.05
@@ -36,7 +39,8 @@ MAD_TO_SIGMA = 1.4826
 
 @dataclass(frozen=True)
 class ShockSpan:
-    """The shock in a record, in samples: first and last index, both included, and the peak deviation between."""
+    """The shock in a record, in samples: first and last index, both included, and the peak
+    deviation between."""
 
     first: int
     last: int
@@ -45,7 +49,8 @@ class ShockSpan:
 
 @dataclass(frozen=True)
 class Scale:
-    """What a record's levels are measured against: level at rest, quantisation step and spread about the rest."""
+    """What a record's levels are measured against: level at rest, quantisation step and spread
+    about the rest."""
 
     rest: float
     step: float
@@ -64,10 +69,11 @@ def channel_scale(channel: Channel) -> Scale:
 
 
 def finite_samples(channel: Channel) -> NDArray[np.float64]:
-    """The channel's readings in SI (n,); where they hold NaN or infinity, a copy with the median of the others there.
+    """The channel's readings in SI (n,); where they hold NaN or infinity, a copy with the median of
+    the others there.
 
-    The dropout check reports those samples, as the placeholder check does those that are mended in the readings; the
-    other checks need a record that they can compare.
+    The dropout check reports those samples, as the placeholder check does those that are mended in
+    the readings; the other checks need a record that they can compare.
     """
     return channel.once("finite samples", lambda: _with_filler(channel.readings))
 
@@ -81,7 +87,8 @@ def _with_filler(si: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def all_finite(x: NDArray[Any]) -> bool:
-    """Whether no sample of `x` (n,) is NaN or infinite, in one pass: the sum is as soon as one sample is."""
+    """Whether no sample of `x` (n,) is NaN or infinite, in one pass: the sum is as soon as one
+    sample is."""
     with np.errstate(invalid="ignore", over="ignore"):
         return math.isfinite(float(x.sum(dtype=np.float64))) or bool(np.isfinite(x).all())
 
@@ -92,20 +99,24 @@ def decimated(x: NDArray[np.float64], samples: int = DECIMATED_SAMPLES) -> NDArr
 
 
 def baseline(x: NDArray[np.float64]) -> float:
-    """Median of the decimated record: the level at rest, as long as the shocks fill less than half of it."""
+    """Median of the decimated record: the level at rest, as long as the shocks fill less than half
+    of it."""
     return float(np.median(decimated(x))) if x.size else 0.0
 
 
 def robust_sigma(x: NDArray[np.float64]) -> float:
-    """Standard deviation by the median absolute deviation of the decimated record; 0 for an empty one."""
+    """Standard deviation by the median absolute deviation of the decimated record; 0 for an empty
+    one."""
     some = decimated(x)
     return MAD_TO_SIGMA * float(np.median(np.abs(some - np.median(some)))) if some.size else 0.0
 
 
 def quantisation_step(x: NDArray[np.float64]) -> float:
-    """The smallest difference between two values of `x` (n,): its LSB, or an upper bound of it. 0 for a constant.
+    """The smallest difference between two values of `x` (n,): its LSB, or an upper bound of it. 0
+    for a constant.
 
-    Looks at a decimated record and at what surrounds the largest sample; an overestimate only makes checks lenient.
+    Looks at a decimated record and at what surrounds the largest sample; an overestimate only makes
+    checks lenient.
     """
     top = int(x.argmax())
     near = x[max(top - DECIMATED_SAMPLES // 2, 0) : top + DECIMATED_SAMPLES // 2]
@@ -125,8 +136,8 @@ def shock_span(channel: Channel, contacts: tuple[Contact, ...]) -> ShockSpan | N
 def event_span(
     x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: bool
 ) -> ShockSpan | None:
-    """Where the shock is: from the contacts, stretched over what rings above 5 % of the peak, and above the noise, if
-    `ringing`.
+    """Where the shock is: from the contacts, stretched over what rings above 5 % of the peak, and
+    above the noise, if `ringing`.
 
     Without contacts the record itself says. None for a constant record.
     """
@@ -150,8 +161,8 @@ def event_span(
 
 
 def _loudness(x: NDArray[np.float64], peak: float) -> float:
-    """What no longer counts as rest. The noise is that of differences of neighbours at the begin of `x` (n,), in which
-    the smooth rise of a pulse leaves nothing."""
+    """What no longer counts as rest. The noise is that of differences of neighbours at the begin of
+    `x` (n,), in which the smooth rise of a pulse leaves nothing."""
     steps = np.diff(x[:NOISE_SAMPLES] / peak)
     sigma = (
         MAD_TO_SIGMA * float(np.median(np.abs(steps - np.median(steps)))) / math.sqrt(2.0)
@@ -162,7 +173,8 @@ def _loudness(x: NDArray[np.float64], peak: float) -> float:
 
 
 def _first_loud(x: NDArray[np.float64], limit: float) -> int | None:
-    """Index of the first sample of `x` (n,) farther from its median than `limit`; None where there is none."""
+    """Index of the first sample of `x` (n,) farther from its median than `limit`; None where there
+    is none."""
     rest = baseline(x)
     for start in range(0, x.size, _SCANNED):
         piece = x[start : start + _SCANNED]
@@ -187,7 +199,8 @@ class SampleRuns:
         return SampleRuns(self.first[chosen], self.samples[chosen])
 
     def by_contact(self, contacts: tuple[Contact, ...]) -> Iterator[tuple[int | None, SampleRuns]]:
-        """(index, runs that touch that contact) for each contact touched, then (None, the runs that touch none)."""
+        """(index, runs that touch that contact) for each contact touched, then (None, the runs that
+        touch none)."""
         outside = np.ones(self.first.size, dtype=bool)
         for index, contact in enumerate(contacts):
             touching = (self.first <= contact.last) & (self.last >= contact.first)
@@ -198,7 +211,8 @@ class SampleRuns:
             yield None, self.where(outside)
 
     def evidence(self, channel: Channel) -> dict[str, int | float]:
-        """How many samples, where the first is, how long the longest run is. Needs at least one run."""
+        """How many samples, where the first is, how long the longest run is. Needs at least one
+        run."""
         period_s = float(channel.period_s)
         total, longest = int(self.samples.sum()), int(self.samples.max())
         return {
@@ -224,26 +238,29 @@ def run_heads(at: NDArray[np.int64]) -> NDArray[np.int64]:
 
 #: Fewer samples than this before or after the shock give no level.
 MIN_REST_SAMPLES = 16
-#: The standard error of a level comes from the means of ten blocks, which ringing and slow wander spread as they
-#: should; with nine degrees of freedom five of them are exceeded by chance once in 1350 (Student's t).
+#: The standard error of a level comes from the means of ten blocks, which ringing and slow wander
+#: spread as they should; with nine degrees of freedom five of them are exceeded by chance once in
+#: 1350 (Student's t).
 BLOCKS = 10
-#: A slope beyond so many of its own standard errors is a flank (Student's t, eight degrees: once in 950).
+#: A slope beyond so many of its own standard errors is a flank (Student's t, eight degrees: once in
+#: 950).
 MIN_SLOPE_ERRORS = 5.0
 
 
 def rest_before(x: NDArray[np.float64], span: ShockSpan) -> NDArray[np.float64]:
-    """What rests before the shock in `x` (n,): the first half of what lies before it; empty where that is too little,
-    and where it climbs or falls.
+    """What rests before the shock in `x` (n,): the first half of what lies before it; empty where
+    that is too little, and where it climbs or falls.
 
-    The second half may hold the foot of a slow pulse, which is no level: a drop table's makes one of 1 % of the peak.
-    Where a record begins inside of that foot, the first half climbs as well.
+    The second half may hold the foot of a slow pulse, which is no level: a drop table's makes one
+    of 1 % of the peak. Where a record begins inside of that foot, the first half climbs as well.
     """
     quiet = x[: span.first // 2]
     return quiet[:0] if quiet.size < MIN_REST_SAMPLES or climbs(quiet) else quiet
 
 
 def climbs(x: NDArray[np.float64]) -> bool:
-    """Whether a line through the block means of `x` (n,), n >= 10, has a slope that is no chance."""
+    """Whether a line through the block means of `x` (n,), n >= 10, has a slope that is no
+    chance."""
     means = block_means(x)
     at = np.arange(BLOCKS) - (BLOCKS - 1) / 2
     slope = float(at @ means) / float(at @ at)
@@ -254,8 +271,9 @@ def climbs(x: NDArray[np.float64]) -> bool:
 
 
 def rest_after(x: NDArray[np.float64], span: ShockSpan) -> NDArray[np.float64]:
-    """What rests after the shock in `x` (n,), without the falling foot of a pulse: half as much as the shock lasted,
-    but half of what is left at most. Where it rings to the end, the last quarter of what follows its begin."""
+    """What rests after the shock in `x` (n,), without the falling foot of a pulse: half as much as
+    the shock lasted, but half of what is left at most. Where it rings to the end, the last quarter
+    of what follows its begin."""
     quarter = x.size - (x.size - span.first) // 4
     foot = min((span.last - span.first + 1) // 2, (x.size - span.last - 1) // 2)
     quiet = x[min(span.last + 1 + foot, quarter) :]
@@ -263,7 +281,8 @@ def rest_after(x: NDArray[np.float64], span: ShockSpan) -> NDArray[np.float64]:
 
 
 def block_mean(x: NDArray[np.float64]) -> tuple[float, float]:
-    """Mean and its standard error by batch means, of as much of `x` (n,), n >= 10, as ten equal blocks hold."""
+    """Mean and its standard error by batch means, of as much of `x` (n,), n >= 10, as ten equal
+    blocks hold."""
     means = block_means(x)
     return float(means.mean()), float(means.std(ddof=1)) / BLOCKS**0.5
 

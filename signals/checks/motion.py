@@ -1,4 +1,5 @@
-"""What an acceleration record says of the motion of the structure: its velocity, about the level before the shock."""
+"""What an acceleration record says of the motion of the structure: its velocity, about the level
+before the shock."""
 
 from __future__ import annotations
 
@@ -11,12 +12,13 @@ from ..channel import Channel, on_impactor
 from .base import Contact, Severity
 from .levels import block_mean, finite_samples, rest_before, shock_span
 
-#: Standard errors of the level taken off that its drift of the velocity is allowed (`rest.BLOCKS` tells why so many).
+#: Standard errors of the level taken off that its drift of the velocity is allowed (`rest.BLOCKS`
+#: tells why so many).
 MIN_ERRORS = 5.0
 
 
-#: A constant offset of this share of the peak spoils a spectrum's slow lines (the check of zero shifts tells why); what
-#: integrates to less is worth a note.
+#: A constant offset of this share of the peak spoils a spectrum's slow lines (the check of zero
+#: shifts tells why); what integrates to less is worth a note.
 DOUBTFUL_SHARE = 0.005
 #: A longer record is integrated in so many blocks: what swings within one carries little velocity.
 BLOCKS = 65536
@@ -24,11 +26,12 @@ BLOCKS = 65536
 
 @dataclass(frozen=True)
 class IntegratedMotion:
-    """What an acceleration record integrates to from the begin of its shock on, about the level before it.
+    """What an acceleration record integrates to from the begin of its shock on, about the level
+    before it.
 
-    `velocity_m_s` (k,) is that at the ends of blocks of `block_s`, one sample each as long as the record is short, and
-    `shock_velocity_m_s` the largest while the shock lasts. `drift_m_s2` is an acceleration that noise in the level
-    taken off may have left.
+    `velocity_m_s` (k,) is that at the ends of blocks of `block_s`, one sample each as long as the
+    record is short, and `shock_velocity_m_s` the largest while the shock lasts. `drift_m_s2` is an
+    acceleration that noise in the level taken off may have left.
     """
 
     velocity_m_s: NDArray[np.float64]
@@ -47,8 +50,8 @@ class IntegratedMotion:
 
 
 def motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> IntegratedMotion | None:
-    """The motion that an acceleration tells; None of other quantities, of what moves on purpose, of a constant, and
-    without a rest before the shock."""
+    """The motion that an acceleration tells; None of other quantities, of what moves on purpose, of
+    a constant, and without a rest before the shock."""
     return channel.once(("motion", contacts), lambda: _motion_of(channel, contacts))
 
 

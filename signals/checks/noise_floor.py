@@ -15,11 +15,11 @@ LIMIT_DB = 6.0
 
 
 def check_noise_floor(channel: Channel, spectrum: Spectrum) -> list[Finding]:
-    """At most one `warning`, with the lines that can be used: those that stand 6 dB above the spectrum of the noise
-    before the shock, from the largest one downwards and upwards.
+    """At most one `warning`, with the lines that can be used: those that stand 6 dB above the
+    spectrum of the noise before the shock, from the largest one downwards and upwards.
 
-    Lines slower than one period in the time before the shock are left out: nothing is known of the noise there. Nothing
-    is said without 16 samples at rest before the shock.
+    Lines slower than one period in the time before the shock are left out: nothing is known of the
+    noise there. Nothing is said without 16 samples at rest before the shock.
     """
     x = finite_samples(channel)
     span = shock_span(channel, ())
@@ -48,8 +48,10 @@ def check_noise_floor(channel: Channel, spectrum: Spectrum) -> list[Finding]:
         else "use no line"
     )
     message = (
-        f"the noise before the shock, {below_peak_db:.0f} dB below its peak, is less than {LIMIT_DB:g} dB below the "
-        f"spectrum at {np.count_nonzero(low)} of {np.count_nonzero(judged)} lines: {advice}, or measure with less noise"
+        f"the noise before the shock, {below_peak_db:.0f} dB below its peak, "
+        f"is less than {LIMIT_DB:g} dB below the "
+        f"spectrum at {np.count_nonzero(low)} of {np.count_nonzero(judged)} "
+        f"lines: {advice}, or measure with less noise"
     )
     evidence = {
         "from_hz": float(from_hz) if from_hz <= to_hz else None,

@@ -13,11 +13,12 @@ LISTED = 16
 
 
 def check_placeholders(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """A `reject` for each contact that holds lone samples far outside of their neighbourhood (9.99e37, -9999, -32768),
-    and one for those outside of all contacts. Any quantity but voltage and displacement, where only numbers beyond
-    every range count.
+    """A `reject` for each contact that holds lone samples far outside of their neighbourhood
+    (9.99e37, -9999, -32768), and one for those outside of all contacts. Any quantity but voltage
+    and displacement, where only numbers beyond every range count.
 
-    Figures, spectra and contacts are taken from the record with these samples mended; the raw series keeps them.
+    Figures, spectra and contacts are taken from the record with these samples mended; the raw
+    series keeps them.
     """
     lone = channel.placeholders.lone
     if not lone.size:
@@ -39,8 +40,10 @@ def _finding(channel: Channel, contact: int | None, runs: SampleRuns) -> Finding
     }
     more = f" (and {at.size - 1} more)" if at.size > 1 else ""
     message = (
-        f"sample {first} at {evidence['first_time_s']:.6g} s{more} is no reading: {float(channel.recorded[first]):.7g} "
+        f"sample {first} at {evidence['first_time_s']:.6g} s{more} is no "
+        f"reading: {float(channel.recorded[first]):.7g} "
         f"in the file, {float(channel.si[first]):.4g} {unit} where its neighbours give "
-        f"{float(channel.readings[first]):.4g} {unit}; export the record again without placeholders, or mend the sample"
+        f"{float(channel.readings[first]):.4g} {unit}; export the record "
+        f"again without placeholders, or mend the sample"
     )
     return Finding("placeholder", "reject", message, channel.name, evidence, contact)

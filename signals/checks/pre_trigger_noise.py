@@ -11,16 +11,20 @@ from .levels import ShockSpan, finite_samples, robust_sigma, shock_span
 
 #: What rests before a shock. Pressure and temperature need not.
 QUANTITIES = ("force", "acceleration", "velocity", "strain")
-#: A MAD of sixteen samples is off by 29 % (one standard error): enough to compare with limits a decade apart.
+#: A MAD of sixteen samples is off by 29 % (one standard error): enough to compare with limits a
+#: decade apart.
 MIN_SAMPLES = 16
-#: At 2 % of the peak three sigma are 6 %: the level at 10 % of the peak, at which pulse widths are read, drowns.
+#: At 2 % of the peak three sigma are 6 %: the level at 10 % of the peak, at which pulse widths are
+#: read, drowns.
 WARNING_SHARE = 0.02
 #: Above this three sigma pass the 0.5 % of the peak that bounds a contact (thesis, section 4.1).
 NOTE_SHARE = 0.005 / 3.0
-#: The stretch just before the shock is what the shock was recorded in; a second holds 50 periods of the mains.
+#: The stretch just before the shock is what the shock was recorded in; a second holds 50 periods of
+#: the mains.
 MAX_STRETCH_S = 1.0
 MAINS_HZ = (50.0, 60.0)
-#: A hum is told from drift by three periods or more, and named when it carries most of the variance.
+#: A hum is told from drift by three periods or more, and named when it carries most of the
+#: variance.
 MIN_MAINS_PERIODS = 3.0
 HUM_SHARE = 0.5
 #: The hum is fitted on block means of about this rate: a few hundred numbers instead of 100,000.
@@ -28,7 +32,8 @@ HUM_RATE_HZ = 1000.0
 
 
 def check_pre_trigger_noise(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """At most one finding: `note` when there is nothing before the contact or noise passes 0.17 %, `warning` from 2 %.
+    """At most one finding: `note` when there is nothing before the contact or noise passes 0.17 %,
+    `warning` from 2 %.
 
     Compares with the peak of the channel. Force, acceleration, velocity and strain.
     """
@@ -47,7 +52,10 @@ def check_pre_trigger_noise(channel: Channel, contacts: tuple[Contact, ...]) -> 
 
 def _nothing_before(channel: Channel, samples: int) -> Finding:
     evidence = {"samples": samples, "limit_samples": MIN_SAMPLES}
-    message = f"{samples} samples before the first contact (limit {MIN_SAMPLES}): noise and level at rest are unknown"
+    message = (
+        f"{samples} samples before the first contact (limit {MIN_SAMPLES}): noise "
+        f"and level at rest are unknown"
+    )
     return Finding("pre-trigger-noise", "note", message, channel.name, evidence)
 
 
@@ -76,7 +84,8 @@ def _judge(channel: Channel, quiet: NDArray[np.float64], span: ShockSpan) -> lis
 
 
 def _hum(quiet: NDArray[np.float64], rate_hz: float) -> tuple[float | None, float]:
-    """The mains frequency that carries most of the variance (None below half of it), and its share."""
+    """The mains frequency that carries most of the variance (None below half of it), and its
+    share."""
     block = max(1, int(rate_hz / HUM_RATE_HZ))
     count = quiet.size // block
     means = quiet[: count * block].reshape(count, block).mean(axis=1)

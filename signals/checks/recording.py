@@ -1,4 +1,5 @@
-"""The channels of one recording, judged together: one finding for one event, and no blame for a quiet cross-axis."""
+"""The channels of one recording, judged together: one finding for one event, and no blame for a
+quiet cross-axis."""
 
 from __future__ import annotations
 
@@ -28,8 +29,8 @@ TELLS_ALREADY: dict[str, tuple[str, ...]] = {
 }
 #: The same for findings of the same contact: full scale is why the top is flat.
 TELLS_OF_CONTACT: dict[str, tuple[str, ...]] = {"saturation": ("clipping",)}
-#: An axis whose peak is below this share of the loudest one's beside it is a quiet one: -20 dB, more than the cross
-#: sensitivity of accelerometers (5 %).
+#: An axis whose peak is below this share of the loudest one's beside it is a quiet one: -20 dB,
+#: more than the cross sensitivity of accelerometers (5 %).
 QUIET_SHARE = 0.1
 #: What a quiet axis cannot help: its noise and its rest are large beside a small peak.
 OF_QUIET_AXES = ("no-shock", "pre-trigger-noise", "rest-level", "zero-shift")
@@ -49,8 +50,8 @@ def check_recording_channels(
 
 
 def merge_findings(findings: Sequence[Finding]) -> list[Finding]:
-    """Without those that tell again what another finding of the channel told, at least as gravely. A channel that never
-    moves has one."""
+    """Without those that tell again what another finding of the channel told, at least as gravely.
+    A channel that never moves has one."""
     dead = {
         f.channel for f in findings if f.check == "dropouts" and f.evidence.get("kind") == "dead"
     }
@@ -95,8 +96,8 @@ def _louder(channel: Channel, channels: Sequence[Channel]) -> str | None:
 
 
 def _same_sensor(channel: Channel, other: Channel) -> bool:
-    """Two accelerations at one position along different axes; where no axis is given, names that differ in a last x, y
-    or z alone."""
+    """Two accelerations at one position along different axes; where no axis is given, names that
+    differ in a last x, y or z alone."""
     if channel.quantity != "acceleration" or channel.quantity != other.quantity:
         return False
     if (channel.sensor.position or "").strip().lower() != (

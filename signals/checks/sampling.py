@@ -10,17 +10,18 @@ from .base import Finding
 
 #: What calibration and mounting leave open of an accelerometer at these frequencies: 0.8 dB.
 LIMIT = 0.1
-#: Of the peak of a record: hammer hits on a structure that rings up to there have up to a tenth close to half the
-#: sampling rate behind a converter's steep filter, and shocks that were folded have more.
+#: Of the peak of a record: hammer hits on a structure that rings up to there have up to a tenth
+#: close to half the sampling rate behind a converter's steep filter, and shocks that were folded
+#: have more.
 HIGH_SHARE = 0.2
 
 
 def check_sampling(channel: Channel, spectrum: Spectrum) -> list[Finding]:
     """At most one `warning`: of a line more than 10 % may be hidden by sampling.
 
-    Either it was not resampled as its content requires, or 20 % of the shock lie close to half the sampling rate, where
-    nothing tells them from content above. What lies there all the time is noise, which the check of the noise floor
-    judges.
+    Either it was not resampled as its content requires, or 20 % of the shock lie close to half the
+    sampling rate, where nothing tells them from content above. What lies there all the time is
+    noise, which the check of the noise floor judges.
     """
     folded = float(spectrum.high_share) >= HIGH_SHARE
     error = spectrum.sampling_error if folded else spectrum.hidden_error
@@ -38,13 +39,16 @@ def check_sampling(channel: Channel, spectrum: Spectrum) -> list[Finding]:
     share = f"{error[worst]:.0%} of the line" if np.isfinite(error[worst]) else "the whole line"
     if folded:
         message = (
-            f"{spectrum.high_share:.0%} of the peak lie close to {half_hz:.4g} Hz, half the sampling rate, and cannot "
-            f"be told from content above it, which may have changed {share} at {worst_hz:.4g} Hz (limit {LIMIT:.0%}): "
+            f"{spectrum.high_share:.0%} of the peak lie close to "
+            f"{half_hz:.4g} Hz, half the sampling rate, and cannot "
+            f"be told from content above it, which may have changed {share} "
+            f"at {worst_hz:.4g} Hz (limit {LIMIT:.0%}): "
             "record faster, or with an anti-alias filter"
         )
     else:
         message = (
-            f"{channel.sampling_rate_hz:g} Hz may hide {share} at {worst_hz:.4g} Hz (limit {LIMIT:.0%}): let the "
+            f"{channel.sampling_rate_hz:g} Hz may hide {share} at "
+            f"{worst_hz:.4g} Hz (limit {LIMIT:.0%}): let the "
             "record be resampled (without --no-resample), or record faster"
         )
     evidence = {

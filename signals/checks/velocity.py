@@ -1,7 +1,7 @@
 """Velocity: does the integral of an acceleration end where a structure can be?
 
-After A. G. Piersol's check of pyroshock data (NASA-HDBK-7005, section 4; IEST-RP-DTE012): velocity comes back to rest,
-or levels out on a free body.
+After A. G. Piersol's check of pyroshock data (NASA-HDBK-7005, section 4; IEST-RP-DTE012): velocity
+comes back to rest, or levels out on a free body.
 """
 
 from __future__ import annotations
@@ -10,13 +10,15 @@ from ..channel import Channel
 from .base import Contact, Finding
 from .motion import motion_of
 
-#: A free body keeps at most the largest velocity that the shock gave it; half as much again is for noise.
+#: A free body keeps at most the largest velocity that the shock gave it; half as much again is for
+#: noise.
 LIMIT = 1.5
 
 
 def check_velocity(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """At most one finding, of an acceleration that is not of what moves on purpose: its final velocity passes 1.5 times
-    the largest while the shock lasts, by more than noise in the level before the shock explains.
+    """At most one finding, of an acceleration that is not of what moves on purpose: its final
+    velocity passes 1.5 times the largest while the shock lasts, by more than noise in the level
+    before the shock explains.
 
     A `note` where an offset below 0.5 % of the peak would do that, else a `warning`.
     """
@@ -34,8 +36,10 @@ def check_velocity(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
         "limit_ratio": LIMIT,
     }
     message = (
-        f"integrates to {final_m_s:.3g} m/s at the end, after {shock_m_s:.3g} m/s in the shock: an offset, unless "
-        "something pushed on; do not trust lines of a spectrum at which the pseudo-velocity is of that size"
+        f"integrates to {final_m_s:.3g} m/s at the end, after {shock_m_s:.3g} "
+        f"m/s in the shock: an offset, unless "
+        "something pushed on; do not trust lines of a spectrum at which the "
+        "pseudo-velocity is of that size"
     )
     return [
         Finding(

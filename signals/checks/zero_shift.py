@@ -1,9 +1,10 @@
 """Zero shift: the level after the shock is not the level before it.
 
-Bateman, Himelblau and Merritt, "Validation of Pyroshock Data" (Sound & Vibration, March 2012), and NASA-STD-7003A
-judge by the velocity: a structure that the shock leaves where it was comes back to rest, and an offset shows as a ramp.
-Offset and ramp are one figure seen twice, so the verdict needs three things: an offset beyond its standard error, a
-ramp that the shock cannot have driven, and an offset large enough to spoil a result.
+Bateman, Himelblau and Merritt, "Validation of Pyroshock Data" (Sound & Vibration, March 2012), and
+NASA-STD-7003A judge by the velocity: a structure that the shock leaves where it was comes back to
+rest, and an offset shows as a ramp. Offset and ramp are one figure seen twice, so the verdict needs
+three things: an offset beyond its standard error, a ramp that the shock cannot have driven, and an
+offset large enough to spoil a result.
 """
 
 from __future__ import annotations
@@ -19,23 +20,26 @@ from .levels import ShockSpan, block_mean, finite_samples, rest_after, rest_befo
 
 #: Standard errors that make a shift (`rest.BLOCKS` tells why so many).
 MIN_ERRORS = 5.0
-#: An elastic suspension can turn the velocity v that the shock gave into -v, a change of 2 v; more has no cause.
+#: An elastic suspension can turn the velocity v that the shock gave into -v, a change of 2 v; more
+#: has no cause.
 MAX_VELOCITY_RATIO = 2.0
-#: A step b drives a slow oscillator to 2 b. Two decades below its knee a shock spectrum is some 40 dB below its plateau
-#: (6 dB an octave, field data), which is what 2 b amounts to at 0.5 % of the peak: from there on it is the offset's.
+#: A step b drives a slow oscillator to 2 b. Two decades below its knee a shock spectrum is some 40
+#: dB below its plateau (6 dB an octave, field data), which is what 2 b amounts to at 0.5 % of the
+#: peak: from there on it is the offset's.
 MIN_ACCELERATION_SHARE = 0.005
-#: The thesis ends a contact at 0.5 % of the peak (section 4.1): an offset of that size moves or loses the end. Twice it
-#: and no contact of that height ever ends.
+#: The thesis ends a contact at 0.5 % of the peak (section 4.1): an offset of that size moves or
+#: loses the end. Twice it and no contact of that height ever ends.
 MIN_FORCE_SHARE = 0.005
 WARNING_FORCE_SHARE = 0.01
-#: A sensor that responds to DC changes by as much when it is turned over. Its velocity is as wrong, hence the same
-#: severity; the evidence tells who looks for the cause.
+#: A sensor that responds to DC changes by as much when it is turned over. Its velocity is as wrong,
+#: hence the same severity; the evidence tells who looks for the cause.
 TILT_M_S2 = 2 * 9.80665
 
 
 @dataclass(frozen=True)
 class _Levels:
-    """Level before and after the shock with standard errors, in SI, and whether it still rang at the end."""
+    """Level before and after the shock with standard errors, in SI, and whether it still rang at
+    the end."""
 
     before: float
     after: float
@@ -65,7 +69,8 @@ def check_zero_shift(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
 
 
 def _levels(x: NDArray[np.float64], span: ShockSpan) -> _Levels | None:
-    """Levels of what rests before the shock and after it; the last quarter where it rings to the end."""
+    """Levels of what rests before the shock and after it; the last quarter where it rings to the
+    end."""
     before, after = rest_before(x, span), rest_after(x, span)
     if before.size == 0 or after.size == 0:
         return None
@@ -81,7 +86,10 @@ def _force_finding(channel: Channel, levels: _Levels, span: ShockSpan) -> list[F
     severity: Severity = (
         "warning" if share >= WARNING_FORCE_SHARE and not levels.truncated else "note"
     )
-    message = f"the force rests {levels.shift:.4g} N off after the hit, {share:.2%} of its peak ({MIN_FORCE_SHARE:.1%})"
+    message = (
+        f"the force rests {levels.shift:.4g} N off after the hit, {share:.2%} of "
+        f"its peak ({MIN_FORCE_SHARE:.1%})"
+    )
     return [Finding("zero-shift", severity, message, channel.name, _evidence(levels, span, "n"))]
 
 
@@ -89,7 +97,8 @@ def _acceleration_finding(
     channel: Channel, x: NDArray[np.float64], levels: _Levels, span: ShockSpan
 ) -> list[Finding]:
     residual_m_s = levels.shift * (x.size - span.first) * float(channel.period_s)
-    # Without the offset, or the ramp itself would be the peak of the velocity and hide what it is compared with.
+    # Without the offset, or the ramp itself would be the peak of the velocity and hide what it is
+    # compared with.
     moved = np.cumsum(x[span.first : span.last + 1] - levels.after) * float(channel.period_s)
     peak_m_s = float(np.abs(moved).max())
     ratio = abs(residual_m_s) / peak_m_s if peak_m_s > 0.0 else float(np.finfo(np.float64).max)
@@ -105,7 +114,8 @@ def _acceleration_finding(
         "could_be_tilt": abs(levels.shift) <= TILT_M_S2,
     }
     message = (
-        f"offset of {levels.shift:.4g} m/s2 after the shock: it integrates to {residual_m_s:.3g} m/s by the end, "
+        f"offset of {levels.shift:.4g} m/s2 after the shock: it integrates to "
+        f"{residual_m_s:.3g} m/s by the end, "
         f"{ratio:.3g} times the peak velocity (limit {MAX_VELOCITY_RATIO:g})"
     )
     evidence = {**_evidence(levels, span, "m_s2"), **velocity}

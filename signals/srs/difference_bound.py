@@ -1,18 +1,21 @@
-"""How much sampling hides of a spectrum at most, from differences of the record: in one pass, without a transform.
+"""How much sampling hides of a spectrum at most, from differences of the record: in one pass,
+without a transform.
 
-A band-limited record with second differences d2, taken as straight lines between its samples, loses D(w) of content at
-w, and a peak lies at most half a sample beside a sample, where the response has fallen by at most a2 / 8 for a2 the
-second derivative of the response in samples. Both follow from d2: as time series, what one d2 contributes is at most
+A band-limited record with second differences d2, taken as straight lines between its samples, loses
+D(w) of content at w, and a peak lies at most half a sample beside a sample, where the response has
+fallen by at most a2 / 8 for a2 the second derivative of the response in samples. Both follow from
+d2: as time series, what one d2 contributes is at most
 
     line * (0.09 e(k) + rest)       e(k) = exp(-zeta line k) / sqrt(1 - zeta^2), k samples later, line in rad a sample,
 
-for straight lines, 1.08 in place of 0.09 for a2, and the parts that do not decay so add up to no more than the rests
-below. Where the record is slower than the line, the response follows it, and d2 itself with the same sums over fourth
-differences d4 and 1 / line in place of line is the smaller bound. Where it is faster, a2 follows from the equation of
-the oscillator, a2 = line^2 (a - x) + 2 zeta line (a' - x'), and from Landau's inequality |x'|^2 <= 2 |x| |x''|.
+for straight lines, 1.08 in place of 0.09 for a2, and the parts that do not decay so add up to no
+more than the rests below. Where the record is slower than the line, the response follows it, and d2
+itself with the same sums over fourth differences d4 and 1 / line in place of line is the smaller
+bound. Where it is faster, a2 follows from the equation of the oscillator, a2 = line^2 (a - x) + 2
+zeta line (a' - x'), and from Landau's inequality |x'|^2 <= 2 |x| |x''|.
 
-The numbers hold for lines up to `MOST_LINE` and damping up to `MOST_DAMPING`; `test_difference_bound.py` transforms the
-functions of frequency and compares.
+The numbers hold for lines up to `MOST_LINE` and damping up to `MOST_DAMPING`;
+`test_difference_bound.py` transforms the functions of frequency and compares.
 """
 
 from __future__ import annotations
@@ -28,28 +31,34 @@ from .resampling import continuation_taper
 
 #: In rad a sample: a little more than ten samples a cycle.
 MOST_LINE, MOST_DAMPING = 0.64, 0.1
-#: Coefficients of the decaying parts, of straight lines and of a2, and the sums of the rests, of d2 and of d4.
+#: Coefficients of the decaying parts, of straight lines and of a2, and the sums of the rests, of d2
+#: and of d4.
 STRAIGHT, BESIDE = 0.09, 1.08
 STRAIGHT_REST, BESIDE_REST = 0.1, 1.2
 STRAIGHT_REST_OF_D4, BESIDE_REST_OF_D4 = 0.006, 0.2
-#: Images of a record about multiples of its sampling rate, over `line`, and of the record's second derivative over d2.
+#: Images of a record about multiples of its sampling rate, over `line`, and of the record's second
+#: derivative over d2.
 IMAGES, DERIVATIVE = 0.05, 2.47
 #: What straight lines lose over a2.
 STRAIGHT_OF_A2 = 0.1
 #: The record between its samples, over the largest d2.
 _BETWEEN_SAMPLES = 0.5
-#: The largest response between samples over that at samples; where the bound says more it says nothing.
+#: The largest response between samples over that at samples; where the bound says more it says
+#: nothing.
 _MOST_GROWTH = 1.1
-#: Sums decay from block to block of samples, at rates that cover so many octaves below the highest line.
+#: Sums decay from block to block of samples, at rates that cover so many octaves below the highest
+#: line.
 _OCTAVES = 4.0
 
 
 def hidden_by_differences(
     records: Floats, sampling_rate_hz: float, lines_hz: Floats, zeta: float, maximax: Floats
 ) -> Floats:
-    """What straight lines and peaks between samples hide at most of spectra `maximax` (k, f) of `records` (k, n), m/s2.
+    """What straight lines and peaks between samples hide at most of spectra `maximax` (k, f) of
+    `records` (k, n), m/s2.
 
-    Infinite where it says nothing: at lines above a tenth of the sampling rate, at higher damping, of short records.
+    Infinite where it says nothing: at lines above a tenth of the sampling rate, at higher damping,
+    of short records.
     """
     line = 2 * np.pi / sampling_rate_hz * lines_hz
     hidden = np.full(maximax.shape, np.inf)
@@ -63,7 +72,8 @@ def hidden_by_differences(
 def _add_differences(series, decay, totals):  # type: ignore[no-untyped-def]
     """Takes in the differences about samples 2 to n - 3 of a series.
 
-    Rows of `totals`: sums of d2 that decay, and the largest of each; of d4 likewise; the largest sample, d2 and d4.
+    Rows of `totals`: sums of d2 that decay, and the largest of each; of d4 likewise; the largest
+    sample, d2 and d4.
     """
     two, four, six, decays = spread(2.0), spread(4.0), spread(6.0), load(decay, 0)
     sum_d2, most_sum_d2, sum_d4, most_sum_d4 = (

@@ -1,21 +1,26 @@
-"""The compiled loop: sixteen oscillators at a time run over a record and keep their extremes and their last state.
+"""The compiled loop: sixteen oscillators at a time run over a record and keep their extremes and
+their last state.
 
 One step from the base accelerations a0 to a1, with S, G, H of `coefficients` and K = G / theta:
 
     p += G (a0 - p) + S v + H (a1 - a0)
     v += S (a0 - p) - (G + 2 zeta S) v + K (a1 - a0)
 
-Only what changes is added, so for small theta nothing is lost: the filter of ISO 18431-4 in its printed form has poles
-that its coefficients tell from 1 by theta^2, and at theta = 1e-6 six digits of it are left, of this form fourteen. It
-also gives relative displacement and absolute acceleration from one pair of states.
+Only what changes is added, so for small theta nothing is lost: the filter of ISO 18431-4 in its
+printed form has poles that its coefficients tell from 1 by theta^2, and at theta = 1e-6 six digits
+of it are left, of this form fourteen. It also gives relative displacement and absolute acceleration
+from one pair of states.
 
-Several numbers that a compiled loop treats as one: what some vector registers of the processor hold.
+Several numbers that a compiled loop treats as one: what some vector registers of the processor
+hold.
 
-Numba writes a loop over oscillators as single numbers where each step waits for the one before. This type says it
-outright: `+`, `-`, `*` and the functions below act on `WIDTH` numbers at once, on any processor LLVM knows. They may
-be contracted to a product and a sum with one rounding; no other liberty is taken.
+Numba writes a loop over oscillators as single numbers where each step waits for the one before.
+This type says it outright: `+`, `-`, `*` and the functions below act on `WIDTH` numbers at once, on
+any processor LLVM knows. They may be contracted to a product and a sum with one rounding; no other
+liberty is taken.
 
-After a change here, change `kernel.py` too: what Numba keeps on disk is as old as the file with the loop.
+After a change here, change `kernel.py` too: what Numba keeps on disk is as old as the file with the
+loop.
 """
 
 from __future__ import annotations
@@ -35,7 +40,8 @@ from .coefficients import Steps
 from .threads import checked_threads
 from .threads import over_threads as spread_over_threads
 
-#: Two registers of AVX-512, four of AVX2: while a step in one waits for the step before, the others compute.
+#: Two registers of AVX-512, four of AVX2: while a step in one waits for the step before, the others
+#: compute.
 WIDTH = 16
 
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
@@ -58,7 +64,8 @@ class _Model(models.PrimitiveModel):
 
 
 def intrinsic(function: Callable[..., Any]) -> Any:
-    """Numba's; what it makes is called with other arguments than it is written with, which no type tells."""
+    """Numba's; what it makes is called with other arguments than it is written with, which no type
+    tells."""
     return extending.intrinsic(function)
 
 
@@ -167,18 +174,20 @@ def _multiply(x: Any, y: Any) -> Any:
 
 
 _COEFFICIENTS, _FOUND = 5, 5
-#: Zeros in a record let the states decay to subnormal numbers, on which processors are slow; this, with its sign
-#: changing at every sample, keeps them above. It is lost in the last digit of every other sample.
+#: Zeros in a record let the states decay to subnormal numbers, on which processors are slow; this,
+#: with its sign changing at every sample, keeps them above. It is lost in the last digit of every
+#: other sample.
 _DITHER = 1e-200
 #: Less work than this, in steps of one oscillator, is done before another thread has begun.
 _WORTH_A_THREAD = 400_000
 
 
 def run(records: Floats, oscillators: Steps, threads: int | None = None) -> Floats:
-    """Records (k, n) over f oscillators: (5, k, f) of max x, min x (>= 0 and <= 0), max |p|; p and v at the end.
+    """Records (k, n) over f oscillators: (5, k, f) of max x, min x (>= 0 and <= 0), max |p|; p and
+    v at the end.
 
-    The first three are of the samples of the record, x being p + 2 zeta v; the last two are of one step later, where
-    the base is at 0.
+    The first three are of the samples of the record, x being p + 2 zeta v; the last two are of one
+    step later, where the base is at 0.
     """
     k, f = len(records), oscillators.theta.size
     table = _blocks(oscillators)

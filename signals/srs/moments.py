@@ -1,7 +1,8 @@
-"""Temporal moments: where a transient lies in time, how long it is, and how it is shaped, without a spectrum.
+"""Temporal moments: where a transient lies in time, how long it is, and how it is shaped, without a
+spectrum.
 
-D. O. Smallwood, "Characterization and Simulation of Transient Vibrations Using Band Limited Temporal Moments", Shock
-and Vibration 1 (1994) 507. m_i(a) is the integral of (t - a)^i x(t)^2 dt.
+D. O. Smallwood, "Characterization and Simulation of Transient Vibrations Using Band Limited
+Temporal Moments", Shock and Vibration 1 (1994) 507. m_i(a) is the integral of (t - a)^i x(t)^2 dt.
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ from ...array_types import Floats
 
 @dataclass(frozen=True)
 class Moments:
-    """Moments of one record x (m/s2 in the units here). All are NaN, and the energy 0, for a record of zeros.
+    """Moments of one record x (m/s2 in the units here). All are NaN, and the energy 0, for a record
+    of zeros.
 
-    `skewness` and `kurtosis` are Smallwood's, roots over the rms duration: S = (m3 / E)^(1/3) / D and
-    K = (m4 / E)^(1/4) / D about the centroid; the usual figures are their third and fourth powers.
+    `skewness` and `kurtosis` are Smallwood's, roots over the rms duration: S = (m3 / E)^(1/3) / D
+    and K = (m4 / E)^(1/4) / D about the centroid; the usual figures are their third and fourth
+    powers.
     """
 
     energy_m2_s3: float
@@ -34,10 +37,12 @@ class Moments:
 def temporal_moments(
     acceleration: Floats, sampling_rate_hz: float, start_s: float = 0.0
 ) -> Moments:
-    """Moments of a record (n,), n >= 2, by the trapezoid rule; `centroid_s` counts from the time zero of `start_s`.
+    """Moments of a record (n,), n >= 2, by the trapezoid rule; `centroid_s` counts from the time
+    zero of `start_s`.
 
-    E = m0(0), centroid = m1(0) / E, D = sqrt(m2 / E), root energy amplitude Ae = sqrt(E / D). The effective durations
-    hold the middle 80 and 90 % of the energy (the latter: Trifunac and Brady, BSSA 65 (1975) 581).
+    E = m0(0), centroid = m1(0) / E, D = sqrt(m2 / E), root energy amplitude Ae = sqrt(E / D). The
+    effective durations hold the middle 80 and 90 % of the energy (the latter: Trifunac and Brady,
+    BSSA 65 (1975) 581).
     """
     step = 1 / sampling_rate_hz
     time = step * np.arange(acceleration.size)
@@ -62,7 +67,8 @@ def temporal_moments(
 
 
 def _middle(share: Floats, step: float, tail: float) -> float:
-    """How long it takes from `tail` of the energy to all but `tail` of it, s; linear between samples."""
+    """How long it takes from `tail` of the energy to all but `tail` of it, s; linear between
+    samples."""
     grown = np.concatenate([[0.0], np.cumsum(share[1:] + share[:-1]) * step / 2])
     time = step * np.arange(share.size)
     # a level that several samples share (silence) is first reached at the first of them

@@ -8,8 +8,9 @@ import numpy as np
 
 from ...array_types import Floats
 
-#: Samples that each end of a record is continued by, at most an eighth of it but sixteen, so that the transform, which
-#: takes a record for a circle, sees neither a jump nor a kink where the ends meet.
+#: Samples that each end of a record is continued by, at most an eighth of it but sixteen, so that
+#: the transform, which takes a record for a circle, sees neither a jump nor a kink where the ends
+#: meet.
 _CONTINUED, _LEAST_CONTINUED = 256, 16
 
 
@@ -21,8 +22,8 @@ def continuation_taper(samples: int) -> Floats:
 
 
 def extended(records: Floats) -> Floats:
-    """Records (k, n) continued to an even length that is quick to transform: point symmetric about the last and the
-    first sample, under a taper that ends at 0."""
+    """Records (k, n) continued to an even length that is quick to transform: point symmetric about
+    the last and the first sample, under a taper that ends at 0."""
     from scipy.fft import next_fast_len
 
     samples = records.shape[-1]
@@ -43,7 +44,8 @@ def extended(records: Floats) -> Floats:
 
 
 def upsampled(records: Floats, factor: int) -> Floats:
-    """(k, n) to (k, (n - 1) factor + 1), each old sample kept: zeros put between the samples and the images removed.
+    """(k, n) to (k, (n - 1) factor + 1), each old sample kept: zeros put between the samples and
+    the images removed.
 
     Exact for a record without content above half the sampling rate that begins and ends at rest.
     """
@@ -51,7 +53,8 @@ def upsampled(records: Floats, factor: int) -> Floats:
         return records
     from scipy.fft import irfft, rfft
 
-    # Shifted by parts of a sample, one after the other: one long transform takes two to three times as long.
+    # Shifted by parts of a sample, one after the other: one long transform takes two to three times
+    # as long.
     whole, samples = extended(records), records.shape[-1]
     spectrum = rfft(whole)
     shift = np.exp(2j * np.pi / (factor * whole.shape[-1]) * np.arange(spectrum.shape[-1]))

@@ -1,19 +1,24 @@
 """What sampling hides of a shock response spectrum, as a bound from the content of the record.
 
-The oscillators follow straight lines between the samples, and their peaks are read at samples. Three errors follow:
+The oscillators follow straight lines between the samples, and their peaks are read at samples.
+Three errors follow:
 
-- Straight lines pass (sin x / x)^2 of content at f, x = pi f / fs, and add its images about every multiple of fs.
-- A peak lies at most half a sample beside a sample. There the response has fallen by at most |x''| / (8 fs^2); x'' is
-  bounded by the oscillator's equation, x'' = omega^2 (a - x) + 2 zeta omega (a' - x'), and by the content.
-- Content above half the sampling rate was folded into the record. The record cannot tell how much that was. The bound
-  assumes that the content goes on from the level that it has close to half the sampling rate, and falls by 6 dB an
-  octave at least, as that of a jump does. An anti-alias filter, or a shock recorded fast enough, does that.
+- Straight lines pass (sin x / x)^2 of content at f, x = pi f / fs, and add its images about every
+  multiple of fs.
+- A peak lies at most half a sample beside a sample. There the response has fallen by at most |x''|
+  / (8 fs^2); x'' is bounded by the oscillator's equation, x'' = omega^2 (a - x) + 2 zeta omega (a'
+  - x'), and by the content.
+- Content above half the sampling rate was folded into the record. The record cannot tell how much
+  that was. The bound assumes that the content goes on from the level that it has close to half the
+  sampling rate, and falls by 6 dB an octave at least, as that of a jump does. An anti-alias filter,
+  or a shock recorded fast enough, does that.
 
 The first two shrink when the record is resampled, the third does not.
 
-A sum over frequency of amplitude times gain bounds any response, and is reached where the parts are in phase, as those
-of a short burst are. Of parts of random phase it is many times too large: there the largest of the content of each half
-octave times the largest gain in it is the smaller bound, with a reserve for what the gain does within the half octave.
+A sum over frequency of amplitude times gain bounds any response, and is reached where the parts are
+in phase, as those of a short burst are. Of parts of random phase it is many times too large: there
+the largest of the content of each half octave times the largest gain in it is the smaller bound,
+with a reserve for what the gain does within the half octave.
 """
 
 from __future__ import annotations
@@ -28,27 +33,31 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .resampling import extended
 
-#: Bands of the content: so many to an octave, down to half the sampling rate over 2^octaves; all below is one band,
-#: whose content straight lines reproduce to 1e-5.
+#: Bands of the content: so many to an octave, down to half the sampling rate over 2^octaves; all
+#: below is one band, whose content straight lines reproduce to 1e-5.
 _PER_OCTAVE, _OCTAVES = 24, 9
-#: The level at half the sampling rate is looked for in these shares of the band below it. The spectrum of a pulse of
-#: four samples or more has gaps like those of |sin|: at such a gap the largest amplitude in a share w is at least
-#: sin(2 pi w) of the next summit, which the level is divided by.
+#: The level at half the sampling rate is looked for in these shares of the band below it. The
+#: spectrum of a pulse of four samples or more has gaps like those of |sin|: at such a gap the
+#: largest amplitude in a share w is at least sin(2 pi w) of the next summit, which the level is
+#: divided by.
 _LEVEL_SHARES = (1 / 128, 1 / 64, 1 / 32, 1 / 16, 1 / 8)
 #: Content is followed up to so many times half the sampling rate, in so many bands to each.
 _FOLDED_UP_TO, _FOLDED_BANDS = 4, 32
-#: Bands of half an octave whose largest value over time is known, from half the sampling rate downwards. The integral
-#: of the magnitude of a resonator's response to an impulse is 4 / pi of its largest gain.
+#: Bands of half an octave whose largest value over time is known, from half the sampling rate
+#: downwards. The integral of the magnitude of a resonator's response to an impulse is 4 / pi of its
+#: largest gain.
 _HALF_OCTAVES, _GAIN_RESERVE = 8, 4 / math.pi
-#: Above half the sampling rate no course over time is known: a filtered record may have this much more of a crest
-#: factor than its high differences.
+#: Above half the sampling rate no course over time is known: a filtered record may have this much
+#: more of a crest factor than its high differences.
 _CREST_RESERVE = 1.3
-#: Differences of this order are of what lies close to half the sampling rate: an octave below they have 1/16 of it, two
-#: octaves below 1/2200. Noise passes six of its standard deviations once in some 10^9 samples.
+#: Differences of this order are of what lies close to half the sampling rate: an octave below they
+#: have 1/16 of it, two octaves below 1/2200. Noise passes six of its standard deviations once in
+#: some 10^9 samples.
 _HIGH_DIFFERENCE, _STEADY_CREST = 8, 6.0
 #: Images about multiples of the sampling rate; the next ones hold less than a hundredth of these.
 _IMAGES = (1, -1, 2, -2)
-#: The record between its samples may pass the largest of them by so much (five samples a cycle or more).
+#: The record between its samples may pass the largest of them by so much (five samples a cycle or
+#: more).
 _BETWEEN_SAMPLES = 1.1
 
 
@@ -56,9 +65,10 @@ _BETWEEN_SAMPLES = 1.1
 class SamplingBound:
     """Shares of the maximax spectrum, (..., f), infinite where they reach the spectrum itself.
 
-    `total` bounds all that sampling may have changed, `hidden` is what straight lines and peaks between samples add to
-    it, `unseen` what content above half the sampling rate adds. `high_share` (...): the largest of what lies close to
-    half the sampling rate over the record's largest, 0 where it lasts as long as the record, as noise does.
+    `total` bounds all that sampling may have changed, `hidden` is what straight lines and peaks
+    between samples add to it, `unseen` what content above half the sampling rate adds. `high_share`
+    (...): the largest of what lies close to half the sampling rate over the record's largest, 0
+    where it lasts as long as the record, as noise does.
     """
 
     total: Floats
@@ -69,10 +79,12 @@ class SamplingBound:
 
 @dataclass(frozen=True, eq=False)
 class RecordContent:
-    """Amplitudes of records (k, n) over frequency: sums in bands (k, b), `upper_hz` (b,) the upper ends of those.
+    """Amplitudes of records (k, n) over frequency: sums in bands (k, b), `upper_hz` (b,) the upper
+    ends of those.
 
-    `half_octave` (b,) is the number of the half octave that each lies in, and `peaks` (k, h) the largest of each of
-    those over time, NaN until `find_peaks` was asked for it. `spectrum` (k, bins) is of the `extended` records.
+    `half_octave` (b,) is the number of the half octave that each lies in, and `peaks` (k, h) the
+    largest of each of those over time, NaN until `find_peaks` was asked for it. `spectrum` (k,
+    bins) is of the `extended` records.
     """
 
     sampling_rate_hz: float
@@ -144,7 +156,8 @@ class RecordContent:
     def fine(
         self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats, limit: Floats
     ) -> NDArray[np.bool_]:
-        """Records (k,) of which `hidden` is at most `limit` (k, f), m/s2, at each line of their spectra `maximax`."""
+        """Records (k,) of which `hidden` is at most `limit` (k, f), m/s2, at each line of their
+        spectra `maximax`."""
         weights = self._weights(lines_hz, zeta, factor)
         fine = np.all(self._hidden(weights, lines_hz, zeta, factor, maximax) <= limit, axis=-1)
         if not fine.all():
@@ -154,7 +167,8 @@ class RecordContent:
         return np.asarray(fine)
 
     def hidden(self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats) -> Floats:
-        """What straight lines and peaks between samples may hide (k, f), m/s2, of records resampled by `factor`."""
+        """What straight lines and peaks between samples may hide (k, f), m/s2, of records resampled
+        by `factor`."""
         self.find_peaks(np.arange(len(self.peaks)))
         return self._hidden(self._weights(lines_hz, zeta, factor), lines_hz, zeta, factor, maximax)
 
@@ -189,8 +203,8 @@ class RecordContent:
         )
 
     def unseen(self, lines_hz: Floats, zeta: float) -> Floats:
-        """What content above half the sampling rate may have changed (k, f), m/s2: its response is missing, and what it
-        was folded to responds instead."""
+        """What content above half the sampling rate may have changed (k, f), m/s2: its response is
+        missing, and what it was folded to responds instead."""
         amplitude = _amplitude(self.spectrum, self.samples)
         bins_of_band = amplitude.shape[-1] / _FOLDED_BANDS
         assumed = _above(amplitude)
@@ -213,8 +227,8 @@ class RecordContent:
     def bound(
         self, lines_hz: Floats, zeta: float, factor: int, maximax: Floats, by_differences: Floats
     ) -> SamplingBound:
-        """Of maximax spectra (k, f) of records that were resampled by `factor`. `by_differences` (k, f), m/s2, bounds
-        what is hidden as well, and the smaller bound holds."""
+        """Of maximax spectra (k, f) of records that were resampled by `factor`. `by_differences`
+        (k, f), m/s2, bounds what is hidden as well, and the smaller bound holds."""
         unseen = self.unseen(lines_hz, zeta)
         hidden = np.minimum(self.hidden(lines_hz, zeta, factor, maximax), by_differences)
         total, hidden, unseen = (
@@ -261,7 +275,8 @@ def _crest(series: Floats) -> Floats:
 
 
 def _above(amplitude: Floats) -> Floats:
-    """Amplitudes (k, bands) that are assumed in bands above half the sampling rate, of those below it (k, b)."""
+    """Amplitudes (k, bands) that are assumed in bands above half the sampling rate, of those below
+    it (k, b)."""
     bins = amplitude.shape[-1]
     levels = [
         amplitude[:, -max(2, round(share * bins)) :].max(axis=-1) / math.sin(2 * math.pi * share)

@@ -31,7 +31,8 @@ SAMPLES_PER_CYCLE = 10.0
 
 
 def octave_grid(low_hz: float, high_hz: float, per_octave: int = PER_OCTAVE) -> Floats:
-    """Lines from `low_hz` in equal ratios, and `high_hz` as the last one, whose step may be shorter.
+    """Lines from `low_hz` in equal ratios, and `high_hz` as the last one, whose step may be
+    shorter.
 
     Raises `ValueError` for ends that are no range and for less than one line to an octave.
     """
@@ -48,11 +49,13 @@ def octave_grid(low_hz: float, high_hz: float, per_octave: int = PER_OCTAVE) -> 
 
 
 def grid_of_record(samples: int, sampling_rate_hz: float, per_octave: int = PER_OCTAVE) -> Floats:
-    """From one cycle in the record up to `SAMPLES_PER_CYCLE`. Raises `ValueError` for a record too short for a line."""
+    """From one cycle in the record up to `SAMPLES_PER_CYCLE`. Raises `ValueError` for a record too
+    short for a line."""
     low, high = sampling_rate_hz / samples, sampling_rate_hz / SAMPLES_PER_CYCLE
     if low > high:
         raise ValueError(
-            f"{samples} samples: expected {SAMPLES_PER_CYCLE:g} or more, or frequency_hz of your own"
+            f"{samples} samples: expected {SAMPLES_PER_CYCLE:g} or more, or "
+            f"frequency_hz of your own"
         )
     return octave_grid(low, high, per_octave)
 
@@ -63,7 +66,8 @@ DEFAULT_Q = 10.0
 def checked_records(acceleration: Floats) -> Floats:
     """Records (..., n) as contiguous numbers.
 
-    Raises `ValueError` for none, for what is no number, and for a constant other than 0: a shot that fails is all 0.
+    Raises `ValueError` for none, for what is no number, and for a constant other than 0: a shot
+    that fails is all 0.
     """
     # One kind of array: the compiled loop knows no other.
     records = np.require(acceleration, np.float64, ["C", "A", "W"])
@@ -80,7 +84,8 @@ def checked_records(acceleration: Floats) -> Floats:
     stuck = (highest == lowest) & (highest != 0)
     if records.shape[-1] > 1 and np.any(stuck):
         raise ValueError(
-            f"acceleration is constant at {highest[stuck].flat[0]:g} m/s2: is the channel connected?"
+            f"acceleration is constant at {highest[stuck].flat[0]:g} m/s2: is "
+            f"the channel connected?"
         )
     return records
 
@@ -93,7 +98,8 @@ def checked_rate(sampling_rate_hz: float) -> float:
 
 
 def checked_damping(q: float | None, damping_ratio: float | None) -> float:
-    """The damping ratio of the oscillators, Q = 10 by default. Raises `ValueError` for both, or none below critical."""
+    """The damping ratio of the oscillators, Q = 10 by default. Raises `ValueError` for both, or
+    none below critical."""
     if q is not None and damping_ratio is not None:
         raise ValueError(f"q = {q!r} and damping_ratio = {damping_ratio!r}: expected one of them")
     if damping_ratio is not None:
@@ -107,13 +113,15 @@ def checked_damping(q: float | None, damping_ratio: float | None) -> float:
 
 
 def checked_lines(frequency_hz: Floats | Sequence[float], sampling_rate_hz: float) -> Floats:
-    """Lines (f,) in any order. Raises `ValueError` for none, and at half the sampling rate and above."""
+    """Lines (f,) in any order. Raises `ValueError` for none, and at half the sampling rate and
+    above."""
     lines = np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64))
     if lines.ndim != 1 or lines.size == 0 or not np.all(lines > 0):
         raise ValueError("frequency_hz: expected (f,) positive numbers, at least one")
     if not lines.max() < sampling_rate_hz / 2:
         raise ValueError(
-            f"frequency_hz up to {lines.max():g}: expected below {sampling_rate_hz / 2:g}, half the sampling rate; "
+            f"frequency_hz up to {lines.max():g}: expected below "
+            f"{sampling_rate_hz / 2:g}, half the sampling rate; "
             "ask for lines below, or record faster: nothing above is in the record"
         )
     return lines
@@ -121,11 +129,13 @@ def checked_lines(frequency_hz: Floats | Sequence[float], sampling_rate_hz: floa
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Shock response spectra at `frequency_hz` (f,); arrays are (..., f), absolute acceleration in m/s2, >= 0.
+    """Shock response spectra at `frequency_hz` (f,); arrays are (..., f), absolute acceleration in
+    m/s2, >= 0.
 
-    `positive` and `negative` are the largest responses either way over all time, `primary` the larger of both while the
-    record lasts, `residual` after it; `maximax` is the largest of all. `pseudo_velocity_m_s` is the maximax of the
-    relative displacement times omega. `resampled` (...) is the factor by which each record was resampled.
+    `positive` and `negative` are the largest responses either way over all time, `primary` the
+    larger of both while the record lasts, `residual` after it; `maximax` is the largest of all.
+    `pseudo_velocity_m_s` is the maximax of the relative displacement times omega. `resampled` (...)
+    is the factor by which each record was resampled.
     """
 
     frequency_hz: Floats
@@ -145,8 +155,8 @@ class Spectrum:
 
     @property
     def sampling_error(self) -> Floats:
-        """The share of the maximax by which sampling may have changed it, at most, (..., f): infinite where the record
-        bounds nothing. `sampling_bound.py` says what it assumes."""
+        """The share of the maximax by which sampling may have changed it, at most, (..., f):
+        infinite where the record bounds nothing. `sampling_bound.py` says what it assumes."""
         return self._bound.total
 
     @property
@@ -161,7 +171,8 @@ class Spectrum:
 
     @property
     def high_share(self) -> Floats:
-        """Of what passes and lies close to half the sampling rate, the largest over the record's largest, (...)."""
+        """Of what passes and lies close to half the sampling rate, the largest over the record's
+        largest, (...)."""
         return self._bound.high_share
 
     @cached_property
@@ -170,8 +181,8 @@ class Spectrum:
         return self.sampling()
 
 
-#: What straight lines between samples and peaks beside them may hide of a line, 0.09 dB: a tenth of what calibrated
-#: accelerometers are uncertain by.
+#: What straight lines between samples and peaks beside them may hide of a line, 0.09 dB: a tenth of
+#: what calibrated accelerometers are uncertain by.
 RESAMPLED_WITHIN = 0.01
 #: Content at half the sampling rate has 32 samples to a cycle then, which hide 0.8 % of a peak.
 MOST_RESAMPLED = 16
@@ -189,19 +200,22 @@ def shock_response_spectrum(
     resample_within: float | None = RESAMPLED_WITHIN,
     threads: int | None = None,
 ) -> Spectrum:
-    """Of each record in `acceleration` (..., n), m/s2, at `frequency_hz` (f,), by default `grid_of_record`'s.
+    """Of each record in `acceleration` (..., n), m/s2, at `frequency_hz` (f,), by default
+    `grid_of_record`'s.
 
-    Q is 10 unless `q` or `damping_ratio` says otherwise. The base rests before the first sample, moves in straight
-    lines from sample to sample, in one more step to 0 after the last, and rests. Peaks while the record lasts are those
-    at samples; the peaks of the free decay after it are exact.
+    Q is 10 unless `q` or `damping_ratio` says otherwise. The base rests before the first sample,
+    moves in straight lines from sample to sample, in one more step to 0 after the last, and rests.
+    Peaks while the record lasts are those at samples; the peaks of the free decay after it are
+    exact.
 
-    `resample_within`: straight lines and peaks between samples may hide this share of a line at most. Where the content
-    of a record makes it more, the record is resampled band-limited, once for all lines, by the least power of two that
-    reaches it, at most by `MOST_RESAMPLED`. None takes every record as it is. `Spectrum.sampling_error` tells what
-    remains either way. `threads`: at most so many, None for one to a processor.
+    `resample_within`: straight lines and peaks between samples may hide this share of a line at
+    most. Where the content of a record makes it more, the record is resampled band-limited, once
+    for all lines, by the least power of two that reaches it, at most by `MOST_RESAMPLED`. None
+    takes every record as it is. `Spectrum.sampling_error` tells what remains either way. `threads`:
+    at most so many, None for one to a processor.
 
-    Raises `ValueError` for a record that is empty, constant or not all numbers, and for lines from half the sampling
-    rate upwards.
+    Raises `ValueError` for a record that is empty, constant or not all numbers, and for lines from
+    half the sampling rate upwards.
     """
     records, rate = checked_records(acceleration), checked_rate(sampling_rate_hz)
     zeta = checked_damping(q, damping_ratio)
@@ -275,12 +289,14 @@ def _resample(
     responses: Floats,
     factors: NDArray[np.int64],
 ) -> None:
-    """Puts the responses (6, k, f) of resampled records, and their factors (k,), where the records need it."""
+    """Puts the responses (6, k, f) of resampled records, and their factors (k,), where the records
+    need it."""
     from .difference_bound import hidden_by_differences
 
     at_once = max(1, _SAMPLES_AT_ONCE // (MOST_RESAMPLED * records.shape[-1]))
     maximax = _maximax(responses)
-    # Infinite where the differences settle the line: it is fine at any factor, whatever the content's bound says.
+    # Infinite where the differences settle the line: it is fine at any factor, whatever the
+    # content's bound says.
     limit = np.where(
         hidden_by_differences(records, rate, lines, zeta, maximax) > share * maximax,
         share * maximax,
@@ -308,7 +324,8 @@ def _resample(
 
 @dataclass(frozen=True, eq=False)
 class _Peaks:
-    """Largest responses of either sign, >= 0, while the record lasts and after it; p is omega^2 times displacement."""
+    """Largest responses of either sign, >= 0, while the record lasts and after it; p is omega^2
+    times displacement."""
 
     up: Floats
     down: Floats
@@ -364,7 +381,8 @@ def _largest(records: Floats, theta: Floats, zeta: float, threads: int | None) -
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """At each sample of the record, (n,): what the mass feels, and how far it is from its place on the base."""
+    """At each sample of the record, (n,): what the mass feels, and how far it is from its place on
+    the base."""
 
     frequency_hz: float
     damping_ratio: float
@@ -380,7 +398,8 @@ def oscillator_response(
     q: float | None = None,
     damping_ratio: float | None = None,
 ) -> Response:
-    """Of one record (n,), m/s2, from rest. Q is 10 by default. Raises `ValueError` as a spectrum does."""
+    """Of one record (n,), m/s2, from rest. Q is 10 by default. Raises `ValueError` as a spectrum
+    does."""
     from .kernel import run_series
 
     record, rate = checked_records(acceleration), checked_rate(sampling_rate_hz)

@@ -1,7 +1,8 @@
 """Work that holds no lock of the interpreter, spread over the processors.
 
-Threads wait between calls, as starting one takes as long as half a spectrum. The caller works too, from the other end,
-and takes back what no thread has begun: on a busy machine it does not wait for one that gets no processor.
+Threads wait between calls, as starting one takes as long as half a spectrum. The caller works too,
+from the other end, and takes back what no thread has begun: on a busy machine it does not wait for
+one that gets no processor.
 """
 
 from __future__ import annotations
@@ -50,5 +51,6 @@ def over_threads(run: Callable[[int, int], None], tasks: int, threads: int) -> N
 
 
 @cache
-def _pool(threads: int, process: int) -> ThreadPoolExecutor:  # noqa: ARG001 - a fork has none of its parent's threads
+# noqa: ARG001 - a fork has none of its parent's threads
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="spectra")

@@ -1,4 +1,5 @@
-"""A folder of the test's own, without a registry or a store of anybody's, and plates that need no solution."""
+"""A folder of the test's own, without a registry or a store of anybody's, and plates that need no
+solution."""
 
 from __future__ import annotations
 
@@ -15,13 +16,15 @@ from support.stores.stores import ingested, opened
 
 @pytest.fixture(autouse=True)
 def _quick_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Work that a busy machine does slowly is quick all the same: a log has no line of its progress."""
+    """Work that a busy machine does slowly is quick all the same: a log has no line of its
+    progress."""
     monkeypatch.setattr(progress, "SILENT_S", 120.0)
 
 
 @pytest.fixture(scope="session")
 def spring_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a store `lab.db` with the gun campaign "spring", and of the campaign's folder; tests copy it."""
+    """The folder of a store `lab.db` with the gun campaign "spring", and of the campaign's folder;
+    tests copy it."""
     place = tmp_path_factory.mktemp("spring")
     ingested(f"sqlite:///{place / 'lab.db'}", gun_campaign(place / "folder", name="spring"))
     return place

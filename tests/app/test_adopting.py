@@ -167,7 +167,8 @@ BORE = effect("gun.barrel_loss", drag_coefficient=3.0)
 def of_set(
     *choices: WeightedEffects, campaign: str = "spring", after: float | None = 0.05
 ) -> Verdict:
-    """Valve or bore, which its runs cannot tell apart, and what its choices leave of an error of 0.42."""
+    """Valve or bore, which its runs cannot tell apart, and what its choices leave of an error of
+    0.42."""
     names = ("gun.barrel_loss", "gun.valve_flow")
     members = tuple(EffectShare(name, 0.5, 0.45, (0.0, 1.0), 0.8, 1, named=True) for name in names)
     return verdicts.gun(
@@ -235,7 +236,8 @@ def test_effect_whose_error_was_not_measured_says_so(store: Store) -> None:
         (version,) = adopted_for(session, "spring")
     assert version.error is None
     assert version.note.endswith(
-        "did not measure the model error with these effects on configurations that the fit had not seen"
+        "did not measure the model error with these effects on "
+        "configurations that the fit had not seen"
     )
     assert version.sentence.endswith("had not seen.")
 
@@ -312,7 +314,8 @@ def test_two_at_once_keep_both(database_url: str, tmp_path: Path) -> None:
 def test_number_that_was_taken_meanwhile_is_tried_anew(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """PostgreSQL lets two commands read the same newest number; the second one's commit is refused."""
+    """PostgreSQL lets two commands read the same newest number; the second one's commit is
+    refused."""
     adopt(store, of_gun("spring", VALVE), VALVE.id)
     honest, calls = adopted_effects._add, []
 
@@ -346,7 +349,8 @@ def test_adopted_effect_changes_what_is_predicted(
     lab: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The way round: diagnose --adopt, predict, predict --no-adopted, --adopt none."""
-    shot = ("predict", "--tank-pressure", "5bar", "--campaign", "spring", "--contact", "hertz", "--draws", "4",
+    shot = ("predict", "--tank-pressure", "5bar", "--campaign", "spring", "--contact", "hertz",
+    "--draws", "4",
             "--frequencies", "200:800:3", "--db", lab, "--json")  # fmt: skip
 
     def velocity(*more: str) -> tuple[float, str]:
@@ -382,7 +386,8 @@ def test_bench_of_a_file_is_another_one(lab: str, tmp_path: Path) -> None:
     with opened(lab) as store:
         adopt(store, of_gun("spring", VALVE), VALVE.id)
     (tmp_path / "bench.toml").write_text("[plate]\nthickness_m = 0.012\n", encoding="utf-8")
-    result = pyroshock("predict", "--campaign", "spring", "--bench", "bench.toml", "--contact", "hertz",
+    result = pyroshock("predict", "--campaign", "spring", "--bench", "bench.toml", "--contact",
+    "hertz",
                        "--draws", "4", "--frequencies", "200:800:3", "--db", lab)  # fmt: skip
     assert result.exit_code == 0 and "adopted" not in result.stderr
 
@@ -444,12 +449,14 @@ def test_registered_model_and_another_plate_keep_their_law(
 def test_model_of_another_bench_has_not_learned_it(
     lab: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Explicit effects act on any model; adopted ones on a model whose pulses are of another gun."""
+    """Explicit effects act on any model; adopted ones on a model whose pulses are of another
+    gun."""
     layer, given = verdicts.LAYER, effect("contact.effective_mass")
     with opened(lab) as store:
         adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
         version = SimpleNamespace(label="hybrid@1", champion_of="gun", promoted_at="2026",
-                                  dataset=DatasetName("spring", "0" * 64, "gun", "gun", "before contact"))  # fmt: skip
+                                  dataset=DatasetName("spring", "0" * 64, "gun", "gun",
+                                  "before contact"))  # fmt: skip
         monkeypatch.setattr(
             twins, "_registry", lambda _: SimpleNamespace(versions=lambda: [version])
         )

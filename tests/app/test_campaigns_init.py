@@ -1,4 +1,5 @@
-"""A campaign folder that `campaigns init` begins can be ingested once the marked places are filled in."""
+"""A campaign folder that `campaigns init` begins can be ingested once the marked places are filled
+in."""
 
 from __future__ import annotations
 
@@ -17,8 +18,10 @@ from support.stores.stores import ingest, ingested, opened, pyroshock, refusal, 
 
 #: What a person writes, by the key that it stands for.
 FILLED = {
-    "date": '"2026-11-01"', "mass_kg": "0.32", "tank_volume_m3": "0.0095", "bore_diameter_m": "0.049",
-    "projectile_diameter_m": "0.048", "travel_m": "0.9", "friction_coefficient": "1.4", "heat_capacity_ratio": "1.4",
+    "date": '"2026-11-01"', "mass_kg": "0.32", "tank_volume_m3": "0.0095",
+    "bore_diameter_m": "0.049",
+    "projectile_diameter_m": "0.048", "travel_m": "0.9", "friction_coefficient": "1.4",
+    "heat_capacity_ratio": "1.4",
     "efficiency": "0.5", "sampling_rate_hz": f"{FS_HZ}",
 }  # fmt: skip
 #: Formats whose files have no names for their channels -> the names that these get.

@@ -1,4 +1,5 @@
-"""The command line as scripts rely on it: JSON and nothing else, exit codes, one line per error; and `calibrate`."""
+"""The command line as scripts rely on it: JSON and nothing else, exit codes, one line per error;
+and `calibrate`."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 @pytest.fixture(scope="module")
 def filled(tmp_path_factory):
-    """A store with the shipped shots and a hammer campaign of two recordings; tests only read it."""
+    """A store with the shipped shots and a hammer campaign of two recordings; tests only read
+    it."""
     folder = tmp_path_factory.mktemp("cli")
     url, campaign = f"sqlite:///{folder / 'x.db'}", hammer_campaign(folder / "hammer")
     result = CliRunner().invoke(
@@ -93,7 +95,7 @@ def test_json_goes_to_a_file_and_listings_have_the_contracts_keys(filled, tmp_pa
 @pytest.mark.parametrize(("words", "said"), [
     (("plann",), "No such command 'plann'; did you mean plan, plans?"),
     (("qqq",), "No such command 'qqq'; pyroshock --help lists them"),
-    (("plan", "show"), "No such command 'show'; augment, box-behnken, central-composite, discard, discriminate,"),
+    (("plan", "show"), "No such command 'show'; " "augment, " "box-behnken, " "central-composite, " "discard, discriminate,"),
 ])  # fmt: skip
 def test_unknown_command_is_told_which_there_are(words, said):
     assert run(*words, code=2).stderr.startswith(f"pyroshock: {said}")
@@ -244,7 +246,8 @@ def test_show_tells_versions_and_draws_what_it_can(filled, tmp_path):
 
 
 def test_a_finding_says_of_which_channel_it_is(sqlite_url, tmp_path):
-    """Of two accelerometers one never moves: its name stands with the finding, wherever findings are told."""
+    """Of two accelerometers one never moves: its name stands with the finding, wherever findings
+    are told."""
     folder = hammer_campaign(tmp_path / "h", 1)
     toml = folder / "campaign.toml"
     more = "".join(

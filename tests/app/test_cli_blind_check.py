@@ -44,7 +44,8 @@ def test_tables_for_people_and_json_without_nan(asked: list[dict[str, Any]]) -> 
 
 
 def test_options_reach_the_check(asked: list[dict[str, Any]], tmp_path: Path) -> None:
-    pyroshock("blind-check", "--cases", "2", "--seed", "1", "--tier", "weak", "--tier", "strong", "--jobs", "3",
+    pyroshock("blind-check", "--cases", "2", "--seed", "1", "--tier", "weak", "--tier", "strong",
+    "--jobs", "3",
               "--folder", tmp_path, "--no-baselines")  # fmt: skip
     (one,) = asked
     assert one["tiers"] == ("weak", "strong")

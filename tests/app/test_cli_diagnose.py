@@ -1,4 +1,5 @@
-"""`diagnose` as a laboratory uses it: what it prints, keeps, refuses; and the disclosed campaigns."""
+"""`diagnose` as a laboratory uses it: what it prints, keeps, refuses; and the disclosed
+campaigns."""
 
 from __future__ import annotations
 
@@ -63,7 +64,8 @@ def test_report_is_json_a_page_or_words(
         "spring: The model error is 4.1 times the tolerance and 4.6 times the measurement noise; "
     )
     assert headings(told) == [
-        "What to do next", "Causes", "Where the error lies", "On configurations that the fit has not seen",
+        "What to do next", "Causes", "Where the error lies",
+        "On configurations that the fit has not seen",
         "The next experiment", "Assumptions",
     ]  # fmt: skip
     assert "93 %  contact.layer_compliance (80 %) or" in told
@@ -86,7 +88,8 @@ def test_words_follow_the_verdict_and_not_finite_numbers_are_null(
     rows = [" ".join(line.split()) for line in told.splitlines()]
     assert "gun.valve_flow 61 % 52 to 68 % 99 % 58 % 1 yes loss coefficient = 31 (27 to 36)" in rows
     assert "unexplained 3 % 1 to 6 %" in rows
-    assert [row for row in rows if row.startswith(("nominal model ", "+ ", "measurement noise "))] == [
+    assert [row for row in rows if row.startswith(("nominal model ", "+ ",
+    "measurement noise "))] == [
         "nominal model 0.42", "+ gun.valve_flow 0.164 61 %", "+ gun.back_pressure 0.05 88 %",
         "+ gun.blow_by 0.0126 97 %", "measurement noise 0.00424",
     ]  # fmt: skip
@@ -134,8 +137,10 @@ def test_list_tells_each_diagnosis_and_a_folder_leaves_nothing_behind(asked, lab
 
 
 def test_options_reach_the_diagnosis(asked: list[DiagnosisRequest], lab: str) -> None:
-    done("spring", "--db", lab, "--seed", "3", "--tolerance", "gun=2%", "--tolerance", "plate=0.7dB",
-         "--uncertain", "gun.friction_coefficient=0.05", "--simulator", "models:/hybrid@2")  # fmt: skip
+    done("spring", "--db", lab, "--seed", "3", "--tolerance", "gun=2%", "--tolerance",
+    "plate=0.7dB",
+         "--uncertain", "gun.friction_coefficient=0.05", "--simulator",
+         "models:/hybrid@2")  # fmt: skip
     (one,) = asked
     assert one.tolerances == pytest.approx({"gun": 0.02, "plate": 0.7})
     assert one.uncertain == {"gun.friction_coefficient": 0.05}
@@ -144,7 +149,8 @@ def test_options_reach_the_diagnosis(asked: list[DiagnosisRequest], lab: str) ->
 
 def test_effects_are_named_one_by_one_or_in_a_list(asked: list[DiagnosisRequest], lab: str) -> None:
     done("spring", "--db", lab, "--with", "gun.valve_flow", "--with", "gun.blow_by, gun.valve_flow",
-         "--without", "sensor.velocity_gain,sensor.pressure_gain", "--uncertain", "impactor_mass_kg=0.002")  # fmt: skip
+         "--without", "sensor.velocity_gain,sensor.pressure_gain", "--uncertain",
+         "impactor_mass_kg=0.002")  # fmt: skip
     (one,) = asked
     assert one.with_effects == ("gun.valve_flow", "gun.blow_by")
     assert one.without_effects == ("sensor.velocity_gain", "sensor.pressure_gain")
@@ -174,10 +180,10 @@ def test_restricted_diagnosis_names_no_other_effect_and_says_so(
 
 
 @pytest.mark.parametrize(("words", "message"), [
-    (("--with", "gun.magic"), "--with 'gun.magic': the catalogue has no such effect; it has gun.back_pressure"),
+    (("--with", "gun.magic"), "--with 'gun.magic': the catalogue has " "no such effect; it " "has gun.back_pressure"),
     (("--without", "gun.magic"), "--without 'gun.magic': the catalogue has no such effect"),
-    (("--with", "plate.damping"), "the channels of spring cannot show this effect; they can show gun.back_p"),
-    (("--with", "gun.blow_by", "--without", "gun.blow_by"), "leave no effect to consider for spring"),
+    (("--with", "plate.damping"), "the channels of spring cannot show " "this effect; they " "can show gun.back_p"),
+    (("--with", "gun.blow_by", "--without", "gun.blow_by"), "leave no effect to " "consider for spring"),
 ])  # fmt: skip
 def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(
     lab: str, words, message
@@ -200,14 +206,14 @@ def test_every_answer_is_a_finished_diagnosis(
 
 @pytest.mark.parametrize(("words", "message"), [
     (("summer",), "no campaign and no folder 'summer'; campaigns: spring"),
-    (("spring", "--simulator", "magic"), "--simulator is 'magic'; expected nominal, or MODEL@VERSION"),
+    (("spring", "--simulator", "magic"), "--simulator is 'magic'; " "expected " "nominal, or MODEL@VERSION"),
     (("spring", "--simulator", "models:/hybrid@1"), "no registered model 'hybrid@1'"),
     (("spring", "--tolerance", "gun=1"), "--tolerance is 'gun=1'; expected gun=1%"),
     (("spring", "--tolerance", "laser=1%"), "--tolerance is 'laser=1%'"),
-    (("spring", "--uncertain", "friction_coefficient"), "'friction_coefficient'; expected NUMBER=SD, such as gun."),
-    (("spring", "--uncertain", "bullet_mass=0.1"), "no number 'bullet_mass'; the nearest is gun.bullet_mass_kg"),
-    (("spring", "--uncertain", "contact.friction_coeff=1"), "the nearest is gun.friction_coefficient"),
-    (("spring", "--uncertain", "weather=0.1"), "no number 'weather'; there are gun.tank_volume_m3, "),
+    (("spring", "--uncertain", "friction_coefficient"), "'friction_coefficient'; " "expected " "NUMBER=SD, such as gun."),
+    (("spring", "--uncertain", "bullet_mass=0.1"), "no number " "'bullet_mass'; the " "nearest is gun.bullet_mass_kg"),
+    (("spring", "--uncertain", "contact.friction_coeff=1"), "the nearest is " "gun.friction_coefficient"),
+    (("spring", "--uncertain", "weather=0.1"), "no number 'weather'; " "there are " "gun.tank_volume_m3, "),
     (("spring", "--uncertain", "travel_m=-1"), "'travel_m=-1'; expected NUMBER=SD"),
     (("spring", "--list", "--db", "sqlite:///none.db"), "no store at"),
     (("summer", "--list"), "'summer'"),
@@ -305,9 +311,13 @@ def test_drawing_of_a_plate_is_solved(tmp_path: Path, monkeypatch: pytest.Monkey
 def drawn_campaign(
     folder: Path, rows: Callable[[dict[str, object]], dict[str, object]] = dict
 ) -> Path:
-    """Accelerations on a plate of which the campaign has a drawing and no modal table; `rows` may change its rows."""
+    """Accelerations on a plate of which the campaign has a drawing and no modal table; `rows` may
+    change its rows."""
     plate_campaign(folder, hits=1)
-    drawing = 'material = "steel"\nthickness_m = 0.012\noutline_m = [[0, 0], [0.5, 0], [0.5, 0.4], [0, 0.4]]'
+    drawing = (
+        'material = "steel"\nthickness_m = 0.012\noutline_m = [[0, 0], [0.5, 0], '
+        "[0.5, 0.4], [0, 0.4]]"
+    )
     replace_in(folder / "campaign.toml", 'modes = "plate_modes.csv"', drawing)
     with (folder / "runs.csv").open(newline="", encoding="utf-8") as file:
         table = [rows(dict(row)) for row in csv.DictReader(file)]
@@ -321,7 +331,8 @@ def drawn_campaign(
 def test_plate_is_solved_from_the_campaign_s_own_outline(
     tmp_path, monkeypatch, struck: str | None, solved: str
 ):
-    """Of the plate that the runs strike, which are named in the table of runs or else in `[bench.plate]`."""
+    """Of the plate that the runs strike, which are named in the table of runs or else in
+    `[bench.plate]`."""
     monkeypatch.setattr(
         twins,
         "solved",
@@ -377,7 +388,8 @@ def test_disclosed_cause_is_in_the_first_group(
     first = diagnosis["causes"][0]
     assert not any("outside of the catalogue" in note for note in diagnosis["assumptions"])
     assert DISCLOSED[name] in first["effects"] and len(first["effects"]) <= 4
-    # Of every set, with small second effects or without, in which one of the first entry's effects acts.
+    # Of every set, with small second effects or without, in which one of the first entry's effects
+    # acts.
     alike = set(first["effects"])
     acts = [
         cause

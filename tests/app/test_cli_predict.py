@@ -1,4 +1,5 @@
-"""`predict` of one shot and of many: the JSON that scripts rely on, and one line for what a user can mend."""
+"""`predict` of one shot and of many: the JSON that scripts rely on, and one line for what a user
+can mend."""
 
 from __future__ import annotations
 
@@ -139,7 +140,8 @@ def test_coupled_contact_meets_the_plate(quick, law):
 
 def test_bench_points_and_modal_table_of_files_are_taken(quick, tmp_path):
     (tmp_path / "bench.toml").write_text(
-        "[plate]\nmaterial = 'steel'\nthickness_m = 0.012\noutline_m = [[0,0],[0.6,0],[0.6,0.4],[0,0.4]]\n"
+        "[plate]\nmaterial = 'steel'\nthickness_m = 0.012\noutline_m = "
+        "[[0,0],[0.6,0],[0.6,0.4],[0,0.4]]\n"
         "sensors = {left = [0.1, 0.1], right = [0.5, 0.3]}\n",
         encoding="utf-8",
     )
@@ -223,7 +225,8 @@ def test_model_in_use_answers(quick, monkeypatch):
 
 
 def test_solved_plate_end_to_end(tmp_path, monkeypatch):
-    """The finite element model itself, with its modes below 600 Hz; the second call finds it on disk."""
+    """The finite element model itself, with its modes below 600 Hz; the second call finds it on
+    disk."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(twins, "MAX_MODE_HZ", 600.0)
     first, again = (
@@ -237,15 +240,15 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
         ("--coupled", "--contact", "hunter"),
         "--coupled with the contact 'hunter', which is not solved in time: expected --contact",
     ),
-    (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit: did you mean 5bar?"),
-    (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and --tank-pressure: expected one of them"),
+    (("--tank-pressure", "5"), "--tank-pressure " "is '5'; expected a " "number with a " "unit: did you mean 5bar?"),
+    (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and " "--tank-pressure: " "expected one of them"),
     (("--tip", "cheese"), "no material 'cheese'; there are: aluminum"),
     (("--insulator", "polymeric"), "without an anvil"),
     (("--contact", "magic"), "no law of contact 'magic'"),
     (("--contact", "registered"), "no model is in use for the gun; make one so: pyroshock promote"),
     (("--effect", "gun.magic"), "no effect 'gun.magic'"),
     (("--effect", "sensor.force_gain:gain=loud"), "expected NAME=VALUE in SI"),
-    (("--effect", "sensor.force_gain:gain=99"), "sensor.force_gain: gain = 99.0; expected 0.2 to 5"),
+    (("--effect", "sensor.force_gain:gain=99"), "sensor.force_gain: gain " "= 99.0; expected 0.2 to 5"),
     (("--sensor-at", "here"), "--sensor-at is 'here'; expected X,Y in m"),
     (("--impact-position", "#7"), "no impact position '#7' on this plate"),
     (("--campaign", "spring"), "no campaign 'spring'"),
@@ -394,7 +397,7 @@ def test_slip_in_a_table_is_one_line_with_its_run(lab, table, message):
     (("--plan", "spring"), "no plan 'spring': there is no store"),
     (("--shots", "shots.csv", "--tip", "steel"), "--tip: of one shot"),
     (("--out", "x.csv"), "--out and --spectra go with --plan or --shots"),
-    (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"), "a name that ends in .csv or .parquet or .json"),
+    (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"), "a name that ends in " ".csv or .parquet or .json"),
 ])  # fmt: skip
 def test_options_that_do_not_go_together_are_refused(lab, words, message):
     assert message in run_table(*words, refused=True)

@@ -21,7 +21,8 @@ EXAMPLE = ROOT / "examples/modal-hammer-hit/recordings/acceleration.lvm"
 PAGE = (ROOT / "docs/explanation/srs.md").read_text(encoding="utf-8")
 G = 9.80665
 KEYS = {
-    "unit", "frequency_hz", "maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s", "checks",
+    "unit", "frequency_hz", "maximax", "positive", "negative", "primary", "residual",
+    "pseudo_velocity_m_s", "checks",
 }  # fmt: skip
 RATE = 20_000.0
 LINES = np.array([100.0, 500.0, 1000.0])
@@ -106,7 +107,8 @@ def test_checks_have_evidence(tmp_path):
 
 
 def test_the_whole_rule_of_a_standard_decides(tmp_path):
-    """5 dB low everywhere lies within the tolerance of NASA-STD-7003A, and no line lies above the nominal."""
+    """5 dB low everywhere lies within the tolerance of NASA-STD-7003A, and no line lies above the
+    nominal."""
     low = (table(tmp_path / "a.csv"), "--target", spec(tmp_path / "t.csv", 10 ** (5 / 20)))
     target = as_json(*low, "--tolerance", "nasa-std-7003")["target"]
     lines = len(target["frequency_hz"])

@@ -1,4 +1,5 @@
-"""`tune` on the command line and in a thread of a server: its JSON, what it refuses, how it is stopped."""
+"""`tune` on the command line and in a thread of a server: its JSON, what it refuses, how it is
+stopped."""
 
 from __future__ import annotations
 

@@ -72,7 +72,8 @@ def store(tmp_path_factory) -> str:
 
 
 def test_the_tables_have_these_columns():
-    """The statements name tables of the store and of MLflow in words, for neither library is imported."""
+    """The statements name tables of the store and of MLflow in words, for neither library is
+    imported."""
     from mlflow.store.model_registry.dbmodels import models
 
     assert all("name" in metadata.tables[table].columns for table in NAMED)
@@ -164,7 +165,8 @@ TYPED = {
     "pyroshock validate fi": "validate first-shots",
     "pyroshock models show tree@1": "models show tree@1",
     "pyroshock dataset build x --from spring,fi": "dataset build x --from spring,first-shots",
-    "pyroshock diagnose x --without gun.leak,sensor.zero": "diagnose x --without gun.leak,sensor.zero_shift",
+    "pyroshock diagnose x "
+    "--without gun.leak,sensor.zero": "diagnose x --without gun.leak,sensor.zero_shift",
     "pyroshock predict --contact=lin": "predict --contact=linear@1",
     "pyroshock promote linear@": "promote linear@1",
 }
@@ -181,7 +183,8 @@ def documented_line(shell: str, home: Path) -> tuple[Path, str]:
 
 @pytest.fixture(params=["bash", "zsh", "fish"])
 def shell_home(request, store, tmp_path, monkeypatch) -> Path:
-    """The home of a person who has done what the documentation says; `pyroshock` notes what it is called with."""
+    """The home of a person who has done what the documentation says; `pyroshock` notes what it is
+    called with."""
     needs_program(request.param)
     home = tmp_path / request.param
     script = tmp_path / "bin" / "pyroshock"
@@ -232,7 +235,8 @@ def wait_for(file: Path, text: str) -> str:
 
 
 def test_the_tab_key_completes_in_each_shell_as_documented(shell_home: Path):
-    """The shell runs in a terminal; what is typed ends with the tab key and, after the answer, with the return key."""
+    """The shell runs in a terminal; what is typed ends with the tab key and, after the answer, with
+    the return key."""
     shell = shell_home.name
     in_terminal = [sys.executable, "-c", "import pty, sys; pty.spawn(sys.argv[1:])", shell, "-i"]
     with subprocess.Popen(
@@ -256,8 +260,10 @@ def test_the_tab_key_completes_in_each_shell_as_documented(shell_home: Path):
 
 def test_completion_imports_neither_sqlalchemy_nor_mlflow(store):
     code = (
-        "import sys; from click.shell_completion import ShellComplete; from pyroshock.app.cli.main import main\n"
-        "for words in (['validate'], ['promote'], ['impacts', '--campaign'], ['diagnose', 'x', '--with'], []):\n"
+        "import sys; from click.shell_completion import ShellComplete; from "
+        "pyroshock.app.cli.main import main\n"
+        "for words in (['validate'], ['promote'], ['impacts', '--campaign'], "
+        "['diagnose', 'x', '--with'], []):\n"
         "    assert ShellComplete(main, {}, 'pyroshock', '_X').get_completions(words, '')\n"
         "print(sorted({'sqlalchemy', 'mlflow', 'pandas', 'numpy', 'torch'} & set(sys.modules)))"
     )

@@ -1,4 +1,5 @@
-"""The demo: measured shots held against the published figures, a virtual campaign, a model, a diagnosis."""
+"""The demo: measured shots held against the published figures, a virtual campaign, a model, a
+diagnosis."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ def demo(told):
 
 
 def test_shots_and_hit_are_the_published_ones(demo):
-    """To the last printed digit; for test 4 eq. 5.2 gives 0.1854, of which the thesis prints 0.18."""
+    """To the last printed digit; for test 4 eq. 5.2 gives 0.1854, of which the thesis prints
+    0.18."""
     for row in demo[1]["shots"]:
         assert row["predicted_m_s"] == pytest.approx(row["thesis_m_s"], abs=0.01), row
         assert row["u_m_s"] == pytest.approx(
@@ -75,8 +77,8 @@ def test_pictures_store_and_last_line_are_what_it_says(told):
         assert (out / cli.PICTURES[number]).read_bytes().startswith(b"\x89PNG")
     assert (out / "demo.db").is_file() and "mean absolute error 4.06 %" in said
     assert (
-        "the travel of 0.90 m and the friction of 1.464 were identified from the printed predictions"
-        in said
+        "the travel of 0.90 m and the friction of 1.464 were identified from "
+        "the printed predictions" in said
     )
     assert "with the stated travel of 0.885 m and a friction of 0.2: 4.29 %" in said
     assert (
@@ -112,7 +114,8 @@ def test_missing_extra_skips_model_and_validation(told, monkeypatch):
         )
 
     monkeypatch.setattr(chapters, "train_model", lacking)
-    # Chapters are told in the order of the dict, which items that are taken out and put back would change.
+    # Chapters are told in the order of the dict, which items that are taken out and put back would
+    # change.
     monkeypatch.setattr(cli, "CHAPTERS", {number: cli.CHAPTERS[number] for number in (3, 4, 5)})
     result = CliRunner().invoke(main, ["demo", "--out", str(told[0]), "--chapters", "4"])
     assert result.exit_code == 0, result.stderr

@@ -1,4 +1,5 @@
-"""`plan discriminate`: the experiment of a diagnosis as a plan that can be fired, and recorded against."""
+"""`plan discriminate`: the experiment of a diagnosis as a plan that can be fired, and recorded
+against."""
 
 from __future__ import annotations
 

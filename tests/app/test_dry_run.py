@@ -1,4 +1,5 @@
-"""The dry run of a folder for the pages: everything that would be stored and all that is wrong; nothing is stored."""
+"""The dry run of a folder for the pages: everything that would be stored and all that is wrong;
+nothing is stored."""
 
 from __future__ import annotations
 
@@ -90,7 +91,8 @@ def test_findings_are_counted_by_check_the_worst_first() -> None:
         ]
     )
     assert rows[0] == {
-        "severity": "reject", "check": "clipping", "findings": 5, "recordings": "0, 1, 2 and 2 more",
+        "severity": "reject", "check": "clipping", "findings": 5,
+        "recordings": "0, 1, 2 and 2 more",
         "message": "clipping!",
     }  # fmt: skip
     assert rows[2]["recordings"] == "the campaign"

@@ -1,4 +1,5 @@
-"""Every measured velocity updates the gun: one, two and seven shots, also of a bench that is stated wrong."""
+"""Every measured velocity updates the gun: one, two and seven shots, also of a bench that is stated
+wrong."""
 
 from __future__ import annotations
 
@@ -62,7 +63,8 @@ def test_prediction_between_measured_velocities_lies_between_them(bench: GunBenc
 
 @pytest.mark.parametrize("count", [1, 2, 7])
 def test_repeated_shots_update_as_a_conjugate_normal(count: int) -> None:
-    """ln v is nearly normal before the shots; n shots of scatter s move its mean by the weights of their precisions."""
+    """ln v is nearly normal before the shots; n shots of scatter s move its mean by the weights of
+    their precisions."""
     before, width = spread_at(GunStage(BENCH, THESIS_VELOCITY_SPREAD, unknown_effects=True), 0.5)
     measured = before + 0.5 * width
     gun = taught(((0.5, math.exp(measured)),) * count)
@@ -90,7 +92,8 @@ def stored(folder: Path, toml_bench: str, shots: tuple[tuple[float, float], ...]
 
 
 def test_shots_of_a_bench_that_is_stated_wrong_are_believed(tmp_path: Path) -> None:
-    """All seven have more energy than the stated tank can give: the note says so, and the velocity follows them."""
+    """All seven have more energy than the stated tank can give: the note says so, and the velocity
+    follows them."""
     with stored(tmp_path / "seven", "", SHOTS).reading() as session:
         stage = GunStage(
             replace(SMALL, tank_volume_m3=2e-4), THESIS_VELOCITY_SPREAD, unknown_effects=True

@@ -1,4 +1,5 @@
-"""The examples of every command's help run as they stand, in a folder where `pyroshock demo` was called."""
+"""The examples of every command's help run as they stand, in a folder where `pyroshock demo` was
+called."""
 
 from __future__ import annotations
 
@@ -47,7 +48,8 @@ def example_lines(text: str) -> list[str]:
 
 @pytest.fixture(scope="session")
 def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the demo leaves, with the names that it gives; its plates have few modes, and its diagnosis is made up."""
+    """What the demo leaves, with the names that it gives; its plates have few modes, and its
+    diagnosis is made up."""
     from pyroshock.app.demo.chapters import CHANGED
     from pyroshock.app.demo.virtual_campaign import fire_campaign
     from pyroshock.app.diagnose.diagnosing import keep
@@ -127,7 +129,8 @@ def test_every_command_has_an_example_and_a_help_of_whole_sentences():
 
 @pytest.mark.parametrize("path", [path for path, _ in COMMANDS])
 def test_help_has_whole_sentences_within_80_columns(path: str):
-    """Examples are whole lines, which a person copies; all else is wrapped, and nothing is shortened."""
+    """Examples are whole lines, which a person copies; all else is wrapped, and nothing is
+    shortened."""
     command = dict(COMMANDS)[path]
     lines = command.get_help(click.Context(command, info_name=path, terminal_width=80)).splitlines()
     examples = {line.strip() for line in (command.help or "").splitlines()}

@@ -1,4 +1,5 @@
-"""`show N --plot`: the record beside the contact, arrays of load cells with their sum, records without contact."""
+"""`show N --plot`: the record beside the contact, arrays of load cells with their sum, records
+without contact."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What a screen shows of a stored channel and of a segmentation: every peak, the contact, every version of a pulse."""
+"""What a screen shows of a stored channel and of a segmentation: every peak, the contact, every
+version of a pulse."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ from sqlalchemy import select
 from support.records.campaigns import FS_HZ, blows, hammer_campaign, write_recording
 from support.stores.recorded import add_recording
 
-# --- windows of a stored channel: exact where they are short, with every peak where they are long -------------------
+# --- windows of a stored channel: exact where they are short, with every peak where they are long
+# -------------------
 RATE, START_S, SAMPLES = 100_000.0, -0.25, 300_000
 G = 9.80665
 
@@ -158,7 +160,8 @@ def test_unknown_channel_window_that_is_none_and_too_few_points_are_refused(stor
         window(store, points=2)
 
 
-# --- what a screen shows of a series: every peak, in order, in at most so many points -------------------------------
+# --- what a screen shows of a series: every peak, in order, in at most so many points
+# -------------------------------
 NUMBERS = st.one_of(
     arrays(np.float64, st.integers(1, 400), elements=st.floats(-1e6, 1e6)),
     arrays(np.int16, st.integers(1, 400)),

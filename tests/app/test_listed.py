@@ -98,7 +98,8 @@ def test_rows_keep_their_order_or_are_sorted_and_columns_are_chosen():
 
 #: Commands that list.
 LISTINGS = (
-    "campaigns", "campaigns list", "campaigns deleted", "runs list one", "impacts", "shots", "dataset", "dataset list",
+    "campaigns", "campaigns list", "campaigns deleted", "runs list one", "impacts", "shots",
+    "dataset", "dataset list",
     "plan", "plan list", "models", "models --promotions", "jobs", "materials",
 )  # fmt: skip
 

@@ -1,5 +1,5 @@
-"""The store knows which versions were registered: a lost registry is told in one line, and surviving files are
-registered again."""
+"""The store knows which versions were registered: a lost registry is told in one line, and
+surviving files are registered again."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ def url(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def _lose(url: str) -> None:
-    """As when the file was deleted; MLflow's tables are made anew elsewhere, so that its connections see them."""
+    """As when the file was deleted; MLflow's tables are made anew elsewhere, so that its
+    connections see them."""
     database = registry_of(url).place.database
     assert database is not None
     import sqlite3

@@ -1,4 +1,5 @@
-"""Shots read from the store, against what was recorded and sealed; a twin of them, and benches of files."""
+"""Shots read from the store, against what was recorded and sealed; a twin of them, and benches of
+files."""
 
 from __future__ import annotations
 
@@ -78,7 +79,8 @@ GUN_ROWS = [
 
 @pytest.fixture(scope="module")
 def campaigns(tmp_path_factory):
-    """A hammer's recording of three hits, and six shots of a gun on two plates, in one store; modes to 0.8 kHz."""
+    """A hammer's recording of three hits, and six shots of a gun on two plates, in one store; modes
+    to 0.8 kHz."""
     folder = tmp_path_factory.mktemp("shots")
     url = f"sqlite:///{folder / 'lab.db'}"
     with pytest.MonkeyPatch.context() as patch:
@@ -216,7 +218,8 @@ def test_what_a_check_rejects_is_left_out(session):
 
 
 def test_hits_without_mass_have_their_measured_force_or_are_left_out(session):
-    """Their force is that of the store, and the setting is what Hertz' law needs for it; no contact learns from it."""
+    """Their force is that of the store, and the setting is what Hertz' law needs for it; no contact
+    learns from it."""
     campaign = session.scalars(select(Campaign).where(Campaign.name == "hammer")).one()
     campaign.hammer_id = None
     session.flush()
@@ -270,7 +273,8 @@ def test_campaigns_shots_teach_every_stage_but_for_configurations_left_out(built
     assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (6, 6, 6)
     assert set(twin.plate.plates) == {"aluminum", "steel"} and twin.rests_on.shots == 6
     assert twin.rests_on.sentence == (
-        "The bands rest on 6 measured shots of campaign gun; the contact is the law with yield, loss and layer updated "
+        "The bands rest on 6 measured shots of campaign gun; the contact is "
+        "the law with yield, loss and layer updated "
         "by them."
     )
     first, *_, last = read(session, "gun")[0].configuration.tolist()
@@ -289,11 +293,15 @@ def test_campaigns_shots_teach_every_stage_but_for_configurations_left_out(built
 
 
 def test_another_bench_keeps_what_still_applies(built, tmp_path):
-    """Another plate: gun and contact learn, spectra do not. Another gun: its velocities are not this one's."""
+    """Another plate: gun and contact learn, spectra do not. Another gun: its velocities are not
+    this one's."""
     (tmp_path / "plate.toml").write_text("[plate]\nthickness_m = 0.02\n")
     twin = built(bench=tmp_path / "plate.toml").twin
     assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (6, 6, 0)
-    gun = "tank_volume_m3 = 0.02\nbore_diameter_m = 0.049\nprojectile_diameter_m = 0.048\ntravel_m = 0.9\n"
+    gun = (
+        "tank_volume_m3 = 0.02\nbore_diameter_m = 0.049\nprojectile_diameter_m = "
+        "0.048\ntravel_m = 0.9\n"
+    )
     gun += "friction_coefficient = 0.2\nheat_capacity_ratio = 1.4\nefficiency = 1.0\n"
     (tmp_path / "gun.toml").write_text(f"[gun]\n{gun}")
     twin = built(bench=tmp_path / "gun.toml").twin
@@ -304,13 +312,15 @@ def test_twins_say_what_they_rest_on_and_what_lies_beyond_the_shots(built):
     twin = built(learn=False).twin
     assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 0, 0)
     assert twin.rests_on.sentence == (
-        "The bands rest on no measured shot of this bench: they show the documented ranges of yield, loss, plate and "
+        "The bands rest on no measured shot of this bench: they show the "
+        "documented ranges of yield, loss, plate and "
         "layer."
     )
     twin = built(contact="hertz").twin
     assert twin.calibration.shots == 6
     assert twin.rests_on.sentence == (
-        "The bands rest on 6 measured shots of campaign gun; the contact is the law hertz with the error of its table."
+        "The bands rest on 6 measured shots of campaign gun; the contact is "
+        "the law hertz with the error of its table."
     )
     model = built()
     mount = {"impactor_mass_kg": 0.5, "tip": model.material("aluminum"), "tip_radius_m": 0.03}
@@ -336,8 +346,8 @@ def test_stamps_change_with_pulses(campaigns, built):
 
 
 def test_tune_learns_from_a_campaign_once(built, session):
-    """Spectra that the tuner is given are not in the twin that it asks as well; on plates that the twin has not, they
-    are counted out."""
+    """Spectra that the tuner is given are not in the twin that it asks as well; on plates that the
+    twin has not, they are counted out."""
     model = built()
     assert _without_double_counting(model, ("gun",)).twin.calibration is None
     assert _without_double_counting(model, ("spring",)).twin.calibration is model.twin.calibration
@@ -384,7 +394,8 @@ def test_what_is_no_bench_is_refused(tmp_path: Path, text: str, said: str) -> No
 
 # --- velocities with the motion of the plate's surface ---
 ROWS = [
-    {"run": str(run), "impact_position": "#1", "hammer_speed": "high", "tip_material": tip, "tip_radius_mm": radius,
+    {"run": str(run), "impact_position": "#1", "hammer_speed": "high", "tip_material": tip,
+    "tip_radius_mm": radius,
      "anvil_material": "none", "insulator": "none", "boundary_conditions": "free"}
     for run, (tip, radius) in enumerate((("aluminum", "30"), ("delrin", "30")), 1)
 ]  # fmt: skip
@@ -420,7 +431,8 @@ def velocities(
 
 
 def test_velocity_is_nearer_to_the_true_one(bare_plate_campaign: Path, tmp_path: Path) -> None:
-    """Struck bare, the plate gives way: the thesis's integral is less than six tenths of the true velocity."""
+    """Struck bare, the plate gives way: the thesis's integral is less than six tenths of the true
+    velocity."""
     seal = json.loads(bare_plate_campaign.with_name("hammer.sealed.json").read_text())
     truth = np.array([hit["velocity_m_s"] for run in seal["runs"] for hit in run["hits"]])
     kinds, integrated, _ = velocities(bare_plate_campaign, f"sqlite:///{tmp_path / 'thesis.db'}")

@@ -31,7 +31,8 @@ from support.stores.registries import (
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    """A tree, a line and hann's pulse, which knows no spread, of the synthetic hammer campaign; the tree is in use."""
+    """A tree, a line and hann's pulse, which knows no spread, of the synthetic hammer campaign; the
+    tree is in use."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         without_figures(patch)

@@ -193,8 +193,11 @@ def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, mon
         "run 1: boundary_conditions = fixed: no stage"
         in asked(*of_table, "--contact", "hertz").stderr
     )
-    for column, message in (("boundry_conditions", "it resembles the column boundary_conditions"),
-                            ("travel_m", "travel_m = 1: no stage of this twin uses it")):  # fmt: skip
+    for column, message in (
+        ("boundry_conditions", "it resembles the column boundary_conditions"),
+        # fmt: skip
+        ("travel_m", "travel_m = 1: no stage of this twin uses it"),
+    ):
         table.write_text(
             f"run,impact_velocity_m_s,tip_material,tip_radius_mm,{column}\n1,1.5,delrin,30,1\n"
         )

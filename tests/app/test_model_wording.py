@@ -1,4 +1,5 @@
-"""Sentences and charts of registered models: errors never negative, and the better one named with its lead."""
+"""Sentences and charts of registered models: errors never negative, and the better one named with
+its lead."""
 
 from __future__ import annotations
 
@@ -82,7 +83,8 @@ def test_the_better_version_is_named_with_its_lead_relative_to_the_other():
     means = {"gp@1": 0.044, "tree@1": 0.05}
     words = lead_sentence(pair(-0.006, ci90=[-0.0095, -0.0025]), means, "configurations")
     assert words == (
-        "gp@1 is better than tree@1 by 12 % (5 to 19 %) in the force error on configurations that they have not seen."
+        "gp@1 is better than tree@1 by 12 % (5 to 19 %) in the force error "
+        "on configurations that they have not seen."
     )
     assert lead_sentence(pair(0.006, 0.3), {"gp@1": 0.05, "tree@1": 0.044}).endswith(
         "may be chance (p = 0.3)."

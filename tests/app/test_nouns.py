@@ -1,4 +1,5 @@
-"""One grammar for every noun: list, show, delete; what is in use is not deleted; and the next step after a job."""
+"""One grammar for every noun: list, show, delete; what is in use is not deleted; and the next step
+after a job."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The commands that share work out, on a Dask cluster: word for word what they give on this machine."""
+"""The commands that share work out, on a Dask cluster: word for word what they give on this
+machine."""
 
 from __future__ import annotations
 

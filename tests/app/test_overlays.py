@@ -25,7 +25,8 @@ from support.stores.recorded import WHEN, add_recording, pulse_row
 
 #: tip radius (m; None: not recorded), peak (N), contact time (s)
 MADE = (
-    (0.03, 100.0, 1e-3), (0.03, 300.0, 1e-3), (0.03, 200.0, 1e-3), (0.015, 500.0, 2e-3), (0.015, 500.0, 0.5e-3),
+    (0.03, 100.0, 1e-3), (0.03, 300.0, 1e-3), (0.03, 200.0, 1e-3), (0.015, 500.0, 2e-3), (0.015,
+    500.0, 0.5e-3),
     (None, 50.0, 1e-3),
 )  # fmt: skip
 
@@ -54,7 +55,8 @@ def pulse_store(tmp_path_factory):
                 )
                 session.flush()
                 curve = encode(peak * half_sine(np.linspace(0, 1, 401)))
-                session.add(pulse_row(key, contact_time_s=contact, fine_period_s=contact / 400, peak_force_n=peak,
+                session.add(pulse_row(key, contact_time_s=contact, fine_period_s=contact / 400,
+                peak_force_n=peak,
                                       fine_force_n=curve))  # fmt: skip
         yield pulse_store
 
@@ -115,7 +117,8 @@ def test_pulses_are_thinned_filtered_and_counted_by_a_known_factor(pulse_store):
         pulses_over(pulse_store, points=1)
 
 
-# --- spectra of impacts over each other: each the one that its record has alone, and the bands about them -----------
+# --- spectra of impacts over each other: each the one that its record has alone, and the bands
+# about them -----------
 RATE, SAMPLES = 50_000.0, 5000
 PLATE = Sensor("plate", "acceleration", "m/s2", position="plate")
 HEAD = Sensor("head", "acceleration", "m/s2", position="hammer head")
@@ -130,7 +133,8 @@ def ringing(at_s, amplitude):
 
 @pytest.fixture(scope="module")
 def spectrum_store(tmp_path_factory):
-    """Impacts 1 and 2 alone in their recordings, the second twice as loud; 3 and 4 together in one; 5 without any."""
+    """Impacts 1 and 2 alone in their recordings, the second twice as loud; 3 and 4 together in one;
+    5 without any."""
     url = f"sqlite:///{tmp_path_factory.mktemp('spectra') / 'lab.db'}"
     with open_store(url, Writer("test", "0"), create=True) as spectrum_store:
         first_recording, _ = add_recording(
@@ -224,7 +228,7 @@ def test_hits_of_one_recording_do_not_hear_each_other_and_silent_channels_are_to
 
 
 @pytest.mark.parametrize(("impacts", "named", "kind", "said"), [
-    ((5,), {}, ValueError, "no acceleration of these impacts has a spectrum: impact 5: no acceleration"),
+    ((5,), {}, ValueError, "no acceleration " "of these impacts has " "a spectrum: " "impact 5: no acceleration"),
     ((1,), {"channel": "roof"}, ValueError, "impact 1: no acceleration 'roof' was recorded"),
     ((), {}, ValueError, "0 impacts"),
     (range(MOST_SPECTRA + 1), {}, ValueError, f"expected 1 to {MOST_SPECTRA}"),
@@ -236,7 +240,8 @@ def test_nothing_to_show_says_why(spectrum_store, impacts, named, kind, said):
         spectra_over(spectrum_store, *impacts, **named)
 
 
-# --- uploaded specifications: read as a file is, and refused with file, line and value ------------------------------
+# --- uploaded specifications: read as a file is, and refused with file, line and value
+# ------------------------------
 SPEC = "frequency_hz,level_g,tolerance_db\n100,5,6\n1000,50,6\n10000,50,9\n"
 
 
@@ -252,17 +257,37 @@ def test_upload_is_what_the_file_is(tmp_path):
         target_from_upload(SPEC, "spec.csv", "six")
 
 
-@pytest.mark.parametrize(("content", "said"), [
-    (SPEC.replace("50,6", "loud,6"), r"spec.csv, line 3: level_g is 'loud'; expected a positive number"),
-    (SPEC.replace("1000,", "-1000,"), r"spec.csv, line 3: frequency_hz is '-1000'"),
-    (SPEC.replace("10000,", "1e9,"), r"spec.csv: frequency_hz is 1e\+09; expected 0.01 to 1e\+06 Hz"),
-    (SPEC.replace(",tolerance_db", ""), r"spec.csv, line 2: 3 fields; expected 2"),
-    ("", "spec.csv: is empty"),
-    (b"\xff\xfe\x00", "spec.csv: no CSV table in UTF-8: byte 0 is not UTF-8"),
-    ("frequency_hz,level_g\n" + "x" * 200_000 + ",1\n2,1\n", "spec.csv: no CSV table in UTF-8: row 2: field larger"),
-    ("frequency_hz,level_g,slope_db_per_octave\n1,1,\n100000,,99999\n", r"line 3: slope_db_per_octave is '99999'"),
-    ("#" * (MOST_BYTES + 1), f"{MOST_BYTES + 1} bytes; expected a specification of at most {MOST_BYTES}"),
-], ids=["level", "frequency", "range", "fields", "empty", "encoding", "field", "slope", "size"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (
+            SPEC.replace("50,6", "loud,6"),
+            r"spec.csv, line 3: level_g is " r"'loud'; expected a positive number",
+        ),
+        (SPEC.replace("1000,", "-1000,"), r"spec.csv, line 3: frequency_hz is '-1000'"),
+        (
+            SPEC.replace("10000,", "1e9,"),
+            r"spec.csv: frequency_hz is " r"1e\+09; expected 0.01 to 1e\+06 Hz",
+        ),
+        (SPEC.replace(",tolerance_db", ""), r"spec.csv, line 2: 3 fields; expected 2"),
+        ("", "spec.csv: is empty"),
+        (b"\xff\xfe\x00", "spec.csv: no CSV table in UTF-8: byte 0 is not UTF-8"),
+        (
+            "frequency_hz,level_g\n" + "x" * 200_000 + ",1\n2,1\n",
+            "spec.csv: no CSV table in UTF-8: row 2: field larger",
+        ),
+        (
+            "frequency_hz,level_g,slope_db_per_octave\n1,1,\n100000,,99999\n",
+            r"line 3: slope_db_per_octave is '99999'",
+        ),
+        (
+            "#" * (MOST_BYTES + 1),
+            f"{MOST_BYTES + 1} bytes; expected a specification of at most {MOST_BYTES}",
+        ),
+        # fmt: skip
+    ],
+    ids=["level", "frequency", "range", "fields", "empty", "encoding", "field", "slope", "size"],
+)
 def test_what_is_wrong_is_named_with_line_and_value(content, said):
     with pytest.raises(ValueError, match=said):
         target_from_upload(content, "spec.csv")

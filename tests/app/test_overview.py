@@ -20,7 +20,8 @@ FACTORS = (
     'name = "gun"\nkind = "gun"\n'
     '[[factors]]\nname = "bullet_mass"\ncolumn = "bullet_mass_kg"\nkind = "numeric"\nunit = "kg"\n'
     "levels = [0.1428, 0.2]\n"
-    '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\nunit = "m/s"\n'
+    '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = '
+    '["low", "high"]\nunit = "m/s"\n'
     "values = [10, 20]\n"
 )
 #: run -> tank pressure (bar), mass, velocity level, state
@@ -56,7 +57,8 @@ def add_plan(store, name="plan", factors=FACTORS, kind="gun", rows=PLANNED):
             session.add(
                 PlannedRun(
                     plan_id=plan.id, run=run, position=run, repetitions=2, treatment=cells,
-                    settings={"tank_pressure_bar": float(pressure)}, configuration_id=configuration_id(session, levels),
+                    settings={"tank_pressure_bar": float(pressure)},
+                    configuration_id=configuration_id(session, levels),
                     status=state or "planned", reason="broken tip" if state else None,
                 )
             )  # fmt: skip
@@ -64,7 +66,8 @@ def add_plan(store, name="plan", factors=FACTORS, kind="gun", rows=PLANNED):
 
 @pytest.fixture
 def gun(store, tmp_path):
-    """Three shots (0.25, 0.3, 0.35 bar, 11 to 13 m/s) and a second one of run 1 at 0.25 bar, 12 m/s."""
+    """Three shots (0.25, 0.3, 0.35 bar, 11 to 13 m/s) and a second one of run 1 at 0.25 bar, 12
+    m/s."""
     add_plan(store)
     folder = gun_campaign(tmp_path / "g")
     rows = [
@@ -86,7 +89,8 @@ def overview(store, name):
 def test_page_has_bench_shots_and_runs_and_levels_by_state(gun):
     (plan,) = overview(gun, "gun")["plans"]
     assert plan == {
-        "plan": "plan", "method": "lhs", "runs": 4, "planned": 2, "done": 1, "discarded": 1, "repetitions": 6,
+        "plan": "plan", "method": "lhs", "runs": 4, "planned": 2, "done": 1, "discarded": 1,
+        "repetitions": 6,
         "recorded": 3,
     }  # fmt: skip
     rows = {(row["factor"], row["level"]): row for row in overview(gun, "gun")["levels"]}
@@ -119,7 +123,8 @@ def test_achieved_settings_stand_beside_the_planned_ones(gun, tmp_path):
         (run, q) for run in (1, 2) for q in ("tank_pressure_pa", "bullet_mass_kg", "velocity_m_s")
     }
     first = rows[1, "velocity_m_s"]
-    assert (first["planned"], first["mean"], first["least"], first["largest"], first["recorded"]) == (
+    assert (first["planned"], first["mean"], first["least"], first["largest"],
+    first["recorded"]) == (
         10.0, 11.5, 11.0, 12.0, 2,
     )  # fmt: skip
     assert first["deviation"] == pytest.approx(0.15)

@@ -1,4 +1,5 @@
-"""Plans made by one function for the command line and the web, the commands of `plan`, and `simulate`."""
+"""Plans made by one function for the command line and the web, the commands of `plan`, and
+`simulate`."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ from support.stores.planned_runs import record_run
 from support.stores.stores import opened, pyroshock, refusal, run_pyroshock
 
 
-# --- plans made by one function for the command line and the web, and what a page shows of their quality ------------
+# --- plans made by one function for the command line and the web, and what a page shows of their
+# quality ------------
 @pytest.fixture
 def store(tmp_path):
     with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as store:
@@ -63,7 +65,7 @@ def test_same_seed_makes_the_same_plan_and_a_factorial_has_every_treatment(store
     ("lhs", {"runs": 3, "repetitions": 0}, "repetitions is 0; expected 1 or more"),
     ("lhs", {"runs": 3, "kind": "sling"}, "kind is 'sling'; expected one of hammer, gun"),
     ("import", {}, "no table to import"),
-    ("lhs", {"runs": 3, "options": {"face": "ccf"}}, "unknown option 'face'; the method has: criterion"),
+    ("lhs", {"runs": 3, "options": {"face": "ccf"}}, "unknown option 'face'; " "the method has: criterion"),
     ("lhs", {"runs": 3, "ranges": {"humidity": (1, 2)}}, "no factor 'humidity'"),
     ("plackett-burman", {}, "anvil_material\\+insulator has 5 levels without order"),
 ])  # fmt: skip
@@ -121,9 +123,11 @@ def test_page_counts_levels_changes_and_states_or_is_empty(store):
     )
 
 
-# --- the commands of `plan`, as a laboratory uses them --------------------------------------------------------------
+# --- the commands of `plan`, as a laboratory uses them
+# --------------------------------------------------------------
 COLUMNS = (
-    "run", "plate_material", "anvil_material", "insulator", "tip_material", "tip_radius_mm", "bullet_mass_kg",
+    "run", "plate_material", "anvil_material", "insulator", "tip_material", "tip_radius_mm",
+    "bullet_mass_kg",
     "velocity_level",
 )  # fmt: skip
 ROWS = [
@@ -265,7 +269,8 @@ def test_recorded_campaign_works_the_plan_off(url, tmp_path):
         "bullet_mass_kg",
     )
     rows = [
-        {key: run[key] for key in keys} | {"repetition": 1, "tip_radius_mm": 1e3 * run["tip_radius_m"]}
+        {key: run[key] for key in keys} | {"repetition": 1,
+        "tip_radius_mm": 1e3 * run["tip_radius_m"]}
         | {"tank_pressure_bar": run["tank_pressure_pa"] * 1.01e-5, "measured_velocity_m_s": 9.0}
         for run in runs
     ]  # fmt: skip

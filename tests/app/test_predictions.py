@@ -1,4 +1,5 @@
-"""A shot asked in SI is the one of the command line; its sliders stay in the bench, its warnings in lab units."""
+"""A shot asked in SI is the one of the command line; its sliders stay in the bench, its warnings in
+lab units."""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ from pyroshock.twin.setting import THESIS
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import BENCH, HalfSine, setting
 
-# --- A shot asked in SI is the one that the command line asks in units, and its sliders stay within the bench -------
+# --- A shot asked in SI is the one that the command line asks in units, and its sliders stay within
+# the bench -------
 LINES = tuple(octave_grid(200.0, 4000.0, 3).tolist())
 
 
@@ -86,12 +88,15 @@ def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
 
 
 def test_sliders_show_what_a_model_has_learned():
-    """Tips of radius 15 and 30 mm, of aluminum, delrin and polyurethane; anvils of all three kinds."""
+    """Tips of radius 15 and 30 mm, of aluminum, delrin and polyurethane; anvils of all three
+    kinds."""
     table = pulse_table(np.random.default_rng(0), repetitions=2)
     ids = ("key", "run", "0" * 64)
-    version = Version("hertz", 4, DatasetName("spring", "5" * 64, "hammer"), "repetitions", 0, {}, Cost(1.0, 1.0), *ids,
+    version = Version("hertz", 4, DatasetName("spring", "5" * 64, "hammer"), "repetitions", 0, {},
+    Cost(1.0, 1.0), *ids,
                       datetime(2026, 1, 1, tzinfo=UTC))  # fmt: skip
-    model = RegisteredModel(version, Analytic("hertz").fit(table, np.random.default_rng(0)), PREDICTORS,
+    model = RegisteredModel(version, Analytic("hertz").fit(table, np.random.default_rng(0)),
+    PREDICTORS,
                             Domain.of(table), {})  # fmt: skip
     materials = by_name(THESIS.values(), {})
     built = BuiltTwin(
@@ -116,7 +121,8 @@ def test_sliders_show_what_a_model_has_learned():
     )
 
 
-# --- warnings beside a prediction: in the units of the lab, each quantity once, in the same words everywhere --------
+# --- warnings beside a prediction: in the units of the lab, each quantity once, in the same words
+# everywhere --------
 PRESSURE = Extrapolation("tank_pressure_pa", 10e5, 0.5e5, 6.7e5)
 
 
@@ -132,7 +138,7 @@ def prediction(*extrapolation, outside=(), **own):
 
 
 @pytest.mark.parametrize(("item", "text"), [
-    (PRESSURE, "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."),
+    (PRESSURE, "Tank pressure " "10 bar is beyond " "the 0.5 to 6.7 " "bar of the shots that " "were learned from."),
     (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),
      "Impactor mass 1 kg is beyond the 0.32 kg of the shots that were learned from."),
     (Extrapolation("impact_velocity_m_s", 31.4159, 2.0, 20.0),
@@ -140,9 +146,9 @@ def prediction(*extrapolation, outside=(), **own):
     (Extrapolation("tip_radius_m", 0.06, 0.015, 0.03),
      "Tip radius 60 mm is beyond the 15 to 30 mm of the shots that were learned from."),
     (Extrapolation("plate_youngs_modulus", 69.9e9, 2e11, 2.1e11),
-     "Plate youngs modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned from."),
+     "Plate youngs " "modulus 69.9 GPa is " "beyond the 200 " "to 210 GPa of the " "shots that " "were learned from."),
     (Extrapolation("tip_density", 1240.0, 2700.0, 7800.0),
-     "Tip density 1240 kg/m3 is beyond the 2700 to 7800 kg/m3 of the shots that were learned from."),
+     "Tip density " "1240 kg/m3 is beyond " "the 2700 to 7800 " "kg/m3 of the shots " "that were learned from."),
     (Extrapolation("humidity", 0.9, 0.2, 0.5),
      "Humidity 0.9 is beyond the 0.2 to 0.5 of the shots that were learned from."),
 ])  # fmt: skip
@@ -158,7 +164,8 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
         ]
     )
     assert warnings(shot) == (
-        "Impact velocity 22.13 m/s lies outside of the domain of the contact (half-sine): up to 5.2.",
+        "Impact velocity 22.13 m/s lies outside of the domain of the contact "
+        "(half-sine): up to 5.2.",
         "Insulator foam lies outside of the domain of the contact (half-sine): none.",
     )
     levels = OutOfDomain("tip_radius", 0.045, "0.03 to 0.06", BETWEEN_LEVELS, (0.03, 0.06))
@@ -173,7 +180,8 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
     assert domain_warnings(prediction(outside=[levels, tip, pair])) == (
         "Tip radius 45 mm lies between the measured 30 and 60 mm; half-sine was not trained there.",
         "Tip material delrin was never recorded; half-sine was trained on PLA, steel.",
-        "Impactor mass 0.4 kg was never recorded together with anvil none; half-sine was trained on 0.4 to 0.8 kg.",
+        "Impactor mass 0.4 kg was never recorded together with anvil none; "
+        "half-sine was trained on 0.4 to 0.8 kg.",
     )
     with shown_in("si"):
         assert (
@@ -210,7 +218,8 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
 @pytest.mark.parametrize(("own", "item", "number"), [
     ({"tank_pressure_pa": 10e5}, PRESSURE, "impact velocity"),
     ({"tank_pressure_pa": 3e5}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "impact velocity"),
-    ({}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "peak force"),  # a velocity is given: no gun
+    # a velocity is given: no gun
+    ({}, Extrapolation("bullet_mass_kg", 0.5, 0.6, 0.9), "peak force"),
     ({"tank_pressure_pa": 3e5}, Extrapolation("tip_radius", 0.045, 0.05, 0.06), "peak force"),
 ])  # fmt: skip
 def test_warning_stands_beside_the_number_that_it_makes_unsure(own, item, number):

@@ -1,4 +1,5 @@
-"""Progress of long work: shown at once on a terminal, every ten seconds in a log, and not at all of what is quick."""
+"""Progress of long work: shown at once on a terminal, every ten seconds in a log, and not at all of
+what is quick."""
 
 from __future__ import annotations
 
@@ -14,8 +15,10 @@ from pyroshock.app.common import progress
 from pyroshock.app.common.progress import notebook_bar, progress_bar
 
 LONG = (
-    "simulate spring --out out", "ingest spring", "train spring", "tune --target spec.csv", "validate spring",
-    "diagnose spring", "predict", "predict --plan spring", "extract spring", "report spring --out spring.html",
+    "simulate spring --out out", "ingest spring", "train spring", "tune --target spec.csv",
+    "validate spring",
+    "diagnose spring", "predict", "predict --plan spring", "extract spring",
+    "report spring --out spring.html",
     "export impacts --out impacts.csv", "db copy sqlite:///lab.db sqlite:///new.db",
     "db export spring --out spring.pyroshock", "db import spring.pyroshock", "db check",
     "campaigns archive spring --out a.pyroshock --reason old", "campaigns restore spring.pyroshock",
@@ -26,7 +29,8 @@ LONG = (
 
 @pytest.mark.parametrize("words", LONG)
 def test_a_terminal_shows_what_is_done_before_the_store_is_opened(words, tmp_path):
-    """The whole program at a pseudo-terminal; there is no store, so that a later line would be the refusal."""
+    """The whole program at a pseudo-terminal; there is no store, so that a later line would be the
+    refusal."""
     for name in ("spec.csv", "spring.pyroshock"):
         (tmp_path / name).touch()
     (tmp_path / "spring").mkdir()

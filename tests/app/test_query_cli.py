@@ -126,8 +126,8 @@ def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
     (("with a as (select 1) insert into factors (name) select 'x'",), "pyroshock ingest"),
     (("select set_config('transaction_read_only', 'off', true)",), ""),
     (("select * from impact",), "no table 'impact' in the store; tables: campaigns,"),
-    (("select p.peak_force from pulses p",), "no column 'peak_force' in pulses; did you mean peak_force_n"),
-    (("with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) select max(i / 1000000) from n",
+    (("select " "p.peak_force from pulses p",), "no column 'peak_force' in " "pulses; did you " "mean peak_force_n"),
+    (("with recursive " "n(i) as (select 1 " "union all select i " "+ 1 from n where i " "> 0) select " "max(i / 1000000) from n",
       "--timeout", "200ms"), "longer than 0.2 s"),
     (("select :a",), "no value for :a"),
     (("select 1", "-p", "a", "1"), "the statement has no :a"),
@@ -181,7 +181,8 @@ def test_colons_in_text_are_no_parameters_and_a_read_only_file_is_asked_too(tmp_
     }
     with pytest.raises(QueryError, match="DELETE is refused"):  # a comment begins no statement
         Statement("-- select\ndelete from shots", {}).check()
-    # A file of another user, or on a disk that is mounted read-only, has no write-ahead log to be made.
+    # A file of another user, or on a disk that is mounted read-only, has no write-ahead log to be
+    # made.
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     assert CliRunner().invoke(main, ["init", "--db", url]).exit_code == 0
     before = (tmp_path / "lab.db").read_bytes()
@@ -201,7 +202,10 @@ def test_a_large_answer_does_not_fill_memory(tmp_path):
     with closing(sqlite3.connect(tmp_path / "numbers.db")) as connection:
         connection.execute("create table numbers (a real)")
         connection.commit()
-    sql = "with recursive n(i) as (select 1 union all select i + 1 from n where i < :last) select i, i * 0.1 from n"
+    sql = (
+        "with recursive n(i) as (select 1 union all select i + 1 from n where i "
+        "< :last) select i, i * 0.1 from n"
+    )
     peaks = []
     for last in ("10000", "100000"):
         tracemalloc.start()

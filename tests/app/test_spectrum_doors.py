@@ -1,4 +1,5 @@
-"""One shot has one spectrum: in the command, the library, the API, the pages, and the figures that an ingest stores."""
+"""One shot has one spectrum: in the command, the library, the API, the pages, and the figures that
+an ingest stores."""
 
 from __future__ import annotations
 

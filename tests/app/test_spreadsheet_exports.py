@@ -1,5 +1,5 @@
-"""Every table that a person may open in a spreadsheet: a level that is a formula there is text in it, numbers are
-numbers, and programs get both as they are."""
+"""Every table that a person may open in a spreadsheet: a level that is a formula there is text in
+it, numbers are numbers, and programs get both as they are."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ AS_IT_IS = "--no-spreadsheet-guard"
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a store, lab.db, with a campaign and a plan whose levels are formulas to a spreadsheet."""
+    """The folder of a store, lab.db, with a campaign and a plan whose levels are formulas to a
+    spreadsheet."""
     folder = tmp_path_factory.mktemp("guarded")
     url = sqlite(folder)
     rows = [
@@ -31,7 +32,10 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for row in rows_of(4)
     ]
     ingested(url, full_campaign(folder / "campaigns" / "many", "many", recordings=4, rows=rows))
-    factors = f"name = 'own'\nkind = 'hammer'\n[[factors]]\nname = 'lot'\nkind = 'categorical'\nlevels = ['{FORMULA}', 'b']\n"
+    factors = (
+        f"name = 'own'\nkind = 'hammer'\n[[factors]]\nname = 'lot'\nkind = "
+        f"'categorical'\nlevels = ['{FORMULA}', 'b']\n"
+    )
     (folder / "factors.toml").write_text(factors, encoding="utf-8")
     plan_options = ("--factors", folder / "factors.toml", "--seed", "1", "--db", url)
     run_pyroshock("plan", "factorial", "planned", *plan_options, "--out", folder / "plan.csv")

@@ -1,4 +1,5 @@
-"""`train`, `models`, `compare`, `promote`: forms that scripts rely on, and one line for what a user can mend."""
+"""`train`, `models`, `compare`, `promote`: forms that scripts rely on, and one line for what a user
+can mend."""
 
 from __future__ import annotations
 
@@ -130,7 +131,8 @@ def test_compare_tells_which_is_better_of_two_or_all(lab, tmp_path):
 
 @pytest.fixture
 def reporting_laws(monkeypatch):
-    """Laws that say they have searched something: what is shown must not depend on a slow search."""
+    """Laws that say they have searched something: what is shown must not depend on a slow
+    search."""
 
     def report(law):
         settings = {"force.kernel": law.law, "force.noise": 0.25}
@@ -255,7 +257,8 @@ def test_promotion_and_refusal_judged_on_either_dataset(lab, monkeypatch):
 
 
 def test_campaign_to_promoted_model(tmp_path, monkeypatch):
-    """Nothing stands in: recordings, store, dataset, training, and a judgement on another campaign."""
+    """Nothing stands in: recordings, store, dataset, training, and a judgement on another
+    campaign."""
     without_figures(monkeypatch)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     campaigns = [("spring", 4), ("autumn", 12)]  # configurations, of which twelve judge a model
@@ -291,7 +294,8 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
 
 
 def _scattered_campaign(folder: Path, name: str, runs: int) -> Path:
-    """One configuration for each run, whose repeated hits differ by so much (25 %) that a law of contact is usable."""
+    """One configuration for each run, whose repeated hits differ by so much (25 %) that a law of
+    contact is usable."""
     full_campaign(
         folder,
         name,
@@ -311,7 +315,7 @@ def _scattered_campaign(folder: Path, name: str, runs: int) -> Path:
 @pytest.mark.parametrize(("words", "said"), [
     (("train", "winter"), "no dataset 'winter'"),
     (("train", "spring", "--models", "magic"), "no model 'magic'; there are: "),
-    (("train", "spring", "--models", "hann", "--split", "halves"), "split is 'halves'; expected one of"),
+    (("train", "spring", "--models", "hann", "--split", "halves"), "split is " "'halves'; expected one of"),
     (("compare", "hann", "hertz"), "no models yet"),
     (("compare", "--metric", "beauty"), "no metric 'beauty'"),
     (("promote", "hann", "1"), "no registered model 'hann'"),

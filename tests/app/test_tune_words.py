@@ -1,4 +1,5 @@
-"""A search for settings in words and on paper: the answer first, and the specification as it was understood."""
+"""A search for settings in words and on paper: the answer first, and the specification as it was
+understood."""
 
 from __future__ import annotations
 
@@ -18,24 +19,29 @@ SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"
 
 def answer(probability: float, meets: bool, **more: Any) -> dict[str, Any]:
     settings = {
-        "tank_pressure_pa": 4e5, "bullet_mass_kg": 0.5, "tip_material": "steel", "tip_radius_m": 0.045,
+        "tank_pressure_pa": 4e5, "bullet_mass_kg": 0.5, "tip_material": "steel",
+        "tip_radius_m": 0.045,
         "anvil_material": "none", "insulator": "none", "impact_position": "#1",
     }  # fmt: skip
     best = {
-        "settings": settings, "probability_within": probability, "worst_frequency_hz": None, "worst_margin_db": None,
+        "settings": settings, "probability_within": probability, "worst_frequency_hz": None,
+        "worst_margin_db": None,
     }  # fmt: skip
     attainability = {"meets": meets, "probability": probability, "at_least": 0.5, "sentence": "s"}
     return {"attainability": attainability, "proposals": [best], "draws": 400, **more}
 
 
 def test_answer_is_first_with_the_interval_of_its_probability() -> None:
-    """Wilson's interval of 240 of 400 at 90 %: 0.559 to 0.639 (center 0.5993, half width 0.0402)."""
+    """Wilson's interval of 240 of 400 at 90 %: 0.559 to 0.639 (center 0.5993, half width
+    0.0402)."""
     assert answer_sentence(answer(0.6, True)) == (
-        "The target is met with a probability of 60 % (90 % interval 56 to 64 %, from 400 draws of the twin)."
+        "The target is met with a probability of 60 % (90 % interval 56 to "
+        "64 %, from 400 draws of the twin)."
     )
     missed = answer_sentence(answer(0.2, False))
     assert missed.startswith(
-        "The target is not met: the best setting has a probability of 20 % (90 % interval 17 to 23 %"
+        "The target is not met: the best setting has a probability of 20 % "
+        "(90 % interval 17 to 23 %"
     )
     assert missed.endswith("and 50 % is required.")
 
@@ -68,7 +74,8 @@ def test_best_setting_that_misses_promises_nothing() -> None:
 
 
 def test_specification_lies_on_four_coordinate_paper() -> None:
-    """300 g at 1 kHz is a pseudo-velocity of 300 * 9.80665 / (2 pi 1000) = 0.468 m/s; 6 dB are a factor of 2."""
+    """300 g at 1 kHz is a pseudo-velocity of 300 * 9.80665 / (2 pi 1000) = 0.468 m/s; 6 dB are a
+    factor of 2."""
     target = target_from_upload(SPECIFICATION, "s", "6dB")
     chart = target_figure(target)
     curves = {trace["name"]: trace for trace in chart["data"] if "name" in trace}
@@ -82,7 +89,8 @@ def test_specification_lies_on_four_coordinate_paper() -> None:
     assert {"100 g", "1000 g", "100 µm"} <= words
     assert (chart["layout"]["xaxis"]["type"], chart["layout"]["yaxis"]["type"]) == ("log", "log")
     assert target_sentence(target) == (
-        "The specification reaches from 100 to 10000 Hz and from 30 to 300 g, with a tolerance of +6/−6 dB."
+        "The specification reaches from 100 to 10000 Hz and from 30 to 300 "
+        "g, with a tolerance of +6/−6 dB."
     )
 
 
@@ -113,7 +121,8 @@ def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:
     form = TRAIN.form(TrainArguments("a b", ["linear", "gp"], "materials", 7, "full"))
     assert form is not None and (form.address, form.form) == ("/models/train", "train")
     assert form.fields == {
-        "dataset": "a b", "models": ["linear", "gp"], "split": "materials", "seed": "7", "budget": "full",
+        "dataset": "a b", "models": ["linear", "gp"], "split": "materials", "seed": "7",
+        "budget": "full",
     }  # fmt: skip
     form = VALIDATE.form(ValidateArguments("first-shots", "gp@9"))
     assert form is not None and form.address == "/validations"

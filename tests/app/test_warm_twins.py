@@ -1,4 +1,5 @@
-"""Twins that stay ready: built once, anew when what they are made of has changed, and as good as fresh ones."""
+"""Twins that stay ready: built once, anew when what they are made of has changed, and as good as
+fresh ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The command: its themes, its exit code, and the page with a row for each question and its picture."""
+"""The command: its themes, its exit code, and the page with a row for each question and its
+picture."""
 
 from __future__ import annotations
 
@@ -17,11 +18,14 @@ from benchmarks.page import QUICK_COMMAND, draw_ratios, drawn_figures, page, sum
 
 #: What is asked for, by theme; memory is read where Linux shows it.
 WANTED = {
-    "ingest", "memory", "pulses", "series", "querying", "listings", "growth", "start-up", "library", "srs", "gun",
-    "impacts", "coupled", "plate", "prediction", "coregional", "genetic", "designs", "diagnosing", "row-hashes",
+    "ingest", "memory", "pulses", "series", "querying", "listings", "growth", "start-up", "library",
+    "srs", "gun",
+    "impacts", "coupled", "plate", "prediction", "coregional", "genetic", "designs", "diagnosing",
+    "row-hashes",
 }  # fmt: skip
 SPECTRUM = Figure(
-    "Spectra", "pyyeti", "3 ms", "34 ms", Spread(0.091, 0.08, 0.1), 1 / 8, "the recursion: 1 ms", Spread(3, 2, 4),
+    "Spectra", "pyyeti", "3 ms", "34 ms", Spread(0.091, 0.08, 0.1), 1 / 8, "the recursion: 1 ms",
+    Spread(3, 2, 4),
     question="a spectrum", peer_name="pyyeti",
 )  # fmt: skip
 PLAN = Figure(
@@ -133,8 +137,8 @@ def test_each_question_has_one_row_with_the_strongest_peer():
     assert summary([FIGURES[2]]) == [FIGURES[2]]
     short = _section(page(FIGURES, QUICK_COMMAND, 9), "In short")
     assert (
-        "| a spectrum | 3 ms | scipy: 34 ms | 0.111 (0.1 to 0.125) | the recursion: 1 ms | 3 (2 to 4) |"
-        in short
+        "| a spectrum | 3 ms | scipy: 34 ms | 0.111 (0.1 to 0.125) | the "
+        "recursion: 1 ms | 3 (2 to 4) |" in short
     )
     assert short.count("| a spectrum |") == 1
 

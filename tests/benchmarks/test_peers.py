@@ -103,7 +103,8 @@ def test_pulses_are_scored_against_the_truth(hits, detected, score):
 
 
 def test_pulses_agree_on_a_clean_record():
-    """Half sines of 2 ms, the second with another of a third 20 ms later; contacts end where 0.5 % are left."""
+    """Half sines of 2 ms, the second with another of a third 20 ms later; contacts end where 0.5 %
+    are left."""
     rate, force = 50_000.0, np.random.default_rng(0).normal(0, 0.01, 150_000)
     for at, height in ((50_000, 1e3), (100_000, 1e3), (101_000, 333.0)):
         force[at : at + 100] += height * np.sin(np.pi * np.arange(100) / 100)
@@ -118,7 +119,8 @@ def test_pulses_agree_on_a_clean_record():
 
 
 def dense() -> tuple[float, np.ndarray, np.ndarray]:
-    """Loss, means and standard deviations of a coregional process by one factorisation of everything."""
+    """Loss, means and standard deviations of a coregional process by one factorisation of
+    everything."""
     (x, y), at = coregional.pulses(N), coregional.parameters()
     a, new = x / at.lengthscales, coregional.new_pulses(ASKED) / at.lengthscales
     full = np.kron(kernel_matrix("rbf", a, a), at.b) + np.kron(np.eye(N), np.diag(at.noise))

@@ -1,4 +1,5 @@
-"""The measurement of the bands in a reduced form: one bench, one quick model, and pairs of equal models."""
+"""The measurement of the bands in a reduced form: one bench, one quick model, and pairs of equal
+models."""
 
 from __future__ import annotations
 

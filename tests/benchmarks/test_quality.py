@@ -1,4 +1,5 @@
-"""Verdicts on records whose faults are known, and figures of measured records beside an independent calculation."""
+"""Verdicts on records whose faults are known, and figures of measured records beside an independent
+calculation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What benchmarks take from the tests, in an environment where another package is called `tests`."""
+"""What benchmarks take from the tests, in an environment where another package is called
+`tests`."""
 
 from __future__ import annotations
 
@@ -18,7 +19,10 @@ def test_another_package_called_tests_hides_nothing(tmp_path: Path) -> None:
         **os.environ,
         "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, others)]),
     }
-    script = "import tests, benchmarks.genetic, benchmarks.prediction, benchmarks.shared_records as shared\n"
+    script = (
+        "import tests, benchmarks.genetic, benchmarks.prediction, "
+        "benchmarks.shared_records as shared\n"
+    )
     script += "print(tests.__file__, shared.pulse_table.__code__.co_filename)"
     command = [sys.executable, "-W", "ignore", "-c", script]
     done = subprocess.run(

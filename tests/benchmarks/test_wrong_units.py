@@ -1,4 +1,5 @@
-"""The measurement of wrong units in a reduced form: campaigns of a gun and a hammer, right and with one unit wrong."""
+"""The measurement of wrong units in a reduced form: campaigns of a gun and a hammer, right and with
+one unit wrong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Some clients at once whose work meets another's: nothing is lost, nothing is doubled, nobody sees an error."""
+"""Some clients at once whose work meets another's: nothing is lost, nothing is doubled, nobody sees
+an error."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ Came = TypeVar("Came")
 
 @pytest.fixture
 def at_once(tables_url: str) -> Callable[[Callable[[Store, int], Came]], list[Came | Exception]]:
-    """Calls a function in as many threads as there are clients, each with a store of its own, at the same moment."""
+    """Calls a function in as many threads as there are clients, each with a store of its own, at
+    the same moment."""
     with opened(tables_url, create=True):
         pass
 

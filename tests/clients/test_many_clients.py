@@ -1,5 +1,5 @@
-"""A whole laboratory at once: twenty clients of PostgreSQL, five of a file. Nothing is lost, and nobody is shown an
-error that a second try would have cured."""
+"""A whole laboratory at once: twenty clients of PostgreSQL, five of a file. Nothing is lost, and
+nobody is shown an error that a second try would have cured."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ SHOT = ("--campaign", "gun", "--draws", "8", "--frequencies", "200:4000:3")
 
 @dataclass(frozen=True)
 class Lab:
-    """A store and MLflow's, with two datasets, a gun campaign and one registered model; folders to ingest."""
+    """A store and MLflow's, with two datasets, a gun campaign and one registered model; folders to
+    ingest."""
 
     store: str
     models: str
@@ -128,7 +129,8 @@ def _trains(dataset: str, *models: str) -> Command:
 
 
 def _work(lab: Lab, out: Path, rng: np.random.Generator) -> list[list[Command]]:
-    """Twenty clients, in an order of the round's own; the first five of them do a bit of everything."""
+    """Twenty clients, in an order of the round's own; the first five of them do a bit of
+    everything."""
     modes = ("--modes", lab.folder / "modes.csv")
 
     def ingests() -> list[Command]:

@@ -48,13 +48,15 @@ def test_speed_beyond_the_recorded_is_told(velocity):
 
 
 def test_material_that_was_never_hit_and_a_mixture_of_tips_are_told():
-    # Titanium lies between aluminium and steel in every property: two materials say nothing of a third.
+    # Titanium lies between aluminium and steel in every property: two materials say nothing of a
+    # third.
     names = ("plate_youngs_modulus", "plate_poisson_ratio", "plate_density", "plate_yield_strength")
     found = told(
         DOMAIN, inputs_at(ONE, **dict(zip(names, (114e9, 0.32, 4430.0, 350e6), strict=True)))
     )
     assert found == list(names)
-    # Each property of a tip that lies between the three recorded ones, though no such tip was recorded.
+    # Each property of a tip that lies between the three recorded ones, though no such tip was
+    # recorded.
     mixed = dict(zip(TIP, (3.5e9, 0.34, 1240.0, 60e6), strict=True))
     (found,) = DOMAIN.outside(inputs_at(ONE, **mixed))
     assert len(found) == 1
@@ -98,7 +100,8 @@ def test_unknown_value_and_another_hammer_are_told():
 
 
 def test_leverage_is_mahalanobis_distance_in_any_units():
-    # Two correlated numbers: the corner that nobody recorded lies outside, by the number that deviates more.
+    # Two correlated numbers: the corner that nobody recorded lies outside, by the number that
+    # deviates more.
     rng = np.random.default_rng(0)
     a = rng.uniform(0, 1, 400)
     x = np.column_stack([a, a + 0.05 * rng.standard_normal(400)])

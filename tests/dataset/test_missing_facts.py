@@ -1,4 +1,5 @@
-"""What training needs and impacts lack is told in one message, at the ingest and where a dataset is built."""
+"""What training needs and impacts lack is told in one message, at the ingest and where a dataset is
+built."""
 
 from __future__ import annotations
 

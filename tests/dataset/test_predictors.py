@@ -1,4 +1,5 @@
-"""Sets of predictors, the sources that they read, their correlation, and parts of a bench as rows of the store."""
+"""Sets of predictors, the sources that they read, their correlation, and parts of a bench as rows
+of the store."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ def test_set_reads_back_from_json(name):
 def test_own_file_is_read(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(
-        'name = "mine"\nkind = "hammer"\n[[predictors]]\nname = "mass"\nunit = "kg"\nfrom = "impactor.mass"\n'
+        'name = "mine"\nkind = "hammer"\n[[predictors]]\nname = "mass"\nunit '
+        '= "kg"\nfrom = "impactor.mass"\n'
     )
     assert predictors_named(str(path)).sources == ("impactor.mass",)
     with pytest.raises(LookupError, match="no predictors 'sled'; there are: hammer, gun"):
@@ -143,7 +145,8 @@ def test_matrix_is_numpys_and_materials_hang_together():
     varied = TABLE.x / TABLE.x.max(axis=0)
     every = correlation(TABLE)
     assert np.allclose(every.matrix, np.corrcoef(varied.T), atol=1e-12)
-    # Section 4.2.1: E, nu and yield strength of the plates are correlated by 1 and -1, for there are two.
+    # Section 4.2.1: E, nu and yield strength of the plates are correlated by 1 and -1, for there
+    # are two.
     columns = [
         every.names.index(f"plate_{name}")
         for name in ("youngs_modulus", "poisson_ratio", "yield_strength")

@@ -1,4 +1,5 @@
-"""Snapshots of small campaigns of known pulses: what enters, what is left out, and that frozen means frozen."""
+"""Snapshots of small campaigns of known pulses: what enters, what is left out, and that frozen
+means frozen."""
 
 from __future__ import annotations
 
@@ -258,7 +259,8 @@ def finding(
     quantity: str | None = "force",
     check: str = "clipping",
 ):
-    """A finding on the first impact of run 2, or on its recording's channel, or on the recording."""
+    """A finding on the first impact of run 2, or on its recording's channel, or on the
+    recording."""
     with store.writing() as session:
         hit = session.scalars(
             select(Impact).where(Impact.run == 2).order_by(Impact.repetition)

@@ -56,7 +56,8 @@ def test_thesis_split_is_1440_to_360():
     # Why there is a split by treatment: other positions of the same treatment stand in training.
     split = split_of(TABLE, "configurations")
     assert {*TABLE.treatment[split.test]} <= {*TABLE.treatment[split.train]}
-    # 2 of 10 in each of 180 configurations and 20 seeds: 720 per repetition, deviation 24 by the binomial law.
+    # 2 of 10 in each of 180 configurations and 20 seeds: 720 per repetition, deviation 24 by the
+    # binomial law.
     drawn = sum(
         np.bincount(TABLE.repetition[split_of(TABLE, "repetitions", s).test]) for s in range(20)
     )

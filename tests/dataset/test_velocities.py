@@ -66,7 +66,8 @@ def test_every_source_has_a_kind_and_integrals_are_the_way_back(store: Store) ->
 
 
 def test_dataset_states_the_kind_and_keeps_its_hash(store: Store) -> None:
-    """What models see is the same: the kind changes no hash of a dataset that was built before kinds were stated."""
+    """What models see is the same: the kind changes no hash of a dataset that was built before
+    kinds were stated."""
     first = build_snapshot(store, "first", ["spring"]).snapshot
     assert stated(store, "first") == {"kind": BEFORE_CONTACT, "converted": 0, "relative_u": None}
     set_source(store, "integrated", 1, 2, 3, 4)

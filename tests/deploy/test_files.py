@@ -1,4 +1,5 @@
-"""deploy/ names commands, options and files that exist, and holds no secret; tests/docs/test_pages.py has its page."""
+"""deploy/ names commands, options and files that exist, and holds no secret;
+tests/docs/test_pages.py has its page."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ DEPLOY = ROOT / "deploy"
 COMPOSE: dict[str, Any] = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
 SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]
 SCRIPTS = sorted(DEPLOY.glob("*.sh"))
-#: Of the Compose specification, what a service of ours may say; a misspelled key is refused by no parser.
+#: Of the Compose specification, what a service of ours may say; a misspelled key is refused by no
+#: parser.
 KEYS = {
     *(
         "build",

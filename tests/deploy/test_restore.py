@@ -1,4 +1,5 @@
-"""A backup comes back as docs/how-to/deploy-a-server.md says: a dump of PostgreSQL, and a copy of an SQLite file."""
+"""A backup comes back as docs/how-to/deploy-a-server.md says: a dump of PostgreSQL, and a copy of
+an SQLite file."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ HITS = 2
 
 @dataclass(frozen=True)
 class Server:
-    """A server with the databases, roles and logins of deploy/init-databases.sh, and the shell that reaches it."""
+    """A server with the databases, roles and logins of deploy/init-databases.sh, and the shell that
+    reaches it."""
 
     url: str
     folder: Path
@@ -46,7 +48,8 @@ class Server:
         )
 
     def run(self, script: str, folder: Path) -> str:
-        """A script of the page, or of deploy/, in `folder`; what it says. Fails the test where a line of it fails."""
+        """A script of the page, or of deploy/, in `folder`; what it says. Fails the test where a
+        line of it fails."""
         done = subprocess.run(
             ["/bin/sh", "-euc", script],
             cwd=folder,
@@ -85,7 +88,8 @@ def _prepared(url: str, programs: Path, folder: Path) -> Server:
         (folder / "secrets" / name).write_text(f"{name} of a 'test'")
     command = folder / "bin" / "pyroshock"
     command.write_text(
-        f'#!/bin/sh\nexec {sys.executable} -c "from pyroshock.app.cli.main import main; main()" "$@"\n'
+        f'#!/bin/sh\nexec {sys.executable} -c "from pyroshock.app.cli.main '
+        f'import main; main()" "$@"\n'
     )
     command.chmod(0o755)
     found = Server(url, folder, {})
@@ -208,7 +212,8 @@ def _move_to(url: str, revision: str) -> None:
 
 
 def test_copy_of_a_file_in_use_comes_back(tmp_path, monkeypatch):
-    """`pyroshock db backup` of docs/reference/store.md, while somebody writes, and `restore`, when the file is gone."""
+    """`pyroshock db backup` of docs/reference/store.md, while somebody writes, and `restore`, when
+    the file is gone."""
     page = (ROOT / "docs" / "reference" / "store.md").read_text()
     back_up, restore = (
         shlex.split(line, comments=True)

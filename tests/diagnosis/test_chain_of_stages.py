@@ -1,4 +1,5 @@
-"""Which stages of a campaign are diagnosed, what is said of those that are not, and which options are refused."""
+"""Which stages of a campaign are diagnosed, what is said of those that are not, and which options
+are refused."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ def test_what_is_missing_for_a_stage_is_said() -> None:
         "gun: no [bench.gun] in the campaign",
         "plate: no run has an acceleration record that can be used",
     )
-    # A gun's campaign with forces, whose table of runs says nothing of tips, still has its velocities.
+    # A gun's campaign with forces, whose table of runs says nothing of tips, still has its
+    # velocities.
     force = hammer_record().runs[0].force
     record = shots()
     runs = tuple(replace(run, force=force) for run in record.runs)

@@ -1,4 +1,5 @@
-"""The entries of a report, on small campaigns that the twin itself has shot, and the keys of its contract."""
+"""The entries of a report, on small campaigns that the twin itself has shot, and the keys of its
+contract."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ def report(*planted: Effect, only: tuple[str, ...] = IDS, without: tuple[str, ..
 
 @cache
 def alternating() -> CampaignRecord:
-    """Velocities that are off to either side from one configuration to the next, as no effect makes them."""
+    """Velocities that are off to either side from one configuration to the next, as no effect makes
+    them."""
     record = gun_record(seed=3, pressures_pa=PRESSURES_PA)
     factors = [1.09, 0.92, 0.93, 1.08, 1.1, 0.91, 0.92, 1.07]
     runs = tuple(
@@ -93,7 +95,8 @@ def test_gap_within_tolerance_is_none_and_one_that_none_predicts_unknown():
     assert verdict.first.effects == (NONE,)
     assert verdict.path == ()
     assert not any(row.named for row in verdict.effects)
-    # A change over a gap that scatter alone makes says nothing: it was -82 of the gap for an effect that is not there.
+    # A change over a gap that scatter alone makes says nothing: it was -82 of the gap for an effect
+    # that is not there.
     assert {row.held_out_gain for row in report().effects} == {0.0}
     verdict = unknown_report()
     assert verdict.first.effects == (UNKNOWN,)
@@ -133,8 +136,8 @@ def test_named_sets_can_be_adopted():
 
 
 def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
-    """Shots that are nearly alike and scatter: a leak or a gain may stand for the volume. The next experiment is of the
-    likeliest two."""
+    """Shots that are nearly alike and scatter: a leak or a gain may stand for the volume. The next
+    experiment is of the likeliest two."""
     record = gun_record(
         [DEAD_VOLUME], seed=1, pressures_pa=(0.8e5, 1.0e5), masses_kg=(0.5, 0.55), scatter=0.015
     )
@@ -173,7 +176,8 @@ def test_what_the_first_entry_loses_and_gains_have_closed_forms():
     assert known[0].probability == pytest.approx(0.9)
     known = conclusion._weighed([Cause(("a",), 1.0), Cause((NONE,), 0.0)], 0.95, 0.04)
     assert conclusion._listed(known, 0.04)[1].probability == pytest.approx(0.1)
-    # What is nobody's does not make "unknown" the likeliest: 0.4 of 0.9, and 0.1 of the map, without the other half.
+    # What is nobody's does not make "unknown" the likeliest: 0.4 of 0.9, and 0.1 of the map,
+    # without the other half.
     first, unknown, none = conclusion._listed([Cause(("a+b",), 0.4), Cause((NONE,), 0.0)], 0.1)
     assert (first.effects, unknown.effects, none.probability) == (("a+b",), (UNKNOWN,), 0.0)
     assert first.probability / unknown.probability == pytest.approx(0.4 * 0.9 / 0.1)

@@ -1,4 +1,5 @@
-"""Sets of effects as a report has them: their share, the path that they make, and what would tell them apart."""
+"""Sets of effects as a report has them: their share, the path that they make, and what would tell
+them apart."""
 
 from __future__ import annotations
 
@@ -108,8 +109,9 @@ def test_effects_that_can_be_adopted_are_those_that_are_drawn() -> None:
 
 
 def test_effect_that_hides_a_part_of_the_error_is_named_by_what_it_adds_held_out() -> None:
-    """A bore that brakes and a light gate that reads too much: without the gate's error there would be more to explain,
-    so that its share is negative; but no velocity is predicted well without it."""
+    """A bore that brakes and a light gate that reads too much: without the gate's error there would
+    be more to explain, so that its share is negative; but no velocity is predicted well without
+    it."""
     brake = effect(
         "gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=20.0
     )
@@ -149,7 +151,8 @@ def test_set_of_one_has_the_share_of_its_effect_and_all_together_the_rest() -> N
 
 
 class RecordedGun(GunObservables):
-    """A gun of which a channel that was not recorded is known: it shows `size` where the valve acts, else nothing."""
+    """A gun of which a channel that was not recorded is known: it shows `size` where the valve
+    acts, else nothing."""
 
     size = 3.0
     possible_channels = ("muzzle_pressure", "tank_pressure")

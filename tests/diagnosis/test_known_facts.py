@@ -1,4 +1,5 @@
-"""What the laboratory measured narrows the parameter that it is of, and is not overruled silently."""
+"""What the laboratory measured narrows the parameter that it is of, and is not overruled
+silently."""
 
 from __future__ import annotations
 

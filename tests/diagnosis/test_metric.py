@@ -1,4 +1,5 @@
-"""The size of a gap: which observables make it, in which unit, and what of it repetitions leave anyway."""
+"""The size of a gap: which observables make it, in which unit, and what of it repetitions leave
+anyway."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ def table(
     count: Sequence[Sequence[int]] | None = None,
     sigma: Sequence[float] | None = None,
 ) -> GapTable:
-    """`sigma` is the scatter of one run of each observable; 1000 runs of each configuration, unless said otherwise."""
+    """`sigma` is the scatter of one run of each observable; 1000 runs of each configuration, unless
+    said otherwise."""
     values = np.array(mean, dtype=np.float64)
     scatter = np.full(len(observables), 1e-6) if sigma is None else np.array(sigma)
     return GapTable(
@@ -88,8 +90,8 @@ def test_gap_of_one_stage_is_the_rms_of_its_cells_in_their_own_unit() -> None:
 def test_amplitudes_and_lines_make_the_number(
     observables: list[Observable], columns: list[int], unit: str
 ) -> None:
-    """Shapes, timings, modes and what is left of a record are for telling causes apart: however far they are off, the
-    gap stays what it is."""
+    """Shapes, timings, modes and what is left of a record are for telling causes apart: however far
+    they are off, the gap stays what it is."""
     row = np.full(len(observables), 0.25)
     gap = table(observables, [row.tolist()])
     metric = GapMetric.of(gap)

@@ -1,4 +1,5 @@
-"""The next experiment: what tells causes apart, and what to repeat where nothing explains the gap."""
+"""The next experiment: what tells causes apart, and what to repeat where nothing explains the
+gap."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def posterior_of(record: CampaignRecord) -> tuple[HypothesisPosterior, GunObserv
 
 @cache
 def alternating() -> CampaignRecord:
-    """No effect makes velocities like these; configuration 4, of 2.4 bar and 0.25 kg, is off most."""
+    """No effect makes velocities like these; configuration 4, of 2.4 bar and 0.25 kg, is off
+    most."""
     record = gun_record(seed=3)
     factors = [1.08, 0.93, 0.92, 1.07, 0.6, 1.08]
     runs = tuple(

@@ -1,4 +1,5 @@
-"""Scatter of a run: what lines of a channel share counts once, and what they do not share is not made up."""
+"""Scatter of a run: what lines of a channel share counts once, and what they do not share is not
+made up."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ def observables() -> list[Observable]:
 def deviations(
     rng: np.random.Generator, shared: float, configurations: int = 8
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Three runs each; every channel is louder as a whole by `shared` dB, its lines by 0.3 dB of their own."""
+    """Three runs each; every channel is louder as a whole by `shared` dB, its lines by 0.3 dB of
+    their own."""
     of = np.repeat(np.arange(configurations), 3)
     loud = shared * rng.standard_normal((len(of), 2))
     lines = np.repeat(loud, LINES, axis=1) + 0.3 * rng.standard_normal((len(of), 2 * LINES))
@@ -46,7 +48,8 @@ ONE, TWO = slice(1, 1 + LINES), slice(1 + LINES, 1 + 2 * LINES)
 
 
 def test_a_louder_shot_counts_once() -> None:
-    # 16 degrees of freedom for 49 observables: drawn towards none the correlation of 0.92 would be 0.23.
+    # 16 degrees of freedom for 49 observables: drawn towards none the correlation of 0.92 would be
+    # 0.23.
     matrix = correlation(Noise.of(*deviations(np.random.default_rng(1), 1.0), observables()))
     assert within(matrix, ONE, ONE) == pytest.approx(0.92, abs=0.15)
     assert within(matrix, TWO, TWO) == pytest.approx(0.92, abs=0.15)
@@ -110,7 +113,8 @@ def mirrored(*rows: list[float]) -> np.ndarray:
 
 
 def test_correlations_of_single_observables_are_drawn_to_none() -> None:
-    # nu / (nu + D) of it, and as much of the rest again: here two thirds of r = 0.6 and two thirds of a third.
+    # nu / (nu + D) of it, and as much of the rest again: here two thirds of r = 0.6 and two thirds
+    # of a third.
     noise = Noise.of(mirrored([2, 2], [1, -1], [0, 0], [0, 0]), PAIRS, plain(0.1, 0.1))
     assert noise.freedom.tolist() == [4.0, 4.0]
     assert correlation(noise)[0, 1] == pytest.approx(0.6 * 2 / 3 * 4 / 3)
@@ -123,7 +127,8 @@ def test_correlations_of_single_observables_are_drawn_to_none() -> None:
 
 
 def test_correlations_of_lines_are_drawn_to_their_mean() -> None:
-    # nu = 4, three lines, one channel: 4/7 of their own, 3/7 of the mean, of which 1/5 is drawn to none.
+    # nu = 4, three lines, one channel: 4/7 of their own, 3/7 of the mean, of which 1/5 is drawn to
+    # none.
     noise = Noise.of(
         mirrored([2, 2, 2], [1, -1, 1], [0, 0, 0], [0, 0, 0]),
         PAIRS,
@@ -140,7 +145,8 @@ def test_correlations_of_lines_are_drawn_to_their_mean() -> None:
 
 
 def test_means_that_no_covariance_has_are_drawn_to_one_that_is() -> None:
-    """Two lines that oppose each other and go both with a third: of [[1, c], [c, 0]] the positive part is left."""
+    """Two lines that oppose each other and go both with a third: of [[1, c], [c, 0]] the positive
+    part is left."""
     single = Observable("u", "gun", "velocity", "1", 1.0, 0.1)
     noise = Noise.of(
         mirrored([1, 1, -0.2], [1, -0.2, 1], [1, 1, -0.2], [1, -0.2, 1]),
@@ -158,7 +164,8 @@ def test_means_that_no_covariance_has_are_drawn_to_one_that_is() -> None:
 
 
 def test_channels_share_what_their_lines_do_on_the_mean() -> None:
-    """nu = 4, four lines of two channels: half of their own, half of the mean of which 1/3 is drawn to none."""
+    """nu = 4, four lines of two channels: half of their own, half of the mean of which 1/3 is drawn
+    to none."""
     lines = [
         Observable(f"{c} {f}", "plate", c, "dB", 1.0, 0.1, f)
         for c in ("a", "b")
@@ -178,7 +185,8 @@ def test_channels_share_what_their_lines_do_on_the_mean() -> None:
 def campaign_of(
     rng: np.random.Generator, scatter: np.ndarray, runs: int = 3
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Deviations (R, 1) from the means of configurations with these standard deviations, and their configurations."""
+    """Deviations (R, 1) from the means of configurations with these standard deviations, and their
+    configurations."""
     drawn = scatter[:, None] * rng.standard_normal((len(scatter), runs))
     return (drawn - drawn.mean(axis=1, keepdims=True)).reshape(-1, 1), np.repeat(
         np.arange(len(scatter)), runs

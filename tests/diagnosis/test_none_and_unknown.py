@@ -1,4 +1,5 @@
-"""Whole answers on a toy plate with a spectrum and one damping ratio: what is called none, and what unknown."""
+"""Whole answers on a toy plate with a spectrum and one damping ratio: what is called none, and what
+unknown."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ _SCATTER, _PER_DB = 0.02, 1.0
 
 
 class DampedPlate(ToyPlate):
-    """Beside the lines the logarithm of a damping ratio. The damping lowers the lines and raises the ratio."""
+    """Beside the lines the logarithm of a damping ratio. The damping lowers the lines and raises
+    the ratio."""
 
     observables = (
         *ToyPlate.observables,
@@ -52,7 +54,8 @@ class DampedPlate(ToyPlate):
 def concluded(
     loss_db: float = 0.0, rough: float = 0.0, seed: int = 2
 ) -> tuple[HypothesisPosterior, Conclusion]:
-    """`rough`: what each configuration's lines are off by, each by itself, in tolerances (rms); no effect makes it."""
+    """`rough`: what each configuration's lines are off by, each by itself, in tolerances (rms); no
+    effect makes it."""
     effects = (ToyDamping(loss_db),) if loss_db else ()
     scatter = Scatter(run=(0.01, 0.03, 0.2), background=(0.0, 0.0, 0.5 * rough))
     design = Design((0.5, 1.0, 2.0, 4.0), (0.25, 1.0), ("none", "polymeric"), 3)

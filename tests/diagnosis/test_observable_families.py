@@ -1,4 +1,5 @@
-"""Families of observables: which there are, how large their gaps are, and when a background may make them."""
+"""Families of observables: which there are, how large their gaps are, and when a background may
+make them."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ PLATE = (*MODES, *LINES, AMPLITUDE, REST, DELAY)
 def table(
     observables: Sequence[Observable], tolerances: Sequence[float], sigma: float = 1e-3
 ) -> GapTable:
-    """Two configurations, off by so many tolerances to either side; the scatter of a mean is `sigma` tolerances."""
+    """Two configurations, off by so many tolerances to either side; the scatter of a mean is
+    `sigma` tolerances."""
     tolerance = np.array([item.tolerance for item in observables])
     mean = np.array([[1.0], [-1.0]]) * np.array(tolerances) * tolerance
     return GapTable(

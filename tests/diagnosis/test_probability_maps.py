@@ -1,4 +1,5 @@
-"""Probabilities learned from campaigns: of unknown and of the first entry, by evidence and by what is predicted."""
+"""Probabilities learned from campaigns: of unknown and of the first entry, by evidence and by what
+is predicted."""
 
 from __future__ import annotations
 
@@ -82,7 +83,8 @@ def test_logit_is_the_stated_sum():
         + 0.7 * 0.4
         + 0.3 * np.arcsinh(2.5)
     )
-    # A gap that is ten times as large is no further from an explanation than one that is half as large again.
+    # A gap that is ten times as large is no further from an explanation than one that is half as
+    # large again.
     assert UnknownMap()(UnknownFigures(0.0, -10.0, 1.0)) == UnknownMap()(
         UnknownFigures(0.0, -0.5, 1.0)
     )
@@ -129,7 +131,8 @@ def test_no_effect_predicts_nothing_so_that_the_fraction_says_nothing_of_it(frac
 
 
 def test_likeliest_weights_are_those_that_drew_the_answers():
-    # Truth: a logit of known weights, and 20,000 answers drawn from it; a prior so wide that it says nothing.
+    # Truth: a logit of known weights, and 20,000 answers drawn from it; a prior so wide that it
+    # says nothing.
     rng = np.random.default_rng(1)
     weights = np.array([0.5, -1.2])
     x = np.column_stack([np.ones(20_000), rng.standard_normal(20_000)])

@@ -1,4 +1,5 @@
-"""The fenced blocks of a page with the marks before them, the statements of a block, and those in a page's prose."""
+"""The fenced blocks of a page with the marks before them, the statements of a block, and those in a
+page's prose."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ COMMANDS, PYTHON, PRINTED = "sh", "python", "text"
 
 @dataclass(frozen=True)
 class Block:
-    """`text` without its fence, `line` the number of its first line; `printed` is what the page says comes of it."""
+    """`text` without its fence, `line` the number of its first line; `printed` is what the page
+    says comes of it."""
 
     page: Path
     line: int
@@ -33,7 +35,8 @@ class Block:
 
 
 def blocks_of(page: Path) -> list[Block]:
-    """In their order. Raises `ValueError` for a fence that is not closed, and a mark that no block follows."""
+    """In their order. Raises `ValueError` for a fence that is not closed, and a mark that no block
+    follows."""
     found: list[Block] = []
     for block in _fenced(page):
         if (
@@ -96,7 +99,8 @@ _INLINE = re.compile(r"`((?:\.venv/bin/)?(?:pyroshock|make) [^`]+)`")
 
 @dataclass(frozen=True)
 class Statement:
-    """A command as words; `program` without its folder, so that `.venv/bin/pyroshock` is `pyroshock`."""
+    """A command as words; `program` without its folder, so that `.venv/bin/pyroshock` is
+    `pyroshock`."""
 
     program: str
     words: tuple[str, ...]
@@ -105,7 +109,8 @@ class Statement:
 
     @classmethod
     def of(cls, words: list[str], where: str, line: str = "") -> Statement:
-        """Settings of the environment before a program are left out: nothing of ours is run with them."""
+        """Settings of the environment before a program are left out: nothing of ours is run with
+        them."""
         while len(words) > 1 and re.fullmatch(r"[A-Z_]+=.*", words[0]):
             words = words[1:]
         return cls(Path(words[0]).name, tuple(words[1:]), where, line)
@@ -115,7 +120,8 @@ class Statement:
 
 
 def statements_of(block: Block) -> list[Statement]:
-    """Comments are left out, lines that end with a backslash go on in the next. Raises `ValueError` for open quotes."""
+    """Comments are left out, lines that end with a backslash go on in the next. Raises `ValueError`
+    for open quotes."""
     statements = []
     lines = enumerate(block.text.splitlines(), block.line)
     for number, line in lines:
@@ -127,7 +133,8 @@ def statements_of(block: Block) -> list[Statement]:
 
 
 def inline_statements(page: Path) -> list[Statement]:
-    """Commands that stand between backquotes outside of the fenced blocks, without those that leave something open."""
+    """Commands that stand between backquotes outside of the fenced blocks, without those that leave
+    something open."""
     statements, fenced = [], False
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
         if line.lstrip().startswith("```"):

@@ -1,6 +1,8 @@
-"""What a page takes for granted, by the names that its marks use: `folder hammer spring`, `recording shot.csv`.
+"""What a page takes for granted, by the names that its marks use: `folder hammer spring`,
+`recording shot.csv`.
 
-Each takes the place and the words after its name. A new one is a function here; its name is that of the mark.
+Each takes the place and the words after its name. A new one is a function here; its name is that of
+the mark.
 """
 
 from __future__ import annotations
@@ -29,8 +31,9 @@ def prepare(words: str, place: Place) -> None:
 
 
 def folder(place: Place, kind: str, name: str) -> None:
-    """A campaign's folder: `hammer` (4 configurations, 5 hits each), `gun` (the five measured shots), `ideal-gun`: the
-    same without their factor of one half, so that there is something to explain.
+    """A campaign's folder: `hammer` (4 configurations, 5 hits each), `gun` (the five measured
+    shots), `ideal-gun`: the same without their factor of one half, so that there is something to
+    explain.
     """
     FOLDERS[kind](place, name)
 
@@ -65,7 +68,8 @@ def fired(place: Place, cli: str, runs: str) -> None:
 def afresh(place: Place) -> None:
     """A new folder, as at the beginning: a page's next part is about another laboratory.
 
-    The old one stays: MLflow keeps its connection to a registry's file by path, and would not see that it is another.
+    The old one stays: MLflow keeps its connection to a registry's file by path, and would not see
+    that it is another.
     """
     links = [path for path in place.folder.iterdir() if path.is_symlink()]
     place.folder /= "afresh"
@@ -85,7 +89,8 @@ def dataset(place: Place, name: str, campaign: str) -> None:
 
 
 def trainable(place: Place, name: str, store: str) -> None:
-    """A dataset of that name, and the campaign that it is of, in a store that is not the page's first one."""
+    """A dataset of that name, and the campaign that it is of, in a store that is not the page's
+    first one."""
     address = _address(place, store)
     full_campaign(place.folder / "elsewhere" / name, name)
     place.pyroshock("ingest", f"elsewhere/{name}", "--db", address)
@@ -149,7 +154,8 @@ def modal_table(place: Place, name: str) -> None:
 
 
 def databases(place: Place, *names: str) -> None:
-    """Empty ones on the tests' PostgreSQL server, under the addresses that pages write: USER@server/NAME."""
+    """Empty ones on the tests' PostgreSQL server, under the addresses that pages write:
+    USER@server/NAME."""
     from support.stores.databases import fresh_database
 
     server = place.request.getfixturevalue("postgres_url")
@@ -169,7 +175,8 @@ def cluster(place: Place, address: str) -> None:
 
 
 def one_repetition(place: Place) -> None:
-    """A plan's runs are repeated once where the page does not say how often: the virtual bench takes seconds a run."""
+    """A plan's runs are repeated once where the page does not say how often: the virtual bench
+    takes seconds a run."""
     from pyroshock.app.plan import cli
 
     for command in cli.plan.commands.values():
@@ -179,7 +186,8 @@ def one_repetition(place: Place) -> None:
 
 
 def few_models(place: Place, names: str) -> None:
-    """What `train` makes where the page does not say which: all 22 take minutes, and registry.md has them all."""
+    """What `train` makes where the page does not say which: all 22 take minutes, and registry.md
+    has them all."""
     from pyroshock.app.train.cli import train
 
     (option,) = (each for each in train.params if each.name == "models")

@@ -1,4 +1,5 @@
-"""Whether a command exists: the command and its options, the target of the Makefile, the module, the extra."""
+"""Whether a command exists: the command and its options, the target of the Makefile, the module,
+the extra."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A page run from top to bottom in a folder of its own, in this process: processes would import all of it anew each."""
+"""A page run from top to bottom in a folder of its own, in this process: processes would import all
+of it anew each."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ _OF_THIS_MACHINE = ("PYROSHOCK_DB", "PYROSHOCK_MODELS", "PYROSHOCK_TOKEN", "MLFL
 
 @dataclass
 class Place:
-    """Where a page is run. `names` is what stands for what the page calls by a name of its own: servers, clusters."""
+    """Where a page is run. `names` is what stands for what the page calls by a name of its own:
+    servers, clusters."""
 
     folder: Path
     patch: pytest.MonkeyPatch
@@ -69,9 +71,9 @@ class Place:
 def place_in(folder: Path, request: pytest.FixtureRequest) -> Iterator[Place]:
     """An empty folder with the shipped examples, and nothing of this machine's settings.
 
-    What would not end is ended: `serve` answers one page, `work` ends when nothing waits. Plates of the virtual bench
-    have few modes, for solving for all takes ten seconds each; those of the twin are solved once for all pages; a
-    training draws no pictures.
+    What would not end is ended: `serve` answers one page, `work` ends when nothing waits. Plates of
+    the virtual bench have few modes, for solving for all takes ten seconds each; those of the twin
+    are solved once for all pages; a training draws no pictures.
     """
     solved = request.getfixturevalue("tmp_path_factory").getbasetemp() / "solved-plates"
     for name in ("doe", "examples"):  # of the clone, what pages copy from
@@ -98,7 +100,8 @@ def _first_page(app: Any, *_: Any) -> None:
 
 
 def run_block(block: Block, place: Place) -> None:
-    """Raises `AssertionError` naming the line of the first statement that ends otherwise than the page says."""
+    """Raises `AssertionError` naming the line of the first statement that ends otherwise than the
+    page says."""
     said = _python(block, place) if block.language == PYTHON else _commands(block, place)
     if block.printed is not None:
         lost = missing(block.printed, said)
@@ -158,7 +161,8 @@ def _python(block: Block, place: Place) -> str:
         block.text
     )  # a traceback names the page's own line
     with contextlib.redirect_stdout(told):
-        exec(compile(lines, str(block.page), "exec"), place.python)  # noqa: S102  # the page's own code
+        # the page's own code
+        exec(compile(lines, str(block.page), "exec"), place.python)  # noqa: S102
     return told.getvalue()
 
 
@@ -173,10 +177,11 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?: %)?")
 
 
 def missing(shown: str, printed: str) -> str | None:
-    """The first line of `shown` that `printed` has not after those before it; None where all are there.
+    """The first line of `shown` that `printed` has not after those before it; None where all are
+    there.
 
-    White space counts as one blank; a line that is `…` is passed over, one that ends with ` …` is the beginning of a
-    line.
+    White space counts as one blank; a line that is `…` is passed over, one that ends with ` …` is
+    the beginning of a line.
     """
     rest = iter(printed.splitlines())
     for line in shown.splitlines():

@@ -1,4 +1,5 @@
-"""The pages say what is there: commands, tables, questions, terms, equations, tables of the thesis; examples run."""
+"""The pages say what is there: commands, tables, questions, terms, equations, tables of the thesis;
+examples run."""
 
 from __future__ import annotations
 
@@ -49,7 +50,8 @@ def test_examples_of_the_commands_run(tmp_path, request):
         place.pyroshock("ingest", "examples/modal-hammer-hit", "small", "--db", "sqlite:///lab.db")
         for example in examples:
             code, said = place.invoked(shlex.split(example))
-            # The shipped specification is softer than what the shipped bench gives at its least pressure.
+            # The shipped specification is softer than what the shipped bench gives at its least
+            # pressure.
             assert code == (1 if example.startswith("tune") else 0), f"pyroshock {example}: {said}"
 
 
@@ -107,7 +109,8 @@ ROWS = [cells for cells in table_lines() if cells[0] != "term"]
 
 
 def resolve(name: str) -> object:
-    """The module, function, class or attribute with this dotted name. Raises `AttributeError` where there is none."""
+    """The module, function, class or attribute with this dotted name. Raises `AttributeError` where
+    there is none."""
     parts = name.split(".")
     for length in range(len(parts), 0, -1):
         module_name = ".".join(parts[:length])

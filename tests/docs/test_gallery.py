@@ -1,4 +1,5 @@
-"""The gallery: every script draws its figure, what is drawn is what it says, and the page shows all of it."""
+"""The gallery: every script draws its figure, what is drawn is what it says, and the page shows all
+of it."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ DRAWABLE = (
 CHEAP = ("linear", "tree", "hann", "hunter", "reed")
 #: A label of an axis: what, and the unit, or "-" where it has none; or a count.
 LABEL = re.compile(
-    r".+\((-|%|m/s²?|bar|mm|m?s|N|V|Hz|share of range|relative|eq\. 5\.4, of 1,000)\)$|.*\b(test|hit|point)\b.*"
+    r".+\((-|%|m/s²?|bar|mm|m?s|N|V|Hz|share of range|relative|eq\. 5\.4, of "
+    r"1,000)\)$|.*\b(test|hit|point)\b.*"
 )
 
 Drawn = Callable[[str], Figure]
@@ -62,7 +64,8 @@ Drawn = Callable[[str], Figure]
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory, coarse_plates: None) -> Scene:
-    """Tests 19 to 36, three hits each: six with each tip on an anvil of aluminium. The bench's plates are coarse."""
+    """Tests 19 to 36, three hits each: six with each tip on an anvil of aluminium. The bench's
+    plates are coarse."""
     found = Scene(tmp_path_factory.mktemp("gallery"), 3, CHEAP)
     rows = virtual_campaign.tests_in_order()[18:36]
     vars(found)["campaign"] = virtual_campaign.recorded(found.work, found.hits, rows, jobs=1)
@@ -89,7 +92,8 @@ def page() -> str:
     return (ROOT / "docs" / "measurements" / "gallery.md").read_text(encoding="utf-8")
 
 
-# --- the page -------------------------------------------------------------------------------------------------------
+# --- the page
+# -------------------------------------------------------------------------------------------------------
 def test_every_drawable_figure_has_a_script_and_a_picture() -> None:
     assert [number for entry in FIGURES.values() for number in entry.thesis.split(", ")] == list(
         DRAWABLE
@@ -118,7 +122,8 @@ def test_page_has_the_picture_whose_axes_tell_what_and_in_which_unit(
         assert len([label for label in labels if label]) >= 2
 
 
-# --- every figure ---------------------------------------------------------------------------------------------------
+# --- every figure
+# ---------------------------------------------------------------------------------------------------
 
 
 def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -134,7 +139,8 @@ def test_command_refuses_what_it_does_not_know(
     assert main(words) == 2 and words[-1] in capsys.readouterr().err
 
 
-# --- physics --------------------------------------------------------------------------------------------------------
+# --- physics
+# --------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("name", "peak_at"), [("Hunter", 0.5), ("Reed", 0.5), ("asymmetric von Hann", 0.6)]
 )
@@ -193,7 +199,8 @@ def test_measured_shots_err_as_table_5_1_says_and_a_virtual_one_is_read_as_fired
     )  # 48 mm at 0.1 V/mm
 
 
-# --- the virtual campaign -------------------------------------------------------------------------------------------
+# --- the virtual campaign
+# -------------------------------------------------------------------------------------------
 def test_tests_are_grouped_by_tip_and_cost_adds_up_to_eq_5_4() -> None:
     rows = virtual_campaign.tests_in_order()
     tips = [row["tip_material"] for row in rows]
@@ -279,7 +286,8 @@ def test_exit_velocities_are_those_of_the_equation_of_motion_and_pulses_go_throu
             assert velocity[i] == pytest.approx(shot.muzzle_velocity_m_s, rel=1e-6)
 
 
-# --- models ---------------------------------------------------------------------------------------------------------
+# --- models
+# ---------------------------------------------------------------------------------------------------------
 def test_held_out_hits_models_and_pulses_are_those_of_the_evaluation(
     judged: Evaluation, drawn: Drawn, campaign
 ):

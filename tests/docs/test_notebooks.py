@@ -1,4 +1,5 @@
-"""Every notebook of the documentation runs in an empty folder, is short, draws, and has its page."""
+"""Every notebook of the documentation runs in an empty folder, is short, draws, and has its
+page."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ import pytest
 from tools import notebooks
 
 NOTEBOOKS = sorted(notebooks.FOLDER.glob("*.py"))
-#: Those that the default tests leave out: `make docs`, which CI runs, runs every notebook and fails where one does.
+#: Those that the default tests leave out: `make docs`, which CI runs, runs every notebook and fails
+#: where one does.
 SLOW = {file.stem for file in NOTEBOOKS} - {"ingest_and_look"}
 FEWEST_PICTURES = 2
 
@@ -23,7 +25,8 @@ def _marks(file: Path) -> list[pytest.MarkDecorator]:
 
 
 def run(file: Path) -> subprocess.CompletedProcess[str]:
-    """In a process of its own: a kernel's client opens event loops and sockets that pytest would take for leaks."""
+    """In a process of its own: a kernel's client opens event loops and sockets that pytest would
+    take for leaks."""
     environment = {
         name: value
         for name, value in os.environ.items()

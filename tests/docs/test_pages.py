@@ -1,4 +1,5 @@
-"""Every command that a page shows: run, page by page, from top to bottom; what cannot be run here is parsed."""
+"""Every command that a page shows: run, page by page, from top to bottom; what cannot be run here
+is parsed."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ SLOW = {
     "docs/explanation/virtual-bench.md",
     "docs/how-to/use-the-pages.md",
 }
-#: How many blocks may have a reason for not being run: one more is a choice that somebody makes here.
+#: How many blocks may have a reason for not being run: one more is a choice that somebody makes
+#: here.
 NOT_RUN = 6
 
 
@@ -135,7 +137,7 @@ def run(folder: Path, request: pytest.FixtureRequest, text: str) -> None:
     ("```sh\npip install 'pyroshock[tea]'\n```\n", "tea"),
     ("```sh\npython -m benchmarks.tea\n```\n", "no such module"),
     ("<!-- exit code: 2 -->\n```sh\npyroshock init\n```\n", "ended with 0, not 2"),
-    ("```sh\npyroshock init\n```\n\nsays\n\n```text\nstore ready: nowhere\n```\n", "does not print"),
+    ("```sh\npyroshock " "init\n```\n\nsays\n\n```text\nstore " "ready: nowhere\n```\n", "does not print"),
     ("```python\nassert 1 == 2, 'sums'\n```\n", "sums"),
 ])  # fmt: skip
 def test_wrong_pages_fail(
@@ -151,7 +153,8 @@ def test_right_page_passes_with_lines_in_their_order(
     run(
         tmp_path,
         request,
-        "```sh\nexport PYROSHOCK_DB=sqlite:///a.db\npyroshock init\n```\n\n```text\nstore ready: …\n```\n",
+        "```sh\nexport PYROSHOCK_DB=sqlite:///a.db\npyroshock "
+        "init\n```\n\n```text\nstore ready: …\n```\n",
     )
     assert missing("a\n…\nc\n", "a\nb\nc\n") is None and missing("c\na\n", "a\nb\nc\n") == "a"
 

@@ -1,4 +1,5 @@
-"""The recipes of CONTRIBUTING.md in a scratch copy: an effect, a check, a reader and a design, four files each."""
+"""The recipes of CONTRIBUTING.md in a scratch copy: an effect, a check, a reader and a design, four
+files each."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ MOST_FILES = 4
 
 @dataclass(frozen=True)
 class Recipe:
-    """New files by path, lines put before a line of a file, a command, and the tests that must pass afterwards."""
+    """New files by path, lines put before a line of a file, a command, and the tests that must pass
+    afterwards."""
 
     files: dict[str, str]
     lines: dict[str, tuple[tuple[str, str], ...]]

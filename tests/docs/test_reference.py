@@ -154,7 +154,10 @@ def test_models_kinds_and_observables_are_all_told() -> None:
         assert escaped(first_line(models.class_of(kind).__doc__)) in section("models", kind)
     assert "[coregional](#coregional)" in page("models")
     for observable in OBSERVABLES:
-        row = f"| `{observable.name}` | force | {family_of(observable)} | {observable.unit} | {observable.tolerance:g} |"
+        row = (
+            f"| `{observable.name}` | force | {family_of(observable)} | "
+            f"{observable.unit} | {observable.tolerance:g} |"
+        )
         assert row in page("observables")
     assert "| `ln_velocity` | velocity |" in page("observables")
     assert (

@@ -140,7 +140,8 @@ def test_atmosphere_and_dead_volume_predict_an_unseen_pressure_better_than_a_fac
 def test_named_pair_lets_the_dart_leave_and_a_free_atmosphere_makes_volume_and_factor_one(
     small: GunObservables,
 ):
-    """It predicts velocities, and is not the cause: the volume is many times the 9 to 18 ml that were measured."""
+    """It predicts velocities, and is not the cause: the volume is many times the 9 to 18 ml that
+    were measured."""
     found = fit(small, gap(small), ("gun.back_pressure", "gun.dead_volume"))
     assert not stuck_stays(found) and found.effects[1].as_json()["volume_m3"] > 6 * 18e-6
     of = gap(small)
@@ -156,7 +157,8 @@ def test_named_pair_lets_the_dart_leave_and_a_free_atmosphere_makes_volume_and_f
 def test_diagnosis_predicts_an_unseen_pressure_with_atmosphere_and_dead_volume(
     small: GunObservables,
 ) -> None:
-    """74 shots with one dart: the pair that the table has as the best on a pressure that it was not fitted to."""
+    """74 shots with one dart: the pair that the table has as the best on a pressure that it was not
+    fitted to."""
     said = diagnose(small.record, options=Options(where=False, plan=False, rate_pulses=False))
     assert set(said.first.effects[0].split("+")) == {"gun.back_pressure", "gun.dead_volume"}
     assert said.shrinkage[0].held_out_by == "configuration"

@@ -1,4 +1,5 @@
-"""The height at which the plate hangs: a pendulum by its own motion, what the bench allows, and a factor of plans."""
+"""The height at which the plate hangs: a pendulum by its own motion, what the bench allows, and a
+factor of plans."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ SHOT = PlannedShot("4", 1e5, 0.5, 10.0, "steel", peak_force_n=5e4)
 
 @pytest.mark.parametrize("momentum", [0.5, 5.0, 20.0])
 def test_swing_and_load_are_those_of_the_pendulum_s_motion(momentum: float) -> None:
-    """theta'' = -g / l sin theta from 2 p / (M l) at rest: its reach, and its tension M (g cos + l theta'^2)."""
+    """theta'' = -g / l sin theta from 2 p / (M l) at rest: its reach, and its tension M (g cos + l
+    theta'^2)."""
     swing = Swing(0.8, 23.4, momentum)
     start = [0.0, 2 * momentum / (23.4 * 0.8)]
 
@@ -49,7 +51,8 @@ def test_swing_and_load_are_those_of_the_pendulum_s_motion(momentum: float) -> N
 
 
 def test_the_heaviest_plate_hangs_within_table_2_1() -> None:
-    # Steel, 2000 x 1000 x 50 mm, around 800 kg, struck by 80 kg m/s (section 2.1.1): 7765 N are printed.
+    # Steel, 2000 x 1000 x 50 mm, around 800 kg, struck by 80 kg m/s (section 2.1.1): 7765 N are
+    # printed.
     load = Swing(0.9, 7800 * 2.0 * 1.0 * 0.05, 80.0).chain_load_n
     assert load == pytest.approx(7765.0, rel=0.02)
     assert load < MAX_CHAIN_LOAD_N == pytest.approx(30901 / 3.9)
@@ -95,7 +98,8 @@ def test_a_height_needs_the_pendulum_s_length() -> None:
 
 
 ROW = {
-    "run": "7", "plate_material": "steel", "anvil_material": "none", "tip_material": "steel", "tip_radius_mm": "45",
+    "run": "7", "plate_material": "steel", "anvil_material": "none", "tip_material": "steel",
+    "tip_radius_mm": "45",
     "bullet_mass_kg": "0.5", "velocity_level": "medium",
 }  # fmt: skip
 

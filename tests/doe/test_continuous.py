@@ -1,4 +1,5 @@
-"""Continuous factors beside levels: from the factors file to designs, their quality and their order."""
+"""Continuous factors beside levels: from the factors file to designs, their quality and their
+order."""
 
 from __future__ import annotations
 
@@ -81,7 +82,7 @@ def test_step_of_its_own_has_few_digits(low: float, high: float, step: str) -> N
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("high = 6", "high = 0.5"), "low is 0.8 and high 0.5; expected finite numbers, low below high"),
+        (("high = 6", "high = 0.5"), "low is 0.8 and high 0.5; " "expected finite " "numbers, low below high"),
         (("high = 6", "high = inf"), "low is 0.8 and high inf"),
         (("step = 0.05", "step = 0.3"), "step is 0.3; expected a part of the range from 0.8 to 6"),
         (("step = 0.05", "step = 0"), "step is 0; expected"),
@@ -90,9 +91,9 @@ def test_step_of_its_own_has_few_digits(low: float, high: float, step: str) -> N
         (("high = 6\n", ""), "key 'high' is missing"),
         (("low = 0.8", "levels = [1, 2]"), "unknown key 'levels'"),
         (('unit = "bar"\n', ""), "unit is None"),
-        (("low = 0.8", "low = -0.8"), "tank_pressure_bar has level '-0.8'; expected a number above zero"),
+        (("low = 0.8", "low = -0.8"), "tank_pressure_bar " "has level " "'-0.8'; expected " "a number above zero"),
         (('kind = "gun"', 'kind = "gun"\nrequires = [{factor = "tip_material", level = "PLA", '
-          'needs = "tank_pressure", levels = ["1"]}]'), "'tank_pressure' is continuous; expected factors with levels"),
+          'needs = ' '"tank_pressure", ' 'levels = ["1"]}]'), "'tank_pressure' is " "continuous; " "expected " "factors with levels"),
     ],
 )  # fmt: skip
 def test_range_that_is_none_is_refused(change: tuple[str, str], message: str) -> None:
@@ -140,7 +141,8 @@ def test_factorial_takes_values_at_equal_distances() -> None:
     with pytest.raises(ValueError, match="levels is 1"):
         factorial(SPACE, 1)
     assert pair_matrix(SPACE, factorial(SPACE).treatments).shape == (3 + STRATA + 3,) * 2
-    # At the two ends it is that of two levels; spread evenly over them, the variance is (k + 1) / (3 (k - 1)).
+    # At the two ends it is that of two levels; spread evenly over them, the variance is (k + 1) /
+    # (3 (k - 1)).
     assert d_efficiency(np.array([[0], [100]]), [101], [0]) == pytest.approx(
         d_efficiency_limit([101], [0])
     )

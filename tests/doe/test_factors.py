@@ -1,4 +1,5 @@
-"""Factors and rules one by one, the file in which a lab writes them, and rules in the words of campaign files."""
+"""Factors and rules one by one, the file in which a lab writes them, and rules in the words of
+campaign files."""
 
 from __future__ import annotations
 
@@ -22,9 +23,15 @@ ANVIL = DesignFactor("anvil", "anvil", ("none", "aluminum", "steel"), None, Fals
 INSULATOR = DesignFactor("insulator", "insulator", ("none", "polymeric"), None, False, 1)
 NEEDS_ANVIL = Requirement("insulator", "polymeric", "anvil", ("aluminum", "steel"))
 
-SPEEDS = '[[factors]]\nname = "speed"\nkind = "ordered"\nlevels = ["low", "high"]\nunit = "m/s"\nvalues = [7, 22]\n'
+SPEEDS = (
+    '[[factors]]\nname = "speed"\nkind = "ordered"\nlevels = ["low", '
+    '"high"]\nunit = "m/s"\nvalues = [7, 22]\n'
+)
 FACTOR = '[[factors]]\nname = "anvil"\nkind = "categorical"\nlevels = ["none", "steel"]\n'
-RADII = '[[factors]]\nname = "radius"\ncolumn = "radius_mm"\nkind = "numeric"\nunit = "mm"\nlevels = [15, 30.0]\n'
+RADII = (
+    '[[factors]]\nname = "radius"\ncolumn = "radius_mm"\nkind = "numeric"\nunit '
+    '= "mm"\nlevels = [15, 30.0]\n'
+)
 HEAD = 'name = "own"\nkind = "gun"\n'
 
 
@@ -321,7 +328,8 @@ def test_a_rule_reads_back_as_what_it_holds_for() -> None:
     assert {"serial = 1000001", "serial = 1000002"} <= {rule.text for rule in rules(mixed)}
 
 
-#: As laboratories write them: lengths, names with an "and", signs, a number that is a name, a column with blanks.
+#: As laboratories write them: lengths, names with an "and", signs, a number that is a name, a
+#: column with blanks.
 WORDS = ["254 mm", "127 mm", "PLA and steel", "a = b", "254"]
 STRIKERS = [
     {

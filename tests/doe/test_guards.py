@@ -1,4 +1,5 @@
-"""The guard: what the bench withstands passes, and one value beyond one limit is refused by that limit alone."""
+"""The guard: what the bench withstands passes, and one value beyond one limit is refused by that
+limit alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The balanced hypercube: what the issue asks of 105 gun runs, and what must hold for any number in any space."""
+"""The balanced hypercube: what the issue asks of 105 gun runs, and what must hold for any number in
+any space."""
 
 from __future__ import annotations
 
@@ -62,7 +63,8 @@ ODD = space_of(
 
 
 def _all_asked_for(treatments: Levels) -> None:
-    """The issue's figures for 105 gun runs, those of the discrepancies and of D-efficiency as it rounds them."""
+    """The issue's figures for 105 gun runs, those of the discrepancies and of D-efficiency as it
+    rounds them."""
     found = quality(GUN, treatments)
     assert (found.runs, found.distinct, found.worst_level) == (105, 105, 0.5)
     assert sorted(found.level_counts["plate_material"].values()) == [52, 53]
@@ -122,7 +124,8 @@ def test_same_seed_gives_the_same_plan() -> None:
 
 @pytest.mark.parametrize("n", [1, 2, 50, 89, 90, 91, 104, 179, 180, 181, 361, 450])
 def test_any_number_of_hammer_runs_is_balanced(n: int) -> None:
-    """But for a few like 5, where two 3-level and two 2-level factors leave no way to even out every pair."""
+    """But for a few like 5, where two 3-level and two 2-level factors leave no way to even out
+    every pair."""
     judged = quality(HAMMER, balance_levels(HAMMER, n, _rng(n), steps=4000).treatments)
     assert (judged.runs, judged.distinct) == (n, min(n, 180))
     assert judged.worst_level < 1
@@ -170,7 +173,8 @@ def test_fixed_runs_are_not_taken_again() -> None:
 
 
 def test_large_spaces_are_balanced_too() -> None:
-    # 3^9 treatments, too many for a table: level counts exact, pairs better than at random, nothing twice.
+    # 3^9 treatments, too many for a table: level counts exact, pairs better than at random, nothing
+    # twice.
     space = _space(*[3] * 9)
     rows = balance_levels(space, 30, _rng(0), steps=150).treatments
     random = _rng(1).permuted(np.repeat(np.arange(3), 10)[:, None].repeat(9, axis=1), axis=0)
@@ -237,7 +241,8 @@ def test_criterion_of_a_factorial_and_of_runs_that_are_replaced() -> None:
     fresh = _surface(np.vstack([rows[2:], GUN.all_treatments()[[700, 701]]]), kernel)
     changed_field, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
     np.testing.assert_allclose(changed_field, other, rtol=1e-9)
-    # Runs taken away from a full factorial, against the total of those that remain: the same but for a constant.
+    # Runs taken away from a full factorial, against the total of those that remain: the same but
+    # for a constant.
     every, nothing = GUN.all_treatments(), np.zeros(GUN.size)
     kernel = _kernel(800)
     landscape = TabulatedCriterion(kernel, every, np.ones(GUN.size), -1.0, nothing)

@@ -1,4 +1,5 @@
-"""What the bench withstands, against the thesis's figures, closed forms and independent integration."""
+"""What the bench withstands, against the thesis's figures, closed forms and independent
+integration."""
 
 from __future__ import annotations
 
@@ -53,7 +54,8 @@ radii = st.floats(0.005, 0.2)
 
 
 def test_safety_plates_stop_the_thesiss_projectile() -> None:
-    # The coefficient was identified from this very figure: what is tested is that it was done rightly.
+    # The coefficient was identified from this very figure: what is tested is that it was done
+    # rightly.
     assert nishiwaki_limit(1.0, 0.048, 0.010) >= 150.0
     assert nishiwaki_thickness(1.0, 0.048, 150.0) == pytest.approx(0.010, abs=5e-5)
     assert forrestal_limit(1.0, 0.048, 0.005) >= 150.0
@@ -63,7 +65,8 @@ def test_safety_plates_stop_the_thesiss_projectile() -> None:
 
 
 def test_hole_opening_stress_bounds_the_resistance_and_has_a_closed_form() -> None:
-    # An independent bound on the coefficient: Al6061-T6 by eq. 2.3 from above, annealed aluminium (55 MPa) from below.
+    # An independent bound on the coefficient: Al6061-T6 by eq. 2.3 from above, annealed aluminium
+    # (55 MPa) from below.
     resistance = STANDARD_GRAVITY_M_S2 * STATIC_RESISTANCE_KGF_M2
     modulus = bulk_modulus(69.9e9, 0.33)
     assert (
@@ -104,8 +107,9 @@ def test_nishiwaki_is_the_integral_of_its_law_of_motion() -> None:
 
 @pytest.mark.parametrize("poisson", [0.1, 0.3, 0.45])
 def test_hole_opening_stress_by_following_the_expansion(poisson: float) -> None:
-    # A hole grows from nothing: a / c is steady. Velocity v per growth of the elastic-plastic boundary c = 1; the
-    # solid yields by Tresca (equal mean of the in-plane stresses out of plane) and keeps its elastic compressibility.
+    # A hole grows from nothing: a / c is steady. Velocity v per growth of the elastic-plastic
+    # boundary c = 1; the solid yields by Tresca (equal mean of the in-plane stresses out of plane)
+    # and keeps its elastic compressibility.
     modulus, strength = 200e9, 20e6
 
     def slope(r: float, v: np.ndarray) -> np.ndarray:
@@ -192,7 +196,8 @@ def test_plate_obeys_newton_and_has_the_impedance_of_a_thin_plate() -> None:
 def _integrated_wave(
     plate: ResonantPlate, force: float, contact_time: float, distance: float
 ) -> float:
-    """Largest acceleration of the endless plate: the slope of the sin^2 pulse folded with the kernel of the wave."""
+    """Largest acceleration of the endless plate: the slope of the sin^2 pulse folded with the
+    kernel of the wave."""
     spread = math.sqrt(plate.rigidity_n_m / plate.mass_per_area_kg_m2)
     scale = distance**2 / (4 * spread * contact_time)
     time = np.geomspace(max(0.05, 0.02 * math.sqrt(scale)), 3 + 3 * math.sqrt(scale), 800)

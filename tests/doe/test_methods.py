@@ -1,4 +1,5 @@
-"""What every method of making a plan promises, over the list of them. A newcomer is tested by being there."""
+"""What every method of making a plan promises, over the list of them. A newcomer is tested by being
+there."""
 
 from __future__ import annotations
 
@@ -107,7 +108,8 @@ def test_same_seed_makes_the_same_design_without_global_state(method: str, table
 
 @EACH
 def test_what_is_missing_is_told(method: str) -> None:
-    """A method that needs nothing makes its design of nothing, or names the factor that it cannot take."""
+    """A method that needs nothing makes its design of nothing, or names the factor that it cannot
+    take."""
     nothing = DesignRequest(None, None, np.random.default_rng(1))
     try:
         design = get_method(method).make(hammer_space(), nothing)

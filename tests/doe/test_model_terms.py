@@ -1,4 +1,5 @@
-"""Terms of a model, their correlations, inflation and power, against closed forms and simulated campaigns."""
+"""Terms of a model, their correlations, inflation and power, against closed forms and simulated
+campaigns."""
 
 from __future__ import annotations
 
@@ -52,7 +53,8 @@ def test_two_level_factorial_has_the_power_that_design_software_prints() -> None
 
 
 def test_two_groups_have_the_power_of_the_t_test() -> None:
-    """Two groups of m and n runs: noncentrality of t is effect / sqrt(1/m + 1/n) (Montgomery, section 2.4)."""
+    """Two groups of m and n runs: noncentrality of t is effect / sqrt(1/m + 1/n) (Montgomery,
+    section 2.4)."""
     space, effect = _space(2), 1.3
     rows = np.array([0] * 7 + [1] * 12)[:, None]
     shift, freedom = effect / np.sqrt(1 / 7 + 1 / 12), 17
@@ -63,7 +65,8 @@ def test_two_groups_have_the_power_of_the_t_test() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_power_is_the_share_of_simulated_campaigns_that_see_the_effect(seed: int) -> None:
-    """Responses with one effect and unit scatter, tested by residual sums of squares: no formula in common."""
+    """Responses with one effect and unit scatter, tested by residual sums of squares: no formula in
+    common."""
     rng = np.random.default_rng(seed)
     rows = balance_levels(GUN, 48, rng).treatments
     sizes = [axis.size for axis in GUN.axes]

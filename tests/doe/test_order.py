@@ -40,7 +40,8 @@ def test_every_run_stands_once(n: int, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_gun_changes_plate_once_and_anvils_least(seed: int) -> None:
-    """With all combinations on both plates 2 changes of anvil each are the least, and 2 of the insulator with them."""
+    """With all combinations on both plates 2 changes of anvil each are the least, and 2 of the
+    insulator with them."""
     found = changeovers(GUN, _ordered(GUN, _some(GUN, 200, seed), seed))
     assert (found["plate_material"], found["anvil_material"], found["insulator"]) == (1, 4, 4)
 
@@ -89,7 +90,8 @@ def test_same_seed_gives_the_same_order() -> None:
 
 
 def test_easy_factors_change_as_often_as_by_chance() -> None:
-    # A shuffled factor of 3 even levels changes in two of three runs: 2/3 of 209, give or take 4 deviations of 7.
+    # A shuffled factor of 3 even levels changes in two of three runs: 2/3 of 209, give or take 4
+    # deviations of 7.
     changes = changeovers(GUN, _ordered(GUN, _some(GUN, 210, 3), 3))
     for name in EASY:
         assert 112 < changes[name] < 167
@@ -103,7 +105,8 @@ def test_easy_factors_change_as_often_as_by_chance() -> None:
 
 
 def test_plate_in_two_halves_takes_three_quarters_of_time() -> None:
-    # Positions -h to h in two halves: the means are -h/2 and h/2, which leaves a quarter of the variance.
+    # Positions -h to h in two halves: the means are -h/2 and h/2, which leaves a quarter of the
+    # variance.
     rows = GUN.all_treatments()
     found = time_confounding(GUN, rows)
     assert found["plate_material"] == pytest.approx(0.75 * 810**2 / (810**2 - 1), rel=1e-12)

@@ -1,4 +1,5 @@
-"""Plans in the store: what was planned comes back, its state with it, and its run sheet in three formats."""
+"""Plans in the store: what was planned comes back, its state with it, and its run sheet in three
+formats."""
 
 from __future__ import annotations
 

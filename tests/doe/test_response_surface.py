@@ -1,4 +1,5 @@
-"""Central composite, Box-Behnken and optimal designs against closed forms and pyDOE3's own tables."""
+"""Central composite, Box-Behnken and optimal designs against closed forms and pyDOE3's own
+tables."""
 
 from __future__ import annotations
 
@@ -36,7 +37,8 @@ def coded(space: Space, treatments: np.ndarray) -> np.ndarray:
 
 
 def test_stars_are_at_the_distance_of_orthogonal_blocks() -> None:
-    # Of three factors with four centre points in each block: 1.826 (Myers and Montgomery; pyDOE3's documentation).
+    # Of three factors with four centre points in each block: 1.826 (Myers and Montgomery; pyDOE3's
+    # documentation).
     space = surface_space(3)
     found = coded(space, central_composite(space, face="ccc", cube=0.5).treatments)
     assert len(found) == 8 + 6 + 8
@@ -135,7 +137,8 @@ def information(points: np.ndarray, degree: int) -> float:
 )
 @pytest.mark.parametrize("runs", [6, 7, 8])
 def test_d_optimal_runs_are_the_best_of_all_choices(exchange: str, runs: int) -> None:
-    """Of the nine treatments of a 3 x 3 factorial, for a quadratic surface: every choice is tried."""
+    """Of the nine treatments of a 3 x 3 factorial, for a quadratic surface: every choice is
+    tried."""
     space = surface_space(2)
     everything = coded(space, factorial(space).treatments)
     best = max(
@@ -149,7 +152,8 @@ def test_d_optimal_runs_are_the_best_of_all_choices(exchange: str, runs: int) ->
 
 
 def test_half_fraction_is_as_efficient_as_the_factorial() -> None:
-    # A two-level factorial of three factors has 1, which no design exceeds; four of its eight runs have it too.
+    # A two-level factorial of three factors has 1, which no design exceeds; four of its eight runs
+    # have it too.
     space = surface_space(3)
     made = optimal(space, 4, np.random.default_rng(2), levels=2)
     assert information(coded(space, factorial(space, 2).treatments), 1) == pytest.approx(1.0)
@@ -169,7 +173,8 @@ def test_half_fraction_is_as_efficient_as_the_factorial() -> None:
 
 @pytest.mark.parametrize(("criterion", "row"), [("A", 0), ("I", 1)])
 def test_criteria_serve_what_they_are_named_for(criterion: str, row: int) -> None:
-    """The mean variance of coefficients (A) and of predictions (I) is no worse than that of the D-optimal runs."""
+    """The mean variance of coefficients (A) and of predictions (I) is no worse than that of the
+    D-optimal runs."""
     from pyDOE3.doe_optimal import build_design_matrix
 
     space = surface_space(2)

@@ -31,7 +31,8 @@ def _table(folder: Path, *lines: str) -> Path:
 
 
 class Drawn:
-    """Draws further treatments at random, without repeats: the simplest choice that keeps the contract."""
+    """Draws further treatments at random, without repeats: the simplest choice that keeps the
+    contract."""
 
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
@@ -192,7 +193,8 @@ def _level_spread(treatments: NDArray[np.int64]) -> int:
 
 
 def test_balance_is_restored() -> None:
-    """Of 36 balanced runs six were lost, all with the plate fixed: the six new ones make up for it."""
+    """Of 36 balanced runs six were lost, all with the plate fixed: the six new ones make up for
+    it."""
     rng = np.random.default_rng(5)
     planned = balance_levels(HAMMER, 36, rng, steps=300).treatments
     lost = np.flatnonzero(planned[:, 4] == 1)[:6]

@@ -152,7 +152,8 @@ def test_rows_and_treatments_are_inverse(space: Space, seed: int) -> None:
 @settings(max_examples=150)
 @given(spaces())
 def test_space_holds_what_the_rules_allow(space: Space) -> None:
-    """Every combination of levels is a treatment exactly if it breaks no rule: counted without the axes."""
+    """Every combination of levels is a treatment exactly if it breaks no rule: counted without the
+    axes."""
     feasible = 0
     for levels in itertools.product(*(factor.levels for factor in space.factors)):
         row = dict(zip(space.columns, levels, strict=True))

@@ -14,7 +14,8 @@ from pyroshock.doe.factors import DesignFactor
 from pyroshock.doe.merit.quality import Alias, alias_lines, aliases, quality
 from pyroshock.doe.space import Space, gun_space, space_of
 
-#: Plackett and Burman, Biometrika 33 (1946), the first row for N = 12; the others are its shifts, and one of -1.
+#: Plackett and Burman, Biometrika 33 (1946), the first row for N = 12; the others are its shifts,
+#: and one of -1.
 FIRST_ROW_12 = (1, 1, -1, 1, 1, 1, -1, -1, -1, 1, -1)
 #: Box, Hunter and Hunter, Statistics for Experimenters, Table 6.22: 2^(7-4) of resolution III.
 TABLE_7_4 = {
@@ -37,7 +38,8 @@ def two_level_space(names: str) -> Space:
 
 
 def test_number_of_runs_follows_the_authors() -> None:
-    # pyDOE3 has the table with all signs changed and its columns from last to first, which is the same design.
+    # pyDOE3 has the table with all signs changed and its columns from last to first, which is the
+    # same design.
     published = {tuple(np.roll(FIRST_ROW_12, shift)) for shift in range(11)} | {(-1,) * 11}
     assert {tuple(-row[::-1]) for row in pydoe.plackett_burman(11).astype(int)} == published
     with pytest.raises(ValueError, match="24 factors; pyDOE3 has no"):
@@ -127,9 +129,11 @@ def test_fewest_runs_of_a_resolution_are_those_of_the_table(
 
 
 def _resolution(coded: np.ndarray) -> float:
-    """Length of the shortest product of columns that is constant; without a fraction there is none."""
+    """Length of the shortest product of columns that is constant; without a fraction there is
+    none."""
     factors = coded.shape[1]
-    products = {mask: np.prod(coded[:, [i for i in range(factors) if mask >> i & 1]], axis=1) for mask in
+    products = {mask: np.prod(coded[:, [i for i in range(factors) if mask >> i & 1]],
+    axis=1) for mask in
                 range(1, 2**factors)} if factors <= 11 else {}  # fmt: skip
     lengths = [
         mask.bit_count() for mask, product in products.items() if abs(product.sum()) == len(coded)

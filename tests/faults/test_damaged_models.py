@@ -1,4 +1,5 @@
-"""A registered model whose files are gone or changed: told by name and file, and the others are served."""
+"""A registered model whose files are gone or changed: told by name and file, and the others are
+served."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A full disk ends a command with one line that says where, and leaves nothing half; with room, a repeat completes."""
+"""A full disk ends a command with one line that says where, and leaves nothing half; with room, a
+repeat completes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Killed at random moments, commands lose nothing, a repeat completes; what takes data back is done or is not."""
+"""Killed at random moments, commands lose nothing, a repeat completes; what takes data back is done
+or is not."""
 
 from __future__ import annotations
 
@@ -81,8 +82,9 @@ def test_killed_upgrade_is_before_or_after(forge_without_models, tmp_path):
     killed_upgrade(forge_without_models, Files(tmp_path), tmp_path, OLD[0], 3)
 
 
-#: Those that take seconds; the slow tests kill all. Of an archive, `tests/app/removal/test_removal.py` looks at the
-#: moment between file and deletion in the default tests; a restoration is one transaction, as a deletion is.
+#: Those that take seconds; the slow tests kill all. Of an archive,
+#: `tests/app/removal/test_removal.py` looks at the moment between file and deletion in the default
+#: tests; a restoration is one transaction, as a deletion is.
 QUICK = {"campaigns delete", "runs discard", "runs replace"}
 
 

@@ -1,6 +1,8 @@
-"""An upgrade is one transaction: stopped anywhere, the store is as it was; and two at once are one after the other.
+"""An upgrade is one transaction: stopped anywhere, the store is as it was; and two at once are one
+after the other.
 
-(Kills are in test_killed.py.) A store that newer software made is refused by every command, and left alone.
+(Kills are in test_killed.py.) A store that newer software made is refused by every command, and
+left alone.
 """
 
 from __future__ import annotations
@@ -49,7 +51,8 @@ def stopped_at(url: str, number: int) -> bool:
 def test_upgrade_stopped_before_any_statement_changes_nothing(
     databases: Databases, tmp_path, revision
 ):
-    """Between any two of its statements: SQLite's copies of tables are within the transaction as all else is."""
+    """Between any two of its statements: SQLite's copies of tables are within the transaction as
+    all else is."""
     url = old_store(databases, tmp_path, revision)
     before, number = dump(url), 1
     while stopped_at(url, number):
@@ -77,7 +80,8 @@ def upgrade():
 
 @pytest.fixture
 def future(tmp_path, monkeypatch):
-    """Gives this software a migration more, which makes anew a table that others refer to, and then does `end`."""
+    """Gives this software a migration more, which makes anew a table that others refer to, and then
+    does `end`."""
     here, config = Path(migrate.__file__).parent / "migrations" / "versions", migrate.config
 
     def add(end: str) -> None:
@@ -99,7 +103,8 @@ def future(tmp_path, monkeypatch):
 
 
 def test_migration_that_makes_a_table_anew_keeps_its_rows(tmp_path, future):
-    """SQLite cannot alter a table's rules: Alembic makes a new one, moves the rows, drops the old one."""
+    """SQLite cannot alter a table's rules: Alembic makes a new one, moves the rows, drops the old
+    one."""
     url = old_store(Files(tmp_path), tmp_path, OLD[-1])
     future("pass")
     before, engine = dump(url), make_engine(url)
@@ -142,10 +147,14 @@ def test_two_upgrades_at_once_are_one(databases: Databases, tmp_path):
 
 #: Every command that opens a store, with what else it needs.
 COMMAND_LINES = (
-    "init", "ingest .", "plan status autumn", "simulate autumn --out simulated", "campaigns", "runs list spring",
-    "impacts", "shots", "query --tables", "show 1", "extract spring", "dataset list", "train spring", "compare",
-    "promote hybrid 1", "validate spring", "predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel",
-    "tune --target target.csv", "diagnose spring", "report spring --out report.html", "serve --port 0", "work --once",
+    "init", "ingest .", "plan status autumn", "simulate autumn --out simulated", "campaigns",
+    "runs list spring",
+    "impacts", "shots", "query --tables", "show 1", "extract spring", "dataset list",
+    "train spring", "compare",
+    "promote hybrid 1", "validate spring",
+    "predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel",
+    "tune --target target.csv", "diagnose spring", "report spring --out report.html",
+    "serve --port 0", "work --once",
     "jobs", "export impacts --out impacts.csv", "materials", "db check",
     # The rest of a group whose first command is above.
     "campaigns deleted", "campaigns delete spring --reason r",
@@ -154,7 +163,8 @@ COMMAND_LINES = (
     "runs replace spring 1.npz --from . --reason r",
     "plans list", "datasets list", "diagnoses list",
     "db backup kept", "models recover",
-    "db upgrade", "db export spring --out spring.pyroshock", "db import target.csv", "plan quality autumn", "plan list",
+    "db upgrade", "db export spring --out spring.pyroshock", "db import target.csv",
+    "plan quality autumn", "plan list",
 )  # fmt: skip
 #: These open no store, or one of their own.
 WITHOUT_STORE = {"calibrate", "models", "srs", "blind-check", "demo"}

@@ -1,4 +1,5 @@
-"""PostgreSQL crashes and comes back in the midst of the work: it goes on by itself, or a repeat completes it."""
+"""PostgreSQL crashes and comes back in the midst of the work: it goes on by itself, or a repeat
+completes it."""
 
 from __future__ import annotations
 
@@ -58,7 +59,8 @@ def expected(tmp_path, campaign):
 
 
 def crash_at_insert(server: _Server, store, table: str, number: int):
-    """Crash the server in the transaction of the n-th statement that adds to this table, before the statement."""
+    """Crash the server in the transaction of the n-th statement that adds to this table, before the
+    statement."""
     seen = [0]
 
     @event.listens_for(store.engine, "before_cursor_execute")

@@ -1,4 +1,5 @@
-"""Field cases 01 to 04: absolute starts, x axes in ms or in hertz, and time stamps of TDMS files."""
+"""Field cases 01 to 04: absolute starts, x axes in ms or in hertz, and time stamps of TDMS
+files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Field cases 05 to 08: the abscissa of UFF 58 in ms, over frequency or angle, padded lines, and a line end in 58b."""
+"""Field cases 05 to 08: the abscissa of UFF 58 in ms, over frequency or angle, padded lines, and a
+line end in 58b."""
 
 from __future__ import annotations
 
@@ -42,7 +43,8 @@ def text_of(
         *["NONE"] * 5,
         f"{function:5d}         0    1         0        acc         1   3       NONE         0   0",
         f"         4{len(values):10d}{0 if times is not None else 1:10d}{start:>13}{step:>13}  0.00000e+00",
-        axis(*abscissa), axis(12, "Acceleration", "m/s2"), axis(*denominator), axis(0, "NONE", "NONE"),
+        axis(*abscissa), axis(12, "Acceleration", "m/s2"), axis(*denominator), axis(0, "NONE",
+        "NONE"),
     ]  # fmt: skip
     fields = [NUMBER(x) for x in values]
     if times is not None:
@@ -153,7 +155,8 @@ def test_several_sets_and_others_between_them(tmp_path):
 
 @pytest.mark.parametrize("between", [b"", b"\n", b"\r\n"])
 def test_binary_set_with_a_line_end_before_its_tag(tmp_path, between):
-    """The samples hold line ends and blanks: they are passed over by the count in the set's first line."""
+    """The samples hold line ends and blanks: they are passed over by the count in the set's first
+    line."""
     values = VALUES.copy()
     values[17] = struct.unpack("<d", b"  \n   \n ")[0]
     lines = text_of().split("\n")

@@ -1,5 +1,6 @@
-"""Field cases 12 to 15, 23 to 25, 27 and 28: text of oscilloscopes and recorders, each with two channels in V at
-100 kHz from -5 ms. A file is read so, or refused with its obstacle; never at another rate."""
+"""Field cases 12 to 15, 23 to 25, 27 and 28: text of oscilloscopes and recorders, each with two
+channels in V at 100 kHz from -5 ms. A file is read so, or refused with its obstacle; never at
+another rate."""
 
 from __future__ import annotations
 
@@ -145,7 +146,8 @@ def test_time_in_another_unit_from_row_to_row_is_refused(written):
 
 
 def test_a_count_of_samples_is_never_taken_for_seconds(written):
-    """Case 12: with `columns` that call the sequence number time the rate became 1 Hz without a word."""
+    """Case 12: with `columns` that call the sequence number time the rate became 1 Hz without a
+    word."""
     path = written("".join(f"{i},{value}\n" for i, value in enumerate(texts.signals()[0])))
     with pytest.raises(
         RecordingError, match=r'columns calls \'time\' what counts 0, 1 .*name that column ""'

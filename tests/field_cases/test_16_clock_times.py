@@ -1,4 +1,5 @@
-"""Field case 16: time as clock, ISO date and time, seconds or nanoseconds since 1970, and minutes. Right: 100 kHz."""
+"""Field case 16: time as clock, ISO date and time, seconds or nanoseconds since 1970, and minutes.
+Right: 100 kHz."""
 
 from __future__ import annotations
 

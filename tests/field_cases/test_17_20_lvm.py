@@ -1,4 +1,5 @@
-"""Field cases 17 to 20: absolute starts, many writes under one heading, variants, and x axes of LVM files."""
+"""Field cases 17 to 20: absolute starts, many writes under one heading, variants, and x axes of LVM
+files."""
 
 from __future__ import annotations
 
@@ -25,14 +26,18 @@ def text_of(
     notes="",
     **more,
 ) -> str:
-    """As LabVIEW writes it: header, segment, two channels; `x` are the X values as they are printed."""
+    """As LabVIEW writes it: header, segment, two channels; `x` are the X values as they are
+    printed."""
     head = {
-        "Writer_Version": "2", "Reader_Version": "2", "Separator": "Tab", "Decimal_Separator": decimal,
-        "Multi_Headings": "No", "X_Columns": "No" if x is None else "One", "Time_Pref": "Absolute", "Operator": "op",
+        "Writer_Version": "2", "Reader_Version": "2", "Separator": "Tab",
+        "Decimal_Separator": decimal,
+        "Multi_Headings": "No", "X_Columns": "No" if x is None else "One", "Time_Pref": "Absolute",
+        "Operator": "op",
         "Date": "2026/03/02", "Time": "12:00:00.0", **more,
     }  # fmt: skip
     rows = {
-        "Channels": ["2", ""], "Samples": ["1000", "1000"], "Date": dates, "Time": times, "Y_Unit_Label": ["N", "g"],
+        "Channels": ["2", ""], "Samples": ["1000", "1000"], "Date": dates, "Time": times,
+        "Y_Unit_Label": ["N", "g"],
         "X_Dimension": [dimension] * 2, "X0": x0, "Delta_X": [step] * 2,
     }  # fmt: skip
     if unit is not None:

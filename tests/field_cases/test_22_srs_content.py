@@ -1,5 +1,5 @@
-"""Field case 22: a burst at five samples a cycle, far above the lines of the spectrum. right.csv is of the same formula
-at 64 times the rate."""
+"""Field case 22: a burst at five samples a cycle, far above the lines of the spectrum. right.csv is
+of the same formula at 64 times the rate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Field cases 29 and 37: thousands set apart, in records and in runs.csv. Right: the number, or a refusal."""
+"""Field cases 29 and 37: thousands set apart, in records and in runs.csv. Right: the number, or a
+refusal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Field case 30: uneven time in records and campaigns is refused by its kind, or resampled with its error bounded."""
+"""Field case 30: uneven time in records and campaigns is refused by its kind, or resampled with its
+error bounded."""
 
 from __future__ import annotations
 
@@ -57,7 +58,8 @@ def write(path, kind, digits=9):
     ],
 )
 def test_record_is_refused_by_its_kind_or_resampled(tmp_path, kind, message):
-    """The right spectrum is that of the same formula at 800 kHz; 23 samples of a cycle hide 1 % of a peak."""
+    """The right spectrum is that of the same formula at 800 kHz; 23 samples of a cycle hide 1 % of
+    a peak."""
     path = write(tmp_path / "hit.csv", kind)
     refused = CliRunner().invoke(srs, [str(path)])
     assert refused.exit_code == 2 and message in refused.stderr
@@ -93,7 +95,8 @@ def test_recording_of_a_campaign_is_set_aside_or_resampled(sqlite_url, tmp_path,
     """A force of sin^2 over 0.6 ms: an impulse of 0.3 N s."""
     option = f'[recordings]\nuneven_time = "{uneven_time}"\n' if uneven_time else ""
     (tmp_path / "campaign.toml").write_text(
-        f'[campaign]\nname = "uneven"\nkind = "hammer"\ndate = "2026-03-02"\n[bench.hammer]\nmass_kg = 0.32\n{option}'
+        f'[campaign]\nname = "uneven"\nkind = "hammer"\ndate = '
+        f'"2026-03-02"\n[bench.hammer]\nmass_kg = 0.32\n{option}'
         '[channels.force]\nquantity = "force"\nunit = "N"\n'
     )
     names = {"even": np.arange(SAMPLES) / 51200, "uneven": times("two rates")}

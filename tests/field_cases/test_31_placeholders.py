@@ -1,4 +1,5 @@
-"""Single placeholder values in records (field cases 31 and 13): rejected, no shock, never the place of a contact."""
+"""Single placeholder values in records (field cases 31 and 13): rejected, no shock, never the place
+of a contact."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Addresses of stores: what is stored is kept, at the very path that was written (field cases 33 and 39)."""
+"""Addresses of stores: what is stored is kept, at the very path that was written (field cases 33
+and 39)."""
 
 from __future__ import annotations
 

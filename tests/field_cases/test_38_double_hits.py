@@ -1,5 +1,5 @@
-"""Field case 38: records of a hammer with a second hit, a tap before, or the sign turned. Each is named, and the
-figures are those of the hit that the row means."""
+"""Field case 38: records of a hammer with a second hit, a tap before, or the sign turned. Each is
+named, and the figures are those of the hit that the row means."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import pytest
 RATE_HZ, PEAK_N, DURATION_S = 51_200.0, 2_000.0, 0.5e-3
 #: Of a half sine: 2 / pi of the peak over its duration.
 IMPULSE_N_S = 2 / np.pi * PEAK_N * DURATION_S
-#: The hits of each record: start (s) and share of the peak; and the check that names it, None for a good one.
+#: The hits of each record: start (s) and share of the peak; and the check that names it, None for a
+#: good one.
 RECORDS = {
     "single": (((0.02, 1.0),), None),
     "second60-3ms": (((0.02, 1.0), (0.023, 0.6)), "double-hit"),

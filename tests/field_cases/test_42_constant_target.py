@@ -1,5 +1,5 @@
-"""Field case 42: the contact time of all hits is 25 samples. Models train without warnings, and the band of the time is
-no narrower than a sample."""
+"""Field case 42: the contact time of all hits is 25 samples. Models train without warnings, and the
+band of the time is no narrower than a sample."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Arguments of `ps.srs` (field case 43): units of an index, masks, records as rows, rates as texts."""
+"""Arguments of `ps.srs` (field case 43): units of an index, masks, records as rows, rates as
+texts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Field case 44 and its kind: wherever channels are taken together, each is taken at the moment that its start says."""
+"""Field case 44 and its kind: wherever channels are taken together, each is taken at the moment
+that its start says."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ from pyroshock.signals.checks import Contact
 from sqlalchemy import select
 
 RATE = 51_200.0
-#: Frequency (Hz) and damping ratio of a plate's modes, gain at two sensors (1/kg); the first is the plate as a whole.
+#: Frequency (Hz) and damping ratio of a plate's modes, gain at two sensors (1/kg); the first is the
+#: plate as a whole.
 MODES = (
     (0.0, 0.0, 0.05, 0.05),
     (620.0, 0.03, 0.10, -0.07),
@@ -29,7 +31,8 @@ LATE = [0.0, 16.0, 7.37, -0.5, 2048.0, -300.25]
 
 
 def acceleration(time_s, event, sensor):
-    """Of the plate under a force peak * sin^2 at times (n,): of each mode on a grid eight times finer."""
+    """Of the plate under a force peak * sin^2 at times (n,): of each mode on a grid eight times
+    finer."""
     start_s, duration_s, peak_n = event
     fine = 8
     grid = np.arange(time_s[0] * RATE * fine, time_s[-1] * RATE * fine + 1) / (RATE * fine)
@@ -107,7 +110,8 @@ def store(sqlite_url):
 def test_derived_force_of_channels_that_start_at_different_times(
     store, tmp_path, late, hammer_late
 ):
-    """8 kN for 0.7 ms as sin^2: 2.8 N s, and a tenth of the peak is passed at asin(sqrt(0.1)) / pi of its length."""
+    """8 kN for 0.7 ms as sin^2: 2.8 N s, and a tenth of the peak is passed at asin(sqrt(0.1)) / pi
+    of its length."""
     event = (0.02, 0.7e-3, 8000.0)
     samples = 16384
     noise = np.random.default_rng(2)
@@ -237,7 +241,8 @@ def test_contacts_are_moved_to_the_clock_of_each_channel():
 
 
 def test_finding_in_a_contact_is_that_contacts():
-    """Three samples are missing from an acceleration within the second contact, by its own clock."""
+    """Three samples are missing from an acceleration within the second contact, by its own
+    clock."""
     hits = [0.05, 0.25, 0.45]
 
     def force(t):
@@ -246,7 +251,8 @@ def test_finding_in_a_contact_is_that_contacts():
     start_s = 0.2
     at = round((hits[1] + 0.5e-3 - start_s) * RATE)
     acceleration = Channel(
-        Sensor("acc", "acceleration", "m/s2"), np.random.default_rng(3).normal(size=5000), RATE, start_s,
+        Sensor("acc", "acceleration", "m/s2"), np.random.default_rng(3).normal(size=5000), RATE,
+        start_s,
         {"time_gaps": [[at, 3]]},
     )  # fmt: skip
     channels = [channel("force", 0.0, "force", "N", samples=30000, signal=force), acceleration]
@@ -261,7 +267,8 @@ def test_finding_in_a_contact_is_that_contacts():
 
 @pytest.mark.parametrize("late", [0.0, 25.0, -12.4])
 def test_impact_velocity_is_that_of_the_contact(tmp_path, late):
-    """The impactor's deceleration is the force over its mass of 0.5 kg; it stands still at the peak."""
+    """The impactor's deceleration is the force over its mass of 0.5 kg; it stands still at the
+    peak."""
 
     def at(start_s, scale=1.0):
         return (

@@ -1,4 +1,5 @@
-"""Texts in CSV that a spreadsheet would take for formulas: guarded wherever we write, and read as they were."""
+"""Texts in CSV that a spreadsheet would take for formulas: guarded wherever we write, and read as
+they were."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ from pyroshock.files.spreadsheet_guard import (
 )
 
 ROOT = Path(__file__).resolve().parents[1]
-#: Writers of what other programs read: campaign folders of the virtual bench, whose files the exchange format states.
+#: Writers of what other programs read: campaign folders of the virtual bench, whose files the
+#: exchange format states.
 FOR_PROGRAMS = {"virtualbench/plate/modes.py", "virtualbench/recorder.py"}
 NO_PRODUCT = (
     ".venv",
@@ -35,7 +37,8 @@ NO_PRODUCT = (
     "results",
 )
 FORMULAS = [
-    "=1+1", "=HYPERLINK(\"http://evil.example\")", "+cmd|' /C calc'!A0", "-2+3+cmd|' /C calc'!A0", "@SUM(1;1)",
+    "=1+1", "=HYPERLINK(\"http://evil.example\")", "+cmd|' /C calc'!A0", "-2+3+cmd|' /C calc'!A0",
+    "@SUM(1;1)",
     "\t=1+1", "\r=1+1", "\n=1+1", "＝1+1", "－1+A1", "-A1", "+1-1", "--1", "'=1+1",
 ]  # fmt: skip
 

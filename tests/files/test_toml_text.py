@@ -1,4 +1,5 @@
-"""TOML of others: what is too large, too wide or too deep is refused before it costs anything, wherever it is read."""
+"""TOML of others: what is too large, too wide or too deep is refused before it costs anything,
+wherever it is read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""`python -m fuzzing --inputs 100000`: the long run, its table, and exit code 1 where something was found."""
+"""`python -m fuzzing --inputs 100000`: the long run, its table, and exit code 1 where something was
+found."""
 
 from __future__ import annotations
 

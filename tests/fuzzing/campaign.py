@@ -1,4 +1,5 @@
-"""The long run: every target in processes of its own, begun anew where an input ends one; a table at the end."""
+"""The long run: every target in processes of its own, begun anew where an input ends one; a table
+at the end."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ _TITLES = (
 
 @dataclass(frozen=True)
 class Row:
-    """What came of a target. `crashes` are inputs that ended their process; `survived` of them an ingest set aside."""
+    """What came of a target. `crashes` are inputs that ended their process; `survived` of them an
+    ingest set aside."""
 
     target: str
     counts: Counts
@@ -50,7 +52,8 @@ class Row:
 
 
 def run(targets: Iterable[Target], inputs: int, folder: Path, seed: int, jobs: int) -> list[Row]:
-    """At least `LEAST_INPUTS` of `inputs` for each target (fewer where `inputs` are), the rest by weight."""
+    """At least `LEAST_INPUTS` of `inputs` for each target (fewer where `inputs` are), the rest by
+    weight."""
     chosen = list(targets)
     shares = shares_of(chosen, inputs)
     with ThreadPoolExecutor(jobs) as pool:
@@ -117,7 +120,8 @@ def _note_death(target: Target, folder: Path, code: int) -> None:
 
 
 def _fate(target: Target, folder: Path, code: int, data: bytes) -> str:
-    """survived: an ingest set it aside; alike: as others that ended by the same signal; lost: a finding."""
+    """survived: an ingest set it aside; alike: as others that ended by the same signal; lost: a
+    finding."""
     if not target.may_crash:
         return "lost"
     if len([file for file in _deaths(folder) if f"-{code}-" in file.name]) >= _VERIFIED:
@@ -156,7 +160,8 @@ _PATIENCE_S = 300
 
 
 def is_set_aside(data: bytes, name: str) -> bool:
-    """A campaign with this recording and a good one is ingested: the good one stored, this one set aside or stored."""
+    """A campaign with this recording and a good one is ingested: the good one stored, this one set
+    aside or stored."""
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "campaign"
         folder.mkdir()

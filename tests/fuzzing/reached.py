@@ -17,7 +17,8 @@ _MOST_INPUTS = 1500
 
 
 def reached(targets: Iterable[Target], folder: Path) -> dict[str, str]:
-    """Share of the watched lines by target's name; "-" without coverage.py, or where a library crashes again."""
+    """Share of the watched lines by target's name; "-" without coverage.py, or where a library
+    crashes again."""
     return {target.name: _of(target, folder / slug(target.name)) for target in targets}
 
 

@@ -1,4 +1,5 @@
-"""The readers of recordings as targets: whatever a file holds, it is read whole and consistent, or refused."""
+"""The readers of recordings as targets: whatever a file holds, it is read whole and consistent, or
+refused."""
 
 from __future__ import annotations
 

@@ -214,7 +214,8 @@ acceleration_1 = [0.25, 0.2]
 """
 TARGETS = (
     "frequency_hz,level_g,upper_db,lower_db\n100,30,6,-6\n1000,1000,6,-6\n10000,1000,9,-6\n",
-    "# of a standard\nFrequency (Hz);Level (m/s2);slope_db_per_octave\n100;300,5;\n1000;;6\n2000;9000;\n",
+    "# of a standard\nFrequency (Hz);Level "
+    "(m/s2);slope_db_per_octave\n100;300,5;\n1000;;6\n2000;9000;\n",
     "f_hz\tmaximax_m_s2\ttolerance_db\n100\t3e2\t3\n2000\t1e4\tinf\n",
 )
 

@@ -1,4 +1,5 @@
-"""What is fuzzed: a way into the product, files that it takes, how these are damaged, and what is a finding."""
+"""What is fuzzed: a way into the product, files that it takes, how these are damaged, and what is a
+finding."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ ACCEPTED, REFUSED, SET_ASIDE = "accepted", "refused", "set aside"
 
 @dataclass(frozen=True)
 class Target:
-    """`refusals` are the errors by which the product may refuse; their message must hold `names`, one line of text.
+    """`refusals` are the errors by which the product may refuse; their message must hold `names`,
+    one line of text.
 
     `watched` are the source files whose lines the long run counts.
     """
@@ -34,12 +36,14 @@ class Target:
     watched: tuple[str, ...]
     #: Its share of a long run: whole campaigns take a hundred times as long as a table.
     weight: float = 1.0
-    #: A library of it may be crashed by a damaged file: the ingest reads such files in a process of their own.
+    #: A library of it may be crashed by a damaged file: the ingest reads such files in a process of
+    #: their own.
     may_crash: bool = False
 
 
 def stacked(mutations: Mapping[Mutate, int], most: int = 4) -> Mutate:
-    """One of the mutations, sometimes two or `most`, drawn by their weights, one after the other."""
+    """One of the mutations, sometimes two or `most`, drawn by their weights, one after the
+    other."""
     choices, weights = list(mutations), list(mutations.values())
 
     def mutate(data: bytes, rng: Random, others: Sequence[bytes]) -> bytes:
@@ -56,7 +60,8 @@ FINDING = "finding"
 
 @dataclass(frozen=True)
 class Outcome:
-    """`kind` is accepted, refused, set aside or finding; `where` tells findings of one cause from others."""
+    """`kind` is accepted, refused, set aside or finding; `where` tells findings of one cause from
+    others."""
 
     kind: str
     where: str = ""
@@ -64,7 +69,8 @@ class Outcome:
 
 
 def judge(target: Target, data: bytes, folder: Path) -> Outcome:
-    """Use the input in `folder`, which is emptied. Any error but a refusal in our words is a finding."""
+    """Use the input in `folder`, which is emptied. Any error but a refusal in our words is a
+    finding."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     try:
@@ -76,7 +82,8 @@ def judge(target: Target, data: bytes, folder: Path) -> Outcome:
         return _refusal(target, error)
     except KeyboardInterrupt:
         raise
-    except BaseException as error:  # noqa: BLE001 - also what no `except Exception` of ours would catch
+    except BaseException as error:
+        # noqa: BLE001 - also what no `except Exception` of ours would catch
         return Outcome(
             FINDING,
             f"{type(error).__name__} at {_place(error)}",

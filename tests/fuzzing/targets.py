@@ -1,6 +1,8 @@
-"""All targets. A new reader is a line in `readers.READERS`; a table or a way into the product is one in the lists here.
+"""All targets. A new reader is a line in `readers.READERS`; a table or a way into the product is
+one in the lists here.
 
-Tables are those that people write, each by itself; whole ways in are `ingest` of a folder, `srs` of a file, an upload.
+Tables are those that people write, each by itself; whole ways in are `ingest` of a folder, `srs` of
+a file, an upload.
 """
 
 from __future__ import annotations
@@ -69,7 +71,8 @@ def _table(
     watched: str,
     mutate: Mutate = tables.damaged,
 ) -> Target:
-    """A file of this name: `is_whole` of its path, which reads it; `start` makes the seeds, or is their texts."""
+    """A file of this name: `is_whole` of its path, which reads it; `start` makes the seeds, or is
+    their texts."""
 
     def use(data: bytes, folder: Path) -> str:
         (folder / name).write_bytes(data)
@@ -84,21 +87,27 @@ TABLES = (
     _table("campaign.toml", _campaign_is_whole, (seeds.HAMMER, seeds.PLATE, seeds.GUN),
            "ingest/folder.py ingest/errors.py signals/units.py", toml.damaged),
     _table("runs.csv", _runs_are_whole,
-           (seeds.HAMMER_RUNS.format("a.npz"), seeds.GUN_RUNS.format("a.npz"), seeds.HAMMER_RUNS.format("")),
+           (seeds.HAMMER_RUNS.format("a.npz"), seeds.GUN_RUNS.format("a.npz"),
+           seeds.HAMMER_RUNS.format("")),
            "ingest/runs.py ingest/tables.py files/delimited_text.py schema/known_factors.py"),
     _table("plate_modes.csv",
-           lambda path: modes.read_modal_table(path.parent, path.name, ("acceleration_1",)).fingerprint,
-           (seeds.MODES,), "ingest/modes.py ingest/tables.py signals/modal_table.py files/delimited_text.py"),
+           lambda path: modes.read_modal_table(path.parent, path.name, ("acceleration_1",
+           )).fingerprint,
+           (seeds.MODES,),
+           "ingest/modes.py ingest/tables.py signals/modal_table.py files/delimited_text.py"),
     _table("modes.csv", lambda path: read_modal_table(path) is not None, (seeds.MODES,),
            "twin/plate/table.py signals/modal_table.py files/delimited_text.py"),
-    _table("bench.toml", lambda path: bench_of_file(path, shipped_bench()) is not None, (seeds.BENCH,),
+    _table("bench.toml", lambda path: bench_of_file(path, shipped_bench()) is not None,
+    (seeds.BENCH,),
            "app/twins/benches.py", toml.damaged),
     _table("factors.toml", lambda path: read_space(path).size > 0, seeds.space_texts,
            "doe/toml_space.py doe/space.py doe/factors.py", toml.damaged),
-    _table("plan.csv", _plan_is_whole, (seeds.PLAN,), "doe/designs/imported.py files/delimited_text.py"),
+    _table("plan.csv", _plan_is_whole, (seeds.PLAN,),
+    "doe/designs/imported.py files/delimited_text.py"),
     _table("predictors.toml", lambda path: predictors_named(str(path)).sources,
            lambda: seeds.shipped("dataset/data/gun.toml"), "dataset/predictors.py", toml.damaged),
-    _table("target.csv", lambda path: target_from_upload(path.read_bytes(), path.name).lines().size, seeds.TARGETS,
+    _table("target.csv", lambda path: target_from_upload(path.read_bytes(), path.name).lines().size,
+    seeds.TARGETS,
            "app/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py files/delimited_text.py"),
 )  # fmt: skip
 
@@ -108,7 +117,8 @@ class Refused(Exception):
 
 
 def ingest(data: bytes, folder: Path) -> str:
-    """`pyroshock ingest` into a store that holds a campaign: done with exit code 0, or refused with nothing stored."""
+    """`pyroshock ingest` into a store that holds a campaign: done with exit code 0, or refused with
+    nothing stored."""
     campaign = folder / "campaign"
     campaign.mkdir()
     folders.write(data, campaign)
@@ -153,7 +163,8 @@ def _store() -> Path:
 
 
 def srs(data: bytes, folder: Path) -> str:
-    """`pyroshock srs FILE --target`: a spectrum, or a refusal. The first byte chooses the format."""
+    """`pyroshock srs FILE --target`: a spectrum, or a refusal. The first byte chooses the
+    format."""
     path, target = folder / f"input{_suffix_of(data)}", folder / "target.csv"
     path.write_bytes(data[1:])
     target.write_text(seeds.TARGETS[0])
@@ -192,8 +203,8 @@ def _pyroshock(*arguments: str) -> Result:
 
 
 def _refuse(result: Result) -> None:
-    """Raise `Refused` for exit code 2, and `AssertionError` for any other than 0 and 1, for long lines, and for more
-    lines than one, unless they are the faults that the first one counts."""
+    """Raise `Refused` for exit code 2, and `AssertionError` for any other than 0 and 1, for long
+    lines, and for more lines than one, unless they are the faults that the first one counts."""
     if result.exit_code == 2:
         lines = result.stderr.splitlines()
         assert result.stdout == "" and max(map(len, lines)) < _LONGEST_LINE, result.output
@@ -221,13 +232,17 @@ def _damaged_recording(data: bytes, rng: object, others: object) -> bytes:
 
 WHOLE = (
     Target("ingest of a folder", ingest,
-           lambda: (*seeds.hammer_folders(*_PLAIN, "hdf5", "mat73"), seeds.gun_folder()), folders.damaged_by(FORMATS),
+           lambda: (*seeds.hammer_folders(*_PLAIN, "hdf5", "mat73"), seeds.gun_folder()),
+           folders.damaged_by(FORMATS),
            (Refused,), "pyroshock: ",
-           (*(f"ingest/{name}.py" for name in ("load", "processing", "store", "rows", "excluded_recordings", "runs")),
+           (*(f"ingest/{name}.py" for name in ("load", "processing", "store", "rows",
+           "excluded_recordings", "runs")),
             "parallel/read_ahead.py"), weight=0.6),
     Target("srs of a file", srs,
-           lambda: [bytes([n]) + content for n, content in enumerate(seeds.recordings(*_PLAIN))], _damaged_recording,
-           (Refused,), "pyroshock: ", ("app/impacts/spectra.py", "app/impacts/spectrum_tables.py"), weight=0.6),
+           lambda: [bytes([n]) + content for n, content in enumerate(seeds.recordings(*_PLAIN))],
+           _damaged_recording,
+           (Refused,), "pyroshock: ", ("app/impacts/spectra.py", "app/impacts/spectrum_tables.py"),
+           weight=0.6),
     Target("upload of a ZIP", upload, lambda: (seeds.zipped_folder(),),
            stacked({containers.inside_zip: 3, binary.damaged: 3}, most=2), (UploadError,), "",
            ("app/ingest/uploads.py",)),

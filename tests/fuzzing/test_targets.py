@@ -1,8 +1,9 @@
-"""The first inputs of the long run, without guidance: the same targets, damage and rules, a few of each.
+"""The first inputs of the long run, without guidance: the same targets, damage and rules, a few of
+each.
 
-At its end what the long run has found, each mended since. What is easily described stands beside what it is about:
-tests/ingest/readers/test_bombs.py, tests/ingest/test_setting_aside.py, tests/parallel/test_mapping.py,
-tests/app/web/test_guard.py, tests/app/test_measured_shots.py.
+At its end what the long run has found, each mended since. What is easily described stands beside
+what it is about: tests/ingest/readers/test_bombs.py, tests/ingest/test_setting_aside.py,
+tests/parallel/test_mapping.py, tests/app/web/test_guard.py, tests/app/test_measured_shots.py.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from fuzzing.target import ACCEPTED, FINDING, REFUSED, SET_ASIDE, Target, judge
 from fuzzing.targets import TARGETS, ingest
 from pyroshock.app.cli.main import main
 
-#: A whole ingest takes as long as a hundred tables. What may crash its library is left to the long run's processes.
+#: A whole ingest takes as long as a hundred tables. What may crash its library is left to the long
+#: run's processes.
 INPUTS, SLOW_INPUTS = 25, 4
 SHORT = {name: target for name, target in TARGETS.items() if not target.may_crash}
 
@@ -73,7 +75,8 @@ def _raising(error: BaseException) -> Target:
     )
 
 
-#: Five wrong bytes: libhdf5 reads an attribute for ever. Before, the ingest gave up after two minutes.
+#: Five wrong bytes: libhdf5 reads an attribute for ever. Before, the ingest gave up after two
+#: minutes.
 WITHOUT_END = gzip.decompress(
     (Path(__file__).parent / "samples" / "hdf5-without-end.h5.gz").read_bytes()
 )

@@ -1,7 +1,9 @@
-"""One process of the campaign: inputs for one target, until there were enough or one of them ends the process.
+"""One process of the campaign: inputs for one target, until there were enough or one of them ends
+the process.
 
-With atheris (libFuzzer), inputs that reach new lines are kept and damaged further; the plain engine damages the seeds.
-It is forked from a process that has imported everything (`prepare`), because one damaged file may end it early.
+With atheris (libFuzzer), inputs that reach new lines are kept and damaged further; the plain engine
+damages the seeds. It is forked from a process that has imported everything (`prepare`), because one
+damaged file may end it early.
 """
 
 from __future__ import annotations
@@ -21,12 +23,15 @@ from random import Random
 
 from fuzzing.target import ACCEPTED, FINDING, REFUSED, SET_ASIDE, Outcome, Target, judge
 
-#: Of one input: processor time, time on the clock (the machine may have other work), memory above the libraries'.
+#: Of one input: processor time, time on the clock (the machine may have other work), memory above
+#: the libraries'.
 MOST_CPU_S, MOST_WALL_S, MOST_BYTES = 5.0, 60.0, 2**30
-#: Of a file that the ingest reads in a process of its own, which ends after 3 s (`ingest.readers.patience`).
+#: Of a file that the ingest reads in a process of its own, which ends after 3 s
+#: (`ingest.readers.patience`).
 HANGING_CPU_S = 1.0
 _LIBRARIES = [
-    "h5py", "nptdms", "pyuff", "lvm_read", "pyarrow.parquet", "scipy.io", "pandas", "pint", "tomllib", "zipfile",
+    "h5py", "nptdms", "pyuff", "lvm_read", "pyarrow.parquet", "scipy.io", "pandas", "pint",
+    "tomllib", "zipfile",
     "fuzzing.targets",
 ]  # fmt: skip
 _LONGEST_INPUT, _MOST_KEPT = 1 << 17, 500
@@ -52,7 +57,8 @@ def _import_all() -> None:
 
 
 def work(name: str, inputs: int, seed: int, folder: Path) -> None:
-    """Ends this process: exit code 0 after `inputs`, a signal's where one took too long or crashed a library."""
+    """Ends this process: exit code 0 after `inputs`, a signal's where one took too long or crashed
+    a library."""
     from fuzzing.targets import TARGETS
 
     os.setpgid(0, 0)
@@ -136,12 +142,14 @@ class _Run:
         rng = Random(seed)
         if rng.random() < 0.1:
             return bytes(atheris.Mutate(data, max_size))
-        # What is kept is mostly what was refused at a line of its own: every other input starts from a good file.
+        # What is kept is mostly what was refused at a line of its own: every other input starts
+        # from a good file.
         start = bytes(data) if len(data) > 1 and rng.random() < 0.5 else rng.choice(self.seeds)
         return self.target.mutate(start, rng, self.seeds)[:max_size]
 
     def one(self, data: bytes) -> str:
-        """What came of an input. Those of the corpus, which each process reads again, are not counted anew."""
+        """What came of an input. Those of the corpus, which each process reads again, are not
+        counted anew."""
         self.tally.begin(data)
         _watch(HANGING_CPU_S if self.target.may_crash else MOST_CPU_S, MOST_WALL_S)
         before = time.process_time()
@@ -181,7 +189,8 @@ _EMPTY: Counts = {
 
 
 class Tally:
-    """Counts of one target in `folder`, the input that is in use, and one file per cause of a finding."""
+    """Counts of one target in `folder`, the input that is in use, and one file per cause of a
+    finding."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -1,4 +1,5 @@
-"""A store that is in use, the check that a refused campaign leaves no trace in it, and a recording of each recipe."""
+"""A store that is in use, the check that a refused campaign leaves no trace in it, and a recording
+of each recipe."""
 
 from __future__ import annotations
 
@@ -88,8 +89,8 @@ def gun_folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def refused(used_url: str, sqlite_url: str) -> Refused:
-    """`refused(folder, *words)`: the ingest says why on one line that holds the words, exits with 2 and stores
-    nothing, neither in a store in use nor in a new one. Returns the line."""
+    """`refused(folder, *words)`: the ingest says why on one line that holds the words, exits with 2
+    and stores nothing, neither in a store in use nor in a new one. Returns the line."""
 
     def check(folder: Path, *words: str) -> str:
         before, seeded = counts(used_url), counts(sqlite_url)
@@ -116,7 +117,8 @@ def sample(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 @pytest.fixture(scope="session")
 def make_recording() -> Callable[..., Truth]:
-    """`make_recording("tdms", path, parts=3)` writes one recipe and returns what its format holds of the truth."""
+    """`make_recording("tdms", path, parts=3)` writes one recipe and returns what its format holds
+    of the truth."""
     writers = {
         "mat73": write_mat73,
         "tdms": write_tdms,

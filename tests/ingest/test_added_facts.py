@@ -1,4 +1,5 @@
-"""Facts that a stored campaign lacks are added by its folder; what it has stays, and so do datasets built of it."""
+"""Facts that a stored campaign lacks are added by its folder; what it has stays, and so do datasets
+built of it."""
 
 from __future__ import annotations
 
@@ -21,7 +22,10 @@ from support.records.campaigns import (
 )
 from support.stores.stores import content, counts, ingest, ingested, opened, pyroshock
 
-PLATE = '[bench.plate]\nmaterial = "steel"\nthickness_m = 0.01\noutline_m = [[0, 0], [0.2, 0], [0.2, 0.2]]\n'
+PLATE = (
+    '[bench.plate]\nmaterial = "steel"\nthickness_m = 0.01\noutline_m = [[0, 0], '
+    "[0.2, 0], [0.2, 0.2]]\n"
+)
 OTHERS = {
     "anvil_material": "none",
     "insulator": "none",
@@ -44,7 +48,8 @@ def impacts_of(url):
 
 
 def same_as_anew(url, folder, tmp_path):
-    """Whether the store holds of the folder what a new store would, but for what nobody points at any more."""
+    """Whether the store holds of the folder what a new store would, but for what nobody points at
+    any more."""
     other = f"sqlite:///{tmp_path / 'anew.db'}"
     ingested(other, folder)
     here, there = content(url), content(other)
@@ -71,8 +76,8 @@ def test_missing_mass_and_plate_are_added(sqlite_url, tmp_path):
     append(folder, PLATE)
     notes = ingested(sqlite_url, folder).stderr
     assert (
-        "bench.hammer.mass_kg = 0.32; bench.plate.material = 'steel'; bench.plate.thickness_m = 0.01"
-        in notes
+        "bench.hammer.mass_kg = 0.32; bench.plate.material = 'steel'; "
+        "bench.plate.thickness_m = 0.01" in notes
     )
     with opened(sqlite_url) as store, store.reading() as session:
         campaign = session.scalars(select(Campaign)).one()
@@ -194,11 +199,15 @@ def test_recordings_are_added_along_with_facts(sqlite_url, tmp_path):
     assert same_as_anew(sqlite_url, folder, tmp_path)
 
 
-LACKING = 'name = "tips"\nkind = "hammer"\n[[predictors]]\nname = "tip_radius"\nunit = "m"\nfrom = "factor.tip_radius"\n'
+LACKING = (
+    'name = "tips"\nkind = "hammer"\n[[predictors]]\nname = "tip_radius"\nunit = '
+    '"m"\nfrom = "factor.tip_radius"\n'
+)
 
 
 def test_frozen_dataset_stays_as_it_was(database_url, tmp_path):
-    """It is read from the rows of the store, which have the new facts; a dataset built now has them too."""
+    """It is read from the rows of the store, which have the new facts; a dataset built now has them
+    too."""
     folder = hammer_campaign(tmp_path / "c")
     replace_in(folder / "campaign.toml", "[bench.hammer]\nmass_kg = 0.32\n", "")
     (tmp_path / "tips.toml").write_text(LACKING, encoding="utf-8")

@@ -1,4 +1,5 @@
-"""All faults of a folder's tables are told in one run, a line each; the only fault is told on its one line."""
+"""All faults of a folder's tables are told in one run, a line each; the only fault is told on its
+one line."""
 
 from __future__ import annotations
 

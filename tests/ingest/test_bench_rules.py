@@ -75,7 +75,8 @@ def test_unknown_confirmation_is_refused(gun_folder, refused: Refused, value):
 
 #: The last of them one by one: 8 bar is the regulator's most (thesis, section 2.1.2).
 POSSIBLE = (
-    {"insulator": "polymeric", "anvil_material": "steel"}, {"insulator": "none", "anvil_material": "none"},
+    {"insulator": "polymeric", "anvil_material": "steel"}, {"insulator": "none",
+    "anvil_material": "none"},
     {"tank_pressure_bar": 8}, {"block_height_mm": 0}, {"temperature_c": -5}, {"offset_x_mm": -20},
 )  # fmt: skip
 

@@ -1,4 +1,5 @@
-"""A transducer's calibration from points in campaign.toml to the uncertainty of a stored tank pressure."""
+"""A transducer's calibration from points in campaign.toml to the uncertainty of a stored tank
+pressure."""
 
 from __future__ import annotations
 
@@ -177,7 +178,8 @@ def test_table_of_points_names_what_it_cannot_read(tmp_path):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_virtual_bench_s_transducer_is_found_through_its_whole_chain(seed):
-    """Three load-unload cycles of 0 to 4 bar (thesis, section 2.2.1) against its true gain and offset."""
+    """Three load-unload cycles of 0 to 4 bar (thesis, section 2.2.1) against its true gain and
+    offset."""
     effects, rng = (
         Effects.default().with_strength("sensor.pressure_gain", 4.0),
         np.random.default_rng(seed),
@@ -189,7 +191,8 @@ def test_the_virtual_bench_s_transducer_is_found_through_its_whole_chain(seed):
     line = fit_line(BAR * 3, volt)
     true_gain, true_offset_bar = gain(TANK, effects, 0.0), offset_si(TANK, effects, 0.0) / 1e5
     assert abs(true_gain - 1) > 0.01
-    # The converter's step of 0.3 mV is no noise that averages out: a fifth of it is allowed beside 3 u.
+    # The converter's step of 0.3 mV is no noise that averages out: a fifth of it is allowed beside
+    # 3 u.
     assert line.sensitivity == pytest.approx(
         0.5621 * true_gain, abs=3 * line.sensitivity_u + 6e-5 / 4
     )

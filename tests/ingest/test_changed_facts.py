@@ -1,4 +1,5 @@
-"""The same campaign again adds nothing; what changed under it is refused: both values are told, and the way out."""
+"""The same campaign again adds nothing; what changed under it is refused: both values are told, and
+the way out."""
 
 from __future__ import annotations
 
@@ -71,7 +72,8 @@ def refused_again(url, folder):
             '"kN"\nrange = 5.0',
             ("force.unit", "force.range"),
         ),
-        # several force channels are summed: the same column would hold one cell's force and an array's
+        # several force channels are summed: the same column would hold one cell's force and an
+        # array's
         (
             "range = 10000.0\n",
             'range = 10000.0\n[channels.force_2]\nquantity = "force"\nunit = "N"\n',
@@ -99,7 +101,8 @@ def test_recordings_added_later_do_not_take_another_unit(sqlite_url, tmp_path):
 
 
 def test_the_same_meaning_in_other_words_is_no_change(sqlite_url, hammer_folder):
-    """10 kN are 10,000 N; volts of 1 V/N are newtons, but these are other numbers of a file and stay refused above."""
+    """10 kN are 10,000 N; volts of 1 V/N are newtons, but these are other numbers of a file and
+    stay refused above."""
     replace_in(
         hammer_folder / "campaign.toml",
         'unit = "N"',

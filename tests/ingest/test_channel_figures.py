@@ -1,4 +1,5 @@
-"""Campaigns of accelerations alone: what the store says of their impacts, and of the shocks that no row stands for."""
+"""Campaigns of accelerations alone: what the store says of their impacts, and of the shocks that no
+row stands for."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def pulses(peaks_m_s2, duration_s=2e-3, every_s=0.3, noise=0.2, seed=1):
 
 
 def campaign(folder, recordings, runs, name="drops", channels=("acc",)):
-    """A folder of .npz recordings: `recordings` file -> channel -> record in m/s2; `runs`: each row's recording."""
+    """A folder of .npz recordings: `recordings` file -> channel -> record in m/s2; `runs`: each
+    row's recording."""
     declared = "".join(
         f'[channels.{c}]\nquantity = "acceleration"\nunit = "m/s2"\nposition = "{c}"\n'
         for c in channels

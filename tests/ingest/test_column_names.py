@@ -1,4 +1,5 @@
-"""Misspelt columns of runs.csv are refused; what is meant as a free factor is declared or confirmed."""
+"""Misspelt columns of runs.csv are refused; what is meant as a free factor is declared or
+confirmed."""
 
 from __future__ import annotations
 

@@ -26,7 +26,8 @@ from support.stores.stores import (
 
 @pytest.fixture
 def run_together(tmp_path):
-    """Commands at the same moment, each in a process of its own that is forked from one with all imports."""
+    """Commands at the same moment, each in a process of its own that is forked from one with all
+    imports."""
 
     def run(*commands):
         assert complaints(together(tmp_path / "said", [[command] for command in commands])) == []
@@ -64,9 +65,10 @@ def test_store_made_by_all_at_once(database_url, run_together):
 HITS = 2
 
 
-#: Of a recording whose configuration is known: BEGIN; whether it is there, was set aside, and its campaign; the keys of
-#: all its rows; itself; its channels; the series of each channel (here one); configurations and impacts; settings and
-#: pulses; other recordings with the same samples. COMMIT is not counted.
+#: Of a recording whose configuration is known: BEGIN; whether it is there, was set aside, and its
+#: campaign; the keys of all its rows; itself; its channels; the series of each channel (here one);
+#: configurations and impacts; settings and pulses; other recordings with the same samples. COMMIT
+#: is not counted.
 OF_A_RECORDING = 14
 
 
@@ -74,8 +76,9 @@ OF_A_RECORDING = 14
 def asked(any_store, tmp_path):
     """`asked(name, recordings, hits)`: how many statements the ingest of such a campaign takes.
 
-    Each campaign has samples of its own: a file that another campaign holds too is a finding, hence two statements
-    more, and whether two files of the same samples are the same depends on the second, which MATLAB's header states.
+    Each campaign has samples of its own: a file that another campaign holds too is a finding, hence
+    two statements more, and whether two files of the same samples are the same depends on the
+    second, which MATLAB's header states.
     """
     seeds = itertools.count(1)
 
@@ -116,7 +119,8 @@ def test_keys_follow_the_order_of_hits(any_store, tmp_path):
 
 @pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.slow), "2"])
 def test_killed_ingest_is_consistent_and_completes(tmp_path, jobs):
-    """Two kills, one in either half of the work; tests/faults/test_killed.py has a hundred, on either engine."""
+    """Two kills, one in either half of the work; tests/faults/test_killed.py has a hundred, on
+    either engine."""
     folder, killed = (
         hammer_campaign(tmp_path / "c", recordings=16, hits=HITS),
         tmp_path / "killed.db",

@@ -1,4 +1,5 @@
-"""Transfer function, deconvolution and delay on a system that is known, and on a measured record."""
+"""Transfer function, deconvolution and delay on a system that is known, and on a measured
+record."""
 
 from __future__ import annotations
 
@@ -104,7 +105,8 @@ def test_welch_finds_a_steadily_driven_system(clean: Record) -> None:
 
 
 def test_exponential_window_adds_its_own_damping(clean: Record) -> None:
-    """Response at frequency f and decay a is the system's at the complex frequency f + a / 2 pi i."""
+    """Response at frequency f and decay a is the system's at the complex frequency f + a / 2 pi
+    i."""
     tf = response_of(clean, segment=1000, end_weight=0.01)
     assert tf.decay_1_s == pytest.approx(-math.log(0.01) * RATE_HZ / 1000)
     z = np.exp((2j * np.pi * tf.frequency_hz + tf.decay_1_s) / RATE_HZ)
@@ -225,7 +227,8 @@ def test_silence_and_what_a_response_does_not_fit_are_refused(clean: Record) -> 
         deconvolve(clean.output, response_of(clean, segment=1000, end_weight=0.1), RATE_HZ)
 
 
-# --- delay -----------------------------------------------------------------------------------------------------------
+# --- delay
+# -----------------------------------------------------------------------------------------------------------
 
 
 def _half_sine(at: float, samples: float, length: int = 400) -> np.ndarray:
@@ -265,11 +268,13 @@ def test_two_samples_beyond_the_waves_travel_are_plausible(delay: float, plausib
     assert delay_is_plausible(delay, 1.24e-5, RATE_HZ) is plausible  # the wave takes 0.635 samples
 
 
-# --- a measured record -----------------------------------------------------------------------------------------------
+# --- a measured record
+# -----------------------------------------------------------------------------------------------
 
 
 def test_force_of_measured_hits_from_the_acceleration_of_others(real_data: Path) -> None:
-    """33 hammer hits at three positions: force rebuilt from A1z, each by the transfer function of the other hits."""
+    """33 hammer hits at three positions: force rebuilt from A1z, each by the transfer function of
+    the other hits."""
     record = np.load(real_data / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
     likeness, peaks = [], []
     for position in ("F1", "F2", "F3"):

@@ -1,4 +1,5 @@
-"""The impactor's velocity from contacts that are polynomials, which splines and fits must give back exactly."""
+"""The impactor's velocity from contacts that are polynomials, which splines and fits must give back
+exactly."""
 
 from __future__ import annotations
 
@@ -28,13 +29,15 @@ def parabola(
 def skewed(
     onset: float, length: float, *, height: float = HEIGHT, samples: int = SAMPLES
 ) -> np.ndarray:
-    """A cubic contact: its peak is after a third of its length, its integral until then 11/48 of height and length."""
+    """A cubic contact: its peak is after a third of its length, its integral until then 11/48 of
+    height and length."""
     x = (np.arange(samples) - onset) / length
     return np.where((x > 0) & (x < 1), height * 27 / 4 * x * (1 - x) ** 2, 0.0)
 
 
 def high_samples(values: np.ndarray, peak: int) -> np.ndarray:
-    """Samples about the peak that are not below seven tenths of it; the peak's neighbours at least."""
+    """Samples about the peak that are not below seven tenths of it; the peak's neighbours at
+    least."""
     low = np.flatnonzero(values < 0.7 * values[peak])
     begin = max(low[low < peak], default=-1) + 1
     end = min(low[low > peak], default=values.size) - 1
@@ -50,7 +53,8 @@ def uncertainty(
     *,
     velocity_share: float = 0.0,
 ) -> float:
-    """By hand: about the top, the slope of a fit is one of its coefficients, and moves the top by slope/curvature."""
+    """By hand: about the top, the slope of a fit is one of its coefficients, and moves the top by
+    slope/curvature."""
     at = high_samples(values, peak)
     degree = 3 if at.size >= 5 else 2
     fit, covariance = np.polyfit(at - top, values[at], degree, cov="unscaled")
@@ -60,7 +64,8 @@ def uncertainty(
     return math.hypot(math.hypot(*parts) / RATE_HZ, velocity_share)
 
 
-# --- exact contacts --------------------------------------------------------------------------------------------------
+# --- exact contacts
+# --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.03])
@@ -157,7 +162,8 @@ def test_what_precedes_the_onset_is_not_used() -> None:
     assert after == plain
 
 
-# --- onset -----------------------------------------------------------------------------------------------------------
+# --- onset
+# -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -171,7 +177,8 @@ def test_what_precedes_the_onset_is_not_used() -> None:
 def test_contact_begins_above_a_share_of_its_peak_or_four_deviations(
     noise: float, foot: float, begun: bool
 ) -> None:
-    """All as shares of the peak; the contact is a parabola of 40 samples but for the sample before it."""
+    """All as shares of the peak; the contact is a parabola of 40 samples but for the sample before
+    it."""
     values = parabola(PEAK, 19.4)
     values[PEAK - 20] = foot * HEIGHT
     onset = impact_velocity(
@@ -200,7 +207,8 @@ def test_contact_that_rises_within_one_sample_begins_in_it() -> None:
 
 @pytest.mark.parametrize("missing", [1.2, 1.7, 2.6])
 def test_onset_is_at_most_a_sample_before_the_first_one_above(missing: float) -> None:
-    """A parabola whose first samples read nothing: from one sample before the others on, it is integrated."""
+    """A parabola whose first samples read nothing: from one sample before the others on, it is
+    integrated."""
     half_width = 20.0
     top = PEAK + 0.3
     first_above = math.ceil(top - half_width + missing)
@@ -212,7 +220,8 @@ def test_onset_is_at_most_a_sample_before_the_first_one_above(missing: float) ->
     assert result.velocity_m_s == pytest.approx(area / RATE_HZ, rel=1e-9)
 
 
-# --- the peak, where it is not as it should be -----------------------------------------------------------------------
+# --- the peak, where it is not as it should be
+# -----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("beside", [-0.6, 0.6])
@@ -253,7 +262,8 @@ def test_samples_without_a_top_leave_it_at_the_peak(about: list[float], height: 
 
 
 def test_clipped_contact_ends_somewhere_on_its_plateau() -> None:
-    """Nine samples alike: the end of compression may be any of them, and its uncertainty is all nine."""
+    """Nine samples alike: the end of compression may be any of them, and its uncertainty is all
+    nine."""
     values = np.zeros(SAMPLES)
     values[PEAK - 4 : PEAK + 5] = HEIGHT
     result = impact_velocity(values, RATE_HZ, PEAK - 5, PEAK, noise_m_s2=0.1)
@@ -294,18 +304,21 @@ def test_impossible_contact_is_refused_with_its_limits(first: int, peak: int) ->
         impact_velocity(np.ones(100), RATE_HZ, first, peak, noise_m_s2=0.0)
 
 
-# --- noise before the contact ----------------------------------------------------------------------------------------
+# --- noise before the contact
+# ----------------------------------------------------------------------------------------
 
 
 def with_quiet(quiet: np.ndarray, first: int) -> np.ndarray:
-    """A contact that begins after `first`, and before it four samples at zero after the quiet ones."""
+    """A contact that begins after `first`, and before it four samples at zero after the quiet
+    ones."""
     values = skewed(first + 0.5, 30.0)
     values[first - 4 - quiet.size : first - 4] = quiet
     return values
 
 
 def test_noise_is_that_of_the_quiet_samples_that_end_four_before_the_contact() -> None:
-    """A hundred by one and a hundred by four either way: the median deviation is between, unless one is missed."""
+    """A hundred by one and a hundred by four either way: the median deviation is between, unless
+    one is missed."""
     quiet = np.resize([1.0, -1.0, 4.0, -4.0], 200)
     values = with_quiet(quiet, 290)
     values[: 290 - 204] = 50.0
@@ -332,7 +345,8 @@ def test_fewer_than_sixteen_quiet_samples_are_refused(first: int, quiet: int) ->
     )
 
 
-# --- half sines and Hertz's contact -----------------------------------------------------------------------------------
+# --- half sines and Hertz's contact
+# -----------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -354,7 +368,8 @@ AREA = {
 def contact(
     power: float, samples: float, phase: float, *, quiet: int = 220
 ) -> tuple[np.ndarray, int, int]:
-    """Deceleration of unit height that lasts `samples`, with `first` and `peak` as segmentation gives them."""
+    """Deceleration of unit height that lasts `samples`, with `first` and `peak` as segmentation
+    gives them."""
     x = np.arange(quiet + math.ceil(samples) + 20) - quiet - phase
     inside = (x > 0) & (x < samples)
     pulse = np.where(inside, np.sin(np.pi * np.clip(x / samples, 0, 1)) ** power, 0.0)

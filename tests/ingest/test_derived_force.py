@@ -1,4 +1,5 @@
-"""The gun's force from the plate's accelerations: a plate of known modes, struck by known forces."""
+"""The gun's force from the plate's accelerations: a plate of known modes, struck by known
+forces."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ from sqlalchemy import select
 from support.records.campaigns import write_folder
 
 RATE = 51_200.0
-#: Frequency (Hz), damping ratio and shape at the impact point and at two sensors (1/sqrt(kg)) of a free plate's modes;
-#: the first is its motion as a whole, 20 kg.
+#: Frequency (Hz), damping ratio and shape at the impact point and at two sensors (1/sqrt(kg)) of a
+#: free plate's modes; the first is its motion as a whole, 20 kg.
 MODES = (
     (0.0, 0.0, 0.2236, 0.2236, 0.2236),
     (310.0, 0.02, 0.31, 0.22, -0.27),
@@ -33,8 +34,9 @@ TOML = (
 
 
 def acceleration(force, sensor):
-    """Of the plate at a sensor under a force at the impact point: z'' = F - 2 zeta w z' - w^2 z of each mode, z and z'
-    by convolution with the closed impulse response exp(-zeta w t) sin(w_d t) / w_d."""
+    """Of the plate at a sensor under a force at the impact point: z'' = F - 2 zeta w z' - w^2 z of
+    each mode, z and z' by convolution with the closed impulse response exp(-zeta w t) sin(w_d t) /
+    w_d."""
     found = np.zeros_like(force)
     dt = 1 / RATE
     for frequency, zeta, impact, *sensors in MODES:

@@ -1,4 +1,5 @@
-"""The bullet's passage through the laser from signals whose edges, noise and levels are known exactly."""
+"""The bullet's passage through the laser from signals whose edges, noise and levels are known
+exactly."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ def blocked(*spans: tuple[int, int], samples: int = 200, depth: float = 1.0) -> 
 
 
 def on_an_edge(edge: ArrayLike) -> np.ndarray:
-    """A passage that begins with these samples after 100 free ones, and ends at once between samples 199 and 200."""
+    """A passage that begins with these samples after 100 free ones, and ends at once between
+    samples 199 and 200."""
     edge = np.asarray(edge, dtype=np.float64)
     signal = np.zeros(300)
     signal[100 : 100 + edge.size] = edge
@@ -42,7 +44,8 @@ def flicker(samples: int) -> np.ndarray:
     return np.where(np.arange(samples) % 2, -1.0, 1.0)
 
 
-# --- edges, levels and velocity --------------------------------------------------------------------------------------
+# --- edges, levels and velocity
+# --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.125, 0.5, 0.75])
@@ -64,7 +67,8 @@ def test_both_edges_are_found_at_a_fraction_of_a_sample(fraction: float) -> None
 
 @pytest.mark.parametrize("seed", range(3))
 def test_passage_against_time_has_its_edges_exchanged(seed: int) -> None:
-    """Noise on slow edges makes many crossings; the same ones count whichever way the bullet flies."""
+    """Noise on slow edges makes many crossings; the same ones count whichever way the bullet
+    flies."""
     shape = np.interp(np.arange(601), [160, 220, 380, 440], [0, 1, 1, 0])
     signal = shape + 0.06 * np.random.default_rng(seed).standard_normal(601)
     signal[:50] = signal[-50:] = 0  # the same rest either way
@@ -90,7 +94,8 @@ def test_passage_of_the_outermost_samples_is_whole_and_its_depth_a_median() -> N
     signal = blocked((100, 160))
     signal[110:120] = 2.0
     assert muzzle_velocity(signal, RATE_HZ, LENGTH_M).blocked_level == 1.0
-    # Two free samples at either end are all there is of rest; the bullet is in the beam for the less of 32.
+    # Two free samples at either end are all there is of rest; the bullet is in the beam for the
+    # less of 32.
     result = muzzle_velocity(blocked((2, 12), (30, 38), samples=40), RATE_HZ, LENGTH_M)
     assert (result.enter_sample, result.leave_sample) == (1.5, 11.5)
     last = muzzle_velocity(blocked((30, 38), samples=40), RATE_HZ, LENGTH_M)
@@ -105,7 +110,8 @@ def test_passage_of_the_outermost_samples_is_whole_and_its_depth_a_median() -> N
         ([0.2, 0.3, 0.5, 0.7], [2]),
         # Up, down and up again between the quarters.
         ([0.2, 0.3, 0.55, 0.45, 0.55, 0.65, 0.8], [1.8, 2.5, 3.5]),
-        # A spike between the quarters, long before the edge goes on, and a half that is met by a sample.
+        # A spike between the quarters, long before the edge goes on, and a half that is met by a
+        # sample.
         ([0.2, 0.3, 0.3, 0.3, 0.8, 0.3, 0.3, 0.3, 0.5, 0.7, 0.8], [3.4, 4.6, 8]),
         # A spike at the last sample below a quarter, a dip at the first above three quarters.
         (
@@ -132,12 +138,14 @@ def test_many_crossings_of_a_slow_noisy_edge_are_centred_on_it() -> None:
         muzzle_velocity(ramp + 0.05 * rng.standard_normal(1500), RATE_HZ, LENGTH_M).enter_sample
         for _ in range(60)
     ]
-    # The ramp rises by a deviation of the noise in six samples; the first of its crossings is early by as much.
+    # The ramp rises by a deviation of the noise in six samples; the first of its crossings is early
+    # by as much.
     assert np.std(found) < 2 * 6
     assert np.mean(found) == pytest.approx(500, abs=4 * np.std(found) / math.sqrt(60))
 
 
-# --- what is a passage -----------------------------------------------------------------------------------------------
+# --- what is a passage
+# -----------------------------------------------------------------------------------------------
 
 #: A robust deviation is 1.4826 times the median one, which is 1 for `flicker`.
 NOISE = 1.4826
@@ -159,7 +167,8 @@ def test_within_eight_deviations_is_refused_with_its_numbers(margin: float, sign
     signal = flicker(200)
     signal[100:160] = sign * margin * NOISE
     message = (
-        f"no passage: the laser departs from rest by {margin * NOISE:.3g} at most, and its noise is 1.48; "
+        f"no passage: the laser departs from rest by {margin * NOISE:.3g} at "
+        f"most, and its noise is 1.48; "
         "a bullet is expected to exceed 8 times the noise"
     )
     with pytest.raises(NoPassageError, match=f"^{re.escape(message)}$"):
@@ -176,7 +185,8 @@ def test_within_eight_deviations_is_refused_with_its_numbers(margin: float, sign
         (blocked((60, 64), (90, 93), (120, 124)), "^no passage: only short spikes$"),
         (
             blocked((60, 64), (90, 93), (120, 124), (150, 200)),
-            "^no whole passage: the beam is blocked at sample 150 and not freed by the record's end, sample 199$",
+            "^no whole passage: the beam is blocked at sample 150 and not "
+            "freed by the record's end, sample 199$",
         ),
         (blocked((0, 12)), "never free on one side"),
     ],
@@ -224,12 +234,14 @@ def test_first_sample_that_is_not_finite_is_named(bad: float) -> None:
         muzzle_velocity(signal, RATE_HZ, LENGTH_M)
 
 
-# --- uncertainty -----------------------------------------------------------------------------------------------------
+# --- uncertainty
+# -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("length_u_m", [None, 0.0, 2e-3])
 def test_uncertainty_adds_length_and_a_sample_in_squares(length_u_m: float | None) -> None:
-    """Equation 5.2, by relative uncertainties: a millimetre by default, and one period of the sampling."""
+    """Equation 5.2, by relative uncertainties: a millimetre by default, and one period of the
+    sampling."""
     given = {} if length_u_m is None else {"length_u_m": length_u_m}
     result = muzzle_velocity(blocked((100, 150)), RATE_HZ, LENGTH_M, **given)
     relative = math.hypot((1e-3 if length_u_m is None else length_u_m) / LENGTH_M, 1 / 50)
@@ -253,7 +265,8 @@ def test_uncertainty_is_the_scatter_of_length_over_time_and_broadcasts() -> None
     assert spread[1, 2] == pytest.approx(math.hypot(1e-3 / 1e-3, 0.02 * 4e-5 / 1e-3**2))
 
 
-# --- a bullet with its rebound, in noise ------------------------------------------------------------------------------
+# --- a bullet with its rebound, in noise
+# ------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -264,7 +277,8 @@ def rng() -> np.random.Generator:
 def laser(
     velocity, rng, *, noise=0.0, rest=0.13, depth=-0.048, edge_samples=4.0, enter=5000.3
 ) -> np.ndarray:
-    """One second of a bullet across the beam, ramps of `edge_samples` at its ends, and a slower one on its way back."""
+    """One second of a bullet across the beam, ramps of `edge_samples` at its ends, and a slower one
+    on its way back."""
     half, transit = edge_samples * np.array([-0.5, 0.5]), LENGTH_M / velocity * RATE_HZ
     edges = (enter, enter + transit, enter + 3 * transit, enter + 7 * transit)
     first, end, again, last = (np.interp(np.arange(25_000), edge + half, [0, 1]) for edge in edges)
@@ -280,7 +294,8 @@ def laser(
 def test_clean_passage_gives_the_velocity(velocity, enter, levels, edge) -> None:
     rng = np.random.default_rng(0)
     signal = laser(velocity, rng, rest=levels[0], depth=levels[1], enter=enter, edge_samples=edge)
-    # Between two samples of a sharp edge nothing tells where it lies: half a sample at either end at most.
+    # Between two samples of a sharp edge nothing tells where it lies: half a sample at either end
+    # at most.
     transit = LENGTH_M / velocity * RATE_HZ
     assert muzzle_velocity(signal, RATE_HZ, LENGTH_M).velocity_m_s == pytest.approx(
         velocity, rel=0.6 / transit
@@ -309,7 +324,8 @@ def test_uncertainty_is_that_of_table_5_1(thesis_tables: Path) -> None:
         rows = list(csv.DictReader(handle))
     measured = np.array([float(row["measured_velocity_m_s"]) for row in rows])
     spread = muzzle_velocity_uncertainty(LENGTH_M, LENGTH_M / measured, time_u_s=1 / RATE_HZ)
-    # Eq. 5.2 gives 0.1854 m/s for test 4, where 0.18 is printed; the other four round to the printed figures.
+    # Eq. 5.2 gives 0.1854 m/s for test 4, where 0.18 is printed; the other four round to the
+    # printed figures.
     assert spread == pytest.approx(
         [float(row["velocity_uncertainty_m_s"]) for row in rows], abs=0.0055
     )

@@ -1,4 +1,5 @@
-"""Velocities and pressures out of whole recordings: hammer with an accelerometer, gun with laser and transducer."""
+"""Velocities and pressures out of whole recordings: hammer with an accelerometer, gun with laser
+and transducer."""
 
 from __future__ import annotations
 
@@ -14,22 +15,26 @@ RATE = 51200.0
 MASS = 0.32
 
 HAMMER = (
-    '[campaign]\nname = "hammer"\nkind = "hammer"\ndate = "2026-01-01"\n[bench.hammer]\nmass_kg = 0.32\n'
+    '[campaign]\nname = "hammer"\nkind = "hammer"\ndate = '
+    '"2026-01-01"\n[bench.hammer]\nmass_kg = 0.32\n'
     '[channels.force]\nquantity = "force"\nunit = "N"\n'
     '[channels.head]\nquantity = "acceleration"\nunit = "g"\nposition = "hammer"\n'
 )
 GUN = (
     '[campaign]\nname = "gun"\nkind = "gun"\ndate = "2026-01-01"\n'
     '[channels.laser]\nquantity = "voltage"\nunit = "V"\nposition = "muzzle"\n'
-    '[channels.tank]\nquantity = "pressure"\nunit = "bar"\nsensitivity = 0.5621\noffset_v = 0.3624\n'
+    '[channels.tank]\nquantity = "pressure"\nunit = "bar"\nsensitivity = '
+    "0.5621\noffset_v = 0.3624\n"
     '[channels.cell]\nquantity = "force"\nunit = "kN"\n'
 )
 
 
 def hits(velocities, width_s=1.2e-3, restitution=0.6, seconds=2.0):
-    """Force and acceleration of a rigid hammer of `MASS` that hits with `velocities` and leaves with less.
+    """Force and acceleration of a rigid hammer of `MASS` that hits with `velocities` and leaves
+    with less.
 
-    Force is a half-sine whose impulse is m (1 + e) v; while it presses, the hammer's deceleration is F / m.
+    Force is a half-sine whose impulse is m (1 + e) v; while it presses, the hammer's deceleration
+    is F / m.
     """
     time = np.arange(round(seconds * RATE)) / RATE
     force = np.zeros_like(time)
@@ -52,7 +57,8 @@ def ring(acceleration, frequency_hz=6000.0, damping=0.02):
 
 @pytest.mark.parametrize("count", [1, 10], ids=["one hit, raw", "ten hits, deconvolved"])
 def test_impact_velocity_is_the_hammers(store, tmp_path, count):
-    # At the end of compression half of the impulse of a symmetric pulse has passed: v_i = (1 + e) v / 2.
+    # At the end of compression half of the impulse of a symmetric pulse has passed: v_i = (1 + e) v
+    # / 2.
     velocities = np.linspace(0.8, 2.4, count) if count > 1 else np.array([1.5])
     rng = np.random.default_rng(3)
     _, force = hits(velocities)

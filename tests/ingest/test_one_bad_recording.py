@@ -1,4 +1,5 @@
-"""One recording that cannot be processed costs itself alone, and what a store knows of a file is told."""
+"""One recording that cannot be processed costs itself alone, and what a store knows of a file is
+told."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ HAMMER_CHANNEL = '[channels.head]\nquantity = "acceleration"\nunit = "m/s2"\npos
 
 
 def with_head(folder, lost, value=np.nan):
-    """The campaign's recordings with an acceleration of the hammer, of which recording 1 lacks the samples `lost`."""
+    """The campaign's recordings with an acceleration of the hammer, of which recording 1 lacks the
+    samples `lost`."""
     card = folder / "campaign.toml"
     card.write_text(card.read_text() + "\n" + HAMMER_CHANNEL)
     for number in (1, 3):

@@ -29,7 +29,8 @@ def plan_of(store, rows, name="plan", kind="hammer", repetitions=2, columns=COLU
             levels = [level_of(column, str(row[column]), names) for column in columns]
             session.add(
                 PlannedRun(
-                    plan_id=plan.id, run=number, position=number, repetitions=repetitions, treatment={}, settings={},
+                    plan_id=plan.id, run=number, position=number, repetitions=repetitions,
+                    treatment={}, settings={},
                     configuration_id=configuration_id(session, levels),
                 )
             )  # fmt: skip

@@ -1,4 +1,5 @@
-"""What the rows say is held against the pulses, recordings against each other; a hit without a row is told."""
+"""What the rows say is held against the pulses, recordings against each other; a hit without a row
+is told."""
 
 from __future__ import annotations
 
@@ -88,7 +89,8 @@ def test_one_recording_under_two_runs_is_doubted(sqlite_url, tmp_path):
 
 @pytest.mark.parametrize(("ratio", "doubted"), [(0.3, False), (0.2, True)])
 def test_light_plate_takes_its_share_of_the_lower_limit(sqlite_url, tmp_path, ratio, doubted):
-    """A plate as heavy as the hammer's head, which flies off with half of the momentum: half of the limit, 0.25."""
+    """A plate as heavy as the hammer's head, which flies off with half of the momentum: half of the
+    limit, 0.25."""
     _, impulse_n_s = campaign(tmp_path / "a")
     folder, _ = campaign(tmp_path / "b", impact_velocity_m_s=impulse_n_s / MASS_KG / ratio)
     card = folder / "campaign.toml"
@@ -147,7 +149,8 @@ def test_force_of_another_sign_than_the_others_is_doubted(
 
 
 def test_doubt_of_a_sign_follows_the_campaign_as_it_grows(sqlite_url, tmp_path):
-    """One negative beside one positive is doubted; with two more negative ones, the positive one is."""
+    """One negative beside one positive is doubted; with two more negative ones, the positive one
+    is."""
     folder = signed_campaign(tmp_path / "c", (1, -1, -1, -1))
     rows = hammer_rows(4, 1)
     write_runs(folder, rows[:2])
@@ -221,7 +224,8 @@ def test_as_many_rows_as_hits_have_nothing_to_tell(sqlite_url, tmp_path, hits):
 
 
 def test_touch_before_the_hit_is_told(sqlite_url, tmp_path):
-    """Within a tenth of a second two contacts are one impact; the smaller one is told also where it came first."""
+    """Within a tenth of a second two contacts are one impact; the smaller one is told also where it
+    came first."""
     folder = hammer_campaign(tmp_path / "c", 1)
     early, hit = Blow(0.05, 500.0, 0.8e-3), Blow(0.09, 1000.0, 0.8e-3)
     report, _ = report_of(folder, sqlite_url, (early, hit), hammer_rows(1, 1))
@@ -232,7 +236,8 @@ def test_touch_before_the_hit_is_told(sqlite_url, tmp_path):
 
 
 def test_ringing_before_the_hit_is_no_touch():
-    """A band-limited impulse rings before its peak (sin x / x: 12.8 % upwards, 21.7 % downwards)."""
+    """A band-limited impulse rings before its peak (sin x / x: 12.8 % upwards, 21.7 %
+    downwards)."""
     time = np.arange(-2000, 2000)
     (pulse,) = find_hits(1000.0 * np.sinc(time / 4.0), FS_HZ).pulses
     assert pulse.peak_force_n == pytest.approx(1000.0)

@@ -1,4 +1,5 @@
-"""Level and onset of the tank's drop: laws that are known exactly, blow-downs in closed form, and the virtual gun."""
+"""Level and onset of the tank's drop: laws that are known exactly, blow-downs in closed form, and
+the virtual gun."""
 
 from __future__ import annotations
 
@@ -104,7 +105,8 @@ def test_first_sample_that_is_not_finite_is_named(bad: float) -> None:
 
 @pytest.mark.parametrize("at_s", [-0.2, -0.05, -0.01, 0.0])
 def test_a_record_that_begins_within_the_drop_has_no_level(at_s: float) -> None:
-    """A mean over its first samples would be too low, and the better the record the more of its uncertainties."""
+    """A mean over its first samples would be too low, and the better the record the more of its
+    uncertainties."""
     for power in (1.5, 2.0, 3.0):
         with pytest.raises(ShortRestError, match="begin it earlier"):
             pressure_drop(drop(power, at_s=at_s), RATE_HZ)
@@ -112,7 +114,8 @@ def test_a_record_that_begins_within_the_drop_has_no_level(at_s: float) -> None:
 
 @pytest.mark.parametrize("power", [1.5, 2.0, 2.5])
 def test_the_moment_of_other_records_gives_the_level_before_a_drop_in_noise(power: float) -> None:
-    """Noise of 5 % in a sample leaves open whether the drop begins before the record, which begins 50 ms before it."""
+    """Noise of 5 % in a sample leaves open whether the drop begins before the record, which begins
+    50 ms before it."""
     opening = 0.05, 0.01
     deviations = []
     for seed in range(6):
@@ -191,7 +194,8 @@ def test_uncertainty_covers_hum_whatever_its_phase(frequency_hz: float) -> None:
 
 
 def test_uncertainty_of_a_wander_is_its_scatter() -> None:
-    """Neighbours alike over 20 ms: as if independent, the level would look many times better than it is."""
+    """Neighbours alike over 20 ms: as if independent, the level would look many times better than
+    it is."""
     rng, reading = np.random.default_rng(4), []
     for _ in range(12):
         wander = 100 * np.repeat(rng.standard_normal(25), 2_000)
@@ -201,9 +205,11 @@ def test_uncertainty_of_a_wander_is_its_scatter() -> None:
     assert scatter < 1.3 * claimed
 
 
-# --- blow-down through a hole that opens by a law of its own --------------------------------------------------------
+# --- blow-down through a hole that opens by a law of its own
+# --------------------------------------------------------
 
-#: Open share of the port over the share of its time: nothing of these is a power of time all the way.
+#: Open share of the port over the share of its time: nothing of these is a power of time all the
+#: way.
 PORTS = {
     "two circles": lambda u: (2 * np.arccos(1 - u) - 2 * (1 - u) * np.sqrt(u * (2 - u))) / np.pi,
     "ramp": lambda u: u,
@@ -214,8 +220,9 @@ PORTS = {
 
 
 def blow_down(port: str, opening_s: float, time_s: np.ndarray) -> np.ndarray:
-    """4 bar over the surroundings from a tank that empties adiabatically through a choked port from 0 s on, 0.12 s
-    when it is open: p = p0 (1 + (gamma - 1) / 2 * integral of the open share / tau)^(-2 gamma / (gamma - 1))."""
+    """4 bar over the surroundings from a tank that empties adiabatically through a choked port from
+    0 s on, 0.12 s when it is open: p = p0 (1 + (gamma - 1) / 2 * integral of the open share /
+    tau)^(-2 gamma / (gamma - 1))."""
     fine = np.linspace(0, time_s[-1], 20_000)
     share = PORTS[port](np.clip(fine / opening_s, 0, 1))
     integral = np.concatenate([[0.0], np.cumsum((share[1:] + share[:-1]) / 2 * np.diff(fine))])
@@ -260,7 +267,8 @@ def test_blow_downs_through_ports_of_five_laws_lie_within_their_uncertainties(
         assert np.abs(errors).max() < 3.5
 
 
-# --- the virtual gun ------------------------------------------------------------------------------------------------
+# --- the virtual gun
+# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -314,7 +322,8 @@ def shots_of(
 
 
 def scores(shots: list[Shot]) -> np.ndarray:
-    """Errors of level and moment over their stated uncertainties (n, 2), of the shots that were read."""
+    """Errors of level and moment over their stated uncertainties (n, 2), of the shots that were
+    read."""
     return np.array(
         [
             (

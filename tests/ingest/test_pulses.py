@@ -1,4 +1,5 @@
-"""Smoothing and measures against pulses whose every figure is known, and shapes whose samples give it exactly."""
+"""Smoothing and measures against pulses whose every figure is known, and shapes whose samples give
+it exactly."""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ def test_half_sine_gives_its_own_figures_back(peak, samples, start, sign, offset
     assert pulse.sign == sign
     assert pulse.start_s == pytest.approx(start, abs=1.01 * step + 0.002 * width)
     assert width - 0.01 * width - step <= pulse.contact_time_s <= width + 2 * step
-    # the highest sample lies at most half a step from the peak; the spline between samples gets nearer
+    # the highest sample lies at most half a step from the peak; the spline between samples gets
+    # nearer
     assert peak * np.cos(np.pi / 2 / samples) * 0.999 <= pulse.peak_force_n <= peak * 1.001
     assert pulse.spline_peak_force_n == pytest.approx(peak, rel=0.01)
     assert pulse.impulse_n_s == pytest.approx(2 / np.pi * peak * width, rel=0.02)

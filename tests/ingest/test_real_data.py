@@ -144,7 +144,8 @@ def test_example_campaigns_ingest_whole(store, examples, name, impacts, shots, r
 
 @pytest.mark.parametrize("shock", AFRL)
 def test_afrl_shocks_have_the_published_figures(store, real_data, tmp_path, shock):
-    """As a pulse, and as a campaign without a force; peak and width after a 50 kHz low-pass, as published."""
+    """As a pulse, and as a campaign without a force; peak and width after a 50 kHz low-pass, as
+    published."""
     from scipy.signal import butter, sosfiltfilt
 
     record = np.load(real_data / "afrl-ds3-electronics-shock" / "shocks.npz")[shock]
@@ -165,7 +166,8 @@ def test_afrl_shocks_have_the_published_figures(store, real_data, tmp_path, shoc
 
 
 def test_irvine_records_have_the_published_velocities_and_spectrum(real_data):
-    """Raw, the record integrates to -75.2 m/s, cleaned to none; a synthesised record comes with its spectrum."""
+    """Raw, the record integrates to -75.2 m/s, cleaned to none; a synthesised record comes with its
+    spectrum."""
     records = np.load(real_data / "vibrationdata-irvine" / "records.npz")
     velocities = []
     for key in ("rv_separation_raw_txt", "rv_separation_cleaned_txt"):

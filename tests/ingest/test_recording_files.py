@@ -1,4 +1,5 @@
-"""How `runs.csv` names a recording: folders parted by / or \\, and several files that hold a channel each."""
+"""How `runs.csv` names a recording: folders parted by / or \\, and several files that hold a
+channel each."""
 
 from __future__ import annotations
 
@@ -76,8 +77,8 @@ def test_path_outside_of_the_folder_is_refused(refused, hammer_folder, text):
 
 
 def split_campaign(tmp_path):
-    """Three recordings of a force and two accelerations, each in three CSV files; the second acceleration has every
-    other sample."""
+    """Three recordings of a force and two accelerations, each in three CSV files; the second
+    acceleration has every other sample."""
     made = plate_campaign(tmp_path / "plate")
     steps = {"force": 1, "acceleration_1": 1, "acceleration_2": 2}
     for number, channels in made.written.items():

@@ -1,4 +1,5 @@
-"""Pulses cut anew: previewed without a trace, stored as previewed, and back to an earlier version without a new row."""
+"""Pulses cut anew: previewed without a trace, stored as previewed, and back to an earlier version
+without a new row."""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ def in_use(store):
 
 
 def test_preview_changes_no_row_and_stored_settings_preview_the_stored_pulse(store):
-    """An untouched setting shows what is there: the preview is the extraction itself, not a likeness."""
+    """An untouched setting shows what is there: the preview is the extraction itself, not a
+    likeness."""
     before, used = count_rows(store), in_use(store)
     preview = preview_impacts(store, recordings(store)[0], OTHER)
     assert (len(preview.pulses), preview.mismatch) == (2, None)

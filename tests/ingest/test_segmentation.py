@@ -1,4 +1,5 @@
-"""Rest, events and contacts of records whose every sample is known, and pulses that fill much of their record."""
+"""Rest, events and contacts of records whose every sample is known, and pulses that fill much of
+their record."""
 
 from __future__ import annotations
 
@@ -178,7 +179,8 @@ def test_events_exceed_share_and_noise_both_and_drift_does_not_tilt_them():
 
 
 def hit_with_shift(offset, slope=0.0):
-    """A half sine of 1000 N over 101 samples from sample 1000 on, in whose last fifth the sensor shifts by `offset`."""
+    """A half sine of 1000 N over 101 samples from sample 1000 on, in whose last fifth the sensor
+    shifts by `offset`."""
     force = np.random.default_rng(3).normal(0.0, 0.2, 6000)
     force[1000:1101] += 1000.0 * np.sin(np.pi * np.arange(101) / 100)
     force[1080:1101] += offset * np.linspace(0.0, 1.0, 21)
@@ -221,7 +223,8 @@ def record(
     noise: float = NOISE_N,
     constant_s: float | None = None,
 ):
-    """(n,) force in newtons of one pulse that fills a share of the record; `constant_s` of the sensor's high pass."""
+    """(n,) force in newtons of one pulse that fills a share of the record; `constant_s` of the
+    sensor's high pass."""
     phase = (np.arange(SAMPLES) / SAMPLES - start) / share
     force = PEAK_N * np.where(
         (phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** SHAPES[shape][0], 0.0
@@ -237,7 +240,8 @@ def record(
 @pytest.mark.parametrize("share", SHARES)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_peak_and_impulse_are_those_of_the_closed_form(shape, share, start, sign):
-    """Peak within 1 % and three deviations of noise, impulse within 1 % and what the threshold cuts off the flanks."""
+    """Peak within 1 % and three deviations of noise, impulse within 1 % and what the threshold cuts
+    off the flanks."""
     (pulse,) = extract_pulses(sign * record(share, shape, start), RATE_HZ)
     assert pulse.peak_force_n == pytest.approx(PEAK_N, abs=0.01 * PEAK_N + 3 * NOISE_N)
     assert pulse.impulse_n_s == pytest.approx(
@@ -258,7 +262,8 @@ def test_without_noise_a_slow_half_sine_is_exact(share):
 @pytest.mark.parametrize("share", [0.05, 0.2, 0.4, 0.6, 0.8])
 @pytest.mark.parametrize("lengths", [5, 20])
 def test_what_an_ac_coupled_sensor_sags_below_rest_is_not_taken_for_rest(share, lengths):
-    """Truth: the filtered record without noise. Behind the pulse the sensor lies below its rest, before it at rest."""
+    """Truth: the filtered record without noise. Behind the pulse the sensor lies below its rest,
+    before it at rest."""
     constant_s = lengths * share * RECORD_S
     clean = record(share, "half sine", noise=0.0, constant_s=constant_s)
     (pulse,) = extract_pulses(record(share, "half sine", constant_s=constant_s), RATE_HZ)

@@ -1,4 +1,5 @@
-"""A damaged recording is set aside with its reason, never half stored; a lost channel costs that channel alone."""
+"""A damaged recording is set aside with its reason, never half stored; a lost channel costs that
+channel alone."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ def cut(path, share=0.6):
 
 @pytest.fixture
 def reported(sqlite_url, tmp_path):
-    """`reported(recordings, **arrays)`: what is told of a campaign whose first recording holds these arrays."""
+    """`reported(recordings, **arrays)`: what is told of a campaign whose first recording holds
+    these arrays."""
 
     def report(recordings=2, **arrays):
         folder = hammer_campaign(tmp_path / "c", recordings=recordings)
@@ -105,7 +107,8 @@ def test_campaign_with_nothing_usable_is_refused(refused, tmp_path):
 
 
 def with_sample(value):
-    """A number that no sensor gives: figures of it overflowed, with warnings of NumPy in place of a reason."""
+    """A number that no sensor gives: figures of it overflowed, with warnings of NumPy in place of a
+    reason."""
     record = two_blows().astype(np.float64)
     record[7] = value
     return record
@@ -188,7 +191,8 @@ def test_ingest_error_leaves_an_existing_campaign_alone(stored_hammer):
 
 
 def test_reason_that_cannot_be_printed_is_stored(database_url, tmp_path):
-    """A channel's name of half a kilobyte of noise stood in the reason, and PostgreSQL takes no NUL."""
+    """A channel's name of half a kilobyte of noise stood in the reason, and PostgreSQL takes no
+    NUL."""
     from nptdms import ChannelObject, TdmsWriter
 
     folder = hammer_campaign(tmp_path / "c", recordings=2)
@@ -235,7 +239,8 @@ def test_name_in_a_header_that_is_no_text_is_stored(sqlite_url, tmp_path):
 
 
 def campaign(tmp_path, **channels):
-    """Three recordings of force and two accelerations; the second holds `channels` in their place."""
+    """Three recordings of force and two accelerations; the second holds `channels` in their
+    place."""
     made = plate_campaign(tmp_path / "plate")
     path = made.folder / "2.npz"
     record = force_record(blows(2, 2), np.random.default_rng(2))
@@ -312,7 +317,8 @@ def test_recording_without_force_or_with_another_spelling_is_set_aside(
 
 
 def test_channel_that_is_there_and_no_signal_is_not_missing(sqlite_url, tmp_path):
-    """A column of words under the declared name is a damaged channel: the recording is set aside as before."""
+    """A column of words under the declared name is a damaged channel: the recording is set aside as
+    before."""
     folder, path = campaign(tmp_path, force=1.0, acceleration_1=1.0)
     record = force_record(blows(2, 2), np.random.default_rng(2))
     words = np.full(record.size, "n/a")

@@ -1,4 +1,5 @@
-"""Tables of runs from spreadsheets give what the same table gives as CSV, and what would be lost is refused."""
+"""Tables of runs from spreadsheets give what the same table gives as CSV, and what would be lost is
+refused."""
 
 from __future__ import annotations
 

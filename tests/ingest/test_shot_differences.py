@@ -1,4 +1,5 @@
-"""Rows of runs.csv against the recordings of their shots: factors, offsets, single shots, and right campaigns."""
+"""Rows of runs.csv against the recordings of their shots: factors, offsets, single shots, and right
+campaigns."""
 
 from __future__ import annotations
 
@@ -99,7 +100,8 @@ def test_a_pair_differs_beyond_its_uncertainties_and_the_share() -> None:
     )
 
 
-# --- through an ingest ------------------------------------------------------------------------------------------------
+# --- through an ingest
+# ------------------------------------------------------------------------------------------------
 
 VELOCITY_M_S, LENGTH_M = 17.0, 0.085
 
@@ -120,7 +122,8 @@ def signals(bar: float, velocity_m_s: float) -> dict[str, np.ndarray]:
 
 @pytest.fixture
 def shots(gun_folder: Path):
-    """`shots(velocity_factor, pressure_factor, offset_bar)`: a folder of six shots whose rows are off by these."""
+    """`shots(velocity_factor, pressure_factor, offset_bar)`: a folder of six shots whose rows are
+    off by these."""
     toml = (gun_folder / "campaign.toml").read_text(encoding="utf-8")
     channels = """
 [channels.tank_pressure]
@@ -219,7 +222,8 @@ def test_absolute_pressures_are_named_as_such(sqlite_url, shots) -> None:
 
 
 def virtual_pairs(rng: np.random.Generator, shots: int) -> tuple[list[ValuePair], list[ValuePair]]:
-    """Velocities that the lab measured to 1 % at the vents, and set pressures, against recordings of virtual shots."""
+    """Velocities that the lab measured to 1 % at the vents, and set pressures, against recordings
+    of virtual shots."""
     effects = Effects.default()
     for name in (
         "sensor.pressure_gain",

@@ -1,4 +1,5 @@
-"""A unit that is wrong throughout a campaign is one refusal with the factor; correct campaigns are never refused."""
+"""A unit that is wrong throughout a campaign is one refusal with the factor; correct campaigns are
+never refused."""
 
 from __future__ import annotations
 
@@ -21,8 +22,8 @@ MASS_KG, WIDTH_S, RATIO = 0.32, 1e-3, 1.5
 
 
 def campaign(folder, factor, wrong=None, rate_factor=1.0):
-    """A hammer campaign with a hit a recording; the force is written in a unit that reads `factor` times newtons, the
-    sampling rate in one that reads `rate_factor` times hertz."""
+    """A hammer campaign with a hit a recording; the force is written in a unit that reads `factor`
+    times newtons, the sampling rate in one that reads `rate_factor` times hertz."""
     rows, files = ["run,repetition,tip_material,tip_radius_mm,impact_velocity_m_s,recording"], {}
     rng = np.random.default_rng(0)
     time_s = np.arange(round(0.1 * FS_HZ)) / FS_HZ - 0.04
@@ -106,7 +107,8 @@ def test_a_correct_campaign_has_no_finding(store, tmp_path):
 
 
 def test_ratios_of_correct_benches_are_never_refused():
-    """Of 168 impacts of virtual hammer campaigns by integrated velocities: 1.8 to 4.6; of guns 1 to 2."""
+    """Of 168 impacts of virtual hammer campaigns by integrated velocities: 1.8 to 4.6; of guns 1 to
+    2."""
     rng = np.random.default_rng(0)
     for _ in range(500):
         refuse_wrong_unit("c", [MomentumRatio(r, True) for r in rng.uniform(1.8, 4.6, 12)])

@@ -68,7 +68,8 @@ def test_iterator_that_is_closed_cancels_the_rest(lab, tmp_path):
 
 
 def test_work_of_a_worker_that_is_killed_goes_to_the_other(tmp_path):
-    """Killed over an item that it holds, after others were finished; what is shared had been sent to it, too."""
+    """Killed over an item that it holds, after others were finished; what is shared had been sent
+    to it, too."""
     with dask_cluster(tmp_path) as running:
         work = run_all_tasks(
             ExecutorConfig("dask", scheduler=running.address),

@@ -1,4 +1,5 @@
-"""Work that is spread over processes of this machine: who may do it, in what order, and what a death costs."""
+"""Work that is spread over processes of this machine: who may do it, in what order, and what a
+death costs."""
 
 from __future__ import annotations
 

@@ -1,10 +1,12 @@
-"""Makes the stored database of the newest revision: run it once when a revision is added, and commit the file.
+"""Makes the stored database of the newest revision: run it once when a revision is added, and
+commit the file.
 
     python tests/schema/make_stored.py
 
-The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots with two diagnoses
-(one with details) and what was adopted from the first, a job that waits beside one that is done, and a tombstone, so
-that an upgrade is tried on every kind of row that they write. It is deflated: SQLite pages are mostly air.
+The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots
+with two diagnoses (one with details) and what was adopted from the first, a job that waits beside
+one that is done, and a tombstone, so that an upgrade is tried on every kind of row that they write.
+It is deflated: SQLite pages are mostly air.
 """
 
 from __future__ import annotations
@@ -93,7 +95,8 @@ def add_diagnosis(store: Store) -> None:
         session.flush()
         effect = {"id": "gun.back_pressure"}
         configuration = {"stages": ["gun"], "effects": [effect], "sources": {}}
-        version = TwinVersion(version=1, campaign_id=shots, diagnosis_id=report.id, adopted_at=when, reason="stored",
+        version = TwinVersion(version=1, campaign_id=shots, diagnosis_id=report.id, adopted_at=when,
+        reason="stored",
                               configuration=configuration)  # fmt: skip
         session.add(version)
         session.add(_with_details(shots, when))
@@ -156,7 +159,8 @@ def add_tombstone(store: Store) -> None:
     }
     with store.writing() as session:
         session.add(
-            Tombstone(kind="campaign", campaign="gone", content_hash="0" * 64, deleted_at=when, reason="a test",
+            Tombstone(kind="campaign", campaign="gone", content_hash="0" * 64, deleted_at=when,
+            reason="a test",
                       counts={"impacts": 2}, stood_on=stood_on)
         )  # fmt: skip
 
@@ -165,7 +169,8 @@ def add_registered_version(store: Store) -> None:
     """A version of a model whose registry is elsewhere."""
     with store.writing() as session:
         session.add(
-            RegisteredVersion(label="linear@1", name="linear", version=1, dataset="stored", dataset_hash="0" * 64,
+            RegisteredVersion(label="linear@1", name="linear", version=1, dataset="stored",
+            dataset_hash="0" * 64,
                               sha256="1" * 64, registry_address="sqlite:///lab-models.db",
                               registered_at=datetime(2026, 1, 6, tzinfo=UTC),
                               record={"run_id": "r", "model_id": "m", "tags": {}})

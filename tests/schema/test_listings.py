@@ -1,4 +1,5 @@
-"""Listings: every matching row once, in order, filtered and thinned in the database, and how often it is asked."""
+"""Listings: every matching row once, in order, filtered and thinned in the database, and how often
+it is asked."""
 
 from __future__ import annotations
 
@@ -122,21 +123,23 @@ def test_condition_keeps_just_what_it_says(filled, condition, expected):
 
 @pytest.fixture(scope="module")
 def doubted(new_database):
-    """Impact 1 is warned of, 2 warned of and rejected, 3 shares a recording that is warned of with 4, whose own finding
-    is a note; 5 has one of a note alone. The others have no recording.
+    """Impact 1 is warned of, 2 warned of and rejected, 3 shares a recording that is warned of with
+    4, whose own finding is a note; 5 has one of a note alone. The others have no recording.
     """
     warnings = [(1, 1, "warning"), (2, 2, "warning"), (3, None, "warning")]
     said = [*warnings, (2, 2, "reject"), (3, 4, "note"), (5, 5, "note")]
     with _filled(new_database()) as store:
         with store.writing() as session:
             for key, impacts in ((1, (1,)), (2, (2,)), (3, (3, 4)), (5, (5,))):
-                session.add(Recording(id=key, campaign_id=1, path=str(key), sha256="0" * 64, size_bytes=1, format="csv",
+                session.add(Recording(id=key, campaign_id=1, path=str(key), sha256="0" * 64,
+                size_bytes=1, format="csv",
                                       status="stored"))  # fmt: skip
                 session.flush()
                 for impact in impacts:
                     session.get_one(Impact, impact).recording_id = key
             for recording, impact, severity in said:
-                session.add(QualityFinding(recording_id=recording, impact_id=impact, check="rest", severity=severity,
+                session.add(QualityFinding(recording_id=recording, impact_id=impact, check="rest",
+                severity=severity,
                                            message="m", evidence={}))  # fmt: skip
         yield store
 
@@ -224,7 +227,8 @@ MANY = (
 
 
 def test_many_configurations_are_no_values_of_a_statement(filled, monkeypatch):
-    """A statement with a value for each of 65,536 configurations was refused by PostgreSQL, by SQLite half of that."""
+    """A statement with a value for each of 65,536 configurations was refused by PostgreSQL, by
+    SQLite half of that."""
     few = [listed(filled, *where, campaign=campaign) for where in MANY for campaign in (None, "b")]
     monkeypatch.setattr(conditions, "_MOST_KEYS", 0)
     monkeypatch.setattr(conditions, "span_of", _without_keys)
@@ -384,7 +388,8 @@ IMPACTS = 97
 
 @pytest.fixture(scope="module")
 def thinned(new_database):
-    """97 impacts with an earlier and a current pulse each, one in three of steel; a last one without a pulse."""
+    """97 impacts with an earlier and a current pulse each, one in three of steel; a last one
+    without a pulse."""
     with open_store(new_database(), Writer("test", "0"), create=True) as thinned:
         with thinned.writing() as session:
             session.add(Campaign(id=1, name="c", kind="hammer", date=WHEN.date(), fingerprint="c"))
@@ -470,7 +475,8 @@ def test_known_configurations_are_asked_for_at_once(store):
 
 
 def test_new_configuration_takes_few_statements_for_all_its_levels(store):
-    """The configuration: looked for, within a savepoint, its levels; of the levels only the new radius costs more."""
+    """The configuration: looked for, within a savepoint, its levels; of the levels only the new
+    radius costs more."""
     configurations(store, 10)
     _, of_one = configurations(store, 11)
     _, of_four = configurations(store, 15)

@@ -82,7 +82,8 @@ def test_a_store_with_known_facts_goes_back_and_forth(database_url, tmp_path):
     folder, other = gun_campaign(tmp_path / "gun"), gun_campaign(tmp_path / "other", name="other")
     with (folder / "campaign.toml").open("a", encoding="utf-8") as file:
         file.write(
-            '[known]\nsensor.velocity_gain.gain = { value = 1.0, u = 0.002, source = "certificate" }\n'
+            "[known]\nsensor.velocity_gain.gain = { value = 1.0, u = 0.002, "
+            'source = "certificate" }\n'
         )
     ingested(database_url, folder, other)
     engine = make_engine(database_url)

@@ -1,4 +1,5 @@
-"""Raw series: exact, whole and by slice, damage noticed; chunks, packings and the counts of a converter."""
+"""Raw series: exact, whole and by slice, damage noticed; chunks, packings and the counts of a
+converter."""
 
 from __future__ import annotations
 
@@ -76,11 +77,14 @@ def stored(store: Store, samples: np.ndarray, chunk_samples: int) -> int:
         session.flush()
         encoded = encode_series(samples, chunk_samples)
         channel = RecordedChannel(
-            name="force", quantity="force", unit="N", si_unit="N", si_gain=1.0, si_offset=0.0, sampling_rate_hz=1.0,
-            start_s=0.0, samples=samples.size, sha256=encoded.sha256, header={}, **vars(encoded.layout),
+            name="force", quantity="force", unit="N", si_unit="N", si_gain=1.0, si_offset=0.0,
+            sampling_rate_hz=1.0,
+            start_s=0.0, samples=samples.size, sha256=encoded.sha256, header={},
+            **vars(encoded.layout),
         )  # fmt: skip
         recording = Recording(
-            campaign_id=campaign.id, path="a.npz", sha256="0" * 64, size_bytes=1, format="npz", status="stored",
+            campaign_id=campaign.id, path="a.npz", sha256="0" * 64, size_bytes=1, format="npz",
+            status="stored",
             channels=[channel],
         )  # fmt: skip
         session.add(recording)

@@ -1,4 +1,5 @@
-"""The store's promises: whole transactions, signed rows, rules in the database, clear refusals, JSON as it went in."""
+"""The store's promises: whole transactions, signed rows, rules in the database, clear refusals,
+JSON as it went in."""
 
 from __future__ import annotations
 

@@ -121,7 +121,8 @@ def vouched(registry: Registry, version: Version) -> Version:
 def test_what_mlflow_would_run_is_not_asked(
     registered: tuple[Registry, Version], trap: Path
 ) -> None:
-    """`MLmodel` names the module that MLflow's own `load_model` imports, and a folder of code beside it.
+    """`MLmodel` names the module that MLflow's own `load_model` imports, and a folder of code
+    beside it.
 
     Neither is run, not even where whoever planted them could change the digests, too.
     """
@@ -225,7 +226,8 @@ HOSTILE = [
 
 
 def filled(db: str, folder: Path) -> None:
-    """A campaign for each text, called so, with one hit whose mood of the operator is called so, too."""
+    """A campaign for each text, called so, with one hit whose mood of the operator is called so,
+    too."""
     for number, text in enumerate(HOSTILE):
         made = hammer_campaign(folder / str(number), recordings=1, hits=1, name="NAME")
         campaign = made / "campaign.toml"

@@ -1,5 +1,5 @@
-"""`query` on PostgreSQL, as every login: what ends other sessions, locks, reads the server's files or leaves the
-transaction is refused before it runs."""
+"""`query` on PostgreSQL, as every login: what ends other sessions, locks, reads the server's files
+or leaves the transaction is refused before it runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from support.stores.stores import counts
 
 SUPERUSER = "postgres"
 
-#: {pid}: of a session of the same login, which must outlive the attack; {file}: a path that must not come to be.
+#: {pid}: of a session of the same login, which must outlive the attack; {file}: a path that must
+#: not come to be.
 ATTACKS = {
     "end a session": "select pg_terminate_backend({pid})",
     "end every session": "select count(pg_terminate_backend(pid)) from pg_stat_activity where pid <> pg_backend_pid()",
@@ -82,12 +83,17 @@ ATTACKS = {
 QUESTIONS = {
     "select count(*) as n from campaigns where name like '%s%' and date < now()": None,
     "select round(avg(peak_force_n)::numeric, 1) > 0 as n from pulses": True,
-    "select max(n) as n from (select row_number() over (order by id) as n from campaigns) as numbered": 3,
-    "with recursive k(i) as (select 1 union all select i + 1 from k where i < 5) select sum(i) as n from k": 15,
-    "select percentile_cont(0.5) within group (order by x) as n from unnest(array[1, 2, 9]) as x": 2.0,
+    "select max(n) as n from (select row_number() over (order by id) as n "
+    "from campaigns) as numbered": 3,
+    "with recursive k(i) as (select 1 union all select i + 1 from k where i "
+    "< 5) select sum(i) as n from k": 15,
+    "select percentile_cont(0.5) within group (order by x) as n from "
+    "unnest(array[1, 2, 9]) as x": 2.0,
     "select upper(string_agg(name, ', ' order by name)) ~ 'SPRING' as n from campaigns": True,
-    "select count(*) as n from generate_series(1, 10) as x where random() < 2 and x in (1, 2, 3)": 3,
-    "select (jsonb_build_object('a', 1) ->> 'a')::int + extract(year from date '2026-01-01')::int as n": 2027,
+    "select count(*) as n from generate_series(1, 10) as x where random() < "
+    "2 and x in (1, 2, 3)": 3,
+    "select (jsonb_build_object('a', 1) ->> 'a')::int + extract(year from "
+    "date '2026-01-01')::int as n": 2027,
     "select pg_typeof(1)::text as n": "integer",
 }
 

@@ -1,5 +1,6 @@
-"""Raw series, recordings and calibration on PostgreSQL, attacked by SQL as each role: nobody but an administrator
-changes or deletes them, and what the software itself must change as an operator still works."""
+"""Raw series, recordings and calibration on PostgreSQL, attacked by SQL as each role: nobody but an
+administrator changes or deletes them, and what the software itself must change as an operator still
+works."""
 
 from __future__ import annotations
 
@@ -17,8 +18,8 @@ from support.records.campaigns import hammer_campaign, recording_name
 from support.stores.roled_servers import ADMIN, NOBODY, OPERATOR, READER, Server, roled_server
 from support.stores.stores import pyroshock, refusal, run_pyroshock
 
-#: Statements of one session; {recording}, {channel}, {campaign}: keys of a stored recording, a channel of it, another
-#: campaign. What one leaves open ends with the session.
+#: Statements of one session; {recording}, {channel}, {campaign}: keys of a stored recording, a
+#: channel of it, another campaign. What one leaves open ends with the session.
 ATTACKS: dict[str, tuple[str, ...]] = {
     "delete all samples": ("DELETE FROM series_chunks",),
     "delete the samples of a channel": ("DELETE FROM series_chunks WHERE channel_id = {channel}",),
@@ -39,10 +40,14 @@ ATTACKS: dict[str, tuple[str, ...]] = {
     **{
         f"change {column} of a channel": (f"UPDATE channels SET {column} = {value}",)
         for column, value in {
-            "si_gain": "si_gain * 2", "si_offset": "1", "unit": "'kN'", "si_unit": "'Pa'", "sampling_rate_hz": "1",
-            "start_s": "1", "sensitivity": "2", "offset_v": "1", "full_scale": "1", "quantity": "'pressure'",
-            "sha256": "repeat('0', 64)", "samples": "1", "chunk_samples": "1", "step": "2", "dtype": "'<f4'",
-            "name": "'x'", "position": "'x'", "axis": "'x'", "header": "'{{}}'", "recording_id": "{recording} + 1",
+            "si_gain": "si_gain * 2", "si_offset": "1", "unit": "'kN'", "si_unit": "'Pa'",
+            "sampling_rate_hz": "1",
+            "start_s": "1", "sensitivity": "2", "offset_v": "1", "full_scale": "1",
+            "quantity": "'pressure'",
+            "sha256": "repeat('0', 64)", "samples": "1", "chunk_samples": "1", "step": "2",
+            "dtype": "'<f4'",
+            "name": "'x'", "position": "'x'", "axis": "'x'", "header": "'{{}}'",
+            "recording_id": "{recording} + 1",
             "row_sha256": "'unsealed'",
         }.items()
     },
@@ -70,7 +75,8 @@ ATTACKS: dict[str, tuple[str, ...]] = {
     "be somebody else": ("UPDATE provenance SET command = 'x'",),
     "forget who it was": ("DELETE FROM provenance",),
     "disable triggers": ("ALTER TABLE series_chunks DISABLE TRIGGER ALL",),
-    "no triggers for a session": ("SET session_replication_role = replica", "DELETE FROM series_chunks"),
+    "no triggers for a session": ("SET session_replication_role = replica",
+    "DELETE FROM series_chunks"),
     "own the table": ("ALTER TABLE series_chunks OWNER TO CURRENT_USER",),
     "drop a column": ("ALTER TABLE channels DROP COLUMN si_gain",),
     "drop the table": ("DROP TABLE series_chunks CASCADE",),
@@ -102,18 +108,22 @@ ATTACKS: dict[str, tuple[str, ...]] = {
     ),
     "be the administrator": ("SET ROLE pyroshock_admin", "DELETE FROM series_chunks"),
     "be the session of another": ("SET SESSION AUTHORIZATION keeper", "DELETE FROM series_chunks"),
-    "grant oneself the role": ("GRANT pyroshock_admin TO CURRENT_USER", "DELETE FROM series_chunks"),
-    "grant oneself the right": ("GRANT DELETE ON series_chunks TO CURRENT_USER", "DELETE FROM series_chunks"),
+    "grant oneself the role": ("GRANT pyroshock_admin TO CURRENT_USER",
+    "DELETE FROM series_chunks"),
+    "grant oneself the right": ("GRANT DELETE ON series_chunks TO CURRENT_USER",
+    "DELETE FROM series_chunks"),
     "a rule": ("CREATE RULE gone AS ON SELECT TO series_chunks DO INSTEAD SELECT 1",),
     "a trigger": (
         "CREATE FUNCTION pg_temp.nothing() RETURNS trigger LANGUAGE plpgsql AS 'BEGIN RETURN NULL; END'",
         "CREATE TRIGGER nothing BEFORE INSERT ON series_chunks FOR EACH ROW EXECUTE FUNCTION pg_temp.nothing()",
     ),
     "a policy": (
-        "CREATE POLICY nobody ON series_chunks USING (false)", "ALTER TABLE series_chunks ENABLE ROW LEVEL SECURITY",
+        "CREATE POLICY nobody ON series_chunks USING (false)",
+        "ALTER TABLE series_chunks ENABLE ROW LEVEL SECURITY",
     ),
     "the catalogue": ("UPDATE pg_class SET relowner = 0 WHERE relname = 'series_chunks'",),
-    "another schema before ours": ("CREATE SCHEMA public2", "ALTER TABLE series_chunks SET SCHEMA public2"),
+    "another schema before ours": ("CREATE SCHEMA public2",
+    "ALTER TABLE series_chunks SET SCHEMA public2"),
     "lock everybody out": ("LOCK TABLE series_chunks IN ACCESS EXCLUSIVE MODE", "SELECT 1 / 0"),
     "wind a sequence back": ("SELECT setval('recordings_id_seq', 1)",),
     "do": ("DO $$ BEGIN DELETE FROM series_chunks; END $$",),
@@ -155,8 +165,14 @@ def _digest(server: Server) -> str:
                     .all()
                 )
                 digest.update(repr((table, rows)).encode())
-            owners = "SELECT relname, relowner, relacl::text FROM pg_class WHERE relnamespace = 'public'::regnamespace"
-            functions = "SELECT proname, proowner, prosrc, proconfig::text, proacl::text FROM pg_proc WHERE proname ~ '^pyro'"
+            owners = (
+                "SELECT relname, relowner, relacl::text FROM pg_class WHERE "
+                "relnamespace = 'public'::regnamespace"
+            )
+            functions = (
+                "SELECT proname, proowner, prosrc, proconfig::text, proacl::text "
+                "FROM pg_proc WHERE proname ~ '^pyro'"
+            )
             for query in (f"{owners} ORDER BY 1", f"{functions} ORDER BY 1"):
                 digest.update(repr(connection.exec_driver_sql(query).all()).encode())
     finally:
@@ -169,7 +185,8 @@ def _keys(server: Server) -> dict[str, Any]:
     try:
         with engine.connect() as connection:
             channel, recording = connection.exec_driver_sql(
-                "SELECT c.id, c.recording_id FROM channels c JOIN series_chunks s ON s.channel_id = c.id"
+                "SELECT c.id, c.recording_id FROM channels c JOIN "
+                "series_chunks s ON s.channel_id = c.id"
                 " ORDER BY 1 LIMIT 1"
             ).one()
             campaign = connection.exec_driver_sql("SELECT max(id) FROM campaigns").scalar()
@@ -219,7 +236,8 @@ def test_an_administrator_may(server: Server) -> None:
 def test_functions_are_their_owners_and_name_their_schema(server: Server) -> None:
     with closing(psycopg.connect(server.address("postgres").replace("+psycopg", ""))) as connection:
         rows = connection.execute(
-            "SELECT proname, prosecdef, proconfig, pg_get_userbyid(proowner) FROM pg_proc WHERE proname ~ '^pyroshock_'"
+            "SELECT proname, prosecdef, proconfig, pg_get_userbyid(proowner) "
+            "FROM pg_proc WHERE proname ~ '^pyroshock_'"
         ).fetchall()
     assert len(rows) == 4
     assert {tuple(map(str, row[1:])) for row in rows} == {
@@ -238,7 +256,8 @@ def test_an_operator_mends_a_damaged_series_and_no_whole_one(
         " JOIN campaigns k ON k.id = r.campaign_id WHERE k.name = 'mended')"
     )
     damages = (
-        f"UPDATE series_chunks SET frame = overlay(frame PLACING 'abc'::bytea FROM 40) WHERE {of_campaign}",
+        f"UPDATE series_chunks SET frame = overlay(frame PLACING 'abc'::bytea "
+        f"FROM 40) WHERE {of_campaign}",
         f"DELETE FROM series_chunks WHERE number = 0 AND {of_campaign}",
         f"UPDATE series_chunks SET number = 90 WHERE {of_campaign}",
     )
@@ -249,7 +268,8 @@ def test_an_operator_mends_a_damaged_series_and_no_whole_one(
         assert pyroshock("db", "check", "--db", db).exit_code == 0, result.output
     # What was recorded of a series is the administrator's to change.
     server.execute(
-        f"UPDATE channels SET chunk_samples = 999 WHERE {of_campaign.replace('channel_id', 'id', 1)}",
+        f"UPDATE channels SET chunk_samples = 999 WHERE "
+        f"{of_campaign.replace('channel_id', 'id', 1)}",
         "lab",
     )
     assert "pyroshock_admin" in pyroshock("db", "check", "--db", db, "--repair", folder).output

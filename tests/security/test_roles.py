@@ -58,8 +58,11 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
         query = (
             "SELECT role, tablename, has_right FROM pg_tables,"
             " unnest(ARRAY['pyroshock_reader', 'pyroshock_operator']) role,"
-            " unnest(ARRAY['SELECT','INSERT','UPDATE','DELETE','TRUNCATE','REFERENCES','TRIGGER']) has_right"
-            " WHERE schemaname = 'public' AND has_table_privilege(role::name, tablename::text, has_right)"
+            " "
+            "unnest(ARRAY['SELECT','INSERT','UPDATE','DELETE','TRUNCATE','REFERENCES','TRIGGER']) "
+            "has_right"
+            " WHERE schemaname = 'public' AND "
+            "has_table_privilege(role::name, tablename::text, has_right)"
         )
         granted = {tuple(row) for row in connection.execute(text(query))}
         rights = [
@@ -82,8 +85,8 @@ def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ..
     message = refusal(*words, "--db", server.address(READER))
     assert "permission denied" in message
     assert (
-        'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"'
-        in message
+        "needs the role pyroshock_operator: an administrator runs GRANT "
+        'pyroshock_operator TO "rita"' in message
     )
 
 
@@ -179,8 +182,10 @@ def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(
 
 
 REFUSED = (
-    "DELETE FROM campaigns", "UPDATE alembic_version SET version_num = '0001'", "UPDATE provenance SET command = ''",
-    "TRUNCATE jobs", "DROP TABLE jobs", "ALTER TABLE jobs ADD mine integer", "CREATE TABLE mine (id integer)",
+    "DELETE FROM campaigns", "UPDATE alembic_version SET version_num = '0001'",
+    "UPDATE provenance SET command = ''",
+    "TRUNCATE jobs", "DROP TABLE jobs", "ALTER TABLE jobs ADD mine integer",
+    "CREATE TABLE mine (id integer)",
 )  # fmt: skip
 
 
@@ -199,7 +204,8 @@ def test_an_operator_changes_no_tables_and_what_an_admin_adds_is_everybodys(serv
         assert migrate.current_revision(engine) == migrate.HEAD
     finally:
         engine.dispose()
-    # As a migration to come would: its table is the admin role's, and readers and operators have their rights.
+    # As a migration to come would: its table is the admin role's, and readers and operators have
+    # their rights.
     admin, reader, operator = (
         make_engine(server.address(login)) for login in (ADMIN, READER, OPERATOR)
     )
@@ -221,7 +227,8 @@ def test_an_operator_changes_no_tables_and_what_an_admin_adds_is_everybodys(serv
 
 
 def test_roles_are_granted_afterwards(server: Server) -> None:
-    """Without roles a store works and says what makes them; whoever owns it gives them their rights, and mends them."""
+    """Without roles a store works and says what makes them; whoever owns it gives them their
+    rights, and mends them."""
     assert "no role pyroshock_reader, pyroshock_operator, pyroshock_admin" in server.said
     assert "pyroshock db roles" in server.said
     db = server.address("plain", "private")

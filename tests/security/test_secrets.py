@@ -1,4 +1,5 @@
-"""Passwords and tokens are looked for in all that comes out: addresses, commands, stores, registries, answers."""
+"""Passwords and tokens are looked for in all that comes out: addresses, commands, stores,
+registries, answers."""
 
 from __future__ import annotations
 
@@ -59,9 +60,13 @@ def test_texts_commands_and_records_keep_all_but_their_secrets() -> None:
     for address in ("sqlite:///a@b.db", "sqlite:////home/m e/lab é.db", "postgresql+psycopg://me@host/db",
                     "http://127.0.0.1:5000/models/hybrid@3"):  # fmt: skip
         assert address_for_display(address) == without_secrets(address) == address
-    message = "no store at postgresql://me:PW@host/db, try http://h:1/x or token=PW; hybrid@3 promoted by me@lab"
+    message = (
+        "no store at postgresql://me:PW@host/db, try http://h:1/x or token=PW; "
+        "hybrid@3 promoted by me@lab"
+    )
     assert without_secrets(message) == (
-        "no store at postgresql://me:***@host/db, try http://h:1/x or token=***; hybrid@3 promoted by me@lab"
+        "no store at postgresql://me:***@host/db, try http://h:1/x or "
+        "token=***; hybrid@3 promoted by me@lab"
     )
     words = [
         "/bin/pyroshock",

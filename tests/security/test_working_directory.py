@@ -1,4 +1,5 @@
-"""Modules that lie in the working directory are not imported, whatever they are called, by no process that we start."""
+"""Modules that lie in the working directory are not imported, whatever they are called, by no
+process that we start."""
 
 from __future__ import annotations
 
@@ -20,8 +21,12 @@ from support.records.campaigns import gun_campaign, hammer_campaign, recording_n
 from support.stores.hammer_stores import full_campaign
 from support.stores.stores import counts, pyroshock
 
-#: What `pyroshock` is where it is installed: Python then has the folder of this file on its path, not the working one.
-PROGRAM = "import sys\nfrom pyroshock.app.cli.main import main\nif __name__ == '__main__':\n    sys.exit(main())\n"
+#: What `pyroshock` is where it is installed: Python then has the folder of this file on its path,
+#: not the working one.
+PROGRAM = (
+    "import sys\nfrom pyroshock.app.cli.main import main\nif __name__ == "
+    "'__main__':\n    sys.exit(main())\n"
+)
 SCRIPT = """
 import os, sys
 sys.path.append({tests!r})
@@ -37,7 +42,8 @@ PATIENCE_S = 90.0
 
 
 def as_hdf5(folder: Path) -> Path:
-    """The campaign's first recording as HDF5, which is read in a process of its own, for it could crash its reader."""
+    """The campaign's first recording as HDF5, which is read in a process of its own, for it could
+    crash its reader."""
     with (
         np.load(folder / recording_name(1)) as given,
         h5py.File(folder / "recordings" / "test-01.h5", "w") as file,
@@ -110,7 +116,8 @@ def test_the_process_of_one_file_imports_nothing_from_its_folder(
 
 
 def test_python_m_imports_nothing_from_a_campaign_folder(tmp_path: Path, db: str) -> None:
-    """Nothing after our first line, that is: Python itself looks there before it (docs/explanation/threats.md)."""
+    """Nothing after our first line, that is: Python itself looks there before it
+    (docs/explanation/threats.md)."""
     folder = hammer_campaign(tmp_path / "c", recordings=3, hits=2)
     trap = planted(folder)
     for name in ("importlib", "pkgutil", "runpy", "types", "warnings"):

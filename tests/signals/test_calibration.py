@@ -1,4 +1,5 @@
-"""Straight lines through calibration points: published figures, other people's solvers, and what points may be."""
+"""Straight lines through calibration points: published figures, other people's solvers, and what
+points may be."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ WEIGHT_Y = [1.0, 1.8, 4.0, 8.0, 20.0, 20.0, 70.0, 70.0, 100.0, 500.0]
 
 
 def test_published_lines_of_the_gum_and_of_pearson() -> None:
-    """Example H.3, with the reference temperature 20 degrees: its equations H.14 a to d and Table H.6."""
+    """Example H.3, with the reference temperature 20 degrees: its equations H.14 a to d and Table
+    H.6."""
     line = fit_line(np.array(THERMOMETER_C) - 20.0, CORRECTION_C)
     assert line.offset == pytest.approx(-0.1712, abs=5e-5)
     assert line.offset_u == pytest.approx(0.0029, abs=5e-5)
@@ -56,7 +58,8 @@ def test_published_lines_of_the_gum_and_of_pearson() -> None:
     assert at_30 == pytest.approx(-0.1494, abs=5e-5)
     calibration = Calibration(line, dt.date(2026, 3, 2), 11)
     assert calibration.uncertainty(10.0) * abs(line.sensitivity) == pytest.approx(0.0041, abs=5e-5)
-    # Published: a = 5.47991022, b = -0.480533407; standard errors 0.359246523 and 0.0706202695 once scaled.
+    # Published: a = 5.47991022, b = -0.480533407; standard errors 0.359246523 and 0.0706202695 once
+    # scaled.
     line = fit_line(PEARSON_X, PEARSON_Y, 1 / np.sqrt(WEIGHT_X), 1 / np.sqrt(WEIGHT_Y))
     assert line.offset == pytest.approx(5.47991022, rel=1e-8)
     assert line.sensitivity == pytest.approx(-0.480533407, rel=1e-8)
@@ -66,7 +69,8 @@ def test_published_lines_of_the_gum_and_of_pearson() -> None:
 
 
 def points(seed: int, x_u: float, y_u: float) -> tuple[np.ndarray, np.ndarray]:
-    """Three load-unload cycles from 0 to 4 bar in steps of 1 bar, as the thesis calibrates (section 2.2.1)."""
+    """Three load-unload cycles from 0 to 4 bar in steps of 1 bar, as the thesis calibrates (section
+    2.2.1)."""
     rng = np.random.default_rng(seed)
     bar = np.tile([0, 1, 2, 3, 4, 3, 2, 1], 3).astype(float)
     return bar + x_u * rng.standard_normal(24), 0.3624 + 0.5621 * bar + y_u * rng.standard_normal(
@@ -91,7 +95,8 @@ def test_without_uncertainties_of_references_it_is_polyfit() -> None:
 
 
 def test_with_uncertainties_of_both_it_is_the_least_distance() -> None:
-    """All true references and the line at once, by `scipy.optimize.least_squares`; covariance from its Jacobian."""
+    """All true references and the line at once, by `scipy.optimize.least_squares`; covariance from
+    its Jacobian."""
     from scipy.optimize import least_squares
 
     x, y = points(3, 4e-3, 2e-3)
@@ -113,7 +118,8 @@ def test_with_uncertainties_of_both_it_is_the_least_distance() -> None:
 
 
 def test_the_truth_lies_within_the_stated_uncertainty_as_often_as_it_says() -> None:
-    """Of 400 calibrations, 95 % (92 to 98 %) have the true pressure of a reading at 2.5 bar within 1.96 u."""
+    """Of 400 calibrations, 95 % (92 to 98 %) have the true pressure of a reading at 2.5 bar within
+    1.96 u."""
     inside = 0
     for seed in range(400):
         x, y = points(seed, 4e-3, 2e-3)

@@ -63,7 +63,8 @@ def test_hits_that_are_apart_are_counted(times_s, noise):
 
 
 def test_one_event_is_one_hit():
-    """A bounce within milliseconds, a small rebound, slow oscillation, beats, noise, a step, and silence."""
+    """A bounce within milliseconds, a small rebound, slow oscillation, beats, noise, a step, and
+    silence."""
     t = np.arange(100_000) / RATE
     single_hits = {
         "bounce": ringing(0.05) + ringing(0.062),

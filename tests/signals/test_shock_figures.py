@@ -1,4 +1,5 @@
-"""Figures of classical pulses and ringings against their closed forms, and against another package."""
+"""Figures of classical pulses and ringings against their closed forms, and against another
+package."""
 
 from __future__ import annotations
 
@@ -63,7 +64,8 @@ def test_sawtooth_trapezoid_and_rectangle_have_their_closed_figures():
 
 
 def test_decaying_sinusoid_at_a_line_excites_it_as_the_closed_form_says():
-    """With little damping the amplitude of the response follows A' = -d w A + a exp(-zeta w t) w / 2, d = 1 / 2Q."""
+    """With little damping the amplitude of the response follows A' = -d w A + a exp(-zeta w t) w /
+    2, d = 1 / 2Q."""
     frequency, zeta = 640.0, 0.01  # a line of the summary
     omega, time = 2 * np.pi * frequency, np.arange(30_000) / RATE
     x = np.concatenate(

@@ -1,4 +1,5 @@
-"""What a command sees in a clean environment, and that no test takes more from the machine than it may."""
+"""What a command sees in a clean environment, and that no test takes more from the machine than it
+may."""
 
 from __future__ import annotations
 
@@ -26,7 +27,10 @@ def run_clean(*command: str, **variables: str) -> str:
 
 def test_home_is_empty_and_variables_are_gone(tmp_path: Path) -> None:
     (tmp_path / "marker").touch()
-    script = "import json, os; print(json.dumps([dict(os.environ), os.listdir(os.path.expanduser('~'))]))"
+    script = (
+        "import json, os; print(json.dumps([dict(os.environ), "
+        "os.listdir(os.path.expanduser('~'))]))"
+    )
     variables_before = {
         "HOME": str(tmp_path),
         "PATH": "/opt/x",
@@ -123,7 +127,8 @@ def _names(tree: ast.AST) -> Iterator[str]:
 
 
 def test_no_other_test_decides_what_may_be_missing() -> None:
-    """A program is looked for by `support.missing` alone, and what is installed with the tests is simply imported."""
+    """A program is looked for by `support.missing` alone, and what is installed with the tests is
+    simply imported."""
     forbidden = {"which", "importorskip", "findSystemFonts"}
     for file in set((ROOT / "tests").rglob("*.py")) - {MECHANISM}:
         assert not forbidden & set(_names(ast.parse(file.read_text(encoding="utf-8")))), file

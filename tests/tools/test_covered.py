@@ -68,7 +68,8 @@ def test_report_of_coverage_py_is_read(tmp_path: Path) -> None:
     assert file == Covered("room/one.py", 4, 3, 2, 1)
 
 
-#: Writes what a run has counted to the file of $COVERAGE_FILE, and tells the files of the report on it.
+#: Writes what a run has counted to the file of $COVERAGE_FILE, and tells the files of the report on
+#: it.
 _REPORT = """
 import os, sys
 from coverage import CoverageData
@@ -81,9 +82,11 @@ print(*(file.name for file in by_file(counted())))
 
 
 def test_what_was_run_in_a_folder_that_is_gone_is_not_counted(tmp_path: Path) -> None:
-    """Tests of `make mutants` run a copy of the tree: the report ended in an error for want of its sources.
+    """Tests of `make mutants` run a copy of the tree: the report ended in an error for want of its
+    sources.
 
-    In a process of its own: a second count beside the one that counts this test damages what that one has found.
+    In a process of its own: a second count beside the one that counts this test damages what that
+    one has found.
     """
     paths = [str(ROOT / "twin" / "ode.py"), str(tmp_path / "gone" / "pyroshock" / "ode.py")]
     done = subprocess.run(

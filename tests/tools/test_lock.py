@@ -1,4 +1,5 @@
-"""Lock files of requirements/ cover what pyproject.toml asks for, at the versions of constraints.txt, with hashes."""
+"""Lock files of requirements/ cover what pyproject.toml asks for, at the versions of
+constraints.txt, with hashes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What `make mutants` finds in a law of three lines, and what its page says of the rows that are kept."""
+"""What `make mutants` finds in a law of three lines, and what its page says of the rows that are
+kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What `tools.structure`, the commit hooks and the count of packages find, on small trees of which all is known."""
+"""What `tools.structure`, the commit hooks and the count of packages find, on small trees of which
+all is known."""
 
 from __future__ import annotations
 

@@ -31,7 +31,8 @@ def silent(*_: object) -> None:
 
 @pytest.mark.slow
 def test_sweep_outlives_a_killed_worker_and_is_that_of_one_process(tmp_path, monkeypatch):
-    """The worker is killed over a training that it holds, when another training is registered already."""
+    """The worker is killed over a training that it holds, when another training is registered
+    already."""
     without_figures(monkeypatch)
     registry = fresh_registry(tmp_path)
     context = context_in(registry, pulse_table(np.random.default_rng(1), repetitions=2))

@@ -34,7 +34,8 @@ def of(a: PulseErrors, b: PulseErrors, groups: dict[str, Texts] = NOTHING) -> Co
 
 @pytest.mark.parametrize("configurations", [10, 40])
 def test_equal_models_are_called_different_in_one_of_twenty(configurations: int) -> None:
-    """Eight independent metrics each of 100 campaigns, by repetitions that are no evidence of their own."""
+    """Eight independent metrics each of 100 campaigns, by repetitions that are no evidence of their
+    own."""
     rng = np.random.default_rng(0)
     labels = np.repeat(np.arange(configurations), 2)
     called = 0
@@ -105,7 +106,8 @@ def test_where_the_models_differ() -> None:
 
 
 def test_many_groups_are_many_questions() -> None:
-    """Ten groups without a difference: one of them beyond chance in about 5 % of the comparisons, not in 40 %."""
+    """Ten groups without a difference: one of them beyond chance in about 5 % of the comparisons,
+    not in 40 %."""
     rng = np.random.default_rng(6)
     groups = {"tip_material": np.array([f"tip {i}" for i in np.arange(80) // 8])}
     accused = 0

@@ -1,4 +1,5 @@
-"""A registered model in the twin: asked with settings as with rows of a dataset, random as its spread says."""
+"""A registered model in the twin: asked with settings as with rows of a dataset, random as its
+spread says."""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ def hertz() -> RegisteredModel:
 
 @dataclass
 class WithSpread:
-    """Half a sine of 100 N over 1 ms; points are uncertain by a share of 100 N, the time by one of itself."""
+    """Half a sine of 100 N over 1 ms; points are uncertain by a share of 100 N, the time by one of
+    itself."""
 
     force: float = 0.1
     time: float = 0.1
@@ -168,7 +170,8 @@ def test_nominal_draw_is_the_mean_pulse():
 
 
 def test_logarithms_deviate_by_the_models_spreads():
-    # At the peak 10 N of 99.7 N, and a tenth of the contact time: of the logarithms .1, to first order.
+    # At the peak 10 N of 99.7 N, and a tenth of the contact time: of the logarithms .1, to first
+    # order.
     drawn, _, _ = random_pulses(WithSpread())
     assert np.log(drawn.peak_force_n).std() == pytest.approx(0.1, rel=0.05)
     assert np.log(drawn.contact_time_s).std() == pytest.approx(0.1, rel=0.05)
@@ -185,7 +188,8 @@ def test_logarithms_deviate_by_the_models_spreads():
     velocity=st.floats(0.05, 50.0),
 )
 def test_no_draw_creates_energy(force: float, time: float, together: float | None, velocity: float):
-    """An impulse of 2 m u sends the impactor back as fast as it came; the mean of a model may be above it."""
+    """An impulse of 2 m u sends the impactor back as fast as it came; the mean of a model may be
+    above it."""
     drawn, mean, most = random_pulses(
         WithSpread(force, time, together), 50, impact_velocity_m_s=velocity
     )
@@ -194,7 +198,8 @@ def test_no_draw_creates_energy(force: float, time: float, together: float | Non
 
 
 def test_hybrid_knows_how_force_and_time_go_together():
-    """Simulated: outputs drawn with the spreads and the correlation, against the first-order formula."""
+    """Simulated: outputs drawn with the spreads and the correlation, against the first-order
+    formula."""
     rng = np.random.default_rng(0)
     base = ResidualPulse.of(TABLE.force_n[:1].clip(0.0), TABLE.contact_time_s[:1], np.full(1, 2.0))
     outputs = measured_outputs(TABLE.take(np.arange(1)), base)
@@ -292,7 +297,8 @@ def test_model_is_asked_with_the_velocity_that_it_takes(kind):
 
 
 def test_calibration_says_how_force_and_time_go_together():
-    """A law's impulse is nearly right where its time and force are not: a longer contact pushes less."""
+    """A law's impulse is nearly right where its time and force are not: a longer contact pushes
+    less."""
     model = Calibrated(Analytic("hertz")).fit(TABLE, np.random.default_rng(0))
     found = model.predict(TABLE.inputs).log_correlation
     assert found is not None and np.all((found >= -1) & (found < -0.3))
@@ -308,10 +314,11 @@ def test_calibration_says_how_force_and_time_go_together():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["hybrid", "single-pass", "gp"])
 def test_impulse_bands_hold_what_they_say(name):
-    """On configurations left out, struck by the virtual bench's hammer and described by their true velocities.
+    """On configurations left out, struck by the virtual bench's hammer and described by their true
+    velocities.
 
-    Over 15 configurations the coverage scatters by .08; over four such draws it is .84, .82 and .87. Were force and
-    time taken to give an impulse that hardly deviates, it would be .25 to .6.
+    Over 15 configurations the coverage scatters by .08; over four such draws it is .84, .82 and
+    .87. Were force and time taken to give an impulse that hardly deviates, it would be .25 to .6.
     """
     table, truth = virtual_hammer(pulse_table(np.random.default_rng(0), repetitions=4))
     table = replace(table, x=np.column_stack([table.x[:, :5], truth, table.x[:, 6:]]))
@@ -337,8 +344,8 @@ def test_impulse_bands_hold_what_they_say(name):
 
 @pytest.mark.slow
 def test_hybrid_of_integrated_velocities_is_asked_with_true_ones():
-    """Struck by the virtual bench's hammer, whose laws are others. Asked with the true velocity as it is, the model
-    would say half as much again, with the truth in none of its bands."""
+    """Struck by the virtual bench's hammer, whose laws are others. Asked with the true velocity as
+    it is, the model would say half as much again, with the truth in none of its bands."""
     table, truth = virtual_hammer(pulse_table(np.random.default_rng(0), repetitions=4))
     left_out = np.isin(table.configuration, np.unique(table.configuration)[::4])
     model = Calibrated(Hybrid()).fit(table.take(~left_out), np.random.default_rng(0))
@@ -360,7 +367,8 @@ def test_hybrid_of_integrated_velocities_is_asked_with_true_ones():
 
 
 def virtual_hammer(table: PulseTable) -> tuple[PulseTable, np.ndarray]:
-    """The table with pulses and integrated velocities of virtual strikes, and their true velocities (n,)."""
+    """The table with pulses and integrated velocities of virtual strikes, and their true velocities
+    (n,)."""
     rng, truth = np.random.default_rng(5), table.column("impact_velocity").copy()
     impactors = [
         hammer(tip, radius)
@@ -369,7 +377,8 @@ def virtual_hammer(table: PulseTable) -> tuple[PulseTable, np.ndarray]:
     targets = [
         target("aluminum", 0.01, anvil_material=("none", "aluminum", "steel")[int(anvil)],
                insulator=("none", "polymeric")[int(soft)])
-        for anvil, soft in zip(table.column("anvil_material"), table.column("insulator"), strict=True)
+        for anvil, soft in zip(table.column("anvil_material"), table.column("insulator"),
+        strict=True)
     ]  # fmt: skip
     phase, x = np.linspace(0, 1, 20), table.x.copy()
     force, time = np.zeros((len(table), 20)), np.zeros(len(table))

@@ -19,7 +19,8 @@ MEAN = np.sqrt(2 / np.pi) * NOISE
 
 @pytest.fixture(scope="module")
 def split() -> tuple[PulseTable, PulseTable]:
-    """1,440 pulses to learn from and 360 held out: three positions, which make no difference here."""
+    """1,440 pulses to learn from and 360 held out: three positions, which make no difference
+    here."""
     rng = np.random.default_rng(0)
     return held_out(pulse_table(rng, positions=3, noise=NOISE), rng)
 
@@ -49,7 +50,8 @@ def test_plain_floor_pays_for_eight_repetitions(split: tuple[PulseTable, PulseTa
     )
     assert 1.08 < plain / corrected < 1.22
     assert time_error(split, "treatment", False) < plain
-    # Within a treatment velocities differ by a factor of two: without them the time would be 16 % off (u^-0.2).
+    # Within a treatment velocities differ by a factor of two: without them the time would be 16 %
+    # off (u^-0.2).
     floor = repeatability_floor(*split, "treatment")
     assert floor.time_degree > 0
     assert floor.errors.contact_time_error.mean() < 1.2 * MEAN

@@ -1,4 +1,5 @@
-"""The gate of a promotion: bands that hold, better beyond chance, enough configurations, and usable at all."""
+"""The gate of a promotion: bands that hold, better beyond chance, enough configurations, and usable
+at all."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ def scores(
     candidate: float = 0.05,
     covered: tuple[float, float, float] = (0.9, 0.9, 0.9),
 ) -> UnseenScores:
-    """Two pulses of each configuration; the reference errs by 0.1, scattered by a fifth; shares inside as given."""
+    """Two pulses of each configuration; the reference errs by 0.1, scattered by a fifth; shares
+    inside as given."""
     rng = RNG(3)
     n = 2 * configurations
     names = np.repeat([f"c{number:03d}" for number in range(configurations)], 2)
@@ -76,7 +78,8 @@ def test_share_below_the_range_by_no_more_than_its_count_is_not_enough() -> None
 
 
 def test_interval_is_that_of_configurations_and_not_of_pulses() -> None:
-    """Wilson's interval of as many trials as configurations, where pulses of a configuration agree entirely."""
+    """Wilson's interval of as many trials as configurations, where pulses of a configuration agree
+    entirely."""
     inside = np.repeat(np.arange(20) < 18, 10)[:, None] & np.ones((200, 3), dtype=bool)
     names = np.repeat([f"c{number:02d}" for number in range(20)], 10)
     check = band_checks(

@@ -12,7 +12,8 @@ from pyroshock.training.models.catalogue import BuildOptions, entry_of
 from pyroshock.training.models.serialization import KINDS, describe
 from pyroshock.training.registry.logged import TO_FIT, TO_PREDICT, _libraries, requirements
 
-#: A process of its own for each model: it trains, says which libraries were imported for it, and hands the model over.
+#: A process of its own for each model: it trains, says which libraries were imported for it, and
+#: hands the model over.
 FIT = """
 import json, pickle, sys
 from pathlib import Path

@@ -1,5 +1,5 @@
-"""Every file of a registered version is held against the SHA-256 that was registered of it; a damaged registry is one
-line."""
+"""Every file of a registered version is held against the SHA-256 that was registered of it; a
+damaged registry is one line."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _byte(path: Path) -> None:
 @pytest.mark.parametrize(("change", "words"), [
     (_byte, "is not the file that was registered"),
     (Path.unlink, "no "),
-    (lambda path: path.with_name("further.py").write_text("print(1)"), "further.py was not registered"),
+    (lambda path: path.with_name("further.py").write_text("print(1)"), "further.py " "was not registered"),
 ], ids=["changed", "missing", "extra"])  # fmt: skip
 def test_each_changed_missing_or_further_file_is_named(
     tmp_path: Path, change: Callable[[Path], object], words: str
@@ -121,7 +121,8 @@ def test_a_model_with_a_changed_file_is_not_loaded(registered: tuple[Registry, V
 
 
 def _file_of(registry: Registry, version: Version, name: str) -> Path:
-    """The file of the version's run; of its model, whose folder does not bear the run, the one with the SHA-256."""
+    """The file of the version's run; of its model, whose folder does not bear the run, the one with
+    the SHA-256."""
     named = [path for path in _files(registry) if path.name == name]
     (path,) = (
         [path for path in named if version.run_id in path.parts]

@@ -1,4 +1,5 @@
-"""What is registered reads back as it was, one model is in use, and models live where the user says."""
+"""What is registered reads back as it was, one model is in use, and models live where the user
+says."""
 
 from __future__ import annotations
 
@@ -334,7 +335,8 @@ def test_moved_folder_is_found_and_changed_or_vanished_files_are_told(registry, 
 
 
 def test_first_model_that_learned_nothing_of_other_configurations_is_refused(registry):
-    """Repetitions are predicted to some per cent, other configurations by chance: the defect that the gate is for."""
+    """Repetitions are predicted to some per cent, other configurations by chance: the defect that
+    the gate is for."""
     context = context_in(registry, _without_law(context_in(registry).table))
     made = trained(context, "linear")
     registry.record(made)
@@ -360,7 +362,8 @@ def _without_law(table):
 
 
 def _scaled(table, factor):
-    """Forces of each pulse times its factor (n,), contact times by it: impulses stay what they are."""
+    """Forces of each pulse times its factor (n,), contact times by it: impulses stay what they
+    are."""
     times = {
         name: getattr(table, name) / factor for name in ("contact_time_s", "compression_time_s")
     }
@@ -381,7 +384,8 @@ def test_worse_model_is_refused_and_dethrones_by_force_with_a_reason(registry, f
     assert not decision.promoted
     assert decision.reason.startswith("hann@1 predicts unseen configurations better than linear@1")
     assert decision.figures["crps.candidate"] > decision.figures["crps.reference"]
-    # As further information: of configurations that it knows, the refused one predicts the pulses better.
+    # As further information: of configurations that it knows, the refused one predicts the pulses
+    # better.
     assert decision.figures["cost.candidate"] < decision.figures["cost.champion"]
     assert (decision.pulses, decision.judged_against) == (120, "hann@1")
     assert "crps.prior" not in decision.figures
@@ -519,7 +523,10 @@ def test_error_is_what_failed(registry):
     """A database that was deleted beneath its connections told of SQLAlchemy's autoflush alone."""
     from mlflow.exceptions import MlflowException
 
-    told = "(raised as a result of Query-invoked autoflush; ...)\n(sqlite3.OperationalError) readonly\n[SQL: ...]"
+    told = (
+        "(raised as a result of Query-invoked autoflush; "
+        "...)\n(sqlite3.OperationalError) readonly\n[SQL: ...]"
+    )
     told_of_it = pytest.raises(
         RegistryError, match=r"lab-models.db: \(sqlite3.OperationalError\) readonly$"
     )

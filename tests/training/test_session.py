@@ -31,8 +31,8 @@ MODELS = ["hann", "hertz", "linear"]
 SPLITS = ["repetitions", "configurations"]
 TESTS = Path(__file__).resolve().parent.parent
 
-#: A session in a process of its own; KILL=n ends it as hard as can be, when n models are registered and the next one
-#: is logged but not yet registered.
+#: A session in a process of its own; KILL=n ends it as hard as can be, when n models are registered
+#: and the next one is logged but not yet registered.
 SCRIPT = """
 import os, signal, sys
 from pathlib import Path
@@ -131,7 +131,8 @@ def test_version_holds_the_figures_of_all_its_splits_and_serves_the_model_of_the
     registry.set_champion(crowned)
     assert registry.champion("hammer").run_id == crowned.run_id
     chosen_labels = [chosen(registry.versions(), text, split).split for text, split in (
-        ("linear@1", None), ("linear@1", "configurations"), ("linear@champion", None), ("linear", "configurations"),
+        ("linear@1", None), ("linear@1", "configurations"), ("linear@champion", None), ("linear",
+        "configurations"),
     )]  # fmt: skip
     assert chosen_labels == ["repetitions", "configurations", "repetitions", "configurations"]
     again = train(registry, training_context, ["linear"], SPLITS, retrain=True)
@@ -198,7 +199,8 @@ def test_model_that_cannot_learn_stops_no_other(registry):
 
 
 def test_kill_leaves_only_finished_models_and_repeat_completes(registry, tmp_path):
-    """Killed at the worst moment: everything of the third model is logged, and it is not registered yet."""
+    """Killed at the worst moment: everything of the third model is logged, and it is not registered
+    yet."""
     process = start(tmp_path, KILL="2")
     process.communicate(timeout=100)
     assert process.returncode == -signal.SIGKILL
@@ -250,7 +252,10 @@ def _interrupted(*_: object) -> None:
 
 
 def test_lock_of_a_killed_process_is_free(tmp_path):
-    script = "import os, sys; from pathlib import Path; from pyroshock.training.registry.locks import locked\n"
+    script = (
+        "import os, sys; from pathlib import Path; from "
+        "pyroshock.training.registry.locks import locked\n"
+    )
     script += "with locked(Path(sys.argv[1])): os.kill(os.getpid(), 9)"
     subprocess.run(
         [sys.executable, "-c", script, str(tmp_path / "a.lock")], timeout=60, check=False
@@ -332,7 +337,10 @@ def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(reg
 
 
 def test_names_of_models_are_those_of_the_contract():
-    wanted = "tree ensemble svr kernel-ridge linear pls gp coregional-gp nn-narrow nn-medium nn-wide nn-bilayer"
+    wanted = (
+        "tree ensemble svr kernel-ridge linear pls gp coregional-gp nn-narrow "
+        "nn-medium nn-wide nn-bilayer"
+    )
     wanted += " nn-trilayer nn-ga single-pass hybrid hunter reed hann hertz hunt-crossley"
     assert set(wanted.split()) <= set(MODEL_SPECS)
     assert models_of("all") == list(MODEL_SPECS)

@@ -86,7 +86,10 @@ def test_turn_ends_with_its_connection(shared: ModelStorage) -> None:
     with exclusive_lock(shared, "training"):
         engine = make_engine(shared.tracking_uri)
         with engine.connect() as connection:
-            held = "SELECT pg_terminate_backend(pid, 5000) FROM pg_locks JOIN pg_database d ON d.oid = database "
+            held = (
+                "SELECT pg_terminate_backend(pid, 5000) FROM pg_locks JOIN "
+                "pg_database d ON d.oid = database "
+            )
             held += "WHERE locktype = 'advisory' AND d.datname = current_database()"
             assert connection.scalars(text(held)).all() == [True]
         engine.dispose()

@@ -1,4 +1,5 @@
-"""A registry behind MLflow's tracking server, and MLflow's own page on the store beside a laboratory's."""
+"""A registry behind MLflow's tracking server, and MLflow's own page on the store beside a
+laboratory's."""
 
 from __future__ import annotations
 
@@ -122,7 +123,8 @@ def test_mlflow_page_on_the_store_beside_a_laboratory(few_pulses, tmp_path, monk
 
 
 def check_answers(address: str, registry: Registry, version: Version, session: str) -> None:
-    """MLflow's page and our registry say the same of a version's settings and of the course of its search."""
+    """MLflow's page and our registry say the same of a version's settings and of the course of its
+    search."""
     experiment = rest(address, "experiments/get-by-name?experiment_name=pyroshock")["experiment"][
         "experiment_id"
     ]

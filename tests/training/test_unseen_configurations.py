@@ -1,4 +1,5 @@
-"""Models are judged on configurations that they have not learned from, by what the twin predicts."""
+"""Models are judged on configurations that they have not learned from, by what the twin
+predicts."""
 
 from __future__ import annotations
 

@@ -51,7 +51,8 @@ def test_velocity_is_the_guns_at_the_true_pressure_or_the_given_one():
 
 
 def test_rigid_plate_moves_as_newton_says_with_the_spectrum_of_a_half_sine():
-    """A base pulse of half a sine, T = 0.4 ms, Q = 10: 1.65 times its peak at f T = 0.8 (as 80 Hz of 11 ms nearly)."""
+    """A base pulse of half a sine, T = 0.4 ms, Q = 10: 1.65 times its peak at f T = 0.8 (as 80 Hz
+    of 11 ms nearly)."""
     plates = PlateStage({"aluminum": rigid_plate(8.0)}, spread=SURE)
     shot = twin(plate=plates, frequency_hz=np.array([2200.0])).predict(setting(), draws=0)
     peak = shot.peak_force_n.mean / 8.0
@@ -87,7 +88,8 @@ def test_effects_reach_their_stages():
 
 
 def test_measured_shots_correct_the_gun_and_say_its_spread():
-    """Shots of a tenth less than predicted, the same at every setting: the twin learns just that."""
+    """Shots of a tenth less than predicted, the same at every setting: the twin learns just
+    that."""
     pressure = np.repeat([2e5, 4e5, 6e5, 8e5], 3)
     mass = np.full(12, 0.5)
     scatter = np.tile(np.exp([0.02, 0.0, -0.02]), 4)

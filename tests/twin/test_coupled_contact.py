@@ -64,7 +64,8 @@ def test_plate_that_gives_way_takes_force_and_impulse(stage):
 
 
 def test_plate_compliance_does_not_count_twice(stage):
-    """Nor does a part of it; the loss of the contact acts beside the modes, as the dashpot of a polymer does."""
+    """Nor does a part of it; the loss of the contact acts beside the modes, as the dashpot of a
+    polymer does."""
 
     def pulses_with(*effects):
         return replace(stage, base=LawContact(effects=effects, spread=NO_SPREAD)).pulses(

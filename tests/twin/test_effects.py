@@ -1,4 +1,5 @@
-"""The catalogue of effects is whole: ids, laws, sources, ranges; off, an effect does nothing; each has its row."""
+"""The catalogue of effects is whole: ids, laws, sources, ranges; off, an effect does nothing; each
+has its row."""
 
 from __future__ import annotations
 
@@ -131,8 +132,12 @@ def rows() -> dict[str, tuple[str, ...]]:
 
 
 def cell_of(item: Parameter) -> str:
-    """Name, default, unit, the value at which the effect is off, range and meaning of a parameter."""
-    numbers = f"{item.default:g}{' ' + item.unit if item.unit else ''} (off {item.off:g}; [{item.low:g}, {item.high:g}])"
+    """Name, default, unit, the value at which the effect is off, range and meaning of a
+    parameter."""
+    numbers = (
+        f"{item.default:g}{' ' + item.unit if item.unit else ''} (off "
+        f"{item.off:g}; [{item.low:g}, {item.high:g}])"
+    )
     return f"`{item.name}` {numbers}: {item.meaning}"
 
 
@@ -141,7 +146,8 @@ def row_of(kind: type[Effect]) -> tuple[str, ...]:
 
 
 def table_of_effects() -> str:
-    """The page's rows as they should be; `renew()` puts them there (PYTHONPATH=tests:tests/twin)."""
+    """The page's rows as they should be; `renew()` puts them there
+    (PYTHONPATH=tests:tests/twin)."""
     rows_in_order = [(f"`{kind.id}`", *row_of(kind)) for kind in catalogue().values()]
     return "\n".join(
         "| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows_in_order
@@ -210,7 +216,8 @@ def nominal() -> np.ndarray:
 
 @KINDS
 def test_off_leaves_the_prediction_as_it_is_and_the_default_changes_it(kind, nominal):
-    """To the bit but for the contact, whose nominal law is a closed form and whose effects are integrated."""
+    """To the bit but for the contact, whose nominal law is a closed form and whose effects are
+    integrated."""
     tolerance = 1e-6 if kind.stage() == "contact" else 0.0
     np.testing.assert_allclose(spectra_and_all((at_off(kind),)), nominal, rtol=tolerance)
     assert not np.allclose(spectra_and_all((kind(),)), nominal, rtol=1e-5)

@@ -11,8 +11,8 @@ PULSE = np.sin(np.pi * TIME) ** 2
 
 
 def test_gain_shift_rest_and_warping_are_rated() -> None:
-    """Equal records are rated one. Twice as high, a record is outside the corridor where above half the peak, and the
-    phase alone is whole."""
+    """Equal records are rated one. Twice as high, a record is outside the corridor where above half
+    the peak, and the phase alone is whole."""
     assert rating(PULSE, PULSE) == pytest.approx(1.0)
     assert rating(PULSE, 2 * PULSE) == pytest.approx(0.4 * 0.2865 + 0.2 + 0.0 + 0.2 * 0.5, abs=0.02)
     late = np.interp(TIME - 0.05, TIME, PULSE)
@@ -47,7 +47,8 @@ def test_a_rectangle_and_a_pulse_without_the_rest_around_it_are_rated() -> None:
     step = np.where((TIME > 0.1) & (TIME < 0.3), 1.0, 0.0)
     assert rating(step, step) == pytest.approx(1.0)
     assert 0 <= rating(step, np.where(TIME > 0.95, 1.0, 0.0)) < 0.5
-    # Rest before and after counts for nothing, at whatever rate; where there is no pulse there is no rating.
+    # Rest before and after counts for nothing, at whatever rate; where there is no pulse there is
+    # no rating.
     rested = np.concatenate([np.zeros(500), PULSE, np.zeros(500)])
     assert pulse_rating(rested, 1.2 * rested) == pytest.approx(
         pulse_rating(PULSE, 1.2 * PULSE), abs=0.01
@@ -57,11 +58,14 @@ def test_a_rectangle_and_a_pulse_without_the_rest_around_it_are_rated() -> None:
     assert np.isnan(pulse_rating(np.full(200, np.nan), PULSE))
 
 
-#: What objective-rating-metrics 1.3 (TU Graz, MIT) rates the pairs below, by `ISO18571(...).overall_rating(-1)`. It is
-#: not installed with the tests: it brings twenty packages that nothing else needs.
+#: What objective-rating-metrics 1.3 (TU Graz, MIT) rates the pairs below, by
+#: `ISO18571(...).overall_rating(-1)`. It is not installed with the tests: it brings twenty packages
+#: that nothing else needs.
 PEER_RATINGS = (
-    0.596296975922, 0.741229774819, 0.728361862980, 0.530126362568, 0.778646403500, 0.673120643343, 0.840606958367,
-    0.696076106710, 0.585527107143, 0.811230319903, 0.565196244278, 0.789172881062, 0.671360504762, 0.569277308179,
+    0.596296975922, 0.741229774819, 0.728361862980, 0.530126362568, 0.778646403500, 0.673120643343,
+    0.840606958367,
+    0.696076106710, 0.585527107143, 0.811230319903, 0.565196244278, 0.789172881062, 0.671360504762,
+    0.569277308179,
     0.628233912865, 0.661912537549, 0.801580212862, 0.547884100008, 0.507360445086, 0.633099729827,
 )  # fmt: skip
 

@@ -1,5 +1,5 @@
-"""The gun stage with effects that nobody has stated: limits of energy and gas, what is beyond the shots, bullets that
-stay in the barrel."""
+"""The gun stage with effects that nobody has stated: limits of energy and gas, what is beyond the
+shots, bullets that stay in the barrel."""
 
 from __future__ import annotations
 
@@ -77,7 +77,8 @@ def test_barrel_work_is_the_integral_of_the_isothermal_force(pressure, ahead):
 
 
 def test_a_long_barrel_gives_the_exergy_of_the_tank():
-    """p0 V0 ln(p0 / pa) - (p0 - pa) V0: Moran and Shapiro, ch. 7, for a gas at the surroundings' temperature."""
+    """p0 V0 ln(p0 / pa) - (p0 - pa) V0: Moran and Shapiro, ch. 7, for a gas at the surroundings'
+    temperature."""
     pressure, air = 3e5, 101_325.0
     exergy = 0.0095 * ((pressure + air) * math.log((pressure + air) / air) - pressure)
     assert barrel_work_j(replace(IDEAL, travel_m=100.0), pressure, air) == pytest.approx(
@@ -146,7 +147,8 @@ def test_bullets_that_stay_are_counted_and_left_out_of_the_bands():
 
 
 def test_measured_shots_make_no_bullet_leave_that_stays():
-    """Far below its measured shots no gun fires 5 kg that fired less at more pressure: an empty tank fires nothing."""
+    """Far below its measured shots no gun fires 5 kg that fired less at more pressure: an empty
+    tank fires nothing."""
     learned = gun().updated(
         np.array([0.232, 0.265, 0.3, 0.4, 0.5]) * 1e5, [0.1428] * 5, [10.4, 11.9, 13.0, 16.0, 18.5]
     )

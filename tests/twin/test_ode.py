@@ -83,8 +83,8 @@ def test_growth_by_dormand_and_prince_is_their_polynomial() -> None:
 @METHODS
 @pytest.mark.parametrize("power", range(5))
 def test_powers_of_time_are_integrated_to_the_fourth(method: Method, power: int) -> None:
-    """Exactly by Dormand and Prince, as well as it knows their slope by Rodas. The fourth-order estimate knows no error
-    below that."""
+    """Exactly by Dormand and Prince, as well as it knows their slope by Rodas. The fourth-order
+    estimate knows no error below that."""
 
     def rates(time: Floats, state: Floats) -> Floats:
         return (time**power)[None] + 0 * state
@@ -125,8 +125,8 @@ def test_rodas_follows_coupled_linear_systems() -> None:
 
 
 def test_rodas_follows_stiff_problems() -> None:
-    """L-stable: x' = -w (x - 1) with w h up to 1e8 has forgotten its start after a step. Prothero and Robinson's
-    x' = -w (x - cos t) - sin t, from x = cos t, stays on its slow solution."""
+    """L-stable: x' = -w (x - 1) with w h up to 1e8 has forgotten its start after a step. Prothero
+    and Robinson's x' = -w (x - cos t) - sin t, from x = cos t, stays on its slow solution."""
     rate = np.array([1e6, 1e8])
     end, _, error = stepped(
         RODAS, lambda _, state: -rate * (state - 1), 0.0, np.full((1, 2), 3.0), 1.0
@@ -236,7 +236,8 @@ def test_targets_are_met_when_they_should_be_as_each_alone(method: Method) -> No
 
 
 def test_a_first_step_out_of_the_rates_domain_is_taken_back() -> None:
-    """x' = v, v' = -sqrt(v): v = (1 - t / 2)^2, and none beyond; no warning is given for what was only tried."""
+    """x' = v, v' = -sqrt(v): v = (1 - t / 2)^2, and none beyond; no warning is given for what was
+    only tried."""
 
     @dataclass(frozen=True)
     class Braked(Thrown):
@@ -256,7 +257,8 @@ def test_a_first_step_out_of_the_rates_domain_is_taken_back() -> None:
 
 @dataclass(frozen=True)
 class Steady:
-    """x = t + b t^2 + c t^3, exactly, with a log of the steps that were tried: times, steps and widths of arrays."""
+    """x = t + b t^2 + c t^3, exactly, with a log of the steps that were tried: times, steps and
+    widths of arrays."""
 
     target: Floats
     bend: Floats
@@ -330,7 +332,8 @@ def tried(problem: Steady) -> tuple[list[float], list[float]]:
 def test_steps_grow_with_the_room_below_the_tolerance(
     order: int, share: float, growth: float
 ) -> None:
-    """By 0.9 of what would use it up, and to 5 times the last at most. An error of just the tolerance is allowed."""
+    """By 0.9 of what would use it up, and to 5 times the last at most. An error of just the
+    tolerance is allowed."""
     problem = steady(1e6, longest=5.0 if growth < 1 else 50.0)
     ran(problem, lambda *_: share * 2.0**-10 * 1e9, order, floor=1e9, first=1.0)
     times, steps = tried(problem)
@@ -352,7 +355,8 @@ def test_a_step_beyond_the_tolerance_is_tried_again_shorter(share: float, shrink
 
 
 def test_errors_count_by_the_size_of_each_quantity_in_the_mean_square() -> None:
-    """Errors of 7 and 1 times the allowed are 5 times, with orders 2: 0.9 / sqrt 5; x is 10, the other's floor 2."""
+    """Errors of 7 and 1 times the allowed are 5 times, with orders 2: 0.9 / sqrt 5; x is 10, the
+    other's floor 2."""
     problem = steady(1e6, longest=0.0)
     allowed = 2.0**-10 * np.array([[10.0], [2.0]])
     ran(
@@ -463,7 +467,8 @@ def test_a_body_that_turns_back_first_is_followed_beyond() -> None:
 def test_a_body_that_swings_meets_its_target_somewhere(
     swing: float, often: float, first: float
 ) -> None:
-    """x = 7 + t + a sin(w t), from steps so long that no cubic tells where. Time never runs back, nor does it stand."""
+    """x = 7 + t + a sin(w t), from steps so long that no cubic tells where. Time never runs back,
+    nor does it stand."""
 
     class Swinging(Moving):
         def place(self, time: Floats) -> Floats:
@@ -512,8 +517,8 @@ def test_a_step_to_where_rates_are_none_is_tried_again_shorter() -> None:
 
 
 def test_what_has_ended_leaves_the_arrays_once_most_have_and_stays_what_it_was() -> None:
-    """One of three ends soon; the two others keep it in the arrays, where it runs past its target. What is given up
-    says where."""
+    """One of three ends soon; the two others keep it in the arrays, where it runs past its target.
+    What is given up says where."""
 
     def error(_: Floats, step: Floats) -> Floats:
         return 2.0**-10 * (step / 0.1) ** 2

@@ -1,4 +1,5 @@
-"""What measured shots teach of spectra and peaks: planted errors come back, bands hold what was not learned from."""
+"""What measured shots teach of spectra and peaks: planted errors come back, bands hold what was not
+learned from."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ def settings_of(count: int, seed: int = 0):
     grid = list(itertools.product(tips, anvils, ("#1", "#2"), (3.0, 8.0, 15.0), (0.2, 0.5, 1.0)))
     picked = np.random.default_rng(seed).permutation(len(grid))[:count]
     return [
-        setting(tip=grid[i][0], anvil=grid[i][1], impact_position=grid[i][2], impact_velocity_m_s=grid[i][3],
+        setting(tip=grid[i][0], anvil=grid[i][1], impact_position=grid[i][2],
+        impact_velocity_m_s=grid[i][3],
                 impactor_mass_kg=grid[i][4])
         for i in picked
     ]  # fmt: skip
@@ -63,7 +65,8 @@ def db(factors):
 
 
 def planted_db(settings, rng, shrink=1.0):
-    """Errors of a bench drawn from the prior, (n, sensors, 1 + lines), one of them for each sensor."""
+    """Errors of a bench drawn from the prior, (n, sensors, 1 + lines), one of them for each
+    sensor."""
     lines = np.append(LINES, 4 * LINES[-1])
     terms = tuple(replace(term, sd_db=shrink * term.sd_db) for term in TERMS)
     joint = Discrepancy(lines, terms)
@@ -112,7 +115,8 @@ def test_what_all_shots_show_is_corrected_for_each_sensor_and_the_peak():
 
 @pytest.mark.parametrize("shrink", [0.2, 1.0, 2.0])
 def test_bands_hold_nine_tenths_of_what_was_not_learned_from(shrink):
-    """Benches whose errors are smaller and larger than stated, 24 configurations of 2 shots, 24 others."""
+    """Benches whose errors are smaller and larger than stated, 24 configurations of 2 shots, 24
+    others."""
     inside = []
     for seed in range(4):
         settings = settings_of(48, seed)
@@ -179,7 +183,8 @@ def twin(**own) -> Twin:
 
 
 def shown_by(model: Twin, settings, louder: float = 1.0) -> MeasuredShots:
-    """What a bench that is the nominal twin, but louder, would have shown, with other pulses than the law has."""
+    """What a bench that is the nominal twin, but louder, would have shown, with other pulses than
+    the law has."""
     velocity = np.array([s.impact_velocity_m_s for s in settings])
     law = model.contact.pulses(ImpactBatch(settings, velocity))
     pulses = ForcePulses(1.3 * law.contact_time_s, 0.7 * law.force_n, law.compression_time_s)
@@ -195,7 +200,8 @@ def shown_by(model: Twin, settings, louder: float = 1.0) -> MeasuredShots:
 
 
 def test_shots_are_replayed_with_their_own_forces_and_places():
-    """The shape of the law, stretched to the force that was measured, is the pulse that was played."""
+    """The shape of the law, stretched to the force that was measured, is the pulse that was
+    played."""
     places = [(v, p) for v in (4.0, 9.0) for p in ("#1", "#2")]
     shots = shown_by(
         model := twin(), [setting(impact_velocity_m_s=v, impact_position=p) for v, p in places]
@@ -275,6 +281,7 @@ def test_the_plate_feels_what_passes_the_anvil_and_the_prediction_shows_the_tip(
     assert shot.accelerations_m_s2 == pytest.approx(below)
     assert model.spectra([new])[0] == pytest.approx(shot.spectra_m_s2["a1"].mean)
     shots = replace(measured([new], np.zeros((1, 2, LINES.size + 1)), [0]),
-                    peak_force_n=2 * pulses.peak_force_n, impulse_n_s=2 * pulses.impulse_n_s)  # fmt: skip
+                    peak_force_n=2 * pulses.peak_force_n,
+                    impulse_n_s=2 * pulses.impulse_n_s)  # fmt: skip
     twice = 10 ** (model.replayed_db(shots)[0, :, 0] / 20)
     assert twice == pytest.approx(2 * np.abs(below[0]).max(axis=1))

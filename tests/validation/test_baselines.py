@@ -59,7 +59,8 @@ def test_planted_effect_is_found(name: str, truth: str, z: Floats) -> None:
 
 @pytest.mark.parametrize("answer", [noise_only, bic])
 def test_background_is_taken_for_an_effect(answer) -> None:
-    """What they fall short in: a background within tolerance that no effect of the catalogue makes."""
+    """What they fall short in: a background within tolerance that no effect of the catalogue
+    makes."""
     z = 0.4 * np.sin(1.5 * SLOPE)
     assert answer(problem(z, sigma=0.05))["none"] < 0.01
 
@@ -150,7 +151,8 @@ def test_cells_are_means_over_tolerances() -> None:
     np.testing.assert_allclose(
         gap_problem.z, gap.mean[gap_problem.configuration, gap_problem.observable] / 0.01
     )
-    # Nine of one parameter, whose likely range ends two standard deviations from none: the middle one does nothing.
+    # Nine of one parameter, whose likely range ends two standard deviations from none: the middle
+    # one does nothing.
     loss = -0.01 * np.sort(toy_problem().changes["gun.toy_loss"][:, 0])[::-1]
     assert len(loss) == 9
     np.testing.assert_allclose(loss, -loss[::-1], atol=1e-9)
@@ -163,7 +165,8 @@ def test_changes_are_those_of_the_law_and_stages_have_no_noise_in_common() -> No
     apart = gap_problem.stage[:, None] != gap_problem.stage[None, :]
     assert apart.any() and not gap_problem.noise[apart].any()
     assert np.linalg.eigvalsh(gap_problem.noise).min() > 0
-    # A loss moves every velocity alike and no pulse; a heavier mass moves the three logarithms by its powers.
+    # A loss moves every velocity alike and no pulse; a heavier mass moves the three logarithms by
+    # its powers.
     gun = gap_problem.stage == "gun"
     loss = gap_problem.changes["gun.toy_loss"]
     assert np.ptp(loss[:, gun], axis=1).max() == pytest.approx(0.0, abs=1e-9)

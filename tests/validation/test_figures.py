@@ -1,4 +1,5 @@
-"""What was really wrong and what was said, in the same words, and scores of answers whose results are known."""
+"""What was really wrong and what was said, in the same words, and scores of answers whose results
+are known."""
 
 from __future__ import annotations
 
@@ -97,7 +98,8 @@ def test_first_label_group_and_two() -> None:
 
 
 def test_none_is_right_within_tolerance_and_a_false_alarm_without_effect() -> None:
-    # It is no single effect to be found, and no false alarm either; its probability counts as right.
+    # It is no single effect to be found, and no false alarm either; its probability counts as
+    # right.
     case_figures = figures(
         "t", [says(label(LEAK, gap_in_tolerances=0.5), {"none": 0.9, DRAG: 0.1})]
     )

@@ -1,4 +1,5 @@
-"""Tables, their JSON and the journal; scored rows in a file; the table of docs/measurements/blind-check.md."""
+"""Tables, their JSON and the journal; scored rows in a file; the table of
+docs/measurements/blind-check.md."""
 
 from __future__ import annotations
 

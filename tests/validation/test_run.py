@@ -20,7 +20,8 @@ CASES = 3
 
 @pytest.fixture
 def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Guns only, one process, and a diagnosis that says the same of every folder; what happened, in order."""
+    """Guns only, one process, and a diagnosis that says the same of every folder; what happened, in
+    order."""
     events: list[str] = []
 
     def here(
@@ -158,7 +159,8 @@ def test_wrong_words_are_refused(wrong: dict[str, Any], said: str) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 def test_quick_tier() -> None:
-    """The real diagnosis on a few campaigns of all kinds: every case answered, and better than by the first stage."""
+    """The real diagnosis on a few campaigns of all kinds: every case answered, and better than by
+    the first stage."""
     report = blind_check.run(4, 11, ["very strong", case_plan.LEFT_OUT], learn_from=8)
     found = report.tiers[-1]
     assert (found.n, found.errors) == (4, ())

@@ -1,4 +1,5 @@
-"""What the recorder writes is what the ingest reads, byte for byte the same each time, and whole or not there."""
+"""What the recorder writes is what the ingest reads, byte for byte the same each time, and whole or
+not there."""
 
 from __future__ import annotations
 

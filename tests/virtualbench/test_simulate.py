@@ -1,4 +1,5 @@
-"""Simulated campaigns: the ingest finds in them what was sealed, and nothing else gives the seal away."""
+"""Simulated campaigns: the ingest finds in them what was sealed, and nothing else gives the seal
+away."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ HAMMER_CHANNELS = ("force", "acceleration_hammer", "acceleration_1", "accelerati
 
 @pytest.fixture(scope="module", autouse=True)
 def coarse_plates():
-    """Modes to 0.8 kHz: a small part of the time, and nothing here looks at the plate's spectrum."""
+    """Modes to 0.8 kHz: a small part of the time, and nothing here looks at the plate's
+    spectrum."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ringing, "MAX_FREQUENCY_HZ", 800.0)
         yield
@@ -249,7 +251,8 @@ def ideal(tmp_path_factory):
 
 
 def test_empty_folder_is_filled_and_progress_counts_the_recordings(tmp_path):
-    """What another process, still alive, plays under the same name is left alone: its parent's is."""
+    """What another process, still alive, plays under the same name is left alone: its parent's
+    is."""
     theirs, own = tmp_path / f".c.{os.getppid()}.part", tmp_path / "c"
     theirs.mkdir()
     own.mkdir()

@@ -1,4 +1,5 @@
-"""Changes one thing at a time in the physics and the diagnosis, and looks whether a test notices: `make mutants`.
+"""Changes one thing at a time in the physics and the diagnosis, and looks whether a test notices:
+`make mutants`.
 
 python -m tools.mutation                        # what plan.toml says and the rows lack
 python -m tools.mutation 'twin/gun/*' --jobs 2  # of these modules
@@ -21,7 +22,8 @@ from .rows import Row, Rows
 from .trial import Outcome
 
 ROOT = Path(__file__).resolve().parents[2]
-#: What became of each mutant on this machine, and the list of survivors; not part of the repository.
+#: What became of each mutant on this machine, and the list of survivors; not part of the
+#: repository.
 KEPT = ROOT / ".cache" / "mutation"
 VERDICTS = Path(__file__).with_name("verdicts.toml")
 PAGE = ROOT / "docs" / "measurements" / "mutation.md"
@@ -96,7 +98,8 @@ def _run(asked: argparse.Namespace, rows: Rows) -> None:
         for count, (mutant, outcome) in enumerate(session.outcomes(pool, trials), 1):
             rows.add(_row(mutant, outcome, of[mutant.module]))
             print(
-                f"{count} {outcome.what} {outcome.seconds:.1f} s {mutant.module}:{mutant.line} {mutant.after}",
+                f"{count} {outcome.what} {outcome.seconds:.1f} s "
+                f"{mutant.module}:{mutant.line} {mutant.after}",
                 flush=True,
             )
             if count % _OFTEN == 0 or count == len(trials):

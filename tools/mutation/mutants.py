@@ -20,7 +20,8 @@ _OPERATORS = OperatorProvider()
 
 @dataclass(frozen=True)
 class Spot:
-    """Where an operator can change a source: the how manyth of its places, on which line and in what definition."""
+    """Where an operator can change a source: the how manyth of its places, on which line and in
+    what definition."""
 
     operator: str
     occurrence: int
@@ -47,10 +48,11 @@ class Mutant:
 
 
 def spots(source: str, operators: Sequence[str], but: Sequence[str] = ()) -> list[Spot]:
-    """Every place of a source, in the order of its lines, where an operator of these names finds something to change.
+    """Every place of a source, in the order of its lines, where an operator of these names finds
+    something to change.
 
-    Annotations are texts here (PEP 563), so a change in one changes nothing; nor is a keyword argument named in `but`
-    changed.
+    Annotations are texts here (PEP 563), so a change in one changes nothing; nor is a keyword
+    argument named in `but` changed.
     """
     nodes = list(ast_nodes(get_ast(source)))
     found = [spot for name in operators for spot in _spots(nodes, name, but)]
@@ -103,7 +105,8 @@ def holds(source: str, before: str) -> bool:
 
 
 def _idle(node: NodeOrLeaf, but: Sequence[str]) -> bool:
-    """Whether it is in an annotation or in a keyword argument of one of these names, or is the * of a signature."""
+    """Whether it is in an annotation or in a keyword argument of one of these names, or is the * of
+    a signature."""
     above = node.parent
     if above is not None and above.type == "parameters":
         return True

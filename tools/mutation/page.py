@@ -1,4 +1,5 @@
-"""The table of docs/measurements/mutation.md and the list of survivors, from the kept rows and the verdicts."""
+"""The table of docs/measurements/mutation.md and the list of survivors, from the kept rows and the
+verdicts."""
 
 from __future__ import annotations
 

@@ -14,7 +14,8 @@ PLAN = Path(__file__).with_name("plan.toml")
 
 @dataclass(frozen=True)
 class Target:
-    """A module, the files of tests that it is held to in their order, and how many mutants are drawn (None: all)."""
+    """A module, the files of tests that it is held to in their order, and how many mutants are
+    drawn (None: all)."""
 
     module: str
     tests: tuple[str, ...]
@@ -29,7 +30,8 @@ class Target:
 
 @dataclass(frozen=True)
 class Plan:
-    """`warm`: libraries, `warm_own`: modules of ours, that are loaded once; `targets` in the order of the file."""
+    """`warm`: libraries, `warm_own`: modules of ours, that are loaded once; `targets` in the order
+    of the file."""
 
     seed: int
     operators: tuple[str, ...]
@@ -39,7 +41,8 @@ class Plan:
     targets: tuple[Target, ...]
 
     def chosen(self, patterns: tuple[str, ...]) -> list[Target]:
-        """Targets whose path fits one of the patterns, all for none. `ValueError` for a pattern that fits none."""
+        """Targets whose path fits one of the patterns, all for none. `ValueError` for a pattern
+        that fits none."""
         idle = [
             each
             for each in patterns
@@ -55,7 +58,8 @@ class Plan:
 
 
 def read(root: Path, path: Path = PLAN) -> Plan:
-    """The plan for a tree. Raises `ValueError` for a module or a test that it lacks, or a module that stands twice."""
+    """The plan for a tree. Raises `ValueError` for a module or a test that it lacks, or a module
+    that stands twice."""
     data = tomllib.loads(path.read_text(encoding="utf-8"))
     targets = [
         target for group in data["group"] for target in _targets(root, group, tuple(data["but"]))

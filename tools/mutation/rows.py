@@ -55,7 +55,8 @@ class Rows:
         self._rows[row.key] = replace(row, at_first=known.at_first) if known else row
 
     def keep_only(self, module: str, holds: Callable[[str], bool], of: int) -> None:
-        """Drops a module's rows whose line its source no longer has; the others are of so many mutants."""
+        """Drops a module's rows whose line its source no longer has; the others are of so many
+        mutants."""
         here = {key: row for key, row in self._rows.items() if row.module == module}
         kept = {key: replace(row, of=of) for key, row in here.items() if holds(row.before)}
         self._rows = {key: row for key, row in self._rows.items() if key not in here} | kept

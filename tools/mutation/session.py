@@ -44,7 +44,8 @@ def workers(root: Path, warm: Sequence[str], own: Sequence[str], jobs: int) -> I
 
 
 def limits(pool: Pool, targets: Sequence[Target]) -> dict[str, float]:
-    """Seconds that a mutant of each module may take. Raises `RuntimeError` for tests that fail without one."""
+    """Seconds that a mutant of each module may take. Raises `RuntimeError` for tests that fail
+    without one."""
     suites = {frozenset(target.tests): target for target in targets}
     found = {}
     for target, outcome in pool.imap(

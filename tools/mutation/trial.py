@@ -1,8 +1,9 @@
 """One mutant against its tests, in a process that forks from one with the libraries loaded.
 
-A copy of the tree lies in a folder `pyroshock`, and the folder around it leads the path of imports: nothing of the work
-tree is written to. What is compiled by numba is cached by file; a caller in another file would keep the code of before
-the change, hence a mutant of a compiled module gets a cache of its own.
+A copy of the tree lies in a folder `pyroshock`, and the folder around it leads the path of imports:
+nothing of the work tree is written to. What is compiled by numba is cached by file; a caller in
+another file would keep the code of before the change, hence a mutant of a compiled module gets a
+cache of its own.
 """
 
 from __future__ import annotations
@@ -49,7 +50,8 @@ class Outcome:
 
 
 def warmed_own(copy: Path, modules: Sequence[str]) -> None:
-    """Loads modules of the copy that no mutant touches, and none of which imports one that a mutant does."""
+    """Loads modules of the copy that no mutant touches, and none of which imports one that a mutant
+    does."""
     sys.path.insert(0, str(copy.parent))
     for module in modules:
         importlib.import_module(module)
@@ -58,7 +60,8 @@ def warmed_own(copy: Path, modules: Sequence[str]) -> None:
 
 
 def copied(root: Path, folder: Path) -> Path:
-    """A copy of the tree in a new folder, with the way to what lies beside the tree. The copy's path."""
+    """A copy of the tree in a new folder, with the way to what lies beside the tree. The copy's
+    path."""
     copy = folder / "pyroshock"
     shutil.copytree(root, copy, ignore=_LEFT_OUT, symlinks=True)
     if (root.parent / "shared").is_dir():
@@ -79,7 +82,8 @@ def warmed(libraries: Sequence[str]) -> None:
 def tried(
     copy: Path, module: str, code: str | None, tests: Sequence[str], limit_s: float
 ) -> Outcome:
-    """A module's changed code (None: as it is) against tests, as words for pytest; the file is put back."""
+    """A module's changed code (None: as it is) against tests, as words for pytest; the file is put
+    back."""
     path = copy / module
     original, times = path.read_bytes(), path.stat()
     began = time.monotonic()
@@ -90,7 +94,8 @@ def tried(
         try:
             if code is not None:
                 path.write_text(code, encoding="utf-8")
-                # Bytecode is known by its source's second and size: each mutant has a second of its own.
+                # Bytecode is known by its source's second and size: each mutant has a second of its
+                # own.
                 os.utime(path, (next(_SECONDS), next(_SECONDS)))
             child = os.fork()
             if child == 0:
@@ -143,7 +148,8 @@ def _run(copy: Path, tests: Sequence[str], output: Path, cache: Path) -> NoRetur
 
 
 def _awaited(child: int, until: float) -> int | None:
-    """The exit status, negative for a signal; None: it ran past its time and was ended with all that it began."""
+    """The exit status, negative for a signal; None: it ran past its time and was ended with all
+    that it began."""
     while time.monotonic() < until:
         ended, status = os.waitpid(child, os.WNOHANG)
         if ended:

@@ -13,7 +13,8 @@ KINDS = ("equivalent", "tested", "left")
 
 @dataclass(frozen=True)
 class Verdict:
-    """`equivalent`: nothing that can be seen changes; `tested`: a test kills it since; `left`: neither, and why."""
+    """`equivalent`: nothing that can be seen changes; `tested`: a test kills it since; `left`:
+    neither, and why."""
 
     module: str
     before: str

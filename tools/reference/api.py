@@ -1,4 +1,5 @@
-"""The library's names, room by room: for each module what it is for, then its functions and classes by autodoc."""
+"""The library's names, room by room: for each module what it is for, then its functions and classes
+by autodoc."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ def modules(room: str) -> Iterator[ModuleType]:
 
 
 def members(module: ModuleType) -> list[Any]:
-    """Its own public functions and classes in the order of the file; rows of the store are told by their tables."""
+    """Its own public functions and classes in the order of the file; rows of the store are told by
+    their tables."""
     return [
         thing
         for name, thing in vars(module).items()

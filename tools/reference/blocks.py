@@ -23,7 +23,8 @@ class Block:
 
 
 def blocks_of(doc: str | None) -> list[Block]:
-    """The blocks of a docstring, its indentation taken off; click's mark of lines that stay (\\b) is left out."""
+    """The blocks of a docstring, its indentation taken off; click's mark of lines that stay (\\b)
+    is left out."""
     found: list[Block] = []
     lines: list[str] = []
     kind: Kind = "text"
@@ -71,7 +72,8 @@ def _is_code(line: str, kind: Kind, lines: list[str]) -> bool:
 
 
 def _joined(found: list[Block]) -> list[Block]:
-    """Code that an empty line parts is one block; the indentation that all of it has is taken off."""
+    """Code that an empty line parts is one block; the indentation that all of it has is taken
+    off."""
     joined: list[Block] = []
     for block in found:
         if block.kind == "code" and joined and joined[-1].kind == "code":

@@ -10,7 +10,8 @@ from pyroshock.app.cli.main import main
 
 from .markdown import code, escaped, joined, prose, table
 
-#: A default that is no value stands at the end of an option's help: "[default: drawn and reported]".
+#: A default that is no value stands at the end of an option's help: "[default: drawn and
+#: reported]".
 _DEFAULT_IN_WORDS = re.compile(r"\s*\[default:? ([^\]]+)\]$")
 
 

@@ -1,4 +1,5 @@
-"""Comments of the source that tell what a field, a column or a limit is: beside its name, or `#:` above it."""
+"""Comments of the source that tell what a field, a column or a limit is: beside its name, or `#:`
+above it."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ _ORDERS = ("noqa", "type:", "fmt:", "pragma")
 
 @dataclass(frozen=True)
 class Source:
-    """A module's tree; by line its comments behind code (`beside`) and on lines of their own (`alone`)."""
+    """A module's tree; by line its comments behind code (`beside`) and on lines of their own
+    (`alone`)."""
 
     tree: ast.Module
     beside: dict[int, str]
@@ -44,7 +46,8 @@ def field_comments(kind: type) -> dict[str, str]:
 
 
 def constants(module: ModuleType) -> Iterator[tuple[str, object, str]]:
-    """Name, value and comment of a module's public constants, in their order; one without a comment has ""."""
+    """Name, value and comment of a module's public constants, in their order; one without a comment
+    has ""."""
     source = source_of(module.__name__)
     comments = _comments(source, source.tree.body)
     for statement in source.tree.body:

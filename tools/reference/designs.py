@@ -1,4 +1,5 @@
-"""Every way of designing a campaign, the shipped factors, and the figures by which a design is judged."""
+"""Every way of designing a campaign, the shipped factors, and the figures by which a design is
+judged."""
 
 from __future__ import annotations
 
@@ -75,7 +76,10 @@ def _default(option: Option) -> str:
 def _section(function: Callable[..., Any]) -> str:
     module = import_module(function.__module__)
     title = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
-    call = f"from {function.__module__} import {function.__name__}\n\n{function.__name__}{inspect.signature(function)}"
+    call = (
+        f"from {function.__module__} import "
+        f"{function.__name__}\n\n{function.__name__}{inspect.signature(function)}"
+    )
     called = call.replace("'", "").replace(", /", "")
     return joined(
         f"## {title}", prose(module.__doc__), f"```python\n{called}\n```", prose(function.__doc__)

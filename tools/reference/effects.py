@@ -22,7 +22,8 @@ def _section(kind: type[Effect]) -> str:
     ]
     if kind.regimes:
         facts.append(
-            f"- looked for in turn: {'; '.join(', '.join(map(code, names)) for names in kind.regimes)}"
+            f"- looked for in turn: "
+            f"{'; '.join(', '.join(map(code, names)) for names in kind.regimes)}"
         )
     header = [
         "parameter",

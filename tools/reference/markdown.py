@@ -56,7 +56,8 @@ def joined(*parts: str) -> str:
 
 
 def _row(cells: Sequence[str]) -> str:
-    # A sign that parts cells does so within code spans, too; escaped text has its own escaped already.
+    # A sign that parts cells does so within code spans, too; escaped text has its own escaped
+    # already.
     return (
         "| "
         + " | ".join(re.sub(r"(?<!\\)\|", r"\|", " ".join(cell.split())) for cell in cells)

@@ -22,7 +22,8 @@ def page() -> str:
     ]
     return joined(
         "## Models by name",
-        f"What {code('pyroshock train --models')} takes; settings are those that differ from a kind's own.",
+        f"What {code('pyroshock train --models')} takes; settings are those "
+        f"that differ from a kind's own.",
         table(["model", "made of"], rows),
         "## Kinds",
         *(_kind(name) for name in KINDS),

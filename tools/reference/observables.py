@@ -29,15 +29,18 @@ def page() -> str:
     return joined(
         prose(Observable.__doc__),
         "## Gun",
-        "One number a shot. The floor is the median stated uncertainty of the velocity; here that of none stated.",
+        "One number a shot. The floor is the median stated uncertainty of "
+        "the velocity; here that of none stated.",
         _table(of_gun()),
         "## Contact",
         prose(contact_features.features.__doc__),
         _table(OBSERVABLES),
         "## Plate",
         prose(plate_columns.__doc__),
-        "Here of one mode at 1000 Hz, one accelerometer, one line of its spectrum and one window; a campaign has each "
-        "of them for every mode that it shows, every channel, three lines an octave, and what follows the shock.",
+        "Here of one mode at 1000 Hz, one accelerometer, one line of its "
+        "spectrum and one window; a campaign has each "
+        "of them for every mode that it shows, every channel, three lines an "
+        "octave, and what follows the shock.",
         _table(of_plate()),
     )
 
@@ -50,7 +53,8 @@ def of_gun() -> tuple[Observable, ...]:
 
 
 def of_plate() -> tuple[Observable, ...]:
-    """Of one mode and one channel, in the order of the stage; `Columns` asks its modes for no more than this."""
+    """Of one mode and one channel, in the order of the stage; `Columns` asks its modes for no more
+    than this."""
     signals = PlateSignals(
         acceleration=np.zeros((1, 1, 5000)),
         channels=("acceleration_1",),

@@ -29,7 +29,8 @@ def page() -> str:
 
 
 def libraries(reader: Reader) -> list[str]:
-    """The packages that its file and those beside it import for it, but for numpy where there is another."""
+    """The packages that its file and those beside it import for it, but for numpy where there is
+    another."""
     own = import_module(type(reader).__module__)
     found = dict.fromkeys(name for module in (own, *_beside(own)) for name in _packages(module))
     return [name for name in found if name != "numpy"] or ["numpy"]
@@ -54,7 +55,8 @@ def _section(reader: Reader) -> str:
 
 
 def _fields_of_all() -> str:
-    """Of every reader how many fields it uses, passes over and refuses; and what becomes of one that no table has."""
+    """Of every reader how many fields it uses, passes over and refuses; and what becomes of one
+    that no table has."""
     rows = [
         (
             reader.format,
@@ -98,7 +100,8 @@ def _instruments(reader: Reader) -> str:
             )
     return joined(
         "### Instruments",
-        f"{len(instruments)} forms are known by their headers, with {_counts(rules)} fields. A field that no rule "
+        f"{len(instruments)} forms are known by their headers, with "
+        f"{_counts(rules)} fields. A field that no rule "
         "names, and whose name announces time, scale, unit or gaps, refuses the file.",
         table(["instrument", "field", "treatment", "reason"], rows),
     )

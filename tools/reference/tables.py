@@ -50,7 +50,8 @@ def _column(column: Column[object], comment: str) -> tuple[str, str, str, str, s
 
 def _type(column: Column[object]) -> str:
     """As SQLite and PostgreSQL call it; once where they agree."""
-    engines = (sqlite.dialect(), postgresql.dialect())  # type: ignore[no-untyped-call]  # SQLAlchemy's own
+    # SQLAlchemy's own
+    engines = (sqlite.dialect(), postgresql.dialect())  # type: ignore[no-untyped-call]
     return " / ".join(dict.fromkeys(column.type.compile(dialect=engine) for engine in engines))
 
 

@@ -11,7 +11,8 @@ _LONGEST = 60
 
 
 def constants_table(*modules: ModuleType) -> str:
-    """Name, value and reason of the public constants that are numbers or words; "" where there are none."""
+    """Name, value and reason of the public constants that are numbers or words; "" where there are
+    none."""
     rows = [
         (code(name), code(shown), escaped(comment))
         for module in modules
@@ -22,7 +23,8 @@ def constants_table(*modules: ModuleType) -> str:
 
 
 def text_of(value: object) -> str | None:
-    """A number, a word or some of them; None for anything else, and for what is too long to be looked at."""
+    """A number, a word or some of them; None for anything else, and for what is too long to be
+    looked at."""
     if isinstance(value, bool | int | float | str):
         text = f"{value:g}" if isinstance(value, float) else str(value)
     elif (

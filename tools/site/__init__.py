@@ -1,4 +1,5 @@
-"""Sphinx extension of the documentation's site: pages filled from the code, links to the repository's files."""
+"""Sphinx extension of the documentation's site: pages filled from the code, links to the
+repository's files."""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
-"""The site's tree, taken from the lists of links that readers see: a page is under the page that lists it.
+"""The site's tree, taken from the lists of links that readers see: a page is under the page that
+lists it.
 
-A page that ends with `<!-- contents -->` lists its children. Its headings become captions in the site's margin.
+A page that ends with `<!-- contents -->` lists its children. Its headings become captions in the
+site's margin.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ def with_contents(text: str) -> str:
 
 
 def sections(text: str) -> Iterator[tuple[str, list[str]]]:
-    """Heading and listed pages (relative, as written) of each section that lists any; "" for what precedes them."""
+    """Heading and listed pages (relative, as written) of each section that lists any; "" for what
+    precedes them."""
     parts = _HEADING.split(text.split(MARK)[0])
     for caption, body in zip(["", *parts[1::2]], parts[0::2], strict=True):
         links = list(
@@ -35,7 +38,8 @@ def sections(text: str) -> Iterator[tuple[str, list[str]]]:
 
 
 def reachable(docs: Path, start: str = "index.md") -> set[str]:
-    """Pages, relative to `docs`, that are reached by lists of contents from the first one, itself included."""
+    """Pages, relative to `docs`, that are reached by lists of contents from the first one, itself
+    included."""
     found, waiting = {start}, [start]
     while waiting:
         page = waiting.pop()

@@ -1,4 +1,5 @@
-"""Docstrings and signatures for autodoc: plain prose becomes reStructuredText that shows what it says."""
+"""Docstrings and signatures for autodoc: plain prose becomes reStructuredText that shows what it
+says."""
 
 from __future__ import annotations
 
@@ -79,7 +80,8 @@ def fields_of(kind: type) -> list[str]:
 def signature_of(thing: Any, *, bound: bool = False) -> str | None:
     """Parameters and what is returned, as the source spells them; None where there is no signature.
 
-    Names that the reference has are given in full, so that they become links. `bound` leaves the first parameter out.
+    Names that the reference has are given in full, so that they become links. `bound` leaves the
+    first parameter out.
     """
     try:
         signature = inspect.signature(thing)

@@ -39,7 +39,8 @@ def setup(app: Sphinx) -> None:
 
 
 def linked() -> dict[str, Path]:
-    """Path from the root -> file or folder, for all that pages and files of the root link to and that are no pages."""
+    """Path from the root -> file or folder, for all that pages and files of the root link to and
+    that are no pages."""
     found: dict[str, Path] = {}
     docs = ROOT / "docs"
     of_root = [ROOT / name for name in PAGES if (ROOT / name).is_file()]
@@ -88,7 +89,8 @@ class FileLinks(SphinxTransform):
                 )
 
     def _target(self, link: nodes.Element) -> Path | None:
-        """The file or folder; None for what is no path. MyST takes a page outside of its folder for a document."""
+        """The file or folder; None for what is no path. MyST takes a page outside of its folder for
+        a document."""
         path = str(link.get("reftarget", "")).partition("#")[0]
         if not path or link.get("refdomain") not in (None, "", "doc"):
             return None
@@ -125,7 +127,8 @@ def _pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
                 ".yaml": "yaml",
                 ".md": "markdown",
             }.get(place.suffix, "text")
-            highlighter = getattr(app.builder, "highlighter")  # noqa: B009 - only builders of HTML have one
+            # noqa: B009 - only builders of HTML have one
+            highlighter = getattr(app.builder, "highlighter")
             body, name = (
                 highlighter.highlight_block(text, language, linenos=False),
                 f"{FOLDER}/{path}",

@@ -1,4 +1,5 @@
-"""Pages as Sphinx reads them: with what is generated from the code, the site's tree, and files of the root."""
+"""Pages as Sphinx reads them: with what is generated from the code, the site's tree, and files of
+the root."""
 
 from __future__ import annotations
 

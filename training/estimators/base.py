@@ -4,10 +4,11 @@ Means and widths of columns, for regressions that want their inputs and outputs 
 
 A regression whose learned state is a handful of plain arrays of declared shapes.
 
-What they learned is small enough to evaluate here, so nothing on disk can carry code. Regressions of scikit-learn are
-kept as its own objects (`scikit_pipeline`).
+What they learned is small enough to evaluate here, so nothing on disk can carry code. Regressions
+of scikit-learn are kept as its own objects (`scikit_pipeline`).
 
-What a training searched and found, for the registry: settings as parameters, histories as metrics by step.
+What a training searched and found, for the registry: settings as parameters, histories as metrics
+by step.
 """
 
 from __future__ import annotations
@@ -23,18 +24,21 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ..tuning.trials import SettingsSearch
 
-#: A setting as MLflow keeps it: text and truth values as parameters, numbers as parameters and figures.
+#: A setting as MLflow keeps it: text and truth values as parameters, numbers as parameters and
+#: figures.
 SettingValue = str | bool | int | float
 
 
 @dataclass(frozen=True)
 class FitReport:
-    """`settings` that were searched or learned, by name ("kernel", "noise", "layers", "regularisation").
+    """`settings` that were searched or learned, by name ("kernel", "noise", "layers",
+    "regularisation").
 
-    `by_predictor` are numbers of which there is one for each predictor ("lengthscale"), in the predictors' order.
-    `histories` are values by step ("loss", "search_error"), the first step first. `searches` are the trials of a search
-    for settings, by the part of the model that it was for; "" for the whole. Numbers are of standardised columns where
-    the name does not say otherwise.
+    `by_predictor` are numbers of which there is one for each predictor ("lengthscale"), in the
+    predictors' order. `histories` are values by step ("loss", "search_error"), the first step
+    first. `searches` are the trials of a search for settings, by the part of the model that it was
+    for; "" for the whole. Numbers are of standardised columns where the name does not say
+    otherwise.
     """
 
     settings: Mapping[str, SettingValue] = field(default_factory=dict)
@@ -61,7 +65,8 @@ class FitReport:
         )
 
     def parameters(self, predictors: Sequence[str]) -> dict[str, SettingValue]:
-        """All settings by name, those of each predictor below theirs ("force.lengthscale.tip_radius").
+        """All settings by name, those of each predictor below theirs
+        ("force.lengthscale.tip_radius").
 
         Raises `ValueError` where a setting has another number of values than there are predictors.
         """
@@ -76,13 +81,15 @@ class FitReport:
         return parameters
 
 
-#: Learned numbers by name and nothing else: written to disk, and read back without running any code of the file's.
+#: Learned numbers by name and nothing else: written to disk, and read back without running any code
+#: of the file's.
 Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, eq=False)
 class Gaussian:
-    """Mean and standard deviation of each output, n x m. `spread` is None where the regression has none of its own."""
+    """Mean and standard deviation of each output, n x m. `spread` is None where the regression has
+    none of its own."""
 
     mean: Floats
     spread: Floats | None
@@ -99,17 +106,19 @@ class NotFittedError(ValueError):
 
 
 def require_fitted(part: _Part | None, kind: str) -> _Part:
-    """What a regression or model of this kind has learned. Raises `NotFittedError` where that is nothing yet."""
+    """What a regression or model of this kind has learned. Raises `NotFittedError` where that is
+    nothing yet."""
     if part is None:
         raise NotFittedError(f"{kind!r} has learned nothing yet: call fit, or restore")
     return part
 
 
 class Estimator(ABC):
-    """Regression of m outputs on d predictors. The constructor keeps settings only; what `fit` learns ends in `_`.
+    """Regression of m outputs on d predictors. The constructor keeps settings only; what `fit`
+    learns ends in `_`.
 
-    Standardisation of x and y is the estimator's own affair. The same data, settings and seed give the same numbers.
-    The spread is a new measurement's: noise included.
+    Standardisation of x and y is the estimator's own affair. The same data, settings and seed give
+    the same numbers. The spread is a new measurement's: noise included.
     """
 
     #: Under which it is written and found again, unique in `estimators`.
@@ -117,23 +126,26 @@ class Estimator(ABC):
 
     @abstractmethod
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        """Learn y (n x m) from x (n x d). `groups` (n,) are configurations: inner cross-validation never parts one."""
+        """Learn y (n x m) from x (n x d). `groups` (n,) are configurations: inner cross-validation
+        never parts one."""
 
     @abstractmethod
     def predict(self, x: Floats) -> Gaussian:
         """Outputs at x (n x d). Raises `NotFittedError` before `fit`."""
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        """A new one, learned from other rows with what this one tuned (kernel parameters, say) kept."""
+        """A new one, learned from other rows with what this one tuned (kernel parameters, say)
+        kept."""
         return type(self)(**self.settings()).fit(x, y, groups, rng)
 
     def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        """A new one, learned and tuned from other rows: it knows nothing of the rows left out. What only a long search
-        finds (the size of a network, the form of a kernel) is kept."""
+        """A new one, learned and tuned from other rows: it knows nothing of the rows left out. What
+        only a long search finds (the size of a network, the form of a kernel) is kept."""
         return type(self)(**self.settings()).fit(x, y, groups, rng)
 
     def fit_report(self) -> FitReport:
-        """What `fit` searched and found. Histories of the search are known after `fit` only, not after `restore`."""
+        """What `fit` searched and found. Histories of the search are known after `fit` only, not
+        after `restore`."""
         return FitReport()
 
     @abstractmethod
@@ -146,12 +158,14 @@ class Estimator(ABC):
 
     @abstractmethod
     def restore(self, arrays: Arrays) -> Self:
-        """Learned state from `arrays()`; returns self. Raises `ValueError` for arrays that are not of this kind."""
+        """Learned state from `arrays()`; returns self. Raises `ValueError` for arrays that are not
+        of this kind."""
 
 
 @dataclass(frozen=True, eq=False)
 class Standard:
-    """Columns to mean 0 and standard deviation 1. `mean` and `width` are (d,); width 0 is a column that never varied.
+    """Columns to mean 0 and standard deviation 1. `mean` and `width` are (d,); width 0 is a column
+    that never varied.
 
     Such a column always becomes 0, whatever is asked later: nothing was learned about it.
     """
@@ -161,7 +175,8 @@ class Standard:
 
     @classmethod
     def of(cls, columns: Floats) -> Standard:
-        """From n x d. Rounding makes the deviation of a constant tiny, not 0: it counts as constant."""
+        """From n x d. Rounding makes the deviation of a constant tiny, not 0: it counts as
+        constant."""
         mean = columns.mean(axis=0)
         width = columns.std(axis=0)
         return cls(mean, np.where(width > 1e-12 * np.abs(mean), width, 0.0))
@@ -173,7 +188,8 @@ class Standard:
         return columns * self.width + self.mean
 
 
-#: Lengths of an array's axes: a number, or a letter that stands for the same number in all arrays of a regression.
+#: Lengths of an array's axes: a number, or a letter that stands for the same number in all arrays
+#: of a regression.
 Shape = tuple[int | str, ...]
 #: Of `standard_arrays`.
 STANDARDS: dict[str, Shape] = {
@@ -200,7 +216,8 @@ def standard_of(arrays: Arrays, axis: str) -> Standard:
 
 
 class LearnedArrays(Estimator):
-    """Keeps what it learned in `learned_`, checked against `shapes` whether it comes from `fit` or from a file."""
+    """Keeps what it learned in `learned_`, checked against `shapes` whether it comes from `fit` or
+    from a file."""
 
     learned_: Arrays | None = None
 
@@ -220,7 +237,8 @@ class LearnedArrays(Estimator):
         return self
 
     def _check(self, arrays: Arrays) -> dict[str, int]:
-        """Lengths by letter. Raises `ValueError` for arrays that are not of this kind; a leaf may ask for more."""
+        """Lengths by letter. Raises `ValueError` for arrays that are not of this kind; a leaf may
+        ask for more."""
         shapes = self.shapes()
         if set(arrays) != set(shapes):
             raise ValueError(
@@ -235,7 +253,8 @@ class LearnedArrays(Estimator):
                 )
             if not _fits(array.shape, shape, lengths):
                 raise ValueError(
-                    f"{self.kind!r}: {name!r} has the shape {array.shape}, not {shape} with {lengths}"
+                    f"{self.kind!r}: {name!r} has the shape "
+                    f"{array.shape}, not {shape} with {lengths}"
                 )
         return lengths
 
@@ -247,7 +266,8 @@ class LearnedArrays(Estimator):
         inputs = np.asarray(x, dtype=np.float64)
         if inputs.ndim != 2 or inputs.shape[1] != predictors:
             raise ValueError(
-                f"{self.kind!r} learned from {predictors} predictors; asked with the shape {inputs.shape}"
+                f"{self.kind!r} learned from {predictors} predictors; asked "
+                f"with the shape {inputs.shape}"
             )
         return inputs
 

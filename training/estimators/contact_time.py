@@ -1,4 +1,5 @@
-"""The thesis's Gaussian process for contact time, its settings found by Bayesian optimisation (section 4.4)."""
+"""The thesis's Gaussian process for contact time, its settings found by Bayesian optimisation
+(section 4.4)."""
 
 from __future__ import annotations
 
@@ -16,9 +17,9 @@ from ..tuning.trials import SettingsSearch, Trial
 from .base import Arrays, FitReport, Gaussian, LearnedArrays, Shape
 from .exact_process import ProcessSolution, fitted, left_out_error
 
-#: What is searched. `noise` is where the likelihood starts (a tenth of it is the least), relative to the output's
-#: deviation; `basis` is the mean's; without `standardise` the predictors' own units weigh them. What a model learned
-#: is stored as a position in these lists: append only.
+#: What is searched. `noise` is where the likelihood starts (a tenth of it is the least), relative
+#: to the output's deviation; `basis` is the mean's; without `standardise` the predictors' own units
+#: weigh them. What a model learned is stored as a position in these lists: append only.
 SPACE: Space = {
     "kernel": OneOf(("rbf", "matern32", "matern52", "rational-quadratic")),
     "ard": OneOf((True, False)),
@@ -40,12 +41,13 @@ THESIS: Mapping[str, Any] = {
 
 
 class ContactTimeProcess(LearnedArrays):
-    """One positive output (n x 1). `iterations` settings are tried, each by one fit of its likelihood on at most
-    `search_rows` random rows and the grouped `folds`-fold error of eq. 4.7 there. The best is fitted to `fit_rows` and
-    predicts from all.
+    """One positive output (n x 1). `iterations` settings are tried, each by one fit of its
+    likelihood on at most `search_rows` random rows and the grouped `folds`-fold error of eq. 4.7
+    there. The best is fitted to `fit_rows` and predicts from all.
 
-    `choice` fixes some settings (all of `THESIS`: no search). `tuned` is another's `tuned_`: nothing is searched or
-    fitted, only solved. The spread of a logarithm is taken to first order: the time times its deviation.
+    `choice` fixes some settings (all of `THESIS`: no search). `tuned` is another's `tuned_`:
+    nothing is searched or fitted, only solved. The spread of a logarithm is taken to first order:
+    the time times its deviation.
     """
 
     kind = "contact-time"
@@ -73,9 +75,11 @@ class ContactTimeProcess(LearnedArrays):
 
     _solution: ProcessSolution
 
-    #: What was found, as JSON holds it: the settings, `lengthscales`, `signal`, `noise_level` and the search's `error`.
+    #: What was found, as JSON holds it: the settings, `lengthscales`, `signal`, `noise_level` and
+    #: the search's `error`.
     tuned_: dict[str, Any] | None = None
-    #: The settings that were tried with their errors, and losses of the last fit, in turn; not kept in `arrays`.
+    #: The settings that were tried with their errors, and losses of the last fit, in turn; not kept
+    #: in `arrays`.
     search_: SettingsSearch | None = None
     losses_: list[float] | None = None
 
@@ -152,7 +156,8 @@ class ContactTimeProcess(LearnedArrays):
             for at, values in zip(arrays["settings"], choices, strict=True)
         ):
             raise ValueError(
-                f"{self.kind!r}: settings {arrays['settings']} are not positions in the lists it searches"
+                f"{self.kind!r}: settings {arrays['settings']} are not "
+                f"positions in the lists it searches"
             )
         return lengths
 

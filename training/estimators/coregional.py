@@ -1,4 +1,5 @@
-"""All outputs in one Gaussian process whose outputs inform each other: the coregional GP of the thesis (Table 4.7).
+"""All outputs in one Gaussian process whose outputs inform each other: the coregional GP of the
+thesis (Table 4.7).
 
 Outputs as principal components: uncorrelated columns of unit variance.
 """
@@ -41,9 +42,10 @@ LEAST_VARIANCE = 1e-8
 def principal(y: Floats) -> Floats:
     """Turn (p x m) that makes y (n x m, standardised) from its p components, p at least 1.
 
-    Repetitions scatter in amplitude: all outputs together. As noise of each output by itself that cannot be said, and a
-    coregional process learns it as a law of the speed, with lengthscales near nothing. Between components, the noise
-    is nearly uncorrelated; the likelihood is also better conditioned (a fifth of the steps).
+    Repetitions scatter in amplitude: all outputs together. As noise of each output by itself that
+    cannot be said, and a coregional process learns it as a law of the speed, with lengthscales near
+    nothing. Between components, the noise is nearly uncorrelated; the likelihood is also better
+    conditioned (a fifth of the steps).
     """
     variances, directions = np.linalg.eigh(y.T @ y / len(y))
     kept = variances > LEAST_VARIANCE * variances[-1]
@@ -69,14 +71,16 @@ POSTERIOR: dict[str, Shape] = {
 
 
 class Coregional(LearnedArrays):
-    """Covariance B (x) K + D (x) I: K of a `kernel`, B = W W' + diag(kappa), W of `rank` columns (never more than
-    outputs), D the noise of each: a `CoregionalModel` of GPyTorch in float64, trained by its exact marginal likelihood
-    and priors in at most `iterations` steps; nothing is left to chance.
+    """Covariance B (x) K + D (x) I: K of a `kernel`, B = W W' + diag(kappa), W of `rank` columns
+    (never more than outputs), D the noise of each: a `CoregionalModel` of GPyTorch in float64,
+    trained by its exact marginal likelihood and priors in at most `iterations` steps; nothing is
+    left to chance.
 
-    `kernel` is "rbf", "matern32", "matern52" or "rational-quadratic", with a lengthscale for each predictor and its
-    prior, or a kernel of `gpytorch.kernels` with priors of your own, over standardised predictors. B and D are those of
-    the p principal `components`, where D is a noise correlated between outputs; without, they are the outputs' own, as
-    in the thesis. `maximisation_` is the search: its losses, whether it converged; not kept on disk.
+    `kernel` is "rbf", "matern32", "matern52" or "rational-quadratic", with a lengthscale for each
+    predictor and its prior, or a kernel of `gpytorch.kernels` with priors of your own, over
+    standardised predictors. B and D are those of the p principal `components`, where D is a noise
+    correlated between outputs; without, they are the outputs' own, as in the thesis.
+    `maximisation_` is the search: its losses, whether it converged; not kept on disk.
     """
 
     kind = "coregional"

@@ -1,7 +1,9 @@
-"""One output's Gaussian process with a basis in its mean: covariance, training by GPyTorch, leave-fold-out means.
+"""One output's Gaussian process with a basis in its mean: covariance, training by GPyTorch,
+leave-fold-out means.
 
-The mean is a basis h(x) times coefficients with a wide normal prior, so it is part of the covariance (Rasmussen and
-Williams 2006, section 2.7): K = signal^2 k(z, z') + PRIOR h h' + noise^2 I.
+The mean is a basis h(x) times coefficients with a wide normal prior, so it is part of the
+covariance (Rasmussen and Williams 2006, section 2.7): K = signal^2 k(z, z') + PRIOR h h' + noise^2
+I.
 
 Glossary: `z` (n x d) centred predictors, `h` (n x p) basis terms, `y` (n,) the standardised output.
 
@@ -27,7 +29,8 @@ PRIOR = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Process:
-    """`lengthscales` (d,) in the units of z; `signal` and `noise` are standard deviations, the output's being 1."""
+    """`lengthscales` (d,) in the units of z; `signal` and `noise` are standard deviations, the
+    output's being 1."""
 
     kernel: str
     lengthscales: Floats
@@ -40,7 +43,8 @@ class Process:
         return np.asarray(self.signal**2 * k + PRIOR * h @ other_h.T)
 
     def factor(self, z: Floats, h: Floats) -> Floats:
-        """Lower Cholesky factor (n x n) of the measurements' covariance. Raises `ValueError` where there is none."""
+        """Lower Cholesky factor (n x n) of the measurements' covariance. Raises `ValueError` where
+        there is none."""
         k = self.between(z, h, z, h)
         k.flat[:: len(k) + 1] += self.noise**2
         try:
@@ -62,7 +66,8 @@ def inverse(lower: Floats) -> Floats:
 
 
 def leave_folds_out(inverted: Floats, y: Floats, folds: Sequence[NDArray[np.bool_]]) -> Floats:
-    """Means (n,) of each fold's rows as the other rows alone predict them: y_F - (K^-1_FF)^-1 (K^-1 y)_F."""
+    """Means (n,) of each fold's rows as the other rows alone predict them: y_F - (K^-1_FF)^-1 (K^-1
+    y)_F."""
     weights = inverted @ y
     means = np.empty_like(y)
     for rows in folds:
@@ -73,10 +78,11 @@ def leave_folds_out(inverted: Floats, y: Floats, folds: Sequence[NDArray[np.bool
 def most_likely(
     start: Process, z: Floats, h: Floats, y: Floats, ard: bool, noise_floor: float, iterations: int
 ) -> tuple[Process, Floats]:
-    """The process of greatest marginal likelihood near `start`, and the losses of the search per row.
+    """The process of greatest marginal likelihood near `start`, and the losses of the search per
+    row.
 
-    Without `ard`, lengthscales stay equal; the noise's standard deviation keeps above `noise_floor`. Raises
-    `ValueError` where the covariance is not positive definite.
+    Without `ard`, lengthscales stay equal; the noise's standard deviation keeps above
+    `noise_floor`. Raises `ValueError` where the covariance is not positive definite.
     """
     from ..gp.basis_process import BasisProcess
     from ..gp.marginal_likelihood import CholeskyMarginalLogLikelihood
@@ -101,7 +107,8 @@ Settings = Mapping[str, Any]
 
 
 class ProcessInputs:
-    """Data as the process sees them: z and h of x, the output standardised, its logarithm where asked."""
+    """Data as the process sees them: z and h of x, the output standardised, its logarithm where
+    asked."""
 
     def __init__(self, x: Floats, y: Floats, settings: Settings) -> None:
         self._columns = Standard.of(x)
@@ -113,7 +120,8 @@ class ProcessInputs:
         return np.log(y) if self._settings["log_time"] else y
 
     def inputs(self, x: Floats) -> tuple[Floats, Floats]:
-        """z (n x d) and h (n x p). The basis takes standardised columns whatever `standardise` says."""
+        """z (n x d) and h (n x p). The basis takes standardised columns whatever `standardise`
+        says."""
         columns = self._columns.apply(x)
         ones = np.ones((len(x), 1))
         h = {"zero": ones[:, :0], "constant": ones, "linear": np.hstack([ones, columns])}[
@@ -122,7 +130,8 @@ class ProcessInputs:
         return (columns if self._settings["standardise"] else columns * self._columns.width), h
 
     def start(self) -> Process:
-        """Each column's deviation as its lengthscale, times the root of their number; or their mean for all."""
+        """Each column's deviation as its lengthscale, times the root of their number; or their mean
+        for all."""
         width = np.where(self._columns.width > 0, self._columns.width, 1.0)
         scales = np.ones_like(width) if self._settings["standardise"] else width
         scales = scales * np.sqrt(len(scales))
@@ -152,7 +161,8 @@ def _most_likely(
 def left_out_error(
     x: Floats, y: Floats, settings: Settings, folds: Sequence[NDArray[np.bool_]]
 ) -> float:
-    """Eq. 4.7 over folds left out, with kernel parameters from all rows: one inverse serves all folds."""
+    """Eq. 4.7 over folds left out, with kernel parameters from all rows: one inverse serves all
+    folds."""
     view = ProcessInputs(x, y, settings)
     process, _ = _most_likely(view, x, settings, 25)
     inverted = inverse(process.factor(*view.inputs(x)))
@@ -175,7 +185,8 @@ def fitted(
 
 
 class ProcessSolution:
-    """Kernel parameters given, what prediction needs: the factor of the covariance and the weights of the rows."""
+    """Kernel parameters given, what prediction needs: the factor of the covariance and the weights
+    of the rows."""
 
     def __init__(self, x: Floats, y: Floats, tuned: Mapping[str, Any]) -> None:
         from scipy.linalg import cho_solve

@@ -1,4 +1,5 @@
-"""The network whose size and penalty a genetic search has chosen (thesis, section 4.4 and Table 4.9)."""
+"""The network whose size and penalty a genetic search has chosen (thesis, section 4.4 and Table
+4.9)."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ from ..tuning.trials import SettingsSearch, Trial
 from .base import Arrays, Estimator, FitReport, Gaussian, SettingValue, Standard, require_fitted
 from .network import OPTIMISER, Network, one_thread, outputs_of, train_network
 
-#: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their logarithm.
+#: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their
+#: logarithm.
 LAYERS = (1, 2, 3)
 NEURONS = tuple(int(n) for n in np.unique(np.rint(np.geomspace(4, 200, 24))))
 PENALTIES = tuple(float(f"{p:.3g}") for p in np.geomspace(1e-6, 1e-1, 21))
@@ -37,14 +39,16 @@ PENALTIES = tuple(float(f"{p:.3g}") for p in np.geomspace(1e-6, 1e-1, 21))
 class GeneticNetwork(Estimator):
     """A `Network` of 1 to 3 hidden layers of 4 to 200 neurons, lambda from 1e-6 to 0.1.
 
-    Fitness is the error of pulses whose configurations were left out of `folds` folds: each one's RMSE over its range
-    (eq. 4.4, by which the thesis ranks), averaged; a single output is measured against the range of all. The thesis
-    searches with 50 candidates and 50 generations; the defaults are what two cores do in two minutes. Any number of
-    `workers` (threads) gives the same network.
+    Fitness is the error of pulses whose configurations were left out of `folds` folds: each one's
+    RMSE over its range (eq. 4.4, by which the thesis ranks), averaged; a single output is measured
+    against the range of all. The thesis searches with 50 candidates and 50 generations; the
+    defaults are what two cores do in two minutes. Any number of `workers` (threads) gives the same
+    network.
 
-    Attributes, not settings, for they do not change what is found: `journal`, a file that keeps the search's state so
-    that an interrupted one resumes; `progress`, told after each generation; `executor`, which tries the candidates.
-    `found_` is the outcome of `fit`, `search_` what was tried for it.
+    Attributes, not settings, for they do not change what is found: `journal`, a file that keeps the
+    search's state so that an interrupted one resumes; `progress`, told after each generation;
+    `executor`, which tries the candidates. `found_` is the outcome of `fit`, `search_` what was
+    tried for it.
     """
 
     kind = "genetic-network"
@@ -123,7 +127,8 @@ class GeneticNetwork(Estimator):
         return self
 
     def fit_report(self) -> FitReport:
-        """The search's settings, and what it had found and evaluated after each generation; the network's own loss."""
+        """The search's settings, and what it had found and evaluated after each generation; the
+        network's own loss."""
         settings: dict[str, SettingValue] = {
             "population": self.population,
             "generations": self.generations,
@@ -153,7 +158,8 @@ class GeneticNetwork(Estimator):
         return require_fitted(self.network_, self.kind)
 
     def _fingerprint(self, seed: int, x: Floats, y: Floats, groups: NDArray[Any]) -> dict[str, Any]:
-        """What a value in the journal depends on, besides the genes: not on the search's length nor its workers."""
+        """What a value in the journal depends on, besides the genes: not on the search's length nor
+        its workers."""
         digest = hashlib.sha256()
         for array in (x, y, np.unique(groups, return_inverse=True)[1]):
             digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
@@ -224,7 +230,8 @@ def left_out_error(
     iterations: int,
     rng: np.random.Generator,
 ) -> float:
-    """Mean over the rows of RMSE over range, each row predicted by the network that did not see its fold."""
+    """Mean over the rows of RMSE over range, each row predicted by the network that did not see its
+    fold."""
     wrong = np.empty_like(y)
     for fold in left_out:
         inputs, outputs = Standard.of(x[~fold]), Standard.of(y[~fold])
@@ -238,5 +245,6 @@ def left_out_error(
 
 
 def _chance(seed: int, genes: Genes) -> np.random.Generator:
-    """Of one candidate: the same in whatever order, and in whichever thread, candidates are tried."""
+    """Of one candidate: the same in whatever order, and in whichever thread, candidates are
+    tried."""
     return np.random.default_rng([seed, 2, *genes])

@@ -16,10 +16,11 @@ _PREFIX = "kernel."
 
 
 class InputKernel:
-    """`given` is a name of `gp.kernels.KERNELS`, a description of `gp.kernel_description`, or a kernel of GPyTorch.
+    """`given` is a name of `gp.kernels.KERNELS`, a description of `gp.kernel_description`, or a
+    kernel of GPyTorch.
 
-    Each fit trains a copy: what was given stays as it was. Raises `LookupError` for an unknown name, `ValueError` for a
-    kernel that cannot be described.
+    Each fit trains a copy: what was given stays as it was. Raises `LookupError` for an unknown
+    name, `ValueError` for a kernel that cannot be described.
     """
 
     def __init__(self, given: Any) -> None:
@@ -68,7 +69,8 @@ class InputKernel:
         return {f"{_PREFIX}{name}": array for name, array in kernel_numbers(kernel).items()}
 
     def scaled(self, arrays: Arrays, z: Floats) -> Floats:
-        """Inputs of `scaled_covariance`: those of a named kernel are divided by their lengthscales."""
+        """Inputs of `scaled_covariance`: those of a named kernel are divided by their
+        lengthscales."""
         return z / np.exp(arrays["log_lengthscales"]) if self.is_named else z
 
     def scaled_covariance(self, arrays: Arrays) -> Covariance:

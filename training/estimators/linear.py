@@ -23,9 +23,10 @@ from .scikit_pipeline import PipelineRegression, scale_outputs, scaling_pipeline
 class LinearPowers(PipelineRegression):
     """Least squares on 1, x, x^2 .. x^`powers` of each standardised predictor; no products of two.
 
-    A material's properties rise and fall together, so most columns repeat others: of all coefficients that fit equally
-    well, the shortest vector is taken. The spread is the interval of textbooks for a new measurement, one variance for
-    each output: s^2 (1 + h), h the row's leverage.
+    A material's properties rise and fall together, so most columns repeat others: of all
+    coefficients that fit equally well, the shortest vector is taken. The spread is the interval of
+    textbooks for a new measurement, one variance for each output: s^2 (1 + h), h the row's
+    leverage.
     """
 
     powers: int = 3
@@ -65,7 +66,8 @@ class LinearPowers(PipelineRegression):
         )
         if root.shape[:1] != (terms + 1,) or root.ndim != 2 or variance.shape != (outputs,):
             raise ValueError(
-                f"{self.kind!r}: 'leverage_root' and 'variance' are not of {terms} terms, {outputs} outputs"
+                f"{self.kind!r}: 'leverage_root' and 'variance' are not of "
+                f"{terms} terms, {outputs} outputs"
             )
 
 
@@ -76,10 +78,11 @@ def powers_of(columns: Floats, highest: int) -> Floats:
 
 @dataclass(eq=False)
 class PartialLeastSquares(PipelineRegression):
-    """A linear law through a few directions of the predictors, those that share most with all outputs together.
+    """A linear law through a few directions of the predictors, those that share most with all
+    outputs together.
 
-    `components` of them, no more than the predictors have independent directions. Predictors and outputs are
-    standardised, which `plsregress` does not do. Linear in plain predictors: no powers.
+    `components` of them, no more than the predictors have independent directions. Predictors and
+    outputs are standardised, which `plsregress` does not do. Linear in plain predictors: no powers.
     """
 
     components: int | None = None
@@ -105,7 +108,8 @@ class PartialLeastSquares(PipelineRegression):
 
 
 def _directions(pipeline: Any, x: Floats) -> int:
-    """Rank of the standardised rows x (n x d), at least 1. PLSRegression goes on in the rounding beyond it."""
+    """Rank of the standardised rows x (n x d), at least 1. PLSRegression goes on in the rounding
+    beyond it."""
     from sklearn import clone
 
     return max(1, int(np.linalg.matrix_rank(clone(pipeline[:-1]).fit_transform(x))))
@@ -113,11 +117,11 @@ def _directions(pipeline: Any, x: Floats) -> int:
 
 @dataclass(eq=False)
 class KernelRidge(PipelineRegression):
-    """All outputs on one kernel matrix: exp(-gamma |x - x_c|^2), which is eq. 4.9 with lambda = 1 / (2 gamma) and
-    without the factor before it; `alpha` is the ridge on its diagonal.
+    """All outputs on one kernel matrix: exp(-gamma |x - x_c|^2), which is eq. 4.9 with lambda = 1 /
+    (2 gamma) and without the factor before it; `alpha` is the ridge on its diagonal.
 
-    MATLAB's `fitrkernel` with the "leastsquares" learner, which the thesis used, approaches the same law by random
-    features, one output at a time, on raw predictors.
+    MATLAB's `fitrkernel` with the "leastsquares" learner, which the thesis used, approaches the
+    same law by random features, one output at a time, on raw predictors.
     """
 
     gamma: float | None = None

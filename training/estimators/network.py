@@ -1,12 +1,13 @@
 """Networks of rectified linear units, the five sizes of the thesis's Table 4.5 and any other.
 
-Networks of rectified linear units: modules of PyTorch while they are trained, arrays once they predict.
+Networks of rectified linear units: modules of PyTorch while they are trained, arrays once they
+predict.
 
-Training minimises half the mean squared error over rows and outputs plus `penalty` / 2 times the sum of the squared
-weights, as MATLAB's `fitrnet` does up to its factors; biases are free. Single precision: a network's own error is a
-thousand times its rounding, and half the bytes are half the seconds. Each network has an L-BFGS of its own: one
-problem of all folds, stacked by `torch.func` under one L-BFGS or under Adam, is less accurate in the same time
-(docs/decisions/0022).
+Training minimises half the mean squared error over rows and outputs plus `penalty` / 2 times the
+sum of the squared weights, as MATLAB's `fitrnet` does up to its factors; biases are free. Single
+precision: a network's own error is a thousand times its rounding, and half the bytes are half the
+seconds. Each network has an L-BFGS of its own: one problem of all folds, stacked by `torch.func`
+under one L-BFGS or under Adam, is less accurate in the same time (docs/decisions/0022).
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ Layer = tuple[Floats, Floats]
 Sizes = tuple[int, ...]
 
 OPTIMISER = "torch.optim.LBFGS, strong Wolfe line search"
-#: Between two entries of the loss history. The optimiser evaluates the loss once more at the beginning of each.
+#: Between two entries of the loss history. The optimiser evaluates the loss once more at the
+#: beginning of each.
 ITERATIONS_PER_ENTRY = 20
 #: Training ends once an entry gains less than this share of the loss.
 LEAST_GAIN = 1e-4
@@ -52,7 +54,8 @@ LEAST_GAIN = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class TrainedNetwork:
-    """`layers` from the first hidden one on; `losses` at the start, then after every 20 iterations and the last."""
+    """`layers` from the first hidden one on; `losses` at the start, then after every 20 iterations
+    and the last."""
 
     layers: list[Layer]
     losses: tuple[float, ...]
@@ -60,7 +63,8 @@ class TrainedNetwork:
 
 
 def outputs_of(layers: Sequence[Layer], z: Floats) -> Floats:
-    """Outputs (n x m) of a network at standardised inputs (n x d), by numpy: PyTorch takes 2 s to import."""
+    """Outputs (n x m) of a network at standardised inputs (n x d), by numpy: PyTorch takes 2 s to
+    import."""
     for weights, biases in layers[:-1]:
         z = np.maximum(z @ weights + biases, 0.0)
     weights, biases = layers[-1]
@@ -70,7 +74,8 @@ def outputs_of(layers: Sequence[Layer], z: Floats) -> Floats:
 def glorot_module(sizes: Sizes, rng: np.random.Generator) -> Sequential:
     """Weights of Glorot and Bengio (AISTATS 2010), biases within the same limits; from `rng` alone.
 
-    With biases of 0 one network of ten with three layers of ten neurons came to three times the error of the others.
+    With biases of 0 one network of ten with three layers of ten neurons came to three times the
+    error of the others.
     """
     import torch
 
@@ -100,7 +105,8 @@ def objective(module: Sequential, x: Tensor, y: Tensor, penalty: float) -> Tenso
 def train_network(
     x: Floats, y: Floats, sizes: Sizes, penalty: float, iterations: int, rng: np.random.Generator
 ) -> TrainedNetwork:
-    """A network that has learned standardised rows (n x d, n x m). One thread: the same numbers on any machine load."""
+    """A network that has learned standardised rows (n x d, n x m). One thread: the same numbers on
+    any machine load."""
     import torch
 
     with one_thread():
@@ -155,10 +161,11 @@ def one_thread() -> Iterator[None]:
 
 
 class Network(LearnedArrays):
-    """Hidden layers of `layers` neurons; `penalty` is lambda for standardised rows (see `perceptron`).
+    """Hidden layers of `layers` neurons; `penalty` is lambda for standardised rows (see
+    `perceptron`).
 
-    At most `iterations` of L-BFGS over all rows, as MATLAB's `fitrnet`. No spread: the errors on the rows it
-    learned from flatter it, and nothing else in it tells how far it is off.
+    At most `iterations` of L-BFGS over all rows, as MATLAB's `fitrnet`. No spread: the errors on
+    the rows it learned from flatter it, and nothing else in it tells how far it is off.
     """
 
     kind = "network"
@@ -170,7 +177,8 @@ class Network(LearnedArrays):
     ) -> None:
         if not layers or min(layers) < 1:
             raise ValueError(
-                f"a network needs a neuron in each hidden layer, and one layer at least, not {layers}"
+                f"a network needs a neuron in each hidden "
+                f"layer, and one layer at least, not {layers}"
             )
         self.layers, self.penalty, self.iterations = (
             tuple(int(size) for size in layers),
@@ -202,7 +210,8 @@ class Network(LearnedArrays):
         return self.restore(arrays)
 
     def fit_report(self) -> FitReport:
-        """The loss at the start, then after every 20 iterations and the last; of standardised rows."""
+        """The loss at the start, then after every 20 iterations and the last; of standardised
+        rows."""
         settings: dict[str, SettingValue] = {
             "layers": len(self.layers),
             "neurons": "-".join(map(str, self.layers)),

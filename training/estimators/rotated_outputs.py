@@ -13,12 +13,14 @@ from .base import Arrays, Estimator, FitReport, Gaussian, require_fitted
 
 
 class RotatedOutputs(Estimator):
-    """Another regression, of combinations of the outputs (n x m) that scatter independently among repetitions.
+    """Another regression, of combinations of the outputs (n x m) that scatter independently among
+    repetitions.
 
-    One blow too hard lifts all points of a pulse. A process whose outputs have noise of their own each can explain that
-    by short lengthscales only, and follows it. Here repetitions tell the noise's covariance: what is left in each
-    group, where it has rows enough, after a line in the predictors that vary there. Its eigenvectors (of outputs over
-    their deviation) are the new outputs. Without repetitions nothing is turned.
+    One blow too hard lifts all points of a pulse. A process whose outputs have noise of their own
+    each can explain that by short lengthscales only, and follows it. Here repetitions tell the
+    noise's covariance: what is left in each group, where it has rows enough, after a line in the
+    predictors that vary there. Its eigenvectors (of outputs over their deviation) are the new
+    outputs. Without repetitions nothing is turned.
 
     The spread is turned back as if the regression's own outputs were independent.
     """
@@ -92,7 +94,8 @@ def _rotation(x: Floats, y: Floats, groups: NDArray[Any]) -> Floats:
 
 
 def repetition_covariance(x: Floats, y: Floats, groups: NDArray[Any]) -> Floats | None:
-    """Covariance m x m of y (n x m) within groups, after a line in those columns of x (n x d) that vary in the group.
+    """Covariance m x m of y (n x m) within groups, after a line in those columns of x (n x d) that
+    vary in the group.
 
     None where that takes more freedom than all groups' rows have.
     """

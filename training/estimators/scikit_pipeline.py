@@ -1,9 +1,11 @@
 """Regressions that are scikit-learn's: a pipeline, its search over settings, its file.
 
-A fitted scikit-learn regressor as an array of bytes, in the format of skops: read back without pickle.
+A fitted scikit-learn regressor as an array of bytes, in the format of skops: read back without
+pickle.
 
-skops reads types by name and refuses those that it was not told to trust, before anything is made of them. It trusts
-scikit-learn's estimators; what else a family needs, the family says (`PipelineRegression.trusted`).
+skops reads types by name and refuses those that it was not told to trust, before anything is made
+of them. It trusts scikit-learn's estimators; what else a family needs, the family says
+(`PipelineRegression.trusted`).
 """
 
 from __future__ import annotations
@@ -30,14 +32,16 @@ class RegressorFileError(ValueError):
 
 
 def regressor_bytes(regressor: Any) -> NDArray[np.uint8]:
-    """The bytes (k,) of a fitted regressor: the same for the same regressor, whenever and wherever."""
+    """The bytes (k,) of a fitted regressor: the same for the same regressor, whenever and
+    wherever."""
     import skops.io
 
     return np.frombuffer(_canonical(skops.io.dumps(regressor)), dtype=np.uint8)
 
 
 def regressor_from(content: NDArray[np.uint8], trusted: Sequence[str]) -> Any:
-    """The regressor of what `regressor_bytes` gave; `trusted` are names of types beyond those that skops trusts.
+    """The regressor of what `regressor_bytes` gave; `trusted` are names of types beyond those that
+    skops trusts.
 
     Raises `RegressorFileError`, with the names of the types that are not trusted.
     """
@@ -65,7 +69,8 @@ def regressor_from(content: NDArray[np.uint8], trusted: Sequence[str]) -> Any:
 
 
 def _canonical(content: bytes) -> bytes:
-    """Without what differs from run to run: addresses of objects, the time of writing, the gaps in a tree's nodes.
+    """Without what differs from run to run: addresses of objects, the time of writing, the gaps in
+    a tree's nodes.
 
     Equal arrays stand once, whether or not they are one object.
     """
@@ -111,8 +116,9 @@ _REGRESSOR, _VERSION = "regressor", "scikit_learn"
 class PipelineRegression(Estimator):
     """A regressor of scikit-learn. A family is a dataclass of settings with `kind` and `pipeline`.
 
-    Settings that are parameters of the pipeline stand in `parameters`. Those that are None are searched over `grid` by
-    the squared error of left-out configurations (`GridSearchCV` on grouped folds).
+    Settings that are parameters of the pipeline stand in `parameters`. Those that are None are
+    searched over `grid` by the squared error of left-out configurations (`GridSearchCV` on grouped
+    folds).
     """
 
     #: Setting -> parameter of the pipeline.
@@ -156,7 +162,8 @@ class PipelineRegression(Estimator):
         predictors = int(regressor.n_features_in_)
         if rows.ndim != 2 or rows.shape[1] != predictors:
             raise ValueError(
-                f"{self.kind!r} learned from {predictors} predictors; asked with the shape {rows.shape}"
+                f"{self.kind!r} learned from {predictors} predictors; asked "
+                f"with the shape {rows.shape}"
             )
         if not len(rows):  # scikit-learn takes one row at least
             return self.predict(np.zeros((1, predictors))).take(slice(0))
@@ -187,8 +194,10 @@ class PipelineRegression(Estimator):
     def restore(self, arrays: Arrays) -> Self:
         if _REGRESSOR not in arrays or _VERSION not in arrays:
             raise ValueError(
-                f"{self.kind!r} is restored from {_REGRESSOR!r} and {_VERSION!r}, not from {', '.join(sorted(arrays))}"
-                ": the model was trained by older software, train it again (pyroshock train … --retrain)"
+                f"{self.kind!r} is restored from {_REGRESSOR!r} and "
+                f"{_VERSION!r}, not from {', '.join(sorted(arrays))}"
+                ": the model was trained by older software, train it again "
+                "(pyroshock train … --retrain)"
             )
         self._refuse_other_version(str(arrays[_VERSION]))
         try:
@@ -232,7 +241,8 @@ class PipelineRegression(Estimator):
 
         if version.split(".")[:2] != sklearn.__version__.split(".")[:2]:
             raise ValueError(
-                f"{self.kind!r} was trained with scikit-learn {version}, installed is {sklearn.__version__}: install "
+                f"{self.kind!r} was trained with scikit-learn {version}, "
+                f"installed is {sklearn.__version__}: install "
                 f"scikit-learn=={version}, or train it again (pyroshock train … --retrain)"
             )
 
@@ -245,7 +255,8 @@ class PipelineRegression(Estimator):
     def _search(
         self, regressor: Any, x: Floats, y: Floats, folds: Sequence[NDArray[np.bool_]]
     ) -> Any:
-        """The regressor with the settings that were left open, as they predict left-out configurations best."""
+        """The regressor with the settings that were left open, as they predict left-out
+        configurations best."""
         from sklearn.model_selection import GridSearchCV
         from sklearn.preprocessing import StandardScaler
 
@@ -291,8 +302,9 @@ class PipelineRegression(Estimator):
 def scaling_pipeline(*steps: Any) -> Any:
     """A pipeline whose predictors are standardised before its other steps.
 
-    A column that never varied is left out: nothing was learned about it, so nothing that is asked of it later may
-    count. The levels of a category stay numbers: a column for each of them made no regression better.
+    A column that never varied is left out: nothing was learned about it, so nothing that is asked
+    of it later may count. The levels of a category stay numbers: a column for each of them made no
+    regression better.
     """
     from sklearn.feature_selection import VarianceThreshold
     from sklearn.pipeline import make_pipeline
@@ -310,7 +322,8 @@ def scale_outputs(regressor: Any) -> Any:
 
 
 def regressor_per_output(regressor: Any) -> Any:
-    """A regressor of one output as one of many: for each output one of its own, learning it standardised."""
+    """A regressor of one output as one of many: for each output one of its own, learning it
+    standardised."""
     from sklearn.multioutput import MultiOutputRegressor
 
     return MultiOutputRegressor(scale_outputs(regressor))

@@ -1,4 +1,5 @@
-"""A Gaussian process of its own for each output: the thesis's 20 (section 4.3.2), which share nothing."""
+"""A Gaussian process of its own for each output: the thesis's 20 (section 4.3.2), which share
+nothing."""
 
 from __future__ import annotations
 
@@ -29,11 +30,12 @@ if TYPE_CHECKING:
 
 
 class SingleOutputs(LearnedArrays):
-    """m exact processes with their own kernel parameters, variance and noise: each a `CoregionalModel` of one output.
+    """m exact processes with their own kernel parameters, variance and noise: each a
+    `CoregionalModel` of one output.
 
-    Each is trained on the same `tuning_rows` random rows (all, where there are no more) and predicts from all rows.
-    What is kept is the rows and the parameters: m frozen posteriors would be 50 times as large; `restore` solves again.
-    `kernel` is as of `Coregional`.
+    Each is trained on the same `tuning_rows` random rows (all, where there are no more) and
+    predicts from all rows. What is kept is the rows and the parameters: m frozen posteriors would
+    be 50 times as large; `restore` solves again. `kernel` is as of `Coregional`.
     """
 
     kind = "single-outputs"
@@ -105,7 +107,8 @@ class SingleOutputs(LearnedArrays):
         return Gaussian(outputs.undo(mean), spread * outputs.width)
 
     def fit_report(self) -> FitReport:
-        """Medians over the outputs; the loss is their mean, each output's last value standing once it has ended."""
+        """Medians over the outputs; the loss is their mean, each output's last value standing once
+        it has ended."""
         learned = self._learned()
         medians = {name: np.median(learned[name], axis=0) for name in self.input_kernel.shapes()}
         settings, by_predictor = self.input_kernel.report(medians)

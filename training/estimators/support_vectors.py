@@ -1,6 +1,8 @@
-"""Support vector regression with the Gaussian kernel, a machine for each output (thesis, section 4.3.2).
+"""Support vector regression with the Gaussian kernel, a machine for each output (thesis, section
+4.3.2).
 
-A linear support vector machine on features of the Gaussian kernel (MATLAB's `fitrkernel`, learner "svm").
+A linear support vector machine on features of the Gaussian kernel (MATLAB's `fitrkernel`, learner
+"svm").
 """
 
 from __future__ import annotations
@@ -16,8 +18,9 @@ from .scikit_pipeline import PipelineRegression, regressor_per_output, scaling_p
 class SupportVectors(PipelineRegression):
     """Epsilon-insensitive machines (LIBSVM); `epsilon` in standard deviations of an output.
 
-    MATLAB's `fitrsvm` ignores errors up to a tenth of an output's spread; soft tips' whole pulses are not much larger
-    than that among those of hard ones, so ours ignores a fiftieth. `gamma` and `cost` are the same for all outputs.
+    MATLAB's `fitrsvm` ignores errors up to a tenth of an output's spread; soft tips' whole pulses
+    are not much larger than that among those of hard ones, so ours ignores a fiftieth. `gamma` and
+    `cost` are the same for all outputs.
     """
 
     gamma: float | None = None
@@ -42,12 +45,14 @@ class SupportVectors(PipelineRegression):
 
 @dataclass(eq=False)
 class SupportVectorKernel(PipelineRegression):
-    """The kernel's values at `features` of the pulses stand for the kernel (Nystroem; Williams and Seeger, NIPS 2000).
+    """The kernel's values at `features` of the pulses stand for the kernel (Nystroem; Williams and
+    Seeger, NIPS 2000).
 
-    512 is `fitrkernel`'s number for 13 predictors. Its features are random Fourier ones (`RBFSampler`), which erred
-    more here, and see raw predictors, where one of 1e11 Pa drowns the rest: the thesis's second-worst model. Errors
-    beyond `epsilon` count squared, so that each machine has one smooth minimum, found to the end (LIBLINEAR, primal).
-    `gamma` and `cost` are the same for all outputs.
+    512 is `fitrkernel`'s number for 13 predictors. Its features are random Fourier ones
+    (`RBFSampler`), which erred more here, and see raw predictors, where one of 1e11 Pa drowns the
+    rest: the thesis's second-worst model. Errors beyond `epsilon` count squared, so that each
+    machine has one smooth minimum, found to the end (LIBLINEAR, primal). `gamma` and `cost` are the
+    same for all outputs.
     """
 
     features: int = 512

@@ -1,4 +1,5 @@
-"""The decision tree, best of the thesis's contact-time models with at least 36 pulses in a leaf (section 4.3.1).
+"""The decision tree, best of the thesis's contact-time models with at least 36 pulses in a leaf
+(section 4.3.1).
 
 An ensemble of trees: bagged, not boosted.
 
@@ -18,12 +19,13 @@ from .scikit_pipeline import PipelineRegression
 
 
 class TreeRegression(PipelineRegression):
-    """One tree or many. The spread is that of a new measurement drawn from the leaves a row falls into: the variance
-    inside them (n - 1 below) and between the trees, as in Meinshausen, Quantile regression forests, JMLR 7 (2006),
-    without its quantiles.
+    """One tree or many. The spread is that of a new measurement drawn from the leaves a row falls
+    into: the variance inside them (n - 1 below) and between the trees, as in Meinshausen, Quantile
+    regression forests, JMLR 7 (2006), without its quantiles.
     """
 
-    #: Its nodes are indices that scikit-learn follows without a check, and skops does not look at: `_check` does.
+    #: Its nodes are indices that scikit-learn follows without a check, and skops does not look at:
+    #: `_check` does.
     trusted: ClassVar = ("sklearn.tree._tree.Tree",)
 
     def _spread_arrays(self, x: Floats, y: Floats) -> Arrays:
@@ -90,7 +92,8 @@ def _check_nodes(kind: str, tree: Any, predictors: int) -> None:
 
 @dataclass(eq=False)
 class DecisionTree(TreeRegression):
-    """One tree for all outputs together, split by the summed squared error; leaves of `min_leaf` pulses or more.
+    """One tree for all outputs together, split by the summed squared error; leaves of `min_leaf`
+    pulses or more.
 
     MATLAB's holds one output: its twenty trees of a pulse could each split elsewhere.
     """
@@ -103,17 +106,19 @@ class DecisionTree(TreeRegression):
     def pipeline(self, seed: int) -> Any:
         from sklearn.tree import DecisionTreeRegressor
 
-        # Predictors that split equally well are tried in an order of chance: a seed, or trees differ from run to run.
+        # Predictors that split equally well are tried in an order of chance: a seed, or trees
+        # differ from run to run.
         return DecisionTreeRegressor(random_state=seed)
 
 
 @dataclass(eq=False)
 class TreeEnsemble(TreeRegression):
-    """`trees` trees on bootstrap samples of the pulses, every predictor asked at each split (Breiman, 1996).
+    """`trees` trees on bootstrap samples of the pulses, every predictor asked at each split
+    (Breiman, 1996).
 
-    MATLAB's `fitrensemble` boosts by default (LSBoost) and offers bags, with 5 pulses to a leaf, beside it;
-    the thesis does not say which it took. Bags: one forest learns all outputs together, and its leaves give an honest
-    spread, which boosting on squared errors does not have.
+    MATLAB's `fitrensemble` boosts by default (LSBoost) and offers bags, with 5 pulses to a leaf,
+    beside it; the thesis does not say which it took. Bags: one forest learns all outputs together,
+    and its leaves give an honest spread, which boosting on squared errors does not have.
     """
 
     trees: int = 100

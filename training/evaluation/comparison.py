@@ -1,16 +1,16 @@
 """Which of two models is better, where, and whether that is beyond chance.
 
-Both have predicted the same held-out pulses. What is compared is the difference of their errors, pulse by pulse, summed
-by configuration: repetitions of a configuration are no independent evidence.
+Both have predicted the same held-out pulses. What is compared is the difference of their errors,
+pulse by pulse, summed by configuration: repetitions of a configuration are no independent evidence.
 
 - Interval: bootstrap of whole configurations (`metrics/clusters.py`), 90 %.
-- p-value: two-sided sign-flip test (Fisher's randomisation; Good, Permutation, Parametric and Bootstrap Tests of
-  Hypotheses, 3rd ed. 2005). Were the models alike, each configuration's difference could as well have the other sign.
-  Exact where all 2^k signs can be tried, else by random ones with (1 + hits) / (1 + draws), which never is zero
-  (Phipson and Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Unlike a bootstrap's it keeps its level with few
-  configurations.
-- Groups are many, so their p-values are Holm's, over all groups of one metric. So are the pairs of a comparison of
-  several models (`for_all_pairs`).
+- p-value: two-sided sign-flip test (Fisher's randomisation; Good, Permutation, Parametric and
+  Bootstrap Tests of Hypotheses, 3rd ed. 2005). Were the models alike, each configuration's
+  difference could as well have the other sign. Exact where all 2^k signs can be tried, else by
+  random ones with (1 + hits) / (1 + draws), which never is zero (Phipson and Smyth, Stat. Appl.
+  Genet. Mol. Biol. 9, 2010, 39). Unlike a bootstrap's it keeps its level with few configurations.
+- Groups are many, so their p-values are Holm's, over all groups of one metric. So are the pairs of
+  a comparison of several models (`for_all_pairs`).
 
 Where models may differ: labels of pulses by what lies in a contact.
 """
@@ -37,9 +37,9 @@ LEVEL = 0.05
 class Difference:
     """Mean error of `a` minus that of `b` in one metric, over all pulses or over those of a group.
 
-    `low` to `high` is the 90 % interval (NaN with a single configuration); `p_value` of a group is corrected for their
-    number. `least_p` is the least p-value that so many configurations can give. `group` is ("tip_material", "steel"),
-    None for all pulses.
+    `low` to `high` is the 90 % interval (NaN with a single configuration); `p_value` of a group is
+    corrected for their number. `least_p` is the least p-value that so many configurations can give.
+    `group` is ("tip_material", "steel"), None for all pulses.
     """
 
     a: str
@@ -76,9 +76,15 @@ class Difference:
         range_ = f" ({ends[0]:.2g} to {ends[1]:.2g})" if np.isfinite(ends).all() else ""
         by = f"{abs(self.difference):.2g}{range_}{_unit(self.metric)}"
         if self.beyond_chance:
-            return f"{better} is better than {worse} in {_words(self.metric)} by {by}{where}, beyond chance."
+            return (
+                f"{better} is better than {worse} in {_words(self.metric)} by "
+                f"{by}{where}, beyond chance."
+            )
         count = f"{self.configurations} configuration{'' if self.configurations == 1 else 's'}"
-        chance = f"which may be chance (p = {self.p_value:.2g}; {count} can give {self.least_p:.2g} at the least)"
+        chance = (
+            f"which may be chance (p = {self.p_value:.2g}; {count} can give "
+            f"{self.least_p:.2g} at the least)"
+        )
         return f"{better} leads {worse} in {_words(self.metric)} by {by}{where}, {chance}."
 
     def row(self) -> dict[str, Any]:
@@ -147,13 +153,15 @@ def compare(
 ) -> Comparison:
     """Compare the errors of two models on the same n pulses, row by row.
 
-    `configuration` (n,) tells what is drawn together; `groups` gives labels (n,) by grouping (`comparison_groups`). The
-    same generator state gives mirrored numbers when a and b change places. Raises `ValueError` where lengths differ.
+    `configuration` (n,) tells what is drawn together; `groups` gives labels (n,) by grouping
+    (`comparison_groups`). The same generator state gives mirrored numbers when a and b change
+    places. Raises `ValueError` where lengths differ.
     """
     sizes = {len(a), len(b), len(configuration), *(len(labels) for labels in groups.values())}
     if len(sizes) != 1:
         raise ValueError(
-            f"{len(a)} errors of {names[0]}, {len(b)} of {names[1]}: compare them on the same pulses"
+            f"{len(a)} errors of {names[0]}, {len(b)} of {names[1]}: compare "
+            f"them on the same pulses"
         )
     errors = (_stack(a), _stack(b))
     overall = tuple(_differences(errors, configuration, rng, names, resamples, draws))
@@ -211,8 +219,9 @@ def _corrected(rows: list[Difference]) -> tuple[Difference, ...]:
 
 
 def for_all_pairs(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
-    """The same with p-values for as many questions as there are pairs: Holm's over all pulses, metric by metric; those
-    of groups, which are Holm's within their pair, times the number of pairs."""
+    """The same with p-values for as many questions as there are pairs: Holm's over all pulses,
+    metric by metric; those of groups, which are Holm's within their pair, times the number of
+    pairs."""
     pairs = len(comparisons)
     if pairs < 2:
         return tuple(comparisons)
@@ -241,7 +250,8 @@ SPEEDS = ("slow", "middle", "fast")
 
 
 def comparison_groups(pulses: PulseTable) -> dict[str, Texts]:
-    """Labels (n,) by tip, target, every predictor that is a category, and tercile of the impact velocity.
+    """Labels (n,) by tip, target, every predictor that is a category, and tercile of the impact
+    velocity.
 
     Groupings with one label only are left out: they tell nothing that all pulses together do not.
     """

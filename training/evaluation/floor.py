@@ -1,22 +1,28 @@
 """The repeatability floor of a split, as the registry keeps it beside the models.
 
-The repeatability floor: what a predictor reaches that knows the treatment exactly, from its repetitions alone.
+The repeatability floor: what a predictor reaches that knows the treatment exactly, from its
+repetitions alone.
 
-Told which group a pulse belongs to, and having measured that group, a predictor is left with what repetitions of one
-setting do not share; no model can do better, but by chance, than to know each group's law. Two groups are of interest:
+Told which group a pulse belongs to, and having measured that group, a predictor is left with what
+repetitions of one setting do not share; no model can do better, but by chance, than to know each
+group's law. Two groups are of interest:
 
 - "configuration": all factors, the impact position included, which a model never sees.
-- "treatment": what the predictors tell apart. What can be reached from them, with the positions' scatter in it.
+- "treatment": what the predictors tell apart. What can be reached from them, with the positions'
+  scatter in it.
 
-Within a group force / velocity and log(contact time) are polynomials of log(velocity): a hammer is swung by hand, and
-its velocity is known. One degree for all groups, of force and of time each, is chosen by leave-one-out.
+Within a group force / velocity and log(contact time) are polynomials of log(velocity): a hammer is
+swung by hand, and its velocity is known. One degree for all groups, of force and of time each, is
+chosen by leave-one-out.
 
-The plain floor pays for learning from few repetitions: with h the leverage, an error is sqrt(1 + h) times the scatter
-of a repetition, 6 % more than it for the mean of eight. `corrected` divides by that: errors of the noise alone, the
-floor of endless repetitions, if the polynomial is the truth. The plain one is the default, as a predictor that exists
-reaches it; a model that learns many groups together may come below it, but below the corrected one only by chance.
+The plain floor pays for learning from few repetitions: with h the leverage, an error is sqrt(1 + h)
+times the scatter of a repetition, 6 % more than it for the mean of eight. `corrected` divides by
+that: errors of the noise alone, the floor of endless repetitions, if the polynomial is the truth.
+The plain one is the default, as a predictor that exists reaches it; a model that learns many groups
+together may come below it, but below the corrected one only by chance.
 
-Repetitions that predict each other: force and time of a group's pulses as polynomials of log velocity.
+Repetitions that predict each other: force and time of a group's pulses as polynomials of log
+velocity.
 """
 
 from __future__ import annotations
@@ -51,7 +57,8 @@ class Group:
 
 
 def groups_of(training: PulseTable, held_out: PulseTable, scope: str) -> list[Group]:
-    """The held-out pulses by their label in `scope`, without those that have nothing to be predicted from."""
+    """The held-out pulses by their label in `scope`, without those that have nothing to be
+    predicted from."""
     groups = []
     known_labels, asked_labels = getattr(training, scope), getattr(held_out, scope)
     for label in np.unique(asked_labels):
@@ -70,7 +77,8 @@ def velocity_of(pulses: PulseTable) -> Floats:
     if not (velocity > 0).all():
         row = int(np.flatnonzero(~(velocity > 0))[0])
         raise ValueError(
-            f"pulse {pulses.key[row]} has impact_velocity = {velocity[row]:g} m/s: expected positive"
+            f"pulse {pulses.key[row]} has impact_velocity = {velocity[row]:g} "
+            f"m/s: expected positive"
         )
     return velocity
 
@@ -105,7 +113,8 @@ def predicted(group: Group, degree: int, targets: Targets, corrected: bool) -> F
 
 
 def _leave_one_out(pulses: PulseTable, degree: int, targets: Targets) -> tuple[Floats, Floats]:
-    """What each pulse (n x m) differs by from the others' regression, and one minus its leverage (n,)."""
+    """What each pulse (n x m) differs by from the others' regression, and one minus its leverage
+    (n,)."""
     about, degree = _terms(pulses, degree)
     powers, actual = _powers(pulses, about, degree), targets(pulses)
     smoother = powers @ np.linalg.pinv(powers)
@@ -120,7 +129,8 @@ def _terms(pulses: PulseTable, degree: int) -> tuple[float, int]:
 
 
 def misfit(groups: list[Group], degree: int, targets: Targets) -> float:
-    """Mean leave-one-out error over the pulses that are learned from; force relative to its range."""
+    """Mean leave-one-out error over the pulses that are learned from; force relative to its
+    range."""
     errors = []
     for known_pulses in (group.known for group in groups if len(group.known) > 1):
         miss, actual = _leave_one_out(known_pulses, degree, targets)[0], targets(known_pulses)
@@ -137,9 +147,11 @@ DEGREES = (0, 1, 2)
 
 @dataclass(frozen=True, eq=False)
 class Floor:
-    """`errors` are those of the held-out pulses `rows` (all but those without another repetition, `lonely` of them).
+    """`errors` are those of the held-out pulses `rows` (all but those without another repetition,
+    `lonely` of them).
 
-    `left_out` pulses had no training row in their group and were predicted from the group's other held-out pulses.
+    `left_out` pulses had no training row in their group and were predicted from the group's other
+    held-out pulses.
     """
 
     scope: Scope
@@ -177,7 +189,8 @@ def repeatability_floor(
 ) -> Floor:
     """The floor of the held-out pulses, by the errors that models are judged with.
 
-    Raises `ValueError` where no held-out pulse has another repetition, and for a velocity that is not positive.
+    Raises `ValueError` where no held-out pulse has another repetition, and for a velocity that is
+    not positive.
     """
     groups = groups_of(training, held_out, scope)
     if not groups:
@@ -213,7 +226,8 @@ SCOPES: tuple[Scope, ...] = ("configuration", "treatment")
 
 
 def floor_text(table: PulseTable, dataset_hash: str, split_text: str, seed: int) -> str:
-    """JSON: by scope ("configuration", "treatment") the floor's metrics and a note on how it was found.
+    """JSON: by scope ("configuration", "treatment") the floor's metrics and a note on how it was
+    found.
 
     A scope without repetitions has its reason as note, and no metrics.
     """

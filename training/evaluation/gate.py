@@ -1,13 +1,16 @@
-"""The rule by which a model is put in use: its bands hold on unseen configurations, and it beats what is in use.
+"""The rule by which a model is put in use: its bands hold on unseen configurations, and it beats
+what is in use.
 
-1. Fewer than `LEAST_CONFIGURATIONS` configurations judge nothing: of fewer than ten, a 90 % band must hold all.
-2. The share of pulses inside the 90 % band is taken for peak force, contact time and impulse, with its interval of 90 %
-   by whole configurations (`summary.share_interval`). A band holds where the share is `NARROWEST` at least and the
-   interval reaches below `WIDEST`; it fails where the interval lies outside of the range. A share below the range whose
-   interval reaches into it is not enough to judge.
-3. The mean CRPS must be lower than that of the reference, with p < 0.05 over configurations: in the two-sided sign-flip
-   test, where n configurations give no p below 2^(1 - n), and in the t-test that allows for the luck of what each model
-   learned from (`summary.corrected_p`).
+1. Fewer than `LEAST_CONFIGURATIONS` configurations judge nothing: of fewer than ten, a 90 % band
+   must hold all.
+2. The share of pulses inside the 90 % band is taken for peak force, contact time and impulse, with
+   its interval of 90 % by whole configurations (`summary.share_interval`). A band holds where the
+   share is `NARROWEST` at least and the interval reaches below `WIDEST`; it fails where the
+   interval lies outside of the range. A share below the range whose interval reaches into it is not
+   enough to judge.
+3. The mean CRPS must be lower than that of the reference, with p < 0.05 over configurations: in the
+   two-sided sign-flip test, where n configurations give no p below 2^(1 - n), and in the t-test
+   that allows for the luck of what each model learned from (`summary.corrected_p`).
 4. A force error of `NOT_USABLE` times what the bench repeats to is no prediction.
 """
 
@@ -41,7 +44,8 @@ NOT_USABLE = 10.0
 
 @dataclass(frozen=True)
 class BandCheck:
-    """Of one quantity: the share of pulses inside the 90 % band, and its interval of 90 % by configurations."""
+    """Of one quantity: the share of pulses inside the 90 % band, and its interval of 90 % by
+    configurations."""
 
     quantity: str
     share: float
@@ -87,7 +91,8 @@ def band_checks(scores: UnseenScores, place: int = 0) -> tuple[BandCheck, ...]:
 
 
 def coverage_figures(scores: UnseenScores) -> dict[str, float]:
-    """By metric names that MLflow takes: "coverage90.candidate.peak_force", with ".low" and ".high"."""
+    """By metric names that MLflow takes: "coverage90.candidate.peak_force", with ".low" and
+    ".high"."""
     figures: dict[str, float] = {}
     for place, name in enumerate(("candidate", "reference", "prior")[: len(scores.names)]):
         for check in band_checks(scores, place):
@@ -101,8 +106,10 @@ def too_few(configurations: int) -> str:
     if configurations >= LEAST_CONFIGURATIONS:
         return ""
     return (
-        f"{configurations} configurations are not enough to judge a model: {LEAST_CONFIGURATIONS} at least are needed "
-        f"(with {configurations}, no p-value is below {least_p_value(configurations):.2g} and no 90 % band can be "
+        f"{configurations} configurations are not enough to judge a model: "
+        f"{LEAST_CONFIGURATIONS} at least are needed "
+        f"(with {configurations}, no p-value is below "
+        f"{least_p_value(configurations):.2g} and no 90 % band can be "
         "checked); measure further configurations, or judge on another campaign (--on)"
     )
 
@@ -119,7 +126,8 @@ def judge(scores: UnseenScores, p_value: float) -> GateVerdict:
     if any(check.fails for check in checks):
         failed = " and ".join(check.quantity for check in checks if check.fails)
         reason = (
-            f"the 90 % bands of {scores.names[0]} do not hold for {failed} on configurations that they were not "
+            f"the 90 % bands of {scores.names[0]} do not hold for {failed} on "
+            f"configurations that they were not "
             f"calibrated by: inside are {bands}, expected {NARROWEST:.0%} to {WIDEST:.0%}"
         )
         return GateVerdict("bands do not hold", f"{reason}; {words}")
@@ -129,8 +137,10 @@ def judge(scores: UnseenScores, p_value: float) -> GateVerdict:
         )
     if not all(check.holds for check in checks):
         reason = (
-            f"{scores.configurations} configurations are not enough to judge the 90 % bands of {scores.names[0]}: "
-            f"inside are {bands}, expected {NARROWEST:.0%} to {WIDEST:.0%}; measure further configurations"
+            f"{scores.configurations} configurations are not enough to judge "
+            f"the 90 % bands of {scores.names[0]}: "
+            f"inside are {bands}, expected {NARROWEST:.0%} to {WIDEST:.0%}; "
+            f"measure further configurations"
         )
         return GateVerdict("not enough to judge", f"{reason}; {words}")
     return GateVerdict("promoted", f"{words}; inside its 90 % bands are {bands}")
@@ -142,7 +152,8 @@ def comparison_words(scores: UnseenScores, p_value: float) -> str:
     better, worse = (scores.names[place] for place in places)
     means = [scores.means[place] for place in places]
     parts = [
-        f"{quantity} {scores.crps[places[0]][:, i].mean():.3f} against {scores.crps[places[1]][:, i].mean():.3f}"
+        f"{quantity} {scores.crps[places[0]][:, i].mean():.3f} against "
+        f"{scores.crps[places[1]][:, i].mean():.3f}"
         for i, quantity in enumerate(QUANTITIES)
     ]
     sure = "" if p_value < LEVEL else ", which may be chance"
@@ -161,12 +172,14 @@ def times_repeatability(error: float, floors: Sequence[float]) -> float | None:
 
 
 def not_usable(label: str, errors: Mapping[str, float], floors: Mapping[str, float]) -> str:
-    """Why a model is no prediction, from its force errors and the repeatability by split; empty where it is one."""
+    """Why a model is no prediction, from its force errors and the repeatability by split; empty
+    where it is one."""
     for split, error in errors.items():
         times = times_repeatability(error, [floors[split]] if split in floors else [])
         if times is not None and not times < NOT_USABLE:
             return (
-                f"{label} is not usable: its force error on the split {split} is {error:.0%}, {times:.0f} times what "
+                f"{label} is not usable: its force error on the split {split} "
+                f"is {error:.0%}, {times:.0f} times what "
                 f"repeated impacts differ by ({floors[split]:.1%})"
             )
     return ""

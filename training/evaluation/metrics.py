@@ -1,14 +1,16 @@
 """The errors of predicted pulses, one number a pulse and metric.
 
-The cost of a predicted pulse (thesis, eq. 5.4): how many of its elements miss a tolerance in time and force.
+The cost of a predicted pulse (thesis, eq. 5.4): how many of its elements miss a tolerance in time
+and force.
 
 From 20 points back to a pulse (thesis, section 4.2.2 and Fig. 4.9).
 
-The thesis feeds MATLAB's `csaps` the times in seconds; at such a scale its smoothing is whatever the scaling makes of
-it. On the point's index the problem is the same for every pulse. The points were read off a smoothed pulse already, so
-nothing is smoothed again: the natural cubic spline through them is csaps' limit p = 1. Tried on 1,800 pulses against
-the stored fine ones: off by 0.10 % of the range (rms), with lam = 0.03 by 0.16 %, with lam = 0.3 by 0.49 %; straight
-lines 0.38 %. Not-a-knot ends would make it 0.08 %, but are not csaps'.
+The thesis feeds MATLAB's `csaps` the times in seconds; at such a scale its smoothing is whatever
+the scaling makes of it. On the point's index the problem is the same for every pulse. The points
+were read off a smoothed pulse already, so nothing is smoothed again: the natural cubic spline
+through them is csaps' limit p = 1. Tried on 1,800 pulses against the stored fine ones: off by 0.10
+% of the range (rms), with lam = 0.03 by 0.16 %, with lam = 0.3 by 0.49 %; straight lines 0.38 %.
+Not-a-knot ends would make it 0.08 %, but are not csaps'.
 """
 
 from __future__ import annotations
@@ -31,10 +33,11 @@ TIME_SPREAD, FORCE_SPREAD = 0.05, 0.1
 def pulse_cost(
     measured_n: Floats, measured_time_s: Floats, predicted_n: Floats, predicted_time_s: Floats
 ) -> Floats:
-    """Cost (n,) from 0 for equal pulses to m for pulses without an element in common; forces n x m, times (n,).
+    """Cost (n,) from 0 for equal pulses to m for pulses without an element in common; forces n x m,
+    times (n,).
 
-    Element i of either time vector is i / (m - 1) of its contact time (linspace, section 4.2.2). As the thesis does
-    not print its m, only ratios of costs compare with its Table 5.2.
+    Element i of either time vector is i / (m - 1) of its contact time (linspace, section 4.2.2). As
+    the thesis does not print its m, only ratios of costs compare with its Table 5.2.
     """
     phase = np.linspace(0.0, 1.0, measured_n.shape[1])
     late = (measured_time_s - predicted_time_s) / (TIME_SPREAD * measured_time_s)
@@ -44,7 +47,8 @@ def pulse_cost(
     return np.asarray(-np.expm1(-exponent / 2).sum(axis=1))
 
 
-#: Elements of a reconstructed pulse. The thesis prints no m; its cost of 611.57 (Table 5.2) needs more than 611.
+#: Elements of a reconstructed pulse. The thesis prints no m; its cost of 611.57 (Table 5.2) needs
+#: more than 611.
 ELEMENTS = 1000
 
 
@@ -59,7 +63,8 @@ class PulseFigures:
 
 
 def reconstruct(force_n: Floats, elements: int = ELEMENTS) -> Floats:
-    """Forces (n x elements), equidistant over the contact, from forces (n x p) at equidistant points, p >= 3."""
+    """Forces (n x elements), equidistant over the contact, from forces (n x p) at equidistant
+    points, p >= 3."""
     return force_n @ _basis(force_n.shape[1], elements).T
 
 
@@ -119,10 +124,10 @@ _AT_ONCE = 1024
 class PulseErrors:
     """Errors of n pulses, each array (n,).
 
-    `force_rmse_n` over the 20 points, `force_nrmse` the same over the measured pulse's range (eq. 4.4),
-    `contact_time_error` relative and absolute (eq. 4.7), `cost` of eq. 5.4; the four after it relative and absolute
-    (eq. 5.7). `force_covered` is the share of a pulse's 20 points inside of the 90 % band, `time_covered` 1 or 0; None
-    for a model without spread.
+    `force_rmse_n` over the 20 points, `force_nrmse` the same over the measured pulse's range (eq.
+    4.4), `contact_time_error` relative and absolute (eq. 4.7), `cost` of eq. 5.4; the four after it
+    relative and absolute (eq. 5.7). `force_covered` is the share of a pulse's 20 points inside of
+    the 90 % band, `time_covered` 1 or 0; None for a model without spread.
     """
 
     force_rmse_n: Floats
@@ -152,10 +157,11 @@ class PulseErrors:
 def pulse_errors(pulses: PulseTable, prediction: ContactPrediction) -> PulseErrors:
     """Errors of a prediction of these pulses, row by row.
 
-    Measured figures are the table's stored ones, of the finely smoothed pulse; predicted ones are those of the
-    reconstructed pulse, which by itself costs 0.03 % of peak and impulse, 0.5 % of compression time and 0.9 % of
-    compression impulse. Raises `ValueError` for a prediction of another shape or with numbers that are not finite, and
-    for a measured pulse without a size to be relative to.
+    Measured figures are the table's stored ones, of the finely smoothed pulse; predicted ones are
+    those of the reconstructed pulse, which by itself costs 0.03 % of peak and impulse, 0.5 % of
+    compression time and 0.9 % of compression impulse. Raises `ValueError` for a prediction of
+    another shape or with numbers that are not finite, and for a measured pulse without a size to be
+    relative to.
     """
     _check(pulses, prediction)
     off = prediction.force_n - pulses.force_n
@@ -213,12 +219,14 @@ def _check(pulses: PulseTable, prediction: ContactPrediction) -> None:
         given, expected = getattr(prediction, name), getattr(pulses, name)
         if given.shape != expected.shape:
             raise ValueError(
-                f"prediction.{name} is {given.shape}, the pulses' is {expected.shape}: predict the same rows"
+                f"prediction.{name} is {given.shape}, the pulses' is "
+                f"{expected.shape}: predict the same rows"
             )
         if not np.isfinite(given).all():
             row = int(np.argwhere(~np.isfinite(given))[0][0])
             raise ValueError(
-                f"prediction.{name} of pulse {pulses.key[row]} (row {row}) is not finite: see the model"
+                f"prediction.{name} of pulse {pulses.key[row]} (row {row}) is "
+                f"not finite: see the model"
             )
     sizes = {f.name: getattr(pulses, f.name) for f in fields(PulseFigures)}
     sizes |= {
@@ -229,5 +237,6 @@ def _check(pulses: PulseTable, prediction: ContactPrediction) -> None:
         if not (values > 0).all():
             row = int(np.flatnonzero(~(values > 0))[0])
             raise ValueError(
-                f"pulse {pulses.key[row]} has {name} = {values[row]:g}: no error is relative to it; leave it out"
+                f"pulse {pulses.key[row]} has {name} = {values[row]:g}: no "
+                f"error is relative to it; leave it out"
             )

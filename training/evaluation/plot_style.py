@@ -1,4 +1,5 @@
-"""What all pictures share: a figure without a display, colours that colour-blind readers tell apart, and test bands.
+"""What all pictures share: a figure without a display, colours that colour-blind readers tell
+apart, and test bands.
 
 Figures as bytes, to be sent to another process or to the registry.
 """
@@ -47,7 +48,8 @@ def new_figure(width: float, height: float) -> Figure:
 
 @dataclass(frozen=True, eq=False)
 class PulseRuns:
-    """The k runs of n pulses, in run order: `member` (n,) is the place of a pulse's run, `tip` and `label` are (k,)."""
+    """The k runs of n pulses, in run order: `member` (n,) is the place of a pulse's run, `tip` and
+    `label` are (k,)."""
 
     member: NDArray[np.intp]
     tip: Texts
@@ -122,7 +124,8 @@ def wide_range(values: Floats) -> bool:
 
 
 def png(figure: Figure) -> bytes:
-    """The figure as PNG, without the date and the software's name: the same figure is the same bytes."""
+    """The figure as PNG, without the date and the software's name: the same figure is the same
+    bytes."""
     buffer = BytesIO()
     figure.savefig(buffer, format="png", metadata={"Software": None})
     return buffer.getvalue()

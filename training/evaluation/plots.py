@@ -42,10 +42,12 @@ if TYPE_CHECKING:
 
 
 def by_test(pulses: PulseTable, errors: Mapping[str, PulseErrors], metric: str = "cost") -> Figure:
-    """A panel a model, best first, on one scale; a point a test, the mean of its held-out pulses; a line at the mean.
+    """A panel a model, best first, on one scale; a point a test, the mean of its held-out pulses; a
+    line at the mean.
 
-    `errors` by name of model, of the held-out `pulses` row by row. 180 tests of five models in one panel, as the thesis
-    draws them, hide each other; the tips' colours show what its zigzag lines were to show.
+    `errors` by name of model, of the held-out `pulses` row by row. 180 tests of five models in one
+    panel, as the thesis draws them, hide each other; the tips' colours show what its zigzag lines
+    were to show.
     """
     values = {name: getattr(model, metric) for name, model in errors.items()}
     names = sorted(values, key=lambda name: float(values[name].mean()))
@@ -80,9 +82,11 @@ def _by_test_panel(axes: Axes, runs: PulseRuns, values: Floats, name: str, mean:
 def heat_map(
     pulses: PulseTable, errors: Mapping[str, PulseErrors], metric: str = "force_nrmse"
 ) -> Figure:
-    """Models down, tests across in run order, best model first; the colour is logarithmic, as errors spread so wide.
+    """Models down, tests across in run order, best model first; the colour is logarithmic, as
+    errors spread so wide.
 
-    `errors` by name of model, of the held-out `pulses` row by row. Figures at the right are means over pulses.
+    `errors` by name of model, of the held-out `pulses` row by row. Figures at the right are means
+    over pulses.
     """
     from matplotlib.colors import LogNorm
 
@@ -119,7 +123,8 @@ WANTED = (0.87, 0.93)
 
 
 def coverage_figure(pulses: PulseTable, predictions: Mapping[str, ContactPrediction]) -> Figure:
-    """Promised against found coverage of central normal intervals, force points and contact time; one line a model.
+    """Promised against found coverage of central normal intervals, force points and contact time;
+    one line a model.
 
     Models without spread are left out. `predictions` are of the held-out `pulses` row by row.
     """
@@ -167,7 +172,8 @@ def standardised(pulses: PulseTable, prediction: ContactPrediction, name: str) -
         if force
         else prediction.contact_time_s - pulses.contact_time_s
     )
-    # Where a law is certain (the ends of a hybrid's pulse) any error is beyond all of its intervals.
+    # Where a law is certain (the ends of a hybrid's pulse) any error is beyond all of its
+    # intervals.
     return np.divide(off, spread, out=np.where(off == 0, 0.0, np.inf), where=spread > 0)
 
 
@@ -183,13 +189,15 @@ def _frame(axes: Axes, name: str) -> None:
     axes.grid(lw=0.4, alpha=0.5)
 
 
-#: Of the pulses of a tip, by their NRMSE: the best, two in between and the worst, so that no picture flatters.
+#: Of the pulses of a tip, by their NRMSE: the best, two in between and the worst, so that no
+#: picture flatters.
 SHARES = (0.0, 0.5, 0.9, 1.0)
 _NAMES = ("best", "median", "90th percentile", "worst")
 
 
 def pulse_grid(pulses: PulseTable, prediction: ContactPrediction) -> Figure:
-    """A row a tip material, a column a rank by NRMSE. `prediction` is of the held-out `pulses` row by row."""
+    """A row a tip material, a column a rank by NRMSE. `prediction` is of the held-out `pulses` row
+    by row."""
     nrmse = pulse_errors(pulses, prediction).force_nrmse
     tips = np.unique(pulses.tip_material)
     figure = new_figure(12, 2.6 * len(tips) + 0.6)
@@ -214,7 +222,8 @@ def _ranked(rows: NDArray[np.intp], nrmse: Floats) -> NDArray[np.intp]:
 
 
 def _draw(axes: Axes, pulses: PulseTable, prediction: ContactPrediction, row: int) -> None:
-    """One pulse: dots measured, line predicted (kN over ms), shades the band of the force and of the end of contact."""
+    """One pulse: dots measured, line predicted (kN over ms), shades the band of the force and of
+    the end of contact."""
     points, duration = pulses.force_n[row] * 1e-3, pulses.contact_time_s[row] * 1e3
     fine = reconstruct(prediction.force_n[row : row + 1], 200)[0] * 1e-3
     end = prediction.contact_time_s[row] * 1e3
@@ -254,7 +263,8 @@ def _draw(axes: Axes, pulses: PulseTable, prediction: ContactPrediction, row: in
 
 
 def difference_figure(comparison: Comparison, metric: str = "force_nrmse") -> Figure:
-    """Left, all metrics over all pulses; right, `metric` by group. In per cent of b's mean error, 90 % intervals.
+    """Left, all metrics over all pulses; right, `metric` by group. In per cent of b's mean error,
+    90 % intervals.
 
     Filled points are beyond chance (p < 0.05, on the right corrected for the number of groups).
     """

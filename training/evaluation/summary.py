@@ -1,10 +1,12 @@
 """Mean errors over held-out pulses with their bootstrap intervals.
 
-Means over pulses whose repetitions belong together: what the bootstrap and the permutation test share.
+Means over pulses whose repetitions belong together: what the bootstrap and the permutation test
+share.
 
 Whether a mean difference is beyond chance.
 
-The continuous ranked probability score: how far a predicted distribution lies from the value that was measured.
+The continuous ranked probability score: how far a predicted distribution lies from the value that
+was measured.
 
 The share of an error above its noise that disappears, and how sure it is.
 """
@@ -41,10 +43,12 @@ class Clusters:
 
 
 def clustered(values: Floats, labels: NDArray[Any]) -> Clusters:
-    """Values (n x m) by labels (n,). Raises `ValueError` where their lengths differ or nothing is given."""
+    """Values (n x m) by labels (n,). Raises `ValueError` where their lengths differ or nothing is
+    given."""
     if len(values) != len(labels) or len(labels) == 0:
         raise ValueError(
-            f"{len(values)} values and {len(labels)} labels: give one label a pulse, and at least one"
+            f"{len(values)} values and {len(labels)} labels: give one label a "
+            f"pulse, and at least one"
         )
     names, member = np.unique(labels, return_inverse=True)
     sums = np.zeros((len(names), values.shape[1]))
@@ -55,10 +59,12 @@ def clustered(values: Floats, labels: NDArray[Any]) -> Clusters:
 def bootstrap_interval(
     clusters: Clusters, rng: np.random.Generator, resamples: int
 ) -> tuple[Floats, Floats]:
-    """Low and high (m,) of the 90 % interval of the mean, from whole clusters drawn with replacement.
+    """Low and high (m,) of the 90 % interval of the mean, from whole clusters drawn with
+    replacement.
 
-    Percentiles (Davison and Hinkley, Bootstrap Methods and their Application, 1997, chapter 5), widened about the mean
-    by sqrt(k / (k - 1)): the variance of k drawn clusters is (k - 1) / k of what it should be. NaN for one cluster.
+    Percentiles (Davison and Hinkley, Bootstrap Methods and their Application, 1997, chapter 5),
+    widened about the mean by sqrt(k / (k - 1)): the variance of k drawn clusters is (k - 1) / k of
+    what it should be. NaN for one cluster.
     """
     k, mean = len(clusters), clusters.mean
     if k < 2:
@@ -82,9 +88,11 @@ def _percentiles(
 def positive_interval(
     clusters: Clusters, rng: np.random.Generator, resamples: int
 ) -> tuple[Floats, Floats]:
-    """The same for quantities that are never negative, such as errors: widened on the log scale, so that it is above 0.
+    """The same for quantities that are never negative, such as errors: widened on the log scale, so
+    that it is above 0.
 
-    Errors are skewed, and few configurations scatter too little: widened by Student's t over the normal quantile, too.
+    Errors are skewed, and few configurations scatter too little: widened by Student's t over the
+    normal quantile, too.
     """
     from scipy.stats import norm, t
 
@@ -101,9 +109,9 @@ def positive_interval(
 def share_interval(clusters: Clusters) -> tuple[Floats, Floats]:
     """The same for shares, such as coverages: within 0 and 1, and not empty where all pulses agree.
 
-    Wilson's interval (J. Am. Stat. Assoc. 22 (1927) 209) with as many independent trials as would scatter like the
-    clusters (Korn and Graubard, Survey Methodology 24 (1998) 193), as many as clusters where these do not differ, and
-    Student's t for the normal quantile.
+    Wilson's interval (J. Am. Stat. Assoc. 22 (1927) 209) with as many independent trials as would
+    scatter like the clusters (Korn and Graubard, Survey Methodology 24 (1998) 193), as many as
+    clusters where these do not differ, and Student's t for the normal quantile.
     """
     from scipy.stats import t
 
@@ -124,7 +132,8 @@ def share_interval(clusters: Clusters) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A mean and its 90 % interval; NaN ends where a single configuration tells nothing of another."""
+    """A mean and its 90 % interval; NaN ends where a single configuration tells nothing of
+    another."""
 
     mean: float
     low: float
@@ -139,9 +148,9 @@ def summary(
 ) -> dict[str, Estimate]:
     """Mean over pulses of every metric there is, coverage included.
 
-    The interval draws configurations (n,), not pulses: repetitions of a configuration err alike. It is that of the
-    mean over configurations like these with the model as it is; another training set is not drawn. Intervals of errors
-    are above zero, those of shares within 0 and 1.
+    The interval draws configurations (n,), not pulses: repetitions of a configuration err alike. It
+    is that of the mean over configurations like these with the model as it is; another training set
+    is not drawn. Intervals of errors are above zero, those of shares within 0 and 1.
     """
     arrays = errors.arrays()
     clusters = clustered(np.stack(list(arrays.values()), axis=1), configuration)
@@ -159,7 +168,8 @@ _EXACT = 12
 
 
 def sign_flip_p(clusters: Clusters, rng: np.random.Generator, draws: int = 4999) -> Floats:
-    """Two-sided p-values (m,) of the hypothesis that each cluster's sum might as well have the other sign."""
+    """Two-sided p-values (m,) of the hypothesis that each cluster's sum might as well have the
+    other sign."""
     k = len(clusters)
     observed = np.abs(clusters.sums.sum(axis=0)) * (
         1 - 1e-12
@@ -172,18 +182,21 @@ def sign_flip_p(clusters: Clusters, rng: np.random.Generator, draws: int = 4999)
     return np.asarray((1.0 + hits) / (1.0 + draws))
 
 
-#: Variance of a mean difference that is due to which pulses the models happened to learn from, over the variance of the
-#: difference between clusters. Nadeau and Bengio's rule gives 0.25 for five folds; pairs of equal models, taught by
-#: different repetitions of the same configurations, showed less than 0.1 (`python -m benchmarks.prediction_coverage`).
+#: Variance of a mean difference that is due to which pulses the models happened to learn from, over
+#: the variance of the difference between clusters. Nadeau and Bengio's rule gives 0.25 for five
+#: folds; pairs of equal models, taught by different repetitions of the same configurations, showed
+#: less than 0.1 (`python -m benchmarks.prediction_coverage`).
 TRAINING_VARIANCE = 0.1
 
 
 def corrected_p(clusters: Clusters) -> Floats:
-    """Two-sided p-values (m,) of mean differences between models that were trained on overlapping pulses.
+    """Two-sided p-values (m,) of mean differences between models that were trained on overlapping
+    pulses.
 
-    The corrected resampled t-test (Nadeau and Bengio, Mach. Learn. 52 (2003) 239, eq. 9) over the means of k clusters:
-    t = d / (s sqrt(1 / k + `TRAINING_VARIANCE`)), k - 1 degrees of freedom. A sign-flip test takes the models as given,
-    and calls the luck of what they learned from a difference. 1 for a single cluster.
+    The corrected resampled t-test (Nadeau and Bengio, Mach. Learn. 52 (2003) 239, eq. 9) over the
+    means of k clusters: t = d / (s sqrt(1 / k + `TRAINING_VARIANCE`)), k - 1 degrees of freedom. A
+    sign-flip test takes the models as given, and calls the luck of what they learned from a
+    difference. 1 for a single cluster.
     """
     from scipy.stats import t
 
@@ -202,7 +215,8 @@ def least_p_value(clusters: int) -> float:
 
 
 def holm(p_values: Floats) -> Floats:
-    """The same p-values (q,) for somebody who asked q questions (Holm, Scand. J. Statist. 6, 1979, 65)."""
+    """The same p-values (q,) for somebody who asked q questions (Holm, Scand. J. Statist. 6, 1979,
+    65)."""
     order = np.argsort(p_values)
     corrected = np.empty_like(p_values)
     corrected[order] = np.maximum.accumulate(
@@ -212,16 +226,18 @@ def holm(p_values: Floats) -> Floats:
 
 
 def ensemble_crps(draws: Floats, measured: Floats) -> Floats:
-    """Scores (n,) of predictions given as draws (d, n), in the unit of the values; the smaller, the better.
+    """Scores (n,) of predictions given as draws (d, n), in the unit of the values; the smaller, the
+    better.
 
-    E|X - y| - E|X - X'| / 2 (Gneiting and Raftery, J. Am. Stat. Assoc. 102 (2007) 359, eq. 21). The second mean is
-    taken over pairs of different draws, so that its expectation does not depend on their number (Ferro, Q. J. R.
-    Meteorol. Soc. 140 (2014) 1917). A single draw is scored by its absolute error. Raises `ValueError` for arrays of
-    other shapes.
+    E|X - y| - E|X - X'| / 2 (Gneiting and Raftery, J. Am. Stat. Assoc. 102 (2007) 359, eq. 21). The
+    second mean is taken over pairs of different draws, so that its expectation does not depend on
+    their number (Ferro, Q. J. R. Meteorol. Soc. 140 (2014) 1917). A single draw is scored by its
+    absolute error. Raises `ValueError` for arrays of other shapes.
     """
     if draws.ndim != 2 or draws.shape[1:] != measured.shape:
         raise ValueError(
-            f"draws are {draws.shape} and measured values {measured.shape}: expected (d, n) and (n,)"
+            f"draws are {draws.shape} and measured values {measured.shape}: "
+            f"expected (d, n) and (n,)"
         )
     count = draws.shape[0]
     distance = np.abs(draws - measured).mean(axis=0)
@@ -236,7 +252,8 @@ _RESAMPLES = 2000
 
 
 def fraction(before: Floats | float, after: Floats | float, floor: Floats | float) -> Floats:
-    """Of mean squares before, after and by chance (...): (b - a) / (b - f) of their roots, NaN where b <= f.
+    """Of mean squares before, after and by chance (...): (b - a) / (b - f) of their roots, NaN
+    where b <= f.
 
     The roots are what the report prints, so that its numbers agree with each other.
     """
@@ -252,13 +269,15 @@ def fraction_interval(
     floor_error: float = 0.0,
     training_error: float = 0.0,
 ) -> tuple[float, float] | None:
-    """90 % interval from squares (C,) of held-out configurations, whole configurations drawn with replacement.
+    """90 % interval from squares (C,) of held-out configurations, whole configurations drawn with
+    replacement.
 
-    Bias-corrected and accelerated (Efron, JASA 82 (1987) 171), widened about the estimate by sqrt(C / (C - 1)) and by
-    Student's t over the normal quantile, since C drawn configurations scatter too little, and by what resampling does
-    not see; not beyond 1. `floor_error`: relative standard deviation of the scatter's mean square, which few
-    repetitions measured. `training_error`: standard deviation of the fraction, because other training configurations
-    would have given other parameters to all that are held out. None with fewer than three configurations.
+    Bias-corrected and accelerated (Efron, JASA 82 (1987) 171), widened about the estimate by sqrt(C
+    / (C - 1)) and by Student's t over the normal quantile, since C drawn configurations scatter too
+    little, and by what resampling does not see; not beyond 1. `floor_error`: relative standard
+    deviation of the scatter's mean square, which few repetitions measured. `training_error`:
+    standard deviation of the fraction, because other training configurations would have given other
+    parameters to all that are held out. None with fewer than three configurations.
     """
     from scipy.stats import norm, t
 
@@ -288,7 +307,8 @@ def fraction_interval(
 
 
 def _quantiles(values: Floats, estimate: float, jackknife: Floats, tail: float) -> Floats:
-    """(2,): which quantiles of the drawn values are the interval; `jackknife` (n,) leave a configuration out each."""
+    """(2,): which quantiles of the drawn values are the interval; `jackknife` (n,) leave a
+    configuration out each."""
     from scipy.stats import norm
 
     share = np.clip(np.mean(values < estimate), 1 / len(values), 1 - 1 / len(values))

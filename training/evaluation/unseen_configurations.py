@@ -1,7 +1,8 @@
 """Models on configurations that they have not learned from: what decides which one the twin uses.
 
-The configurations of a dataset are dealt into folds. Each fold's pulses are predicted by models that learned from none
-of its configurations, and scored by the continuous ranked probability score of what the twin predicts of a contact.
+The configurations of a dataset are dealt into folds. Each fold's pulses are predicted by models
+that learned from none of its configurations, and scored by the continuous ranked probability score
+of what the twin predicts of a contact.
 """
 
 from __future__ import annotations
@@ -29,22 +30,25 @@ from .summary import clustered, corrected_p, ensemble_crps, sign_flip_p
 
 QUANTITIES = ("peak force", "contact time", "impulse")
 FOLDS, DRAWS = 5, 64
-#: So many pulses are scored, the same number of each configuration: more hardly change a mean over configurations.
+#: So many pulses are scored, the same number of each configuration: more hardly change a mean over
+#: configurations.
 _MOST_PULSES = 400
-#: A factor of a thousand: an error beyond it counts as this one, so that a single pulse without force is no verdict.
+#: A factor of a thousand: an error beyond it counts as this one, so that a single pulse without
+#: force is no verdict.
 _FARTHEST = float(np.log(1000.0))
 
-#: Random pulses of all rows for each draw; the rows are of configurations that nothing was learned from.
+#: Random pulses of all rows for each draw; the rows are of configurations that nothing was learned
+#: from.
 PulseDraws = Callable[[PulseTable, int, np.random.Generator], list[ForcePulses]]
 
 
 @dataclass(frozen=True, eq=False)
 class UnseenScores:
-    """CRPS of n pulses, (n, 3) for `QUANTITIES` as natural logarithms, of predictions by name; and which values (n, 3)
-    lie `inside` their 90 % bands.
+    """CRPS of n pulses, (n, 3) for `QUANTITIES` as natural logarithms, of predictions by name; and
+    which values (n, 3) lie `inside` their 90 % bands.
 
-    The first is the candidate, the second the reference that it is judged against; a third, the contact of which
-    nothing was learned, is further information.
+    The first is the candidate, the second the reference that it is judged against; a third, the
+    contact of which nothing was learned, is further information.
     """
 
     names: tuple[str, ...]
@@ -67,15 +71,17 @@ class UnseenScores:
         return len(np.unique(self.configuration))
 
     def p_value(self, rng: np.random.Generator) -> float:
-        """Of the hypothesis that the models are equal: the larger p-value of the sign-flip test over configurations and
-        of the t-test that allows for the luck of what each model learned from (`corrected_p`)."""
+        """Of the hypothesis that the models are equal: the larger p-value of the sign-flip test
+        over configurations and of the t-test that allows for the luck of what each model learned
+        from (`corrected_p`)."""
         clusters = clustered(
             (self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True), self.configuration
         )
         return max(float(sign_flip_p(clusters, rng)[0]), float(corrected_p(clusters)[0]))
 
     def figures(self) -> dict[str, float]:
-        """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force", "crps.prior"."""
+        """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force",
+        "crps.prior"."""
         figures = {}
         for name, scores in zip(("candidate", "reference", "prior"), self.crps, strict=False):
             figures[f"crps.{name}"] = float(scores.mean())
@@ -87,10 +93,11 @@ class UnseenScores:
 def unseen_scores(
     pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng: np.random.Generator
 ) -> UnseenScores:
-    """Score predictions by name on the same pulses; each fold of configurations is predicted at once.
+    """Score predictions by name on the same pulses; each fold of configurations is predicted at
+    once.
 
-    Raises `ValueError` where the pulses are of a single configuration or a prediction is not finite, and what the
-    predictions raise.
+    Raises `ValueError` where the pulses are of a single configuration or a prediction is not
+    finite, and what the predictions raise.
     """
     folds = grouped_folds(pulses.configuration, FOLDS, rng)
     chosen = _some_repetitions(pulses.configuration, rng)
@@ -125,8 +132,8 @@ def unseen_scores(
 def unseen_draws(
     model: ContactModel, learned: PulseTable, velocity_kind: str | None = None
 ) -> PulseDraws:
-    """Of a model that learned from `learned`, with velocities of this kind (`schema.velocity_kinds`): refitted without
-    the configurations that it is asked for."""
+    """Of a model that learned from `learned`, with velocities of this kind
+    (`schema.velocity_kinds`): refitted without the configurations that it is asked for."""
 
     def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[ForcePulses]:
         fitted = without_configurations(model, learned, unseen.configuration.tolist(), rng)
@@ -148,9 +155,9 @@ def without_configurations(
     configurations: Sequence[str],
     rng: np.random.Generator,
 ) -> ContactModel:
-    """The model as it is where it learned from none of these configurations; else one that is learned and tuned anew
-    from its other pulses, with the bands that these calibrate. Raises `ValueError` where nothing is left to learn
-    from."""
+    """The model as it is where it learned from none of these configurations; else one that is
+    learned and tuned anew from its other pulses, with the bands that these calibrate. Raises
+    `ValueError` where nothing is left to learn from."""
     left_out = np.isin(learned.configuration, list(configurations))
     if not left_out.any():
         return model
@@ -164,9 +171,10 @@ def without_configurations(
 def updated_law_draws(
     learned: PulseTable, plates: PulseTable, velocity_kind: str | None = None
 ) -> PulseDraws:
-    """Of what answers without a model: the contact law updated by `learned`, but for the pulses of the configurations
-    that it is asked for; velocities are of this kind. All judged pulses are `plates`: they tell what lies below anvils
-    (`prior_pulses.settings_of`), beside those of `learned`."""
+    """Of what answers without a model: the contact law updated by `learned`, but for the pulses of
+    the configurations that it is asked for; velocities are of this kind. All judged pulses are
+    `plates`: they tell what lies below anvils (`prior_pulses.settings_of`), beside those of
+    `learned`."""
     bare = concatenate([plates, learned])
 
     def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[ForcePulses]:
@@ -185,7 +193,8 @@ def prior_draws(plates: PulseTable, velocity_kind: str | None = None) -> PulseDr
 
 
 def _scored(draws: Sequence[ForcePulses], measured: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """CRPS (n, 3) of random pulses in natural logarithms, and which measured values (n, 3) lie in their 90 % band."""
+    """CRPS (n, 3) of random pulses in natural logarithms, and which measured values (n, 3) lie in
+    their 90 % band."""
     values = [
         np.stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s], axis=1)
         for pulses in draws

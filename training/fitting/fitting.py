@@ -102,10 +102,12 @@ def fit_task(
     tell: Callable[[str], None] | None = None,
     executor: ExecutorConfig = HERE,
 ) -> Trained:
-    """Train and judge. What was fitted is packed and unpacked before it is judged: the figures are of what is stored.
+    """Train and judge. What was fitted is packed and unpacked before it is judged: the figures are
+    of what is stored.
 
-    `tuned` are the contact-time process's settings where they were found already; `executor` does what a model's own
-    search tries, and `tell` hears of it. Raises `ValueError` where the model cannot learn from this dataset.
+    `tuned` are the contact-time process's settings where they were found already; `executor` does
+    what a model's own search tries, and `tell` hears of it. Raises `ValueError` where the model
+    cannot learn from this dataset.
     """
     split = split_of(context.table, task.split, task.seed)
     training, held_out = context.table.take(split.train), context.table.take(split.test)

@@ -31,7 +31,8 @@ from .fitting import FittingFailure, TrainingContext, try_fit
 
 @dataclass(frozen=True)
 class TimeSettings:
-    """What was found for the contact time of a split's training pulses, how long it took, and how the search went.
+    """What was found for the contact time of a split's training pulses, how long it took, and how
+    the search went.
 
     `histories` and `searches` are those of `FitReport`. A file of older software has none.
     """
@@ -89,7 +90,8 @@ def _searched(pulses: PulseTable, rng: np.random.Generator) -> TimeSettings:
 
 
 def replace_text(file: Path, text: str) -> None:
-    """Write so that a reader, or whoever comes after a kill, sees the old file or the whole new one."""
+    """Write so that a reader, or whoever comes after a kill, sees the old file or the whole new
+    one."""
     file.parent.mkdir(parents=True, exist_ok=True)
     beside = file.with_name(f"{file.name}.{os.getpid()}")
     beside.write_text(text, encoding="utf-8")
@@ -155,7 +157,8 @@ def run_trainings(
     step: Step,
     tell: Tell,
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
-    """Each task with what came of it, as it is finished. What a training comes to does not depend on the executor."""
+    """Each task with what came of it, as it is finished. What a training comes to does not depend
+    on the executor."""
     remaining = {task.key: task for task in tasks}
 
     def show() -> None:
@@ -176,8 +179,8 @@ def _outcomes(
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
     """First what stands alone, and the searches that others wait for; then the others.
 
-    Models that search are last and are fitted in this process, which keeps their journals: the executor tries their
-    candidates.
+    Models that search are last and are fitted in this process, which keeps their journals: the
+    executor tries their candidates.
     """
     sharing = [task for task in tasks if entry_of(task.model).shares_time]
     alone = [TaskWithContactTime(task) for task in tasks if task not in sharing]
@@ -221,14 +224,16 @@ def _first(
     context: TrainingContext,
     executor: ExecutorConfig,
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
-    """Trainings that need nothing; on the way `times` of the splits, where they were not found earlier."""
+    """Trainings that need nothing; on the way `times` of the splits, where they were not found
+    earlier."""
     searches = list[TimeSearch]()
     for split in splits:
         if (kept := read_time_settings(split, context)) is None:
             searches.append(TimeSearch(split))
         else:
             times[split] = kept
-    # The dear ones first where there are others to work meanwhile, and last where the first results would wait.
+    # The dear ones first where there are others to work meanwhile, and last where the first results
+    # would wait.
     errands: list[Errand] = [*alone, *searches] if executor.is_here else [*searches, *alone]
     for errand, result in run_all_tasks(
         executor, done, errands, shared=(context,), lost=failure_of_lost_worker

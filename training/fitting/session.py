@@ -1,4 +1,5 @@
-"""Training models on splits of a dataset: one after the other, or some at once; what is done is not done again.
+"""Training models on splits of a dataset: one after the other, or some at once; what is done is not
+done again.
 
 Figures over all models of a split: the thesis's Fig. 4.10, 5.4 and 5.5.
 """
@@ -20,7 +21,8 @@ from ..registry.registry import Registry
 from .fitting import FittingFailure, TrainingContext, journal_of, task_of
 from .run_tasks import run_trainings
 
-#: Figures by test become illegible beyond these: the best ones, beside the thesis's analytic pulses.
+#: Figures by test become illegible beyond these: the best ones, beside the thesis's analytic
+#: pulses.
 _BEST = 3
 _ANALYTIC = ("hann", "reed", "hunter")
 
@@ -67,7 +69,8 @@ def _silent(*_: object) -> None:
 
 @dataclass(frozen=True)
 class Progress:
-    """Whom to tell: `step(done, total, what)` as work proceeds, `tell(text)` what is worth a line."""
+    """Whom to tell: `step(done, total, what)` as work proceeds, `tell(text)` what is worth a
+    line."""
 
     step: Callable[[int, int, str], None] = _silent
     tell: Callable[[str], None] = _silent
@@ -85,9 +88,10 @@ def train(
 ) -> Session:
     """Train every model on every split, and register each as soon as it is finished.
 
-    A training whose result is registered (same dataset, split, seed, settings and `TRAINING_VERSION`) is not done
-    again, unless `retrain`; so what was interrupted goes on by being started again. Another process that trains on the
-    same dataset is waited for. The `executor` trains; this process registers, alone.
+    A training whose result is registered (same dataset, split, seed, settings and
+    `TRAINING_VERSION`) is not done again, unless `retrain`; so what was interrupted goes on by
+    being started again. Another process that trains on the same dataset is waited for. The
+    `executor` trains; this process registers, alone.
     """
     tasks = [task_of(model, split, context) for split in splits for model in models]
 
@@ -129,18 +133,23 @@ def train(
 def _newest_trainings(
     registry: Registry, keys: set[str], tell: Callable[[str], None]
 ) -> dict[str, Version]:
-    """The newest version of each of these trainings; one whose files are damaged is trained anew."""
+    """The newest version of each of these trainings; one whose files are damaged is trained
+    anew."""
     wanted = [version for version in reversed(registry.versions()) if version.task_key in keys]
     return {version.task_key: version for version in intact_versions(registry, wanted, tell)}
 
 
 def _training_line(trained: Trained) -> str:
     nrmse = trained.metrics["force_nrmse"].mean
-    return f"{trained.task.model}, {trained.task.split}: force NRMSE {nrmse:.4f} in {trained.cost.seconds:.1f} s"
+    return (
+        f"{trained.task.model}, {trained.task.split}: force NRMSE {nrmse:.4f} in "
+        f"{trained.cost.seconds:.1f} s"
+    )
 
 
 def _sum_up(registry: Registry, context: TrainingContext, run: str, splits: Sequence[str]) -> None:
-    """What stands over all models, earlier ones too: each split's floor and figures, in the run over all trainings."""
+    """What stands over all models, earlier ones too: each split's floor and figures, in the run
+    over all trainings."""
     figures: dict[str, bytes] = {}
     floors = {
         split: floor_text(context.table, context.dataset.hash, split, context.seed)

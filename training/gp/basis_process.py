@@ -23,14 +23,15 @@ from .kernels import kernel_named
 
 #: Of standardised outputs: variances below are rounding, above are no signal's.
 LEAST_VARIANCE, MOST_VARIANCE = 1e-6, 1e2
-#: Of standardised predictors. What changes faster is the scatter of repetitions, which shares the speed's by chance:
-#: without a floor the outputs' common scatter is learned as a law of the speed.
+#: Of standardised predictors. What changes faster is the scatter of repetitions, which shares the
+#: speed's by chance: without a floor the outputs' common scatter is learned as a law of the speed.
 LEAST_LENGTHSCALE, MOST_LENGTHSCALE = 0.3, 1e3
 MOST_LOADING = 10.0
 
 
 class LogInterval(Interval):  # type: ignore[misc]  # GPyTorch publishes no types
-    """Between two positive bounds; the raw parameter is the logarithm. The optimiser keeps the bounds."""
+    """Between two positive bounds; the raw parameter is the logarithm. The optimiser keeps the
+    bounds."""
 
     def __init__(self, lower: Any, upper: Any) -> None:
         super().__init__(lower, upper, transform=torch.exp, inv_transform=torch.log)
@@ -59,8 +60,9 @@ def lengthscale_interval() -> LogInterval:
 def log_lengthscale_prior(predictors: int) -> NormalPrior:
     """Of the logarithm of a lengthscale: about 4 sqrt(d), wide.
 
-    Hvarfner et al. 2024, "Vanilla Bayesian optimization performs great in high dimensions", equation 8. It lets
-    predictors that tell nothing fade out, and keeps predictors that never varied where they are.
+    Hvarfner et al. 2024, "Vanilla Bayesian optimization performs great in high dimensions",
+    equation 8. It lets predictors that tell nothing fade out, and keeps predictors that never
+    varied where they are.
     """
     return _normal(math.sqrt(2.0) + 0.5 * math.log(predictors), math.sqrt(3.0))
 
@@ -87,10 +89,12 @@ _SIGNAL, _MOST_NOISE = (1e-2, 1e2), 2.0
 
 
 class BasisProcess(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch publishes no types
-    """y (n,) at z (n x d) with basis terms h (n x p): covariance signal^2 k(z, z') + prior h h' + noise^2 I.
+    """y (n,) at z (n x d) with basis terms h (n x p): covariance signal^2 k(z, z') + prior h h' +
+    noise^2 I.
 
-    `kind` names the kernel; `lengthscales` (d,) or (1,) is where they start, one for all where there is a single one.
-    `signal` and `noise` are standard deviations; the noise keeps above `noise_floor`. In float64.
+    `kind` names the kernel; `lengthscales` (d,) or (1,) is where they start, one for all where
+    there is a single one. `signal` and `noise` are standard deviations; the noise keeps above
+    `noise_floor`. In float64.
     """
 
     def __init__(

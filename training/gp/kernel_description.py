@@ -18,8 +18,8 @@ from gpytorch.kernels import Kernel, RBFKernel
 class SquaredExponential(RBFKernel):  # type: ignore[misc]  # GPyTorch publishes no types
     """An `RBFKernel`: the same numbers.
 
-    GPyTorch differentiates its distances one operation after another when there is a lengthscale for each predictor:
-    eight more passes over n x n numbers than the two products here.
+    GPyTorch differentiates its distances one operation after another when there is a lengthscale
+    for each predictor: eight more passes over n x n numbers than the two products here.
     """
 
     def forward(
@@ -60,7 +60,8 @@ class _Covariances(torch.autograd.Function):  # type: ignore[misc]  # of PyTorch
         return (products[:-1] - products[-1] * a.T).T
 
 
-#: Class -> the arguments of its constructor that a description keeps, beside `ard_num_dims` and `active_dims`.
+#: Class -> the arguments of its constructor that a description keeps, beside `ard_num_dims` and
+#: `active_dims`.
 _ARGUMENTS: dict[str, tuple[str, ...]] = {
     "RBFKernel": (),
     "SquaredExponential": (),
@@ -80,7 +81,8 @@ _WRAPPERS = ("ScaleKernel", "AdditiveKernel", "ProductKernel")
 def described(kernel: Kernel) -> dict[str, Any]:
     """What `kernel_of` makes a kernel of the same structure of; its numbers are `kernel_numbers`.
 
-    Raises `ValueError` for a class that is not listed, for batches of kernels and for parameters of a module's own.
+    Raises `ValueError` for a class that is not listed, for batches of kernels and for parameters of
+    a module's own.
     """
     name = type(kernel).__name__
     if tuple(kernel.batch_shape):
@@ -98,14 +100,16 @@ def described(kernel: Kernel) -> dict[str, Any]:
     if name not in _ARGUMENTS or type(kernel) is not _class_named(name):
         class_names = ", ".join((*_ARGUMENTS, *_WRAPPERS))
         raise ValueError(
-            f"a model with {type(kernel).__name__} cannot be stored; kernels that can: {class_names}"
+            f"a model with {type(kernel).__name__} cannot be stored; kernels "
+            f"that can: {class_names}"
         )
     arguments = {argument: _plain(getattr(kernel, argument)) for argument in _ARGUMENTS[name]}
     return {"class": name, **arguments, **_dimensions(kernel)}
 
 
 def kernel_of(description: Mapping[str, Any]) -> Kernel:
-    """A kernel of this structure with GPyTorch's own constraints, in float64. Raises `ValueError` as `described`."""
+    """A kernel of this structure with GPyTorch's own constraints, in float64. Raises `ValueError`
+    as `described`."""
     arguments = {
         name: value for name, value in description.items() if name not in ("class", "kernels")
     }

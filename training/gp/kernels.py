@@ -1,8 +1,8 @@
 """Values of the named kernels in NumPy, over inputs already divided by their lengthscales.
 
-Training uses GPyTorch's kernels of the same names (`multitask.named_kernel`). A frozen model predicts with these:
-importing PyTorch alone takes longer than a whole prediction. Each is a function of the squared distance alone and has
-unit variance.
+Training uses GPyTorch's kernels of the same names (`multitask.named_kernel`). A frozen model
+predicts with these: importing PyTorch alone takes longer than a whole prediction. Each is a
+function of the squared distance alone and has unit variance.
 
 Covariances between inputs that a frozen model predicts with.
 """
@@ -42,7 +42,8 @@ def _rational(q: Floats) -> Floats:
     return np.reciprocal(q, out=q)
 
 
-#: Name -> covariances of squared distances, computed in place. The rational quadratic has the mixture parameter 1.
+#: Name -> covariances of squared distances, computed in place. The rational quadratic has the
+#: mixture parameter 1.
 KERNELS: dict[str, Callable[[Floats], Floats]] = {
     "rbf": _rbf,
     "matern32": _matern32,
@@ -56,13 +57,15 @@ def kernel_named(kind: str) -> Callable[[Floats], Floats]:
     if kind not in KERNELS:
         kernel_names = ", ".join(KERNELS)
         raise LookupError(
-            f"no kernel {kind!r}; there are: {kernel_names}; or hand in a kernel of gpytorch.kernels"
+            f"no kernel {kind!r}; there are: {kernel_names}; or hand in a "
+            f"kernel of gpytorch.kernels"
         )
     return KERNELS[kind]
 
 
 def squared_distances(a: Floats, b: Floats) -> Floats:
-    """n x p, never negative; where `a` is `b`, a diagonal of zeros and symmetric but for rounding."""
+    """n x p, never negative; where `a` is `b`, a diagonal of zeros and symmetric but for
+    rounding."""
     if a is b:
         q = a @ a.T
         squares = q.diagonal().copy()

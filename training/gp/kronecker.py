@@ -1,13 +1,14 @@
 """The coregional Gaussian process's marginal likelihood, exact, with its gradient in closed form.
 
-Outputs y (n x m) are normal with covariance B (x) K + Sigma (x) I: K (n x n) between inputs, B (m x m) between outputs,
-Sigma (m x m) the noise of one measurement, mostly diagonal. With Sigma = C C' and C^-1 B C^-T = V S V', the outputs
-C^-1 y V are independent of each other with covariances s_j K + I. (Stegle et al. 2011, "Efficient inference in
-matrix-variate Gaussian models"; Rakitsch et al. 2013.) Nothing is differentiated through an eigendecomposition, which
-fails on repeated eigenvalues: derivatives by K, B and Sigma need its result only.
+Outputs y (n x m) are normal with covariance B (x) K + Sigma (x) I: K (n x n) between inputs, B (m x
+m) between outputs, Sigma (m x m) the noise of one measurement, mostly diagonal. With Sigma = C C'
+and C^-1 B C^-T = V S V', the outputs C^-1 y V are independent of each other with covariances s_j K
++ I. (Stegle et al. 2011, "Efficient inference in matrix-variate Gaussian models"; Rakitsch et al.
+2013.) Nothing is differentiated through an eigendecomposition, which fails on repeated eigenvalues:
+derivatives by K, B and Sigma need its result only.
 
-Glossary: `l` eigenvalues of K, `t` its factor (K = T T'), `s` eigenvalues of the whitened B, `q` = C^-T V,
-`a` (n x m) the columns (s_j K + I)^-1 y_j.
+Glossary: `l` eigenvalues of K, `t` its factor (K = T T'), `s` eigenvalues of the whitened B, `q` =
+C^-T V, `a` (n x m) the columns (s_j K + I)^-1 y_j.
 
 A kernel matrix as G G', as many columns as its numerical rank, with a bound on what is left out.
 """
@@ -24,10 +25,12 @@ from ...array_types import Floats
 
 @dataclass(frozen=True, eq=False)
 class KernelFactor:
-    """K (n x n) is about T T': `t` (n x r) has orthogonal columns, `eigenvalues` (r,) are their squared lengths.
+    """K (n x n) is about T T': `t` (n x r) has orthogonal columns, `eigenvalues` (r,) are their
+    squared lengths.
 
-    `pivots` (r,) are the rows that carry the factorisation, `lower` (r x r) its Cholesky factor there and `basis` (r x
-    r) turns G into T = G basis. `residual` is the trace of K - T T', which is positive semi-definite.
+    `pivots` (r,) are the rows that carry the factorisation, `lower` (r x r) its Cholesky factor
+    there and `basis` (r x r) turns G into T = G basis. `residual` is the trace of K - T T', which
+    is positive semi-definite.
     """
 
     t: Floats
@@ -39,7 +42,8 @@ class KernelFactor:
 
 
 def factorise(k: Floats, tolerance: float) -> KernelFactor:
-    """Pivoted Cholesky (LAPACK `dpstrf`) of K (n x n) until no variance left is above `tolerance`, then r x r `eigh`.
+    """Pivoted Cholesky (LAPACK `dpstrf`) of K (n x n) until no variance left is above `tolerance`,
+    then r x r `eigh`.
 
     Exact at full rank too; there it costs an eigendecomposition of K. `k` is left as it was.
     """
@@ -59,7 +63,8 @@ def factorise(k: Floats, tolerance: float) -> KernelFactor:
 
 
 def _eigen(matrix: Floats) -> tuple[Floats, Floats]:
-    """Divide and conquer: at 400 x 400 twice as fast as numpy's default for what scipy's asks (`evr`)."""
+    """Divide and conquer: at 400 x 400 twice as fast as numpy's default for what scipy's asks
+    (`evr`)."""
     from scipy.linalg import eigh
 
     eigenvalues, vectors = eigh(matrix, driver="evd", check_finite=False, overwrite_a=True)
@@ -85,10 +90,11 @@ class Whitened:
 
 @dataclass(frozen=True, eq=False)
 class Likelihood:
-    """Negative logarithm of the marginal likelihood, its derivatives by K (n x n), B and Sigma (m x m) and y (n x m).
+    """Negative logarithm of the marginal likelihood, its derivatives by K (n x n), B and Sigma (m x
+    m) and y (n x m).
 
-    The first three are symmetric: a change dK changes `value` by the sum of `by_k` dK. `bound` is the most by which
-    `value` can differ from that of the untruncated kernel matrix.
+    The first three are symmetric: a change dK changes `value` by the sum of `by_k` dK. `bound` is
+    the most by which `value` can differ from that of the untruncated kernel matrix.
     """
 
     value: float
@@ -116,7 +122,8 @@ def whiten(y: Floats, b: Floats, sigma: Floats) -> Whitened:
 
 
 def solve(factor: KernelFactor, white: Whitened) -> tuple[Floats, Floats, Floats]:
-    """`a` (n x m), T'a (r x m) and 1 / (s_j l_i + 1) (r x m), by Woodbury: no division by small eigenvalues."""
+    """`a` (n x m), T'a (r x m) and 1 / (s_j l_i + 1) (r x m), by Woodbury: no division by small
+    eigenvalues."""
     shrink = 1.0 / (factor.eigenvalues[:, None] * white.s + 1.0)
     projected = factor.t.T @ white.outputs
     a = white.outputs - factor.t @ (white.s * shrink * projected)
@@ -146,7 +153,8 @@ def likelihood(factor: KernelFactor, y: Floats, b: Floats, sigma: Floats) -> Lik
 
 
 def _by_k(factor: KernelFactor, s: Floats, shrink: Floats, a: Floats) -> Floats:
-    """1/2 (sum_j s_j (s_j K + I)^-1 - A S A') as c I - H H': a symmetric product, half the work of a general one."""
+    """1/2 (sum_j s_j (s_j K + I)^-1 - A S A') as c I - H H': a symmetric product, half the work of
+    a general one."""
     h = np.hstack([factor.t * np.sqrt(shrink @ (s * s)), a * np.sqrt(s)])
     h *= np.sqrt(0.5)
     by_k = h @ h.T
@@ -156,14 +164,16 @@ def _by_k(factor: KernelFactor, s: Floats, shrink: Floats, a: Floats) -> Floats:
 
 
 def _rotated(q: Floats, traces: Floats, vectors: Floats) -> Floats:
-    """1/2 Q (diag(traces) - vectors' vectors) Q', the form both derivatives between outputs have."""
+    """1/2 Q (diag(traces) - vectors' vectors) Q', the form both derivatives between outputs
+    have."""
     inner = -(vectors.T @ vectors)
     inner.flat[:: len(inner) + 1] += traces
     return np.asarray(0.5 * q @ inner @ q.T)
 
 
 def _bound(residual: float, s: Floats, a: Floats) -> float:
-    """With E = K - T T' >= 0 of trace e, log|I + s K| is larger by at most s e, and y'(I + s K)^-1 y smaller by at most
-    s a'Ea <= s e |a|^2, as the inverse is convex. The two pull the value apart, so the larger counts.
+    """With E = K - T T' >= 0 of trace e, log|I + s K| is larger by at most s e, and y'(I + s K)^-1
+    y smaller by at most s a'Ea <= s e |a|^2, as the inverse is convex. The two pull the value
+    apart, so the larger counts.
     """
     return float(0.5 * residual * max(s.sum(), np.einsum("ij,ij,j->", a, a, s)))

@@ -18,26 +18,30 @@ from linear_operator.utils.errors import NanError, NotPSDError
 from ...array_types import Floats
 from .kronecker import TOLERANCE, Likelihood, factorise, likelihood
 
-#: Most that the factorisation may change the loss per value of y, by the rigorous bound (rarely a thousandth of it).
+#: Most that the factorisation may change the loss per value of y, by the rigorous bound (rarely a
+#: thousandth of it).
 TRUNCATION = 1e-6
 #: Below, what is left of the kernel's variance is rounding.
 LEAST_TOLERANCE = 1e-15
 
 
-class KroneckerMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignore[misc]  # GPyTorch publishes no types
-    """What `ExactMarginalLogLikelihood` gives for a `MultitaskKernel`, priors included, with its gradient.
+# GPyTorch publishes no types
+class KroneckerMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignore[misc]
+    """What `ExactMarginalLogLikelihood` gives for a `MultitaskKernel`, priors included, with its
+    gradient.
 
-    Value and gradient are those of `kronecker.likelihood`: eigendecompositions of r x r and m x m, r the numerical rank
-    of the kernel matrix, in place of one Cholesky factor of n m x n m. The likelihood is a
-    `MultitaskGaussianLikelihood` of any rank; everything is float64. `truncation_bound` is the most by which the last
-    value, before priors, can differ from the untruncated one.
+    Value and gradient are those of `kronecker.likelihood`: eigendecompositions of r x r and m x m,
+    r the numerical rank of the kernel matrix, in place of one Cholesky factor of n m x n m. The
+    likelihood is a `MultitaskGaussianLikelihood` of any rank; everything is float64.
+    `truncation_bound` is the most by which the last value, before priors, can differ from the
+    untruncated one.
     """
 
     truncation_bound: float = float("nan")
 
     def forward(self, function_dist: Any, target: torch.Tensor, *params: Any) -> torch.Tensor:
-        """Per value of `target` (n x m). Raises `ValueError` where the covariance is no product of two, or the target
-        not float64."""
+        """Per value of `target` (n x m). Raises `ValueError` where the covariance is no product of
+        two, or the target not float64."""
         covariance = function_dist.lazy_covariance_matrix
         covariance = (
             covariance.evaluate_kernel() if hasattr(covariance, "evaluate_kernel") else covariance
@@ -47,7 +51,8 @@ class KroneckerMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignor
             or len(covariance.linear_ops) != 2
         ):
             raise ValueError(
-                f"a covariance of inputs times one of outputs is needed (MultitaskKernel), not {covariance}"
+                f"a covariance of inputs times one of outputs is needed "
+                f"(MultitaskKernel), not {covariance}"
             )
         _require_float64(target)
         k, b = (part.to_dense() for part in covariance.linear_ops)
@@ -82,7 +87,8 @@ def exact_likelihood(k: Floats, y: Floats, b: Floats, sigma: Floats) -> Likeliho
 
 
 class _ExactLikelihood(torch.autograd.Function):  # type: ignore[misc]  # of PyTorch's untyped part
-    """Negative log likelihood of K, B, Sigma and y, and its bound; the derivatives are known as soon as it is."""
+    """Negative log likelihood of K, B, Sigma and y, and its bound; the derivatives are known as
+    soon as it is."""
 
     @staticmethod
     def forward(ctx: Any, *tensors: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -101,17 +107,21 @@ class _ExactLikelihood(torch.autograd.Function):  # type: ignore[misc]  # of PyT
         return tuple(gradients[0] * part for part in ctx.saved_tensors)
 
 
-class CholeskyMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignore[misc]  # GPyTorch publishes no types
-    """What `ExactMarginalLogLikelihood` gives for a model of one output, priors included, with its gradient.
+# GPyTorch publishes no types
+class CholeskyMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignore[misc]
+    """What `ExactMarginalLogLikelihood` gives for a model of one output, priors included, with its
+    gradient.
 
-    With K + Sigma = L L', alpha = (K + Sigma)^-1 (y - mean) and v the negative logarithm, dv/dK = 1/2 ((K + Sigma)^-1 -
-    alpha alpha') and dv/dmean = -alpha (Rasmussen and Williams 2006, equation 5.9). Automatic differentiation of the
-    factorisation solves for n x n numbers twice more. The likelihood is a `GaussianLikelihood`; everything is float64.
+    With K + Sigma = L L', alpha = (K + Sigma)^-1 (y - mean) and v the negative logarithm, dv/dK =
+    1/2 ((K + Sigma)^-1 - alpha alpha') and dv/dmean = -alpha (Rasmussen and Williams 2006, equation
+    5.9). Automatic differentiation of the factorisation solves for n x n numbers twice more. The
+    likelihood is a `GaussianLikelihood`; everything is float64.
     """
 
     def forward(self, function_dist: Any, target: torch.Tensor, *params: Any) -> torch.Tensor:
-        """Per value of `target` (n,). Raises `ValueError` where the target is not one output in float64, and where the
-        covariance is not positive definite, with the jitter of `gpytorch.settings` neither."""
+        """Per value of `target` (n,). Raises `ValueError` where the target is not one output in
+        float64, and where the covariance is not positive definite, with the jitter of
+        `gpytorch.settings` neither."""
         if target.dim() != 1 or function_dist.mean.shape != target.shape:
             shapes = f"{tuple(target.shape)} with a mean of {tuple(function_dist.mean.shape)}"
             raise ValueError(f"the likelihood is that of one output (n,), y is {shapes}")
@@ -124,8 +134,10 @@ class CholeskyMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignore
         return total / len(target)
 
 
-class _CholeskyLikelihood(torch.autograd.Function):  # type: ignore[misc]  # of PyTorch's untyped part
-    """Negative log likelihood of K (n x n), the noise's variances (n,) and y (n,) without its mean."""
+# of PyTorch's untyped part
+class _CholeskyLikelihood(torch.autograd.Function):  # type: ignore[misc]
+    """Negative log likelihood of K (n x n), the noise's variances (n,) and y (n,) without its
+    mean."""
 
     @staticmethod
     def forward(ctx: Any, k: torch.Tensor, noise: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
@@ -153,5 +165,6 @@ class _CholeskyLikelihood(torch.autograd.Function):  # type: ignore[misc]  # of 
 def _require_float64(target: torch.Tensor) -> None:
     if target.dtype != torch.float64:
         raise ValueError(
-            f"the likelihood is computed in float64, y is {target.dtype}: make model and data .double()"
+            f"the likelihood is computed in float64, y is {target.dtype}: "
+            f"make model and data .double()"
         )

@@ -1,6 +1,8 @@
-"""The parameters of greatest marginal likelihood or posterior density, by L-BFGS-B on GPyTorch's gradient.
+"""The parameters of greatest marginal likelihood or posterior density, by L-BFGS-B on GPyTorch's
+gradient.
 
-scipy's L-BFGS-B keeps bounds; PyTorch's `LBFGS` knows none, and takes as many evaluations (docs/decisions, 23).
+scipy's L-BFGS-B keeps bounds; PyTorch's `LBFGS` knows none, and takes as many evaluations
+(docs/decisions, 23).
 
 Linear algebra on one core: the same sums, and so the same model, whatever else runs.
 """
@@ -39,8 +41,8 @@ def maximise(
 ) -> Maximisation:
     """Set the parameters of `objective.model` to those of its greatest value, from where they are.
 
-    `objective` is a marginal log likelihood of GPyTorch. Stops after so many `iterations`, or where the loss per value
-    of y changes by less than `change` of it.
+    `objective` is a marginal log likelihood of GPyTorch. Stops after so many `iterations`, or where
+    the loss per value of y changes by less than `change` of it.
     """
     from scipy.optimize import minimize
 
@@ -63,7 +65,8 @@ def maximise(
 
     start: Floats = np.concatenate([p.detach().numpy().ravel() for _, p in parameters])
     options: dict[str, Any] = {
-        "maxiter": iterations, "maxfun": 2 * iterations, "ftol": change, "gtol": gradient, "maxcor": memory,
+        "maxiter": iterations, "maxfun": 2 * iterations, "ftol": change, "gtol": gradient,
+        "maxcor": memory,
     }  # fmt: skip
     with exactly():
         result = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)  # type: ignore[call-overload]
@@ -74,7 +77,8 @@ def maximise(
 
 @contextmanager
 def exactly() -> Iterator[None]:
-    """Without conjugate gradients and random probes, on one thread: the same sums on any machine."""
+    """Without conjugate gradients and random probes, on one thread: the same sums on any
+    machine."""
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
@@ -115,7 +119,8 @@ def _bounds(
 @contextmanager
 def one_core() -> Iterator[None]:
     """Also faster here: small matrices and a second thread that waits do not go together."""
-    import scipy.linalg  # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+    # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+    import scipy.linalg
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1, user_api="blas"):

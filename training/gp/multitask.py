@@ -54,9 +54,11 @@ def _rational_quadratic(predictors: int) -> RQKernel:
 
 
 class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch publishes no types
-    """Outputs y (n x m) at x (n x d), both standardised, in float64: zero mean, covariance B (x) K + D (x) I.
+    """Outputs y (n x m) at x (n x d), both standardised, in float64: zero mean, covariance B (x) K
+    + D (x) I.
 
-    K is that of `kernel`, B = W W' + diag(kappa) an `IndexKernel` of `rank` columns, D the noise of each output.
+    K is that of `kernel`, B = W W' + diag(kappa) an `IndexKernel` of `rank` columns, D the noise of
+    each output.
     """
 
     def __init__(self, x: Floats, y: Floats, kernel: Kernel, rank: int) -> None:

@@ -16,12 +16,13 @@ _CHUNK = 4096
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """m outputs given their measurements, through the r rows `pivots` (r x d) that carry the kernel's factor; the rest
-    of the rows adds less than the factor's tolerance.
+    """m outputs given their measurements, through the r rows `pivots` (r x d) that carry the
+    kernel's factor; the rest of the rows adds less than the factor's tolerance.
 
-    With features h = k(x, pivots) `projection` (r x r), the mean is h `weights` (r x m); independent outputs have the
-    variances `s` (p,) times that of the input where nothing is known and h^2 `remaining` (r x p) within the features,
-    and `mixing` (p x m) takes them to the measured ones. `noise` (m,) are the variances of one measurement.
+    With features h = k(x, pivots) `projection` (r x r), the mean is h `weights` (r x m);
+    independent outputs have the variances `s` (p,) times that of the input where nothing is known
+    and h^2 `remaining` (r x p) within the features, and `mixing` (p x m) takes them to the measured
+    ones. `noise` (m,) are the variances of one measurement.
     """
 
     pivots: Floats
@@ -51,14 +52,16 @@ class Posterior:
         h = covariance.matrix(z, self.pivots) @ self.projection
         mean = h @ self.weights
         h *= h
-        # a sum of positive terms: k(x, x) - k(x, X) (...) k(X, x) would lose its digits where the noise is small
+        # a sum of positive terms: k(x, x) - k(x, X) (...) k(X, x) would lose its digits where the
+        # noise is small
         unknown = np.maximum(covariance.variances(z)[:, None] - h.sum(axis=1, keepdims=True), 0.0)
         latent = (unknown * self.s + h @ self.remaining) @ self.mixing**2
         return mean, np.sqrt(latent + self.noise)
 
 
 def posterior(covariance: Covariance, z: Floats, y: Floats, b: Floats, noise: Floats) -> Posterior:
-    """Given y (n x m) at z (n x d), with B (m x m) and the noise's variances (m,); only solves, tunes nothing."""
+    """Given y (n x m) at z (n x d), with B (m x m) and the noise's variances (m,); only solves,
+    tunes nothing."""
     from scipy.linalg import solve_triangular
 
     k = covariance.matrix(z, z)

@@ -30,16 +30,19 @@ _COLUMNS = {
 _MASS = "bullet_mass"
 _AGAIN = "of campaign.toml (one that is stored already goes in under another name)"
 _WHERE = {
-    "impactor_mass_kg": f"give mass_kg in [bench.hammer] {_AGAIN}, or ask with a predictor bullet_mass",
+    "impactor_mass_kg": f"give mass_kg in [bench.hammer] "
+    f"{_AGAIN}, or ask with a predictor bullet_mass",
     "plate_thickness_m": f"give material and thickness_m in [bench.plate] {_AGAIN}",
 }
 
 
 class Analytic(ContactModel):
-    """A law of contact by name, and of restitution where it loses energy (None: Zener's). It learns nothing.
+    """A law of contact by name, and of restitution where it loses energy (None: Zener's). It learns
+    nothing.
 
-    The target is the first layer hit; insulator and boundary conditions have no part in these laws. Raises
-    `LookupError` for a law there is none of, `ValueError` for a restitution of a law without loss.
+    The target is the first layer hit; insulator and boundary conditions have no part in these laws.
+    Raises `LookupError` for a law there is none of, `ValueError` for a restitution of a law without
+    loss.
     """
 
     kind: ClassVar[str] = "analytic"
@@ -49,18 +52,21 @@ class Analytic(ContactModel):
         self.restitution = restitution
         contact_law(law, restitution)
 
-    def fit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:  # noqa: ARG002 - nothing is left to chance
+    # noqa: ARG002 - nothing is left to chance
+    def fit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         """Keeps the predictors, so as to refuse others later, and nothing else of the pulses."""
         self.predictors_ = spelled(pulses.predictors)
         return self
 
     def predict(self, inputs: Inputs) -> ContactPrediction:
-        """No spread. Raises `ValueError` also where the law needs a mass or a thickness that is not known."""
+        """No spread. Raises `ValueError` also where the law needs a mass or a thickness that is not
+        known."""
         pulse = self.pulse(inputs)
         return ContactPrediction(pulse.force_n(POINTS), pulse.contact_time_s, None, None)
 
     def pulse(self, inputs: Inputs) -> ContactPulse:
-        """The law's own pulse: at any phase, and with the restitution it took. Raises as `predict` does."""
+        """The law's own pulse: at any phase, and with the restitution it took. Raises as `predict`
+        does."""
         check_same_predictors(inputs, self._fitted())
         try:
             return contact_law(self.law, self.restitution)(bodies(inputs))
@@ -88,7 +94,8 @@ class Analytic(ContactModel):
 def bodies(inputs: Inputs) -> Bodies:
     """The bodies of n impacts; a bullet's mass is the predictor `bullet_mass` where there is one.
 
-    Raises `LookupError` for predictors that are missing, `ValueError` for values that are unphysical.
+    Raises `LookupError` for predictors that are missing, `ValueError` for values that are
+    unphysical.
     """
     varied = any(predictor.name == _MASS for predictor in inputs.predictors)
     mass = inputs.column(_MASS) if varied else inputs.impactor_mass_kg

@@ -25,13 +25,16 @@ from ..estimators.base import Arrays, Estimator, FitReport
 
 @dataclass(frozen=True, eq=False)
 class ContactPrediction:
-    """Pulses of n impacts: force (n x 20) at equidistant points of the contact, ends included, and contact time (n,).
+    """Pulses of n impacts: force (n x 20) at equidistant points of the contact, ends included, and
+    contact time (n,).
 
-    The spreads are standard deviations of a new measurement (not of its mean); None where a law of physics gives none.
-    The 90 % band is the mean plus and minus 1.645 spreads. `log_correlation` (n,) is that of the logarithms of peak
-    force and contact time; None for a model that does not know it. `log_spread` (n x 2) are standard deviations of the
-    logarithms of peak force and contact time of a random pulse, calibrated by configuration; None where they follow
-    from the spreads. No random pulse has an impulse above `impulse_allowance` times two momenta of the impactor.
+    The spreads are standard deviations of a new measurement (not of its mean); None where a law of
+    physics gives none. The 90 % band is the mean plus and minus 1.645 spreads. `log_correlation`
+    (n,) is that of the logarithms of peak force and contact time; None for a model that does not
+    know it. `log_spread` (n x 2) are standard deviations of the logarithms of peak force and
+    contact time of a random pulse, calibrated by configuration; None where they follow from the
+    spreads. No random pulse has an impulse above `impulse_allowance` times two momenta of the
+    impactor.
     """
 
     force_n: Floats
@@ -44,7 +47,8 @@ class ContactPrediction:
 
 
 class ContactModel(ABC):
-    """Force and contact time of impacts. The constructor keeps settings; what `fit` learns ends in `_`."""
+    """Force and contact time of impacts. The constructor keeps settings; what `fit` learns ends in
+    `_`."""
 
     #: Under which it is written and found again, unique in `models`.
     kind: ClassVar[str]
@@ -55,15 +59,17 @@ class ContactModel(ABC):
 
     @abstractmethod
     def predict(self, inputs: Inputs) -> ContactPrediction:
-        """Pulses of impacts. Raises `NotFittedError` before `fit`, `ValueError` for other predictors than learned."""
+        """Pulses of impacts. Raises `NotFittedError` before `fit`, `ValueError` for other
+        predictors than learned."""
 
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
-        """A new one, learned from other pulses with what this one tuned kept; cheap where it can be."""
+        """A new one, learned from other pulses with what this one tuned kept; cheap where it can
+        be."""
         return type(self)(**self.settings()).fit(pulses, rng)
 
     def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
-        """A new one, learned and tuned from other pulses: it knows nothing of those left out, but for what only a long
-        search finds (`Estimator.relearn`)."""
+        """A new one, learned and tuned from other pulses: it knows nothing of those left out, but
+        for what only a long search finds (`Estimator.relearn`)."""
         return self.refit(pulses, rng)
 
     def fit_report(self) -> FitReport:
@@ -72,7 +78,8 @@ class ContactModel(ABC):
 
     @abstractmethod
     def settings(self) -> dict[str, Any]:
-        """The constructor's arguments as JSON holds them; an inner part is {"kind": ..., "settings": ...}."""
+        """The constructor's arguments as JSON holds them; an inner part is {"kind": ...,
+        "settings": ...}."""
 
     @abstractmethod
     def arrays(self) -> Arrays:
@@ -91,7 +98,8 @@ def spelled(predictors: tuple[Predictor, ...]) -> Texts:
 
 
 def check_same_predictors(inputs: Inputs, learned: Texts) -> None:
-    """Raises `ValueError` for other predictors than learned, by name, and for values that are not finite."""
+    """Raises `ValueError` for other predictors than learned, by name, and for values that are not
+    finite."""
     given = spelled(inputs.predictors)
     if not np.array_equal(given, learned):
         other = sorted(set(given.tolist()) ^ set(learned.tolist())) or ["their order"]
@@ -106,12 +114,14 @@ def check_finite(inputs: Inputs) -> None:
         name = inputs.predictors[columns[0]].name
         value = inputs.x[rows[0], columns[0]]
         raise ValueError(
-            f"predictor {name!r} is {value} in row {rows[0]}: every predictor must be a finite number"
+            f"predictor {name!r} is {value} in row {rows[0]}: every predictor "
+            f"must be a finite number"
         )
 
 
 def momentum(inputs: Inputs) -> Floats:
-    """The impactor's mass times its velocity (n,), kg m/s; the mass is a predictor (`bullet_mass`) or the bench's.
+    """The impactor's mass times its velocity (n,), kg m/s; the mass is a predictor (`bullet_mass`)
+    or the bench's.
 
     Raises `ValueError` where either is unknown or not positive.
     """
@@ -120,13 +130,15 @@ def momentum(inputs: Inputs) -> Floats:
     if not np.all(mass > 0):
         row = int(np.flatnonzero(~(mass > 0))[0])
         raise ValueError(
-            f"the impactor's mass is {mass[row]} kg in row {row}: give it in campaign.toml, [bench.hammer] mass_kg"
+            f"the impactor's mass is {mass[row]} kg in row {row}: give it in "
+            f"campaign.toml, [bench.hammer] mass_kg"
         )
     velocity = inputs.column("impact_velocity")
     if not np.all(velocity > 0):
         row = int(np.flatnonzero(~(velocity > 0))[0])
         raise ValueError(
-            f"predictor 'impact_velocity' is {velocity[row]} m/s in row {row}: an impact needs more than 0"
+            f"predictor 'impact_velocity' is {velocity[row]} m/s in row "
+            f"{row}: an impact needs more than 0"
         )
     return np.asarray(mass * velocity)
 
@@ -146,13 +158,15 @@ def impulse(force_n: Floats, contact_time_s: Floats) -> Floats:
 
 
 def positive_times(time: Floats, shortest: float) -> Floats:
-    """A regression may say zero or less; a contact lasts at least a tenth of the shortest one learned."""
+    """A regression may say zero or less; a contact lasts at least a tenth of the shortest one
+    learned."""
     return np.maximum(time, 0.1 * shortest)
 
 
 def positive_pulses(force_n: Floats, faintest: float) -> Floats:
-    """Pulses whose mean force is not at least a thousandth of the faintest one learned are cut off at zero, and
-    raised to it at their inner points: they push, if hardly. All others stay as the regression gave them.
+    """Pulses whose mean force is not at least a thousandth of the faintest one learned are cut off
+    at zero, and raised to it at their inner points: they push, if hardly. All others stay as the
+    regression gave them.
     """
     least = 1e-3 * faintest
     raised = np.maximum(force_n, 0.0)
@@ -166,7 +180,8 @@ def faintest_mean_force(pulses: PulseTable) -> float:
     if not np.all(mean > 0):
         row = int(np.flatnonzero(~(mean > 0))[0])
         raise ValueError(
-            f"pulse {pulses.key[row]} has a mean force of {mean[row]:g} N: it cannot be learned from"
+            f"pulse {pulses.key[row]} has a mean force of {mean[row]:g} N: it "
+            f"cannot be learned from"
         )
     return float(mean.min())
 
@@ -180,7 +195,8 @@ def own(part: _P) -> _P:
 
 
 def prefixed(prefix: str, arrays: Arrays) -> Arrays:
-    """Arrays of a part of a model, by names that begin with the part's: the inverse of `restored`."""
+    """Arrays of a part of a model, by names that begin with the part's: the inverse of
+    `restored`."""
     return {f"{prefix}.{name}": array for name, array in arrays.items()}
 
 
@@ -203,8 +219,9 @@ def get_array(arrays: Arrays, name: str, kind: str) -> Any:
 
 
 def residual_correlation(residual: Floats) -> Floats:
-    """Correlation m x m of one measurement's deviations (n x m): regressions give each output's spread alone, yet
-    the deviations of one pulse go together. Outputs that never deviate are correlated with none.
+    """Correlation m x m of one measurement's deviations (n x m): regressions give each output's
+    spread alone, yet the deviations of one pulse go together. Outputs that never deviate are
+    correlated with none.
     """
     centred = residual - residual.mean(axis=0)
     width = np.sqrt((centred * centred).mean(axis=0))
@@ -215,8 +232,8 @@ def residual_correlation(residual: Floats) -> Floats:
 
 
 def propagate_spread(jacobian: Floats, spread: Floats, correlation: Floats) -> Floats:
-    """Standard deviations (n x p) of p functions with derivatives `jacobian` (n x p x m) of m outputs that have the
-    standard deviations `spread` (n x m) and the correlation m x m.
+    """Standard deviations (n x p) of p functions with derivatives `jacobian` (n x p x m) of m
+    outputs that have the standard deviations `spread` (n x m) and the correlation m x m.
     """
     parts = jacobian * spread[:, None, :]
     variance = np.einsum("npm,npm->np", parts @ correlation, parts)
@@ -224,8 +241,8 @@ def propagate_spread(jacobian: Floats, spread: Floats, correlation: Floats) -> F
 
 
 def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, output: int) -> Floats:
-    """Correlation (n,) of a function with derivatives `jacobian` (n x m), as in `propagate_spread`, with an output;
-    0 where either has no spread."""
+    """Correlation (n,) of a function with derivatives `jacobian` (n x m), as in `propagate_spread`,
+    with an output; 0 where either has no spread."""
     parts = jacobian * spread
     variance = np.einsum("nm,nm->n", parts @ correlation, parts)
     together = parts @ correlation[:, output]

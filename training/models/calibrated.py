@@ -2,7 +2,8 @@
 
 Where a model errs more than it says: its deviations over its spreads, averaged over impacts alike.
 
-A model has one noise level, a bench has not: bare metal on metal scatters more than a tip on an insulator.
+A model has one noise level, a bench has not: bare metal on metal scatters more than a tip on an
+insulator.
 """
 
 from __future__ import annotations
@@ -37,8 +38,9 @@ REACHES = (0.35, 0.7, 1.4, 2.8, np.inf)
 
 
 class Difficulty:
-    """Deviation over spread as a function of the predictors: the root of the mean of its squares (n,) over the rows x
-    (n x d), weighted by exp(-distance^2 / (2 reach^2)) in standardised predictors.
+    """Deviation over spread as a function of the predictors: the root of the mean of its squares
+    (n,) over the rows x (n x d), weighted by exp(-distance^2 / (2 reach^2)) in standardised
+    predictors.
 
     Far from all rows it is that of the nearest.
     """
@@ -85,14 +87,16 @@ _ROUND_OFF = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class UnseenDeviations:
-    """Of n pulses that a model was asked for without their configurations: `ratio` (n x 3) are the deviations of ln
-    peak force, ln contact time and ln impulse over the spreads stated for them; `configuration` (n,)."""
+    """Of n pulses that a model was asked for without their configurations: `ratio` (n x 3) are the
+    deviations of ln peak force, ln contact time and ln impulse over the spreads stated for them;
+    `configuration` (n,)."""
 
     configuration: Texts
     ratio: Floats
 
     def factors(self) -> Floats:
-        """What the spreads (3,) are multiplied by, so that the 90 % bands hold on configurations like these."""
+        """What the spreads (3,) are multiplied by, so that the 90 % bands hold on configurations
+        like these."""
         columns = [
             grouped_quantile(column, self.configuration, COVERAGE) for column in self.ratio.T
         ]
@@ -105,12 +109,14 @@ class UnseenDeviations:
 
 
 def grouped_quantile(scores: Floats, groups: Texts, level: float) -> float:
-    """The score that a pulse of a further group does not exceed with probability `level`; scores (n,), groups (n,).
+    """The score that a pulse of a further group does not exceed with probability `level`; scores
+    (n,), groups (n,).
 
-    Every group weighs the same, shared by its scores (pooled distributions: Dunn, Wasserman and Ramdas, J. Am. Stat.
-    Assoc. 118 (2023) 2491). The weight at infinity that makes the coverage of split conformal bands exact (Lee, Barber
-    and Willett, arXiv 2306.06342) is left out: cross-validated scores are those of models that learned from fewer
-    groups, and too large already.
+    Every group weighs the same, shared by its scores (pooled distributions: Dunn, Wasserman and
+    Ramdas, J. Am. Stat. Assoc. 118 (2023) 2491). The weight at infinity that makes the coverage of
+    split conformal bands exact (Lee, Barber and Willett, arXiv 2306.06342) is left out:
+    cross-validated scores are those of models that learned from fewer groups, and too large
+    already.
     """
     _, member, sizes = np.unique(groups, return_inverse=True, return_counts=True)
     order = np.argsort(scores)
@@ -119,20 +125,22 @@ def grouped_quantile(scores: Floats, groups: Texts, level: float) -> float:
 
 
 class Calibrated(ContactModel):
-    """The model fitted to all pulses, its spreads scaled by what it deviates from pulses it has not seen.
+    """The model fitted to all pulses, its spreads scaled by what it deviates from pulses it has not
+    seen.
 
-    Those are `folds`-fold cross-validation's, which leaves out whole configurations. The model is learned and tuned
-    anew each time (`relearn`): one that was tuned on all pulses errs less on those left out. Deviations over spreads,
-    averaged over impacts alike (`Difficulty`), say where the spread is too narrow; a conformal quantile for the points
-    of the force and one for contact time, pooled over folds, then makes the band hold 90 % (normalised conformal
-    prediction: Papadopoulos, Vovk and Gammerman 2011, J. Artif. Intell. Res. 40; across folds: Vovk 2015, and CV+ of
-    Barber et al. 2021, Ann. Stat. 49). A model without spreads gets those of its deviations: of each point over the
-    pulse's peak, of the contact time over itself.
+    Those are `folds`-fold cross-validation's, which leaves out whole configurations. The model is
+    learned and tuned anew each time (`relearn`): one that was tuned on all pulses errs less on
+    those left out. Deviations over spreads, averaged over impacts alike (`Difficulty`), say where
+    the spread is too narrow; a conformal quantile for the points of the force and one for contact
+    time, pooled over folds, then makes the band hold 90 % (normalised conformal prediction:
+    Papadopoulos, Vovk and Gammerman 2011, J. Artif. Intell. Res. 40; across folds: Vovk 2015, and
+    CV+ of Barber et al. 2021, Ann. Stat. 49). A model without spreads gets those of its deviations:
+    of each point over the pulse's peak, of the contact time over itself.
 
-    Random pulses have spreads of their own, for the peak, the contact time and the impulse: a quantile of each over
-    configurations (`grouped_quantile`). A model that is refitted without some configurations leaves their deviations
-    out of these, so that its bands were calibrated on other configurations than it is judged by. No contact time has
-    a spread below that of a sample.
+    Random pulses have spreads of their own, for the peak, the contact time and the impulse: a
+    quantile of each over configurations (`grouped_quantile`). A model that is refitted without some
+    configurations leaves their deviations out of these, so that its bands were calibrated on other
+    configurations than it is judged by. No contact time has a spread below that of a sample.
     """
 
     kind = "calibrated"
@@ -142,14 +150,16 @@ class Calibrated(ContactModel):
         self.folds = folds
 
     model_: ContactModel | None = None
-    #: What force and contact time spreads are multiplied by, after `difficulty_`, one for each: (2,).
+    #: What force and contact time spreads are multiplied by, after `difficulty_`, one for each:
+    #: (2,).
     factors_: Floats
     #: Spreads for a model without: 20 points over the peak, and contact time over itself (21,).
     relative_: Floats
     difficulty_: tuple[Difficulty, ...]
     #: None where older software calibrated: then random pulses have the spreads of the points.
     unseen_: UnseenDeviations | None = None
-    #: Spread of the impulse over what peak force and contact time would give it, as older software calibrated it.
+    #: Spread of the impulse over what peak force and contact time would give it, as older software
+    #: calibrated it.
     impulse_: float | None = None
     #: The greatest learned impulse over two momenta of the impactor, and some more; at least 1.
     impulse_allowance_: float = 1.0
@@ -195,7 +205,8 @@ class Calibrated(ContactModel):
         return self._calibrated_for(pulses, self._learned().relearn(pulses, rng))
 
     def _calibrated_for(self, pulses: PulseTable, model: ContactModel) -> Self:
-        """Another model with these bands, but for the configurations that are not among the pulses."""
+        """Another model with these bands, but for the configurations that are not among the
+        pulses."""
         new = type(self)(self.model, self.folds)
         new.model_ = model
         new.relative_, new.factors_, new.difficulty_ = (
@@ -230,7 +241,8 @@ class Calibrated(ContactModel):
         )
 
     def _scaled(self, prediction: ContactPrediction, difficulty: Floats) -> ContactPrediction:
-        """With the spreads of points and contact times times the factors and a difficulty (n x 2)."""
+        """With the spreads of points and contact times times the factors and a difficulty (n x
+        2)."""
         force, time = self._spreads(prediction)
         factors = self.factors_ * difficulty
         time = np.maximum(factors[:, 1] * time, self._least_time_spread(prediction))
@@ -319,7 +331,8 @@ def _left_out(
 
 
 def _ratios(unseen: ContactPrediction, pulses: PulseTable) -> Floats:
-    """(n x 3) of `UnseenDeviations`: the impulse's over what peak and contact time give it apart from each other."""
+    """(n x 3) of `UnseenDeviations`: the impulse's over what peak and contact time give it apart
+    from each other."""
     mean = mean_pulses(unseen)
     predicted = np.column_stack([mean.peak_force_n, mean.contact_time_s, mean.impulse_n_s])
     measured = np.column_stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s])
@@ -331,9 +344,9 @@ def _ratios(unseen: ContactPrediction, pulses: PulseTable) -> Floats:
 def _with_log_spreads(
     prediction: ContactPrediction, factors: Floats, least_time: Floats
 ) -> ContactPrediction:
-    """With the spreads of ln peak and ln contact time, and the correlation that gives the impulse its own, all times
-    `factors` (3,), that of the time at least `least_time` (n,). Where no correlation makes the impulse spread so far,
-    peak and time spread further."""
+    """With the spreads of ln peak and ln contact time, and the correlation that gives the impulse
+    its own, all times `factors` (3,), that of the time at least `least_time` (n,). Where no
+    correlation makes the impulse spread so far, peak and time spread further."""
     spread = np.maximum(log_spreads(prediction), _ROUND_OFF)
     of_impulse = factors[2] * np.hypot(*spread.T)
     spread = np.column_stack(
@@ -346,8 +359,8 @@ def _with_log_spreads(
 
 
 def _log_correlation(impulse: Floats, force: Floats, time: Floats) -> Floats:
-    """That (n,) with which the log impulse has a spread (n,): of a^2 + b^2 + 2 r a b, a and b the spreads (n,) of the
-    logarithms of peak force and contact time."""
+    """That (n,) with which the log impulse has a spread (n,): of a^2 + b^2 + 2 r a b, a and b the
+    spreads (n,) of the logarithms of peak force and contact time."""
     both, apart = 2 * force * time, force**2 + time**2
     # Where one of them hardly spreads, the quotient is beyond any bound, and only its sign counts.
     scaled = both > 1e-12 * apart
@@ -366,15 +379,17 @@ def _peak(prediction: ContactPrediction) -> Floats:
 
 
 def _least_time_spread(pulses: PulseTable) -> float:
-    """s; 0 where no sampling period is known. The longest period counts: the model may be asked for any record."""
+    """s; 0 where no sampling period is known. The longest period counts: the model may be asked for
+    any record."""
     if pulses.sample_s is None or not np.isfinite(pulses.sample_s).any():
         return 0.0
     return float(np.nanmax(pulses.sample_s)) * _OF_A_SAMPLE
 
 
 def _impulse_allowance(pulses: PulseTable) -> float:
-    """1 where no learned impulse exceeds two momenta: a hand that pushes and a velocity that is read too low give more,
-    and a band that ended there would not hold them. 1 where the mass is not known."""
+    """1 where no learned impulse exceeds two momenta: a hand that pushes and a velocity that is
+    read too low give more, and a band that ended there would not hold them. 1 where the mass is not
+    known."""
     try:
         largest = float(np.max(pulses.impulse_n_s / (2 * momentum(pulses))))
     except (ValueError, LookupError):
@@ -387,8 +402,9 @@ def _root_mean_square(deviation: Floats) -> Floats:
 
 
 def _over(deviation: Floats, spread: Floats) -> Floats:
-    """A model may be sure of a value, with no spread: then a billionth of the largest spread, not of none. A deviation
-    counts as a millionth of the spread at least: values that are all the same are met exactly, and have a logarithm."""
+    """A model may be sure of a value, with no spread: then a billionth of the largest spread, not
+    of none. A deviation counts as a millionth of the spread at least: values that are all the same
+    are met exactly, and have a logarithm."""
     return np.asarray(np.maximum(np.abs(deviation) / np.maximum(spread, 1e-9 * spread.max()), 1e-6))
 
 

@@ -19,8 +19,9 @@ Budget = Literal["reduced", "full"]
 class BuildOptions:
     """What may differ from training to training. `budget` is the genetic search's.
 
-    `tuned_time` are settings of the contact-time process that were found already; None lets the model search.
-    `journal` is where a search keeps what it has done, `tell` hears of it, `executor` does it; none changes a model.
+    `tuned_time` are settings of the contact-time process that were found already; None lets the
+    model search. `journal` is where a search keeps what it has done, `tell` hears of it, `executor`
+    does it; none changes a model.
     """
 
     budget: Budget = "reduced"
@@ -34,8 +35,8 @@ class BuildOptions:
 class ModelSpec:
     """A model that `train` knows by name.
 
-    `shares_time` models take the contact-time process that was searched once for all. One that `searches` has an
-    executor of its own for it.
+    `shares_time` models take the contact-time process that was searched once for all. One that
+    `searches` has an executor of its own for it.
     """
 
     make: Callable[[BuildOptions], ContactModel]
@@ -51,7 +52,8 @@ def entry_of(name: str) -> ModelSpec:
 
 
 def models_of(names: str) -> list[str]:
-    """Names from a comma list, or of "all". Raises `LookupError` for an unknown one, `ValueError` for none."""
+    """Names from a comma list, or of "all". Raises `LookupError` for an unknown one, `ValueError`
+    for none."""
     if names.strip() == "all":
         return list(MODEL_SPECS)
     chosen = list(dict.fromkeys(name.strip() for name in names.split(",") if name.strip()))
@@ -89,7 +91,8 @@ def _twice(kind: str) -> ModelSpec:
 
 
 def _with_time_process(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
-    """A force model beside the contact-time process of section 4.4; `scaling` as in `models.pair.SCALINGS`."""
+    """A force model beside the contact-time process of section 4.4; `scaling` as in
+    `models.pair.SCALINGS`."""
     return ModelSpec(
         lambda making: _beside_time_process(_built(kind, **settings), making, scaling),
         shares_time=True,
@@ -132,8 +135,9 @@ MODEL_SPECS: dict[str, ModelSpec] = {
     "kernel-ridge": _twice("kernel-ridge"),
     "svr": _twice("svr"),
     "svr-kernel": _twice("svr-kernel"),
-    # A process has one noise level for all pulses, so it learns force in a unit that makes their noise alike; the
-    # thesis's other families learn newtons, as there, and do without the impactor's mass.
+    # A process has one noise level for all pulses, so it learns force in a unit that makes their
+    # noise alike; the thesis's other families learn newtons, as there, and do without the
+    # impactor's mass.
     "coregional-gp": _with_time_process("coregional", "momentum"),
     "gp": _with_time_process("single-outputs", "momentum"),
     "hybrid": _calibrated_spec("hybrid"),

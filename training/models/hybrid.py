@@ -2,9 +2,10 @@
 
 What the hybrid learns: how a pulse differs from a physical one, in numbers that may take any value.
 
-Glossary: q(s) = sqrt(F(s) tau / P) root of the shape over the phase s in [0, 1], so that q^2 integrates to 1; tau
-contact time; P impulse, its share of the bound g / (1 + g) with log g the logit. Outputs (n x 20): log tau less the
-base's, the logit, and q at the inner points less the base's.
+Glossary: q(s) = sqrt(F(s) tau / P) root of the shape over the phase s in [0, 1], so that q^2
+integrates to 1; tau contact time; P impulse, its share of the bound g / (1 + g) with log g the
+logit. Outputs (n x 20): log tau less the base's, the logit, and q at the inner points less the
+base's.
 """
 
 from __future__ import annotations
@@ -85,7 +86,8 @@ def measured_outputs(pulses: PulseTable, base: ResidualPulse) -> Floats:
 
 
 def pulses_of(outputs: Floats, base: ResidualPulse) -> ResidualPulse:
-    """The pulses of outputs (n x 20). Where a root would be negative everywhere, the base's shape stands."""
+    """The pulses of outputs (n x 20). Where a root would be negative everywhere, the base's shape
+    stands."""
     root = np.zeros_like(base.root)
     root[:, _INNER] = np.maximum(base.root[:, _INNER] + outputs[:, 2:], 0.0)
     flat = (root**2) @ WEIGHTS < 1e-6
@@ -105,9 +107,11 @@ def end_noise(pulses: PulseTable) -> Floats:
 def spreads_of(
     pulse: ResidualPulse, spread: Floats, correlation: Floats, ends: Floats
 ) -> tuple[Floats, Floats]:
-    """Standard deviations of force (n x 20) and contact time (n,) from those of the outputs (n x 20).
+    """Standard deviations of force (n x 20) and contact time (n,) from those of the outputs (n x
+    20).
 
-    To first order, and the second where the first vanishes: q^2 has the variance 4 q^2 v + 2 v^2, v that of q.
+    To first order, and the second where the first vanishes: q^2 has the variance 4 q^2 v + 2 v^2, v
+    that of q.
     """
     force = propagate_spread(_jacobian(pulse), spread, correlation)
     square = (pulse.root**2) @ WEIGHTS
@@ -125,7 +129,8 @@ def log_correlation(pulse: ResidualPulse, spread: Floats, correlation: Floats) -
 
 
 def _jacobian(pulse: ResidualPulse) -> Floats:
-    """dF_i by the outputs (n x 20 x 20), with F_i = bound share q_i^2 / (tau Q) and Q the integral of q^2."""
+    """dF_i by the outputs (n x 20 x 20), with F_i = bound share q_i^2 / (tau Q) and Q the integral
+    of q^2."""
     force = pulse.force_n
     square = ((pulse.root**2) @ WEIGHTS)[:, None]
     jacobian = np.empty((len(force), POINTS, POINTS))
@@ -139,14 +144,16 @@ def _jacobian(pulse: ResidualPulse) -> Floats:
 
 
 class Hybrid(ContactModel):
-    """One coupled regression (as `SinglePass`'s) of what is left of `base`: of log contact time, of the logit of the
-    impulse's share of its bound, and of the root of the pulse's shape at 18 inner points (see `residual`).
+    """One coupled regression (as `SinglePass`'s) of what is left of `base`: of log contact time, of
+    the logit of the impulse's share of its bound, and of the root of the pulse's shape at 18 inner
+    points (see `residual`).
 
-    Whatever the regression says: force is never negative and zero at both ends, the contact time is positive, and the
-    impulse stays below 2 m u `allowance_`. Of one body of mass m that bounces off at rest at most, it would stay below
-    2 m u; measured ones do not always: a hand pushes behind a hammer, and the velocity, integrated from an acceleration
-    over the contact alone, takes the target to be at rest. `allowance_` is the greatest impulse learned from over 2 m u
-    with a margin of 5 %, and at least 1. 90 % bands may reach below zero: they are not cut off here.
+    Whatever the regression says: force is never negative and zero at both ends, the contact time is
+    positive, and the impulse stays below 2 m u `allowance_`. Of one body of mass m that bounces off
+    at rest at most, it would stay below 2 m u; measured ones do not always: a hand pushes behind a
+    hammer, and the velocity, integrated from an acceleration over the contact alone, takes the
+    target to be at rest. `allowance_` is the greatest impulse learned from over 2 m u with a margin
+    of 5 %, and at least 1. 90 % bands may reach below zero: they are not cut off here.
     """
 
     kind = "hybrid"

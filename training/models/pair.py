@@ -29,9 +29,9 @@ from .serialization import describe
 #: Force (N) that counts as one (n,), given the inputs and the contact time predicted for them (n,).
 Scaling = Callable[[Inputs, Floats], Floats]
 
-#: "none" is the thesis's. With "momentum" the unit is the mean force that stops the impactor within the predicted
-#: contact: soft tips push for 3 ms with 250 N, hard ones for 0.2 ms with 9 kN, and one noise level in newtons drowns
-#: the soft.
+#: "none" is the thesis's. With "momentum" the unit is the mean force that stops the impactor within
+#: the predicted contact: soft tips push for 3 ms with 250 N, hard ones for 0.2 ms with 9 kN, and
+#: one noise level in newtons drowns the soft.
 SCALINGS: dict[str, Scaling] = {
     "none": lambda inputs, time: np.ones(len(inputs)),  # noqa: ARG005
     "momentum": lambda inputs, time: momentum(inputs) / time,
@@ -41,8 +41,9 @@ SCALINGS: dict[str, Scaling] = {
 class Pair(ContactModel):
     """One regression for 20 points of force, one for contact time; each sees the predictors only.
 
-    The scale is a function of what is known before the impact, so spreads pass through it as they are. A pulse pushes:
-    where regressions say otherwise, `positive_times` and `positive_pulses` tell what is put in place.
+    The scale is a function of what is known before the impact, so spreads pass through it as they
+    are. A pulse pushes: where regressions say otherwise, `positive_times` and `positive_pulses`
+    tell what is put in place.
     """
 
     kind = "pair"

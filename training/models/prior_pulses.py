@@ -24,7 +24,8 @@ _NO_LAYER = "none"
 
 
 def prior_contact(pulses: PulseTable) -> PriorContact:
-    """The contact of which nothing was learned. A bullet's mass is a predictor; without it, a hand holds a hammer."""
+    """The contact of which nothing was learned. A bullet's mass is a predictor; without it, a hand
+    holds a hammer."""
     names = [predictor.name for predictor in pulses.predictors]
     return PriorContact(hand_held="bullet_mass" not in names)
 
@@ -32,7 +33,8 @@ def prior_contact(pulses: PulseTable) -> PriorContact:
 def updated_contact(
     pulses: PulseTable, velocity_kind: str | None = None, plates: PulseTable | None = None
 ) -> PriorContact:
-    """The contact updated by these pulses as a twin without a model updates it, by at most `MOST_PULSES`.
+    """The contact updated by these pulses as a twin without a model updates it, by at most
+    `MOST_PULSES`.
 
     Raises as `prior_pulses`.
     """
@@ -44,8 +46,8 @@ def updated_contact(
 def measured_shots(
     pulses: PulseTable, velocity_kind: str | None = None, plates: PulseTable | None = None
 ) -> MeasuredShots:
-    """What the rows show of the contact, without any acceleration; velocities are of this kind. `plates` as in
-    `settings_of`. Raises as `prior_pulses`."""
+    """What the rows show of the contact, without any acceleration; velocities are of this kind.
+    `plates` as in `settings_of`. Raises as `prior_pulses`."""
     n = len(pulses)
     velocity, uncertainty = velocity_before(pulses, velocity_kind, plates)
     return MeasuredShots(
@@ -72,11 +74,11 @@ def prior_pulses(
     velocity_kind: str | None = None,
     plates: PulseTable | None = None,
 ) -> list[ForcePulses]:
-    """For each draw the contact's pulses of all rows, whose velocities are of this kind (`schema.velocity_kinds`).
-    `plates` as in `settings_of`.
+    """For each draw the contact's pulses of all rows, whose velocities are of this kind
+    (`schema.velocity_kinds`). `plates` as in `settings_of`.
 
-    Raises `LookupError` for predictors that do not tell bodies and materials, `ValueError` for values that are
-    unphysical or not known.
+    Raises `LookupError` for predictors that do not tell bodies and materials, `ValueError` for
+    values that are unphysical or not known.
     """
     strikes = ImpactBatch(
         settings_of(pulses, plates), velocity_before(pulses, velocity_kind, plates)[0]
@@ -92,8 +94,9 @@ def velocity_before(
 ) -> tuple[Floats, Floats]:
     """Velocities before contact and their standard uncertainties, both (n,), m/s.
 
-    One that was integrated to the peak of the force is converted with the pulse that was measured, as a twin reads its
-    shots; of others a dataset states no uncertainty: NaN. Raises as `prior_pulses`.
+    One that was integrated to the peak of the force is converted with the pulse that was measured,
+    as a twin reads its shots; of others a dataset states no uncertainty: NaN. Raises as
+    `prior_pulses`.
     """
     velocity = pulses.column("impact_velocity")
     if velocity_kind != INTEGRATED:
@@ -105,14 +108,15 @@ def velocity_before(
 def settings_of(pulses: PulseTable, plates: PulseTable | None = None) -> list[Setting]:
     """The settings of rows, as far as a contact asks.
 
-    A row tells the material of the first layer hit. Of a plate below an anvil, rows of `plates` (by default, of the
-    same table) without an anvil tell it, where they are of the same campaign and mass of the plate, and agree; else
-    the anvil's material stands for it. Raises as `prior_pulses`.
+    A row tells the material of the first layer hit. Of a plate below an anvil, rows of `plates` (by
+    default, of the same table) without an anvil tell it, where they are of the same campaign and
+    mass of the plate, and agree; else the anvil's material stands for it. Raises as `prior_pulses`.
     """
     struck = bodies(pulses)
     if struck.impactor_mass_kg is None or struck.plate_thickness_m is None:
         raise ValueError(
-            "the impactor's mass or the plate's thickness is not known for every pulse of the dataset"
+            "the impactor's mass or the plate's thickness is not known for "
+            "every pulse of the dataset"
         )
     names = [predictor.name for predictor in pulses.predictors]
     layers = _words(pulses, "insulator") if "insulator" in names else [_NO_LAYER] * len(pulses)
@@ -148,7 +152,8 @@ def _plate_keys(pulses: PulseTable) -> list[tuple[str, float]]:
 
 
 def _bare_plates(pulses: PulseTable) -> dict[tuple[str, float], ElasticMaterial]:
-    """Materials of plates that were struck without an anvil, where a key (`_plate_keys`) has a single one."""
+    """Materials of plates that were struck without an anvil, where a key (`_plate_keys`) has a
+    single one."""
     if all(predictor.name != "anvil_material" for predictor in pulses.predictors):
         return {}
     bare = pulses.take(np.array(_words(pulses, "anvil_material")) == _NO_LAYER)
@@ -189,7 +194,8 @@ def _materials(part: str, names: list[str], target: object) -> list[ElasticMater
 
 
 def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats) -> ForcePulses:
-    """Pulses of normal numbers z (n, 2) about the mean ones, as `RegisteredContact` says; momenta (n,) in N s."""
+    """Pulses of normal numbers z (n, 2) about the mean ones, as `RegisteredContact` says; momenta
+    (n,) in N s."""
     mean = mean_pulses(prediction)
     force_s, time_s = log_spreads(prediction).T
     together = (
@@ -210,8 +216,8 @@ def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats
 
 
 def log_spreads(prediction: ContactPrediction) -> Floats:
-    """Standard deviations (n x 2) of the logarithms of peak force and contact time of a random pulse; 0 where the model
-    states no spread."""
+    """Standard deviations (n x 2) of the logarithms of peak force and contact time of a random
+    pulse; 0 where the model states no spread."""
     if prediction.log_spread is not None:
         return prediction.log_spread
     mean = mean_pulses(prediction)
@@ -226,7 +232,8 @@ def log_spreads(prediction: ContactPrediction) -> Floats:
 
 
 def _logarithmic(spread: Floats | None, mean: Floats) -> Floats:
-    """Deviation (n,) of the logarithm of a log-normal quantity, from the deviation over the mean."""
+    """Deviation (n,) of the logarithm of a log-normal quantity, from the deviation over the
+    mean."""
     return (
         np.zeros(len(mean))
         if spread is None
@@ -235,7 +242,8 @@ def _logarithmic(spread: Floats | None, mean: Floats) -> Floats:
 
 
 def mean_pulses(prediction: ContactPrediction) -> ForcePulses:
-    """The mean pulses. Models force nothing at the ends of contact, where the force is 0 by what contact means."""
+    """The mean pulses. Models force nothing at the ends of contact, where the force is 0 by what
+    contact means."""
     force = np.maximum(prediction.force_n, 0.0)
     force[:, [0, -1]] = 0.0
     share = np.argmax(force, axis=1) / (force.shape[1] - 1)

@@ -1,6 +1,7 @@
 """Models as files: `model.json` says what it is, `arrays.npz` holds what it learned.
 
-Reading runs no code of the file's: kinds come from the list in `kinds`, numbers from npz without pickle.
+Reading runs no code of the file's: kinds come from the list in `kinds`, numbers from npz without
+pickle.
 
 Every kind of model and estimator that may be read back from a file, and where its class stands.
 """
@@ -118,7 +119,8 @@ def unpack(document: dict[str, Any], arrays: Arrays) -> ContactModel:
     try:
         if document["format"] != FORMAT:
             raise ModelFileError(
-                f"a model of format {document['format']!r}, this software reads {FORMAT}: update pyroshock"
+                f"a model of format {document['format']!r}, this software "
+                f"reads {FORMAT}: update pyroshock"
             )
         model = build(document["model"])
         if not isinstance(model, ContactModel):
@@ -133,7 +135,8 @@ def unpack(document: dict[str, Any], arrays: Arrays) -> ContactModel:
 
 
 def write_model(packed: Packed, about: dict[str, Any], folder: Path) -> str:
-    """Both files into `folder`; `about` is kept beside the model. Returns the SHA-256 of `model.json`.
+    """Both files into `folder`; `about` is kept beside the model. Returns the SHA-256 of
+    `model.json`.
 
     `model.json` holds that of `arrays.npz`, so that one digest vouches for both.
     """
@@ -150,7 +153,8 @@ def write_model(packed: Packed, about: dict[str, Any], folder: Path) -> str:
 
 
 def read_model(folder: Path, sha256: str | None = None) -> tuple[ContactModel, dict[str, Any]]:
-    """Model and what was kept beside it. Raises `ModelFileError` for files that are not those written.
+    """Model and what was kept beside it. Raises `ModelFileError` for files that are not those
+    written.
 
     `sha256` is what `write_model` returned, where it is known.
     """

@@ -32,12 +32,14 @@ _MOST = 30.0
 
 
 class SinglePass(ContactModel):
-    """One coupled regression of F tau / (m u) at 20 points and log tau, all near one; F force, tau contact time.
+    """One coupled regression of F tau / (m u) at 20 points and log tau, all near one; F force, tau
+    contact time.
 
-    The default regression is a linear model of coregionalisation: independent Gaussian processes, each with
-    lengthscales of its own, of which every output is a mixture (`RotatedOutputs`). On unseen treatments it errs less
-    than one process with common lengthscales. A pulse that lasts longer pushes less: the
-    correlation of force and time that training leaves over narrows the force's spread.
+    The default regression is a linear model of coregionalisation: independent Gaussian processes,
+    each with lengthscales of its own, of which every output is a mixture (`RotatedOutputs`). On
+    unseen treatments it errs less than one process with common lengthscales. A pulse that lasts
+    longer pushes less: the correlation of force and time that training leaves over narrows the
+    force's spread.
     """
 
     kind = "single-pass"

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-#: Raised by hand when training gives other numbers than before: what was trained earlier is then trained anew.
+#: Raised by hand when training gives other numbers than before: what was trained earlier is then
+#: trained anew.
 TRAINING_VERSION = 3
 
 
@@ -44,7 +45,8 @@ class TrainingTask:
 
     @property
     def rng(self) -> np.random.Generator:
-        """Fresh at each call; independent of the other models, so that each comes out alike alone and among all."""
+        """Fresh at each call; independent of the other models, so that each comes out alike alone
+        and among all."""
         return rng_of(self.model, self.dataset_hash, self.split, self.seed)
 
 

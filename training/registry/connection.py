@@ -1,4 +1,5 @@
-"""The way to MLflow's store: quiet, ready to be used, and without a trace in the process' own settings."""
+"""The way to MLflow's store: quiet, ready to be used, and without a trace in the process' own
+settings."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ _TURN = threading.RLock()
 
 
 def user_environment() -> dict[str, str]:
-    """The process's variables as the user set them: waits while another thread's client has its own store in them."""
+    """The process's variables as the user set them: waits while another thread's client has its own
+    store in them."""
     with _TURN:
         return dict(os.environ)
 
@@ -67,7 +69,8 @@ class Connection:
 
     @contextmanager
     def client(self) -> Iterator[MlflowClient]:
-        """A client of this place's store; MLflow's own settings are as before afterwards, its errors one of ours."""
+        """A client of this place's store; MLflow's own settings are as before afterwards, its
+        errors one of ours."""
         os.environ.update(_QUIET)
         with _TURN, warnings.catch_warnings():
             warnings.simplefilter(
@@ -84,7 +87,8 @@ class Connection:
             logging.getLogger("mlflow.store.db.utils").setLevel(logging.CRITICAL)
             mlflow.set_tracking_uri(self.place.tracking_uri)
             mlflow.set_registry_uri(self.place.tracking_uri)
-            # MLflow writes it into the variable as well, where other threads would take it for the user's.
+            # MLflow writes it into the variable as well, where other threads would take it for the
+            # user's.
             _restore_variable(before)
             try:
                 if self.experiment is None:
@@ -99,8 +103,10 @@ class Connection:
                 if is_transient(error):
                     raise
                 raise RegistryError(
-                    f"model registry {self.place.shown} cannot be read: {_first_line(error)}; restore it from a backup "
-                    "(pyroshock db restore), or move it away and register its files again (pyroshock models recover)"
+                    f"model registry {self.place.shown} cannot be read: "
+                    f"{_first_line(error)}; restore it from a backup "
+                    "(pyroshock db restore), or move it away and register "
+                    "its files again (pyroshock models recover)"
                 ) from error
             finally:
                 mlflow.set_registry_uri(None)
@@ -108,7 +114,8 @@ class Connection:
                 _restore_variable(before)
 
     def _refuse_damaged(self) -> None:
-        """Raise `sqlite3.DatabaseError` for a file that is cut or no database: MLflow tries to open it for minutes."""
+        """Raise `sqlite3.DatabaseError` for a file that is cut or no database: MLflow tries to open
+        it for minutes."""
         if self.place.database is None or self.nothing_there:
             return
         with (
@@ -118,11 +125,13 @@ class Connection:
             connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
 
     def _made_ready(self) -> str:
-        """The experiment; the first call makes MLflow's tables, and two at once would stumble over each other."""
+        """The experiment; the first call makes MLflow's tables, and two at once would stumble over
+        each other."""
         import mlflow
 
         if not self.place.is_server:
-            import mlflow.store.tracking.sqlalchemy_store  # takes a second, for which nobody should wait in turn
+            # takes a second, for which nobody should wait in turn
+            import mlflow.store.tracking.sqlalchemy_store
         with exclusive_lock(self.place, "tables"):
             client = mlflow.MlflowClient()
             experiment = client.get_experiment_by_name(EXPERIMENT)
@@ -141,7 +150,8 @@ def _restore_variable(before: str | None) -> None:
 
 
 def patient(method: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
-    """A method that finds its own traces, called again where the store was lost or another one's lock stood before."""
+    """A method that finds its own traces, called again where the store was lost or another one's
+    lock stood before."""
 
     @wraps(method)
     def called(*args: Asked.args, **kwargs: Asked.kwargs) -> Answer:

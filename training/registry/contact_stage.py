@@ -36,26 +36,30 @@ from ...twin.setting import ElasticMaterial, Setting
 from ..models.prior_pulses import mean_pulses, random_pulses
 from .records import RegisteredModel
 
-#: A model's velocity is at least this share of that before contact, and is looked for between so many velocities.
+#: A model's velocity is at least this share of that before contact, and is looked for between so
+#: many velocities.
 _LEAST_SHARE, _VELOCITIES = 0.1, 9
-#: At most: an integral lacks the target's motion; with the motion added as it likely is, it may have too much.
+#: At most: an integral lacks the target's motion; with the motion added as it likely is, it may
+#: have too much.
 _MOST_SHARE = {INTEGRATED: 1.0, TARGET_MOTION_ADDED: 2.0}
 
 
 @dataclass(frozen=True, eq=False)
 class RegisteredContact:
-    """A model of the registry, asked with settings. `asked` is its predictor set: a shipped one goes by its name.
+    """A model of the registry, asked with settings. `asked` is its predictor set: a shipped one
+    goes by its name.
 
-    `velocity_kind` (`schema.velocity_kinds`) is the kind of velocity that the model learned from. Strikes have the
-    velocity before contact; a model of another kind is asked with the velocity at which its own pulse gives that one
-    (`twin.contact.target_motion`), whose uncertainty is part of every random pulse. `effects` change the model's
-    pulses as they change Hertz' impact.
+    `velocity_kind` (`schema.velocity_kinds`) is the kind of velocity that the model learned from.
+    Strikes have the velocity before contact; a model of another kind is asked with the velocity at
+    which its own pulse gives that one (`twin.contact.target_motion`), whose uncertainty is part of
+    every random pulse. `effects` change the model's pulses as they change Hertz' impact.
 
-    A random pulse is the mean one with log-normal factors of the peak force and of the contact time, with the model's
-    spreads and the correlation of the two; apart from each other for a model that does not know it. No impulse exceeds
-    two momenta of the impactor, or the mean pulse's where a model has learned of more (from a hand that pushes):
-    beyond, energy would be created. Raises `LookupError` for a set that is not shipped and not given, `ValueError` for
-    one that is not the model's, `TypeError` for effects of another stage.
+    A random pulse is the mean one with log-normal factors of the peak force and of the contact
+    time, with the model's spreads and the correlation of the two; apart from each other for a model
+    that does not know it. No impulse exceeds two momenta of the impactor, or the mean pulse's where
+    a model has learned of more (from a hand that pushes): beyond, energy would be created. Raises
+    `LookupError` for a set that is not shipped and not given, `ValueError` for one that is not the
+    model's, `TypeError` for effects of another stage.
     """
 
     registered: RegisteredModel
@@ -94,7 +98,8 @@ class RegisteredContact:
         return self.asked or shipped(self.registered.version.dataset.predictor_set)
 
     def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
-        """Raises `ValueError` where a setting does not tell what a predictor asks for, and for another shape of `z`."""
+        """Raises `ValueError` where a setting does not tell what a predictor asks for, and for
+        another shape of `z`."""
         if z is not None and z.shape != (len(strikes), self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
         prediction = self.registered.model.predict(
@@ -113,7 +118,8 @@ class RegisteredContact:
         return [tuple(map(_out_of_domain, items)) for items in listed]
 
     def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
-        """For each strike, the numbers that lie below or above all that the model has learned from."""
+        """For each strike, the numbers that lie below or above all that the model has learned
+        from."""
         inputs, domain = self.inputs(strikes), self.registered.domain
         listed: list[list[Extrapolation]] = [[] for _ in range(len(strikes))]
         for limit, column in domain.numbers(inputs):
@@ -145,8 +151,9 @@ class RegisteredContact:
     def _model_velocity(self, strikes: ImpactBatch, z: Floats | None) -> Floats:
         """The velocity (n,) of the model's kind at which its mean pulse gives that before contact.
 
-        The model is asked at velocities from a tenth to all of it, or twice, once for each setting; between them what
-        they give before contact, which is nearly proportional, is interpolated in logarithms.
+        The model is asked at velocities from a tenth to all of it, or twice, once for each setting;
+        between them what they give before contact, which is nearly proportional, is interpolated in
+        logarithms.
         """
         wanted = strikes.impact_velocity_m_s
         converted = (
@@ -194,7 +201,8 @@ class RegisteredContact:
 
 
 def case_of(setting: Setting) -> ImpactSource:
-    """A setting in the words of `dataset.sources`; its velocity is not in it, strikes have their own."""
+    """A setting in the words of `dataset.sources`; its velocity is not in it, strikes have their
+    own."""
     numbers = {name: value for name, value in setting.factors.items() if not isinstance(value, str)}
     return ImpactSource(
         words={
@@ -247,7 +255,8 @@ def _value(
         number = read_number(source, case, materials)
         if number is None:
             raise ValueError(
-                f"the model asks for {predictor.name}, which this setting does not tell ({source}){give}"
+                f"the model asks for {predictor.name}, which this setting "
+                f"does not tell ({source}){give}"
             )
         return float(number)
     word = read_word(source, case)

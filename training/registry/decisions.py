@@ -1,14 +1,16 @@
 """Promotions and refusals, each kept as a run of its own, so that it shows beside the trainings.
 
-Decision and alias are two writes, and between them a process may be killed. So the run is made first and left open;
-then the alias moves, stamped with the decision; then the run is closed. An open decision counts where its candidate
-carries the alias with its stamp: wherever a promotion was cut short, it was made, with its reason, or never asked for.
+Decision and alias are two writes, and between them a process may be killed. So the run is made
+first and left open; then the alias moves, stamped with the decision; then the run is closed. An
+open decision counts where its candidate carries the alias with its stamp: wherever a promotion was
+cut short, it was made, with its reason, or never asked for.
 
 Aliases of the model in use.
 
-One model name has versions for hammer and for gun, and MLflow gives a name one `champion`. So the champion of a
-predictor set carries `champion-hammer` or `champion-gun`, which decides, and `champion` beside it, by which people and
-other software find it; of a name that is champion of two sets, `champion` is the one promoted last.
+One model name has versions for hammer and for gun, and MLflow gives a name one `champion`. So the
+champion of a predictor set carries `champion-hammer` or `champion-gun`, which decides, and
+`champion` beside it, by which people and other software find it; of a name that is champion of two
+sets, `champion` is the one promoted last.
 """
 
 from __future__ import annotations
@@ -49,7 +51,8 @@ def champions_of(
 
 
 def next_stamp(client: MlflowClient) -> str:
-    """The time of a promotion; where the clock was set back, a moment after the last one: it tells who came later."""
+    """The time of a promotion; where the clock was set back, a moment after the last one: it tells
+    who came later."""
     promoted = client.search_model_versions(f"tags.`{PROMOTED_TAG}` != ''", max_results=10_000)
     times = [datetime.fromisoformat(version.tags[PROMOTED_TAG]) for version in promoted]
     now = datetime.now(UTC)
@@ -59,9 +62,11 @@ def next_stamp(client: MlflowClient) -> str:
 
 
 def crown(client: MlflowClient, version: Version, stamp: str) -> None:
-    """Make this version the only champion of its predictor set. Cut short, it is done again with the same stamp."""
+    """Make this version the only champion of its predictor set. Cut short, it is done again with
+    the same stamp."""
     alias, number = alias_of(version.dataset.predictor_set), str(version.version)
-    # The stamp first: should this be cut short, two carry the alias, and the one promoted last counts.
+    # The stamp first: should this be cut short, two carry the alias, and the one promoted last
+    # counts.
     client.set_model_version_tag(version.name, number, PROMOTED_TAG, stamp)
     for name in (alias, ALIAS):
         client.set_registered_model_alias(version.name, name, number)
@@ -108,7 +113,8 @@ _OF_RUN = (
 
 
 def decide(client: MlflowClient, experiment: str, decision: Decision, candidate: Version) -> None:
-    """Keep a decision, and crown its candidate where it says so. One process at a time, after `settle`."""
+    """Keep a decision, and crown its candidate where it says so. One process at a time, after
+    `settle`."""
     from mlflow.entities import Metric, Param
 
     stamp = next_stamp(client)

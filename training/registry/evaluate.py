@@ -17,7 +17,8 @@ from .registry import Registry
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """Errors by label ("hybrid@3") on the same `pulses`, row by row; `outside` counts those beyond a model's domain."""
+    """Errors by label ("hybrid@3") on the same `pulses`, row by row; `outside` counts those beyond
+    a model's domain."""
 
     pulses: PulseTable
     errors: dict[str, PulseErrors]
@@ -28,10 +29,11 @@ class Evaluation:
 def evaluate_held_out(
     registry: Registry, versions: Sequence[Version], read: Callable[[str], PulseTable]
 ) -> Evaluation:
-    """On the held-out pulses that all of them have in common; `read` gives a dataset's pulses by its hash.
+    """On the held-out pulses that all of them have in common; `read` gives a dataset's pulses by
+    its hash.
 
-    What a model held out it was not trained on, so neither was any other on what they have in common. Raises
-    `ValueError` where there are none.
+    What a model held out it was not trained on, so neither was any other on what they have in
+    common. Raises `ValueError` where there are none.
     """
     held_out = {version.label: registry.held_out(version) for version in versions}
     common: set[str] = set.intersection(
@@ -39,7 +41,8 @@ def evaluate_held_out(
     )
     if not common:
         raise ValueError(
-            f"{' and '.join(held_out)} have no held-out pulse in common: compare models of one dataset and split, "
+            f"{' and '.join(held_out)} have no held-out pulse in common: "
+            f"compare models of one dataset and split, "
             "or judge them on another campaign (promote --on)"
         )
     pulses = _pulses_of(versions, common, read)
@@ -51,7 +54,8 @@ def evaluate_held_out(
 def evaluate_on_table(
     registry: Registry, versions: Sequence[Version], pulses: PulseTable
 ) -> Evaluation:
-    """On those of other `pulses` that none was trained on. Raises `ValueError` where there are none."""
+    """On those of other `pulses` that none was trained on. Raises `ValueError` where there are
+    none."""
     trained_on = [registry.held_out(version).trained_on for version in versions]
     fresh = ~np.isin(pulses.key, np.concatenate(trained_on))
     if not fresh.any():
@@ -76,7 +80,8 @@ def _pulses_of(
         if len(rows) == len(keys):
             return table.take(rows)
     raise ValueError(
-        f"{len(keys)} held-out pulses are in no dataset of the store as they were: restore the store"
+        f"{len(keys)} held-out pulses are in no dataset of the store as they "
+        f"were: restore the store"
     )
 
 

@@ -1,4 +1,5 @@
-"""The SHA-256 of every file of a registered version, made when it is registered and compared when it is read."""
+"""The SHA-256 of every file of a registered version, made when it is registered and compared when
+it is read."""
 
 from __future__ import annotations
 
@@ -6,7 +7,8 @@ import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
-#: Begin of the names of the model's files, and of those of the run that trained it (held-out predictions, plots).
+#: Begin of the names of the model's files, and of those of the run that trained it (held-out
+#: predictions, plots).
 MODEL, RUN = "model/", "run/"
 #: What MLflow itself adds to a copy that it downloads.
 _OF_MLFLOW = frozenset({"registered_model_meta"})
@@ -17,7 +19,8 @@ class AlteredFilesError(ValueError):
 
 
 def hash_files(folder: Path, begin: str) -> dict[str, str]:
-    """Name below `folder`, after `begin`, -> SHA-256, of all files; nothing for a folder that is not there."""
+    """Name below `folder`, after `begin`, -> SHA-256, of all files; nothing for a folder that is
+    not there."""
     files = (
         path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in _OF_MLFLOW
     )

@@ -17,7 +17,8 @@ def damages(registry: Registry, versions: Iterable[Version]) -> dict[str, str]:
 def intact_versions(
     registry: Registry, versions: Iterable[Version], tell: Callable[[str], None] = lambda _: None
 ) -> list[Version]:
-    """Those whose files are whole; `tell` is told of each other one that it is left out, and why."""
+    """Those whose files are whole; `tell` is told of each other one that it is left out, and
+    why."""
     every = list(versions)
     wrong = damages(registry, every)
     for version in every:

@@ -28,7 +28,8 @@ def newest(versions: Iterable[Version]) -> list[Version]:
 
 
 def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
-    """Those of the dataset of this name or hash (or the start of one). Raises `LookupError` naming those there are."""
+    """Those of the dataset of this name or hash (or the start of one). Raises `LookupError` naming
+    those there are."""
     every = list(versions)
     of_it = [
         v
@@ -48,8 +49,8 @@ def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
 def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> Version:
     """The version that "hybrid@3", "hybrid@champion" or "hybrid" (the newest of `split`) names.
 
-    Of a version's splits it is `split`, else the one whose model is put in use. Raises `LookupError` that names what
-    there is.
+    Of a version's splits it is `split`, else the one whose model is put in use. Raises
+    `LookupError` that names what there is.
     """
     name, _, which = text.partition("@")
     named = [version for version in versions if version.name == name]
@@ -70,7 +71,9 @@ def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> 
             f"{number} ({', '.join(splits)})" for number, splits in _splits_by_number(named)
         )
         raise LookupError(
-            f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: {version_names}"
+            f"no "
+            f"{text!r}{f' of split {split!r}' if split and not which else ''}; "
+            f"versions: {version_names}"
         )
     return max(
         matches, key=lambda version: (version.version, version.split == split, version.is_served)
@@ -85,7 +88,8 @@ def _splits_by_number(versions: Sequence[Version], most: int = 12) -> list[tuple
 
 
 def in_order(versions: Iterable[Version]) -> list[Version]:
-    """Of all models, the one that was registered last first. A clock that was set back changes nothing."""
+    """Of all models, the one that was registered last first. A clock that was set back changes
+    nothing."""
     return sorted(versions, key=lambda v: (v.order, v.registered_at, v.version), reverse=True)
 
 

@@ -1,6 +1,8 @@
-"""What MLflow calls to make a model of ours from its folder, and its tables: installed code, plain numbers, no pickle.
+"""What MLflow calls to make a model of ours from its folder, and its tables: installed code, plain
+numbers, no pickle.
 
-A table has a row for each impact. Names of columns end in their unit ("impact_velocity_m_s"), as in our other tables.
+A table has a row for each impact. Names of columns end in their unit ("impact_velocity_m_s"), as in
+our other tables.
 """
 
 from __future__ import annotations
@@ -25,13 +27,15 @@ BENCH_COLUMNS = ("impactor_mass_kg", "plate_thickness_m")
 
 
 def input_column(predictor: Predictor) -> str:
-    """The column of a predictor: its name and its unit; a category's and a bare number's is the name alone."""
+    """The column of a predictor: its name and its unit; a category's and a bare number's is the
+    name alone."""
     unit = re.sub(r"[^a-z0-9]+", "_", predictor.unit.lower()).strip("_")
     return f"{predictor.name}_{unit}" if unit else predictor.name
 
 
 def output_columns() -> list[str]:
-    """Those of an answer, in their order: force at each point of the contact, its time, and the spreads of both."""
+    """Those of an answer, in their order: force at each point of the contact, its time, and the
+    spreads of both."""
     points = range(1, POINTS + 1)
     force, spread = (
         [f"{name}_{point:02}" for point in points] for name in ("force_n", "force_spread_n")
@@ -40,11 +44,13 @@ def output_columns() -> list[str]:
 
 
 def inputs_from(frame: pandas.DataFrame, predictors: Sequence[Predictor]) -> Inputs:
-    """The impacts of a table. Raises `ValueError` that names the column, its value and what it may be."""
+    """The impacts of a table. Raises `ValueError` that names the column, its value and what it may
+    be."""
     columns = [input_column(predictor) for predictor in predictors]
     if missing := [column for column in columns if column not in frame]:
         raise ValueError(
-            f"the table lacks the columns {', '.join(missing)}; the model needs {', '.join(columns)}"
+            f"the table lacks the columns {', '.join(missing)}; the model "
+            f"needs {', '.join(columns)}"
         )
     x = [
         _values(frame, column, predictor)
@@ -77,7 +83,8 @@ class ServedModel:
         self.model = model
         self.predictors = predictors
 
-    def predict(self, model_input: pandas.DataFrame, params: Any = None) -> pandas.DataFrame:  # noqa: ARG002  # MLflow passes it
+    # MLflow passes it
+    def predict(self, model_input: pandas.DataFrame, params: Any = None) -> pandas.DataFrame:  # noqa: ARG002
         """Pulses of impacts, a row each, with the index of the table given."""
         import pandas
 
@@ -105,7 +112,8 @@ def _values(frame: pandas.DataFrame, column: str, predictor: Predictor) -> Float
     if not allowed.all():
         value = frame[column].tolist()[int(np.argmin(allowed))]
         raise ValueError(
-            f"{column} is {value!r}; it may be {', '.join(codes)}, or 0 to {len(codes) - 1} in this order"
+            f"{column} is {value!r}; it may be {', '.join(codes)}, or 0 to "
+            f"{len(codes) - 1} in this order"
         )
     return positions
 

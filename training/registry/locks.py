@@ -1,5 +1,5 @@
-"""One process at a time: a lock that dies with its process, on every platform that has SQLite; and on a server's store
-one of its own, for machines that share it."""
+"""One process at a time: a lock that dies with its process, on every platform that has SQLite; and
+on a server's store one of its own, for machines that share it."""
 
 from __future__ import annotations
 
@@ -22,10 +22,12 @@ _PATIENCE = RetryPolicy(total_s=120.0)
 def exclusive_lock(
     place: ModelStorage, what: str, waiting: Callable[[], None] | None = None
 ) -> AbstractContextManager[None]:
-    """Hold the turn called `what` of the models at a place; who wants it too waits, after `waiting` was called once.
+    """Hold the turn called `what` of the models at a place; who wants it too waits, after `waiting`
+    was called once.
 
-    A PostgreSQL store keeps it for all machines, and gives it back when the connection ends. Of SQLite's, and of a
-    tracking server's, it is a file's lock, and this machine's. Not to be nested by one process under one name.
+    A PostgreSQL store keeps it for all machines, and gives it back when the connection ends. Of
+    SQLite's, and of a tracking server's, it is a file's lock, and this machine's. Not to be nested
+    by one process under one name.
     """
     if place.is_postgresql:
         return _server_turn(place.tracking_uri, what, waiting)
@@ -51,7 +53,8 @@ def _server_turn(uri: str, what: str, waiting: Callable[[], None] | None) -> Ite
 
 
 def _waited(connection: Connection, number: int, waiting: Callable[[], None] | None) -> Connection:
-    """The connection, once it has the lock: a session's, so that no transaction is open meanwhile."""
+    """The connection, once it has the lock: a session's, so that no transaction is open
+    meanwhile."""
     try:
         connection.execution_options(isolation_level="AUTOCOMMIT")
         if not connection.scalar(select(func.pg_try_advisory_lock(number))):
@@ -79,7 +82,8 @@ def _given_back(connection: Connection) -> None:
 def locked(file: Path, waiting: Callable[[], None] | None = None) -> Iterator[None]:
     """Hold `file`'s lock; another process that wants it waits, after `waiting` was called once.
 
-    The system takes the lock back from a process that dies, however it dies. Not to be nested by one process.
+    The system takes the lock back from a process that dies, however it dies. Not to be nested by
+    one process.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
     with closing(sqlite3.connect(file, timeout=0.0, isolation_level=None)) as connection:

@@ -1,4 +1,5 @@
-"""A finished training as MLflow keeps it: parameters, datasets, histories, plots, the model and its metrics.
+"""A finished training as MLflow keeps it: parameters, datasets, histories, plots, the model and its
+metrics.
 
 Which code, and which libraries, trained a model, and which it needs to predict.
 """
@@ -37,7 +38,8 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 _ALWAYS = ("numpy", "scipy")
 #: Kinds that are pipelines of scikit-learn, kept by skops.
 _PIPELINES = ("linear", "pls", "tree", "ensemble", "svr", "svr-kernel", "kernel-ridge")
-#: Kind -> libraries whose version may change what it learns; a kind that is not listed needs no more than `_ALWAYS`.
+#: Kind -> libraries whose version may change what it learns; a kind that is not listed needs no
+#: more than `_ALWAYS`.
 TO_FIT: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(_PIPELINES, ("scikit-learn", "skops")),
     **dict.fromkeys(("coregional", "single-outputs"), ("gpytorch", "torch")),
@@ -46,12 +48,14 @@ TO_FIT: Mapping[str, tuple[str, ...]] = {
     "contact-time": ("gpytorch", "optuna", "scikit-learn", "torch"),
     "calibrated": ("scikit-learn",),
 }
-#: Kind -> libraries that a stored model of it is evaluated by, beside those of a kernel that was handed in.
+#: Kind -> libraries that a stored model of it is evaluated by, beside those of a kernel that was
+#: handed in.
 TO_PREDICT: Mapping[str, tuple[str, ...]] = dict.fromkeys(_PIPELINES, ("scikit-learn", "skops"))
 
 
 def code_version(model: Mapping[str, Any]) -> dict[str, str]:
-    """Name -> value: the package's version, the commit where there is one, the libraries that this model used.
+    """Name -> value: the package's version, the commit where there is one, the libraries that this
+    model used.
 
     `model` describes it, as `models.kinds.describe` does.
     """
@@ -69,7 +73,8 @@ def code_version(model: Mapping[str, Any]) -> dict[str, str]:
 
 
 def requirements(model: Mapping[str, Any]) -> list[str]:
-    """What pip needs to predict with a stored model, pinned to what it was trained with; MLflow adds itself."""
+    """What pip needs to predict with a stored model, pinned to what it was trained with; MLflow
+    adds itself."""
     return [f"{name}=={_version(name)}" for name in ("pyroshock", *_libraries(model, TO_PREDICT))]
 
 
@@ -84,7 +89,8 @@ def _libraries(model: Mapping[str, Any], by_kind: Mapping[str, Iterable[str]]) -
 
 
 def _of_kernel(part: Mapping[str, Any]) -> tuple[str, ...]:
-    """A kernel that was handed in is described by a mapping, and evaluated by GPyTorch; one with a name by NumPy."""
+    """A kernel that was handed in is described by a mapping, and evaluated by GPyTorch; one with a
+    name by NumPy."""
     return ("gpytorch", "torch") if isinstance(part["settings"].get("kernel"), Mapping) else ()
 
 
@@ -97,7 +103,8 @@ def _version(name: str) -> str:
 
 @lru_cache(maxsize=1)
 def _commit() -> tuple[str, bool]:
-    """The commit of the package's own clone, and whether its Python files differ from it; empty elsewhere."""
+    """The commit of the package's own clone, and whether its Python files differ from it; empty
+    elsewhere."""
     if not (_PACKAGE / ".git").exists():
         return "", False
     try:
@@ -118,7 +125,8 @@ def _git(*arguments: str) -> str:
 HELD_OUT = "held_out.npz"
 #: The trials of the searches for settings; not written where nothing was searched.
 SEARCHES = "searches.json"
-#: Of a history so many points are kept, evenly with the first and the last: a picture shows no more.
+#: Of a history so many points are kept, evenly with the first and the last: a picture shows no
+#: more.
 MOST_STEPS = 200
 
 
@@ -195,7 +203,8 @@ def _held_out_metrics(trained: Trained, model_id: str, held_out: Dataset) -> lis
 
 
 def _fit_metrics(trained: Trained) -> list[Metric]:
-    """Numbers that were searched or learned, which MLflow sorts and plots runs by, and histories by step."""
+    """Numbers that were searched or learned, which MLflow sorts and plots runs by, and histories by
+    step."""
     from mlflow.entities import Metric
 
     report = trained.fit_report
@@ -221,9 +230,11 @@ def _steps(values: Sequence[float]) -> list[int]:
 
 
 def _dataset(trained: Trained, side: str) -> Dataset:
-    """A side of the split as MLflow knows datasets: by name and digest, with its columns and where it is from.
+    """A side of the split as MLflow knows datasets: by name and digest, with its columns and where
+    it is from.
 
-    The digest is that of the pulses' keys, which tell what they hold; the snapshot's hash stands in the source.
+    The digest is that of the pulses' keys, which tell what they hold; the snapshot's hash stands in
+    the source.
     """
     from mlflow.entities import Dataset
 
@@ -256,7 +267,8 @@ def _columns(predictors: tuple[Predictor, ...]) -> Schema:
 
 
 def _signature(predictors: tuple[Predictor, ...]) -> Any:
-    """Columns may be of any type to MLflow, which refuses whole numbers for "double": `loading` checks the values."""
+    """Columns may be of any type to MLflow, which refuses whole numbers for "double": `loading`
+    checks the values."""
     from mlflow.models import ModelSignature
     from mlflow.types import ColSpec, DataType, Schema
     from mlflow.types.schema import AnyType

@@ -27,9 +27,11 @@ FILES = "PYROSHOCK_MODELS"
 
 @dataclass(frozen=True)
 class ModelStorage:
-    """`tracking_uri` of MLflow's store; `folder` for models' files and, in `work`, for what is in progress.
+    """`tracking_uri` of MLflow's store; `folder` for models' files and, in `work`, for what is in
+    progress.
 
-    Models' files go to `files` where it is given. A tracking server keeps them itself: `artifact_uri` is None then.
+    Models' files go to `files` where it is given. A tracking server keeps them itself:
+    `artifact_uri` is None then.
     """
 
     tracking_uri: str = field(repr=False)
@@ -75,10 +77,10 @@ class ModelStorage:
 def storage_for(store_url: str, environment: Mapping[str, str]) -> ModelStorage:
     """Where the models of the store at `store_url` live.
 
-    `MLFLOW_TRACKING_URI` decides where it is set. Else `lab.db` has `lab-models.db` and `lab-models/` beside it, and a
-    server's store has `pyroshock-models.db` and `pyroshock-models/` in the current folder. `PYROSHOCK_MODELS` decides
-    where models' files go. Raises `ValueError` for a folder as tracking URI, which MLflow no longer takes, and for a
-    URI that is none.
+    `MLFLOW_TRACKING_URI` decides where it is set. Else `lab.db` has `lab-models.db` and
+    `lab-models/` beside it, and a server's store has `pyroshock-models.db` and `pyroshock-models/`
+    in the current folder. `PYROSHOCK_MODELS` decides where models' files go. Raises `ValueError`
+    for a folder as tracking URI, which MLflow no longer takes, and for a URI that is none.
     """
     return _with_files(_storage_of(store_url, environment.get(VARIABLE)), environment.get(FILES))
 
@@ -119,7 +121,8 @@ def _storage_at(uri: str) -> ModelStorage:
         scheme = "file"
     if scheme == "file":
         raise ValueError(
-            f"{VARIABLE}={address_for_display(uri)}: MLflow keeps no models in plain folders any more; "
+            f"{VARIABLE}={address_for_display(uri)}: MLflow keeps no models "
+            f"in plain folders any more; "
             "give sqlite:///FILE, postgresql+psycopg://USER@HOST/NAME or a server's address"
         )
     database = _file_of(parse_address(uri))

@@ -43,18 +43,21 @@ def promote(
     forced: bool = False,
     reason: str = "",
 ) -> Decision:
-    """Make a version the champion of its predictor set where the gate of `evaluation.gate` lets it pass, or refuse to.
+    """Make a version the champion of its predictor set where the gate of `evaluation.gate` lets it
+    pass, or refuse to.
 
-    On unseen configurations its 90 % bands must hold, and it must predict peak force, contact time and impulse better
-    than the present champion, beyond chance. A first champion must predict them better than what answers without a
-    model: the contact law updated by the pulses that the candidate learned from.
+    On unseen configurations its 90 % bands must hold, and it must predict peak force, contact time
+    and impulse better than the present champion, beyond chance. A first champion must predict them
+    better than what answers without a model: the contact law updated by the pulses that the
+    candidate learned from.
 
-    They are judged on the candidate's dataset, or on the `other` (name, pulses) of a campaign, by the mean CRPS of peak
-    force, contact time and impulse (`unseen_configurations`): models and law learn anew, without the configurations
-    that they predict, and a model's bands are calibrated without these. Either way the decision is kept, with its
-    `verdict` and figures. `forced` promotes a model that did not pass, too, for the `reason` given; the decision says
-    what failed. Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where
-    there is nothing to judge on, or where `forced` has no reason.
+    They are judged on the candidate's dataset, or on the `other` (name, pulses) of a campaign, by
+    the mean CRPS of peak force, contact time and impulse (`unseen_configurations`): models and law
+    learn anew, without the configurations that they predict, and a model's bands are calibrated
+    without these. Either way the decision is kept, with its `verdict` and figures. `forced`
+    promotes a model that did not pass, too, for the `reason` given; the decision says what failed.
+    Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged,
+    where there is nothing to judge on, or where `forced` has no reason.
     """
     if forced and not reason.strip():
         raise ValueError("a forced promotion needs its reason: --reason TEXT")
@@ -194,7 +197,8 @@ def _pulse_errors(
     read: Read,
     other: tuple[str, PulseTable] | None,
 ) -> dict[str, float]:
-    """Further information: mean errors of the models as they are registered, on pulses that neither was trained on.
+    """Further information: mean errors of the models as they are registered, on pulses that neither
+    was trained on.
 
     Empty without a champion, and where there are no such pulses.
     """
@@ -207,7 +211,8 @@ def _pulse_errors(
             f"{version.label} velocities {version.dataset.velocity_kind}" for version in both
         )
         raise ValueError(
-            f"{taken}: one of them would be asked with the other's; judge them on held-out pulses, without --on"
+            f"{taken}: one of them would be asked with the other's; judge "
+            f"them on held-out pulses, without --on"
         )
     try:
         judged = (
@@ -228,7 +233,8 @@ def _pulse_errors(
 
 
 def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Comparison:
-    """Two of the judged models beside each other; the draws depend on who is compared, so the same is said again."""
+    """Two of the judged models beside each other; the draws depend on who is compared, so the same
+    is said again."""
     from ..evaluation.comparison import comparison_groups
 
     pulses = judged.pulses

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DatasetName:
-    """Which pulses: a snapshot's name and hash, and the predictor set ("hammer", "gun") it was made with.
+    """Which pulses: a snapshot's name and hash, and the predictor set ("hammer", "gun") it was made
+    with.
 
-    `bench_kind` is the kind of campaigns that the set is for, `velocity_kind` that of the impact velocities
-    (`schema.velocity_kinds`); None where an older version does not state it.
+    `bench_kind` is the kind of campaigns that the set is for, `velocity_kind` that of the impact
+    velocities (`schema.velocity_kinds`); None where an older version does not state it.
     """
 
     name: str
@@ -38,7 +39,8 @@ class DatasetName:
 
 @dataclass(frozen=True, eq=False)
 class HeldOutPredictions:
-    """Predicted pulses that the model was not trained on, by their keys (n,), and the keys it was trained on."""
+    """Predicted pulses that the model was not trained on, by their keys (n,), and the keys it was
+    trained on."""
 
     keys: NDArray[np.str_]
     prediction: ContactPrediction
@@ -55,7 +57,8 @@ class Cost:
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """A finished training, to be registered: it can be sent between processes. `figures` are files (PNG) by name."""
+    """A finished training, to be registered: it can be sent between processes. `figures` are files
+    (PNG) by name."""
 
     task: TrainingTask
     dataset: DatasetName
@@ -71,18 +74,20 @@ class Trained:
 
 @dataclass(frozen=True)
 class Version:
-    """A registered model's version as judged on one split; `metrics` are means over its held-out pulses with 90 %
-    intervals.
+    """A registered model's version as judged on one split; `metrics` are means over its held-out
+    pulses with 90 % intervals.
 
-    A version is a training. It has a record for each split that it was judged on, and each record has the model that
-    was fitted without the split's held-out pulses. The model of the first split is the one that is put in use: its
-    record has an empty `model_id`, the others have the id of their own logged model.
+    A version is a training. It has a record for each split that it was judged on, and each record
+    has the model that was fitted without the split's held-out pulses. The model of the first split
+    is the one that is put in use: its record has an empty `model_id`, the others have the id of
+    their own logged model.
 
-    `files`: the SHA-256 of each file of the model and its run, by name (`file_hashes.py`); empty for versions of
-    software that recorded none.
+    `files`: the SHA-256 of each file of the model and its run, by name (`file_hashes.py`); empty
+    for versions of software that recorded none.
 
-    `order` rises with each registration, whatever the clock says that `registered_at` was read from; 0 before there
-    was one. `promoted_at` is the time of its last promotion as text that sorts; empty before the first.
+    `order` rises with each registration, whatever the clock says that `registered_at` was read
+    from; 0 before there was one. `promoted_at` is the time of its last promotion as text that
+    sorts; empty before the first.
     """
 
     name: str
@@ -137,7 +142,8 @@ class RegisteredModel:
         return int(self.about.get("pulses", 0))
 
     def predict(self, inputs: Inputs) -> Answer:
-        """Pulses of impacts. Raises `ValueError` for inputs of other predictors than the model learned from."""
+        """Pulses of impacts. Raises `ValueError` for inputs of other predictors than the model
+        learned from."""
         if inputs.predictors != self.predictors:
             wanted, given = (
                 [p.name for p in predictors] for predictors in (self.predictors, inputs.predictors)
@@ -155,10 +161,11 @@ class RegisteredModel:
 class Decision:
     """A promotion, or its refusal: kept with who asked, when, and on which figures.
 
-    `figures` have the scores on `pulses` of unseen configurations: of the candidate ("crps.candidate"), of the model or
-    law that it was `judged_against` ("crps.reference"), and of a first candidate's contact law before any shot
-    ("crps.prior"); and shares inside the 90 % bands ("coverage90.candidate.peak_force"). `verdict` is one of
-    `evaluation.gate.Verdict`. Decisions of older software have neither `judged_against` nor a verdict: "".
+    `figures` have the scores on `pulses` of unseen configurations: of the candidate
+    ("crps.candidate"), of the model or law that it was `judged_against` ("crps.reference"), and of
+    a first candidate's contact law before any shot ("crps.prior"); and shares inside the 90 % bands
+    ("coverage90.candidate.peak_force"). `verdict` is one of `evaluation.gate.Verdict`. Decisions of
+    older software have neither `judged_against` nor a verdict: "".
     """
 
     candidate: str

@@ -19,14 +19,16 @@ if TYPE_CHECKING:
 
 
 class RecoveryError(ValueError):
-    """A version that cannot be registered again; the message says which file is missing or altered."""
+    """A version that cannot be registered again; the message says which file is missing or
+    altered."""
 
 
 def recover(registry: Registry, name: str, version: int, record: Mapping[str, Any]) -> str:
     """Register a version again from the files below the registry's folder, and return its label.
 
-    `record` has `run_id`, `model_id` and `tags` as the registry had them. Every file is held against its SHA-256 first.
-    The number is kept where it is still free. Nobody is put in use. Raises `RecoveryError`.
+    `record` has `run_id`, `model_id` and `tags` as the registry had them. Every file is held
+    against its SHA-256 first. The number is kept where it is still free. Nobody is put in use.
+    Raises `RecoveryError`.
     """
     tags = {key: value for key, value in record["tags"].items() if key != PROMOTED_TAG}
     splits = {key: json.loads(value) for key, value in tags.items() if key.startswith(SPLIT_TAG)}
@@ -59,7 +61,8 @@ def recover(registry: Registry, name: str, version: int, record: Mapping[str, An
 def _folders(
     registry: Registry, run_id: str, model_id: str, files: Mapping[str, str]
 ) -> tuple[Path, Path]:
-    """The folders of a model and its run. Raises `RecoveryError` where they are not as they were registered."""
+    """The folders of a model and its run. Raises `RecoveryError` where they are not as they were
+    registered."""
     model = registry.place.folder / "models" / model_id / "artifacts"
     run = registry.place.folder / run_id / "artifacts"
     try:

@@ -1,7 +1,7 @@
 """Models registered, read back, promoted.
 
-A version is written last, with all its tags in one transaction, when everything it stands for is stored: what is
-listed is finished, wherever a training was killed. Models know nothing of this.
+A version is written last, with all its tags in one transaction, when everything it stands for is
+stored: what is listed is finished, wherever a training was killed. Models know nothing of this.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ _SESSION_TAG, _FLOOR_TAG = PREFIX + "session", PREFIX + "floor"
 
 
 class Registry:
-    """Models registered at a place. Reading from a place where nothing was registered gives nothing, and makes none."""
+    """Models registered at a place. Reading from a place where nothing was registered gives
+    nothing, and makes none."""
 
     def __init__(self, place: ModelStorage) -> None:
         self.place = place
@@ -80,7 +81,8 @@ class Registry:
 
     @patient
     def recorded(self) -> list[dict[str, Any]]:
-        """What the registry says of each version: `name`, `version`, `run_id`, `model_id`, `registered_at`, `tags`."""
+        """What the registry says of each version: `name`, `version`, `run_id`, `model_id`,
+        `registered_at`, `tags`."""
         if self.connection.nothing_there:
             return []
         with self.connection.client() as client:
@@ -106,7 +108,8 @@ class Registry:
 
     @patient
     def load(self, version: Version) -> RegisteredModel:
-        """The model of a version, from its files. Raises `ValueError` where they are gone or are not those written."""
+        """The model of a version, from its files. Raises `ValueError` where they are gone or are
+        not those written."""
         with self._model_of(version) as folder:
             model, written = read_model(folder, version.sha256)
         predictors, domain = read_about(written)
@@ -127,7 +130,8 @@ class Registry:
 
     @patient
     def fit_settings(self, version: Version) -> dict[str, SettingValue]:
-        """What a version's training searched and found, by name; empty for a version of older software."""
+        """What a version's training searched and found, by name; empty for a version of older
+        software."""
         with self.connection.client() as client:
             return fit_settings(client.get_run(version.run_id).data.params)
 
@@ -149,9 +153,11 @@ class Registry:
 
     @patient
     def searches(self, version: Version) -> dict[str, SettingsSearch]:
-        """The trials of a version's searches for settings, by the part of the model ("force", "time").
+        """The trials of a version's searches for settings, by the part of the model ("force",
+        "time").
 
-        Empty where nothing was searched, or older software trained the version, or its files are gone.
+        Empty where nothing was searched, or older software trained the version, or its files are
+        gone.
         """
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
@@ -202,9 +208,11 @@ class Registry:
             )
 
     def record(self, trained: Trained, session: str | None = None) -> Version:
-        """Log a finished training under the run `session`, and register its model: the very last step.
+        """Log a finished training under the run `session`, and register its model: the very last
+        step.
 
-        Where MLflow's store is lost on the way, all of it is done again, unless the version is there.
+        Where MLflow's store is lost on the way, all of it is done again, unless the version is
+        there.
         """
         begun: list[str] = []
 
@@ -261,7 +269,8 @@ class Registry:
 
     @patient
     def close_runs(self, versions: Iterable[Version]) -> None:
-        """Close the runs that a kill left open though their models are registered: nothing was to be done any more."""
+        """Close the runs that a kill left open though their models are registered: nothing was to
+        be done any more."""
         ours = {version.run_id for version in versions}
         with self.connection.client() as client:
             for run in (
@@ -274,7 +283,8 @@ class Registry:
 
     @patient
     def open_session(self, dataset: DatasetName, seed: int) -> str:
-        """The run over all trainings of a dataset with a seed: the one begun earlier, or a new one."""
+        """The run over all trainings of a dataset with a seed: the one begun earlier, or a new
+        one."""
         with self.connection.client() as client:
             key = f"{dataset.hash} {seed}"
             runs = client.search_runs(
@@ -296,7 +306,8 @@ class Registry:
     def close_session(
         self, session: str, figures: Mapping[str, bytes], floors: Mapping[str, str]
     ) -> None:
-        """Log what stands over all trainings: figures by file name, and the floor (JSON) of each split."""
+        """Log what stands over all trainings: figures by file name, and the floor (JSON) of each
+        split."""
         with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
             for name, content in figures.items():
                 (Path(room) / name).write_bytes(content)
@@ -330,7 +341,8 @@ class Registry:
             crown(client, version, next_stamp(client))
 
     def delete(self, version: Version) -> None:
-        """Take a version out of the registry with its files; its number is not given again. Within `promoting`."""
+        """Take a version out of the registry with its files; its number is not given again. Within
+        `promoting`."""
         with self.connection.client() as client:
             number = str(version.version)
             model_id = client.get_model_version(version.name, number).model_id
@@ -346,7 +358,8 @@ class Registry:
             settle(client, self._experiment, versions)
 
     def decide(self, decision: Decision, candidate: Version) -> None:
-        """Keep a promotion or its refusal, and make the candidate champion where it is one: both, or nothing.
+        """Keep a promotion or its refusal, and make the candidate champion where it is one: both,
+        or nothing.
 
         Within `promoting`, after `settle`.
         """
@@ -394,7 +407,8 @@ class Registry:
 
     @contextmanager
     def _files_of(self, version: Version) -> Iterator[tuple[MlflowClient, Path]]:
-        """A client, and room for what it fetches. What is wrong with a version's files says whose they are."""
+        """A client, and room for what it fetches. What is wrong with a version's files says whose
+        they are."""
         try:
             with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
                 yield client, Path(room)
@@ -402,7 +416,8 @@ class Registry:
             raise type(error)(f"{version.label}: {error}; {_again(version)}") from error
 
     def _check_run(self, version: Version) -> None:
-        """Hold every file of a version's run against those registered. Raises `AlteredFilesError`."""
+        """Hold every file of a version's run against those registered. Raises
+        `AlteredFilesError`."""
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
             check_files(self._fetched(uri, room, version), RUN, version.files)
@@ -431,7 +446,8 @@ class Registry:
         return hashes
 
     def _fetched(self, uri: str, room: Path, version: Version) -> Path:
-        """A local path of an artifact; where its folder was moved, the one beside the store as it stands now."""
+        """A local path of an artifact; where its folder was moved, the one beside the store as it
+        stands now."""
         import mlflow
 
         if not uri.startswith("file:"):
@@ -475,7 +491,8 @@ def _all_records(client: MlflowClient) -> list[Version]:
 
 
 def _records(model_version: ModelVersion, tags: Mapping[str, str]) -> list[Version]:
-    """A version's records of all of its splits, that of the model in use first; without what is in use."""
+    """A version's records of all of its splits, that of the model in use first; without what is in
+    use."""
     number, created_ms = int(model_version.version), model_version.creation_timestamp
     version = version_from(model_version.name, number, model_version.run_id, created_ms, tags, None)
     return [version, *further_splits(version, tags)]
@@ -501,17 +518,20 @@ def _version_without_split(client: MlflowClient, trained: Trained) -> ModelVersi
 
 
 def _address_of_model(client: MlflowClient, version: Version) -> str:
-    """Where the files of a version's model are: those of the registered one, or of a further split's."""
+    """Where the files of a version's model are: those of the registered one, or of a further
+    split's."""
     if version.is_served:
         return str(client.get_model_version_download_uri(version.name, str(version.version)))
     return str(client.get_logged_model(version.model_id).artifact_location)
 
 
 def _next_order(client: MlflowClient) -> int:
-    """In the turn of those who register; of a tracking server's other machines one may get the same: clocks tell."""
+    """In the turn of those who register; of a tracking server's other machines one may get the
+    same: clocks tell."""
     return max((record.order for record in _all_records(client)), default=0) + 1
 
 
 def _floor_tag(split: str) -> str:
-    """A tag for each split, whose own text may hold signs that MLflow does not take in a tag's name."""
+    """A tag for each split, whose own text may hold signs that MLflow does not take in a tag's
+    name."""
     return f"{_FLOOR_TAG}.{hashlib.sha256(split.encode()).hexdigest()[:16]}"

@@ -26,7 +26,8 @@ from .records import Cost, DatasetName, Decision, HeldOutPredictions, Trained, V
 
 #: Of every tag of ours.
 PREFIX = "pyroshock."
-#: Of every parameter and metric that a training searched or found: MLflow's page lists them below each other.
+#: Of every parameter and metric that a training searched or found: MLflow's page lists them below
+#: each other.
 FIT = "fit."
 
 #: A version without it is none of ours.
@@ -53,7 +54,8 @@ _KINDS = ("bench_kind", "velocity_kind")
 def version_tags(
     trained: Trained, sha256: str, files: Mapping[str, str], order: int
 ) -> dict[str, str]:
-    """Everything that a listing tells of a version: it is written in one go with the version itself."""
+    """Everything that a listing tells of a version: it is written in one go with the version
+    itself."""
     return {
         TASK_TAG: trained.task.key,
         TRAINING_TAG: trained.task.training_key,
@@ -120,7 +122,8 @@ def split_tag(
     model_id: str,
     seconds: float,
 ) -> tuple[str, str]:
-    """Name and value of the tag that holds the record of a further split, registered at `seconds` since 1970."""
+    """Name and value of the tag that holds the record of a further split, registered at `seconds`
+    since 1970."""
     digest = hashlib.sha256(trained.task.split.encode()).hexdigest()[:16]
     record = {
         "split": trained.task.split,
@@ -221,7 +224,8 @@ def units(predictors: tuple[Predictor, ...]) -> dict[str, dict[str, str]]:
 
 
 def write_held_out(held_out: HeldOutPredictions, file: Path) -> None:
-    """The predictions that the metrics came from, so that models are compared without being run again."""
+    """The predictions that the metrics came from, so that models are compared without being run
+    again."""
     p = held_out.prediction
     spreads = {"force_spread_n": p.force_spread_n, "contact_time_spread_s": p.contact_time_spread_s}
     np.savez_compressed(
@@ -275,7 +279,8 @@ def decision_from(tags: Mapping[str, str]) -> Decision:
 
 
 def flat(settings: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
-    """Nested settings as parameters: {"force": {"kind": .., "settings": {"rank": 3}}} has "force.rank"."""
+    """Nested settings as parameters: {"force": {"kind": .., "settings": {"rank": 3}}} has
+    "force.rank"."""
     flattened: dict[str, str] = {}
     for key, value in settings.items():
         if isinstance(value, dict) and value.keys() == {"kind", "settings"}:

@@ -1,1 +1,2 @@
-"""Search for settings: a genetic algorithm for networks, Bayesian optimisation for the contact-time process."""
+"""Search for settings: a genetic algorithm for networks, Bayesian optimisation for the contact-time
+process."""

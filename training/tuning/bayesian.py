@@ -1,4 +1,5 @@
-"""Settings by Bayesian optimisation: the thesis's way to tune the process for contact time (section 4.4)."""
+"""Settings by Bayesian optimisation: the thesis's way to tune the process for contact time (section
+4.4)."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ Space = Mapping[str, OneOf | Between]
 
 @dataclass(frozen=True)
 class BayesianResult:
-    """The best settings and what the objective gave there; `trials` are all that was tried, in their order."""
+    """The best settings and what the objective gave there; `trials` are all that was tried, in
+    their order."""
 
     settings: dict[str, Any]
     value: float
@@ -47,14 +49,18 @@ def bayesian_minimum(
     rng: np.random.Generator,
     first: Mapping[str, Any] | None = None,
 ) -> BayesianResult:
-    """The best of `iterations` settings: `first` if given, ten at random, then those Optuna's `GPSampler` proposes.
+    """The best of `iterations` settings: `first` if given, ten at random, then those Optuna's
+    `GPSampler` proposes.
 
-    Raises `ValueError` for no iterations, and where the objective is not finite (with the settings).
+    Raises `ValueError` for no iterations, and where the objective is not finite (with the
+    settings).
     """
     if iterations < 1:
         raise ValueError(f"a search takes at least one iteration, got {iterations}")
     import optuna
-    import scipy.linalg  # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+
+    # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+    import scipy.linalg
     import torch  # noqa: F401 - the sampler's: loaded here, so that its threads are limited too
     from threadpoolctl import threadpool_limits
 

@@ -1,16 +1,20 @@
-"""A genetic search over a grid: elitist, parallel, and the same after an interruption as without one.
+"""A genetic search over a grid: elitist, parallel, and the same after an interruption as without
+one.
 
-Optuna's NSGA-II sampler with one objective is an elitist genetic search as well, well kept, and not used: the state
-of its chance is not in its storage, so a study that was interrupted goes on differently; it fits duplicates again; and
-with workers its result depends on who finishes first. Here a generation is a function of the seed, its number and
-the values of the one before. Only values by genes are stored (`SearchJournal`): a search that resumes goes through
-its generations from the first again, and what was evaluated already costs nothing. PyGAD and pymoo can be replayed so
-too; docs/decisions/0022 tells what they were measured at.
+Optuna's NSGA-II sampler with one objective is an elitist genetic search as well, well kept, and not
+used: the state of its chance is not in its storage, so a study that was interrupted goes on
+differently; it fits duplicates again; and with workers its result depends on who finishes first.
+Here a generation is a function of the seed, its number and the values of the one before. Only
+values by genes are stored (`SearchJournal`): a search that resumes goes through its generations
+from the first again, and what was evaluated already costs nothing. PyGAD and pymoo can be replayed
+so too; docs/decisions/0022 tells what they were measured at.
 
-Operators (Eiben and Smith, Introduction to Evolutionary Computing, 2015): tournaments of two, each gene drawn anywhere
-between its parents' (whole arithmetic recombination with chance), creep mutation along the levels; the best survive.
+Operators (Eiben and Smith, Introduction to Evolutionary Computing, 2015): tournaments of two, each
+gene drawn anywhere between its parents' (whole arithmetic recombination with chance), creep
+mutation along the levels; the best survive.
 
-What a search has found so far, on disk: one line for each evaluation, and nothing that must be kept in step.
+What a search has found so far, on disk: one line for each evaluation, and nothing that must be kept
+in step.
 """
 
 from __future__ import annotations
@@ -33,12 +37,14 @@ Key = tuple[int, ...]
 
 
 class SearchJournal:
-    """Values by key, in a file of JSON lines whose first tells which search it belongs to; no file without `path`.
+    """Values by key, in a file of JSON lines whose first tells which search it belongs to; no file
+    without `path`.
 
     `durations_s` are what the values took (s), by key; a line of older software has none.
 
-    A line reaches the disk before `add` returns. A run that is killed leaves whole lines, and at most the last one
-    torn: that one is cut off when the file is opened again. Not for two runs at once.
+    A line reaches the disk before `add` returns. A run that is killed leaves whole lines, and at
+    most the last one torn: that one is cut off when the file is opened again. Not for two runs at
+    once.
     """
 
     def __init__(self, path: Path | None, search: Mapping[str, Any]) -> None:
@@ -54,7 +60,8 @@ class SearchJournal:
             self._write({"search": dict(search)})
         elif lines[0].get("search") != json.loads(json.dumps(dict(search))):
             raise ValueError(
-                f"{path} belongs to another search (other data, settings or seed): delete it, or name another"
+                f"{path} belongs to another search (other data, settings or "
+                f"seed): delete it, or name another"
             )
         for line in lines[1:]:
             self.values[tuple(line["key"])] = float(line["value"])
@@ -98,7 +105,8 @@ def _whole_lines(path: Path) -> list[dict[str, Any]]:
 
 #: A candidate: a level of each axis.
 Genes = tuple[int, ...]
-#: What is minimised. Depends on the genes alone; may be called from several threads, or be sent to other processes.
+#: What is minimised. Depends on the genes alone; may be called from several threads, or be sent to
+#: other processes.
 Evaluate = Callable[[Genes], float]
 Progress = Callable[[str], None]
 
@@ -111,7 +119,8 @@ CROSSED, MUTATED, CREEP = (
 
 @dataclass(frozen=True)
 class Search:
-    """How to search. `levels` are the numbers of levels of the axes, in an order that means something."""
+    """How to search. `levels` are the numbers of levels of the axes, in an order that means
+    something."""
 
     levels: tuple[int, ...]
     population: int = 50
@@ -127,13 +136,15 @@ class Search:
             or min(self.levels) < 1
         ):
             raise ValueError(
-                f"not a search: {self}; it needs 0 < elite < population, a level of each axis, a worker"
+                f"not a search: {self}; it needs 0 < elite < population, a "
+                f"level of each axis, a worker"
             )
 
 
 @dataclass(frozen=True)
 class GeneticResult:
-    """The best genes and their value; best value and candidates evaluated so far, both after each generation.
+    """The best genes and their value; best value and candidates evaluated so far, both after each
+    generation.
 
     `asked` counts the candidates of all generations, duplicates too.
     """
@@ -158,9 +169,11 @@ def run_search(
     show: Callable[[Genes], str] = str,
     executor: ExecutorConfig = HERE,
 ) -> GeneticResult:
-    """The best of a first population and `generations` bred from it; the same for any workers and any executor.
+    """The best of a first population and `generations` bred from it; the same for any workers and
+    any executor.
 
-    An executor of this process works in `search.workers` threads; to another `evaluate` is sent, pickled.
+    An executor of this process works in `search.workers` threads; to another `evaluate` is sent,
+    pickled.
     """
     population = _first(search, np.random.default_rng([seed, 0]))
     best, evaluated, seen, requested = list[float](), list[int](), set[Genes](), 0
@@ -170,7 +183,8 @@ def run_search(
             population = _bred(
                 search, population, values, np.random.default_rng([seed, generation])
             )
-        # High levels first: where they are the dear ones, no worker is left with the dearest at the end.
+        # High levels first: where they are the dear ones, no worker is left with the dearest at the
+        # end.
         missing = sorted(
             {genes for genes in population if genes not in journal.values}, reverse=True
         )
@@ -183,7 +197,8 @@ def run_search(
         evaluated.append(len(seen))
         if progress:
             progress(
-                f"generation {generation} of {search.generations}: {best[-1]:.4f} with {show(leader)};"
+                f"generation {generation} of "
+                f"{search.generations}: {best[-1]:.4f} with {show(leader)};"
                 f" {len(seen)} evaluated, {requested - len(seen)} duplicates saved"
             )
     return GeneticResult(leader, best[-1], tuple(best), requested, tuple(evaluated))

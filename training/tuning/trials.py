@@ -15,9 +15,11 @@ TrialValue = str | bool | int | float
 
 @dataclass(frozen=True)
 class Trial:
-    """`settings` by name; `score` is what the search minimises; `duration_s` (s), None where nobody measured it.
+    """`settings` by name; `score` is what the search minimises; `duration_s` (s), None where nobody
+    measured it.
 
-    Trials are equal whatever time they took: the same search on a busy machine gives the same trials.
+    Trials are equal whatever time they took: the same search on a busy machine gives the same
+    trials.
     """
 
     settings: Mapping[str, TrialValue]
@@ -27,7 +29,8 @@ class Trial:
 
 @dataclass(frozen=True)
 class SettingsSearch:
-    """Trials in their order. `method` and `score_name` are words: how settings were proposed, what the score is.
+    """Trials in their order. `method` and `score_name` are words: how settings were proposed, what
+    the score is.
 
     `logarithmic` are the settings that the search spaces by their logarithm.
     """
@@ -61,7 +64,8 @@ def search_from(document: Mapping[str, Any]) -> SettingsSearch:
 
 
 def searches_from(document: Mapping[str, Mapping[str, Any]]) -> dict[str, SettingsSearch]:
-    """Searches by the part of the model that they were for ("force", "time"). Raises as `search_from`."""
+    """Searches by the part of the model that they were for ("force", "time"). Raises as
+    `search_from`."""
     return {name: search_from(search) for name, search in document.items()}
 
 

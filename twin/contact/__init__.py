@@ -1,1 +1,2 @@
-"""The contact: impact velocity and bodies to a force pulse, by nominal laws or by a motion with effects."""
+"""The contact: impact velocity and bodies to a force pulse, by nominal laws or by a motion with
+effects."""

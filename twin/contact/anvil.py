@@ -1,13 +1,15 @@
 """Impacts on an anvil: a mass on the spring of its joint, between the tip and the plate.
 
-The force on the plate is the joint's. A tip that is stiffer than the joint leaves the anvil moving before the plate has
-felt much of it, and may strike it again.
+The force on the plate is the joint's. A tip that is stiffer than the joint leaves the anvil moving
+before the plate has felt much of it, and may strike it again.
 
-The compiled motion of an impactor, an anvil and the plate below it, in an impact's own units (`numbers.py`).
+The compiled motion of an impactor, an anvil and the plate below it, in an impact's own units
+(`numbers.py`).
 
-xi indentation, eta the impactor's velocity, nu the anvil's, d how far the joint is pressed: the contact's force phi
-follows from xi and the rate of approach eta - nu as on a plate, eta' = -phi, nu' = (phi - j) / M, d' = nu - Y j, with
-the joint's force j = (K d + C nu) / (1 + C Y). The steps are those of the classical Runge-Kutta method of order 4.
+xi indentation, eta the impactor's velocity, nu the anvil's, d how far the joint is pressed: the
+contact's force phi follows from xi and the rate of approach eta - nu as on a plate, eta' = -phi,
+nu' = (phi - j) / M, d' = nu - Y j, with the joint's force j = (K d + C nu) / (1 + C Y). The steps
+are those of the classical Runge-Kutta method of order 4.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ from .kernel import Law, rates, unloading
 
 #: Share of critical damping of an anvil on its joint: bolted joints have a few hundredths.
 _JOINT_DAMPING = 0.05
-#: Most periods of the joint in a contact's own time: stiffer ones follow the contact, and would take very many steps.
+#: Most periods of the joint in a contact's own time: stiffer ones follow the contact, and would
+#: take very many steps.
 _PERIODS = 40.0
 
 
@@ -38,11 +41,13 @@ def anvil_pulses(
     *,
     at_tip: bool = False,
 ) -> ForcePulses:
-    """Forces on the plate (n, phases) at equal phases of the pulse about the highest peak, which ends at 0.5 % of it.
+    """Forces on the plate (n, phases) at equal phases of the pulse about the highest peak, which
+    ends at 0.5 % of it.
 
-    `at_tip`: forces between tip and anvil, as the load cell of a hammer feels them. `plate_mobility_m_n_s` (n,) is that
-    of the plate below the joint; `impacts` have what the contact itself loses. A joint whose period is shorter than a
-    fortieth of the contact is taken to have that period.
+    `at_tip`: forces between tip and anvil, as the load cell of a hammer feels them.
+    `plate_mobility_m_n_s` (n,) is that of the plate below the joint; `impacts` have what the
+    contact itself loses. A joint whose period is shorter than a fortieth of the contact is taken to
+    have that period.
     """
 
     numbers = Numbers.of(impacts)
@@ -113,11 +118,14 @@ def _history(row, at_tip, time, force):  # type: ignore[no-untyped-def]
     while count < _MOST:
         size = fast if contact > 0.0 or depth >= -0.01 * deepest else slow
         half = 0.5 * size
-        x2, v2, a2, j2, _, _ = _flow(law, mass, stiffness, damping, mobility, depth + half * x1, velocity + half * v1,
+        x2, v2, a2, j2, _, _ = _flow(law, mass, stiffness, damping, mobility, depth + half * x1,
+        velocity + half * v1,
                                      anvil + half * a1, joint + half * j1)  # fmt: skip
-        x3, v3, a3, j3, _, _ = _flow(law, mass, stiffness, damping, mobility, depth + half * x2, velocity + half * v2,
+        x3, v3, a3, j3, _, _ = _flow(law, mass, stiffness, damping, mobility, depth + half * x2,
+        velocity + half * v2,
                                      anvil + half * a2, joint + half * j2)  # fmt: skip
-        x4, v4, a4, j4, _, _ = _flow(law, mass, stiffness, damping, mobility, depth + size * x3, velocity + size * v3,
+        x4, v4, a4, j4, _, _ = _flow(law, mass, stiffness, damping, mobility, depth + size * x3,
+        velocity + size * v3,
                                      anvil + size * a3, joint + size * j3)  # fmt: skip
         sixth = size / 6.0
         depth += sixth * (x1 + 2.0 * (x2 + x3) + x4)
@@ -147,9 +155,11 @@ def _history(row, at_tip, time, force):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def struck_anvils(figures, at_tip, phases):  # type: ignore[no-untyped-def]
-    """Pulses below anvils of `figures` (n, 12): the columns of `Numbers`, the contact's own time, M, K, C and Y.
+    """Pulses below anvils of `figures` (n, 12): the columns of `Numbers`, the contact's own time,
+    M, K, C and Y.
 
-    Returns (n, 3) length of the pulse, time of the turn, peak force, and the force (n, phases) at equal phases of it.
+    Returns (n, 3) length of the pulse, time of the turn, peak force, and the force (n, phases) at
+    equal phases of it.
     """
     n = len(figures)
     pulses, forces = np.empty((n, 3)), np.zeros((n, phases))

@@ -1,6 +1,7 @@
 """Pulses of impacts with what a law leaves open, so that momentum and energy keep their balances.
 
-Glossary: m moving mass, u impact velocity, e restitution, J impulse, tau contact time, s mean force over peak.
+Glossary: m moving mass, u impact velocity, e restitution, J impulse, tau contact time, s mean force
+over peak.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ from .uncertain_parameters import ANVIL_VOLUME, JOINT, drawn_effects, polymeric
 
 #: Equidistant points of a pulse's contact, and steps of its solution: errors of 1e-5.
 PHASES, STEPS = 65, 48
-#: What the law leaves open: logarithm of a stretch of time, logit of the restitution, logarithm of the shape's power.
+#: What the law leaves open: logarithm of a stretch of time, logit of the restitution, logarithm of
+#: the shape's power.
 DISCREPANCIES = ("time", "restitution", "shape")
 #: Where the impulse lies from the least to the greatest one: what a logit moves.
 _LEAST, _MOST = 0.03, 0.99
@@ -82,14 +84,15 @@ def balanced_pulses(
     phases: int = PHASES,
     solver: ImpactSolver | None = None,
 ) -> ForcePulses:
-    """Pulses at latent numbers (n, names): columns of `COLUMNS` and `DISCREPANCIES`; `fixed` effects act on all.
-    `at_tip`: the force on an anvil, not on the plate below it.
+    """Pulses at latent numbers (n, names): columns of `COLUMNS` and `DISCREPANCIES`; `fixed`
+    effects act on all. `at_tip`: the force on an anvil, not on the plate below it.
 
-    The impulse is (1 + e) m u with e in [0, 1] to rounding: a stretch of time lowers the force as it lengthens the
-    contact, and a greater restitution or a shape with a narrower top lengthens it below the same peak. On an anvil of
-    mass M, which may fly on with the impactor when the pulse on the plate ends, e begins at -m / (m + M): there it is
-    the reduced mass that stops. `solver` gives the pulses of impacts on a plate that it knows, but for those on an
-    anvil: then the plate's own compliance does not act, and an impactor that does not come back keeps its impulse.
+    The impulse is (1 + e) m u with e in [0, 1] to rounding: a stretch of time lowers the force as
+    it lengthens the contact, and a greater restitution or a shape with a narrower top lengthens it
+    below the same peak. On an anvil of mass M, which may fly on with the impactor when the pulse on
+    the plate ends, e begins at -m / (m + M): there it is the reduced mass that stops. `solver`
+    gives the pulses of impacts on a plate that it knows, but for those on an anvil: then the
+    plate's own compliance does not act, and an impactor that does not come back keeps its impulse.
     """
     columns = dict(zip(names, latent.T, strict=True))
     effects = drawn_effects(columns, bodies.polymer)
@@ -109,10 +112,11 @@ def balanced_pulses(
 
 
 def narrowed_pulses(pulses: ForcePulses, mean: ForcePulses, share: float) -> ForcePulses:
-    """Random pulses whose ln contact time deviates from that of the `mean` ones by a share of what it did.
+    """Random pulses whose ln contact time deviates from that of the `mean` ones by a share of what
+    it did.
 
-    Peak and impulse stay. The shape gets the power with which they give the contact time, and the contact time is what
-    fulfils the impulse to rounding.
+    Peak and impulse stay. The shape gets the power with which they give the contact time, and the
+    contact time is what fulfils the impulse to rounding.
     """
     peak, impulse = pulses.peak_force_n, pulses.impulse_n_s
     time = pulses.contact_time_s**share * mean.contact_time_s ** (1 - share)

@@ -12,7 +12,8 @@ from ...array_types import Floats
 
 
 class MissingQuantityError(ValueError):
-    """A law wants a quantity that these bodies do not tell. `quantity` names it, as the field of `Bodies` does."""
+    """A law wants a quantity that these bodies do not tell. `quantity` names it, as the field of
+    `Bodies` does."""
 
     def __init__(self, quantity: str, law: str) -> None:
         super().__init__(f"{law} needs {quantity}, which is not known for every impact")
@@ -21,11 +22,12 @@ class MissingQuantityError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """n impacts of a spherical tip on a flat target; every array is (n,), SI. `Bodies.of` broadcasts.
+    """n impacts of a spherical tip on a flat target; every array is (n,), SI. `Bodies.of`
+    broadcasts.
 
-    None stands for what is not known: only the laws that want it refuse. `target_*` is the first layer hit,
-    `plate_thickness_m` the resonant plate's. Raises `ValueError` naming the quantity and the value where one is
-    unphysical or not finite.
+    None stands for what is not known: only the laws that want it refuse. `target_*` is the first
+    layer hit, `plate_thickness_m` the resonant plate's. Raises `ValueError` naming the quantity and
+    the value where one is unphysical or not finite.
     """
 
     impactor_radius_m: Floats
@@ -50,7 +52,8 @@ class Bodies:
                 continue
             if values.shape != self.impact_velocity_m_s.shape or values.ndim != 1:
                 raise ValueError(
-                    f"{item.name} has shape {values.shape}: expected (n,) as all; Bodies.of broadcasts"
+                    f"{item.name} has shape {values.shape}: "
+                    f"expected (n,) as all; Bodies.of broadcasts"
                 )
             poisson = item.name.endswith("poisson_ratio")
             good = (
@@ -80,7 +83,8 @@ class Bodies:
         return replace(self, **arrays)
 
     def needed(self, quantity: str, law: str) -> Floats:
-        """A quantity (n,) that may be unknown. Raises `MissingQuantityError` naming it and the law that wants it."""
+        """A quantity (n,) that may be unknown. Raises `MissingQuantityError` naming it and the law
+        that wants it."""
         values: Floats | None = getattr(self, quantity)
         if values is None:
             raise MissingQuantityError(quantity, law)
@@ -94,10 +98,12 @@ class Bodies:
 
     @property
     def hertz_stiffness_n_m15(self) -> Floats:
-        """k = (4/3) E* sqrt(R) of F = k delta^1.5, (n,): eq. 1.16 with n = 3/2 (Johnson, Contact Mechanics, 1985)."""
+        """k = (4/3) E* sqrt(R) of F = k delta^1.5, (n,): eq. 1.16 with n = 3/2 (Johnson, Contact
+        Mechanics, 1985)."""
         return np.asarray(4 / 3 * np.sqrt(self.impactor_radius_m) / self.compliance_1_pa)
 
     @property
     def sphere_mass_kg(self) -> Floats:
-        """Mass of a whole sphere of the tip's radius and density, (n,): the impactor of Hunter, Reed and Zener."""
+        """Mass of a whole sphere of the tip's radius and density, (n,): the impactor of Hunter,
+        Reed and Zener."""
         return np.asarray(4 / 3 * np.pi * self.impactor_density_kg_m3 * self.impactor_radius_m**3)

@@ -1,17 +1,22 @@
-"""Impacts on a plate that moves and rings under them: contact law and modes in one integration over time.
+"""Impacts on a plate that moves and rings under them: contact law and modes in one integration over
+time.
 
-The plate as a contact feels it: its modes at the point of impact, the continuum above them, and exact steps.
+The plate as a contact feels it: its modes at the point of impact, the continuum above them, and
+exact steps.
 
-Glossary: g = phi^2 (1/kg) the squared mass-normalised shape at the point of impact; s the complex state of a mode with
-s' = lambda s + (g / omega_d) F, lambda = -zeta omega + i omega_d, so that its part of the surface's displacement is
-Im(s), of the velocity Im(lambda s), of the acceleration g F + Im(lambda^2 s).
+Glossary: g = phi^2 (1/kg) the squared mass-normalised shape at the point of impact; s the complex
+state of a mode with s' = lambda s + (g / omega_d) F, lambda = -zeta omega + i omega_d, so that its
+part of the surface's displacement is Im(s), of the velocity Im(lambda s), of the acceleration g F +
+Im(lambda^2 s).
 
-The force of a step is the cubic through force and rate at both ends (Hermite), and the answer of every mode to it is
-exact. What a table of modes does not hold is the plate without edges: its mobility 1/Z is that of modes spread evenly
-over frequency, with g = 2 / (pi Z) for each unit of circular frequency (Cremer, Heckl and Petersson, Structure-Borne
-Sound, 2005, ch. 5: Re Y = pi/2 times modal density times mean g). From the table's end on, octave by octave up to
-`limit`, they are gathered by Gauss' rule, which is exact for a window of time; by its end they have faded, since what
-they stand for sends nothing back. Beyond `limit` they follow at once, and are the compliance 2 / (pi Z limit).
+The force of a step is the cubic through force and rate at both ends (Hermite), and the answer of
+every mode to it is exact. What a table of modes does not hold is the plate without edges: its
+mobility 1/Z is that of modes spread evenly over frequency, with g = 2 / (pi Z) for each unit of
+circular frequency (Cremer, Heckl and Petersson, Structure-Borne Sound, 2005, ch. 5: Re Y = pi/2
+times modal density times mean g). From the table's end on, octave by octave up to `limit`, they are
+gathered by Gauss' rule, which is exact for a window of time; by its end they have faded, since what
+they stand for sends nothing back. Beyond `limit` they follow at once, and are the compliance 2 /
+(pi Z limit).
 """
 
 from __future__ import annotations
@@ -35,18 +40,21 @@ from .restitution_laws import Restitution
 _SMALL, _TERMS = 1.5, 22
 #: Modes lie in blocks of so many, so that a processor takes several at once.
 _BLOCK = 8
-#: Gauss' rule over a band of circular frequency B is exact for times up to t with B t / 4 points and some more.
+#: Gauss' rule over a band of circular frequency B is exact for times up to t with B t / 4 points
+#: and some more.
 _MORE_POINTS, _MOST_POINTS = 6, 200
-#: Decay of an octave of the continuum over its lowest circular frequency, and up to which decay a window matters.
+#: Decay of an octave of the continuum over its lowest circular frequency, and up to which decay a
+#: window matters.
 _FADING, _FADED = 0.1, 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class PlatePoint:
-    """m modes at a point of impact: `frequency_hz` (rigid ones at 0), `damping_ratio`, `shape` (1/sqrt(kg)).
+    """m modes at a point of impact: `frequency_hz` (rigid ones at 0), `damping_ratio`, `shape`
+    (1/sqrt(kg)).
 
-    `impedance_n_s_m` is that of the plate without edges, which stands for all that the modes do not hold; infinite for
-    a body that has no other modes. Raises `ValueError` naming what does not fit.
+    `impedance_n_s_m` is that of the plate without edges, which stands for all that the modes do not
+    hold; infinite for a body that has no other modes. Raises `ValueError` naming what does not fit.
     """
 
     frequency_hz: Floats
@@ -58,11 +66,13 @@ class PlatePoint:
         for name in ("damping_ratio", "shape"):
             if getattr(self, name).shape != self.frequency_hz.shape or self.frequency_hz.ndim != 1:
                 raise ValueError(
-                    f"{name} has shape {getattr(self, name).shape}: expected that of frequency_hz, (m,)"
+                    f"{name} has shape "
+                    f"{getattr(self, name).shape}: expected that of frequency_hz, (m,)"
                 )
         if not self.impedance_n_s_m > 0:
             raise ValueError(
-                f"impedance_n_s_m = {self.impedance_n_s_m!r}: expected a positive number, or infinity"
+                f"impedance_n_s_m = "
+                f"{self.impedance_n_s_m!r}: expected a positive number, or infinity"
             )
         if np.any(self.frequency_hz < 0) or np.any(
             (self.damping_ratio < 0) | (self.damping_ratio >= 1)
@@ -73,7 +83,8 @@ class PlatePoint:
 
     @property
     def end_rad_s(self) -> float:
-        """Up to where the table is whole: half of the mean distance of its modes beyond the last one."""
+        """Up to where the table is whole: half of the mean distance of its modes beyond the last
+        one."""
         if not self.frequency_hz.size:
             return 0.0
         return float(2 * np.pi * self.frequency_hz.max() * (1 + 0.5 / self.frequency_hz.size))
@@ -86,12 +97,14 @@ class PlatePoint:
 
 @dataclass(frozen=True, eq=False)
 class StepTables:
-    """What m modes need to go on by steps h, h/2, h/4...: the same for all impacts on a point with these steps.
+    """What m modes need to go on by steps h, h/2, h/4...: the same for all impacts on a point with
+    these steps.
 
-    `modes` (4, m): omega_d, -sigma, and real and imaginary part of lambda^2. `steps` (levels, 10, m): real and
-    imaginary parts of exp(lambda h) and of what F and F' at the begin, and F and F' at the end, add to s.
-    `answers` (levels, 6): displacement, velocity and acceleration for F, and for F', at the end of a step.
-    `rigid_1_kg`, `compliance_m_n`: of what has no modes here. `energies` (2, m) take s to modal energy.
+    `modes` (4, m): omega_d, -sigma, and real and imaginary part of lambda^2. `steps` (levels, 10,
+    m): real and imaginary parts of exp(lambda h) and of what F and F' at the begin, and F and F' at
+    the end, add to s. `answers` (levels, 6): displacement, velocity and acceleration for F, and for
+    F', at the end of a step. `rigid_1_kg`, `compliance_m_n`: of what has no modes here. `energies`
+    (2, m) take s to modal energy.
     """
 
     step_s: float
@@ -106,7 +119,8 @@ class StepTables:
     def of(
         cls, point: PlatePoint, step_s: float, levels: int, limit_rad_s: float, window_s: float
     ) -> Self:
-        """For steps of `step_s` and its halves, modes up to `limit_rad_s`, and contacts that last `window_s`."""
+        """For steps of `step_s` and its halves, modes up to `limit_rad_s`, and contacts that last
+        `window_s`."""
         pole, weight, compliance = _gathered(point, limit_rad_s, window_s)
         damped, square = pole.imag, pole**2
         steps = np.empty((levels, 14, pole.size))
@@ -136,7 +150,8 @@ class StepTables:
 
 
 def _gathered(point: PlatePoint, limit: float, window: float) -> tuple[Complexes, Floats, float]:
-    """Poles and g of modes up to the limit, the continuum's among them; the compliance of all others."""
+    """Poles and g of modes up to the limit, the continuum's among them; the compliance of all
+    others."""
     omega, weight = 2 * np.pi * point.frequency_hz, point.shape**2
     moving = (omega > 0) & (omega < limit) & (weight > 0)
     beyond = omega >= limit
@@ -200,8 +215,9 @@ CYCLES = 8.0
 APART = 0.5
 #: A step is halved so many times where the force is not smooth.
 _HALVINGS = 4
-#: Times that modes above the table are right for, and after which an impactor touches for good: in own times, or in
-#: m / Z, the time in which the plate slows the impactor down, where that is longer.
+#: Times that modes above the table are right for, and after which an impactor touches for good: in
+#: own times, or in m / Z, the time in which the plate slows the impactor down, where that is
+#: longer.
 _WINDOW, _LONGEST = 3.0, 200.0
 #: Most doublings of the step while an impactor creeps.
 _DOUBLINGS = 12
@@ -215,9 +231,10 @@ _CREEPING = 0.5
 class CoupledPulse(ImpactPulse):
     """An `ImpactPulse` of n impacts on plates that move; arrays (n,).
 
-    The contact is from the first touch to the last parting; in between the bodies may part and meet again, `contacts`
-    times in all. It is over when they stay apart for half of the time since the first touch; what comes later is
-    another impact. `impulse_n_s` counts all of it. `plate_energy_j` is what the plate has then, in motion and bent.
+    The contact is from the first touch to the last parting; in between the bodies may part and meet
+    again, `contacts` times in all. It is over when they stay apart for half of the time since the
+    first touch; what comes later is another impact. `impulse_n_s` counts all of it.
+    `plate_energy_j` is what the plate has then, in motion and bent.
     """
 
     contacts: NDArray[np.intp]
@@ -229,17 +246,18 @@ def coupled_impact(
 ) -> CoupledPulse:
     """n impacts on n points of plates; points that are the same object share their tables.
 
-    The impactor obeys m x'' = -F, each mode q'' + 2 zeta omega q' + omega^2 q = phi F, and the approach x - sum(phi q)
-    gives F by the law of `Impacts`. `plate_mobility_m_n_s` acts beside the modes, as a dashpot in series: it is the
-    contact's own, never the plate's. The loss acts on the rate of the approach. Raises `ValueError` for another number
-    of points than of impacts.
+    The impactor obeys m x'' = -F, each mode q'' + 2 zeta omega q' + omega^2 q = phi F, and the
+    approach x - sum(phi q) gives F by the law of `Impacts`. `plate_mobility_m_n_s` acts beside the
+    modes, as a dashpot in series: it is the contact's own, never the plate's. The loss acts on the
+    rate of the approach. Raises `ValueError` for another number of points than of impacts.
     """
     from . import coupled_kernel
     from .kernel import by_contact
 
     if len(points) != len(impacts.bodies):
         raise ValueError(
-            f"{len(points)} points of impact for {len(impacts.bodies)} impacts: expected one for each"
+            f"{len(points)} points of impact for {len(impacts.bodies)} "
+            f"impacts: expected one for each"
         )
     length, _ = scales(impacts)
     figures = np.stack(
@@ -267,7 +285,8 @@ def coupled_impact(
             point, longest, doublings + _HALVINGS + 1, limit, _WINDOW * steps * longest
         )
         results[:, rows], group = coupled_kernel.together(
-            figures[rows], longest, doublings, tables.modes, tables.steps, tables.answers, tables.energies,
+            figures[rows], longest, doublings, tables.modes, tables.steps, tables.answers,
+            tables.energies,
             tables.rigid_1_kg, tables.compliance_m_n, ending,
         )  # fmt: skip
         group[:, 0] = rows[group[:, 0].astype(np.intp)]
@@ -297,7 +316,8 @@ def coupled_impact(
 def _groups(
     impacts: Impacts, points: Sequence[PlatePoint], steps: int
 ) -> list[tuple[NDArray[np.intp], PlatePoint, float, int]]:
-    """Impacts that go in the same steps on the same point: which they are, the point, the step (s), its doublings."""
+    """Impacts that go in the same steps on the same point: which they are, the point, the step (s),
+    its doublings."""
     mobility = np.array([1 / point.impedance_n_s_m for point in points])
     on_plate = replace(impacts, plate_mobility_m_n_s=impacts.plate_mobility_m_n_s + mobility)
     length, _ = scales(impacts)
@@ -314,7 +334,9 @@ def _groups(
     ]
 
 
-#: Equidistant points of a pulse: more than a single contact needs, since the bodies may part and meet again.
+#: Equidistant points of a pulse: more than a single contact needs, since the bodies may part and
+#: meet again.
 COUPLED_PHASES = 129
-#: Mean pulses, at so many phases, of some impacts and of the rows that they are of the stage's strikes.
+#: Mean pulses, at so many phases, of some impacts and of the rows that they are of the stage's
+#: strikes.
 ImpactSolver = Callable[[Impacts, NDArray[np.intp]], ForcePulses]

@@ -1,15 +1,17 @@
 """The compiled motion of impactor and plate together: symbols as in `coupled_tables.py`, SI.
 
-a = x - y - d is the approach: the impactor's way x, the surface's displacement y of all modes, the way d of a dashpot
-in series (mu); a = delta + layer(f) + C F, and F = f(delta) (1 + chi a'). C is the compliance of what of the plate has
-no modes. Rigid modes and impactor are one inverse mass to the approach.
+a = x - y - d is the approach: the impactor's way x, the surface's displacement y of all modes, the
+way d of a dashpot in series (mu); a = delta + layer(f) + C F, and F = f(delta) (1 + chi a'). C is
+the compliance of what of the plate has no modes. Rigid modes and impactor are one inverse mass to
+the approach.
 
-A step is as long for all modes, and the force on it the cubic through F and F' at both ends. At its end
-a = a_p - beta_0 F - beta_1 F', and so a' and a'': what the step brings without them is summed over the modes, and the
-law closes the equations, in which the indentation is the only unknown that is not linear.
+A step is as long for all modes, and the force on it the cubic through F and F' at both ends. At its
+end a = a_p - beta_0 F - beta_1 F', and so a' and a'': what the step brings without them is summed
+over the modes, and the law closes the equations, in which the indentation is the only unknown that
+is not linear.
 
-Where the bodies touch, part, begin to yield or turn, the force is not smooth: such a step is tried again with half its
-length, and so on, so that the unsmooth part lies in the shortest of steps.
+Where the bodies touch, part, begin to yield or turn, the force is not smooth: such a step is tried
+again with half its length, and so on, so that the unsmooth part lies in the shortest of steps.
 """
 
 from __future__ import annotations
@@ -22,21 +24,23 @@ from numba import njit
 from .kernel import hardening_curve, noted, with_room
 
 _ITERATIONS = 60
-#: Of the indentation: a step of Newton's after which the next would change the last digits, and the secants' root.
+#: Of the indentation: a step of Newton's after which the next would change the last digits, and the
+#: secants' root.
 _NEAR, _ROOT = 1e-7, 1e-12
 _LINEAR = 1e-8
 _LOADING, _UNLOADING = 0, 1
 #: Steps of one length before the next longer one, after a touch.
 _GROW = 2
-#: A creeping impactor's step grows while it bends the force by less than this share of the tallest and is no more than
-#: this share of the time; and shrinks when it bends it by more.
+#: A creeping impactor's step grows while it bends the force by less than this share of the tallest
+#: and is no more than this share of the time; and shrinks when it bends it by more.
 _STRAIGHT, _SHARE, _BENT = 2.5e-4, 0.04, 2e-3
 _FAST = {"reassoc", "contract", "nsz"}
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
 def _predicted(table, modes, state, force, rate, ahead):  # type: ignore[no-untyped-def]
-    """Into `ahead` (2, m) what the states are a step on without the force at its end; displacement and velocity."""
+    """Into `ahead` (2, m) what the states are a step on without the force at its end; displacement
+    and velocity."""
     moved = speed = 0.0
     for j in range(state.shape[1]):
         re, im = state[0, j], state[1, j]
@@ -58,7 +62,8 @@ def _ended(table, ahead, force, rate, state):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
 def _onward(table, modes, ahead, force, rate, further):  # type: ignore[no-untyped-def]
-    """`_ended` and then `_predicted` in the same step: four times as fast as one after the other."""
+    """`_ended` and then `_predicted` in the same step: four times as fast as one after the
+    other."""
     moved = speed = 0.0
     for j in range(ahead.shape[1]):
         re, im = ahead[0, j], ahead[1, j]
@@ -90,7 +95,8 @@ def _energy(energies, modes, state):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _static(law, depth):  # type: ignore[no-untyped-def]
-    """f and its slope; `law` is factor, p, rest, the depth of yield and r, the hardening beyond it (`kernel.Law`)."""
+    """f and its slope; `law` is factor, p, rest, the depth of yield and r, the hardening beyond it
+    (`kernel.Law`)."""
     factor, exponent, rest, yields, hardening = law
     over = depth - rest
     if over <= 0.0:
@@ -114,7 +120,8 @@ def _layer(compliance, stiffening, static):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _linear(law, series, ends, depth, grip):  # type: ignore[no-untyped-def]
-    """For an indentation: what a is too large by; F, F', a', a'', d delta / dt; and about how fast the first falls.
+    """For an indentation: what a is too large by; F, F', a', a'', d delta / dt; and about how fast
+    the first falls.
 
     `grip`, 1 + chi a', is the last one there was where it is multiplied by unknowns.
     """
@@ -144,7 +151,8 @@ def _linear(law, series, ends, depth, grip):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _closed(law, series, ends, guess, scale):  # type: ignore[no-untyped-def]
-    """The end of a step in contact: indentation, F, F', a', d delta / dt. Newton's method, kept in its bracket."""
+    """The end of a step in contact: indentation, F, F', a', d delta / dt. Newton's method, kept in
+    its bracket."""
     factor, exponent, rest, yields, hardening = law
     _, layer, stiffening, compliance = series
     free_approach, speed, _, b0, b1, c0, c1, _, _ = ends
@@ -242,7 +250,8 @@ def _cubic(share, begin, end, rise, fall):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _where_it_falls(begin, end, rise, fall, of_slope):  # type: ignore[no-untyped-def]
-    """Share of a step at which a cubic, or its slope, falls through 0: by bisection, to the last digits."""
+    """Share of a step at which a cubic, or its slope, falls through 0: by bisection, to the last
+    digits."""
     low, high = 0.0, 1.0
     for _ in range(40):
         share = 0.5 * (low + high)
@@ -256,17 +265,18 @@ def _where_it_falls(begin, end, rise, fall, of_slope):  # type: ignore[no-untype
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def together(figures, step, base, modes, steps, answers, energies, rigid, compliance, ending):  # type: ignore[no-untyped-def]
-    """Contacts of `figures` (n, 11): mass, velocity, k, p, chi, depth of yield, its hardening, layer's compliance and
-    stiffening, mu, and a length, of the order of the indentation, against which nothing is measured.
+    """Contacts of `figures` (n, 11): mass, velocity, k, p, chi, depth of yield, its hardening,
+    layer's compliance and stiffening, mu, and a length, of the order of the indentation, against
+    which nothing is measured.
 
-    `step` (s) and the tables are those of `StepTables`; up to `base` halvings are for an impactor that creeps. `ending`
-    (4,): most steps; share of all that was before for
-    which the bodies stay apart when a contact is over; share of the force at the turn below which a contact that
-    creeps is left; share of the time passed that it takes to creep out.
+    `step` (s) and the tables are those of `StepTables`; up to `base` halvings are for an impactor
+    that creeps. `ending` (4,): most steps; share of all that was before for which the bodies stay
+    apart when a contact is over; share of the force at the turn below which a contact that creeps
+    is left; share of the time passed that it takes to creep out.
 
-    Returns (9, n): contact time, time of the first turn, deepest and permanent indentation, the impactor's velocity at
-    the end, 1 where the bodies parted, contacts, impulse, energy of the plate; and the nodes (k, 4): contact, time,
-    force and its rate.
+    Returns (9, n): contact time, time of the first turn, deepest and permanent indentation, the
+    impactor's velocity at the end, 1 where the bodies parted, contacts, impulse, energy of the
+    plate; and the nodes (k, 4): contact, time, force and its rate.
     """
     n, m, levels = len(figures), modes.shape[1], len(steps)
     results, count = np.zeros((9, n)), 0

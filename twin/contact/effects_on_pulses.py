@@ -1,7 +1,9 @@
-"""What effects of the contact do to pulses that no law gave: what they do to Hertz' impact, by similarity.
+"""What effects of the contact do to pulses that no law gave: what they do to Hertz' impact, by
+similarity.
 
-Peak and times change by the same factors, and the shape, force over its peak at equal phases, by the same difference.
-For a mass that a model never saw these are Hertz' laws of similarity: peak ~ m^0.6, times ~ m^0.4, impulse ~ m.
+Peak and times change by the same factors, and the shape, force over its peak at equal phases, by
+the same difference. For a mass that a model never saw these are Hertz' laws of similarity: peak ~
+m^0.6, times ~ m^0.4, impulse ~ m.
 """
 
 from __future__ import annotations
@@ -20,10 +22,11 @@ from .impacts import bodies_of, impedance, insulated
 def with_effects(
     pulses: ForcePulses, strikes: ImpactBatch, effects: Sequence[Effect]
 ) -> ForcePulses:
-    """The pulses of `strikes` as Hertz' impact changes under `effects`; of that impact itself, what it then is.
+    """The pulses of `strikes` as Hertz' impact changes under `effects`; of that impact itself, what
+    it then is.
 
-    Momentum and energy hold: an impulse of at most two momenta of the impactor stays below two of those that it has
-    with the effects. Raises as `impact`.
+    Momentum and energy hold: an impulse of at most two momenta of the impactor stays below two of
+    those that it has with the effects. Raises as `impact`.
     """
     points = pulses.force_n.shape[1]
     without, acting = (_law_pulses(strikes, chosen, points) for chosen in ((), effects))
@@ -45,8 +48,8 @@ def with_effects(
 
 
 def changed_force(force_n: Floats, without_n: Floats, with_n: Floats) -> Floats:
-    """Forces (n, p) as a law's change from `without_n` to `with_n`, all at the same phases: peak by ratio, shape by
-    difference."""
+    """Forces (n, p) as a law's change from `without_n` to `with_n`, all at the same phases: peak by
+    ratio, shape by difference."""
     peak, before, after = (
         values.max(axis=1, keepdims=True) for values in (force_n, without_n, with_n)
     )

@@ -1,18 +1,21 @@
-"""Hertz' impact: the impactor on a spring that hardens with the contact's area, and nothing is lost.
+"""Hertz' impact: the impactor on a spring that hardens with the contact's area, and nothing is
+lost.
 
-Glossary: m impactor's mass, u impact velocity, k stiffness of F = k delta^1.5 (eq. 1.16), l = (m u^2 / k)^(2/5).
+Glossary: m impactor's mass, u impact velocity, k stiffness of F = k delta^1.5 (eq. 1.16), l = (m
+u^2 / k)^(2/5).
 
 How much damping a restitution takes in Hunt and Crossley's law, and the other way round.
 
-Glossary: a damping number of F = k delta^1.5 (1 + a delta' / u), e restitution that the motion ends with.
-The motion has the integral a (1 + e) = ln((1 + a) / (1 - e a)); with q = -ln(1 - e a) it reads
-a - ln(1 + a) = q + exp(-q) - 1, which keeps its digits where e a comes close to one.
+Glossary: a damping number of F = k delta^1.5 (1 + a delta' / u), e restitution that the motion ends
+with. The motion has the integral a (1 + e) = ln((1 + a) / (1 - e a)); with q = -ln(1 - e a) it
+reads a - ln(1 + a) = q + exp(-q) - 1, which keeps its digits where e a comes close to one.
 
 The motion of one contact without units: xi'' = -xi^1.5 (1 + a xi'), xi(0) = 0, xi'(0) = 1.
 
-Every impact of Hertz (a = 0) and of Hunt and Crossley is this motion, with lengths in units of l = (m u^2 / k)^(2/5),
-velocities in units of u and forces in units of m u^2 / l. It depends on one number, the damping a or the restitution
-that it ends with; it is solved once for a list of them, and interpolated in between.
+Every impact of Hertz (a = 0) and of Hunt and Crossley is this motion, with lengths in units of l =
+(m u^2 / k)^(2/5), velocities in units of u and forces in units of m u^2 / l. It depends on one
+number, the damping a or the restitution that it ends with; it is solved once for a list of them,
+and interpolated in between.
 
 Where a ball begins to yield.
 """
@@ -48,8 +51,8 @@ def low_loss_damping(restitution: Floats) -> Floats:
 def matched_damping(restitution: Floats) -> Floats:
     """The a (n,) whose motion ends with e exactly.
 
-    Sources: Gonthier, McPhee, Lange and Piedboeuf, Multibody System Dynamics 11 (2004) 209; Zhang and Sharf, J. Appl.
-    Mech. 76 (2009).
+    Sources: Gonthier, McPhee, Lange and Piedboeuf, Multibody System Dynamics 11 (2004) 209; Zhang
+    and Sharf, J. Appl. Mech. 76 (2009).
     """
     from scipy.optimize.elementwise import find_root
 
@@ -75,7 +78,8 @@ def restitution_of(damping: Floats) -> Floats:
     return np.where(damping < _NEARLY_ELASTIC, 1 / (1 + damping / 1.5), -np.expm1(-q) / damped)
 
 
-# Denser where the curves bend: near the elastic impact, and at the steep begin of a pulse with much damping.
+# Denser where the curves bend: near the elastic impact, and at the steep begin of a pulse with much
+# damping.
 _RESTITUTIONS = np.exp(np.log(LEAST) * np.linspace(1.0, 0.0, 65) ** 2)
 _PHASES = np.linspace(0.0, 1.0, 201) ** 2
 
@@ -87,7 +91,8 @@ class ContactMotion:
     contact_time: Floats
     compression_time: Floats
     peak_force: Floats
-    course: Floats  # n x 201: (force over peak)^(2/3) at `_PHASES`; smooth at both ends, as force is not
+    # n x 201: (force over peak)^(2/3) at `_PHASES`; smooth at both ends, as force is not
+    course: Floats
 
     def shape(self, phase: Floats) -> Floats:
         """Force over peak, n x p, at phases (p,)."""
@@ -99,7 +104,8 @@ class ContactMotion:
 def motion(restitution: Floats) -> ContactMotion:
     """Motions that end with the restitutions (n,), all in [0.01, 1].
 
-    Interpolated: times and peaks to 1e-7, forces to 2e-5 of the peak, from e = 0.014 downwards to 2e-4.
+    Interpolated: times and peaks to 1e-7, forces to 2e-5 of the peak, from e = 0.014 downwards to
+    2e-4.
     """
     from scipy.interpolate import CubicSpline
 
@@ -130,7 +136,8 @@ class _Falls:
 
 @cache
 def solve(damping: float) -> ContactMotion:
-    """One motion (n = 1) of a damping number, by a Runge-Kutta method of order 8, until the bodies part."""
+    """One motion (n = 1) of a damping number, by a Runge-Kutta method of order 8, until the bodies
+    part."""
     from scipy.integrate import solve_ivp
 
     def rate(_: float, state: Floats) -> list[float]:
@@ -167,18 +174,21 @@ def solve(damping: float) -> ContactMotion:
     return ContactMotion(np.array([end]), np.array([turn]), np.array([peak]), course[None, :])
 
 
-#: Contact time in units of the greatest indentation over u: (4/5) B(2/5, 1/2), the 2.9432 of eq. 1.26.
+#: Contact time in units of the greatest indentation over u: (4/5) B(2/5, 1/2), the 2.9432 of eq.
+#: 1.26.
 _TIME = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
 
 
 def length_scale(bodies: Bodies, law: str) -> Floats:
-    """l (m, (n,)); the greatest indentation without loss is (5/4)^(2/5) l. Needs `impactor_mass_kg`, for `law`."""
+    """l (m, (n,)); the greatest indentation without loss is (5/4)^(2/5) l. Needs
+    `impactor_mass_kg`, for `law`."""
     energy = bodies.needed("impactor_mass_kg", law) * bodies.impact_velocity_m_s**2
     return np.asarray((energy / bodies.hertz_stiffness_n_m15) ** 0.4)
 
 
 def contact_time(bodies: Bodies, law: str = "Hertz' impact") -> Floats:
-    """Contact time (s, (n,)) without loss, eq. 1.26 with the u^(1/2) that dimensions and its source ask for u^2.
+    """Contact time (s, (n,)) without loss, eq. 1.26 with the u^(1/2) that dimensions and its source
+    ask for u^2.
 
     The same as 2.87 (m^2 / (R E*^2 u))^(1/5), Johnson, Contact Mechanics (1985), eq. 11.24.
     """
@@ -188,9 +198,11 @@ def contact_time(bodies: Bodies, law: str = "Hertz' impact") -> Floats:
 def impactor_of_pulse(
     contact_time_s: Floats, impulse_n_s: Floats, stiffness_n_m15: Floats
 ) -> tuple[Floats, Floats]:
-    """Mass (kg) and velocity (m/s) whose impact without loss has this contact time and impulse, (n,) each.
+    """Mass (kg) and velocity (m/s) whose impact without loss has this contact time and impulse,
+    (n,) each.
 
-    From the impulse 2 m u and `contact_time`: of a measured force they are what Hertz' law would have needed for it.
+    From the impulse 2 m u and `contact_time`: of a measured force they are what Hertz' law would
+    have needed for it.
     """
     factor = _TIME * 1.25**0.4 * 2 / 4**0.4
     mass = (contact_time_s * impulse_n_s**0.2 * stiffness_n_m15**0.4 / factor) ** (1 / 0.6)
@@ -198,7 +210,8 @@ def impactor_of_pulse(
 
 
 def hertz(bodies: Bodies) -> ContactPulse:
-    """m x'' = -k x^1.5 from impact to rebound with -u; the impulse is 2 m u. Needs `impactor_mass_kg`.
+    """m x'' = -k x^1.5 from impact to rebound with -u; the impulse is 2 m u. Needs
+    `impactor_mass_kg`.
 
     The target stands still and neither body yields, vibrates or carries waves away.
     """
@@ -216,14 +229,16 @@ def hertz(bodies: Bodies) -> ContactPulse:
     )
 
 
-#: Pressure at the centre of the contact over the yield strength when yield begins (Johnson, 1985, eq. 6.9, von Mises).
+#: Pressure at the centre of the contact over the yield strength when yield begins (Johnson, 1985,
+#: eq. 6.9, von Mises).
 FIRST_YIELD = 1.6
 
 
 def yield_load(
     bodies: Bodies, pressure_over_yield_strength: Floats | float = FIRST_YIELD, law: str = "yield"
 ) -> Floats:
-    """F_y = (pi p_y)^3 R^2 / (6 E*^2) (N, (n,)): Hertz' load of the pressure p_y (Johnson, eq. 4.24 and 6.10).
+    """F_y = (pi p_y)^3 R^2 / (6 E*^2) (N, (n,)): Hertz' load of the pressure p_y (Johnson, eq. 4.24
+    and 6.10).
 
     p_y is a multiple of the lesser yield strength. Needs both of them, for `law`.
     """

@@ -22,7 +22,8 @@ from .restitution_laws import Restitution
 
 @dataclass(frozen=True, eq=False)
 class ForceHistory:
-    """Force at the nodes of n contacts, one contact after the other; between them, cubics through force and rate.
+    """Force at the nodes of n contacts, one contact after the other; between them, cubics through
+    force and rate.
 
     Each contact's first node is its begin, phase 0, its last one its end, phase 1.
     """
@@ -66,7 +67,8 @@ def peak_force(nodes: Nodes) -> Floats:
 
 def _summit(begin: Floats, end: Floats, rise: Floats, fall: Floats) -> Floats:
     """The greatest value of a cubic that rises at first, and falls or is level at last."""
-    # The cubic's slope, rise + b t + c t^2; its root in the form that keeps its digits where c is small.
+    # The cubic's slope, rise + b t + c t^2; its root in the form that keeps its digits where c is
+    # small.
     step = end - begin
     b, c = 6 * step - 4 * rise - 2 * fall, 3 * (rise + fall - 2 * step)
     root = np.sqrt(np.maximum(b**2 - 4 * rise * c, 0.0))  # below nothing by rounding alone
@@ -84,9 +86,10 @@ def _hermite(share: Floats, begin: Floats, end: Floats, rise: Floats, fall: Floa
 class ImpactPulse(ContactPulse):
     """A `ContactPulse` of n impacts that were solved; arrays (n,).
 
-    `restitution` is Newton's, brought into [0.01, 1] as all are; `separation_velocity_m_s` is what it comes from,
-    positive away from the target. `parted` is False where the impactor stays with the plate: there the contact is said
-    to end when its force has fallen to 1e-4 of that at the turn.
+    `restitution` is Newton's, brought into [0.01, 1] as all are; `separation_velocity_m_s` is what
+    it comes from, positive away from the target. `parted` is False where the impactor stays with
+    the plate: there the contact is said to end when its force has fallen to 1e-4 of that at the
+    turn.
     """
 
     separation_velocity_m_s: Floats
@@ -103,11 +106,13 @@ def impact(
     plate_impedance_n_s_m: Floats | None = None,
     steps: int = STEPS,
 ) -> ImpactPulse:
-    """n impacts of a mass on F = k delta^(3/2) and a rigid target, or as effects in their order change that.
+    """n impacts of a mass on F = k delta^(3/2) and a rigid target, or as effects in their order
+    change that.
 
-    `insulated` (n,): where an insulating layer lies on the target, nowhere unless told. `plate_impedance_n_s_m` (n,):
-    of the plate's own material; the target's unless told. With the 96 steps, peak, times, impulse and restitution are
-    within 1e-6 of solve_ivp's. Needs `impactor_mass_kg`, and what the effects need.
+    `insulated` (n,): where an insulating layer lies on the target, nowhere unless told.
+    `plate_impedance_n_s_m` (n,): of the plate's own material; the target's unless told. With the 96
+    steps, peak, times, impulse and restitution are within 1e-6 of solve_ivp's. Needs
+    `impactor_mass_kg`, and what the effects need.
     """
     nominal = Impacts.of(bodies, insulated, plate_impedance_n_s_m)
     prepared = reduce(
@@ -119,7 +124,8 @@ def impact(
 
 
 def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
-    """Impacts of any quantities. Raises `ArithmeticError` where a contact does not come to an end."""
+    """Impacts of any quantities. Raises `ArithmeticError` where a contact does not come to an
+    end."""
     solved = march(Numbers.of(impacts), steps)
     length, force = scales(impacts)
     velocity, peak, back = (
@@ -162,9 +168,9 @@ _DENSE = np.linspace(0.0, 1.0, 1001) ** 2
 def trimmed(pulse: ContactPulse, points: int) -> ForcePulses:
     """Force at equidistant phases, (n, points).
 
-    With little restitution bodies part slowly: the contact lasts many times as long as the pulse, most of it with
-    next to no force, and a few phases of it would miss the pulse. Such contacts end here where the force falls below
-    1e-3 of the peak for good.
+    With little restitution bodies part slowly: the contact lasts many times as long as the pulse,
+    most of it with next to no force, and a few phases of it would miss the pulse. Such contacts end
+    here where the force falls below 1e-3 of the peak for good.
     """
     force, time = pulse.force_n(points), pulse.contact_time_s.copy()
     slow = np.flatnonzero(pulse.compression_time_s < _SLOW * time)

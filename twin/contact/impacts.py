@@ -23,10 +23,12 @@ _LAW = "an impact"
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """n impacts of a mass on F = k delta^p (1 + chi x'), arrays (n,); `of` gives the nominal ones, which are Hertz'.
+    """n impacts of a mass on F = k delta^p (1 + chi x'), arrays (n,); `of` gives the nominal ones,
+    which are Hertz'.
 
-    x is the approach of impactor and plate: the indentation delta and the layer's own. What is known of the impact
-    and changes nothing by itself: `bodies`, `insulated`, `plate_impedance_n_s_m`.
+    x is the approach of impactor and plate: the indentation delta and the layer's own. What is
+    known of the impact and changes nothing by itself: `bodies`, `insulated`,
+    `plate_impedance_n_s_m`.
     """
 
     bodies: Bodies
@@ -57,9 +59,11 @@ class Impacts:
         insulated: NDArray[np.bool_] | None = None,
         plate_impedance_n_s_m: Floats | None = None,
     ) -> Self:
-        """Hertz' impacts on a rigid target. Needs `impactor_mass_kg`. Raises `ValueError` for unlike lengths.
+        """Hertz' impacts on a rigid target. Needs `impactor_mass_kg`. Raises `ValueError` for
+        unlike lengths.
 
-        The plate is of the target's material where its impedance is not given, as in Zener's eq. 1.14.
+        The plate is of the target's material where its impedance is not given, as in Zener's eq.
+        1.14.
         """
         n = len(bodies)
         insulated = np.zeros(n, dtype=np.bool_) if insulated is None else insulated
@@ -86,7 +90,8 @@ class Impacts:
 
     @property
     def hardening_up_to_elastic(self) -> Floats:
-        """r (n,), at most p: with r = p the loading is elastic, and yield makes none stiffer than that."""
+        """r (n,), at most p: with r = p the loading is elastic, and yield makes none stiffer than
+        that."""
         return np.minimum(self.hardening_exponent, self.exponent)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
@@ -104,7 +109,8 @@ def plate_impedance(
 ) -> Floats:
     """Z = 8 sqrt(D rho h) (N s/m) of a thin plate without edges, D = E h^3 / (12 (1 - nu^2)).
 
-    Source: Cremer, Heckl and Petersson, Structure-Borne Sound (2005), ch. 4; Zener, Phys. Rev. 59 (1941) 669.
+    Source: Cremer, Heckl and Petersson, Structure-Borne Sound (2005), ch. 4; Zener, Phys. Rev. 59
+    (1941) 669.
     """
     rigidity = youngs_modulus_pa * thickness_m**3 / (12 * (1 - poisson_ratio**2))
     return np.asarray(8 * np.sqrt(rigidity * density_kg_m3 * thickness_m))
@@ -129,8 +135,9 @@ class ContactEffect(Effect):
     """
 
     def prepare(self, impacts: Impacts) -> Impacts:
-        """The same impacts with the quantities that this effect changes. Raises `MissingQuantityError` for what these
-        bodies do not tell, `ValueError` for parameters of another number of impacts."""
+        """The same impacts with the quantities that this effect changes. Raises
+        `MissingQuantityError` for what these bodies do not tell, `ValueError` for parameters of
+        another number of impacts."""
         return impacts
 
     def _each(self, parameter: Value, impacts: Impacts) -> Floats:
@@ -138,13 +145,15 @@ class ContactEffect(Effect):
         values, n = np.asarray(parameter, dtype=np.float64), len(impacts.bodies)
         if values.shape not in ((), (n,)):
             raise ValueError(
-                f"{self.id}: parameter of shape {values.shape} for {n} impacts; expected () or ({n},)"
+                f"{self.id}: parameter of shape "
+                f"{values.shape} for {n} impacts; expected () or ({n},)"
             )
         return np.broadcast_to(values, (n,))
 
 
 def bodies_of(strikes: ImpactBatch) -> Bodies:
-    """Tip, first layer hit, impactor's mass, plate's thickness; yield strengths where all materials tell their own."""
+    """Tip, first layer hit, impactor's mass, plate's thickness; yield strengths where all materials
+    tell their own."""
 
     def each(value: Callable[[Setting], float | None]) -> Floats | None:
         values = [value(setting) for setting in strikes.settings]

@@ -2,9 +2,10 @@
 
 An impact in its own units.
 
-Glossary: lengths are in l = (m u^2 / k)^(1/(p+1)), velocities in u, forces in m u^2 / l, times in l / u; p exponent,
-xi indentation, eta the impactor's velocity, a damping number chi u, lambda = m u / (l Z) Zener's inelasticity, beta
-compliance of the layer, h by how much it grows stiffer with force, r hardening, f static force, phi force.
+Glossary: lengths are in l = (m u^2 / k)^(1/(p+1)), velocities in u, forces in m u^2 / l, times in l
+/ u; p exponent, xi indentation, eta the impactor's velocity, a damping number chi u, lambda = m u /
+(l Z) Zener's inelasticity, beta compliance of the layer, h by how much it grows stiffer with force,
+r hardening, f static force, phi force.
 """
 
 from __future__ import annotations
@@ -55,7 +56,8 @@ def scales(impacts: Impacts) -> tuple[Floats, Floats]:
 
 #: Steps for each contact's own time, about those of the loading.
 STEPS = 96
-#: A contact that does not part by itself is left when its force has fallen to this share of that at the turn.
+#: A contact that does not part by itself is left when its force has fallen to this share of that at
+#: the turn.
 LEAST_FORCE = 1e-4
 
 
@@ -118,7 +120,8 @@ def own_time(numbers: Numbers) -> Floats:
 
 
 def _flow(numbers: Numbers, energy: Floats, yielded: Floats) -> Floats:
-    """Depth (n,) that takes the energy in yield alone: of f = p xi_y^p (xi / xi_y)^r / r, r = 1 a spring."""
+    """Depth (n,) that takes the energy in yield alone: of f = p xi_y^p (xi / xi_y)^r / r, r = 1 a
+    spring."""
     p, r = numbers.exponent, numbers.hardening
     straight = np.sqrt(2 * energy / (p * yielded ** (p - 1)))
     bent = (r * (r + 1) * energy / p * yielded ** (r - p)) ** (1 / (r + 1))

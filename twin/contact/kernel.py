@@ -1,15 +1,17 @@
 """The compiled motion of contacts in their own units: symbols as in `numbers.py`.
 
-x = xi + beta ln(1 + h f) / h; x' = eta - lambda phi; phi = f (1 + a x'); eta' = -phi. The loss acts on the rate of the
-whole approach, so that x' = (eta - lambda f) / (1 + a lambda f) is explicit.
+x = xi + beta ln(1 + h f) / h; x' = eta - lambda phi; phi = f (1 + a x'); eta' = -phi. The loss acts
+on the rate of the whole approach, so that x' = (eta - lambda f) / (1 + a lambda f) is explicit.
 
-Steps are those of the classical Runge-Kutta method of order 4, equal in s with t = T s^q, T each contact's own time.
-Force begins as t^p, and below a layer indentation as t^(1/p): with q = 2 and q = 2 p both are smooth in s, which they
-are not in t. Where the bodies are about to part freely, the last steps are in sigma with xi - xi_0 = d (1 - sigma)^2:
-the end is met exactly, and the force is smooth in sigma as it was in s.
+Steps are those of the classical Runge-Kutta method of order 4, equal in s with t = T s^q, T each
+contact's own time. Force begins as t^p, and below a layer indentation as t^(1/p): with q = 2 and q
+= 2 p both are smooth in s, which they are not in t. Where the bodies are about to part freely, the
+last steps are in sigma with xi - xi_0 = d (1 - sigma)^2: the end is met exactly, and the force is
+smooth in sigma as it was in s.
 
-Contacts go side by side, so that a processor need not wait for one's root before it begins the next one's. The few
-steps that are each contact's own, to the depth of yield and to the turn, are done one by one.
+Contacts go side by side, so that a processor need not wait for one's root before it begins the next
+one's. The few steps that are each contact's own, to the depth of yield and to the turn, are done
+one by one.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ from numba import njit
 _LONGEST = 1000
 #: Least steps in the time sqrt(d / F) in which a contact springs back.
 _RECOIL_STEPS = 6
-#: Bodies part freely when the rate of approach will change by less than this share on the way that is left.
+#: Bodies part freely when the rate of approach will change by less than this share on the way that
+#: is left.
 _FREE = 0.3
 #: Largest stiffness times way left for which the steps of the landing are short enough.
 _STIFF = 2.0
@@ -34,22 +37,29 @@ _NEXT_TO_NOTHING = 1e-7
 _LINEAR = 1e-8
 _CLOSER = 5  # steps of regula falsi: to the last digits
 _ANOTHER_STEP, _LANDING, _DRIFTING, _TOUCHING = 0, 1, 2, 3
-#: The stages of a step: where each lies in it, how much it weighs, and how far the next one lies along its rates.
+#: The stages of a step: where each lies in it, how much it weighs, and how far the next one lies
+#: along its rates.
 _AT, _WEIGHTS, _ON = (0.0, 0.5, 0.5, 1.0), (1.0, 2.0, 2.0, 1.0), (0.5, 0.5, 1.0, 1.0)
 #: Contacts side by side, and what a table holds of each, a row for each quantity.
 _WIDTH = 64
 # fmt: off
-(_P, _A, _LAMBDA, _BETA, _H, _YIELD, _R, _T, _Q, _C, _REST, _CONTACT, _LEAST,  # what it is, first its figures
- _S, _DEPTH, _VELOCITY, _OLD_S, _OLD_DEPTH, _OLD_VELOCITY, _ELASTIC, _TIME,  # where it is, and was a step before
- _AT_DEPTH, _AT_VELOCITY, _ROOT, _STATIC, _SLOPE, _GRIP, _LOSSY, _APPROACH, _INDENTATION, _FORCE,  # its rates there
- _SLOW, _BEGIN, _HALF, _END, _SUM_DEPTH, _SUM_VELOCITY, _ROWS) = range(0, 38 * _WIDTH, _WIDTH)  # and its step
+(_P, _A, _LAMBDA, _BETA, _H, _YIELD, _R, _T, _Q, _C, _REST, _CONTACT, _LEAST,
+# what it is, first its figures
+ _S, _DEPTH, _VELOCITY, _OLD_S, _OLD_DEPTH, _OLD_VELOCITY, _ELASTIC, _TIME,
+ # where it is, and was a step before
+ _AT_DEPTH, _AT_VELOCITY, _ROOT, _STATIC, _SLOPE, _GRIP, _LOSSY, _APPROACH, _INDENTATION, _FORCE,
+ # its rates there
+ _SLOW, _BEGIN, _HALF, _END, _SUM_DEPTH, _SUM_VELOCITY, _ROWS) = range(0, 38 * _WIDTH,
+ _WIDTH)  # and its step
 # fmt: on
 
 
 class Law(NamedTuple):
-    """f = c (xi - xi_0)^p up to the depth of yield, from there on with hardening; and what acts beside it.
+    """f = c (xi - xi_0)^p up to the depth of yield, from there on with hardening; and what acts
+    beside it.
 
-    Beyond the depth xi_y f = f_y (1 + p ((xi / xi_y)^r - 1) / r): its tangent there for r = 1, elastic for r = p.
+    Beyond the depth xi_y f = f_y (1 + p ((xi / xi_y)^r - 1) / r): its tangent there for r = 1,
+    elastic for r = p.
     """
 
     exponent: float  # p
@@ -109,8 +119,8 @@ def layer(law, static):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _pace(law, depth, velocity):  # type: ignore[no-untyped-def]
-    """What a step needs of a state, phi and d xi / dt; and of what they are made: dx / dt, f, df / d xi, 1 + a x' and
-    1 + a lambda f."""
+    """What a step needs of a state, phi and d xi / dt; and of what they are made: dx / dt, f, df /
+    d xi, 1 + a x' and 1 + a lambda f."""
     static, slope = spring(law, depth)
     zener = law.inelasticity * static
     lossy = 1.0 + law.damping * zener
@@ -160,9 +170,11 @@ def _step(law, own_time, power, s, size, depth, velocity, now):  # type: ignore[
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def to_the_yield(law, own_time, power, s, size, depth, velocity):  # type: ignore[no-untyped-def]
-    """s, indentation and velocity at the depth of yield, which the next step passes: the force's slope has a kink.
+    """s, indentation and velocity at the depth of yield, which the next step passes: the force's
+    slope has a kink.
 
-    The part of the step is found by regula falsi, the Illinois way: Newton's fails where the turn is near.
+    The part of the step is found by regula falsi, the Illinois way: Newton's fails where the turn
+    is near.
     """
     elastic = Law(
         law.exponent,
@@ -195,7 +207,8 @@ def to_the_yield(law, own_time, power, s, size, depth, velocity):  # type: ignor
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _to_the_turn(law, time, depth, velocity):  # type: ignore[no-untyped-def]
-    """Time, indentation, velocity where the approach ends, in one step of its rate: Henon, Physica D 5 (1982) 412."""
+    """Time, indentation, velocity where the approach ends, in one step of its rate: Henon, Physica
+    D 5 (1982) 412."""
     now = rates(law, depth, velocity)
     size = -now.approach
     half, t1 = 0.5 * size, 1.0 / now.approach_rate
@@ -221,9 +234,10 @@ def _to_the_turn(law, time, depth, velocity):  # type: ignore[no-untyped-def]
 def unloading(law, deepest):  # type: ignore[no-untyped-def]
     """The law from the deepest indentation of the loading on, eq. 1.17.
 
-    Thornton lets the flattened sphere unload as a Hertzian one of larger radius R_p = R F_e / F_max, F_e the force that
-    the deepest indentation would have taken without yield; with p = 3/2, delta_max - delta_p = delta_max F_max / F_e.
-    F_max is the force of the loading there, with its hardening. Source: Thornton, J. Appl. Mech. 64 (1997) 383.
+    Thornton lets the flattened sphere unload as a Hertzian one of larger radius R_p = R F_e /
+    F_max, F_e the force that the deepest indentation would have taken without yield; with p = 3/2,
+    delta_max - delta_p = delta_max F_max / F_e. F_max is the force of the loading there, with its
+    hardening. Source: Thornton, J. Appl. Mech. 64 (1997) 383.
     """
     factor, rest = 1.0, 0.0
     if deepest > law.yield_depth:
@@ -314,7 +328,8 @@ def _pace_all(w, n):  # type: ignore[no-untyped-def]
             if w[_P + i] != 1.5:
                 w[_ROOT + i] = w[_SLOPE + i] ** (w[_P + i] - 1.0)
     if not tangents:
-        # The tangent to the force at this depth is as far from its own zero as the force over its slope is long.
+        # The tangent to the force at this depth is as far from its own zero as the force over its
+        # slope is long.
         for i in range(n):
             elastic, over = w[_SLOPE + i], w[_STATIC + i]
             if w[_R + i] != 1.0 and over > elastic:
@@ -408,7 +423,8 @@ def noted(nodes, count, contact, time, force, force_rate):  # type: ignore[no-un
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _load(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
-    """n contacts from the touch to the deepest indentation, at `_TIME`: how many fail, the nodes, how many those are.
+    """n contacts from the touch to the deepest indentation, at `_TIME`: how many fail, the nodes,
+    how many those are.
 
     Those that are there go behind the others.
     """
@@ -462,7 +478,8 @@ def _load(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _unload(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
-    """The same from the deepest indentation to the end, or to where the landing begins; `_ELASTIC` is how it ends."""
+    """The same from the deepest indentation to the end, or to where the landing begins; `_ELASTIC`
+    is how it ends."""
     size = 1.0 / steps
     for _ in range(_LONGEST * steps):
         _pace_here(w, n)
@@ -479,8 +496,8 @@ def _unload(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
                 time -= _left(law, w[_DEPTH + i], now.static) / now.approach
                 count = noted(nodes, count, w[_CONTACT + i], time, 0.0, 0.0)
             elif how == _TOUCHING and now.force > 0 and now.force_rate < 0:
-                # The last step went a little beyond the least force, which falls as an exponential. A force that has
-                # come down to nothing has no exponential to go back along.
+                # The last step went a little beyond the least force, which falls as an exponential.
+                # A force that has come down to nothing has no exponential to go back along.
                 time += math.log(w[_LEAST + i] / now.force) * now.force / now.force_rate
             w[_TIME + i], w[_ELASTIC + i] = time, how
             n -= 1
@@ -548,7 +565,8 @@ def by_contact(nodes, n):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _shorten_steps(w, i, law, size):  # type: ignore[no-untyped-def]
-    """Steps from the turn on that resolve the recoil, where what springs back is far shorter than what was pressed in.
+    """Steps from the turn on that resolve the recoil, where what springs back is far shorter than
+    what was pressed in.
 
     A mass of 1 comes back the way d from rest under a force F in about sqrt(d / F).
     """
@@ -564,9 +582,10 @@ def _shorten_steps(w, i, law, size):  # type: ignore[no-untyped-def]
 def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
     """Contacts of `figures` (n, 9): the columns of `Numbers`, T and q.
 
-    Returns what was found (6, n): contact time, compression time, deepest and permanent indentation, velocity at the
-    end and whether they parted; the numbers of those that did not turn and that did not end; and the nodes (3, k), time
-    and force and its rate, those of contact i from `first[i]` to `first[i + 1]`.
+    Returns what was found (6, n): contact time, compression time, deepest and permanent
+    indentation, velocity at the end and whether they parted; the numbers of those that did not turn
+    and that did not end; and the nodes (3, k), time and force and its rate, those of contact i from
+    `first[i]` to `first[i + 1]`.
     """
     n, count, unturned, endless = len(figures), 0, 0, 0
     outcomes, w = np.empty((6, n)), np.empty(_ROWS)
@@ -623,7 +642,8 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def at_phases(first, phase, force, rate, wanted, out):  # type: ignore[no-untyped-def]
-    """Force at phases `wanted` (n or 1, p), none above 1, into `out` (n, p): cubics between nodes, none below 0."""
+    """Force at phases `wanted` (n or 1, p), none above 1, into `out` (n, p): cubics between nodes,
+    none below 0."""
     for i in range(len(out)):
         begin, last = first[i], first[i + 1] - 2
         row = wanted[i if len(wanted) > 1 else 0]

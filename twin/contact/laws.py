@@ -4,14 +4,16 @@ Hunter's pulse: half a sine over the contact time of Hertz' sphere.
 
 Reed's pulse: a sine to the power 3/2 that has the peak of Hertz' sphere.
 
-The asymmetric von Hann pulse: compression as long as Hertz', restitution shorter by the coefficient of restitution.
+The asymmetric von Hann pulse: compression as long as Hertz', restitution shorter by the coefficient
+of restitution.
 
-Glossary: m impactor's mass, u impact velocity, e coefficient of restitution, tau_el and tau_an times of compression
-and restitution.
+Glossary: m impactor's mass, u impact velocity, e coefficient of restitution, tau_el and tau_an
+times of compression and restitution.
 
 Hunt and Crossley's impact: Hertz' spring with a damping that grows with the indentation.
 
-Glossary: m impactor's mass, u impact velocity, k and l as for Hertz, a damping number, e restitution.
+Glossary: m impactor's mass, u impact velocity, k and l as for Hertz, a damping number, e
+restitution.
 """
 
 from __future__ import annotations
@@ -42,9 +44,10 @@ def hunt_crossley(
 ) -> ContactPulse:
     """m x'' = -k x^1.5 (1 + a x' / u), eq. 1.21; the force has no jump at either end.
 
-    The thesis's a = (3/2) (1 - e) (`low_loss_damping`) loses less than e says; the one taken here ends with e itself,
-    so that the impulse is (1 + e) m u. Where e is small the bodies part slowly: the contact lasts about as 1/e, most
-    of it with next to no force. Needs `impactor_mass_kg`, and what the restitution needs.
+    The thesis's a = (3/2) (1 - e) (`low_loss_damping`) loses less than e says; the one taken here
+    ends with e itself, so that the impulse is (1 + e) m u. Where e is small the bodies part slowly:
+    the contact lasts about as 1/e, most of it with next to no force. Needs `impactor_mass_kg`, and
+    what the restitution needs.
     """
     law = "Hunt and Crossley's impact"
     e = restitution(bodies)
@@ -66,8 +69,8 @@ def hunt_crossley(
 def sphere_contact_time(bodies: Bodies) -> Floats:
     """Contact time (s, (n,)) of a sphere of the tip's radius and density, eq. 1.23.
 
-    tau = 4.53 [(4/3) pi rho_s (d_s + d_p)]^(2/5) R u^(-1/5), d = (1 - nu^2) / (pi E): Hertz' time with the sphere's
-    own mass, to the three digits of 4.53 (4.534).
+    tau = 4.53 [(4/3) pi rho_s (d_s + d_p)]^(2/5) R u^(-1/5), d = (1 - nu^2) / (pi E): Hertz' time
+    with the sphere's own mass, to the three digits of 4.53 (4.534).
     """
     inertia = 4 / 3 * np.pi * bodies.impactor_density_kg_m3 * bodies.compliance_1_pa / np.pi
     return np.asarray(
@@ -78,10 +81,11 @@ def sphere_contact_time(bodies: Bodies) -> Floats:
 def hunter(bodies: Bodies) -> ContactPulse:
     """F = F_max sin(pi t / tau), eq. 1.22, with F_max = pi m_s u / tau of the sphere's mass m_s.
 
-    The thesis gives no F_max for it; this one returns the sphere's momentum, 2 m_s u. (Two conventions in use: the
-    second derivative of a sinusoidal indentation, 1.140 m u^2 / delta against 1.067 here, and Hertz' peak itself,
-    1.25. Neither conserves momentum.) Without loss; the impactor's mass beyond the tip's does not enter.
-    Source: Hunter, J. Mech. Phys. Solids 5 (1957) 162.
+    The thesis gives no F_max for it; this one returns the sphere's momentum, 2 m_s u. (Two
+    conventions in use: the second derivative of a sinusoidal indentation, 1.140 m u^2 / delta
+    against 1.067 here, and Hertz' peak itself,
+    1.25. Neither conserves momentum.) Without loss; the impactor's mass beyond the tip's does not
+    enter. Source: Hunter, J. Mech. Phys. Solids 5 (1957) 162.
     """
     time = sphere_contact_time(bodies)
     momentum = bodies.sphere_mass_kg * bodies.impact_velocity_m_s
@@ -100,11 +104,13 @@ _MEAN = math.gamma(1.25) / (math.gamma(1.75) * math.sqrt(math.pi))
 
 
 def reed(bodies: Bodies) -> ContactPulse:
-    """F = F_max sin^1.5(pi t / tau), eq. 1.24 with the contact time of eq. 1.23 and F_max of eq. 1.25.
+    """F = F_max sin^1.5(pi t / tau), eq. 1.24 with the contact time of eq. 1.23 and F_max of eq.
+    1.25.
 
-    F_max = 1.917 rho_s^(3/5) (d_s + d_p)^(-2/5) R^2 u^(6/5), d = (1 - nu^2) / (pi E). Peak and time are Hertz' own,
-    the shape is not quite: the impulse is 2.3 % above 2 m_s u, the most that a sphere can give. Without loss; the
-    impactor's mass beyond the tip's does not enter. Source: Reed, J. Phys. D 18 (1985) 2329.
+    F_max = 1.917 rho_s^(3/5) (d_s + d_p)^(-2/5) R^2 u^(6/5), d = (1 - nu^2) / (pi E). Peak and time
+    are Hertz' own, the shape is not quite: the impulse is 2.3 % above 2 m_s u, the most that a
+    sphere can give. Without loss; the impactor's mass beyond the tip's does not enter. Source:
+    Reed, J. Phys. D 18 (1985) 2329.
     """
     time = sphere_contact_time(bodies)
     velocity, density = bodies.impact_velocity_m_s, bodies.impactor_density_kg_m3
@@ -121,11 +127,13 @@ def reed(bodies: Bodies) -> ContactPulse:
 
 
 def von_hann(bodies: Bodies, restitution: RestitutionLaw = zener) -> ContactPulse:
-    """Two halves of a raised cosine, eq. 1.26 to 1.28: tau_el = tau / 2, tau_an = e tau_el, F_max = 2 m u / tau_el.
+    """Two halves of a raised cosine, eq. 1.26 to 1.28: tau_el = tau / 2, tau_an = e tau_el, F_max =
+    2 m u / tau_el.
 
-    Impulse of the compression m u, of the whole (1 + e) m u. Errata: eq. 1.26 prints u^2 for u^(1/2) (Hertz' time);
-    the second line of eq. 1.28 divides by tau_el, which neither meets the first line nor ends at zero unless e = 1:
-    it is tau_an. Needs `impactor_mass_kg`, and what the restitution needs.
+    Impulse of the compression m u, of the whole (1 + e) m u. Errata: eq. 1.26 prints u^2 for
+    u^(1/2) (Hertz' time); the second line of eq. 1.28 divides by tau_el, which neither meets the
+    first line nor ends at zero unless e = 1: it is tau_an. Needs `impactor_mass_kg`, and what the
+    restitution needs.
     """
     e = restitution(bodies)
     momentum = bodies.needed("impactor_mass_kg", "the von Hann pulse") * bodies.impact_velocity_m_s
@@ -160,7 +168,8 @@ LAWS: Mapping[str, Law] = {**ELASTIC, **LOSSY}
 
 
 def contact_law(name: str, restitution: str | None = None) -> Law:
-    """A law by name, with a law of restitution of one's choice. Raises `LookupError` for names there are none of.
+    """A law by name, with a law of restitution of one's choice. Raises `LookupError` for names
+    there are none of.
 
     Raises `ValueError` where a law without loss is given a restitution.
     """

@@ -1,7 +1,7 @@
 """Restitution measured from recorded pulses and velocities, eq. 1.9 to 1.12.
 
-Glossary: F force, v the impactor's velocity towards the target, m its mass, P impulse, W work, c until the turn and r
-after it. The turn is where the impactor comes to rest, v = 0.
+Glossary: F force, v the impactor's velocity towards the target, m its mass, P impulse, W work, c
+until the turn and r after it. The turn is where the impactor comes to rest, v = 0.
 """
 
 from __future__ import annotations
@@ -18,13 +18,15 @@ from .pulse import ContactPulse
 
 @dataclass(frozen=True, eq=False)
 class RecordedPulse:
-    """n recorded pulses at p equidistant instants, from the begin of the contact to its end, offset removed.
+    """n recorded pulses at p equidistant instants, from the begin of the contact to its end, offset
+    removed.
 
-    `force_n` (n, p), `interval_s`, `mass_kg` and `impact_velocity_m_s` (n,). Raises `ValueError` naming what does not
-    fit. Velocities come from the force, v = u - P / m, so that errors of the load cell are in all that follows: one of
-    the gain by g makes 1 + e a (1 + g)-fold; an offset b adds b T / (m u), white noise of deviation s a scatter of
-    s sqrt(T interval) / (m u) (`noise`). A damped pulse sampled at 20 points gives e within 0.001 by impulses and 0.007
-    by works, at 65 points within 1e-4 and 8e-4.
+    `force_n` (n, p), `interval_s`, `mass_kg` and `impact_velocity_m_s` (n,). Raises `ValueError`
+    naming what does not fit. Velocities come from the force, v = u - P / m, so that errors of the
+    load cell are in all that follows: one of the gain by g makes 1 + e a (1 + g)-fold; an offset b
+    adds b T / (m u), white noise of deviation s a scatter of s sqrt(T interval) / (m u) (`noise`).
+    A damped pulse sampled at 20 points gives e within 0.001 by impulses and 0.007 by works, at 65
+    points within 1e-4 and 8e-4.
     """
 
     force_n: Floats
@@ -69,7 +71,8 @@ class RecordedPulse:
         return np.asarray(force_noise_n * self.interval_s * np.sqrt(samples) / momentum)
 
     def split(self, rate: Floats, turn: Floats) -> tuple[Floats, Floats]:
-        """Integrals (n,) of a quantity (n, p) over the time before and after the turn (n,), in intervals."""
+        """Integrals (n,) of a quantity (n, p) over the time before and after the turn (n,), in
+        intervals."""
         running = self._running(rate)
         until = _at(running, turn)
         return until, running[:, -1] - until
@@ -80,7 +83,8 @@ class RecordedPulse:
 
 
 def newton(approach_m_s: Floats, separation_m_s: Floats) -> Floats:
-    """e = -u_r / u_i, eq. 1.9: measured velocities, both positive, of approach and of separation. No force needed.
+    """e = -u_r / u_i, eq. 1.9: measured velocities, both positive, of approach and of separation.
+    No force needed.
 
     Raises `ValueError` for an approach that is not positive.
     """
@@ -90,10 +94,12 @@ def newton(approach_m_s: Floats, separation_m_s: Floats) -> Floats:
 
 
 def poisson(pulse: RecordedPulse, turn: Floats | None = None) -> Floats:
-    """e = P_r / P_c, eq. 1.10. `turn` (n,): its instant in intervals, from a recorded indentation; else v = 0.
+    """e = P_r / P_c, eq. 1.10. `turn` (n,): its instant in intervals, from a recorded indentation;
+    else v = 0.
 
-    With the turn at v = 0 of the integrated force P_c is m u, and e Newton's of the same record. NaN where the
-    impactor does not come to rest within the record: nothing comes back, or the record is too short.
+    With the turn at v = 0 of the integrated force P_c is m u, and e Newton's of the same record.
+    NaN where the impactor does not come to rest within the record: nothing comes back, or the
+    record is too short.
     """
     compression, restitution = pulse.split(pulse.force_n, turn_of(pulse) if turn is None else turn)
     return np.asarray(restitution / compression)
@@ -106,10 +112,11 @@ def stronge(
 ) -> Floats:
     """e = sqrt((W_r - W_w) / W_c), eq. 1.11 and 1.12; W_r counts what the contact gives back.
 
-    With the impactor's own velocity (no `indentation_rate_m_s`) the work is that on the impactor, waves included, and
-    W_w is 0. With a recorded rate of indentation (n, p) the work is that of the contact alone, and what the plate
-    carries away, `wave_work_j`, is missing in it: of a plate of point impedance Z it is `wave_work`. Then e follows
-    Newton's to first order in the loss only. 0 where more is carried away than comes back, NaN without a turn.
+    With the impactor's own velocity (no `indentation_rate_m_s`) the work is that on the impactor,
+    waves included, and W_w is 0. With a recorded rate of indentation (n, p) the work is that of the
+    contact alone, and what the plate carries away, `wave_work_j`, is missing in it: of a plate of
+    point impedance Z it is `wave_work`. Then e follows Newton's to first order in the loss only. 0
+    where more is carried away than comes back, NaN without a turn.
     """
     rate = pulse.velocity_m_s if indentation_rate_m_s is None else indentation_rate_m_s
     compression, restitution = pulse.split(pulse.force_n * rate, first_fall(rate))
@@ -129,7 +136,8 @@ def turn_of(pulse: RecordedPulse) -> Floats:
 
 
 def first_fall(values: Floats) -> Floats:
-    """Where each row first falls from positive through zero, in intervals, between points linearly; NaN: nowhere."""
+    """Where each row first falls from positive through zero, in intervals, between points linearly;
+    NaN: nowhere."""
     falls: NDArray[np.bool_] = (values[:, :-1] > 0) & (values[:, 1:] <= 0)
     rows, first = np.arange(len(values)), np.argmax(falls, axis=1)
     before, after = values[rows, first], values[rows, first + 1]

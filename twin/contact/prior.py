@@ -26,20 +26,23 @@ from .shot_update import (
 )
 from .uncertain_parameters import effect_of, uncertain_columns
 
-#: Steps of ln velocity between which a posterior is straight: much shorter than a discrepancy's length.
+#: Steps of ln velocity between which a posterior is straight: much shorter than a discrepancy's
+#: length.
 _GRID = 0.2
 #: Posteriors that are kept: settings by steps of velocity.
 _KEPT = 4096
 #: Relative uncertainty of a velocity of which none is stated.
 _UNSTATED, _LEAST_U = 0.02, 1e-3
-#: Measured pulses that a contact learns from: the cost of `PriorContact.updated` grows faster than their number.
+#: Measured pulses that a contact learns from: the cost of `PriorContact.updated` grows faster than
+#: their number.
 MOST_PULSES = 160
 
 
 @dataclass(frozen=True, eq=False)
 class LearnedShots:
-    """n shots: settings, those of one `configuration` (n,) repeating each other; measured velocity (m/s) and its
-    relative uncertainty, (n,); logarithms of peak force (N), contact time (s) and impulse (N s), (n, 3), NaN for none.
+    """n shots: settings, those of one `configuration` (n,) repeating each other; measured velocity
+    (m/s) and its relative uncertainty, (n,); logarithms of peak force (N), contact time (s) and
+    impulse (N s), (n, 3), NaN for none.
     """
 
     settings: tuple[Setting, ...]
@@ -66,7 +69,8 @@ class LearnedShots:
         return len(self.settings)
 
     def within_bounds(self, mass_known: bool) -> LearnedShots:
-        """Impulses of known masses brought between m u and 2 m u, where velocity and sensor put them beside."""
+        """Impulses of known masses brought between m u and 2 m u, where velocity and sensor put
+        them beside."""
         if not mass_known:
             return self
         momentum = np.log([s.impactor_mass_kg for s in self.settings]) + np.log(self.velocity_m_s)
@@ -90,13 +94,14 @@ _NO_SHOTS = LearnedShots((), np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0
 
 @dataclass(frozen=True, eq=False)
 class PriorContact:
-    """A `ContactStage` that draws yield, loss, the plate's and the layer's compliance, and solves each draw's impact.
+    """A `ContactStage` that draws yield, loss, the plate's and the layer's compliance, and solves
+    each draw's impact.
 
-    The parameters are log-normal over their likely ranges (`uncertain_parameters`), what the law leaves open is a
-    stretch of time, a shift of the restitution within 0 to 1 and another power of the shape; so every draw's impulse is
-    (1 + e) m u with e from 0 to 1. `updated` narrows them by measured shots. `effects` act in every draw: their
-    parameters are not drawn. `hand_held`: a hammer in a hand, whose effective mass is drawn, too,
-    and whose force is felt at the tip.
+    The parameters are log-normal over their likely ranges (`uncertain_parameters`), what the law
+    leaves open is a stretch of time, a shift of the restitution within 0 to 1 and another power of
+    the shape; so every draw's impulse is (1 + e) m u with e from 0 to 1. `updated` narrows them by
+    measured shots. `effects` act in every draw: their parameters are not drawn. `hand_held`: a
+    hammer in a hand, whose effective mass is drawn, too, and whose force is felt at the tip.
     """
 
     effects: Sequence[Effect] = ()
@@ -119,7 +124,8 @@ class PriorContact:
 
     @property
     def label(self) -> str:
-        """ "prior of 4 effects", "contact law updated by 12 shots", and the effects that are fixed."""
+        """ "prior of 4 effects", "contact law updated by 12 shots", and the effects that are
+        fixed."""
         drawn = {effect_id for name in self.names if (effect_id := effect_of(name))}
         state = (
             f"contact law updated by {self.shots} shots"
@@ -134,29 +140,32 @@ class PriorContact:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What its normal numbers stand for, in order: columns of `COLUMNS`, and `DISCREPANCIES`."""
+        """What its normal numbers stand for, in order: columns of `COLUMNS`, and
+        `DISCREPANCIES`."""
         fixed = {effect.id for effect in self.effects}
         return (*uncertain_columns(fixed, self.hand_held), *DISCREPANCIES)
 
     def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
-        """Force at 65 phases; for `z` None of the mean of all that is drawn. Raises `ValueError` for another `z`."""
+        """Force at 65 phases; for `z` None of the mean of all that is drawn. Raises `ValueError`
+        for another `z`."""
         return self._solved(strikes, z, at_tip=self.hand_held)
 
     def pulses_on_plate(
         self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None
     ) -> ForcePulses:
-        """As `pulses`, where `solver` gives the pulses of impacts on a plate that it knows, but for those on an anvil.
+        """As `pulses`, where `solver` gives the pulses of impacts on a plate that it knows, but for
+        those on an anvil.
 
-        `contact.plate_compliance` does not act on them. Measured shots have narrowed the other parameters beside it,
-        without that plate.
+        `contact.plate_compliance` does not act on them. Measured shots have narrowed the other
+        parameters beside it, without that plate.
         """
         return self._solved(strikes, z, at_tip=self.hand_held, phases=COUPLED_PHASES, solver=solver)
 
     def plate_pulses(
         self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses
     ) -> ForcePulses:
-        """What of `pulses`, those of the same strikes and `z`, acts on the plate: below an anvil, what its joint
-        carries; else the same."""
+        """What of `pulses`, those of the same strikes and `z`, acts on the plate: below an anvil,
+        what its joint carries; else the same."""
         rows = [row for row, setting in enumerate(strikes.settings) if setting.anvil is not None]
         if not self.hand_held or not rows:
             return pulses
@@ -209,7 +218,8 @@ class PriorContact:
         return [() for _ in range(len(strikes))]
 
     def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
-        """For each strike the quantities beyond those of the learned shots; none where nothing was learned."""
+        """For each strike the quantities beyond those of the learned shots; none where nothing was
+        learned."""
         if not self.shots:
             return [() for _ in range(len(strikes))]
         learned = _quantities(self.learned.settings, self.learned.velocity_m_s)
@@ -227,7 +237,8 @@ class PriorContact:
         ]
 
     def updated(self, shots: MeasuredShots) -> PriorContact:
-        """The same contact after these shots as well; itself where none of them tells anything of a contact."""
+        """The same contact after these shots as well; itself where none of them tells anything of a
+        contact."""
         new = LearnedShots.of(shots)
         if not len(new):
             return self
@@ -261,7 +272,8 @@ class PriorContact:
         return logarithms
 
     def _latent(self, strikes: ImpactBatch) -> tuple[Floats, Floats]:
-        """Mean (n, latents) and lower root of the covariance (n, latents, latents) of each strike."""
+        """Mean (n, latents) and lower root of the covariance (n, latents, latents) of each
+        strike."""
         position = np.log(strikes.impact_velocity_m_s) / _GRID
         step = np.floor(position).astype(np.intp)
         share = position - step

@@ -19,8 +19,9 @@ Shape = Callable[[Floats], Floats]
 class ContactPulse:
     """Force pulses of n impacts; arrays are (n,).
 
-    `compression_time_s` ends at the deepest indentation. `impulse_n_s` is the law's own, in closed form.
-    `restitution` is what the law was given, and says where that had to be clipped; 1 for laws without loss.
+    `compression_time_s` ends at the deepest indentation. `impulse_n_s` is the law's own, in closed
+    form. `restitution` is what the law was given, and says where that had to be clipped; 1 for laws
+    without loss.
     """
 
     contact_time_s: Floats
@@ -31,7 +32,8 @@ class ContactPulse:
     shape: Shape
 
     def force_at(self, phase: Floats) -> Floats:
-        """Force (N, n x p) at phases (p,) of the contact, 0 its begin and 1 its end, both exactly without force.
+        """Force (N, n x p) at phases (p,) of the contact, 0 its begin and 1 its end, both exactly
+        without force.
 
         Raises `ValueError` for a phase outside of [0, 1].
         """
@@ -47,5 +49,6 @@ class ContactPulse:
         return self.force_at(np.linspace(0.0, 1.0, points))
 
 
-#: A nominal law of contact. Raises `MissingQuantityError` for bodies that do not tell what it needs.
+#: A nominal law of contact. Raises `MissingQuantityError` for bodies that do not tell what it
+#: needs.
 Law = Callable[[Bodies], ContactPulse]

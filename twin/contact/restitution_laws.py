@@ -1,9 +1,10 @@
 """What a law of restitution gives.
 
-Zener's restitution: a sphere on a thin plate that carries flexural waves away and never sends them back.
+Zener's restitution: a sphere on a thin plate that carries flexural waves away and never sends them
+back.
 
-Glossary: lambda inelasticity parameter, rho density, R sphere's radius, t plate's thickness, u impact velocity,
-E' = E / (1 - nu^2), s sphere, p plate.
+Glossary: lambda inelasticity parameter, rho density, R sphere's radius, t plate's thickness, u
+impact velocity, E' = E / (1 - nu^2), s sphere, p plate.
 
 Weir and Tallon's restitution: a sphere on a thick block, where the softer of the two yields.
 """
@@ -19,13 +20,15 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .bodies import Bodies
 
-#: Least restitution that pulses are made of: no law here describes an impactor that stays where it struck.
+#: Least restitution that pulses are made of: no law here describes an impactor that stays where it
+#: struck.
 LEAST = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class Restitution:
-    """Coefficient of restitution of n impacts, in [0.01, 1]; `clipped` where the law gave a value outside of it."""
+    """Coefficient of restitution of n impacts, in [0.01, 1]; `clipped` where the law gave a value
+    outside of it."""
 
     value: Floats
     clipped: NDArray[np.bool_]
@@ -40,7 +43,8 @@ RestitutionLaw = Callable[[Bodies], Restitution]
 
 
 def constant(value: float) -> RestitutionLaw:
-    """The same restitution for every impact: a measured one, say. Raises `ValueError` outside of [0.01, 1]."""
+    """The same restitution for every impact: a measured one, say. Raises `ValueError` outside of
+    [0.01, 1]."""
     if not LEAST <= value <= 1:
         raise ValueError(f"restitution = {value!r}: expected in [{LEAST}, 1]")
     return lambda bodies: Restitution.bounded(np.full(len(bodies), value))
@@ -53,18 +57,21 @@ elastic = constant(1.0)
 def zener(bodies: Bodies) -> Restitution:
     """e = exp(-1.719 lambda), eq. 1.13.
 
-    The exponential is a fit to Zener's equation of motion, xi'' + (1 + lambda d/ds) xi^1.5 = 0; the tests solve that:
-    within 0.014 up to lambda = 1.4, too large by 0.011 at 2. Needs `plate_thickness_m`. Source: Zener, Phys. Rev. 59
-    (1941) 669, for waves that do not come back while the contact lasts.
+    The exponential is a fit to Zener's equation of motion, xi'' + (1 + lambda d/ds) xi^1.5 = 0; the
+    tests solve that: within 0.014 up to lambda = 1.4, too large by 0.011 at 2. Needs
+    `plate_thickness_m`. Source: Zener, Phys. Rev. 59 (1941) 669, for waves that do not come back
+    while the contact lasts.
     """
     return Restitution.bounded(np.exp(-1.719 * inelasticity(bodies)))
 
 
 def inelasticity(bodies: Bodies) -> Floats:
-    """lambda (n,), eq. 1.14, which is right as printed: m / (Z T) of a sphere of the tip's radius and density.
+    """lambda (n,), eq. 1.14, which is right as printed: m / (Z T) of a sphere of the tip's radius
+    and density.
 
-    Z = 8 sqrt(D rho_p t) is the plate's point impedance, T = (m^2 / (k^2 u))^(1/5) the time scale of Hertz' contact.
-    A hammer's or a bullet's own mass is not in it: the thesis takes the tip for the whole impactor.
+    Z = 8 sqrt(D rho_p t) is the plate's point impedance, T = (m^2 / (k^2 u))^(1/5) the time scale
+    of Hertz' contact. A hammer's or a bullet's own mass is not in it: the thesis takes the tip for
+    the whole impactor.
     """
     thickness = bodies.needed("plate_thickness_m", "Zener's restitution")
     sphere = bodies.impactor_youngs_modulus_pa / (1 - bodies.impactor_poisson_ratio**2)
@@ -80,12 +87,14 @@ def inelasticity(bodies: Bodies) -> Floats:
 
 
 def weir_tallon(bodies: Bodies) -> Restitution:
-    """e = 3.1 (Y / E*)^(1/2) (Y / (rho_s u^2))^(1/8), Y the lesser of the two yield strengths: eq. 1.15, mended.
+    """e = 3.1 (Y / E*)^(1/2) (Y / (rho_s u^2))^(1/8), Y the lesser of the two yield strengths: eq.
+    1.15, mended.
 
-    Erratum: eq. 1.15 prints the compliance 1/E* to the power -1/2; only +1/2 makes e a pure number, and is in line
-    with Johnson's 3.8 (Y / E*)^(1/2) (m u^2 / (2 Y R^3))^(-1/8) (Contact Mechanics, 1985, eq. 11.37), which for a
-    sphere is this with 3.47 for 3.1. It holds for fully plastic impacts; slower ones and soft tips give more than 1,
-    which is clipped and told. Needs both yield strengths. Source: Weir and Tallon, Chem. Eng. Sci. 60 (2005) 3637.
+    Erratum: eq. 1.15 prints the compliance 1/E* to the power -1/2; only +1/2 makes e a pure number,
+    and is in line with Johnson's 3.8 (Y / E*)^(1/2) (m u^2 / (2 Y R^3))^(-1/8) (Contact Mechanics,
+    1985, eq. 11.37), which for a sphere is this with 3.47 for 3.1. It holds for fully plastic
+    impacts; slower ones and soft tips give more than 1, which is clipped and told. Needs both yield
+    strengths. Source: Weir and Tallon, Chem. Eng. Sci. 60 (2005) 3637.
     """
     law = "Weir and Tallon's restitution"
     tip, target = (

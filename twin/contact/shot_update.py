@@ -1,11 +1,13 @@
-"""What measured shots say about latent numbers of the contact: a Gaussian posterior of the shots' own and of new ones.
+"""What measured shots say about latent numbers of the contact: a Gaussian posterior of the shots'
+own and of new ones.
 
-Every latent number (a parameter's standard normal, a discrepancy of time, restitution or shape) is a Gaussian process
-over settings and velocities. Measurements y = (ln peak force, ln contact time, ln impulse) depend on the latent numbers
-of their own shot alone; that dependence is replaced by a line that is regressed over the posterior itself, again and
-again, with what it leaves as noise (iterated posterior linearisation: Garcia-Fernandez, Svensson, Morelande and Sarkka,
-IEEE Trans. Signal Process. 63 (2015) 5561). Amplitudes of the discrepancies are the most probable ones under log-normal
-priors, widened by their uncertainty.
+Every latent number (a parameter's standard normal, a discrepancy of time, restitution or shape) is
+a Gaussian process over settings and velocities. Measurements y = (ln peak force, ln contact time,
+ln impulse) depend on the latent numbers of their own shot alone; that dependence is replaced by a
+line that is regressed over the posterior itself, again and again, with what it leaves as noise
+(iterated posterior linearisation: Garcia-Fernandez, Svensson, Morelande and Sarkka, IEEE Trans.
+Signal Process. 63 (2015) 5561). Amplitudes of the discrepancies are the most probable ones under
+log-normal priors, widened by their uncertainty.
 """
 
 from __future__ import annotations
@@ -24,8 +26,8 @@ from .uncertain_parameters import COLUMNS, column_correlation, shot_variance
 DISCREPANCIES = ("time", "restitution", "shape")
 VELOCITY = "velocity"  # the error of a measured velocity, a latent number of each learned shot
 
-#: Standard deviations of the discrepancies from one configuration to the next, and from shot to shot, before any
-#: was measured; and that of the logarithms of all of these.
+#: Standard deviations of the discrepancies from one configuration to the next, and from shot to
+#: shot, before any was measured; and that of the logarithms of all of these.
 SMOOTH = np.array([0.15, 0.8, 0.3])
 SHOT = np.array([0.04, 0.2, 0.04])
 _AMPLITUDE_SPREAD = np.array([0.5, 0.5, 0.5, 0.6, 0.6, 0.6])
@@ -33,7 +35,8 @@ _AMPLITUDE_SPREAD = np.array([0.5, 0.5, 0.5, 0.6, 0.6, 0.6])
 MEASUREMENT = np.array([0.015, 0.03, 0.015])
 #: Lengths in ln mass, ln velocity and ln radius over which a discrepancy changes.
 _LENGTHS = np.array([1.0, 1.0, 0.8])
-#: Shares of a discrepancy's variance: common to all, of the tip, of what is struck, of both together.
+#: Shares of a discrepancy's variance: common to all, of the tip, of what is struck, of both
+#: together.
 _SHARES = (0.1, 0.25, 0.35, 0.3)
 _SAMPLES, _ITERATIONS = 32, 9
 #: Share of the way to the next line's posterior: whole steps go to and fro between two regimes.
@@ -42,11 +45,12 @@ _STEP = 0.5
 _NORMAL_90, _NARROWEST, _WIDEST = 1.645, 0.3, 2.5
 #: As many configurations as the prior of the widths of peaks, contact times and impulses weighs.
 _DOUBT = (10.0, 7.0, 10.0)
-#: By how much bands of the peak are widened at least when configurations are many: then little is left but the error of
-#: the law and of its lines, which those that are left out share.
+#: By how much bands of the peak are widened at least when configurations are many: then little is
+#: left but the error of the law and of its lines, which those that are left out share.
 _SHARED_ERROR = 0.15
 
-#: ln peak force, ln contact time, ln impulse (n * s, 3) of latent numbers (n * s, latents) and ln velocities (n * s,).
+#: ln peak force, ln contact time, ln impulse (n * s, 3) of latent numbers (n * s, latents) and ln
+#: velocities (n * s,).
 Observables = Callable[[Floats, Floats], Floats]
 
 
@@ -91,11 +95,13 @@ def smooth_correlation(rows: ShotFeatures, columns: ShotFeatures) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class LatentPosterior:
-    """Gaussian of the latent numbers `names` at any setting and velocity. Without shots it is the prior."""
+    """Gaussian of the latent numbers `names` at any setting and velocity. Without shots it is the
+    prior."""
 
     names: tuple[str, ...]
     shots: ShotFeatures
-    weights: Floats  # (observed, latents): derivative of each observation for the latent numbers of its shot
+    # (observed, latents): derivative of each observation for the latent numbers of its shot
+    weights: Floats
     rows: NDArray[np.intp]  # (observed,): the shot of each observation
     mean_factor: Floats  # (observed,): inverse covariance times residuals
     precision: Floats  # (observed, observed): inverse covariance
@@ -165,7 +171,8 @@ def updated_posterior(
     measured: Floats,
     observables: Observables,
 ) -> LatentPosterior:
-    """Of n shots: `velocity_u` (n,) standard uncertainty of ln velocity, `measured` (n, 3) logarithms, NaN for none.
+    """Of n shots: `velocity_u` (n,) standard uncertainty of ln velocity, `measured` (n, 3)
+    logarithms, NaN for none.
 
     Shots of one `configuration` (n,) are left out together where the widths are checked.
     """
@@ -179,7 +186,8 @@ def updated_posterior(
 
 
 class _Fit:
-    """The state of the iteration: every shot's latent numbers with the error of its velocity as the last."""
+    """The state of the iteration: every shot's latent numbers with the error of its velocity as the
+    last."""
 
     def __init__(
         self,
@@ -230,7 +238,8 @@ class _Fit:
         )
 
     def linearise(self) -> None:
-        """Lines y = b + A x of each shot, regressed over its posterior, and what they leave as noise."""
+        """Lines y = b + A x of each shot, regressed over its posterior, and what they leave as
+        noise."""
         count = len(self.measured)
         root = lower_roots(self.covariance)
         offsets = np.einsum("nlk,sk->nsl", root, self.normals)
@@ -265,13 +274,14 @@ class _Fit:
         ]
 
     def _spread(self, column: int, kernel: Floats) -> Floats:
-        """What one latent number of a covariance (shots, shots) adds to that of the observations."""
+        """What one latent number of a covariance (shots, shots) adds to that of the
+        observations."""
         weight = self.weights[:, column]
         return np.asarray(weight[:, None] * kernel[np.ix_(self.rows, self.rows)] * weight)
 
     def choose_amplitudes(self, steps: int) -> None:
-        """Most probable amplitudes of the discrepancies, and their uncertainty, by Newton's steps with the average
-        information (Gilmour, Thompson and Cullis, Biometrics 51 (1995) 1440)."""
+        """Most probable amplitudes of the discrepancies, and their uncertainty, by Newton's steps
+        with the average information (Gilmour, Thompson and Cullis, Biometrics 51 (1995) 1440)."""
         prior = np.log(np.concatenate([SMOOTH, SHOT]))
         for _ in range(steps):
             inverse = _inverse(self._total())
@@ -325,15 +335,17 @@ class _Fit:
         )
 
     def _widths(self, configuration: NDArray[np.intp]) -> tuple[Floats, float]:
-        """Factors on the latents' standard deviations (latents,), and on what contact times deviate by, with which 90 %
-        bands hold 90 % of what was left out.
+        """Factors on the latents' standard deviations (latents,), and on what contact times deviate
+        by, with which 90 % bands hold 90 % of what was left out.
 
-        Each configuration is predicted by all others (block of the inverse covariance: Rasmussen and Williams, Gaussian
-        Processes, 2006, eq. 5.12), and the mean error of its shots is standardized. The factor is the 90 % quantile
-        of these and one more (conformal prediction) over the normal one's, drawn towards 1 where configurations are
-        few. Peaks set the factor of the parameters and of the stretch, contact times the shape's, impulses the
-        restitution's: these are 1 or more, since those that are left out share errors of the law and of its lines.
-        Parameters that are wide for the peak's sake make contact times too wide: these are narrowed alone.
+        Each configuration is predicted by all others (block of the inverse covariance: Rasmussen
+        and Williams, Gaussian Processes, 2006, eq. 5.12), and the mean error of its shots is
+        standardized. The factor is the 90 % quantile of these and one more (conformal prediction)
+        over the normal one's, drawn towards 1 where configurations are few. Peaks set the factor of
+        the parameters and of the stretch, contact times the shape's, impulses the restitution's:
+        these are 1 or more, since those that are left out share errors of the law and of its lines.
+        Parameters that are wide for the peak's sake make contact times too wide: these are narrowed
+        alone.
         """
         body = configuration[self.rows]
         numbers = np.unique(body)

@@ -73,7 +73,8 @@ def _rows(chosen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> Iterator[i
 
 @dataclass(frozen=True)
 class LawUncertainty:
-    """Mean absolute errors of a law's peak force and contact time, relative to what was measured; 0 knows no spread.
+    """Mean absolute errors of a law's peak force and contact time, relative to what was measured; 0
+    knows no spread.
 
     Raises `ValueError` for an error that is negative or not finite.
     """
@@ -89,13 +90,14 @@ class LawUncertainty:
 
     @property
     def stretch(self) -> float:
-        """Standard deviation of the logarithm of a stretch of time that divides the force: the quadratic mean of those
-        of force and time, which cannot differ where the impulse is kept."""
+        """Standard deviation of the logarithm of a stretch of time that divides the force: the
+        quadratic mean of those of force and time, which cannot differ where the impulse is kept."""
         return math.hypot(_log_deviation(self.force), _log_deviation(self.time)) / math.sqrt(2)
 
 
 def _log_deviation(error: float) -> float:
-    """s of a log-normal factor X of median 1 whose mean of |X - 1| is the error: exp(s^2 / 2) erf(s / sqrt 2).
+    """s of a log-normal factor X of median 1 whose mean of |X - 1| is the error: exp(s^2 / 2) erf(s
+    / sqrt 2).
 
     About sqrt(pi / 2) times the error where that is small.
     """
@@ -116,7 +118,8 @@ NO_SPREAD = LawUncertainty(0.0, 0.0, "none")
 _TABLES = "thesis, Tables 5.2 (time) and 5.3 (force): 180 hammer blows"
 _ASSUMED = "assumed as the von Hann pulse's, of which it shares mass and stiffness"
 
-#: By the law's name. A table's mean error counts a law's bias as spread: most of Hunter's and Reed's is bias.
+#: By the law's name. A table's mean error counts a law's bias as spread: most of Hunter's and
+#: Reed's is bias.
 SPREADS: Mapping[str, LawUncertainty] = {
     "hann": LawUncertainty(0.2578, 0.25, _TABLES),
     "hunter": LawUncertainty(0.5224, 0.27, _TABLES),
@@ -128,7 +131,8 @@ SPREADS: Mapping[str, LawUncertainty] = {
 
 #: Equidistant points of a pulse's contact.
 PHASES = 65
-#: Of each contact's own time: half of those that `impact` takes, since 1e-5 is more than enough here.
+#: Of each contact's own time: half of those that `impact` takes, since 1e-5 is more than enough
+#: here.
 _STEPS = 48
 
 
@@ -136,9 +140,10 @@ _STEPS = 48
 class LawContact:
     """A nominal law by name, or Hertz' impact with effects: a `ContactStage`.
 
-    `restitution` names a law of restitution for the laws that lose energy. `spread` is the law's typical error unless
-    told otherwise (`SPREADS`); `NO_SPREAD` for none. Raises `LookupError` for names there are none of, `ValueError`
-    for effects on another law than "hertz", `TypeError` for effects of another stage.
+    `restitution` names a law of restitution for the laws that lose energy. `spread` is the law's
+    typical error unless told otherwise (`SPREADS`); `NO_SPREAD` for none. Raises `LookupError` for
+    names there are none of, `ValueError` for effects on another law than "hertz", `TypeError` for
+    effects of another stage.
     """
 
     law: str = "hertz"
@@ -151,7 +156,8 @@ class LawContact:
         object.__setattr__(self, "effects", checked_effects(self.effects, ContactEffect))
         if self.effects and self.law != "hertz":
             raise ValueError(
-                f"effects of the contact on {self.law!r}: expected 'hertz', the law that they change"
+                f"effects of the contact on {self.law!r}: "
+                f"expected 'hertz', the law that they change"
             )
 
     @property
@@ -161,7 +167,8 @@ class LawContact:
 
     @property
     def normals(self) -> int:
-        """1 where the law knows a spread: contact time and peak force are stretched against each other."""
+        """1 where the law knows a spread: contact time and peak force are stretched against each
+        other."""
         return 1 if self._spread.stretch else 0
 
     @property
@@ -169,24 +176,27 @@ class LawContact:
         return SPREADS.get(self.law, NO_SPREAD) if self.spread is None else self.spread
 
     def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
-        """Force at 65 phases. A random pulse is the mean one, longer and lower or shorter and higher by a log-normal
-        factor: its impulse is the mean one's.
+        """Force at 65 phases. A random pulse is the mean one, longer and lower or shorter and
+        higher by a log-normal factor: its impulse is the mean one's.
 
-        Raises `MissingQuantityError` for what these strikes do not tell, `ValueError` for a `z` of another shape.
+        Raises `MissingQuantityError` for what these strikes do not tell, `ValueError` for a `z` of
+        another shape.
         """
         return self._stretched(trimmed(self._solved(strikes), PHASES), z)
 
     def pulses_on_plate(
         self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None
     ) -> ForcePulses:
-        """As `pulses`, where `solver` gives the mean pulses of Hertz' impacts on a plate that it knows.
+        """As `pulses`, where `solver` gives the mean pulses of Hertz' impacts on a plate that it
+        knows.
 
-        `contact.plate_compliance` does not act: the solver's plate stands in its place. Raises `ValueError` for another
-        law than "hertz", and as `pulses`.
+        `contact.plate_compliance` does not act: the solver's plate stands in its place. Raises
+        `ValueError` for another law than "hertz", and as `pulses`.
         """
         if self.law != "hertz":
             raise ValueError(
-                f"law {self.law!r} on the modes of a plate: expected 'hertz', which is solved in time"
+                f"law {self.law!r} on the modes of a "
+                f"plate: expected 'hertz', which is solved in time"
             )
         impacts = Impacts.of(bodies_of(strikes), insulated(strikes), impedance(strikes))
         for effect in checked_effects(self.effects, ContactEffect):
@@ -195,7 +205,8 @@ class LawContact:
         return self._stretched(solver(impacts, np.arange(len(strikes))), z)
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
-        """Restitution that had to be clipped, impacts that yield and a layer that the law does not know."""
+        """Restitution that had to be clipped, impacts that yield and a layer that the law does not
+        know."""
         return out_of_domain(
             strikes, self._solved(strikes), frozenset(effect.id for effect in self.effects)
         )

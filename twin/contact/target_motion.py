@@ -1,19 +1,23 @@
-"""The velocity before contact from one that was integrated to the peak of the force, where the target gives way.
+"""The velocity before contact from one that was integrated to the peak of the force, where the
+target gives way.
 
-At first contact and when the bodies part, the indentation is zero, or what of it has not sprung back. So the way of
-the impactor over the contact is that of the target's surface: with F the force, T the contact time, m the mass,
+At first contact and when the bodies part, the indentation is zero, or what of it has not sprung
+back. So the way of the impactor over the contact is that of the target's surface: with F the force,
+T the contact time, m the mass,
 
     v T - (1/m) int_0^T (T - t) F dt = Y J + delta_r,
 
-J the impulse, Y the mobility of the target, Y J the way of a surface that gives way with Y F, delta_r the indentation
-that is left (Johnson, Contact Mechanics, 1985, ch. 11; Zener, Phys. Rev. 59 (1941) 669, for Y = 1 / Z). The mass is
-that which the integrated velocity and the force give: m = J_c / v_i, J_c the impulse until the peak. Then
+J the impulse, Y the mobility of the target, Y J the way of a surface that gives way with Y F,
+delta_r the indentation that is left (Johnson, Contact Mechanics, 1985, ch. 11; Zener, Phys. Rev. 59
+(1941) 669, for Y = 1 / Z). The mass is that which the integrated velocity and the force give: m =
+J_c / v_i, J_c the impulse until the peak. Then
 
     v = (G v_i + Y J / T) / (1 - q / 2.943),  G = (1 - c) J / J_c,
 
-c the centroid of the pulse over T, and q = delta_r over the deepest indentation of Hertz' impact, which lasts
-T = 2.943 times that over v. At the peak itself the balance is v = v_i + Y F only where the indentation stands still
-there; a viscous contact has its peak earlier, and that balance is then wrong by up to a factor of three.
+c the centroid of the pulse over T, and q = delta_r over the deepest indentation of Hertz' impact,
+which lasts T = 2.943 times that over v. At the peak itself the balance is v = v_i + Y F only where
+the indentation stands still there; a viscous contact has its peak earlier, and that balance is then
+wrong by up to a factor of three.
 """
 
 from __future__ import annotations
@@ -30,14 +34,16 @@ from .impacts import impedance
 
 #: Contact time of Hertz' impact times its velocity, over the deepest indentation.
 _HERTZ = 2.943
-#: Mobility over that of the plate without edges: uniform on (0, 2), an echo returning some of the loss and an edge
-#: adding to it (2.3 on a free edge; `contact.plate_compliance`).
+#: Mobility over that of the plate without edges: uniform on (0, 2), an echo returning some of the
+#: loss and an edge adding to it (2.3 on a free edge; `contact.plate_compliance`).
 _SHARE, _SHARE_U = 1.0, 2 / np.sqrt(12)
-#: With an anvil, times a factor that is uniform on (0, 1): the mass of the anvil, which nobody states, holds it back.
+#: With an anvil, times a factor that is uniform on (0, 1): the mass of the anvil, which nobody
+#: states, holds it back.
 _ANVIL = 0.5
 _ANVIL_SHARE_U = float(np.sqrt((_SHARE**2 + _SHARE_U**2) / 3 - (_SHARE * _ANVIL) ** 2))
-#: Indentation left over the deepest one, uniform on (0, 0.5): the range that yield and viscous loss of the catalogue,
-#: each over its likely range, leave behind tips of metal (0 to 0.3) and of polymers (0.05 to 0.6).
+#: Indentation left over the deepest one, uniform on (0, 0.5): the range that yield and viscous loss
+#: of the catalogue, each over its likely range, leave behind tips of metal (0 to 0.3) and of
+#: polymers (0.05 to 0.6).
 _UNRECOVERED, _UNRECOVERED_U = 0.25, 0.5 / float(np.sqrt(12))
 #: The pulse is refined for its peak, which lies between two of 20 points.
 _POINTS = 201
@@ -45,8 +51,9 @@ _POINTS = 201
 
 @dataclass(frozen=True, eq=False)
 class TargetMotion:
-    """How the targets of n impacts give way, arrays (n,): mobility (m/s per N), and the share of the deepest
-    indentation that is left when the bodies part; each with its standard uncertainty."""
+    """How the targets of n impacts give way, arrays (n,): mobility (m/s per N), and the share of
+    the deepest indentation that is left when the bodies part; each with its standard
+    uncertainty."""
 
     mobility_m_n_s: Floats
     mobility_u_m_n_s: Floats
@@ -55,7 +62,8 @@ class TargetMotion:
 
     @classmethod
     def of(cls, plate_impedance_n_s_m: Floats, anvil: NDArray[np.bool_]) -> Self:
-        """Of plates without edges (`impacts.plate_impedance`), on some of which an `anvil` lies; both (n,)."""
+        """Of plates without edges (`impacts.plate_impedance`), on some of which an `anvil` lies;
+        both (n,)."""
         share = np.where(anvil, _SHARE * _ANVIL, _SHARE)
         share_u = np.where(anvil, _ANVIL_SHARE_U, _SHARE_U)
         unrecovered = np.full(len(anvil), _UNRECOVERED)
@@ -75,7 +83,8 @@ class TargetMotion:
         )
 
     def drawn(self, z: Floats) -> Self:
-        """Random ones, uniform, of normal numbers `z` (n, 2): never below zero, and without an uncertainty."""
+        """Random ones, uniform, of normal numbers `z` (n, 2): never below zero, and without an
+        uncertainty."""
         from scipy.special import ndtr
 
         none = np.zeros(len(z))
@@ -97,14 +106,16 @@ class TargetMotion:
 
 @dataclass(frozen=True, eq=False)
 class PulseMoments:
-    """What of n pulses the balance needs, (n,): the factor G of the integrated velocity, and J / T (N)."""
+    """What of n pulses the balance needs, (n,): the factor G of the integrated velocity, and J / T
+    (N)."""
 
     factor: Floats
     mean_force_n: Floats
 
     @classmethod
     def of(cls, force_n: Floats) -> Self:
-        """Of forces (n, p) at equal phases of the contact; the integral ends at the peak between two of them."""
+        """Of forces (n, p) at equal phases of the contact; the integral ends at the peak between
+        two of them."""
         from scipy.interpolate import Akima1DInterpolator
 
         phase = np.linspace(0.0, 1.0, _POINTS)
@@ -125,10 +136,11 @@ def velocity_before_contact(
     motion: TargetMotion,
     integrated_u_m_s: Floats | None = None,
 ) -> tuple[Floats, Floats]:
-    """Velocity before contact and its standard uncertainty, from velocities integrated to the peak; all (n,).
+    """Velocity before contact and its standard uncertainty, from velocities integrated to the peak;
+    all (n,).
 
-    Never below the integrated velocity. The uncertainty is the GUM's: of the mobility, of the indentation left and of
-    the integrated velocity. Arrays of other shapes are broadcast.
+    Never below the integrated velocity. The uncertainty is the GUM's: of the mobility, of the
+    indentation left and of the integrated velocity. Arrays of other shapes are broadcast.
     """
     whole = 1 - motion.unrecovered / _HERTZ
     velocity = (
@@ -144,7 +156,8 @@ def velocity_before_contact(
 def integrated_velocity(
     before_contact_m_s: Floats, pulses: PulseMoments, motion: TargetMotion
 ) -> tuple[Floats, Floats]:
-    """The inverse of `velocity_before_contact`: what an integral to the peak gives, and its standard uncertainty; (n,).
+    """The inverse of `velocity_before_contact`: what an integral to the peak gives, and its
+    standard uncertainty; (n,).
 
     Between a tenth of the velocity and all of it.
     """
@@ -166,7 +179,8 @@ def with_plate_motion(
     plate_impedance_n_s_m: float,
     anvil: bool,
 ) -> tuple[float, float]:
-    """`velocity_before_contact` of one impact on a plate without edges, with the force (p,) at equal phases."""
+    """`velocity_before_contact` of one impact on a plate without edges, with the force (p,) at
+    equal phases."""
     motion = TargetMotion.of(np.array([plate_impedance_n_s_m]), np.array([anvil]))
     speed, speed_u = np.array([integrated_m_s]), np.array([integrated_u_m_s])
     velocity, uncertainty = velocity_before_contact(

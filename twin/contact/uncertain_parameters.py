@@ -27,12 +27,12 @@ _FARTHEST = 5.0
 
 @dataclass(frozen=True)
 class UncertainParameter:
-    """A log-normal parameter: the likely range, of which `low` is the least value that matters, is two standard
-    deviations to either side of its geometric mean.
+    """A log-normal parameter: the likely range, of which `low` is the least value that matters, is
+    two standard deviations to either side of its geometric mean.
 
-    `level` names what it belongs to (a tip, a plate) at a setting; two levels share `shared` of the variance of the
-    logarithm. `shot_variance` is the share of it that is new with each shot. `effect` is None for the bench's parts,
-    which are no effect of the catalogue.
+    `level` names what it belongs to (a tip, a plate) at a setting; two levels share `shared` of the
+    variance of the logarithm. `shot_variance` is the share of it that is new with each shot.
+    `effect` is None for the bench's parts, which are no effect of the catalogue.
     """
 
     effect: type[ContactEffect] | None
@@ -80,7 +80,8 @@ def _hammer(_: Setting) -> str:
     return "hammer"
 
 
-#: The ranges are those of the effects' catalogue; a range that begins at 0 there begins here at what is noticed.
+#: The ranges are those of the effects' catalogue; a range that begins at 0 there begins here at
+#: what is noticed.
 YIELD = UncertainParameter(PlasticYield, "pressure_over_yield_strength", 0.3, 20.0, _tip, 0.5)
 #: Of metals, which stay below 0.2 s/m.
 METAL_LOSS = UncertainParameter(ViscousLoss, "loss_s_m", 1e-3, 0.2, _tip, 0.5)
@@ -95,11 +96,13 @@ HAND_MASS = UncertainParameter(
     EffectiveMass, "mass_factor", 0.5, 3.0, _hammer, 1.0, shot_variance=0.01
 )
 
-#: An anvil of aluminium between 0.1 and 3 kg, bolted on: dry metal faces give way by micrometres under a few kN.
+#: An anvil of aluminium between 0.1 and 3 kg, bolted on: dry metal faces give way by micrometres
+#: under a few kN.
 ANVIL_VOLUME = UncertainParameter(None, "anvil_volume_m3", 4e-5, 1e-3, _anvil, 0.9)
 JOINT = UncertainParameter(None, "joint_stiffness_n_m", 2e8, 2e10, _anvil, 0.9)
 
-#: Columns of standard normal numbers by name: a metal's loss and a polymer's are the same column of different levels.
+#: Columns of standard normal numbers by name: a metal's loss and a polymer's are the same column of
+#: different levels.
 COLUMNS: Mapping[str, tuple[UncertainParameter, ...]] = {
     "mass": (HAND_MASS,),
     "yield": (YIELD,),
@@ -129,7 +132,8 @@ def uncertain_columns(fixed: Collection[str], hand_held: bool) -> tuple[str, ...
 def drawn_effects(
     latent: Mapping[str, Floats], polymer: np.ndarray[tuple[int], np.dtype[np.bool_]]
 ) -> list[ContactEffect]:
-    """Effects with parameters (n,) of the columns (n,) that there are. `polymer` (n,): where a polymer meets."""
+    """Effects with parameters (n,) of the columns (n,) that there are. `polymer` (n,): where a
+    polymer meets."""
     effects: list[ContactEffect] = []
     if "mass" in latent:
         effects.append(EffectiveMass(HAND_MASS.values(latent["mass"])))
@@ -155,8 +159,8 @@ def drawn_effects(
 
 
 def column_correlation(name: str, rows: Sequence[Setting], columns: Sequence[Setting]) -> Floats:
-    """Prior correlation (rows, columns) of a column's normal numbers at two lots of settings, but for what is new with
-    each shot."""
+    """Prior correlation (rows, columns) of a column's normal numbers at two lots of settings, but
+    for what is new with each shot."""
     parameter = COLUMNS[name][0]
     first, second = (
         np.array([parameter.level(setting) for setting in lot]) for lot in (rows, columns)

@@ -1,4 +1,5 @@
-"""A gun whose effects are not told apart: the mean of what several guns predict, by their probabilities."""
+"""A gun whose effects are not told apart: the mean of what several guns predict, by their
+probabilities."""
 
 from __future__ import annotations
 
@@ -18,11 +19,12 @@ from .stage import GunStage
 
 @dataclass(frozen=True)
 class AveragedGunStage(GunStage):
-    """The stage of several guns with their weights, of sum one; what else the stage knows is the likeliest one's.
+    """The stage of several guns with their weights, of sum one; what else the stage knows is the
+    likeliest one's.
 
-    Velocities are the mean over the guns of those whose bullet leaves the barrel; a random shot is one of one gun, so
-    that the bands hold what the guns differ by. Raises `ValueError` for fewer than two guns and for weights that are
-    not positive or do not sum to one.
+    Velocities are the mean over the guns of those whose bullet leaves the barrel; a random shot is
+    one of one gun, so that the bands hold what the guns differ by. Raises `ValueError` for fewer
+    than two guns and for weights that are not positive or do not sum to one.
     """
 
     guns: tuple[tuple[float, GunStage], ...] = ()
@@ -54,7 +56,10 @@ class AveragedGunStage(GunStage):
         names = [
             " + ".join(effect.id for effect in gun.effects) or "no effect" for _, gun in self.guns
         ]
-        return f"{replace(self.guns[0][1], effects=()).label} + mean of {', '.join(names[:-1])} and {names[-1]}"
+        return (
+            f"{replace(self.guns[0][1], effects=()).label} + mean of "
+            f"{', '.join(names[:-1])} and {names[-1]}"
+        )
 
     @property
     def normals(self) -> int:

@@ -10,13 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 
-#: Smallest value where it is not "positive": a frictionless barrel and an isothermal gas are allowed limits.
+#: Smallest value where it is not "positive": a frictionless barrel and an isothermal gas are
+#: allowed limits.
 _LEAST = {"friction_coefficient": 0.0, "heat_capacity_ratio": 1.0}
 
 
 @dataclass(frozen=True)
 class GunBench:
-    """Settings of the gun. Raises `ValueError` naming the field and the value when one is unphysical."""
+    """Settings of the gun. Raises `ValueError` naming the field and the value when one is
+    unphysical."""
 
     tank_volume_m3: float
     bore_diameter_m: float
@@ -47,7 +49,8 @@ class GunBench:
 
     @property
     def work_per_pascal_m3(self) -> float:
-        """Work of the gas over the whole travel per pascal of initial pressure: A L for an endless tank."""
+        """Work of the gas over the whole travel per pascal of initial pressure: A L for an endless
+        tank."""
         from scipy.special import exprel
 
         growth = math.log1p(self.projectile_area_m2 * self.travel_m / self.tank_volume_m3)
@@ -66,6 +69,7 @@ def checked(name: str, value: ArrayLike, *, zero_allowed: bool = False) -> NDArr
     if not np.all(good):
         bad = float(values[~good].flat[0])
         raise ValueError(
-            f"{name} = {bad!r}: expected {'not negative' if zero_allowed else 'positive'} and finite"
+            f"{name} = {bad!r}: expected "
+            f"{'not negative' if zero_allowed else 'positive'} and finite"
         )
     return values

@@ -1,19 +1,23 @@
-"""What measured shots say of a gun: guns that it may be, moved to where the shots are, and what is left of them.
+"""What measured shots say of a gun: guns that it may be, moved to where the shots are, and what is
+left of them.
 
-Glossary: y = ln of measured velocity, x = ln of a member's velocity (`prior`), K members; p tank pressure, m bullet
-mass; s a setting (p, m); delta what the effects leave of the gap, smooth in ln p and ln m; S the settings of the shots.
-y = x(s) + a(s) (delta(s) + scatter of one shot), a being the members' amplification: both are of the work, and where
-friction and leaks take nearly all of it a little is a lot of velocity.
+Glossary: y = ln of measured velocity, x = ln of a member's velocity (`prior`), K members; p tank
+pressure, m bullet mass; s a setting (p, m); delta what the effects leave of the gap, smooth in ln p
+and ln m; S the settings of the shots. y = x(s) + a(s) (delta(s) + scatter of one shot), a being the
+members' amplification: both are of the work, and where friction and leaks take nearly all of it a
+little is a lot of velocity.
 
-1. delta is a Gaussian process, its size and the scatter of a shot are on a grid with priors; each pair's evidence is
-   that of Gaussian x with the members' mean and covariance (Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425).
-2. Members are drawn again by their likelihood to a power, as large as leaves a quarter of them in play (tempering:
-   Del Moral, Doucet and Jasra, J. R. Stat. Soc. B 68 (2006) 411).
-3. What is left of the likelihood moves them, linearly in the members' covariance between settings (ensemble smoother:
-   van Leeuwen and Evensen, Mon. Weather Rev. 124 (1996) 2898).
+1. delta is a Gaussian process, its size and the scatter of a shot are on a grid with priors; each
+   pair's evidence is that of Gaussian x with the members' mean and covariance (Kennedy and O'Hagan,
+   J. R. Stat. Soc. B 63 (2001) 425).
+2. Members are drawn again by their likelihood to a power, as large as leaves a quarter of them in
+   play (tempering: Del Moral, Doucet and Jasra, J. R. Stat. Soc. B 68 (2006) 411).
+3. What is left of the likelihood moves them, linearly in the members' covariance between settings
+   (ensemble smoother: van Leeuwen and Evensen, Mon. Weather Rev. 124 (1996) 2898).
 4. delta of a member is that of its own residuals.
 
-With no shots nothing is moved; one shot is enough; where no shots are near, the members and delta spread again.
+With no shots nothing is moved; one shot is enough; where no shots are near, the members and delta
+spread again.
 """
 
 from __future__ import annotations
@@ -29,7 +33,8 @@ from ..sensors.chain import SensorChain
 from .bench import checked
 from .prior import GunPrior, MemberVelocities
 
-# Standard deviations of delta and of the scatter of one shot, each with a log-normal prior: median, width.
+# Standard deviations of delta and of the scatter of one shot, each with a log-normal prior: median,
+# width.
 _GAPS, _GAP_PRIOR = np.geomspace(0.01, 0.32, 6), (0.06, 0.8)
 _SCATTERS, _SCATTER_PRIOR = np.geomspace(0.004, 0.12, 8), (0.02, 0.8)
 # Delta changes over a factor of this in pressure or mass.
@@ -45,9 +50,11 @@ _Rows = NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class VelocityShots:
-    """Measured shots (n,): readings of the tank's pressure (gauge), bullets, velocities and their standard uncertainty.
+    """Measured shots (n,): readings of the tank's pressure (gauge), bullets, velocities and their
+    standard uncertainty.
 
-    Raises `ValueError` for values that are not positive (uncertainties: negative), for no shot, and for other shapes.
+    Raises `ValueError` for values that are not positive (uncertainties: negative), for no shot, and
+    for other shapes.
     """
 
     tank_pressure_pa: Floats
@@ -60,7 +67,8 @@ class VelocityShots:
             values = checked(name, getattr(self, name), zero_allowed=name == "measured_u_m_s")
             if values.ndim != 1 or values.size != len(self) or not values.size:
                 raise ValueError(
-                    f"{name} has shape {values.shape}: expected ({len(self) or 'n'},), one for each shot"
+                    f"{name} has shape {values.shape}: "
+                    f"expected ({len(self) or 'n'},), one for each shot"
                 )
             object.__setattr__(self, name, values)
 
@@ -76,10 +84,12 @@ class VelocityShots:
 
 @dataclass(frozen=True, eq=False)
 class _Settings:
-    """c settings: true pressures by the stated sensors, masses, means of y, shots, variance by what is stated of the
-    measurement, amplification; and within settings the sum of squares of y over it and its degrees of freedom.
+    """c settings: true pressures by the stated sensors, masses, means of y, shots, variance by what
+    is stated of the measurement, amplification; and within settings the sum of squares of y over it
+    and its degrees of freedom.
 
-    What is stated of a velocity is an error that shots of a setting have in common: their bullet's length (eq. 5.2).
+    What is stated of a velocity is an error that shots of a setting have in common: their bullet's
+    length (eq. 5.2).
     """
 
     pressure_pa: Floats
@@ -116,7 +126,8 @@ class _Settings:
 
 @dataclass(frozen=True, eq=False)
 class VelocityPosterior:
-    """K guns that agree with measured shots. `velocities` says how fast they are, and how well that is known."""
+    """K guns that agree with measured shots. `velocities` says how fast they are, and how well that
+    is known."""
 
     guns: GunPrior
     rows: _Rows  # (K,) of the prior's members, some more than once
@@ -161,8 +172,8 @@ class VelocityPosterior:
     def velocities(
         self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain
     ) -> tuple[MemberVelocities, Floats]:
-        """As `GunPrior.velocities`, moved to where the shots are, and standard deviations (K, n) of the logarithm of
-        one shot."""
+        """As `GunPrior.velocities`, moved to where the shots are, and standard deviations (K, n) of
+        the logarithm of one shot."""
         members = self.guns.velocities(pressure_pa, mass_kg, sensors).take(self.rows)
         x = members.log
         kernel = _kernel(self.settings, pressure_pa, mass_kg)
@@ -173,7 +184,8 @@ class VelocityPosterior:
         for rows, gap, scatter, inverse in self._inverses:
             explained_variance = gap**2 * np.sum(kernel @ inverse * kernel, axis=1)
             variance[rows] = gap**2 * np.maximum(alone - explained_variance, 0.0) + scatter**2
-        # Far below the shots the gaps are a large factor, and of a bullet that stays no factor makes one that leaves.
+        # Far below the shots the gaps are a large factor, and of a bullet that stays no factor
+        # makes one that leaves.
         log = np.where(x > members.least, moved, np.minimum(moved, x))
         return replace(members, log=log), np.asarray(members.amplification * np.sqrt(variance))
 
@@ -186,8 +198,8 @@ def _shot_coordinates(settings: _Settings, pressure_pa: Floats, mass_kg: Floats)
 
 
 def _kernel(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
-    """Covariance (n, c) of delta of unit size: a constant, slopes and curvature that grow outside, and what changes
-    on the way."""
+    """Covariance (n, c) of delta of unit size: a constant, slopes and curvature that grow outside,
+    and what changes on the way."""
     a = _shot_coordinates(settings, pressure_pa, mass_kg)
     b = _shot_coordinates(settings, settings.pressure_pa, settings.mass_kg)
     product = a @ b.T

@@ -1,23 +1,27 @@
-"""The gun's motion where gas flows: one perfect gas behind the projectile, or two with a valve in between.
+"""The gun's motion where gas flows: one perfect gas behind the projectile, or two with a valve in
+between.
 
-Behind the projectile, with V = Vb + A x, h = R T times the flow of mass, and n the polytropic index:
-dp/dt = n / V (h_valve - h_leak - p A v), dM/dt = mdot_valve - mdot_leak, m dv/dt = (p - B) A - F - resistance;
-in the tank dp/dt = -n h_valve / V, dM/dt = -mdot_valve. These are the balances of energy and mass of a perfect gas
-(Bird, Stewart and Lightfoot, Transport Phenomena, section 15.5); without flow they are eq. 2.15.
+Behind the projectile, with V = Vb + A x, h = R T times the flow of mass, and n the polytropic
+index: dp/dt = n / V (h_valve - h_leak - p A v), dM/dt = mdot_valve - mdot_leak, m dv/dt = (p - B) A
+- F - resistance; in the tank dp/dt = -n h_valve / V, dM/dt = -mdot_valve. These are the balances of
+energy and mass of a perfect gas (Bird, Stewart and Lightfoot, Transport Phenomena, section 15.5);
+without flow they are eq. 2.15.
 
-The resistance is A v^2 / 2 (f x / D rho_gas + H_air rho_air + H_gas p / (R T)), f, H_air and H_gas being those of the
-`ShotInputs`, and what hooks of effects add.
+The resistance is A v^2 / 2 (f x / D rho_gas + H_air rho_air + H_gas p / (R T)), f, H_air and H_gas
+being those of the `ShotInputs`, and what hooks of effects add.
 
-p is the law's pressure (see `ShotInputs`); flows see absolute pressures, and temperatures R T = p V / M.
+p is the law's pressure (see `ShotInputs`); flows see absolute pressures, and temperatures R T = p V
+/ M.
 
 Flow of a gas through an opening, as ISO 6358 writes it, by its area of flow.
 
-mdot = A c* p1 / sqrt(R T1) phi(p2 / p1), c* = sqrt(gamma) (2 / (gamma + 1))^((gamma + 1) / (2 gamma - 2)),
-phi(r) = 1 up to the critical ratio b, sqrt(1 - ((r - b) / (1 - b))^2) above it; p1, T1 upstream, p2 downstream.
+mdot = A c* p1 / sqrt(R T1) phi(p2 / p1), c* = sqrt(gamma) (2 / (gamma + 1))^((gamma + 1) / (2 gamma
+- 2)), phi(r) = 1 up to the critical ratio b, sqrt(1 - ((r - b) / (1 - b))^2) above it; p1, T1
+upstream, p2 downstream.
 
-With b = (2 / (gamma + 1))^(gamma / (gamma - 1)), that of a nozzle, phi as it stands here follows de Saint-Venant and
-Wantzel's law within 0.4 % up to a ratio of 0.9 and 1.5 % up to 0.99; nearer to 1 it is laminar.
-The numbers of a gas are here; `motion_kernel.mass_flow` is the law.
+With b = (2 / (gamma + 1))^(gamma / (gamma - 1)), that of a nozzle, phi as it stands here follows de
+Saint-Venant and Wantzel's law within 0.4 % up to a ratio of 0.9 and 1.5 % up to 0.99; nearer to 1
+it is laminar. The numbers of a gas are here; `motion_kernel.mass_flow` is the law.
 """
 
 from __future__ import annotations
@@ -52,18 +56,22 @@ def choked_flow(heat_capacity_ratio: float) -> float:
     return math.sqrt(g) * math.pow(2 / (g + 1), (g + 1) / (2 * (g - 1)))
 
 
-#: A projectile that is slower than this is at rest, and than so many of the errors that a step may make of its speed:
-#: steps that cannot tell whether friction holds it would stay where it stops for ever.
+#: A projectile that is slower than this is at rest, and than so many of the errors that a step may
+#: make of its speed: steps that cannot tell whether friction holds it would stay where it stops for
+#: ever.
 _CREEP_M_S, _CREEP_ERRORS = 1e-4, 20.0
-# Of the time that the tank's pressure alone takes to the vent holes: what creeps longer behind its own leak stays.
+# Of the time that the tank's pressure alone takes to the vent holes: what creeps longer behind its
+# own leak stays.
 _PATIENCE = 100.0
-# What a position or a speed counts as at least, of travel and mean speed, where the error of a step is judged.
+# What a position or a speed counts as at least, of travel and mean speed, where the error of a step
+# is judged.
 _SIZE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Chamber:
-    """Motion behind one gas: states (4, n) of position, velocity, the law's pressure, and mass of gas.
+    """Motion behind one gas: states (4, n) of position, velocity, the law's pressure, and mass of
+    gas.
 
     `effects` are those with a hook; without any the compiled motion is what runs.
     """
@@ -195,9 +203,9 @@ class Chamber:
         return resistance, leak
 
     def run(self, leads_s: Floats | None = None) -> tuple[Ends, Floats]:
-        """Every shot to its end, and the law's tank pressure, position and velocity (n, m, 3) at `leads_s` (n, m)
-        before it, NaN where a shot does not reach it, and with hooks. Raises `RuntimeError` when one takes more than
-        200,000 steps."""
+        """Every shot to its end, and the law's tank pressure, position and velocity (n, m, 3) at
+        `leads_s` (n, m) before it, NaN where a shot does not reach it, and with hooks. Raises
+        `RuntimeError` when one takes more than 200,000 steps."""
         shot, start = self.shot, self.start()
         floor = np.empty_like(start)
         floor[0], floor[1] = _SIZE * shot.travel_m, _SIZE * shot.travel_m / self.nominal_time_s
@@ -246,7 +254,8 @@ class Chamber:
         )
 
     def given_up(self, time: Floats, state: Floats) -> NDArray[np.bool_]:
-        """At rest with no pressure left anywhere that could move the projectile, or on its way for too long."""
+        """At rest with no pressure left anywhere that could move the projectile, or on its way for
+        too long."""
         most = state[2::2].max(axis=0)
         held = (state[1] < self.creep_m_s) & (most * self.shot.area_m2 <= self.drag_n)
         return np.asarray(held | (time > self.patience_s))
@@ -261,14 +270,16 @@ class Chamber:
         )
 
 
-# Of the tank's volume: the valve's own passage, which stands at tank pressure. Without it the volume behind
-# the projectile would start at nothing; it belongs to the tank, so that a wide valve has the nominal law as its limit.
+# Of the tank's volume: the valve's own passage, which stands at tank pressure. Without it the
+# volume behind the projectile would start at nothing; it belongs to the tank, so that a wide valve
+# has the nominal law as its limit.
 _PASSAGE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class TwoChambers(Chamber):
-    """The same behind a valve: states (6, n), the last two the law's pressure in the tank and its mass of gas.
+    """The same behind a valve: states (6, n), the last two the law's pressure in the tank and its
+    mass of gas.
 
     Stiff: both pressures come together much faster than the projectile moves.
     """
@@ -321,7 +332,8 @@ class TwoChambers(Chamber):
 
 
 def air_kg(shot: ShotInputs, at_tank_pressure_m3: Floats, at_atmosphere_m3: Floats) -> Floats:
-    """Mass of gas in volumes at absolute tank pressure and at the atmosphere's, all at room temperature."""
+    """Mass of gas in volumes at absolute tank pressure and at the atmosphere's, all at room
+    temperature."""
     tank_pa = shot.tank_pressure_pa + shot.atmosphere_pa
     energy = tank_pa * at_tank_pressure_m3 + shot.atmosphere_pa * at_atmosphere_m3
     return np.asarray(energy / (GAS_CONSTANT * shot.temperature_k))

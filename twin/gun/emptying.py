@@ -1,9 +1,11 @@
-"""The tank's pressure after the projectile has left: the gas flows out through the vent holes and the muzzle.
+"""The tank's pressure after the projectile has left: the gas flows out through the vent holes and
+the muzzle.
 
-With V the volume behind the vent holes, n the polytropic index and h = R T times a flow of mass by ISO 6358
-(`chambers`): dp/dt = n / V (h_valve - h_out), dM/dt = mdot_valve - mdot_out there, and in the tank behind a valve
-dp/dt = -n h_valve / V, dM/dt = -mdot_valve. Without a valve tank and barrel are one volume. The outlet is open at once,
-and what still moves in the barrel is neglected; a valve goes on to open or to close as its profile says.
+With V the volume behind the vent holes, n the polytropic index and h = R T times a flow of mass by
+ISO 6358 (`chambers`): dp/dt = n / V (h_valve - h_out), dM/dt = mdot_valve - mdot_out there, and in
+the tank behind a valve dp/dt = -n h_valve / V, dM/dt = -mdot_valve. Without a valve tank and barrel
+are one volume. The outlet is open at once, and what still moves in the barrel is neglected; a valve
+goes on to open or to close as its profile says.
 """
 
 from __future__ import annotations
@@ -19,12 +21,13 @@ from .chambers import Chamber, TwoChambers, air_kg, choked_flow, critical_ratio
 from .motion_kernel import mass_flow, open_share, valve_motion
 from .shot import ATMOSPHERE_PA, GAS_CONSTANT, ShotInputs
 
-#: A step's share of the time in which the gas behind the vent holes would leave at sonic speed: near the pressure of
-#: the surroundings flows answer thirty times as fast.
+#: A step's share of the time in which the gas behind the vent holes would leave at sonic speed:
+#: near the pressure of the surroundings flows answer thirty times as fast.
 _STEP_SHARE = 0.02
 #: A loss in the valve of fewer dynamic heads than this throttles next to nothing.
 _FEWEST_HEADS = 0.1
-#: A volume with less than this share of the gas that it has at the pressure of the surroundings is empty.
+#: A volume with less than this share of the gas that it has at the pressure of the surroundings is
+#: empty.
 _EMPTY = 1e-4
 
 
@@ -44,10 +47,11 @@ def emptied(  # type: ignore[no-untyped-def]
 ):
     """(n,) law's pressures of the tank at `after_s` (n,) from the exit on.
 
-    `states` (n, 4): the law's pressure and the mass behind the vent holes, then in the tank; `volumes_m3` (n, 2) of
-    both. `areas_m2` (n, 2): of the outlet and of the valve wide open, areas of flow times c*; a valve of 0 is none, and
-    all gas is in the first volume. `valve` (n, 2, k): moments and positions from the opening on, which is `exit_s` (n,)
-    before the exit. The others (n,), SI, as in `motion_kernel.QUANTITIES`.
+    `states` (n, 4): the law's pressure and the mass behind the vent holes, then in the tank;
+    `volumes_m3` (n, 2) of both. `areas_m2` (n, 2): of the outlet and of the valve wide open, areas
+    of flow times c*; a valve of 0 is none, and all gas is in the first volume. `valve` (n, 2, k):
+    moments and positions from the opening on, which is `exit_s` (n,) before the exit. The others
+    (n,), SI, as in `motion_kernel.QUANTITIES`.
     """
     n = after_s.size
     pressures = np.empty(n)
@@ -67,7 +71,8 @@ def emptied(  # type: ignore[no-untyped-def]
                 for c in range(4):
                     shifted[c] = state[c] + ahead * step * rates[c] if part else state[c]
                 _rates(
-                    shifted, volumes_m3[i], areas_m2[i], index[i], outside_pa[i], outside_rt[i], zero_pa[i], critical,
+                    shifted, volumes_m3[i], areas_m2[i], index[i], outside_pa[i], outside_rt[i],
+                    zero_pa[i], critical,
                     valve[i], time + ahead * step, rates,
                 )  # fmt: skip
                 for c in range(4):
@@ -115,8 +120,9 @@ def _rates(  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True, eq=False)
 class GasAtExit:
-    """The gas of n shots as the projectile leaves: `states` and `volumes_m3` as `emptied` takes them, `valve_m2` (n,)
-    the valve's area of flow (0: none), `valve` (n, 2, k) its moments and positions."""
+    """The gas of n shots as the projectile leaves: `states` and `volumes_m3` as `emptied` takes
+    them, `valve_m2` (n,) the valve's area of flow (0: none), `valve` (n, 2, k) its moments and
+    positions."""
 
     shot: ShotInputs
     states: Floats
@@ -125,8 +131,8 @@ class GasAtExit:
     valve: Floats
 
     def tank_pa_after(self, after_s: Floats, exit_s: Floats, outlet_area_m2: float) -> Floats:
-        """(n,): the law's pressure of the tank at `after_s` (n,) from the exit on, which is `exit_s` (n,) after the
-        opening of the valve, through an outlet of this area of flow."""
+        """(n,): the law's pressure of the tank at `after_s` (n,) from the exit on, which is
+        `exit_s` (n,) after the opening of the valve, through an outlet of this area of flow."""
         shot = self.shot
         choked = choked_flow(shot.heat_capacity_ratio)
         areas = choked * np.stack([np.full(len(shot), outlet_area_m2), self.valve_m2], axis=1)
@@ -156,8 +162,9 @@ def one_gas_at_exit(
     mass_kg: Floats | None = None,
     velocity_m_s: Floats | float = 0.0,
 ) -> GasAtExit:
-    """Of shots without a valve's area of flow. Where dynamic heads are lost in a valve at the projectile's speed, that
-    is a valve whose area of flow is the bore's over the root of the heads."""
+    """Of shots without a valve's area of flow. Where dynamic heads are lost in a valve at the
+    projectile's speed, that is a valve whose area of flow is the bore's over the root of the
+    heads."""
     if mass_kg is None:
         mass_kg = air_kg(shot, shot.tank_volume_m3, shot.dead_volume_m3)
     barrel_m3 = shot.dead_volume_m3 + shot.area_m2 * shot.travel_m

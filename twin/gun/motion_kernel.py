@@ -1,9 +1,10 @@
-"""The compiled motion of the gun: rates of one shot, and steps of one shot after the other until each has ended.
+"""The compiled motion of the gun: rates of one shot, and steps of one shot after the other until
+each has ended.
 
-The physics is that of `chambers`, which hands over a table of the shots' quantities. One gas is integrated by Dormand
-and Prince's step, two gases by Rodas5P with derivatives in closed form; both control their steps and meet the vent
-holes as `ode.run` does. Only shots without hooks of effects come here; `ode.run` integrates the others, with the same
-rates.
+The physics is that of `chambers`, which hands over a table of the shots' quantities. One gas is
+integrated by Dormand and Prince's step, two gases by Rodas5P with derivatives in closed form; both
+control their steps and meet the vent holes as `ode.run` does. Only shots without hooks of effects
+come here; `ode.run` integrates the others, with the same rates.
 """
 
 from __future__ import annotations
@@ -58,10 +59,12 @@ _TABLE = from_dtype(QUANTITIES)[::1]
 #: Moments and positions of each shot's valve, (n, 2, k), moments rising; k is 0 without a valve.
 _VALVE = f8[:, :, ::1]
 
-# ISO 6358 has an infinite slope at equal pressures, which no flow has: below a drop of some 1e-4 it is laminar.
+# ISO 6358 has an infinite slope at equal pressures, which no flow has: below a drop of some 1e-4 it
+# is laminar.
 _LAMINAR = 1e-3
-# Air that fills an empty volume is 1.4 times as warm as it was. In a volume that leaks into a vacuum, behind a valve
-# that has hardly opened, the mass is smaller than a step's error: it may be negative, and has no temperature.
+# Air that fills an empty volume is 1.4 times as warm as it was. In a volume that leaks into a
+# vacuum, behind a valve that has hardly opened, the mass is smaller than a step's error: it may be
+# negative, and has no temperature.
 _HOTTEST = 10.0
 #: How a shot's integration ended.
 REACHED, GIVEN_UP, TOO_MANY_STEPS = 0, 1, 2
@@ -78,9 +81,11 @@ _RODAS_STATE, _RODAS_SIDE = (
 
 @njit(nogil=True, error_model="numpy")
 def valve_motion(valve, time):  # type: ignore[no-untyped-def]
-    """How a valve (2, k) moves from a moment on: since when evenly, from which position, how fast, and up to when.
+    """How a valve (2, k) moves from a moment on: since when evenly, from which position, how fast,
+    and up to when.
 
-    Numbers, since no step passes a corner: an array would be handed on, and its references counted, at each evaluation.
+    Numbers, since no step passes a corner: an array would be handed on, and its references counted,
+    at each evaluation.
     """
     last = valve.shape[1] - 1
     if last < 0:
@@ -98,10 +103,12 @@ def valve_motion(valve, time):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, error_model="numpy")
 def open_share(turned):  # type: ignore[no-untyped-def]
-    """Share of a ball valve's area that is open at a position of 0 to 1, and its derivative by the latter.
+    """Share of a ball valve's area that is open at a position of 0 to 1, and its derivative by the
+    latter.
 
-    Its passage moves in front of the bore by an even share of the diameter. Two circles of one size whose centres are a
-    share s of their diameter apart have 2 / pi (acos s - s sqrt(1 - s^2)) of their area in common.
+    Its passage moves in front of the bore by an even share of the diameter. Two circles of one size
+    whose centres are a share s of their diameter apart have 2 / pi (acos s - s sqrt(1 - s^2)) of
+    their area in common.
     """
     if turned >= 1.0:
         return 1.0, 0.0
@@ -125,8 +132,8 @@ def ellipse(pressure_ratio, critical):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, error_model="numpy")
 def mass_flow(area_m2, pressure_pa, rt, other_pa, other_rt, critical):  # type: ignore[no-untyped-def]
-    """kg/s from here to the other side, by the area of flow times c*; negative where the other side's pressure is
-    higher."""
+    """kg/s from here to the other side, by the area of flow times c*; negative where the other
+    side's pressure is higher."""
     if pressure_pa >= other_pa:
         return area_m2 * pressure_pa / math.sqrt(rt) * ellipse(other_pa / pressure_pa, critical)[0]
     return -area_m2 * other_pa / math.sqrt(other_rt) * ellipse(pressure_pa / other_pa, critical)[0]
@@ -159,7 +166,8 @@ def _gas_rt(absolute, volume, mass, outside_rt):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, error_model="numpy")
 def _leak(q, absolute, rt):  # type: ignore[no-untyped-def]
-    """kg/s past the projectile. Gauge pressure is that above the surroundings, whatever the law counts from."""
+    """kg/s past the projectile. Gauge pressure is that above the surroundings, whatever the law
+    counts from."""
     leak = 0.0
     if q.leak_m2 > 0:
         leak = mass_flow(q.leak_m2, absolute, rt, q.outside_pa, q.outside_rt, q.critical_ratio)
@@ -194,7 +202,8 @@ def _rates(q, since, position_then, rate, time, state, leak, resistance, rates):
     )
     push = pressure * q.area_m2
     force = push - q.drag_n - q.area_m2 * heads * speed * speed / 2 - resistance
-    # Friction holds a projectile at rest; it does not pull it back, and a corner there would stop the steps.
+    # Friction holds a projectile at rest; it does not pull it back, and a corner there would stop
+    # the steps.
     if force < 0:
         force *= min(max(velocity / q.creep_m_s, 0.0), 1.0)
     rates[0] = speed
@@ -210,7 +219,8 @@ def _rates(q, since, position_then, rate, time, state, leak, resistance, rates):
     cache=True,
 )
 def all_rates(table, valve, time, state, leak, resistance, rates):  # type: ignore[no-untyped-def]
-    """Of m instants (m, n) of n shots, states (m, n, k), with what hooks add (m, n), into (m, n, k)."""
+    """Of m instants (m, n) of n shots, states (m, n, k), with what hooks add (m, n), into (m, n,
+    k)."""
     for m in range(time.shape[0]):
         for i in range(time.shape[1]):
             since, then, rate, _ = valve_motion(valve[i], time[m, i])
@@ -285,11 +295,13 @@ def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):
         )
     if leak > 0:
         lost, lost_x, lost_p, lost_m = (
-            rt * leak, rt * leak_x + leak * rt_x, rt * leak_p + leak * rt_p, rt * leak_m + leak * rt_m,
+            rt * leak, rt * leak_x + leak * rt_x, rt * leak_p + leak * rt_p,
+            rt * leak_m + leak * rt_m,
         )  # fmt: skip
     else:
         lost, lost_x, lost_p, lost_m = (
-            q.outside_rt * leak, q.outside_rt * leak_x, q.outside_rt * leak_p, q.outside_rt * leak_m,
+            q.outside_rt * leak, q.outside_rt * leak_x, q.outside_rt * leak_p,
+            q.outside_rt * leak_m,
         )  # fmt: skip
     # Forces.
     area, speed = q.area_m2, max(velocity, 0.0)
@@ -375,7 +387,8 @@ def _dormand_prince(q, time, state, first, step, work, new, slope, error):  # ty
 def _invert(system):  # type: ignore[no-untyped-def]
     """A 6 x 6 matrix in its place, by Gauss and Jordan.
 
-    No pivots are looked for: 1 / (gamma step) on the diagonal leads, and a step for which it does not is refused.
+    No pivots are looked for: 1 / (gamma step) on the diagonal leads, and a step for which it does
+    not is refused.
     """
     for i in range(6):
         pivot = 1 / system[i, i]
@@ -473,7 +486,8 @@ def _rodas(
 
 @njit(nogil=True, error_model="numpy")
 def _aimed(step, start, rate, end, end_rate, target):  # type: ignore[no-untyped-def]
-    """The step after which position is at its target, by the cubic through both ends of a longer one."""
+    """The step after which position is at its target, by the cubic through both ends of a longer
+    one."""
     rise, r0, r1 = end - start, step * rate, step * end_rate
     s = straight = (target - start) / rise
     bend, twist = 3 * rise - 2 * r0 - r1, r0 + r1 - 2 * rise
@@ -485,14 +499,15 @@ def _aimed(step, start, rate, end, end_rate, target):  # type: ignore[no-untyped
     return step * (s if s < 1 else straight)
 
 
-#: Position and velocity, which every shot has, and where the tank's pressure is among them without and with a valve.
+#: Position and velocity, which every shot has, and where the tank's pressure is among them without
+#: and with a valve.
 _POSITION, _VELOCITY, _ONE_GAS, _TANK = 0, 1, 2, 4
 
 
 @njit(nogil=True, error_model="numpy")
 def _remember(row, time, state, rates, tank):  # type: ignore[no-untyped-def]
-    """Where a step begins, into a row of the history: time, tank pressure, position, velocity, and the rates of these
-    three."""
+    """Where a step begins, into a row of the history: time, tank pressure, position, velocity, and
+    the rates of these three."""
     row[0] = time
     row[1], row[2], row[3] = state[tank], state[_POSITION], state[_VELOCITY]
     row[4], row[5], row[6] = rates[tank], rates[_POSITION], rates[_VELOCITY]
@@ -500,8 +515,9 @@ def _remember(row, time, state, rates, tank):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, error_model="numpy")
 def _earlier_states(history, count, leads, earlier):  # type: ignore[no-untyped-def]
-    """Tank pressure, position and velocity at moments `leads` (m,) before the last of `count` rows of `history`, a
-    ring, into (m, 3): cubics between the rows. What is before the first of them is as it."""
+    """Tank pressure, position and velocity at moments `leads` (m,) before the last of `count` rows
+    of `history`, a ring, into (m, 3): cubics between the rows. What is before the first of them is
+    as it."""
     size = history.shape[0]
     last = min(count, size) - 1
     end = history[(count - 1) % size, 0]
@@ -529,7 +545,8 @@ def _moved(  # type: ignore[no-untyped-def]
     q, valve, state, step, floor, relative, most_steps, work, system, by_time, new, slope, first, error,
     leads, history, earlier,
 ):  # fmt: skip
-    """One shot to its end, its state in its place: time, and how it ended; what was at `leads` before it (m, 3)."""
+    """One shot to its end, its state in its place: time, and how it ended; what was at `leads`
+    before it (m, 3)."""
     k, time, aims = state.size, 0.0, False
     tank, count, remembers = (_TANK if k == 6 else _ONE_GAS), 0, leads.size > 0
     since, then, speed, corner = valve_motion(valve, time)
@@ -602,7 +619,8 @@ def _moved(  # type: ignore[no-untyped-def]
                 step = -gap / slope[0] if aims and slope[0] > 0 else step * growth
                 for c in range(k):
                     state[c], first[c] = new[c], slope[c]
-                # What a step overshoots as friction stops the projectile; the rates at rest are the same.
+                # What a step overshoots as friction stops the projectile; the rates at rest are the
+                # same.
                 state[1] = max(state[1], 0.0)
         most = max(state[2], state[4]) if k == 6 else state[2]
         if time > q.patience_s or (state[1] < q.creep_m_s and most * q.area_m2 <= q.drag_n):
@@ -621,9 +639,10 @@ def _moved(  # type: ignore[no-untyped-def]
 def run_all(  # type: ignore[no-untyped-def]
     table, valve, states, steps, floors, relative, most_steps, times, ends, leads, earlier
 ):
-    """Shots (n,) one after the other from `states` (n, 4 or 6) to their ends, in their place: times, and how each
-    ended. `steps` are tried first; `floors` (n, k) are as in `ode.StepTolerance`. `earlier` (n, m, 3): the law's
-    tank pressure, position and velocity at `leads` (n, m) before the end of a shot that reaches it.
+    """Shots (n,) one after the other from `states` (n, 4 or 6) to their ends, in their place:
+    times, and how each ended. `steps` are tried first; `floors` (n, k) are as in
+    `ode.StepTolerance`. `earlier` (n, m, 3): the law's tank pressure, position and velocity at
+    `leads` (n, m) before the end of a shot that reaches it.
 
     Ends with the first shot that takes too many steps.
     """

@@ -1,12 +1,14 @@
-"""The nominal gun: a fixed mass of gas expands adiabatically behind a sliding bullet (thesis eq. 2.13-2.18).
+"""The nominal gun: a fixed mass of gas expands adiabatically behind a sliding bullet (thesis eq.
+2.13-2.18).
 
-Glossary: Q gauge pressure, V0 tank volume, A projectile's cross section, L travel to the vent holes,
-m bullet mass, mu friction coefficient, gamma heat capacity ratio, eta efficiency.
+Glossary: Q gauge pressure, V0 tank volume, A projectile's cross section, L travel to the vent
+holes, m bullet mass, mu friction coefficient, gamma heat capacity ratio, eta efficiency.
 
-The gas law is applied to gauge pressure, as the thesis does; what that leaves out is an effect and not
-part of the nominal law.
+The gas law is applied to gauge pressure, as the thesis does; what that leaves out is an effect and
+not part of the nominal law.
 
-What no gas gun exceeds: the escape speed of its gas, and the work that its gas can do along the barrel.
+What no gas gun exceeds: the escape speed of its gas, and the work that its gas can do along the
+barrel.
 """
 
 from __future__ import annotations
@@ -30,15 +32,16 @@ Status = Literal["left", "stopped in the barrel", "did not start"]
 def muzzle_velocity(
     bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike
 ) -> NDArray[np.float64]:
-    """Muzzle velocity (m/s), broadcast over gauge pressures (Pa) and masses (kg): eq. 2.16 and 2.18.
+    """Muzzle velocity (m/s), broadcast over gauge pressures (Pa) and masses (kg): eq. 2.16 and
+    2.18.
 
     The work integral, times eta for v:
     m v^2 / 2 = Q0 V0 / (gamma - 1) [1 - (V0 / (V0 + A L))^(gamma - 1)] - mu m g L.
 
-    A shot that does not leave the barrel has velocity 0. That is where this work is not positive: the net
-    force only falls along the barrel, so a bullet that cannot start, or stops on its way, has no positive
-    work at the end either. Raises `ValueError` for pressures that are negative or not finite, and for masses
-    that are not positive.
+    A shot that does not leave the barrel has velocity 0. That is where this work is not positive:
+    the net force only falls along the barrel, so a bullet that cannot start, or stops on its way,
+    has no positive work at the end either. Raises `ValueError` for pressures that are negative or
+    not finite, and for masses that are not positive.
     """
     pressure = checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True)
     mass = checked("bullet_mass_kg", bullet_mass_kg)
@@ -49,9 +52,11 @@ def muzzle_velocity(
 def tank_pressure_for(
     bench: GunBench, muzzle_velocity_m_s: ArrayLike, bullet_mass_kg: ArrayLike
 ) -> NDArray[np.float64]:
-    """Gauge pressure (Pa) that gives a muzzle velocity: `muzzle_velocity` solved for it, broadcasting.
+    """Gauge pressure (Pa) that gives a muzzle velocity: `muzzle_velocity` solved for it,
+    broadcasting.
 
-    At velocity 0 it is the pressure above which a bullet leaves the barrel. Raises as `muzzle_velocity` does.
+    At velocity 0 it is the pressure above which a bullet leaves the barrel. Raises as
+    `muzzle_velocity` does.
     """
     velocity = checked("muzzle_velocity_m_s", muzzle_velocity_m_s, zero_allowed=True)
     mass = checked("bullet_mass_kg", bullet_mass_kg)
@@ -61,10 +66,11 @@ def tank_pressure_for(
 
 @dataclass(frozen=True)
 class Trajectory:
-    """One shot along the barrel, in equal steps of time (arrays (points,), the last one at the end).
+    """One shot along the barrel, in equal steps of time (arrays (points,), the last one at the
+    end).
 
-    Velocities are the ideal ones of eq. 2.17: eq. 2.18 applies the efficiency at the muzzle only. A shot that
-    does not start has one point.
+    Velocities are the ideal ones of eq. 2.17: eq. 2.18 applies the efficiency at the muzzle only. A
+    shot that does not start has one point.
     """
 
     time_s: NDArray[np.float64]
@@ -79,7 +85,8 @@ class Trajectory:
 def trajectory(
     bench: GunBench, tank_pressure_pa: float, bullet_mass_kg: float, *, points: int = 200
 ) -> Trajectory:
-    """Eq. 2.17 integrated to the vent holes, or to where friction stops it. Raises as `muzzle_velocity`."""
+    """Eq. 2.17 integrated to the vent holes, or to where friction stops it. Raises as
+    `muzzle_velocity`."""
     pressure = float(checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True))
     mass = float(checked("bullet_mass_kg", bullet_mass_kg))
     drag = bench.friction_coefficient * STANDARD_GRAVITY_M_S2
@@ -109,7 +116,8 @@ def _gas_pressure(
 def _integrate(
     bench: GunBench, pressure: float, mass: float, points: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
-    """Times (points,), position and velocity (2, points), and whether the bullet reached the vent holes."""
+    """Times (points,), position and velocity (2, points), and whether the bullet reached the vent
+    holes."""
     from scipy.integrate import solve_ivp
 
     drag = bench.friction_coefficient * STANDARD_GRAVITY_M_S2
@@ -141,8 +149,9 @@ def _integrate(
 
 
 def escape_speed_m_s(heat_capacity_ratio: float, temperature_k: float) -> float:
-    """2 c0 / (gamma - 1): of a gas that expands into a vacuum from rest (Courant and Friedrichs, Supersonic Flow and
-    Shock Waves, section 39); 1,716 m/s for air of a room. Infinite for an isothermal gas."""
+    """2 c0 / (gamma - 1): of a gas that expands into a vacuum from rest (Courant and Friedrichs,
+    Supersonic Flow and Shock Waves, section 39); 1,716 m/s for air of a room. Infinite for an
+    isothermal gas."""
     speed_of_sound = math.sqrt(heat_capacity_ratio * GAS_CONSTANT * temperature_k)
     return math.inf if heat_capacity_ratio == 1 else 2 * speed_of_sound / (heat_capacity_ratio - 1)
 
@@ -150,12 +159,13 @@ def escape_speed_m_s(heat_capacity_ratio: float, temperature_k: float) -> float:
 def barrel_work_j(
     bench: GunBench, tank_pressure_pa: ArrayLike, opposing_pressure_pa: ArrayLike
 ) -> Floats:
-    """The most work on the bullet, broadcasting: the gas of the tank expands at the room's temperature, which takes
-    heat from the walls and gives more than an adiabatic expansion, against the pressure ahead.
+    """The most work on the bullet, broadcasting: the gas of the tank expands at the room's
+    temperature, which takes heat from the walls and gives more than an adiabatic expansion, against
+    the pressure ahead.
 
-    W = max over V of (Q0 + B) V0 ln(V / V0) - B (V - V0), V up to V0 + A L; with B = 0 Q0 V0 ln(1 + A L / V0).
-    Where the barrel is long the largest W is the energy of the tank's gas in its surroundings (exergy: Moran and
-    Shapiro, ch. 7).
+    W = max over V of (Q0 + B) V0 ln(V / V0) - B (V - V0), V up to V0 + A L; with B = 0 Q0 V0 ln(1 +
+    A L / V0). Where the barrel is long the largest W is the energy of the tank's gas in its
+    surroundings (exergy: Moran and Shapiro, ch. 7).
     """
     gauge, ahead = (
         np.asarray(tank_pressure_pa, dtype=np.float64),
@@ -174,27 +184,33 @@ def barrel_work_j(
 def refuse_faster_than_gas(
     bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats
 ) -> None:
-    """Raises `ValueError` for the first of n settings at which eq. 2.16 and 2.18 give more than the escape speed."""
+    """Raises `ValueError` for the first of n settings at which eq. 2.16 and 2.18 give more than the
+    escape speed."""
     velocity = muzzle_velocity(bench, tank_pressure_pa, bullet_mass_kg)
     most = escape_speed_m_s(bench.heat_capacity_ratio, ROOM_K)
     for first in np.flatnonzero(velocity > most)[:1]:
         raise ValueError(
-            f"tank_pressure = {tank_pressure_pa[first] / 1e5:g} bar with bullet_mass = {bullet_mass_kg[first]:g} kg: "
-            f"eq. 2.16 gives {velocity[first]:,.0f} m/s, but the gas of the tank escapes no faster than "
-            f"{most:,.0f} m/s (2 c0 / (gamma - 1) at {ROOM_K:g} K); lower the pressure or take a heavier bullet"
+            f"tank_pressure = {tank_pressure_pa[first] / 1e5:g} bar with "
+            f"bullet_mass = {bullet_mass_kg[first]:g} kg: "
+            f"eq. 2.16 gives {velocity[first]:,.0f} m/s, but the gas of the "
+            f"tank escapes no faster than "
+            f"{most:,.0f} m/s (2 c0 / (gamma - 1) at {ROOM_K:g} K); lower the "
+            f"pressure or take a heavier bullet"
         )
 
 
 def beyond_energy(
     bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats, velocity_m_s: Floats
 ) -> NDArray[np.bool_]:
-    """Which of n measured shots have more energy than the gas of the tank can do work along the barrel."""
+    """Which of n measured shots have more energy than the gas of the tank can do work along the
+    barrel."""
     return excess_velocity(bench, tank_pressure_pa, bullet_mass_kg, velocity_m_s) > 0
 
 
 def excess_velocity(
     bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats, velocity_m_s: Floats
 ) -> Floats:
-    """ln of measured velocities (n,) over the fastest that the gas of the tank can give by its work in the barrel."""
+    """ln of measured velocities (n,) over the fastest that the gas of the tank can give by its work
+    in the barrel."""
     work = np.maximum(barrel_work_j(bench, tank_pressure_pa, 0.0), np.finfo(np.float64).tiny)
     return np.asarray(np.log(velocity_m_s) - np.log(2 * work / bullet_mass_kg) / 2)

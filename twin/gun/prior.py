@@ -1,12 +1,14 @@
-"""Guns that a bench may be, before its shots are measured: effects at random, within their documented likely ranges.
+"""Guns that a bench may be, before its shots are measured: effects at random, within their
+documented likely ranges.
 
-A member is a gun whose effects, where nobody has stated them, act with their prior odds and have parameters from their
-likely ranges: evenly by logarithm where a range begins above 0, else evenly. Transducer and velocity measurement have
-errors as on their data sheets. The members are a Latin hypercube (McKay, Beckman and Conover, Technometrics 21 (1979)
-239). Each obeys the balances of `shots.gun_velocity`, so that none makes energy.
+A member is a gun whose effects, where nobody has stated them, act with their prior odds and have
+parameters from their likely ranges: evenly by logarithm where a range begins above 0, else evenly.
+Transducer and velocity measurement have errors as on their data sheets. The members are a Latin
+hypercube (McKay, Beckman and Conover, Technometrics 21 (1979) 239). Each obeys the balances of
+`shots.gun_velocity`, so that none makes energy.
 
-Velocities are tabulated as shares e of the most work that the gas can do, over tank pressure and bullet mass, and
-interpolated; nodes of the table are fired when they are first needed.
+Velocities are tabulated as shares e of the most work that the gas can do, over tank pressure and
+bullet mass, and interpolated; nodes of the table are fired when they are first needed.
 """
 
 from __future__ import annotations
@@ -40,19 +42,20 @@ _STAYS = 1e-4
 _MOST_AMPLIFIED = 6.0
 # A range that begins above 0 and is at least so wide is even by its logarithm.
 _WIDE = 1.5
-# An efficiency that is stated was read at one of these pressures (Pa) and masses (kg), nobody says at which.
+# An efficiency that is stated was read at one of these pressures (Pa) and masses (kg), nobody says
+# at which.
 _MOST_GAIN = 1.5  # by which a gun may be faster than its effects say for it
 _EFFICIENCY_AT = ((0.5e5, 0.2), (0.5e5, 1.0), (4e5, 0.2), (4e5, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
 class MemberVelocities:
-    """Of K guns at n settings, all (K, n), velocities by their logarithm: `least`, below which a bullet counts as one
-    that stays in the barrel, and `most`, what gas of the room's temperature can give (`barrel_work_j`) against the
-    atmosphere where there is one, below its escape speed.
+    """Of K guns at n settings, all (K, n), velocities by their logarithm: `least`, below which a
+    bullet counts as one that stays in the barrel, and `most`, what gas of the room's temperature
+    can give (`barrel_work_j`) against the atmosphere where there is one, below its escape speed.
 
-    `amplification`, 2 d ln v / d ln p, is 1 where nothing is lost, and large where losses take nearly all the work, so
-    that a little more or less of them is a lot of velocity.
+    `amplification`, 2 d ln v / d ln p, is 1 where nothing is lost, and large where losses take
+    nearly all the work, so that a little more or less of them is a lot of velocity.
     """
 
     log: Floats
@@ -69,10 +72,11 @@ class MemberVelocities:
 
 @dataclass(frozen=True, eq=False)
 class GunPrior:
-    """K guns: `effects`, whose parameters are numbers or (K,), and errors of sensors, that of the velocity as its log.
+    """K guns: `effects`, whose parameters are numbers or (K,), and errors of sensors, that of the
+    velocity as its log.
 
-    `scale` (K,) is the logarithm of a factor on velocities, by which a gun has the efficiency that its bench states.
-    A `profile` of the valve takes the place of the opening times that are drawn.
+    `scale` (K,) is the logarithm of a factor on velocities, by which a gun has the efficiency that
+    its bench states. A `profile` of the valve takes the place of the opening times that are drawn.
     """
 
     bench: GunBench
@@ -136,8 +140,8 @@ class GunPrior:
         )
 
     def _interpolated(self, tank_pa: Floats, bullet_mass_kg: Floats) -> tuple[Floats, Floats]:
-        """Shares (K, n), linear in ln p and ln m between nodes, and their slopes by ln p; at the table's ends the last
-        node's."""
+        """Shares (K, n), linear in ln p and ln m between nodes, and their slopes by ln p; at the
+        table's ends the last node's."""
         p, at_p = _node_below(tank_pa, _PRESSURES)
         m, at_m = _node_below(np.asarray(bullet_mass_kg), _MASSES)
         self._fire(p, np.broadcast_to(m, p.shape))
@@ -194,7 +198,8 @@ def gun_prior(
     seed: int = 0,
     profile: ValveProfile | None = None,
 ) -> GunPrior:
-    """The guns that a bench with stated effects may be, always the same, also with another profile of the valve."""
+    """The guns that a bench with stated effects may be, always the same, also with another profile
+    of the valve."""
     if profile is not None:
         guns = gun_prior(bench, stated, members, seed)
         return replace(guns, profile=profile, _shares=np.full(guns._shares.shape, np.nan))
@@ -260,9 +265,9 @@ def _typical(name: str) -> float:
 def _with_efficiency(
     guns: GunPrior, stated: tuple[GunEffect, ...], rng: np.random.Generator
 ) -> GunPrior:
-    """Guns that have the efficiency that their bench states: measured over predicted velocity, at a setting that who
-    stated it did not say, so that a gun has it at a setting of its own. Guns that lose much more there are not the
-    bench; others take their place."""
+    """Guns that have the efficiency that their bench states: measured over predicted velocity, at a
+    setting that who stated it did not say, so that a gun has it at a setting of its own. Guns that
+    lose much more there are not the bench; others take their place."""
     at_pa, at_kg = np.array(_EFFICIENCY_AT).T
     predicted = gun_velocity(guns.bench, at_pa, at_kg, stated).velocity_m_s
     with np.errstate(divide="ignore"):

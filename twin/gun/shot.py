@@ -22,19 +22,21 @@ from .bench import STANDARD_GRAVITY_M_S2, GunBench, checked
 GAS_CONSTANT = 287.05
 #: Standard atmosphere, ISO 2533, and a room.
 ATMOSPHERE_PA = 101_325.0
-#: What surrounds a gun whose law knows gauge pressure only: a thousandth of an atmosphere, so that gas which has leaked
-#: away keeps a temperature.
+#: What surrounds a gun whose law knows gauge pressure only: a thousandth of an atmosphere, so that
+#: gas which has leaked away keeps a temperature.
 VACUUM_PA = 100.0
 ROOM_K = 293.15
 
 
 @dataclass(frozen=True, eq=False)
 class ShotInputs:
-    """n shots, SI; every array but the valve's profile is (n,). Effects replace fields before the shots are fired.
+    """n shots, SI; every array but the valve's profile is (n,). Effects replace fields before the
+    shots are fired.
 
-    The gas law is that of eq. 2.15 for gauge pressure plus `opposing_pressure_pa`: with 0 it is the nominal law of
-    gauge pressure, a gun in a vacuum whose tank holds the gauge pressure; with the atmosphere it is the law of absolute
-    pressure. Flows past the projectile and through the valve see the same surroundings.
+    The gas law is that of eq. 2.15 for gauge pressure plus `opposing_pressure_pa`: with 0 it is the
+    nominal law of gauge pressure, a gun in a vacuum whose tank holds the gauge pressure; with the
+    atmosphere it is the law of absolute pressure. Flows past the projectile and through the valve
+    see the same surroundings.
     """
 
     tank_pressure_pa: Floats  # gauge
@@ -54,7 +56,8 @@ class ShotInputs:
     temperature_k: Floats  # of the tank, and outside
     valve_area_m2: Floats  # of flow, wide open; infinite: no valve
     opening_time_s: Floats
-    valve_profile: Floats  # (n, 2, k): moments and positions, in place of the opening time; NaN where none is stated
+    # (n, 2, k): moments and positions, in place of the opening time; NaN where none is stated
+    valve_profile: Floats
     leak_area_m2: Floats  # of flow past the projectile
     gauge_leak_area_m2: Floats  # of flow that is choked at gauge pressure
     friction_factor: Floats  # Darcy's, of the gas along the bore
@@ -67,7 +70,8 @@ class ShotInputs:
 
     @property
     def atmosphere_pa(self) -> Floats:
-        """Absolute pressure of the surroundings: what opposes the projectile, and a trace of air without it."""
+        """Absolute pressure of the surroundings: what opposes the projectile, and a trace of air
+        without it."""
         return np.maximum(self.opposing_pressure_pa, VACUUM_PA)
 
     @property
@@ -87,7 +91,8 @@ class ShotInputs:
 
     @property
     def filled_pressure_pa(self) -> Floats:
-        """The law's pressure once tank and dead volume are one: the sum of p V is kept, as no work is done."""
+        """The law's pressure once tank and dead volume are one: the sum of p V is kept, as no work
+        is done."""
         energy = (
             self.driving_pressure_pa * self.tank_volume_m3
             + self.opposing_pressure_pa * self.dead_volume_m3
@@ -103,7 +108,8 @@ class ShotInputs:
         return replace(self, **cast(dict[str, Any], some))
 
     def but(self, **changed: ArrayLike) -> Self:
-        """The same with other values, one for all or one for each. Raises `ValueError` for the wrong number of them."""
+        """The same with other values, one for all or one for each. Raises `ValueError` for the
+        wrong number of them."""
         arrays: dict[str, Any] = {
             name: self._for_each(name, value) for name, value in changed.items()
         }
@@ -113,7 +119,8 @@ class ShotInputs:
         values = np.asarray(value, dtype=np.float64)
         if values.shape not in ((), (len(self),)):
             raise ValueError(
-                f"{name} has shape {values.shape}: expected one value, or one for each of {len(self)} shots"
+                f"{name} has shape {values.shape}: expected one value, or one "
+                f"for each of {len(self)} shots"
             )
         return np.broadcast_to(values, (len(self),))
 
@@ -165,7 +172,8 @@ def nominal_shot(
 
 
 def profile_table(profiles: Sequence[ValveProfile | None]) -> Floats:
-    """Moments and positions of n profiles, (n, 2, k) for the longest of k points; shorter ones repeat their last point.
+    """Moments and positions of n profiles, (n, 2, k) for the longest of k points; shorter ones
+    repeat their last point.
 
     A shot without a profile has NaN.
     """
@@ -181,7 +189,8 @@ def profile_table(profiles: Sequence[ValveProfile | None]) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """n shots at one instant of each, as hooks see them; pressures absolute, gas behind the projectile.
+    """n shots at one instant of each, as hooks see them; pressures absolute, gas behind the
+    projectile.
 
     All (n,), or (m, n) for m instants of each: hooks reckon element by element.
     """
@@ -198,12 +207,13 @@ class Instant:
 class GunEffect(Effect):
     """An effect of the gun. It overrides one of the hooks; each does nothing by default.
 
-    `prepare` fills the fields of `ShotInputs`; most effects need no more. A law that no field can express overrides
-    `resistance_n` or `leak_kg_s`; shots with such an effect take longer, as a hook is no part of the compiled motion.
+    `prepare` fills the fields of `ShotInputs`; most effects need no more. A law that no field can
+    express overrides `resistance_n` or `leak_kg_s`; shots with such an effect take longer, as a
+    hook is no part of the compiled motion.
     """
 
-    #: Whether the motion must be integrated, as the closed form does not know what the effect changes. True for every
-    #: effect with `resistance_n` or `leak_kg_s`.
+    #: Whether the motion must be integrated, as the closed form does not know what the effect
+    #: changes. True for every effect with `resistance_n` or `leak_kg_s`.
     moves: ClassVar[bool] = False
 
     def prepare(self, shot: ShotInputs) -> ShotInputs:

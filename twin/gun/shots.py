@@ -2,8 +2,9 @@
 
 The gun in closed form: eq. 2.16 with any index, dead volume, pressure ahead and constant friction.
 
-Work along the barrel, with V = V0 + Vd, P the law's pressure after filling, B the pressure ahead and F the friction:
-W(x) = P V / (n - 1) [1 - (V / (V + A x))^(n - 1)] - (B A + F) x, and m v^2 / 2 = W(L).
+Work along the barrel, with V = V0 + Vd, P the law's pressure after filling, B the pressure ahead
+and F the friction: W(x) = P V / (n - 1) [1 - (V / (V + A x))^(n - 1)] - (B A + F) x, and m v^2 / 2
+= W(L).
 """
 
 from __future__ import annotations
@@ -76,7 +77,8 @@ _WAY = np.linspace(0.0, 1.0, 129)
 
 
 def earlier_pressures_pa(shot: ShotInputs, leads_s: Floats) -> Floats:
-    """The law's tank pressure at moments (n, m) before the exit of shots that get there, eq. 2.15 along the way.
+    """The law's tank pressure at moments (n, m) before the exit of shots that get there, eq. 2.15
+    along the way.
 
     What is before the start is as at the start, when tank and dead volume are filled.
     """
@@ -112,10 +114,11 @@ class Status(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class GunShots:
-    """n shots: velocity at the vent holes (0 for one that does not get there), when (NaN), and `Status` of each.
+    """n shots: velocity at the vent holes (0 for one that does not get there), when (NaN), and
+    `Status` of each.
 
-    `tank_pressure_pa` (n, m): gauge, at the m moments about the exit that were asked for; NaN for a shot that does not
-    get there, and where a hook of an effect acts.
+    `tank_pressure_pa` (n, m): gauge, at the m moments about the exit that were asked for; NaN for a
+    shot that does not get there, and where a hook of an effect acts.
     """
 
     velocity_m_s: Floats
@@ -139,8 +142,8 @@ class GunShots:
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Moments (n, m) before the exit, s, at which the tank's pressure is asked for; negative: after it, through an
-    outlet of this area of flow."""
+    """Moments (n, m) before the exit, s, at which the tank's pressure is asked for; negative: after
+    it, through an outlet of this area of flow."""
 
     leads_s: Floats
     outlet_area_m2: float
@@ -176,18 +179,20 @@ def gun_velocity(
     before_exit_s: ArrayLike | None = None,
     outlet_area_m2: float | None = None,
 ) -> GunShots:
-    """Shots with gauge pressures (Pa) and masses (kg), broadcast to (n,): eq. 2.16, 2.18, and what effects do to it.
+    """Shots with gauge pressures (Pa) and masses (kg), broadcast to (n,): eq. 2.16, 2.18, and what
+    effects do to it.
 
-    `travel_m`, one for all or (n,), takes the place of the bench's where projectiles differ in it. The bench's
-    efficiency still stands before the velocity: it is 1 where effects say where the losses are. In
-    closed form without effects and where they only prepare the shot. `coarser`: a factor on the error that a step of
-    the integration may make. `valve_profiles`, n of them, say how the valve of `gun.valve_flow` is opened and closed,
-    in place of that effect's opening time; None for a shot leaves that to the effect. Where the effects give no valve,
-    a profile acts on one as wide as the bore that loses one dynamic head. `before_exit_s` (n, m): how long before the
-    exit the pressure of the tank is asked for; negative: after it, for a barrel whose vent holes and muzzle have an
-    area of flow of `outlet_area_m2` together (`emptying`). Raises `ValueError` as `muzzle_velocity`
-    does, for an effect given twice and for parameters or profiles that are not one or n; `TypeError` for another
-    stage's effect.
+    `travel_m`, one for all or (n,), takes the place of the bench's where projectiles differ in it.
+    The bench's efficiency still stands before the velocity: it is 1 where effects say where the
+    losses are. In closed form without effects and where they only prepare the shot. `coarser`: a
+    factor on the error that a step of the integration may make. `valve_profiles`, n of them, say
+    how the valve of `gun.valve_flow` is opened and closed, in place of that effect's opening time;
+    None for a shot leaves that to the effect. Where the effects give no valve, a profile acts on
+    one as wide as the bore that loses one dynamic head. `before_exit_s` (n, m): how long before the
+    exit the pressure of the tank is asked for; negative: after it, for a barrel whose vent holes
+    and muzzle have an area of flow of `outlet_area_m2` together (`emptying`). Raises `ValueError`
+    as `muzzle_velocity` does, for an effect given twice and for parameters or profiles that are not
+    one or n; `TypeError` for another stage's effect.
     """
     shot = nominal_shot(bench, tank_pressure_pa, bullet_mass_kg)
     if travel_m is not None:
@@ -208,7 +213,8 @@ def gun_velocity(
         )
     if np.any(leads < 0) and not (outlet_area_m2 is not None and outlet_area_m2 > 0):
         raise ValueError(
-            f"outlet_area_m2 = {outlet_area_m2!r}: expected a positive one for moments after the exit"
+            f"outlet_area_m2 = {outlet_area_m2!r}: expected a positive one "
+            f"for moments after the exit"
         )
     return _fired(shot, acting, bench.efficiency, coarser, Readings(leads, outlet_area_m2 or 0.0))
 
@@ -309,8 +315,9 @@ def _two_chambers(
 
 
 def _kept_back_pa(shot: ShotInputs, position_m: Floats, velocity_m_s: Floats) -> Floats:
-    """By how much the tank's pressure is above that of all the gas, (n, m), where a valve's drop goes with the
-    projectile's speed: the gas behind the valve stands lower by the drop, and the mass of all of it is kept."""
+    """By how much the tank's pressure is above that of all the gas, (n, m), where a valve's drop
+    goes with the projectile's speed: the gas behind the valve stands lower by the drop, and the
+    mass of all of it is kept."""
     air = ATMOSPHERE_PA / (GAS_CONSTANT * shot.temperature_k)
     drop_pa = (shot.valve_air_heads * air)[:, None] * velocity_m_s**2 / 2
     behind_m3 = shot.dead_volume_m3[:, None] + shot.area_m2[:, None] * position_m

@@ -27,18 +27,21 @@ _CHUNK = 2048
 _LEAST_LEAVING = 0.05
 # ln: beyond the fastest measured shot, where that has more energy than the stated bench gives.
 _BEYOND_FASTEST = 0.05
-# A pressure or a mass that is as near to the range of the shots is in it: they are read to no better.
+# A pressure or a mass that is as near to the range of the shots is in it: they are read to no
+# better.
 _SAME = 0.01
 
 
 @dataclass(frozen=True)
 class GunStage:
-    """A gun with effects; `velocity_spread` is the standard deviation of log(measured over predicted velocity).
+    """A gun with effects; `velocity_spread` is the standard deviation of log(measured over
+    predicted velocity).
 
-    With `unknown_effects` all other effects of the catalogue are drawn from their documented likely ranges
-    (`gun.prior`), and `shots`, measured on this gun, say which of these guns it is (`gun.calibration`); the shots then
-    say how they scatter, too. `source` says where the bench's numbers are from. Raises `ValueError` for a spread that
-    is negative or not finite, for shots where no effects are unknown, and for effects with values for each shot.
+    With `unknown_effects` all other effects of the catalogue are drawn from their documented likely
+    ranges (`gun.prior`), and `shots`, measured on this gun, say which of these guns it is
+    (`gun.calibration`); the shots then say how they scatter, too. `source` says where the bench's
+    numbers are from. Raises `ValueError` for a spread that is negative or not finite, for shots
+    where no effects are unknown, and for effects with values for each shot.
     """
 
     bench: GunBench
@@ -60,7 +63,8 @@ class GunStage:
         ]
         if several and self.unknown_effects:
             raise ValueError(
-                f"{several[0]} has a parameter with several values: expected one value for all shots"
+                f"{several[0]} has a parameter with "
+                f"several values: expected one value for all shots"
             )
         if self.shots is not None and not self.unknown_effects:
             raise ValueError(
@@ -69,7 +73,8 @@ class GunStage:
 
     @property
     def label(self) -> str:
-        """What answers: "eq. 2.16 (campaign spring)", the shots that it has learned from, the effects' ids."""
+        """What answers: "eq. 2.16 (campaign spring)", the shots that it has learned from, the
+        effects' ids."""
         law = f"eq. 2.16 ({self.source})" if self.source else "eq. 2.16"
         drawn = ("unknown effects drawn",) if self.unknown_effects else ()
         learned = drawn if self.shots is None else (f"{len(self.shots)} measured shots",)
@@ -77,12 +82,14 @@ class GunStage:
 
     @property
     def normals(self) -> int:
-        """How many standard normal numbers one random shot takes: which gun it is, and the scatter of the shot."""
+        """How many standard normal numbers one random shot takes: which gun it is, and the scatter
+        of the shot."""
         return 2 if self.unknown_effects else 1
 
     def velocities(self, settings: Sequence[Setting], sensors: SensorChain) -> Floats:
-        """The central true velocities of impact (n,), m/s: medians of the guns whose bullet leaves the barrel; 0 where
-        fewer than one in twenty does. Raises `ValueError` where eq. 2.16 gives more than the escape speed of the gas.
+        """The central true velocities of impact (n,), m/s: medians of the guns whose bullet leaves
+        the barrel; 0 where fewer than one in twenty does. Raises `ValueError` where eq. 2.16 gives
+        more than the escape speed of the gas.
         """
         velocity = _given_velocities(settings)
         for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
@@ -95,8 +102,8 @@ class GunStage:
     def velocity_draws(
         self, settings: Sequence[Setting], sensors: SensorChain, z: Floats
     ) -> Floats:
-        """True velocities (d, n), m/s, of normals z (d, normals): a draw is one gun for all settings, and 0 where its
-        bullet stays in the barrel. Raises as `velocities`."""
+        """True velocities (d, n), m/s, of normals z (d, normals): a draw is one gun for all
+        settings, and 0 where its bullet stays in the barrel. Raises as `velocities`."""
         velocity = np.tile(_given_velocities(settings), (len(z), 1))
         for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
@@ -126,8 +133,8 @@ class GunStage:
         measured_m_s: ArrayLike,
         measured_u_m_s: ArrayLike | None = None,
     ) -> GunStage:
-        """The stage after more measured shots (n,), n of 1 or more: readings of the tank's pressure (gauge), masses,
-        velocities and their standard uncertainties. Raises as `VelocityShots`."""
+        """The stage after more measured shots (n,), n of 1 or more: readings of the tank's pressure
+        (gauge), masses, velocities and their standard uncertainties. Raises as `VelocityShots`."""
         measured = np.atleast_1d(np.asarray(measured_m_s, dtype=np.float64))
         uncertainty = np.zeros(measured.size) if measured_u_m_s is None else measured_u_m_s
         given = (tank_pressure_pa, bullet_mass_kg, measured, uncertainty)
@@ -141,8 +148,9 @@ class GunStage:
         )
 
     def extrapolation(self, settings: Sequence[Setting]) -> list[tuple[Extrapolation, ...]]:
-        """For each setting, which of tank pressure and bullet mass lie beyond those of the shots that were learned
-        from; empty within them, where the velocity is given, and where nothing was learned."""
+        """For each setting, which of tank pressure and bullet mass lie beyond those of the shots
+        that were learned from; empty within them, where the velocity is given, and where nothing
+        was learned."""
         return [
             () if self.shots is None else _extrapolations(setting, self.shots)
             for setting in settings
@@ -152,10 +160,14 @@ class GunStage:
     def sentence(self) -> str:
         """What the velocity rests on, in one plain line."""
         if not self.unknown_effects:
-            return f"The velocity is that of eq. 2.16 with the stated effects and a spread of {self.velocity_spread:.1%}."
+            return (
+                f"The velocity is that of eq. 2.16 with the stated effects and a "
+                f"spread of {self.velocity_spread:.1%}."
+            )
         if self.shots is None:
             return (
-                "The velocity rests on no measured shot: effects of the gun that are not stated are drawn from their "
+                "The velocity rests on no measured shot: effects of the gun "
+                "that are not stated are drawn from their "
                 "likely ranges."
             )
         pressure, mass = self.shots.tank_pressure_pa / 1e5, self.shots.bullet_mass_kg
@@ -165,8 +177,8 @@ class GunStage:
     def fired(
         self, tank_pressure_pa: Floats, bullet_mass_kg: Floats, profile: ValveProfile | None = None
     ) -> Floats:
-        """Velocities (n,) of true tank pressures and bullets by the stated effects alone, with a profile of the valve
-        where one is stated."""
+        """Velocities (n,) of true tank pressures and bullets by the stated effects alone, with a
+        profile of the valve where one is stated."""
         from .shots import gun_velocity
 
         profiles = None if profile is None else [profile] * np.size(tank_pressure_pa)
@@ -178,8 +190,8 @@ class GunStage:
     def _fired_settings(
         self, settings: Sequence[Setting], sensors: SensorChain
     ) -> Iterator[tuple[NDArray[np.intp], Floats, Floats, ValveProfile | None]]:
-        """Those that the gun fires, some of one profile of the valve at once: rows, pressures (Pa, gauge) as the stated
-        sensors have them true, masses (kg), and the profile."""
+        """Those that the gun fires, some of one profile of the valve at once: rows, pressures (Pa,
+        gauge) as the stated sensors have them true, masses (kg), and the profile."""
         of_profile: dict[ValveProfile | None, list[tuple[int, float, float]]] = {}
         for row, setting in enumerate(settings):
             if setting.tank_pressure_pa is not None:
@@ -198,7 +210,8 @@ class GunStage:
         sensors: SensorChain,
         profile: ValveProfile | None,
     ) -> tuple[Floats, Floats, Floats]:
-        """(K, n) each: ln of velocities, minus infinity where the bullet stays; the scatter of one shot; the most."""
+        """(K, n) each: ln of velocities, minus infinity where the bullet stays; the scatter of one
+        shot; the most."""
         guns = gun_prior(self.bench, self.effects, profile=profile)
         if self.shots is None:
             members = guns.velocities(pressure_pa, mass_kg, sensors)
@@ -213,8 +226,9 @@ class GunStage:
         return np.where(leaves, np.minimum(members.log, most), -np.inf), spread, most
 
     def _excess(self) -> float:
-        """By how much (ln) the fastest measured shot exceeds what the stated bench can give, and as much again as shots
-        scatter: then its volumes are stated wrong, and the shots are believed. 0 where none does."""
+        """By how much (ln) the fastest measured shot exceeds what the stated bench can give, and as
+        much again as shots scatter: then its volumes are stated wrong, and the shots are believed.
+        0 where none does."""
         if self.shots is None:
             return 0.0
         of_shots = (self.shots.tank_pressure_pa, self.shots.bullet_mass_kg, self.shots.measured_m_s)
@@ -229,7 +243,8 @@ class GunStage:
         z: Floats,
         profile: ValveProfile | None,
     ) -> Floats:
-        """Velocities (d, n): the first normal is the rank of a gun among all, by how fast it is at these settings."""
+        """Velocities (d, n): the first normal is the rank of a gun among all, by how fast it is at
+        these settings."""
         from scipy.special import ndtr
 
         mean, spread, most = self._guns(pressure_pa, mass_kg, sensors, profile)
@@ -249,7 +264,8 @@ def _posterior(prior: GunPrior, shots: VelocityShots, sensors: SensorChain) -> V
 
 
 def _central(log_velocity: Floats) -> Floats:
-    """Medians (n,) of the velocities that are finite, of logarithms (K, n); 0 where there are few."""
+    """Medians (n,) of the velocities that are finite, of logarithms (K, n); 0 where there are
+    few."""
     leaving_guns = np.isfinite(log_velocity).sum(axis=0)
     # Those that stay are the slowest: the median of the others lies above them by half of these.
     ordered, last = np.sort(log_velocity, axis=0), len(log_velocity) - 1

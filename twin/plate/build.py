@@ -18,7 +18,8 @@ from .outline import Edge, Point, area, checked_outline
 
 
 class DampingLaw(Protocol):
-    """Ratio as a function of frequency; a frozen record, so that a plate that has one is hashable."""
+    """Ratio as a function of frequency; a frozen record, so that a plate that has one is
+    hashable."""
 
     def ratios(self, frequency_hz: Floats) -> Floats:
         """(m,) at modes (m,), rigid ones at 0 Hz among them."""
@@ -29,8 +30,9 @@ class DampingLaw(Protocol):
 class ConstantDamping:
     """The same ratio at every mode.
 
-    0.5 % is our assumption: metal alone has a tenth of that or less (Cremer, Heckl, Petersson, Structure-Borne Sound:
-    loss factors, 2 zeta, of 1e-4 to 1e-3); cables, joints and what the plate hangs from bring it to 0.2 to 1 %.
+    0.5 % is our assumption: metal alone has a tenth of that or less (Cremer, Heckl, Petersson,
+    Structure-Borne Sound: loss factors, 2 zeta, of 1e-4 to 1e-3); cables, joints and what the plate
+    hangs from bring it to 0.2 to 1 %.
     """
 
     ratio: float = 0.005
@@ -45,9 +47,11 @@ class ConstantDamping:
 
 @dataclass(frozen=True)
 class RayleighDamping:
-    """C = alpha M + beta K: zeta = alpha / (2 omega) + beta omega / 2; a rigid mode, which nothing damps, has 0.
+    """C = alpha M + beta K: zeta = alpha / (2 omega) + beta omega / 2; a rigid mode, which nothing
+    damps, has 0.
 
-    Given by the ratio at two frequencies, low and high. Raises `ValueError` where that takes a negative alpha or beta.
+    Given by the ratio at two frequencies, low and high. Raises `ValueError` where that takes a
+    negative alpha or beta.
     """
 
     low_hz: float
@@ -114,8 +118,9 @@ def named_points(points: Mapping[str, Point]) -> tuple[NamedPoint, ...]:
 class PlateBuild:
     """One plate of one thickness; hashable, so that it is solved once.
 
-    The outline is a simple polygon, either way round; edge k runs from corner k to the next. Sensors have no mass but
-    what `masses` puts there. Raises `ValueError` naming the field, the value and what is expected.
+    The outline is a simple polygon, either way round; edge k runs from corner k to the next.
+    Sensors have no mass but what `masses` puts there. Raises `ValueError` naming the field, the
+    value and what is expected.
     """
 
     outline_m: tuple[Point, ...]

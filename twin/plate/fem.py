@@ -1,7 +1,8 @@
 """Kirchhoff's plate by Argyris' triangle: stiffness, mass, and what rows of it are held.
 
-Argyris, Fried and Scharpf (Aeronaut. J. 72, 1968): complete polynomials of degree five with continuous slopes, as
-Kirchhoff's plate needs them. Frequencies converge with the eighth power of the mesh size.
+Argyris, Fried and Scharpf (Aeronaut. J. 72, 1968): complete polynomials of degree five with
+continuous slopes, as Kirchhoff's plate needs them. Frequencies converge with the eighth power of
+the mesh size.
 
 Where points lie in the mesh: its frame, its triangles, and deflections there.
 """
@@ -25,8 +26,8 @@ from .outline import Point
 class PlateFrame:
     """Lengths in `unit_m`, from the middle of the plate.
 
-    The unknowns are then all of the size of the deflections, and the powers of x and y, which the element is made of,
-    stay small.
+    The unknowns are then all of the size of the deflections, and the powers of x and y, which the
+    element is made of, stay small.
     """
 
     origin_m: Floats
@@ -137,7 +138,8 @@ _ORDER = 10  # of quadrature: products of two quintics
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """Sparse matrices over all unknowns (u), and `free` (u, v): unknowns from those that nothing holds.
+    """Sparse matrices over all unknowns (u), and `free` (u, v): unknowns from those that nothing
+    holds.
 
     `frame` is that of the mesh.
     """
@@ -149,14 +151,16 @@ class Elements:
     frame: PlateFrame
 
     def rows(self, points: Sequence[Point]) -> Floats:
-        """Deflection at points from the unknowns, (points, u). Raises `ValueError` for a point off the plate."""
+        """Deflection at points from the unknowns, (points, u). Raises `ValueError` for a point off
+        the plate."""
         return deflections(
             self.basis, self.frame.local(np.array(points, dtype=np.float64).reshape(-1, 2))
         )
 
 
 def elements_of(build: PlateBuild, length_m: float, edge_layer_m: float = 0.0) -> Elements:
-    """Of the plate with its masses, springs and held edges, by triangles with sides up to `length_m`.
+    """Of the plate with its masses, springs and held edges, by triangles with sides up to
+    `length_m`.
 
     A layer of `edge_layer_m` along free edges does not resist twisting (`thickness.edge_layer_m`).
     """

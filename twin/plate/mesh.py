@@ -1,6 +1,8 @@
-"""The mesh of a plate: triangles no larger than a part of a wavelength, finer where the solution is sharp.
+"""The mesh of a plate: triangles no larger than a part of a wavelength, finer where the solution is
+sharp.
 
-Triangles for a simple polygon: fat ears, Delaunay flips, smoothing. Corners are points (p, 2), triangles (t, 3).
+Triangles for a simple polygon: fat ears, Delaunay flips, smoothing. Corners are points (p, 2),
+triangles (t, 3).
 """
 
 from __future__ import annotations
@@ -39,7 +41,8 @@ def ears(corners: Floats) -> Indices:
 
 
 def flipped(points: Floats, triangles: Indices) -> Indices:
-    """The same with sides flipped until every inner one is locally Delaunay (Lawson 1977); the outline stays."""
+    """The same with sides flipped until every inner one is locally Delaunay (Lawson 1977); the
+    outline stays."""
     triangles = triangles.copy()
     sides = _sides(triangles)
     waiting = [side for side, two in sides.items() if len(two) == 2]
@@ -52,7 +55,8 @@ def flipped(points: Floats, triangles: Indices) -> Indices:
 
 
 def smoothed(points: Floats, triangles: Indices, held: NDArray[np.bool_]) -> Floats:
-    """Points that are not held moved to the middle of their neighbours, unless that thins a triangle.
+    """Points that are not held moved to the middle of their neighbours, unless that thins a
+    triangle.
 
     Triangles go counter-clockwise.
     """
@@ -82,7 +86,8 @@ def areas(points: Floats, triangles: Indices) -> Floats:
 
 
 def _ear_fatness(corners: Floats, triple: tuple[int, int, int], remaining: list[int]) -> float:
-    """4 sqrt(3) area over the sum of squared sides: 1 for an equilateral triangle; -1 for what is no ear."""
+    """4 sqrt(3) area over the sum of squared sides: 1 for an equilateral triangle; -1 for what is
+    no ear."""
     size = areas(corners, np.array([triple]))[0]
     a, b, c = corners[list(triple)]
     squares = float(np.sum((a - b) ** 2) + np.sum((b - c) ** 2) + np.sum((c - a) ** 2))
@@ -139,7 +144,8 @@ def _opposite(triangle: Indices, side: tuple[int, int]) -> int:
 
 
 def _cotangent(points: Floats, at: int, corner: int, other: int) -> float:
-    """Of the angle at a corner; two opposite angles of more than pi together have a negative sum of these."""
+    """Of the angle at a corner; two opposite angles of more than pi together have a negative sum of
+    these."""
     (ux, uy), (vx, vy) = (
         (points[corner] - points[at]).tolist(),
         (points[other] - points[at]).tolist(),
@@ -155,10 +161,12 @@ _FINEST = 1 / 16
 
 
 def mesh_of(build: PlateBuild, length_m: float) -> Any:
-    """A `skfem.MeshTri` with sides up to about `length_m`, and a corner at every end of a held stretch.
+    """A `skfem.MeshTri` with sides up to about `length_m`, and a corner at every end of a held
+    stretch.
 
-    The same for a polygon that is given from another corner or the other way round. Sharp points are the ends of held
-    stretches and corners that turn in: moments go to infinity there, and the order of convergence would be lost.
+    The same for a polygon that is given from another corner or the other way round. Sharp points
+    are the ends of held stretches and corners that turn in: moments go to infinity there, and the
+    order of convergence would be lost.
     """
     from skfem import MeshTri
 

@@ -1,4 +1,5 @@
-"""A plate as its modes: what a finite element model or a measured table gives, and what effects change.
+"""A plate as its modes: what a finite element model or a measured table gives, and what effects
+change.
 
 What every effect of the plate does: modes in, modes out.
 """
@@ -18,10 +19,11 @@ from ..effects import Effect, checked_effects
 
 @dataclass(frozen=True, eq=False)
 class ModalPlate:
-    """m modes in rising order of frequency, rigid ones at 0 Hz. Shapes are mass-normalised, 1/sqrt(kg).
+    """m modes in rising order of frequency, rigid ones at 0 Hz. Shapes are mass-normalised,
+    1/sqrt(kg).
 
-    `shape_impact` is (points, m) with a row for each name of `impact_points` ("#1"), `shapes` (sensors, m) with a row
-    for each of `sensors`. Raises `ValueError` naming what does not fit.
+    `shape_impact` is (points, m) with a row for each name of `impact_points` ("#1"), `shapes`
+    (sensors, m) with a row for each of `sensors`. Raises `ValueError` naming what does not fit.
     """
 
     frequency_hz: Floats
@@ -55,7 +57,8 @@ class ModalPlate:
         """The row of an impact point. Raises `LookupError` that names those there are."""
         if name not in self.impact_points:
             raise LookupError(
-                f"no impact position {name!r} on this plate; there are: {', '.join(self.impact_points)}"
+                f"no impact position {name!r} on this plate; there are: "
+                f"{', '.join(self.impact_points)}"
             )
         return self.impact_points.index(name)
 
@@ -87,8 +90,9 @@ _PARTS = ("mode band", "channel")
 class PlateEffect(Effect):
     """What the nominal modes of a plate leave out.
 
-    A plate is one, not a batch: a parameter is a number, or what belongs to modes or sensors an array of a value for
-    each. Raises `ValueError` for another array. With every parameter at its `off` the plate stays exactly as it is.
+    A plate is one, not a batch: a parameter is a number, or what belongs to modes or sensors an
+    array of a value for each. Raises `ValueError` for another array. With every parameter at its
+    `off` the plate stays exactly as it is.
     """
 
     def __post_init__(self) -> None:
@@ -124,7 +128,8 @@ class PlateEffect(Effect):
 
 
 def with_effects(plate: ModalPlate, effects: Iterable[Effect]) -> ModalPlate:
-    """The plate under effects, in the order given. Raises `TypeError` for another stage's, `ValueError` for doubles."""
+    """The plate under effects, in the order given. Raises `TypeError` for another stage's,
+    `ValueError` for doubles."""
     for effect in checked_effects(effects, PlateEffect):  # type: ignore[type-abstract]
         plate = effect.apply(plate)
     return plate

@@ -2,7 +2,8 @@
 
 Thick plates: Mindlin's dispersion in the place of Kirchhoff's.
 
-Glossary: k wavenumber, D rigidity, m mass and J rotary inertia per area, S shear stiffness kappa^2 G h.
+Glossary: k wavenumber, D rigidity, m mass and J rotary inertia per area, S shear stiffness kappa^2
+G h.
 
 Solved plates on disk: a solution takes seconds, a look at it milliseconds.
 """
@@ -32,14 +33,16 @@ _SHEAR_COEFFICIENT = math.pi**2 / 12
 def mindlin_hz(build: PlateBuild, kirchhoff_hz: Floats) -> Floats:
     """Frequencies (m,) of Mindlin's plate at the wavenumbers of Kirchhoff's frequencies (m,).
 
-    Of Mindlin's two branches the flexural one. Exact for simply supported polygons, where both plates have the shapes
-    of a membrane (Conway, Can. Aeronaut. J. 6, 1960, 263; Wang, J. Vib. Acoust. 116, 1994, 536). An approximation where
-    edges are free or clamped: the near field there is sheared otherwise than the waves are.
+    Of Mindlin's two branches the flexural one. Exact for simply supported polygons, where both
+    plates have the shapes of a membrane (Conway, Can. Aeronaut. J. 6, 1960, 263; Wang, J. Vib.
+    Acoust. 116, 1994, 536). An approximation where edges are free or clamped: the near field there
+    is sheared otherwise than the waves are.
     """
     m, rotary, shear = _inertia_and_shear(build)
     squares = (2 * np.pi * kirchhoff_hz) ** 2
     k2 = np.sqrt(m / build.rigidity_n_m * squares)
-    # (J/S) x^2 - b x + omega_K^2 = 0 for x = omega^2; its smaller root, written so that nothing cancels.
+    # (J/S) x^2 - b x + omega_K^2 = 0 for x = omega^2; its smaller root, written so that nothing
+    # cancels.
     b = 1 + (build.rigidity_n_m / shear + rotary / m) * k2
     return np.sqrt(2 * squares / (b + np.sqrt(b**2 - 4 * rotary / shear * squares))) / (2 * np.pi)
 
@@ -60,12 +63,14 @@ def flexural_wavelength_m(build: PlateBuild, kirchhoff_hz: float) -> float:
 
 
 def edge_layer_m(build: PlateBuild) -> float:
-    """How deep the layer along a free edge is that does not resist twisting: h / sqrt(12 kappa^2) = h / pi.
+    """How deep the layer along a free edge is that does not resist twisting: h / sqrt(12 kappa^2) =
+    h / pi.
 
-    Kirchhoff's plate lets twisting moments end at a free edge in a jump of shear; Mindlin's lets them fade over h / pi.
-    To first order in h the twisting energy of that layer is missing: a strip of width b twists with a stiffness of
-    G h^3 b / 3 (1 - 2 h / (pi b)), where Saint-Venant has 0.630 for 2 / pi (Timoshenko and Goodier, Theory of
-    Elasticity, on torsion of a rectangular bar).
+    Kirchhoff's plate lets twisting moments end at a free edge in a jump of shear; Mindlin's lets
+    them fade over h / pi. To first order in h the twisting energy of that layer is missing: a strip
+    of width b twists with a stiffness of G h^3 b / 3 (1 - 2 h / (pi b)), where Saint-Venant has
+    0.630 for 2 / pi (Timoshenko and Goodier, Theory of Elasticity, on torsion of a rectangular
+    bar).
     """
     return build.thickness_m / math.sqrt(12 * _SHEAR_COEFFICIENT)
 
@@ -81,7 +86,8 @@ def _inertia_and_shear(build: PlateBuild) -> tuple[float, float, float]:
     )
 
 
-#: Triangles in a wavelength of the highest frequency, at least: the highest ones come out some 0.1 % too high.
+#: Triangles in a wavelength of the highest frequency, at least: the highest ones come out some 0.1
+#: % too high.
 ELEMENTS_PER_WAVELENGTH = 0.9
 #: Triangles across a plate whose highest mode is a low one.
 _LEAST_ACROSS = 4
@@ -98,9 +104,10 @@ def solve_plate(
 ) -> ModalPlate:
     """All modes from 0 Hz up to a frequency, of Kirchhoff's plate by Argyris' triangles.
 
-    With the correction frequencies are those of Mindlin's plate of the same wavenumber (`mindlin_hz`), and free edges
-    twist as his do (`edge_layer_m`). Rigid modes of what nothing holds are at exactly 0 Hz. Motion in the plane of the
-    plate has no part. Raises `ValueError` for a frequency that is not positive and for points off the plate.
+    With the correction frequencies are those of Mindlin's plate of the same wavenumber
+    (`mindlin_hz`), and free edges twist as his do (`edge_layer_m`). Rigid modes of what nothing
+    holds are at exactly 0 Hz. Motion in the plane of the plate has no part. Raises `ValueError` for
+    a frequency that is not positive and for points off the plate.
     """
     if not (math.isfinite(max_frequency_hz) and max_frequency_hz > 0):
         raise ValueError(f"max_frequency_hz = {max_frequency_hz!r}: expected a positive number")
@@ -137,7 +144,8 @@ def _modes_below(elements: Elements, build: PlateBuild, highest_hz: float) -> tu
 
 
 def _lowest(stiffness: Any, mass: Any, count: int, build: PlateBuild) -> tuple[Floats, Floats]:
-    """The lowest squares of omega and their vectors; the shift is below 0, where a free plate is not singular."""
+    """The lowest squares of omega and their vectors; the shift is below 0, where a free plate is
+    not singular."""
     from scipy.linalg import eigh
     from scipy.sparse.linalg import eigsh
 
@@ -152,7 +160,8 @@ def _lowest(stiffness: Any, mass: Any, count: int, build: PlateBuild) -> tuple[F
 
 
 def _expected(build: PlateBuild, highest_hz: float) -> int:
-    """Weyl's count with the edge term of free edges (Bogomolny and Hugues, Phys. Rev. E 57, 1998) and a few."""
+    """Weyl's count with the edge term of free edges (Bogomolny and Hugues, Phys. Rev. E 57, 1998)
+    and a few."""
     k = 2 * math.pi / flexural_wavelength_m(build, highest_hz)
     corners = np.array(build.outline_m, dtype=np.float64)
     around = float(np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1).sum())
@@ -169,7 +178,8 @@ def _rigid_modes(build: PlateBuild) -> int:
     return _RIGID - (int(np.linalg.matrix_rank(np.array(rows))) if rows else 0)
 
 
-#: Grows with every change of the solution, so that what an older one has left is not taken for ours.
+#: Grows with every change of the solution, so that what an older one has left is not taken for
+#: ours.
 _VERSION = 1
 _ARRAYS = ("frequency_hz", "damping_ratio", "shape_impact", "shapes")
 
@@ -177,7 +187,8 @@ _ARRAYS = ("frequency_hz", "damping_ratio", "shape_impact", "shapes")
 def cached_plate(
     build: PlateBuild, max_frequency_hz: float, folder: Path, *, thickness_correction: bool = True
 ) -> ModalPlate:
-    """As `solve_plate`, from `folder` where it has been solved before; a file that cannot be read is solved anew."""
+    """As `solve_plate`, from `folder` where it has been solved before; a file that cannot be read
+    is solved anew."""
     path = folder / f"{_key(build, max_frequency_hz, thickness_correction)}.npz"
     try:
         return _load(path)

@@ -2,8 +2,8 @@
 
 What holds a stretch of a plate's edge.
 
-Glossary: t along the edge, n normal to it, w deflection. Argyris' element has w, its gradient and its three second
-derivatives at every corner, and the slope across every side at its middle.
+Glossary: t along the edge, n normal to it, w deflection. Argyris' element has w, its gradient and
+its three second derivatives at every corner, and the slope across every side at its middle.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ def area(corners: Floats) -> float:
 
 
 def checked_outline(outline: tuple[Point, ...]) -> None:
-    """Raises `ValueError` for fewer than three corners, numbers that are none, and sides that touch or cross."""
+    """Raises `ValueError` for fewer than three corners, numbers that are none, and sides that touch
+    or cross."""
     corners = np.array(outline, dtype=np.float64)
     if (
         corners.ndim != 2
@@ -50,14 +51,16 @@ def checked_outline(outline: tuple[Point, ...]) -> None:
 
 
 def canonical(corners: Floats) -> Floats:
-    """The same polygon counter-clockwise from its leftmost (then lowest) corner: one mesh for one plate."""
+    """The same polygon counter-clockwise from its leftmost (then lowest) corner: one mesh for one
+    plate."""
     turned = corners if area(corners) > 0 else corners[::-1]
     first = np.lexsort((turned[:, 1], turned[:, 0]))[0]
     return np.roll(turned, -first, axis=0)
 
 
 def with_corners(corners: Floats, extra: Floats) -> Floats:
-    """The polygon with further points (k, 2) of its sides as corners; those that are corners already stay single."""
+    """The polygon with further points (k, 2) of its sides as corners; those that are corners
+    already stay single."""
     size = float(np.ptp(corners, axis=0).max())
     for point in extra:
         if np.min(np.linalg.norm(corners - point, axis=1)) < 1e-9 * size:
@@ -82,7 +85,8 @@ def _touch(a: Floats, b: Floats) -> bool:
 
 
 def _fold_back(begin: Floats, corner: Floats, end: Floats) -> bool:
-    """Whether the second of two sides that meet at a corner runs back along the first, or has no length."""
+    """Whether the second of two sides that meet at a corner runs back along the first, or has no
+    length."""
     a, b = begin - corner, end - corner
     return bool(not a.any() or not b.any() or (_cross(a, b) == 0 and np.dot(a, b) > 0))
 
@@ -93,7 +97,8 @@ def _cross(a: Floats, b: Floats) -> float:
 
 @dataclass(frozen=True)
 class Edge(ABC):
-    """A stretch of a side, from `start` to `stop` in shares of its length. Raises `ValueError` for none such."""
+    """A stretch of a side, from `start` to `stop` in shares of its length. Raises `ValueError` for
+    none such."""
 
     side: int
     start: float = 0.0
@@ -110,7 +115,8 @@ class Edge(ABC):
 
     @abstractmethod
     def rows(self, along: Floats) -> Floats:
-        """What is zero at a corner of the mesh, as rows over (w, w_x, w_y, w_xx, w_xy, w_yy); `along` is t (2,)."""
+        """What is zero at a corner of the mesh, as rows over (w, w_x, w_y, w_xx, w_xy, w_yy);
+        `along` is t (2,)."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,11 @@
-"""Damped ringing in records: poles by least squares, with amplitudes eliminated (variable projection).
+"""Damped ringing in records: poles by least squares, with amplitudes eliminated (variable
+projection).
 
-Every record is a sum of modes Re(A exp(lambda t)) and a slow offset; all records have the same poles lambda = -s + i w.
-Golub and Pereyra, Inverse Problems 19 (2003) R1; the Jacobian is Kaufman's (BIT 15, 1975). Without a guess the loudest
-line of the residual is taken, one after the other, in the order of RELAX (Li and Stoica, IEEE Trans. Signal Process.
-44, 1996, 281) with damped lines: find one, refine all, go on.
+Every record is a sum of modes Re(A exp(lambda t)) and a slow offset; all records have the same
+poles lambda = -s + i w. Golub and Pereyra, Inverse Problems 19 (2003) R1; the Jacobian is Kaufman's
+(BIT 15, 1975). Without a guess the loudest line of the residual is taken, one after the other, in
+the order of RELAX (Li and Stoica, IEEE Trans. Signal Process. 44, 1996, 281) with damped lines:
+find one, refine all, go on.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ _OFFSET = 3
 _HALVINGS = 5
 #: Columns nearer than this to the span of those before are too near for Cholesky's factor.
 _PARALLEL = 1e-4
-#: The search ends at a line that is less than this times the quiet tenth of the band, or so much below the loudest.
+#: The search ends at a line that is less than this times the quiet tenth of the band, or so much
+#: below the loudest.
 _OVER_NOISE, _RANGE = 8.0, 3e-3
 #: Refining steps after each line, and at the end.
 _STEPS, _LAST_STEPS = 2, 8
@@ -31,7 +34,8 @@ _WIDTHS, _MOST_DAMPED = (0.3, 1.0, 2.0, 4.0, 8.0), 0.3
 
 
 def poles_of(frequency_hz: Floats, damping_ratio: Floats) -> Complexes:
-    """-s + i w in 1/s, of the same shape: its magnitude is the undamped circular frequency, s over that the ratio."""
+    """-s + i w in 1/s, of the same shape: its magnitude is the undamped circular frequency, s over
+    that the ratio."""
     return np.asarray(
         2 * np.pi * frequency_hz * (1j * np.sqrt(1 - damping_ratio**2) - damping_ratio)
     )
@@ -85,7 +89,8 @@ class Basis:
         return np.asarray(records - self.q @ (self.q.T @ records))
 
     def projected(self, records: Floats) -> tuple[Complexes, Floats]:
-        """Amplitudes A (M, k) of records (n, k), and the modes times t on their residual (2M, k)."""
+        """Amplitudes A (M, k) of records (n, k), and the modes times t on their residual (2M,
+        k)."""
         inside = self.q.T @ records
         timed = self._timed.T @ records - self._timed_inside.T @ inside
         coefficients = np.asarray(np.linalg.solve(self.r, inside), dtype=np.float64)
@@ -96,7 +101,8 @@ class Basis:
         return np.asarray(coefficients[:m] - 1j * coefficients[m : 2 * m], dtype=np.complex128)
 
     def step(self, amplitudes: Complexes, timed: Floats) -> tuple[Complexes, Floats]:
-        """The Gauss-Newton step of the poles (M,), no further than their own widths, and J'J (2M, 2M) for (s, w).
+        """The Gauss-Newton step of the poles (M,), no further than their own widths, and J'J (2M,
+        2M) for (s, w).
 
         `amplitudes` (M, k) and `timed` (2M, k) as `projected` gives them.
         """
@@ -151,7 +157,8 @@ def waves(poles: Complexes, samples: int, step_s: float) -> Floats:
 
 
 def orthonormal(base: Floats) -> tuple[Floats, Floats]:
-    """Q and R of (n, c), by Cholesky's factor where columns are far from parallel: a fifth of the time."""
+    """Q and R of (n, c), by Cholesky's factor where columns are far from parallel: a fifth of the
+    time."""
     gram = base.T @ base
     try:
         r = np.asarray(np.linalg.cholesky(gram).T, dtype=np.float64)
@@ -191,7 +198,8 @@ def stepped_poles(poles: Complexes, step: Complexes) -> Complexes:
 def search_poles(
     records: Floats, step_s: float, band_hz: tuple[float, float], damping_ratio: float, most: int
 ) -> Complexes:
-    """Poles within a band, at most so many, of records (n, k), in rising order; `damping_ratio` is a first guess."""
+    """Poles within a band, at most so many, of records (n, k), in rising order; `damping_ratio` is
+    a first guess."""
     poles = np.zeros(0, dtype=np.complex128)
     residual = records - records.mean(axis=0)
     loudest = 0.0
@@ -211,7 +219,8 @@ def search_poles(
 def _loudest_line(
     residual: Floats, step_s: float, band_hz: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Frequency and amplitude of the loudest line in a band, and the amplitude of the band's quiet tenth."""
+    """Frequency and amplitude of the loudest line in a band, and the amplitude of the band's quiet
+    tenth."""
     from scipy.fft import next_fast_len, rfft
 
     n = residual.shape[0]
@@ -227,7 +236,8 @@ def _loudest_line(
 def _best_damped(
     residual: Floats, step_s: float, frequency_hz: float, damping_ratio: float
 ) -> Complexes:
-    """The pole (1,) at a frequency whose damping, of some about a guess, takes most of the residual."""
+    """The pole (1,) at a frequency whose damping, of some about a guess, takes most of the
+    residual."""
     poles = poles_of(
         np.array([frequency_hz]), np.minimum(damping_ratio * np.array(_WIDTHS), _MOST_DAMPED)
     )

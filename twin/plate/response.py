@@ -4,10 +4,12 @@ The acceleration of a plate under a force at one of its impact points, by superp
 
 The compiled loop over samples and blocks of modes.
 
-The exact step of a mode under a force that is straight between its samples: the ramp-invariant rule.
+The exact step of a mode under a force that is straight between its samples: the ramp-invariant
+rule.
 
-Glossary: q modal coordinate, q'' + 2 zeta omega q' + omega^2 q = F for a unit shape; lambda = -zeta omega + i omega_d
-its pole; z' = lambda z + F, so that q = Im(z) / omega_d; w = lambda^2 z / omega_d, so that q'' = F + Im(w).
+Glossary: q modal coordinate, q'' + 2 zeta omega q' + omega^2 q = F for a unit shape; lambda = -zeta
+omega + i omega_d its pole; z' = lambda z + F, so that q = Im(z) / omega_d; w = lambda^2 z /
+omega_d, so that q'' = F + Im(w).
 """
 
 from __future__ import annotations
@@ -32,9 +34,10 @@ _SMALL = 2e-2
 class Recursion:
     """w[n+1] = turn w[n] + before F[n] + after F[n+1] for every mode; each (m,), complex.
 
-    Smallwood's rule (Shock and Vibration Bulletin 51, 1981; ISO 18431-4) in the form of a turning pointer. His two-step
-    form has the same numbers on paper, but the roots of its polynomial crowd at 1 where omega dt is small, and it loses
-    (omega dt)^-2 of the precision; the pointer loses nothing.
+    Smallwood's rule (Shock and Vibration Bulletin 51, 1981; ISO 18431-4) in the form of a turning
+    pointer. His two-step form has the same numbers on paper, but the roots of its polynomial crowd
+    at 1 where omega dt is small, and it loses (omega dt)^-2 of the precision; the pointer loses
+    nothing.
     """
 
     turn: Complexes
@@ -68,11 +71,13 @@ def respond(
     point: str = "#1",
     sensors: Sequence[str] | None = None,
 ) -> Floats:
-    """Acceleration in m/s2 at the sensors, all unless told: (sensors, n) for a force (n,), (k, sensors, n) for (k, n).
+    """Acceleration in m/s2 at the sensors, all unless told: (sensors, n) for a force (n,), (k,
+    sensors, n) for (k, n).
 
-    The plate is at rest at the first sample; between samples the force is straight, and the answer to that is exact.
-    Raises `LookupError` for a point or a sensor that the plate has not, `ValueError` for a force that is not finite and
-    for modes beyond half of the sampling rate (`kept_below`).
+    The plate is at rest at the first sample; between samples the force is straight, and the answer
+    to that is exact. Raises `LookupError` for a point or a sensor that the plate has not,
+    `ValueError` for a force that is not finite and for modes beyond half of the sampling rate
+    (`kept_below`).
     """
     force = np.asarray(force_n, dtype=np.float64)
     if force.ndim not in (1, 2) or not np.all(np.isfinite(force)):
@@ -80,7 +85,8 @@ def respond(
     check_step(plate, step_s)
     gathered = weights(plate, point, sensors)
     rows = np.atleast_2d(force)
-    # What a mode adds at once: its acceleration is the force itself, less what its spring and damper have built up.
+    # What a mode adds at once: its acceleration is the force itself, less what its spring and
+    # damper have built up.
     out = gathered.sum(axis=1)[:, None] * rows[:, None, :]
     _add_ringing(plate, rows, step_s, gathered, out)
     return np.asarray(out[0] if force.ndim == 1 else out)
@@ -99,13 +105,15 @@ def kept_below(plate: ModalPlate, frequency_hz: float) -> ModalPlate:
 
 
 def check_step(plate: ModalPlate, step_s: float) -> None:
-    """Raises `ValueError` for a step that is no positive number, or too long for the plate's highest mode."""
+    """Raises `ValueError` for a step that is no positive number, or too long for the plate's
+    highest mode."""
     if not (math.isfinite(step_s) and step_s > 0):
         raise ValueError(f"step_s = {step_s!r}: expected a positive number")
     highest = float(plate.frequency_hz.max(initial=0.0))
     if highest * step_s >= 0.5:
         raise ValueError(
-            f"step_s = {step_s:g}: the mode at {highest:g} Hz is beyond half the sampling rate, {0.5 / step_s:g} Hz; "
+            f"step_s = {step_s:g}: the mode at {highest:g} Hz is beyond half "
+            f"the sampling rate, {0.5 / step_s:g} Hz; "
             "take a shorter step, or leave it out (kept_below)"
         )
 
@@ -127,16 +135,19 @@ def _add_ringing(
 
 #: Threads of one transform; more do not pay for some ten thousand samples.
 _WORKERS = 2
-#: Pulses are given room in steps of so many samples, so that few transforms of the plate's own answer serve all.
+#: Pulses are given room in steps of so many samples, so that few transforms of the plate's own
+#: answer serve all.
 _ROOM = 512
 
 
 @dataclass(frozen=True, eq=False)
 class PlateResponse:
-    """Acceleration (sensors, n) after a unit force that is 0 at the samples around one and straight between.
+    """Acceleration (sensors, n) after a unit force that is 0 at the samples around one and straight
+    between.
 
-    `hat` begins a step before its peak, `jump` with the peak; both have their peak at the first sample. Any force that
-    is straight between its samples is a sum of these, so that the answers are those of `respond`, to rounding.
+    `hat` begins a step before its peak, `jump` with the peak; both have their peak at the first
+    sample. Any force that is straight between its samples is a sum of these, so that the answers
+    are those of `respond`, to rounding.
     """
 
     hat: Floats
@@ -164,7 +175,8 @@ class PlateResponse:
         return cls(np.ascontiguousarray(late[:, 1:]), np.ascontiguousarray(jump[:, :-1]), step_s)
 
     def accelerations(self, force_n: Floats) -> Floats:
-        """(k, sensors, n) under forces (k, p) of p samples, `step_s` apart, at most n; zero after them.
+        """(k, sensors, n) under forces (k, p) of p samples, `step_s` apart, at most n; zero after
+        them.
 
         (sensors, n) under one (p,). Raises `ValueError` for another shape.
         """
@@ -172,7 +184,8 @@ class PlateResponse:
         samples = self.hat.shape[1]
         if force.ndim not in (1, 2) or force.shape[-1] > samples or not np.all(np.isfinite(force)):
             raise ValueError(
-                f"force_n has shape {force.shape}: expected (p,) or (k, p), p up to {samples}, all finite"
+                f"force_n has shape {force.shape}: expected (p,) or (k, p), p "
+                f"up to {samples}, all finite"
             )
         rows = np.atleast_2d(force)
         out = self._convolved(rows)
@@ -196,7 +209,8 @@ class PlateResponse:
         )
 
 
-#: Modes that go through one loop over time together: their states stay in registers or the first cache.
+#: Modes that go through one loop over time together: their states stay in registers or the first
+#: cache.
 BLOCK = 32
 
 
@@ -229,7 +243,8 @@ def _ring(
                 after_i[b],
             )
             rate = weights[b]
-            # At rest before the first sample: a force that begins with a jump has had no time to act.
+            # At rest before the first sample: a force that begins with a jump has had no time to
+            # act.
             real[:] = 0.0
             imag[:] = 0.0
             for n in range(1, force.shape[1]):
@@ -253,7 +268,8 @@ def ring(
     force: Floats,
     out: Floats,
 ) -> None:
-    """As `_ring`, for modes (m,) and `weights` (sensors, m) of any number; `out` (k, sensors, n) is added to."""
+    """As `_ring`, for modes (m,) and `weights` (sensors, m) of any number; `out` (k, sensors, n) is
+    added to."""
     blocks = -(-turn.size // BLOCK)
     padding = blocks * BLOCK - turn.size
     parts = (part for z in (turn, before, after) for part in (z.real, z.imag))

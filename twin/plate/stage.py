@@ -1,4 +1,5 @@
-"""The stage of the plate: nominal modes, effects, what is not known of them, and answers that are kept."""
+"""The stage of the plate: nominal modes, effects, what is not known of them, and answers that are
+kept."""
 
 from __future__ import annotations
 
@@ -19,11 +20,13 @@ _SEED = 1
 
 @dataclass(frozen=True)
 class PlateSpread:
-    """What is not known of a plate: one factor on all frequencies and one on all dampings, both log-normal.
+    """What is not known of a plate: one factor on all frequencies and one on all dampings, both
+    log-normal.
 
-    Defaults are assumed: a finite element model with handbook elasticity and a plate measured to 0.1 mm of 10 mm is
-    within some per cent of a free plate's frequencies; damping of bolted and hung structures scatters by half about a
-    value that is not measured. `members` is the size of the ensemble of plates; 0 for a plate that is known.
+    Defaults are assumed: a finite element model with handbook elasticity and a plate measured to
+    0.1 mm of 10 mm is within some per cent of a free plate's frequencies; damping of bolted and
+    hung structures scatters by half about a value that is not measured. `members` is the size of
+    the ensemble of plates; 0 for a plate that is known.
     """
 
     frequency: float = 0.01
@@ -39,7 +42,8 @@ class PlateSpread:
 
 @dataclass(frozen=True, eq=False)
 class PlateStage:
-    """Plates by the name of their material, all with the same sensors. `label` says where the modes are from.
+    """Plates by the name of their material, all with the same sensors. `label` says where the modes
+    are from.
 
     Raises `ValueError` where the plates' sensors differ, `TypeError` for effects of another stage.
     """
@@ -68,7 +72,8 @@ class PlateStage:
 
     @property
     def band_hz(self) -> float:
-        """Up to here accelerations have content: the highest mode of all plates; 0 without a plate."""
+        """Up to here accelerations have content: the highest mode of all plates; 0 without a
+        plate."""
         highest = (float(plate.frequency_hz.max(initial=0.0)) for plate in self.plates.values())
         return max(highest, default=0.0)
 
@@ -78,7 +83,8 @@ class PlateStage:
         return self.spread.members
 
     def ensemble(self, name: str) -> tuple[ModalPlate, ...]:
-        """The plate itself, then those that it may be as well. Raises `LookupError` naming the plates there are."""
+        """The plate itself, then those that it may be as well. Raises `LookupError` naming the
+        plates there are."""
         if name not in self.plates:
             raise LookupError(
                 f"no modes of a plate of {name!r}; there are: {', '.join(self.plates) or 'none'}"

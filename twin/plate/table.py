@@ -19,9 +19,9 @@ _POINT = re.compile(r"shape_impact(?:_(\d+))?")
 def modal_plate_from_table(columns: Mapping[str, Sequence[float] | Floats]) -> ModalPlate:
     """A plate from columns of equal length, a mode a row, in any order.
 
-    `frequency_hz`, `damping_ratio`, `shape_impact` (point "#1") and `shape_CHANNEL` for each sensor are as
-    `plate_modes.csv` has them; `shape_impact_2` and so on are further points "#2". Other columns have no say.
-    Raises `ValueError` naming the column that is missing or does not fit.
+    `frequency_hz`, `damping_ratio`, `shape_impact` (point "#1") and `shape_CHANNEL` for each sensor
+    are as `plate_modes.csv` has them; `shape_impact_2` and so on are further points "#2". Other
+    columns have no say. Raises `ValueError` naming the column that is missing or does not fit.
     """
     values = {name: np.asarray(column, dtype=np.float64) for name, column in columns.items()}
     for name in ("frequency_hz", "damping_ratio", "shape_impact"):

@@ -18,7 +18,8 @@ from .effect import SensorEffect
 class SensorChain:
     """What records show of what happened; without effects, just that.
 
-    Effects act by their `place`: mount, sensing element, gain, the rest; of one place in the order of their ids.
+    Effects act by their `place`: mount, sensing element, gain, the rest; of one place in the order
+    of their ids.
     """
 
     effects: tuple[SensorEffect, ...] = ()
@@ -71,7 +72,8 @@ class SensorChain:
         )
 
     def transmissibility(self, poles: Complexes) -> Complexes:
-        """(k, K), or (1, K) where all sensors are alike: what it shows of accelerations exp(lambda t), `poles` (K,).
+        """(k, K), or (1, K) where all sensors are alike: what it shows of accelerations exp(lambda
+        t), `poles` (K,).
 
         Effects without a closed form have no part in it.
         """

@@ -1,4 +1,5 @@
-"""What every unmodelled effect of the sensors may change: between what happened and what a record shows.
+"""What every unmodelled effect of the sensors may change: between what happened and what a record
+shows.
 
 Recursive filters along the last axis, with parameters that may differ from row to row.
 """
@@ -20,19 +21,22 @@ _ROUNDS = 40
 class SensorEffect(Effect):
     """An error of one channel. Hooks are identity unless an effect says otherwise.
 
-    Series are (..., n) in equal steps of `dt_s`. A parameter that is an array (k,) goes with the first axis.
+    Series are (..., n) in equal steps of `dt_s`. A parameter that is an array (k,) goes with the
+    first axis.
     """
 
-    #: Where along the chain it acts, from the mount (0) over the sensing element (1) and its gain (2) to the rest (3).
+    #: Where along the chain it acts, from the mount (0) over the sensing element (1) and its gain
+    #: (2) to the rest (3).
     place: ClassVar[int] = 2
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:
-        """Gauge pressure in the tank, from the transducer's reading by which the operator sets it."""
+        """Gauge pressure in the tank, from the transducer's reading by which the operator sets
+        it."""
         return reading_pa
 
     def measured_pressure_pa(self, pressure_pa: Floats) -> Floats:
-        """What the transducer reads (Pa) of a gauge pressure in the tank. Of an empty tank it may read less than
-        nothing, while `true_pressure_pa` is never below the atmosphere."""
+        """What the transducer reads (Pa) of a gauge pressure in the tank. Of an empty tank it may
+        read less than nothing, while `true_pressure_pa` is never below the atmosphere."""
         return pressure_pa
 
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
@@ -50,7 +54,8 @@ class SensorEffect(Effect):
     def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:
         """The force under a reading (n,).
 
-        By going back and forth, which closes in on the force where an effect changes it by less than itself.
+        By going back and forth, which closes in on the force where an effect changes it by less
+        than itself.
         """
         if type(self).measured_force_n is SensorEffect.measured_force_n:
             return reading_n
@@ -59,14 +64,19 @@ class SensorEffect(Effect):
             force_n = force_n + reading_n - self.measured_force_n(force_n, dt_s)
         return force_n
 
-    def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
-        """What an accelerometer's channel shows of a true acceleration (..., n), at rest before it."""
+    # noqa: ARG002 - a hook
+    def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:
+        """What an accelerometer's channel shows of a true acceleration (..., n), at rest before
+        it."""
         return acceleration_m_s2
 
-    def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:  # noqa: ARG002 - a hook
-        """What an accelerometer's channel shows of accelerations A exp(lambda t) with `poles` lambda (K,).
+    # noqa: ARG002 - a hook
+    def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:
+        """What an accelerometer's channel shows of accelerations A exp(lambda t) with `poles`
+        lambda (K,).
 
-        Amplitudes A are (k, K), or (1, K) where they are common. Effects without a closed form leave them as they are.
+        Amplitudes A are (k, K), or (1, K) where they are common. Effects without a closed form
+        leave them as they are.
         """
         return amplitude
 
@@ -90,9 +100,11 @@ Design = Callable[..., tuple[Floats, Floats]]
 
 
 def filtered(series: Floats, design: Design, *parameters: Value) -> Floats:
-    """(..., n) filtered from rest by `design(*parameters)`; parameters that are arrays (k,) go with the first axis.
+    """(..., n) filtered from rest by `design(*parameters)`; parameters that are arrays (k,) go with
+    the first axis.
 
-    A filter is designed once for all rows that share its parameters. `ValueError` for arrays of another k.
+    A filter is designed once for all rows that share its parameters. `ValueError` for arrays of
+    another k.
     """
     from scipy.signal import lfilter
 

@@ -1,8 +1,9 @@
 """The gain of a sensor that is not linear: it changes evenly, by ratio, with what goes through it.
 
-gain^(1 + growth (x / reference - 1)) of x: the stated gain at the reference, and near it the straight line
-1 + (gain - 1) (1 + growth (x / reference - 1)) of a static characteristic that bends (linearity: IEC 61298-2:2008,
-ISA-37.1). As a power it stays positive everywhere. x is a reading or a true value, in the unit of the reference.
+gain^(1 + growth (x / reference - 1)) of x: the stated gain at the reference, and near it the
+straight line 1 + (gain - 1) (1 + growth (x / reference - 1)) of a static characteristic that bends
+(linearity: IEC 61298-2:2008, ISA-37.1). As a power it stays positive everywhere. x is a reading or
+a true value, in the unit of the reference.
 """
 
 from __future__ import annotations
@@ -21,8 +22,9 @@ _LEAST_RATE = 1e-30
 
 
 def growth_parameter(reference: str) -> Any:
-    """The field of an effect for its growth, whose gain is stated at the `reference`, a size with its unit. It says how
-    the gain acts, not whether. Likely: about 1, a characteristic that is right near zero and bends."""
+    """The field of an effect for its growth, whose gain is stated at the `reference`, a size with
+    its unit. It says how the gain acts, not whether. Likely: about 1, a characteristic that is
+    right near zero and bends."""
     text = f"change of the gain's error over {reference}, over the error at {reference}"
     return parameter(
         text, "", default=0.0, low=0.0, high=1.5, off=0.0, likely=(0.5, 1.5), owner="channel"
@@ -35,7 +37,8 @@ def gain_at(values: Floats, gain: Value, growth: Value, reference: float) -> Flo
 
 
 def rate_of(gain: Value, growth: Value, reference: float) -> Value:
-    """Derivative of the gain's logarithm for what goes through, in 1 over the unit of the reference."""
+    """Derivative of the gain's logarithm for what goes through, in 1 over the unit of the
+    reference."""
     return np.asarray(growth * np.log(gain) / reference)
 
 

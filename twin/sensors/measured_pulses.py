@@ -16,11 +16,13 @@ from .chain import SensorChain
 
 
 def sampled(pulses: ForcePulses, step_s: float, most: int | None = None) -> Floats:
-    """Forces (n, p) every `step_s` from the beginning of contact, the first and the last 0, straight between phases.
+    """Forces (n, p) every `step_s` from the beginning of contact, the first and the last 0,
+    straight between phases.
 
-    Each keeps the impulse of its pulse: samples of a short one are scaled, by (step / contact time)^2 or so, and a
-    contact that is shorter than a step has all of its impulse in the second sample. No more than `most` samples, two or
-    more, are made, and a pulse that goes on beyond them, which has very many, is not scaled.
+    Each keeps the impulse of its pulse: samples of a short one are scaled, by (step / contact
+    time)^2 or so, and a contact that is shorter than a step has all of its impulse in the second
+    sample. No more than `most` samples, two or more, are made, and a pulse that goes on beyond
+    them, which has very many, is not scaled.
     """
     longest = float(pulses.contact_time_s.max())
     samples = math.ceil(longest / step_s) + 2
@@ -49,9 +51,11 @@ def _scale(sampled_n_s: Floats, impulse_n_s: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredForce:
-    """A recorded force that stands in for gun and contact: `force_n` (p,) every 1 / `sampling_rate_hz`.
+    """A recorded force that stands in for gun and contact: `force_n` (p,) every 1 /
+    `sampling_rate_hz`.
 
-    Raises `ValueError` for less than three samples, values that are not finite, and a rate that is not positive.
+    Raises `ValueError` for less than three samples, values that are not finite, and a rate that is
+    not positive.
     """
 
     force_n: Floats
@@ -68,7 +72,8 @@ class MeasuredForce:
             )
 
     def repeated(self, count: int) -> ForcePulses:
-        """The same pulse `count` times, from the sample before its first force to that after the last."""
+        """The same pulse `count` times, from the sample before its first force to that after the
+        last."""
         force = np.concatenate(([0.0], self.force_n, [0.0]))
         time = (force.size - 1) / self.sampling_rate_hz
         peak = float(np.argmax(force)) / self.sampling_rate_hz
@@ -77,15 +82,17 @@ class MeasuredForce:
 
 #: Least steps to a contact; where a pulse ends, over its peak.
 _STEPS, _END = 256, 0.005
-#: How many of an octave's longest contacts a series covers: more, where a filter's tail takes more, up to the last.
+#: How many of an octave's longest contacts a series covers: more, where a filter's tail takes more,
+#: up to the last.
 _ROOM = (3, 6, 12, 24, 48)
 
 
 def measured_pulses(chain: SensorChain, pulses: ForcePulses) -> ForcePulses:
-    """Pulses (n, p) as measured, again at p phases; a filter's tail lengthens the contact, to 0.5 % of the peak.
+    """Pulses (n, p) as measured, again at p phases; a filter's tail lengthens the contact, to 0.5 %
+    of the peak.
 
-    Contacts of one octave are seen together, in steps of the shortest: one of seconds beside one of microseconds would
-    take gigabytes. Where no effect changes the force they are the same object.
+    Contacts of one octave are seen together, in steps of the shortest: one of seconds beside one of
+    microseconds would take gigabytes. Where no effect changes the force they are the same object.
     """
     if not chain.effects:
         return pulses
@@ -112,7 +119,8 @@ def measured_pulses(chain: SensorChain, pulses: ForcePulses) -> ForcePulses:
 def _with_room(
     chain: SensorChain, pulses: ForcePulses, rows: Index, step: float
 ) -> tuple[Floats, Floats]:
-    """Forces of the rows in these steps, zeros after them, and what the channel shows of it until nearly nothing."""
+    """Forces of the rows in these steps, zeros after them, and what the channel shows of it until
+    nearly nothing."""
     longest = 2 * _STEPS + 2
     force = sampled(pulses, step, longest)  # all rows: an effect may have a value for each
     for times in _ROOM:

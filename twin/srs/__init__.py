@@ -1,1 +1,2 @@
-"""What a laboratory asks of shock response spectra: targets, tolerances, checks of the record behind one."""
+"""What a laboratory asks of shock response spectra: targets, tolerances, checks of the record
+behind one."""

@@ -1,7 +1,9 @@
-"""When a spectrum meets a specification: tolerances, and what a standard asks of all lines together.
+"""When a spectrum meets a specification: tolerances, and what a standard asks of all lines
+together.
 
-The texts of the standards are not freely copied; the numbers here are those that secondary sources give for them
-(test houses' data sheets and papers). Compare them with the edition that a test is contracted to.
+The texts of the standards are not freely copied; the numbers here are those that secondary sources
+give for them (test houses' data sheets and papers). Compare them with the edition that a test is
+contracted to.
 """
 
 from __future__ import annotations
@@ -19,9 +21,10 @@ from ...array_types import Floats
 class PassRule:
     """What all lines together must keep to, beside the tolerance of each.
 
-    At least `share_within` of the lines lie within their tolerance, and the others within `+wider_upper_db` and
-    `-wider_lower_db` where these are given. At least `share_above` of the lines lie at the level or above it.
-    `clause` says where the rule stands; it is empty for one that no standard makes.
+    At least `share_within` of the lines lie within their tolerance, and the others within
+    `+wider_upper_db` and `-wider_lower_db` where these are given. At least `share_above` of the
+    lines lie at the level or above it. `clause` says where the rule stands; it is empty for one
+    that no standard makes.
     """
 
     name: str = ""
@@ -50,7 +53,8 @@ EVERY_LINE = PassRule()
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Bands: from `from_hz` on (the first is 0), a line may lie `upper_db` above and `lower_db` below its level."""
+    """Bands: from `from_hz` on (the first is 0), a line may lie `upper_db` above and `lower_db`
+    below its level."""
 
     from_hz: tuple[float, ...]
     upper_db: tuple[float, ...]
@@ -60,7 +64,8 @@ class Tolerance:
     def __post_init__(self) -> None:
         if not all(value >= 0 for value in (*self.upper_db, *self.lower_db)):
             raise ValueError(
-                f"tolerance +{self.upper_db} / -{self.lower_db} dB: expected 0 dB or more, either way"
+                f"tolerance +{self.upper_db} / "
+                f"-{self.lower_db} dB: expected 0 dB or more, either way"
             )
 
     def at(self, frequency_hz: Floats) -> tuple[Floats, Floats]:
@@ -74,17 +79,17 @@ def within_db(upper: float, lower: float | None = None) -> Tolerance:
     return Tolerance((0.0,), (upper,), (upper if lower is None else lower,))
 
 
-#: NASA-STD-7003A (2011), test control tolerances of the maximax spectrum at Q = 10: 6 dB either way to 3 kHz, +9 / -6
-#: dB above, and at least half of the magnitudes above the nominal specification. A line at 3 kHz belongs to the lower
-#: band.
+#: NASA-STD-7003A (2011), test control tolerances of the maximax spectrum at Q = 10: 6 dB either way
+#: to 3 kHz, +9 / -6 dB above, and at least half of the magnitudes above the nominal specification.
+#: A line at 3 kHz belongs to the lower band.
 NASA_STD_7003 = Tolerance(
     (0.0, 3000.01),
     (6.0, 9.0),
     (6.0, 6.0),
     PassRule("NASA-STD-7003A", "test control tolerances", share_above=0.5),
 )
-#: MIL-STD-810H Method 517.3 (pyroshock), test tolerances of a simulated shock's maximax spectrum: -3 / +6 dB over at
-#: least 80 % of the band, -6 / +9 dB over the rest.
+#: MIL-STD-810H Method 517.3 (pyroshock), test tolerances of a simulated shock's maximax spectrum:
+#: -3 / +6 dB over at least 80 % of the band, -6 / +9 dB over the rest.
 MIL_STD_810H_517 = Tolerance(
     (0.0,),
     (6.0,),
@@ -93,9 +98,9 @@ MIL_STD_810H_517 = Tolerance(
         "MIL-STD-810H Method 517.3", "test tolerances", 0.8, wider_upper_db=9.0, wider_lower_db=6.0
     ),
 )
-#: ECSS-E-HB-32-25A (2015) repeats the shock row of the table of test tolerances of ECSS-E-ST-10-03C (table 4-1, which a
-#: paraphrase of the standard places in clause 4.4.2): -3 / +6 dB of the response spectrum, and half of its amplitudes
-#: above 0 dB.
+#: ECSS-E-HB-32-25A (2015) repeats the shock row of the table of test tolerances of ECSS-E-ST-10-03C
+#: (table 4-1, which a paraphrase of the standard places in clause 4.4.2): -3 / +6 dB of the
+#: response spectrum, and half of its amplitudes above 0 dB.
 ECSS_E_HB_32_25A = Tolerance(
     (0.0,),
     (6.0,),
@@ -125,14 +130,16 @@ def parse_tolerance(text: str) -> Tolerance:
     match = _ONE.fullmatch(text) or _TWO.fullmatch(text)
     if match is None:
         raise ValueError(
-            f"tolerance is {text!r}; expected one such as 6dB, +9/-6dB or {', '.join(NAMED_TOLERANCES)}"
+            f"tolerance is {text!r}; expected one such as 6dB, +9/-6dB or "
+            f"{', '.join(NAMED_TOLERANCES)}"
         )
     return within_db(*(float(number) for number in match.groups()))
 
 
 @dataclass(frozen=True, eq=False)
 class RuleResult:
-    """One rule and whether spectra (...) keep it: `lines` that do, of `of`, where `required` must."""
+    """One rule and whether spectra (...) keep it: `lines` that do, of `of`, where `required`
+    must."""
 
     name: str
     lines: NDArray[np.intp]
@@ -147,13 +154,17 @@ class RuleResult:
         """Of the spectrum at `place` (...)."""
         verdict = "met" if bool(self.met[place]) else "not met"
         needed = "all" if self.required == self.of else f"{self.required}"
-        return f"{self.name}: {int(self.lines[place])} of {self.of} lines, {needed} required, {verdict}"
+        return (
+            f"{self.name}: {int(self.lines[place])} of {self.of} lines, {needed} "
+            f"required, {verdict}"
+        )
 
 
 def rule_results(
     rule: PassRule, error_db: Floats, upper_db: Floats, lower_db: Floats
 ) -> tuple[RuleResult, ...]:
-    """Each rule of errors (..., f), dB above the level, with tolerances (f,); an edge belongs to the band."""
+    """Each rule of errors (..., f), dB above the level, with tolerances (f,); an edge belongs to
+    the band."""
     lines = error_db.shape[-1]
 
     def counted(

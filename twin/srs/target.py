@@ -1,4 +1,5 @@
-"""A prescribed shock response spectrum: break points, straight lines between them on log-log paper, tolerances."""
+"""A prescribed shock response spectrum: break points, straight lines between them on log-log paper,
+tolerances."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .standards import EVERY_LINE, PassRule, RuleResult, Tolerance, rule_results
 
-#: From this many break points per octave on, a target is a table of lines, and its lines are its own points.
+#: From this many break points per octave on, a target is a table of lines, and its lines are its
+#: own points.
 TABLE_PER_OCTAVE = 3.0
 
 
@@ -21,10 +23,10 @@ TABLE_PER_OCTAVE = 3.0
 class Target:
     """A specification at `frequency_hz` (k,), rising; absolute acceleration `level_m_s2` (k,), > 0.
 
-    `upper_db` and `lower_db` (k,) say how far above and below the level a line may lie, both 0 or more, infinite for
-    a side that is free; each holds from its point up to the next, as standards give tolerances by bands. `rule` is what
-    all lines together must keep to.
-    Raises `ValueError` naming the field, the value and what is expected.
+    `upper_db` and `lower_db` (k,) say how far above and below the level a line may lie, both 0 or
+    more, infinite for a side that is free; each holds from its point up to the next, as standards
+    give tolerances by bands. `rule` is what all lines together must keep to. Raises `ValueError`
+    naming the field, the value and what is expected.
     """
 
     frequency_hz: Floats
@@ -69,7 +71,8 @@ class Target:
         """The same at other lines (f,). Raises `ValueError` naming a line outside of its range."""
         if not np.all(inside := self.covers(frequency_hz)):
             raise ValueError(
-                f"no level at {frequency_hz[~inside][0]:g} Hz: the target reaches from {self.frequency_hz[0]:g} to "
+                f"no level at {frequency_hz[~inside][0]:g} Hz: the target "
+                f"reaches from {self.frequency_hz[0]:g} to "
                 f"{self.frequency_hz[-1]:g} Hz"
             )
         own = np.log(self.frequency_hz)
@@ -86,7 +89,8 @@ class Target:
         )
 
     def with_tolerance(self, tolerance: Tolerance) -> Self:
-        """The same levels with other tolerances and their rule; one more point where a band begins between points."""
+        """The same levels with other tolerances and their rule; one more point where a band begins
+        between points."""
         own = self.frequency_hz
         new = np.asarray([f for f in tolerance.from_hz if own[0] < f < own[-1] and f not in own])
         made = self.at(np.sort(np.concatenate([own, new])))
@@ -94,8 +98,8 @@ class Target:
         return replace(made, upper_db=upper, lower_db=lower, rule=tolerance.rule)
 
     def lines(self, per_octave: int = 6) -> Floats:
-        """Lines (f,) to judge it at: its own points where it is a table of lines, else so many per octave, both ends
-        included."""
+        """Lines (f,) to judge it at: its own points where it is a table of lines, else so many per
+        octave, both ends included."""
         low, high = float(self.frequency_hz[0]), float(self.frequency_hz[-1])
         octaves = math.log2(high / low)
         if self.frequency_hz.size - 1 >= TABLE_PER_OCTAVE * octaves:
@@ -104,7 +108,8 @@ class Target:
 
 
 def ramps(low_hz: float, level_m_s2: float, *stretches: tuple[float, float]) -> Target:
-    """A target as specifications tell it: so much at the lowest frequency, then (up to Hz, slope in dB per octave)...
+    """A target as specifications tell it: so much at the lowest frequency, then (up to Hz, slope in
+    dB per octave)...
 
     Tolerances are 6 dB either way until `Target.with_tolerance` says otherwise.
     """
@@ -128,9 +133,10 @@ def _refuse(
 class SpectrumComparison:
     """Spectra held against a target at `frequency_hz` (f,), the lines that both have.
 
-    `error_db` (..., f) is 20 log10(spectrum / level); `margin_db` (..., f) the way to the nearer edge of the band,
-    positive inside. Per spectrum (...,): `share_within` and `share_above` (the level) of the lines, the smallest margin
-    and its frequency. `rules` are those of the target, each with the lines that keep it.
+    `error_db` (..., f) is 20 log10(spectrum / level); `margin_db` (..., f) the way to the nearer
+    edge of the band, positive inside. Per spectrum (...,): `share_within` and `share_above` (the
+    level) of the lines, the smallest margin and its frequency. `rules` are those of the target,
+    each with the lines that keep it.
     """
 
     frequency_hz: Floats
@@ -149,7 +155,8 @@ class SpectrumComparison:
         return np.asarray(np.all([rule.met for rule in self.rules], axis=0))
 
     def sentence(self, place: tuple[int, ...] = ()) -> str:
-        """What the verdict on the spectrum at `place` (...,) rests on; the rules that are not met stand first."""
+        """What the verdict on the spectrum at `place` (...,) rests on; the rules that are not met
+        stand first."""
         rule = self.target.rule
         judged = (
             f" ({', '.join(part for part in (rule.name, rule.clause) if part)})"
@@ -169,14 +176,17 @@ class SpectrumComparison:
 
 
 def compare(maximax_m_s2: Floats, frequency_hz: Floats, target: Target) -> SpectrumComparison:
-    """Spectra (..., f) at `frequency_hz` (f,) against a target. Lines outside of the target's range are left out.
+    """Spectra (..., f) at `frequency_hz` (f,) against a target. Lines outside of the target's range
+    are left out.
 
-    An edge belongs to the band, to within rounding. Raises `ValueError` where no line lies in the target's range.
+    An edge belongs to the band, to within rounding. Raises `ValueError` where no line lies in the
+    target's range.
     """
     inside = target.covers(frequency_hz)
     if not np.any(inside):
         raise ValueError(
-            f"no line of the spectrum ({frequency_hz.min():g} to {frequency_hz.max():g} Hz) lies in the target's range "
+            f"no line of the spectrum ({frequency_hz.min():g} to "
+            f"{frequency_hz.max():g} Hz) lies in the target's range "
             f"({target.frequency_hz[0]:g} to {target.frequency_hz[-1]:g} Hz)"
         )
     lines = target.at(frequency_hz[inside])

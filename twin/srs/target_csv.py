@@ -1,4 +1,5 @@
-"""Targets from CSV: what a specification's table, or a spectrum that `pyroshock srs --out` wrote, holds."""
+"""Targets from CSV: what a specification's table, or a spectrum that `pyroshock srs --out` wrote,
+holds."""
 
 from __future__ import annotations
 
@@ -28,14 +29,15 @@ _TOLERANCES = ("tolerance_db", "upper_db", "lower_db")
 
 
 def read_target(path: Path, tolerance: Tolerance | None = None) -> Target:
-    """The target in a CSV file. Columns: `frequency_hz`; a level with its unit (`level_g`, `level_m_s2`,
-    `maximax_m_s2`, ...); where wanted `tolerance_db`, or `upper_db` and `lower_db` (`inf`: that side is free).
+    """The target in a CSV file. Columns: `frequency_hz`; a level with its unit (`level_g`,
+    `level_m_s2`, `maximax_m_s2`, ...); where wanted `tolerance_db`, or `upper_db` and `lower_db`
+    (`inf`: that side is free).
 
-    In place of a level, a row may give `slope_db_per_octave` from the row above. `tolerance` overrides the file's;
-    without either it is NASA-STD-7003A's. Header `Level (g)` is `level_g`; columns of other names are left alone; lines
-    that begin with # are comments; `;` or tab may stand for the comma. Numbers may have a decimal comma, or thousands
-    apart.
-    Raises `ValueError` naming the file, the line, the value and what is expected.
+    In place of a level, a row may give `slope_db_per_octave` from the row above. `tolerance`
+    overrides the file's; without either it is NASA-STD-7003A's. Header `Level (g)` is `level_g`;
+    columns of other names are left alone; lines that begin with # are comments; `;` or tab may
+    stand for the comma. Numbers may have a decimal comma, or thousands apart. Raises `ValueError`
+    naming the file, the line, the value and what is expected.
     """
     return target_of_csv(path.read_bytes(), path.name, tolerance)
 
@@ -80,14 +82,16 @@ def _table(content: bytes, source: str) -> tuple[list[str], list[tuple[int, Row]
     for number, row in lines[1:]:
         if len(row) != len(columns):
             raise ValueError(
-                f"{source}, line {number}: {len(row)} fields; expected {len(columns)}, as in the header"
+                f"{source}, line {number}: {len(row)} fields; expected "
+                f"{len(columns)}, as in the header"
             )
         rows.append((number, dict(zip(columns, row, strict=True))))
     return columns, rows
 
 
 def _column(name: str) -> str:
-    """`Level (g)` -> `level_g`, `Frequency [Hz]` -> `frequency_hz`, `maximax m/s²` -> `maximax_m_s2`."""
+    """`Level (g)` -> `level_g`, `Frequency [Hz]` -> `frequency_hz`, `maximax m/s²` ->
+    `maximax_m_s2`."""
     plain = (
         name.strip()
         .lower()
@@ -134,7 +138,8 @@ def _level(
         return before[1] * math.pow(10, slope * math.log2(hz / before[0]) / 20)
     except OverflowError as error:
         raise ValueError(
-            f"{source}, line {line}: slope_db_per_octave is {row['slope_db_per_octave']!r}; expected less: "
+            f"{source}, line {line}: slope_db_per_octave is "
+            f"{row['slope_db_per_octave']!r}; expected less: "
             f"the level at {hz:g} Hz would be no number"
         ) from error
 
@@ -142,7 +147,8 @@ def _level(
 def _tolerances(
     source: str, rows: list[tuple[int, Row]], columns: list[str], side: str
 ) -> list[float]:
-    """One side of every row, dB; -3 below the level is 3 below it. Free where the file gives the other side only."""
+    """One side of every row, dB; -3 below the level is 3 below it. Free where the file gives the
+    other side only."""
     name = side if side in columns else "tolerance_db" if "tolerance_db" in columns else None
     if name is None:
         return [math.inf] * len(rows)

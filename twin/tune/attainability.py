@@ -1,9 +1,10 @@
 """Whether any setting meets the goal, how likely, and what stands in the way where none does.
 
-An obstacle is what, taken away alone, lets a setting meet the goal: a limit of the bench, the edge of the model's
-domain, or what measured shots have not taught yet. Where none of them alone is enough, the expected spectra decide:
-the obstacle is the level where the nearest spectrum would have to be louder or softer at all lines alike, the shape
-where some line stays out all the same, and the tolerance where a shot's own scatter exceeds it.
+An obstacle is what, taken away alone, lets a setting meet the goal: a limit of the bench, the edge
+of the model's domain, or what measured shots have not taught yet. Where none of them alone is
+enough, the expected spectra decide: the obstacle is the level where the nearest spectrum would have
+to be louder or softer at all lines alike, the shape where some line stays out all the same, and the
+tolerance where a shot's own scatter exceeds it.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from .space import ContinuousRange, TuningSpace, setting_text
 AT_LEAST = 0.5
 #: How far beyond its range a tank pressure is looked at, and in how many equal ratios.
 _PRESSURE_RATIO, _PRESSURES = 10.0, 6
-#: Masses on every mount; mounts that are looked at beyond the bench; settings of them that are judged by draws.
+#: Masses on every mount; mounts that are looked at beyond the bench; settings of them that are
+#: judged by draws.
 _MASSES, _MOUNTS, _JUDGED = 4, 10, 8
 
 Kind = Literal["bench limit", "model domain", "measured shots", "level", "shape", "tolerance"]
@@ -36,9 +38,10 @@ Kind = Literal["bench limit", "model domain", "measured shots", "level", "shape"
 class Obstacle:
     """What stands in the way, with its figures.
 
-    `probability_without`: of the best setting, were the obstacle not there. `frequency_hz` is the line that decides,
-    `margin_db` its distance from the nearer edge of the tolerance, negative outside. `limits` are those of the bench,
-    or of the model's domain, with value and range; empty where neither is the obstacle.
+    `probability_without`: of the best setting, were the obstacle not there. `frequency_hz` is the
+    line that decides, `margin_db` its distance from the nearer edge of the tolerance, negative
+    outside. `limits` are those of the bench, or of the model's domain, with value and range; empty
+    where neither is the obstacle.
     """
 
     kind: Kind
@@ -51,9 +54,11 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class Attainability:
-    """The best proposal's probability of meeting the goal, how many of the proposals reach `at_least`, and why none.
+    """The best proposal's probability of meeting the goal, how many of the proposals reach
+    `at_least`, and why none.
 
-    `lines` says in words what a spectrum must have within tolerance. Without an obstacle a setting meets the goal.
+    `lines` says in words what a spectrum must have within tolerance. Without an obstacle a setting
+    meets the goal.
     """
 
     probability: float
@@ -82,7 +87,8 @@ class Attainability:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What a search has found, to be judged: allowed proposals, and those outside of the model's domain."""
+    """What a search has found, to be judged: allowed proposals, and those outside of the model's
+    domain."""
 
     searcher: Searcher
     space: TuningSpace
@@ -103,7 +109,8 @@ class Evidence:
 
 
 def attainability(evidence: Evidence, rng: np.random.Generator) -> Attainability:
-    """The answer. Settings beyond the bench go to the model only where no allowed one meets the goal."""
+    """The answer. Settings beyond the bench go to the model only where no allowed one meets the
+    goal."""
     reached = [p.probability_met for p in evidence.kept]
     best, meeting = max(reached, default=0.0), sum(p >= evidence.at_least for p in reached)
     obstacle = None if meeting else _obstacle(evidence, rng)
@@ -121,7 +128,10 @@ def _lines(goal: Goal) -> str:
     above = goal.rule.required_above(goal.frequency_hz.size)
     if not above:
         return lines
-    return f"{lines} and at least {above} of {goal.frequency_hz.size} at the level or above it ({goal.rule.name})"
+    return (
+        f"{lines} and at least {above} of {goal.frequency_hz.size} at the level "
+        f"or above it ({goal.rule.name})"
+    )
 
 
 def _obstacle(evidence: Evidence, rng: np.random.Generator) -> Obstacle:
@@ -149,7 +159,8 @@ def _obstacle(evidence: Evidence, rng: np.random.Generator) -> Obstacle:
 
 
 def _bench_obstacles(evidence: Evidence, rng: np.random.Generator) -> list[Obstacle]:
-    """The best setting that the bench must not, or cannot, fire; none where no such setting can be computed."""
+    """The best setting that the bench must not, or cannot, fire; none where no such setting can be
+    computed."""
     candidates = best_of_mounts(_candidates_beyond(evidence))[:_JUDGED]
     if not candidates:
         return []
@@ -167,7 +178,8 @@ def _bench_obstacles(evidence: Evidence, rng: np.random.Generator) -> list[Obsta
 
 
 def _candidates_beyond(evidence: Evidence) -> Iterator[Candidate]:
-    """Refused settings of the search, and on the most promising mounts tank pressures out of the bench's range."""
+    """Refused settings of the search, and on the most promising mounts tank pressures out of the
+    bench's range."""
     yield from evidence.result.refused
     mounts = best_of_mounts([*evidence.result.best, *evidence.result.refused])[:_MOUNTS]
     low, high = evidence.space.tank_pressure_pa.ends
@@ -198,13 +210,17 @@ def _candidates_beyond(evidence: Evidence) -> Iterator[Candidate]:
 
 
 def _out_of_range(evidence: Evidence, settings: Sequence[Setting]) -> list[Candidate]:
-    """Candidates with the reason for which the bench does not fire them; those that it does fire are left out."""
+    """Candidates with the reason for which the bench does not fire them; those that it does fire
+    are left out."""
     low, high = evidence.space.tank_pressure_pa.ends
     candidates = []
     for candidate in evidence.searcher.candidates(settings, "beyond the bench") if settings else ():
         pressure = candidate.setting.tank_pressure_pa or 0.0
         inside = low * (1 - 1e-9) <= pressure <= high * (1 + 1e-9)
-        what = f"tank pressure {pressure / 1e5:.3g} bar, the bench sets {low / 1e5:.3g} to {high / 1e5:.3g} bar"
+        what = (
+            f"tank pressure {pressure / 1e5:.3g} bar, the bench sets "
+            f"{low / 1e5:.3g} to {high / 1e5:.3g} bar"
+        )
         reasons = candidate.refused or (() if inside else (what,))
         if reasons:
             candidates.append(replace(candidate, refused=reasons))
@@ -215,7 +231,8 @@ def _refused(evidence: Evidence) -> Obstacle:
     """The bench refuses everything that it can be set to."""
     nearest = max(evidence.result.refused, key=evidence.searcher.nearness)
     sentence = (
-        f"The bench refuses all of {evidence.result.examined} settings. The nearest, {setting_text(nearest.setting)}, "
+        f"The bench refuses all of {evidence.result.examined} settings. The "
+        f"nearest, {setting_text(nearest.setting)}, "
         f"is refused for: {'; '.join(nearest.refused)}."
     )
     return Obstacle(
@@ -232,7 +249,8 @@ def _outside(evidence: Evidence) -> list[Obstacle]:
         return []
     best = max(evidence.outside, key=lambda p: _promise(p, evidence.goal))
     sentence = (
-        f"The domain of the contact model stands in the way: {setting_text(best.setting)} would reach "
+        f"The domain of the contact model stands in the way: "
+        f"{setting_text(best.setting)} would reach "
         f"{_reached(best, evidence.goal)}, but the model has not learned from such shots: "
         f"{'; '.join(best.outside)}. --extrapolate proposes it."
     )
@@ -258,10 +276,14 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
     line = int(np.argmax(half_db - margin))
     shots = f"{evidence.shots} measured shots were" if evidence.shots else "no measured shot was"
     sentence = (
-        f"Too few measured shots stand in the way: {setting_text(best.setting)} is expected within tolerance, but its "
-        f"90 % band at {evidence.goal.frequency_hz[line]:.0f} Hz reaches ±{half_db[line]:.1f} dB, the edge is "
-        f"{margin[line]:.1f} dB away, and {shots} learned from. With nothing but the scatter from shot to shot the "
-        f"probability would be {_percent(without[place])}: measure this setting and name its campaign (--measured)."
+        f"Too few measured shots stand in the way: "
+        f"{setting_text(best.setting)} is expected within tolerance, but its "
+        f"90 % band at {evidence.goal.frequency_hz[line]:.0f} Hz reaches "
+        f"±{half_db[line]:.1f} dB, the edge is "
+        f"{margin[line]:.1f} dB away, and {shots} learned from. With nothing "
+        f"but the scatter from shot to shot the "
+        f"probability would be {_percent(without[place])}: measure this "
+        f"setting and name its campaign (--measured)."
     )
     return Obstacle(
         "measured shots", sentence, without[place], *_decisive(best.level_db, evidence.goal)
@@ -275,18 +297,24 @@ def _tolerance(scatter: Obstacle, evidence: Evidence) -> Obstacle:
     """The expected spectrum fits, and a shot's own scatter takes it out."""
     deviation = float(np.sqrt(np.diag(evidence.learned.prior.shot_covariance_db2()).max()))
     sentence = (
-        f"The tolerance stands in the way: the nearest expected spectrum leaves {scatter.margin_db:.1f} dB at "
-        f"{scatter.frequency_hz:.0f} Hz, and shots at the same setting scatter by {deviation:.1f} dB (standard "
-        f"deviation at a line). More measured shots do not help, for with that scatter alone the probability is "
-        f"{_percent(scatter.probability_without)}: widen the tolerance, or require fewer of the lines (--share)."
+        f"The tolerance stands in the way: the nearest expected spectrum "
+        f"leaves {scatter.margin_db:.1f} dB at "
+        f"{scatter.frequency_hz:.0f} Hz, and shots at the same setting "
+        f"scatter by {deviation:.1f} dB (standard "
+        f"deviation at a line). More measured shots do not help, for with "
+        f"that scatter alone the probability is "
+        f"{_percent(scatter.probability_without)}: widen the tolerance, or "
+        f"require fewer of the lines (--share)."
     )
     return replace(scatter, kind="tolerance", sentence=sentence)
 
 
 def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
-    """No expected spectrum is within tolerance: what keeps the nearest allowed one out, and at which line.
+    """No expected spectrum is within tolerance: what keeps the nearest allowed one out, and at
+    which line.
 
-    The level does where it is off (by the median over the lines) by more than what remains outside without that.
+    The level does where it is off (by the median over the lines) by more than what remains outside
+    without that.
     """
     nearest, goal = evidence.result.nearest, evidence.goal
     assert nearest is not None  # there are proposals
@@ -311,8 +339,10 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
             else ""
         )
         sentence = (
-            f"The level stands in the way: the nearest setting, {setting_text(nearest.setting)}, would have to be "
-            f"{abs(off_db):.1f} dB {'louder' if off_db > 0 else 'softer'}{rest}. The bench sets {low:.3g} to "
+            f"The level stands in the way: the nearest setting, "
+            f"{setting_text(nearest.setting)}, would have to be "
+            f"{abs(off_db):.1f} dB "
+            f"{'louder' if off_db > 0 else 'softer'}{rest}. The bench sets {low:.3g} to "
             f"{high:.3g} bar.{further}"
         )
         return Obstacle(
@@ -330,9 +360,12 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
         "every line" if goal.share == 1 else f"{goal.required} of {goal.frequency_hz.size} lines"
     )
     sentence = (
-        f"The shape of the spectrum stands in the way: of {evidence.result.examined} settings none has {lines} within "
-        f"tolerance. The nearest, {setting_text(nearest.setting)}, has {within} of {goal.frequency_hz.size}; at "
-        f"{frequency:.0f} Hz it gives {expected:,.0f} m/s2 where {prescribed:,.0f} m/s2 is prescribed, "
+        f"The shape of the spectrum stands in the way: of "
+        f"{evidence.result.examined} settings none has {lines} within "
+        f"tolerance. The nearest, {setting_text(nearest.setting)}, has "
+        f"{within} of {goal.frequency_hz.size}; at "
+        f"{frequency:.0f} Hz it gives {expected:,.0f} m/s2 where "
+        f"{prescribed:,.0f} m/s2 is prescribed, "
         f"{-margin:.1f} dB {_beyond(nearest.level_db, goal)}.{further}"
     )
     return Obstacle("shape", sentence, 0.0, frequency, margin)
@@ -358,13 +391,19 @@ def _beyond(level_db: Floats, goal: Goal) -> str:
     line, _ = goal.deciding_line(level_db)
     if goal.margin_db(level_db)[line] < 0:
         return "outside of the tolerance"
-    return f"below the level, which {goal.rule.required_above(goal.frequency_hz.size)} lines must reach"
+    return (
+        f"below the level, which "
+        f"{goal.rule.required_above(goal.frequency_hz.size)} lines must reach"
+    )
 
 
 def _reached(proposal: Proposal, goal: Goal) -> str:
     frequency, margin = _decisive(proposal.level_db, goal)
     where = "within" if margin >= 0 else "outside of"
-    return f"{_percent(proposal.probability_met)} (expected {abs(margin):.1f} dB {where} tolerance at {frequency:.0f} Hz)"
+    return (
+        f"{_percent(proposal.probability_met)} (expected {abs(margin):.1f} dB "
+        f"{where} tolerance at {frequency:.0f} Hz)"
+    )
 
 
 def _percent(probability: float) -> str:

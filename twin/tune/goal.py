@@ -19,11 +19,12 @@ from ..srs.standards import EVERY_LINE, PassRule, RuleResult, rule_results
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """Levels (f,) in dB re 1 m/s2 at `frequency_hz` (f,), and how far a line may lie above and below, dB (f,) >= 0.
+    """Levels (f,) in dB re 1 m/s2 at `frequency_hz` (f,), and how far a line may lie above and
+    below, dB (f,) >= 0.
 
-    An infinite tolerance leaves that side free.
-    `share` of the lines within tolerance makes a setting good, and what else `rule` asks of all lines together; 1 asks
-    for every line. Raises `ValueError` naming what does not fit.
+    An infinite tolerance leaves that side free. `share` of the lines within tolerance makes a
+    setting good, and what else `rule` asks of all lines together; 1 asks for every line. Raises
+    `ValueError` naming what does not fit.
     """
 
     frequency_hz: Floats
@@ -66,7 +67,8 @@ class Goal:
         return int(np.ceil(self.share * self.frequency_hz.size - 1e-9))
 
     def met(self, level_db: Floats) -> NDArray[np.bool_]:
-        """Whether at least `share` of the lines lies within and the whole rule is met, (...) of levels (..., f)."""
+        """Whether at least `share` of the lines lies within and the whole rule is met, (...) of
+        levels (..., f)."""
         return np.asarray(np.all([result.met for result in self.results(level_db)], axis=0))
 
     def results(self, level_db: Floats) -> tuple[RuleResult, ...]:
@@ -75,9 +77,11 @@ class Goal:
         return rule_results(rule, level_db - self.level_db, self.upper_db, self.lower_db)
 
     def deciding_line(self, level_db: Floats) -> tuple[int, float]:
-        """Of levels (f,), the line that decides whether the goal is met, and its margin in dB, positive where it is.
+        """Of levels (f,), the line that decides whether the goal is met, and its margin in dB,
+        positive where it is.
 
-        It is the worst of the `required` best lines, or the lowest of those that must lie at the level or above it.
+        It is the worst of the `required` best lines, or the lowest of those that must lie at the
+        level or above it.
         """
         margin, error = self.margin_db(level_db), level_db - self.level_db
         within = int(np.argsort(-margin, kind="stable")[self.required - 1])
@@ -98,7 +102,8 @@ Outside = Callable[[Sequence[Setting]], list[tuple[str, ...]]]
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
 
-#: Levels below this (m/s2) are taken for it: a shot that does not leave the barrel has no logarithm.
+#: Levels below this (m/s2) are taken for it: a shot that does not leave the barrel has no
+#: logarithm.
 FLOOR_M_S2 = 1e-3
 
 

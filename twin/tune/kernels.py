@@ -1,7 +1,9 @@
-"""How alike two settings are, and two lines of a spectrum: the correlations that a discrepancy is made of.
+"""How alike two settings are, and two lines of a spectrum: the correlations that a discrepancy is
+made of.
 
-A correlation of settings takes (n,) and (m,) of them to (n, m), one of lines takes octaves (f,) to (f, f); all are
-positive semidefinite. Correlations of lines commute with each other: they have the same eigenvectors.
+A correlation of settings takes (n,) and (m,) of them to (n, m), one of lines takes octaves (f,) to
+(f, f); all are positive semidefinite. Correlations of lines commute with each other: they have the
+same eigenvectors.
 """
 
 from __future__ import annotations
@@ -26,10 +28,12 @@ PLATE, POSITION, TIP, ANVIL, INSULATOR, BOUNDARY = range(6)
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """Settings as the kernels take them: logarithms (n, 3) of drive, mass and tip radius, and `words` (n, 6).
+    """Settings as the kernels take them: logarithms (n, 3) of drive, mass and tip radius, and
+    `words` (n, 6).
 
-    The drive is the tank's pressure, or the velocity where that is set. The words are plate, position, tip, anvil,
-    insulator and boundary conditions. `shots` (n,) says of how many shots a row is the mean.
+    The drive is the tank's pressure, or the velocity where that is set. The words are plate,
+    position, tip, anvil, insulator and boundary conditions. `shots` (n,) says of how many shots a
+    row is the mean.
     """
 
     logs: Floats
@@ -49,7 +53,8 @@ class Coordinates:
         return len(self.logs)
 
     def means(self, groups: NDArray[np.intp]) -> Coordinates:
-        """Of the settings of each group (n,), in rising order; a group's words are those of its first setting."""
+        """Of the settings of each group (n,), in rising order; a group's words are those of its
+        first setting."""
         _, first, which, count = np.unique(
             groups, return_index=True, return_inverse=True, return_counts=True
         )
@@ -103,7 +108,8 @@ class EachShot:
 
 @dataclass(frozen=True)
 class SettingKernel:
-    """Falls with the distance of the logarithms (a Gaussian of these lengths), and by a factor per other category."""
+    """Falls with the distance of the logarithms (a Gaussian of these lengths), and by a factor per
+    other category."""
 
     lengths: tuple[float, float, float] = (1.0, 1.0, 0.7)
     factors: tuple[float, ...] = (0.5, 0.6, 0.4, 0.5, 0.3, 0.6)
@@ -130,7 +136,8 @@ def level(octaves: Floats) -> Floats:
 def smooth(octaves: Floats) -> Floats:
     """Matern 3/2 over half an octave: neighbours together, with corners as spectra have them.
 
-    Of it the mean over the lines is taken apart, so that it commutes with `level`; 1 on the diagonal in the mean.
+    Of it the mean over the lines is taken apart, so that it commutes with `level`; 1 on the
+    diagonal in the mean.
     """
     distance = np.sqrt(3) * np.abs(octaves[:, None] - octaves) / SMOOTH_OCTAVES
     matern = (1 + distance) * np.exp(-distance)

@@ -16,15 +16,18 @@ from .shot_correction import Discrepancy, inverted, with_jitter
 ENOUGH_SHOTS = 20
 #: Shots looked at: the cost grows with the cube.
 _SHOTS = 60
-#: How far (natural logarithm, standard deviation) a fitted deviation may stray from its stated one before it costs.
+#: How far (natural logarithm, standard deviation) a fitted deviation may stray from its stated one
+#: before it costs.
 _STRAY = 1.0
 
 
 def fitted(prior: Discrepancy, settings: Sequence[Setting], residual_db: Floats) -> Discrepancy:
-    """The terms with the standard deviations that make residuals (n, f) likeliest, each held to its stated value.
+    """The terms with the standard deviations that make residuals (n, f) likeliest, each held to its
+    stated value.
 
-    Fewer than `ENOUGH_SHOTS` leave the prior as it is. Of many shots, evenly picked ones are looked at. It is the
-    marginal likelihood (Rasmussen and Williams, 2006, eq. 5.8-5.9) times a log-normal prior of each deviation.
+    Fewer than `ENOUGH_SHOTS` leave the prior as it is. Of many shots, evenly picked ones are looked
+    at. It is the marginal likelihood (Rasmussen and Williams, 2006, eq. 5.8-5.9) times a log-normal
+    prior of each deviation.
     """
     if len(settings) < ENOUGH_SHOTS:
         return prior
@@ -52,10 +55,11 @@ def fitted(prior: Discrepancy, settings: Sequence[Setting], residual_db: Floats)
 
 
 def _loss(logs: Floats, stated: Floats, alike: Floats, values: Floats) -> tuple[float, Floats]:
-    """Minus the logarithm of likelihood and prior, and its slope in the logarithms of the deviations.
+    """Minus the logarithm of likelihood and prior, and its slope in the logarithms of the
+    deviations.
 
-    `stated` (t, f) are variances of terms in patterns, `alike` (t, n, n) correlations of settings, `values` (n, f)
-    residuals of patterns.
+    `stated` (t, f) are variances of terms in patterns, `alike` (t, n, n) correlations of settings,
+    `values` (n, f) residuals of patterns.
     """
     variances = stated * np.exp(2 * logs)[:, None]
     precision, logarithms = inverted(

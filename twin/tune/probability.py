@@ -24,10 +24,10 @@ class Proposal:
     """A setting and what is expected of the next shot with it.
 
     `probability_within`: every line within tolerance; `probability_met`: the goal's whole rule;
-    `probability_95`: at least 95 % of them; `probability_overtest`: some line above its upper edge. `share_within` is
-    the expected share of lines, margin and frequency are the expected spectrum's worst. Levels (f,) in dB re 1 m/s2
-    with 5 and 95 % quantiles. `outside`: what of it the model has not been made for. `alternatives` are settings that
-    promise the same.
+    `probability_95`: at least 95 % of them; `probability_overtest`: some line above its upper edge.
+    `share_within` is the expected share of lines, margin and frequency are the expected spectrum's
+    worst. Levels (f,) in dB re 1 m/s2 with 5 and 95 % quantiles. `outside`: what of it the model
+    has not been made for. `alternatives` are settings that promise the same.
     """
 
     setting: Setting
@@ -46,7 +46,8 @@ class Proposal:
 
     @property
     def rank(self) -> tuple[float, ...]:
-        """Larger is better. Probabilities to a percent, below which draws do not tell: then the share, the margin."""
+        """Larger is better. Probabilities to a percent, below which draws do not tell: then the
+        share, the margin."""
         met, within, nearly = (
             round(p, 2)
             for p in (self.probability_met, self.probability_within, self.probability_95)
@@ -63,7 +64,8 @@ def proposals(
     outside: Sequence[tuple[str, ...]] | None = None,
     draws: int = DRAWS,
 ) -> list[Proposal]:
-    """Every candidate judged, best first. All see the same draws, so that they differ by what they are."""
+    """Every candidate judged, best first. All see the same draws, so that they differ by what they
+    are."""
     normals = rng.standard_normal((draws, goal.frequency_hz.size))
     beyond = outside or [()] * len(candidates)
     judged = [
@@ -102,11 +104,13 @@ def _proposal_of(
 
 
 def probability_met(level_db: Floats, covariance_db2: Floats, goal: Goal, normals: Floats) -> float:
-    """That the goal's whole rule is met, of a spectrum (f,) with a covariance (f, f), by draws (d, f)."""
+    """That the goal's whole rule is met, of a spectrum (f,) with a covariance (f, f), by draws (d,
+    f)."""
     return float(np.mean(goal.met(level_db + normals @ root(covariance_db2).T)))
 
 
 def root(covariance: Floats) -> Floats:
-    """A square root (f, f) of a covariance that may be singular to rounding: by eigenvalues, negative ones as 0."""
+    """A square root (f, f) of a covariance that may be singular to rounding: by eigenvalues,
+    negative ones as 0."""
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

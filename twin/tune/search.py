@@ -1,4 +1,5 @@
-"""The search: a coarse grid over everything, then pressure and mass of the best mounts more finely."""
+"""The search: a coarse grid over everything, then pressure and mass of the best mounts more
+finely."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ _BATCH = 512
 
 @dataclass(frozen=True)
 class Effort:
-    """Grid of pressures and masses on every mount; how many mounts are refined, by which ratios in turn."""
+    """Grid of pressures and masses on every mount; how many mounts are refined, by which ratios in
+    turn."""
 
     pressures: int = 8
     masses: int = 4
@@ -74,8 +76,9 @@ class Searcher:
         return sum(int(result.lines) for result in results), float(margins.min())
 
     def _scores(self, levels: Floats, settings: Sequence[Setting]) -> Floats:
-        """Mean over lines of the logarithm of a line's probability, as if all settings were as sure as the nearest; and
-        that of the lowest of the lines that must lie at the level or above it."""
+        """Mean over lines of the logarithm of a line's probability, as if all settings were as sure
+        as the nearest; and that of the lowest of the lines that must lie at the level or above
+        it."""
         nearest = settings[int(np.argmin(np.mean((levels - self.goal.level_db) ** 2, axis=1)))]
         spread = np.sqrt(np.diag(self.learned.covariance_db2(nearest)))
         error = levels - self.goal.level_db
@@ -88,9 +91,11 @@ class Searcher:
 
 
 def line_scores(error_db: Floats, spread_db: Floats, goal: Goal) -> Floats:
-    """Logarithm of the probability that a line lies within, (n, f), of normal errors (n, f) with deviations (f,).
+    """Logarithm of the probability that a line lies within, (n, f), of normal errors (n, f) with
+    deviations (f,).
 
-    Computed in the tail where both edges lie on one side, so that far misses still tell better from worse.
+    Computed in the tail where both edges lie on one side, so that far misses still tell better from
+    worse.
     """
     from scipy.special import log_ndtr
 
@@ -103,10 +108,12 @@ def line_scores(error_db: Floats, spread_db: Floats, goal: Goal) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """The best allowed candidate of each of the best mounts, best first; the best refused one of each mount.
+    """The best allowed candidate of each of the best mounts, best first; the best refused one of
+    each mount.
 
-    `nearest` is the allowed candidate with the most lines within tolerance, of these the one whose worst line lies
-    nearest, among all `examined` ones; None where the bench refuses all, and then `best` is empty.
+    `nearest` is the allowed candidate with the most lines within tolerance, of these the one whose
+    worst line lies nearest, among all `examined` ones; None where the bench refuses all, and then
+    `best` is empty.
     """
 
     best: list[Candidate]
@@ -121,7 +128,8 @@ def search(
     extra: Iterable[Setting] = (),
     effort: Effort | None = None,
 ) -> SearchResult:
-    """Candidates of a grid over all mounts, refined about the best; `extra` settings (those fired) among them."""
+    """Candidates of a grid over all mounts, refined about the best; `extra` settings (those fired)
+    among them."""
     effort = effort or Effort()
     examined = searcher.candidates([*space.grid(effort.pressures, effort.masses), *extra], "grid")
     best = best_of_mounts(c for c in examined if not c.refused)[: effort.finalists]

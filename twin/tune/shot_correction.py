@@ -1,11 +1,14 @@
-"""What measured shots teach: where the bench's spectra lie from the forward model's, as a Gaussian process.
+"""What measured shots teach: where the bench's spectra lie from the forward model's, as a Gaussian
+process.
 
-residual(s, f) = measured - predicted level in dB of shot s at line f, mean 0, covariance the sum over `TERMS` of
-sd^2 * (correlation of settings) x (correlation of lines): what all settings share, what one place of a plate shares,
-what depends on the setting, and what one shot has for itself. Conditioning is exact (Rasmussen and Williams, Gaussian
-Processes for Machine Learning, 2006, eq. 2.23-2.24), by Cholesky in float64; a kriging of code output as in Kennedy and
-O'Hagan, J. R. Stat. Soc. B 63 (2001) 425. Correlations of lines commute, so that their eigenvectors take f lines to f
-patterns that are independent of each other: n shots cost f matrices of n x n in place of one of (n f) x (n f).
+residual(s, f) = measured - predicted level in dB of shot s at line f, mean 0, covariance the sum
+over `TERMS` of sd^2 * (correlation of settings) x (correlation of lines): what all settings share,
+what one place of a plate shares, what depends on the setting, and what one shot has for itself.
+Conditioning is exact (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, eq.
+2.23-2.24), by Cholesky in float64; a kriging of code output as in Kennedy and O'Hagan, J. R. Stat.
+Soc. B 63 (2001) 425. Correlations of lines commute, so that their eigenvectors take f lines to f
+patterns that are independent of each other: n shots cost f matrices of n x n in place of one of (n
+f) x (n f).
 """
 
 from __future__ import annotations
@@ -31,7 +34,8 @@ from .kernels import (
     white,
 )
 
-#: Added to the diagonal, as a share of its mean: the smallest that keeps 105 shots x 41 lines factorable.
+#: Added to the diagonal, as a share of its mean: the smallest that keeps 105 shots x 41 lines
+#: factorable.
 JITTER = 1e-9
 
 
@@ -52,7 +56,8 @@ class Term:
         )
 
 
-#: Before any shot: 3 dB over all settings, 2 dB more from setting to setting, 1 dB from shot to shot.
+#: Before any shot: 3 dB over all settings, 2 dB more from setting to setting, 1 dB from shot to
+#: shot.
 TERMS: tuple[Term, ...] = (
     Term("level of all", 2.0, Everywhere(), level),
     Term("colour of all", 1.5, Everywhere(), smooth),
@@ -69,7 +74,8 @@ _OF_ALL_LEVEL, _OF_ALL_COLOUR = "level of all", "colour of all"
 
 @dataclass(frozen=True, eq=False)
 class Discrepancy:
-    """The process at lines `frequency_hz` (f,), before any shot. `scale` (f,) multiplies the deviations; None: 1."""
+    """The process at lines `frequency_hz` (f,), before any shot. `scale` (f,) multiplies the
+    deviations; None: 1."""
 
     frequency_hz: Floats
     terms: tuple[Term, ...] = TERMS
@@ -105,11 +111,12 @@ class Discrepancy:
         )
 
     def with_spread(self, draws_db: Floats) -> Discrepancy:
-        """The prior with the forward model's own spread, from draws (count, n, f) in dB at settings of interest.
+        """The prior with the forward model's own spread, from draws (count, n, f) in dB at settings
+        of interest.
 
-        Spread of a draw's mean level adds to the level that all settings share, what remains of the lines to the
-        shared colour: so the first shot reduces it, and it counts once. Terms that were fitted to measured shots have
-        it in them already: they take none.
+        Spread of a draw's mean level adds to the level that all settings share, what remains of the
+        lines to the shared colour: so the first shot reduces it, and it counts once. Terms that
+        were fitted to measured shots have it in them already: they take none.
         """
         apart = draws_db - draws_db.mean(axis=0)
         mean = apart.mean(axis=-1, keepdims=True)
@@ -131,7 +138,8 @@ class Discrepancy:
         return replace(self, terms=tuple(own))
 
     def shot_covariance_db2(self) -> Floats:
-        """(f, f) of what one shot has for itself: what remains when all that shots share is learned."""
+        """(f, f) of what one shot has for itself: what remains when all that shots share is
+        learned."""
         parts = (
             t.sd_db**2 * t.of_lines(self.octaves)
             for t in self.terms
@@ -141,7 +149,8 @@ class Discrepancy:
         return np.asarray(self.scales[:, None] * shared * self.scales)
 
     def after(self, settings: Sequence[Setting], residual_db: Floats) -> ShotCorrection:
-        """Conditioned on measured - predicted levels (n, f) of n shots at their settings; none is fine."""
+        """Conditioned on measured - predicted levels (n, f) of n shots at their settings; none is
+        fine."""
         return ShotCorrection.of(
             self, Coordinates.of(settings) if len(settings) else None, residual_db
         )
@@ -204,10 +213,11 @@ class ShotCorrection:
         return np.asarray(np.maximum(own - explained, 0.0))
 
     def left_out(self) -> tuple[Floats, Floats]:
-        """Errors and their stated deviations (n, f), dB, where every shot is predicted from all others.
+        """Errors and their stated deviations (n, f), dB, where every shot is predicted from all
+        others.
 
-        In closed form: of the diagonal of a precision, the inverse is the variance of the error, and times the weight
-        the error itself (Rasmussen and Williams, eq. 5.12).
+        In closed form: of the diagonal of a precision, the inverse is the variance of the error,
+        and times the weight the error itself (Rasmussen and Williams, eq. 5.12).
         """
         variances = 1 / np.einsum("fnn->nf", self.precision)
         errors = (self.weights * variances) @ self.prior.patterns.T * self.prior.scales
@@ -221,13 +231,15 @@ class ShotCorrection:
         return np.asarray(root @ root.T)
 
     def draws_db(self, settings: Sequence[Setting], normals: Floats) -> Floats:
-        """What further shots at m settings may have apart from the mean, (d, m, f), from normal numbers (d, f)."""
+        """What further shots at m settings may have apart from the mean, (d, m, f), from normal
+        numbers (d, f)."""
         root = np.sqrt(self.variances(settings))
         return np.asarray((normals[:, None] * root) @ self.prior.patterns.T * self.prior.scales)
 
 
 def with_jitter(covariances: Floats, variances: Floats) -> Floats:
-    """Covariances (f, n, n) of terms with `variances` (t, f), what keeps them factorable added in place."""
+    """Covariances (f, n, n) of terms with `variances` (t, f), what keeps them factorable added in
+    place."""
     rows = np.arange(covariances.shape[-1])
     covariances[:, rows, rows] += JITTER * float(variances.sum(axis=0).mean())
     return covariances

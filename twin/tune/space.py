@@ -33,7 +33,8 @@ class Amount(Protocol):
 
 @dataclass(frozen=True)
 class Levels:
-    """What the lab owns, and nothing between: three bullets. Raises `ValueError` for values not positive."""
+    """What the lab owns, and nothing between: three bullets. Raises `ValueError` for values not
+    positive."""
 
     values: tuple[float, ...]
 
@@ -62,7 +63,8 @@ class Levels:
 
 @dataclass(frozen=True)
 class ContinuousRange:
-    """Anything from `low` to `high`. Raises `ValueError` for ends that are not positive and rising."""
+    """Anything from `low` to `high`. Raises `ValueError` for ends that are not positive and
+    rising."""
 
     low: float
     high: float
@@ -99,7 +101,8 @@ class Mount:
 
 @dataclass(frozen=True)
 class TuningSpace:
-    """The settings that there are on one plate. Raises `ValueError` naming a field without any value."""
+    """The settings that there are on one plate. Raises `ValueError` naming a field without any
+    value."""
 
     plate: ElasticMaterial
     plate_thickness_m: float
@@ -172,8 +175,10 @@ def setting_text(setting: Setting) -> str:
     anvil = f", anvil of {setting.anvil.name}" if setting.anvil else ""
     layer = f", {setting.insulator} insulator" if setting.insulator != "none" else ""
     return (
-        f"{(setting.tank_pressure_pa or 0.0) / 1e5:.3g} bar, {setting.impactor_mass_kg:.3g} kg, tip of "
-        f"{setting.tip.name} of {setting.tip_radius_m * 1e3:.3g} mm{anvil}{layer}, position {setting.impact_position}"
+        f"{(setting.tank_pressure_pa or 0.0) / 1e5:.3g} bar, "
+        f"{setting.impactor_mass_kg:.3g} kg, tip of "
+        f"{setting.tip.name} of {setting.tip_radius_m * 1e3:.3g} "
+        f"mm{anvil}{layer}, position {setting.impact_position}"
     )
 
 

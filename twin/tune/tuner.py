@@ -1,8 +1,10 @@
 """From a prescribed spectrum to ranked settings, and those to avoid.
 
-Proposals that differ: what the bench cannot set apart, or a sensor cannot tell apart, is one proposal.
+Proposals that differ: what the bench cannot set apart, or a sensor cannot tell apart, is one
+proposal.
 
-Settings that look right and are not: near in level, but refused, outside of the model, or likely to overtest.
+Settings that look right and are not: near in level, but refused, outside of the model, or likely to
+overtest.
 """
 
 from __future__ import annotations
@@ -24,12 +26,14 @@ from .space import TuningSpace
 
 #: What the regulator is set to, what a bullet is weighed to, and what a tip is turned to.
 PRESSURE_STEP_PA, MASS_STEP_KG, RADIUS_STEP_M = 5e3, 0.01, 5e-4
-#: Expected spectra that lie nearer than this at every line are the same: a third of the scatter from shot to shot.
+#: Expected spectra that lie nearer than this at every line are the same: a third of the scatter
+#: from shot to shot.
 SAME_SPECTRUM_DB = 0.25
 
 
 def distinct(ranked: Sequence[Proposal]) -> list[Proposal]:
-    """Ranked proposals, in their order; of those that are alike the first, with the others as its `alternatives`."""
+    """Ranked proposals, in their order; of those that are alike the first, with the others as its
+    `alternatives`."""
     kept: list[Proposal] = []
     for proposal in ranked:
         for place, better in enumerate(kept):
@@ -42,7 +46,8 @@ def distinct(ranked: Sequence[Proposal]) -> list[Proposal]:
 
 
 def alike(first: Proposal, second: Proposal) -> bool:
-    """Whether two proposals are set alike, or promise the same spectrum; both inside or both outside of the domain."""
+    """Whether two proposals are set alike, or promise the same spectrum; both inside or both
+    outside of the domain."""
     if bool(first.outside) != bool(second.outside):
         return False
     nearest_db = float(np.abs(first.level_db - second.level_db).max())
@@ -50,7 +55,8 @@ def alike(first: Proposal, second: Proposal) -> bool:
 
 
 def set_alike(first: Setting, second: Setting) -> bool:
-    """Whether the same parts are mounted, and pressure, mass and radius differ by a step of the bench at most."""
+    """Whether the same parts are mounted, and pressure, mass and radius differ by a step of the
+    bench at most."""
     parts = [
         (s.tip, s.anvil, s.plate, s.insulator, s.impact_position, s.boundary_conditions)
         for s in (first, second)
@@ -65,7 +71,8 @@ def set_alike(first: Setting, second: Setting) -> bool:
     )
 
 
-#: How near (dB, mean over the lines) a spectrum's level is to the goal's for a setting to look right.
+#: How near (dB, mean over the lines) a spectrum's level is to the goal's for a setting to look
+#: right.
 NEAR_DB = 3.0
 #: From this probability on a setting is said to overtest.
 OVERTEST = 0.9
@@ -85,7 +92,8 @@ class SettingToAvoid:
 def settings_to_avoid(
     outside: Sequence[Proposal], kept: Sequence[Proposal], refused: Sequence[Candidate], goal: Goal
 ) -> list[SettingToAvoid]:
-    """The nearest of each kind: `outside` of the model's domain, likely to overtest of those `kept`, `refused`."""
+    """The nearest of each kind: `outside` of the model's domain, likely to overtest of those
+    `kept`, `refused`."""
     beyond_bench = [
         SettingToAvoid(
             c.setting, f"beyond the bench: {'; '.join(c.refused)}", _level_error_db(c, goal)
@@ -115,7 +123,10 @@ def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[SettingToAvoid]:
         over = proposal.level_db - goal.level_db - goal.upper_db
         line = int(np.argmax(over))
         if proposal.probability_overtest >= OVERTEST and over[line] > 0:
-            words = f"{over[line]:.1f} dB above the upper edge at {goal.frequency_hz[line]:.0f} Hz expected"
+            words = (
+                f"{over[line]:.1f} dB above the upper edge at "
+                f"{goal.frequency_hz[line]:.0f} Hz expected"
+            )
             yield SettingToAvoid(
                 proposal.setting, f"overtests: {words}", _level_error_db(proposal, goal)
             )
@@ -127,7 +138,8 @@ _SPREAD_DRAWS, _SPREAD_SETTINGS = 32, 4
 
 @dataclass(frozen=True, eq=False)
 class FiredShots:
-    """Shots that have been fired: settings, and the measured levels (n, f) in dB re 1 m/s2 at the goal's lines."""
+    """Shots that have been fired: settings, and the measured levels (n, f) in dB re 1 m/s2 at the
+    goal's lines."""
 
     settings: tuple[Setting, ...] = ()
     level_db: Floats = field(default_factory=lambda: np.empty((0, 0)))
@@ -145,9 +157,11 @@ class FiredShots:
 
 @dataclass(frozen=True, eq=False)
 class Tuned:
-    """Proposals that differ, best first, and settings to avoid with the reason; `learned` is what the shots taught.
+    """Proposals that differ, best first, and settings to avoid with the reason; `learned` is what
+    the shots taught.
 
-    `attainability` says whether any proposal meets the goal; there is no proposal where the bench refuses all settings.
+    `attainability` says whether any proposal meets the goal; there is no proposal where the bench
+    refuses all settings.
     """
 
     proposals: tuple[Proposal, ...]
@@ -174,9 +188,10 @@ def tune(
 ) -> Tuned:
     """Settings for a spectrum, each with its probability, after what has been measured.
 
-    Settings outside of the model's domain are to avoid unless `extrapolate`, or unless there is no other. A setting
-    meets the goal from a probability of `at_least` on. `calibrated`: the model has learned from shots itself, and its
-    draws hold all that is not known of its spectra. Raises `ValueError` where the goal's lines are not the model's.
+    Settings outside of the model's domain are to avoid unless `extrapolate`, or unless there is no
+    other. A setting meets the goal from a probability of `at_least` on. `calibrated`: the model has
+    learned from shots itself, and its draws hold all that is not known of its spectra. Raises
+    `ValueError` where the goal's lines are not the model's.
     """
     lines_hz = forward.frequency_hz
     if goal.frequency_hz.shape != lines_hz.shape or not np.allclose(
@@ -216,9 +231,11 @@ def learn(
     *,
     calibrated: bool = False,
 ) -> ShotCorrection:
-    """The discrepancy after the shots. Few shots: stated deviations and the model's own spread; many: fitted ones.
+    """The discrepancy after the shots. Few shots: stated deviations and the model's own spread;
+    many: fitted ones.
 
-    Of a calibrated model without more shots, nothing but the model's own spread and what a shot has for itself.
+    Of a calibrated model without more shots, nothing but the model's own spread and what a shot has
+    for itself.
     """
     prior = Discrepancy(forward.frequency_hz)
     if not len(shots):

@@ -1,6 +1,8 @@
-"""Withheld campaigns: folders whose cause is drawn, played by the virtual bench and sealed, to check a diagnosis blind.
+"""Withheld campaigns: folders whose cause is drawn, played by the virtual bench and sealed, to
+check a diagnosis blind.
 
-The bench of a case is the ideal one, with the drawn effects, a small background that no effect explains, and noise:
+The bench of a case is the ideal one, with the drawn effects, a small background that no effect
+explains, and noise:
 
     case = draw_case("gun", "strong", np.random.default_rng(1))
     label = record_case(case, folder, seed=2)

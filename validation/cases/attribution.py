@@ -1,13 +1,17 @@
 """How much of a case's gap each of its effects makes, on the virtual bench itself.
 
-Glossary: Delta(S) the change (C, d) that the effects S make together, in tolerances; |.|^2 its mean square.
+Glossary: Delta(S) the change (C, d) that the effects S make together, in tolerances; |.|^2 its mean
+square.
 
-- left out: |Delta(all) - Delta(all but e)|^2, the squared gap that is left when every effect but e is modelled;
-- Shapley: of the game v(S) = |Delta(all)|^2 - |Delta(all) - Delta(S)|^2, the squared gap that the effects S take away
-  (Shapley, A value for n-person games, 1953). Exact up to five effects of a stage, otherwise the mean over pairs of a
-  random order and its reverse (Castro, Gomez and Tejada, Comput. Oper. Res. 36 (2009) 1726).
+- left out: |Delta(all) - Delta(all but e)|^2, the squared gap that is left when every effect but e
+  is modelled;
+- Shapley: of the game v(S) = |Delta(all)|^2 - |Delta(all) - Delta(S)|^2, the squared gap that the
+  effects S take away (Shapley, A value for n-person games, 1953). Exact up to five effects of a
+  stage, otherwise the mean over pairs of a random order and its reverse (Castro, Gomez and Tejada,
+  Comput. Oper. Res. 36 (2009) 1726).
 
-Both are divided by their sum over the effects. A stage is worked out by itself, given what was measured upstream of it.
+Both are divided by their sum over the effects. A stage is worked out by itself, given what was
+measured upstream of it.
 """
 
 from __future__ import annotations
@@ -37,7 +41,8 @@ _PAIRS_OF_ORDERS = 4
 
 @dataclass(frozen=True)
 class Attribution:
-    """Of each stage and effect the mean square in tolerances: what is left when it is left out, and its Shapley value.
+    """Of each stage and effect the mean square in tolerances: what is left when it is left out, and
+    its Shapley value.
 
     Effects that a stage cannot feel are not in its table.
     """
@@ -47,7 +52,8 @@ class Attribution:
 
 
 def attribution(kind: str, number: int, cause: ActingCause) -> Attribution:
-    """Of the effects of the catalogue that act in a cause. A cause without effects has empty tables."""
+    """Of the effects of the catalogue that act in a cause. A cause without effects has empty
+    tables."""
     left_out: Table = {}
     shapley: Table = {}
     for stage in STAGES[kind]:
@@ -110,8 +116,8 @@ def _square(rows: Floats) -> float:
 
 
 def shares(table: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
-    """Of each effect over all stages, summing to one: all stages count the same, as in the report's metric. Empty
-    without a gap."""
+    """Of each effect over all stages, summing to one: all stages count the same, as in the report's
+    metric. Empty without a gap."""
     total: dict[str, float] = {}
     for values in table.values():
         for name, value in values.items():

@@ -31,7 +31,8 @@ TIERS: Mapping[str, tuple[float, float]] = {
     "very strong": (6.0, 20.0),
     "any": (0.5, 20.0),
 }
-#: Tolerance of each stage's metric: ln velocity, ln peak, impulse and width, dB of a response spectrum.
+#: Tolerance of each stage's metric: ln velocity, ln peak, impulse and width, dB of a response
+#: spectrum.
 TOLERANCES: Mapping[str, float] = {"gun": 0.01, "contact": 0.03, "plate": 0.5}
 #: Stages that a kind's campaign shows.
 STAGES: Mapping[str, tuple[str, ...]] = {
@@ -47,8 +48,8 @@ ALL_KINDS = tuple(STAGES)
 
 @dataclass(frozen=True)
 class BackgroundGap:
-    """What no effect explains, in tolerances (rms over configurations): a smooth function of the factors over
-    `length` (scaled factors) and `white`, drawn for each configuration."""
+    """What no effect explains, in tolerances (rms over configurations): a smooth function of the
+    factors over `length` (scaled factors) and `white`, drawn for each configuration."""
 
     smooth: float
     white: float
@@ -59,14 +60,16 @@ class BackgroundGap:
 
 @dataclass(frozen=True)
 class Case:
-    """A drawn case. `design` is the number of its plan, `floor` the standard error of a configuration's mean from
-    repetitions, in tolerances.
+    """A drawn case. `design` is the number of its plan, `floor` the standard error of a
+    configuration's mean from repetitions, in tolerances.
 
-    `strengths` by effect id, in the unit of `strength.RANGES`; `unknown` is a family outside the catalogue with its
-    `amount`. `laws`: by which second laws the effects act, a split's name; empty: by the bench's own (see
-    `virtualbench.second_laws`). `decoys`: nominal figures of campaign.toml by name, times a factor within tolerance.
-    `blocked`: a configuration's repetitions follow one another; else runs are shuffled. `traces`: a gun's tank pressure
-    and laser are recorded, and the plan's pressure is what a regulator was set to instead of what the transducer read.
+    `strengths` by effect id, in the unit of `strength.RANGES`; `unknown` is a family outside the
+    catalogue with its `amount`. `laws`: by which second laws the effects act, a split's name;
+    empty: by the bench's own (see `virtualbench.second_laws`). `decoys`: nominal figures of
+    campaign.toml by name, times a factor within tolerance. `blocked`: a configuration's repetitions
+    follow one another; else runs are shuffled. `traces`: a gun's tank pressure and laser are
+    recorded, and the plan's pressure is what a regulator was set to instead of what the transducer
+    read.
     """
 
     kind: str
@@ -96,13 +99,14 @@ class Case:
 class Label:
     """The truth of a recorded case.
 
-    By stage, over configurations and observables: `gap` (rms of the effect's true change) and `floor`, in tolerances.
-    `ratio` is the largest gap over floor of a stage, `tier` where it falls (`tier_of`); `stage` where that is.
-    `changes` by stage: (C, d) true change of each configuration, in `TOLERANCES`' units; its configurations are
-    `configurations`, factors by name. `left_out` and `shapley` by stage: what each effect makes of the squared gap
-    (`attribution.Attribution`); `shown`: the effects that such a campaign can show; `laws`: as in `Case`. `alone` has
-    the ratio of each effect by itself. `background`: rms in tolerances as drawn. `region`: the factor and value in
-    which alone the effect acts. `traces`: as in `Case`.
+    By stage, over configurations and observables: `gap` (rms of the effect's true change) and
+    `floor`, in tolerances. `ratio` is the largest gap over floor of a stage, `tier` where it falls
+    (`tier_of`); `stage` where that is. `changes` by stage: (C, d) true change of each
+    configuration, in `TOLERANCES`' units; its configurations are `configurations`, factors by name.
+    `left_out` and `shapley` by stage: what each effect makes of the squared gap
+    (`attribution.Attribution`); `shown`: the effects that such a campaign can show; `laws`: as in
+    `Case`. `alone` has the ratio of each effect by itself. `background`: rms in tolerances as
+    drawn. `region`: the factor and value in which alone the effect acts. `traces`: as in `Case`.
     """
 
     kind: str
@@ -134,10 +138,12 @@ class Label:
         return max(self.gap.values(), default=0.0) <= 1.0
 
     def as_json(self) -> dict[str, Any]:
-        return json.loads(json.dumps(asdict(self)))  # type: ignore[no-any-return]  # tuples as lists
+        # tuples as lists
+        return json.loads(json.dumps(asdict(self)))  # type: ignore[no-any-return]
 
     def sha256(self, salt: bytes) -> str:
-        """Hash of salt and label, without the folder's hash, which is known only after the recording."""
+        """Hash of salt and label, without the folder's hash, which is known only after the
+        recording."""
         table = {key: value for key, value in self.as_json().items() if key != "folder_sha256"}
         return hashlib.sha256(salt + json.dumps(table, sort_keys=True).encode()).hexdigest()
 
@@ -160,8 +166,9 @@ def tier_of(ratio: float) -> str:
 class ActingCause:
     """What acts: effects of the catalogue, by strength, and a family outside of it.
 
-    `order` (C,): places of the configurations in the order of runs, 0 to 1; evenly spread where it is empty. `laws`:
-    the split of the second laws by which the effects act, empty for the bench's own.
+    `order` (C,): places of the configurations in the order of runs, 0 to 1; evenly spread where it
+    is empty. `laws`: the split of the second laws by which the effects act, empty for the bench's
+    own.
     """
 
     strengths: tuple[tuple[str, float], ...] = ()

@@ -1,4 +1,5 @@
-"""What a withheld campaign's contact does: pulses from the bench's chain, and the figures that are compared."""
+"""What a withheld campaign's contact does: pulses from the bench's chain, and the figures that are
+compared."""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ class CasePulse:
 
     @property
     def figures(self) -> Floats:
-        """ln of peak (N), impulse (N s) and width at half of the peak (s); NaN without any force."""
+        """ln of peak (N), impulse (N s) and width at half of the peak (s); NaN without any
+        force."""
         peak = int(np.argmax(self.force_n))
         top = self.force_n[peak]
         if not top > 0:
@@ -105,7 +107,8 @@ def strikes(
 
 
 def _pulse(step: float, force: Floats) -> CasePulse:
-    """A pulse that ends at zero, without more samples than it needs: stiff links take short steps."""
+    """A pulse that ends at zero, without more samples than it needs: stiff links take short
+    steps."""
     every = max(1, force.size // _MOST_SAMPLES)
     return CasePulse(np.append(force[::every], 0.0), step * every)
 

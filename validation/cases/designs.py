@@ -1,4 +1,5 @@
-"""The plans of withheld campaigns: a few of each kind, so that what an effect does to a plan is worked out once."""
+"""The plans of withheld campaigns: a few of each kind, so that what an effect does to a plan is
+worked out once."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ _TIP_RADIUS_MM = {"aluminum": 30.0, "steel": 30.0, "delrin": 30.0, "polyurethane
 
 @dataclass(frozen=True)
 class CaseSetting:
-    """One configuration; SI but for the names that say otherwise. Without a gun, `tank_pressure_bar` is 0."""
+    """One configuration; SI but for the names that say otherwise. Without a gun,
+    `tank_pressure_bar` is 0."""
 
     tip_material: str = "steel"
     tip_radius_mm: float = 45.0

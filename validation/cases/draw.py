@@ -1,7 +1,7 @@
 """Draws what a withheld campaign hides: design, cause, strength, background, noise.
 
-Draws benches on which many effects act at once, and benches whose effects obey second laws: the tiers `realistic`
-and `foreign` of the blind check, and those that score what a reader acts on.
+Draws benches on which many effects act at once, and benches whose effects obey second laws: the
+tiers `realistic` and `foreign` of the blind check, and those that score what a reader acts on.
 """
 
 from __future__ import annotations
@@ -52,11 +52,12 @@ def draw_case(
 ) -> Case:
     """A case of a kind ("gun", "hammer", "plate", "chain") whose gap over floor lies in a tier.
 
-    `cause`: "catalogue" (one effect, drawn), "none", "unknown" (a family of `split`), "two" effects, or the name of an
-    effect or family. "none" and "two" take no notice of the tier. With a named cause whose physical range does not
-    reach the tier the case has what is nearest: `Label.tier` says where it is. `decoy`: whether a nominal figure
-    is mis-stated within tolerance (None: in a third of the cases); `number`: the design (None: drawn).
-    Raises `ValueError` for unknown words, and for a cause that the kind cannot show.
+    `cause`: "catalogue" (one effect, drawn), "none", "unknown" (a family of `split`), "two"
+    effects, or the name of an effect or family. "none" and "two" take no notice of the tier. With a
+    named cause whose physical range does not reach the tier the case has what is nearest:
+    `Label.tier` says where it is. `decoy`: whether a nominal figure is mis-stated within tolerance
+    (None: in a third of the cases); `number`: the design (None: drawn). Raises `ValueError` for
+    unknown words, and for a cause that the kind cannot show.
     """
     _check(kind, tier, cause)
     for _ in range(_DRAW_TRIES):
@@ -147,7 +148,8 @@ def _fitting(case: Case, name: str, rng: np.random.Generator) -> Case | None:
     )
 
 
-def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001 - one signature for all
+# noqa: ARG001 - one signature for all
+def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:
     names = rng.choice(shown_by(case.kind, case.design), 2, replace=False).tolist()
     strengths: dict[str, float] = {}
     for name in names:
@@ -169,9 +171,9 @@ _CAUSES: dict[str, Draw] = {
     "two": _two,
 }
 
-#: Strength 1 of the virtual bench in the unit of `RANGES`, for the effects whose unit is another one. Sensors: what
-#: their data sheets allow (`campaigns.gun_sensors`, `campaigns.hammer_sensors`); velocity: 1 mm of 85 mm; boundary:
-#: the plate of 9.3 kg on the ropes of `plate.resonant`, 8 kN/m.
+#: Strength 1 of the virtual bench in the unit of `RANGES`, for the effects whose unit is another
+#: one. Sensors: what their data sheets allow (`campaigns.gun_sensors`, `campaigns.hammer_sensors`);
+#: velocity: 1 mm of 85 mm; boundary: the plate of 9.3 kg on the ropes of `plate.resonant`, 8 kN/m.
 BENCH_DEFAULT: Mapping[str, float] = {
     "plate.sensor_mass": 0.027,
     "plate.boundary": 4.7,
@@ -188,13 +190,15 @@ WEAKEST, STRONGEST = 0.3, 3.0
 OFF = 0.3
 #: Every bench stands in an atmosphere.
 ALWAYS = "gun.back_pressure"
-#: Gap over all observables, in tolerances. A realistic bench has one beyond tolerance; otherwise nothing is to explain.
+#: Gap over all observables, in tolerances. A realistic bench has one beyond tolerance; otherwise
+#: nothing is to explain.
 USUAL_GAP = (1.5, 90.0)
 #: At full scale; spectra of a plate have a wide tolerance, so that a large error is fewer of them.
 FULL_SCALE: Mapping[str, tuple[float, float]] = {
     kind: (4.0 if kind == "plate" else 10.0, 60.0) for kind in (*KINDS, GUN_AND_CONTACT)
 }
-#: Gap in tolerances that each of many effects makes alone: at full scale, and where all of them are small together.
+#: Gap in tolerances that each of many effects makes alone: at full scale, and where all of them are
+#: small together.
 ALONE_GAPS: Mapping[bool, tuple[float, float]] = {True: (1.0, 25.0), False: (0.7, 4.0)}
 #: Gap in tolerances of a cause outside of the catalogue; of five effects that are small together.
 OUTSIDE_GAP, SMALL_GAP = (2.0, 10.0), (2.0, 5.0)
@@ -206,11 +210,13 @@ _STEP = 1.3
 
 
 def draw_realistic(kind: str, rng: np.random.Generator, *, full_scale: bool = False) -> Case:
-    """A case with every effect of its kind at a strength of 0.3 to 3 times the bench's default, each off with
-    probability 0.3, errors that go either way with a random sign, in an atmosphere of 0.9 to 1.04 standard ones.
+    """A case with every effect of its kind at a strength of 0.3 to 3 times the bench's default,
+    each off with probability 0.3, errors that go either way with a random sign, in an atmosphere of
+    0.9 to 1.04 standard ones.
 
-    At full scale the gap is 10 to 60 tolerances (a plate's 4 to 60); where it is less, all effects but those of the
-    sensors grow together within their physical ranges. Raises `ValueError` where no such case is drawn.
+    At full scale the gap is 10 to 60 tolerances (a plate's 4 to 60); where it is less, all effects
+    but those of the sensors grow together within their physical ranges. Raises `ValueError` where
+    no such case is drawn.
     """
     limits = FULL_SCALE[kind] if full_scale else USUAL_GAP
     for _ in range(_TRIES):
@@ -226,8 +232,9 @@ def draw_realistic(kind: str, rng: np.random.Generator, *, full_scale: bool = Fa
 
 
 def draw_foreign(kind: str, rng: np.random.Generator, split: str, *, effects: int) -> Case:
-    """A case of one or two effects that act by second laws of a split, with a gap of 1.5 to 6 floors (two: 3 to 20,
-    each 1.5 or more alone). Raises `ValueError` where no such case is drawn."""
+    """A case of one or two effects that act by second laws of a split, with a gap of 1.5 to 6
+    floors (two: 3 to 20, each 1.5 or more alone). Raises `ValueError` where no such case is
+    drawn."""
     for _ in range(_TRIES):
         case = replace(base_case(kind, "any", rng), laws=split)
         names = rng.choice(shown_by(kind, case.design), effects, replace=False).tolist()
@@ -247,8 +254,9 @@ def draw_foreign(kind: str, rng: np.random.Generator, split: str, *, effects: in
 
 
 def draw_foreign_bench(kind: str, rng: np.random.Generator, split: str) -> Case:
-    """A case of five to seven effects that act by second laws of a split, at full scale, in an atmosphere; sensors stay
-    within their data sheets. Raises `ValueError` where no such case is drawn."""
+    """A case of five to seven effects that act by second laws of a split, at full scale, in an
+    atmosphere; sensors stay within their data sheets. Raises `ValueError` where no such case is
+    drawn."""
     limits = FULL_SCALE[kind]
     for _ in range(_TRIES):
         case = replace(base_case(kind, "any", rng), laws=split)
@@ -272,11 +280,12 @@ def draw_visible_bench(
     effects: tuple[int, int],
     limits: tuple[float, float],
 ) -> Case:
-    """A case of so many effects (least and most) that act by second laws of a split, with a gap within `limits`. What
-    each effect makes alone is drawn evenly in its logarithm: a weak law is as strong as it has to be to be seen.
+    """A case of so many effects (least and most) that act by second laws of a split, with a gap
+    within `limits`. What each effect makes alone is drawn evenly in its logarithm: a weak law is as
+    strong as it has to be to be seen.
 
-    A gun at full scale stands in an atmosphere, which counts as an effect; sensors stay within their data sheets.
-    Raises `ValueError` where no such case is drawn.
+    A gun at full scale stands in an atmosphere, which counts as an effect; sensors stay within
+    their data sheets. Raises `ValueError` where no such case is drawn.
     """
     full_scale = limits[1] > SMALL_GAP[1]
     atmosphere = full_scale and kind in GUN_KINDS
@@ -297,8 +306,8 @@ def draw_visible_bench(
 
 
 def draw_outside(kind: str, rng: np.random.Generator, split: str) -> Case:
-    """A case whose cause is a family of a split, with a gap of 2 to 10 tolerances. Raises `ValueError` where no such
-    case is drawn."""
+    """A case whose cause is a family of a split, with a gap of 2 to 10 tolerances. Raises
+    `ValueError` where no such case is drawn."""
     for _ in range(_TRIES):
         case = base_case(kind, "any", rng)
         name = str(rng.choice(families(kind, split)))
@@ -321,8 +330,8 @@ def draw_outside(kind: str, rng: np.random.Generator, split: str) -> Case:
 
 
 def total_gap(case: Case) -> float:
-    """Root mean square over all configurations and observables of all stages, in tolerances; infinite where a shot
-    does not leave the barrel, and where the bench gives up on it."""
+    """Root mean square over all configurations and observables of all stages, in tolerances;
+    infinite where a shot does not leave the barrel, and where the bench gives up on it."""
     try:
         moved = changes(case.kind, case.design, whole_cause(case))
     except (
@@ -373,7 +382,8 @@ def _visible_strength(
 
 
 def _enlarged(case: Case, least: float) -> Case:
-    """With effects so much stronger, in steps, that the gap is at least so many tolerances, or all at their ends."""
+    """With effects so much stronger, in steps, that the gap is at least so many tolerances, or all
+    at their ends."""
     while total_gap(case) < least:
         larger = {name: _grown(name, value, case.laws) for name, value in case.strengths.items()}
         if larger == case.strengths:

@@ -136,7 +136,8 @@ def changed_stage(stage: str, kind: str, number: int, cause: ActingCause) -> Flo
 
 
 def gaps(moved: Mapping[str, Floats]) -> dict[str, float]:
-    """Root mean square of each stage's changes, in tolerances; infinite where there is no answer."""
+    """Root mean square of each stage's changes, in tolerances; infinite where there is no
+    answer."""
     with np.errstate(invalid="ignore", over="ignore"):
         sizes = {
             stage: float(np.sqrt(np.mean(rows**2))) / TOLERANCES[stage]

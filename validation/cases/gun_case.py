@@ -1,4 +1,5 @@
-"""What a withheld campaign's gun does: the muzzle velocity of each configuration, from the bench's gas dynamics."""
+"""What a withheld campaign's gun does: the muzzle velocity of each configuration, from the bench's
+gas dynamics."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ _FIXED_POINT_STEPS = 30
 
 @lru_cache(maxsize=64)
 def gun_of(kind: str, number: int) -> GunBuild:
-    """The gun of a plan: each has its own tank and friction, and its own losses, where an effect lets them act."""
+    """The gun of a plan: each has its own tank and friction, and its own losses, where an effect
+    lets them act."""
     rng = np.random.default_rng([number, *kind.encode(), 1])
     build = GunBuild()
     size = float(rng.choice([1.0, 0.6, 0.35, 0.25]))  # a small tank expands more
@@ -55,7 +57,8 @@ def gun_stage(kind: str, number: int) -> dict[str, Value]:
 
 
 def ln_velocity(kind: str, number: int, strengths: Mapping[str, float], laws: str = "") -> Floats:
-    """ln of the recorded velocity (C,) of a plan's configurations; -inf where a shot does not leave the barrel."""
+    """ln of the recorded velocity (C,) of a plan's configurations; -inf where a shot does not leave
+    the barrel."""
     acting = {
         name: value
         for name, value in strengths.items()
@@ -81,7 +84,8 @@ def ln_reading(
 def ln_truth(
     settings: Sequence[CaseSetting], ln_read: Floats, strengths: Mapping[str, float], laws: str = ""
 ) -> Floats:
-    """ln of the true velocities (n,) of recorded ones: the inverse of `ln_reading`, by a fixed point."""
+    """ln of the true velocities (n,) of recorded ones: the inverse of `ln_reading`, by a fixed
+    point."""
     ln_true = ln_read
     for _ in range(_FIXED_POINT_STEPS if laws else 1):
         ln_true = ln_read - ln_reading(settings, ln_true, strengths, laws)

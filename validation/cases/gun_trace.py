@@ -1,9 +1,10 @@
-"""What a withheld campaign's recorder shows of a shot: the tank's pressure over time, and the laser at the muzzle.
+"""What a withheld campaign's recorder shows of a shot: the tank's pressure over time, and the laser
+at the muzzle.
 
-The trace is that of the law that gives the velocity, followed past the exit. A run whose velocity differs by scatter or
-background takes so much longer or shorter; the regulator sets its pressure with a scatter of its own, and a smooth
-relative error of each configuration, a start of the valve that is rounded off and the heat of the wall after the exit
-are what no effect explains.
+The trace is that of the law that gives the velocity, followed past the exit. A run whose velocity
+differs by scatter or background takes so much longer or shorter; the regulator sets its pressure
+with a scatter of its own, and a smooth relative error of each configuration, a start of the valve
+that is rounded off and the heat of the wall after the exit are what no effect explains.
 """
 
 from __future__ import annotations
@@ -35,8 +36,9 @@ from .run_scatter import CaseRuns, background
 RATE_HZ = 25_000.0
 #: The transducer's noise in one sample: 0.25 % of its 16 bar.
 NOISE_BAR = 0.0025 * TANK.full_scale
-#: Between which the campaign's figures are drawn, evenly in the logarithm: rest before the drop, lag of the transducer,
-#: rounding of the valve's start, time constant of the tank's wall, how long the valve takes to close.
+#: Between which the campaign's figures are drawn, evenly in the logarithm: rest before the drop,
+#: lag of the transducer, rounding of the valve's start, time constant of the tank's wall, how long
+#: the valve takes to close.
 REST_S, LAG_S, START_S, WALL_S, CLOSING_S = (
     (0.03, 0.3),
     (2e-4, 2e-3),
@@ -44,7 +46,8 @@ REST_S, LAG_S, START_S, WALL_S, CLOSING_S = (
     (0.5, 3.0),
     (0.03, 0.2),
 )
-#: A valve that is closed begins to close so many times as late as the slowest shot leaves the barrel.
+#: A valve that is closed begins to close so many times as late as the slowest shot leaves the
+#: barrel.
 CLOSES_AFTER = (1.05, 1.6)
 #: How often the valve stays open.
 STAYS_OPEN = 0.5
@@ -64,7 +67,8 @@ _LASER_RATIO = 4
 
 @dataclass(frozen=True)
 class Recorder:
-    """A campaign's own figures of gun and transducer, s; `closes_after` in slowest exits, infinite for never."""
+    """A campaign's own figures of gun and transducer, s; `closes_after` in slowest exits, infinite
+    for never."""
 
     rest_s: float
     lag_s: float
@@ -89,8 +93,8 @@ class Recorder:
 
 @dataclass(frozen=True, eq=False)
 class ShotRecords:
-    """Recordings of a case's runs in their order: by run the channels (n,), and when its bullet's tail reaches the
-    vents. `rate_hz` holds for all channels."""
+    """Recordings of a case's runs in their order: by run the channels (n,), and when its bullet's
+    tail reaches the vents. `rate_hz` holds for all channels."""
 
     channels: tuple[dict[str, NDArray[np.float32]], ...]
     exit_s: tuple[float, ...]
@@ -104,8 +108,8 @@ class ShotRecords:
 def shot_records(
     runs: CaseRuns, true_m_s: Floats, read_m_s: Floats, rng: np.random.Generator
 ) -> ShotRecords:
-    """Tank pressure (V) and laser (V) of runs (R,) with true velocities and velocities as they are read, without the
-    noise of the reading."""
+    """Tank pressure (V) and laser (V) of runs (R,) with true velocities and velocities as they are
+    read, without the noise of the reading."""
     case, plan = runs.case, runs.plan
     rate = RATE_HZ if case.kind == "gun" else case.sampling_rate_hz
     recorder, shots = Recorder.of(case), followed_shots(case)
@@ -132,7 +136,8 @@ def shot_records(
         stretch = base[r] / true_m_s[r]
         shot = shots[c]
         gauge = np.interp(clock, stretch * shot.time_s, shot.tank_pressure_pa)
-        # Without a valve the law begins when tank and dead volume are filled; before that the tank has what was set.
+        # Without a valve the law begins when tank and dead volume are filled; before that the tank
+        # has what was set.
         gauge = np.where(since < 0, before_pa[c], gauge)
         phase = np.clip(clock / (2 * stretch * shot.exit_s), 0.0, 1.0)
         waves = np.sin(np.pi * np.outer(np.arange(1, _WAVES + 1) / 2, phase))
@@ -150,8 +155,8 @@ def shot_records(
 
 
 def followed_shots(case: Case) -> tuple[FollowedShot, ...]:
-    """The shots (C,) of a case's configurations, without scatter: to the end of the recording. Raises `ValueError` for
-    a shot that does not leave the barrel."""
+    """The shots (C,) of a case's configurations, without scatter: to the end of the recording.
+    Raises `ValueError` for a shot that does not leave the barrel."""
     recorder = Recorder.of(case)
     strengths = tuple(
         sorted(
@@ -215,7 +220,8 @@ def _all(
 def _transducer(
     gauge_pa: Floats, case: Case, lag_s: float, rate_hz: float, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Volts (n,) of true gauge pressures: gain and offset, a first-order lag, noise, and a converter of 16 bits."""
+    """Volts (n,) of true gauge pressures: gain and offset, a first-order lag, noise, and a
+    converter of 16 bits."""
     from scipy.signal import lfilter
 
     read_bar = pressure_read_bar(gauge_pa / 1e5, case.strengths, case.laws)
@@ -235,8 +241,8 @@ def _laser(
     case: Case,
     rng: np.random.Generator,
 ) -> NDArray[np.float32]:
-    """Volts (n,). The bullet is in the beam for its stated length over the velocity that is read: it is shorter than
-    stated where the reading is too large."""
+    """Volts (n,). The bullet is in the beam for its stated length over the velocity that is read:
+    it is shorter than stated where the reading is too large."""
     gun = gun_of(case.kind, case.design)
     leave = exit_s + (gun.laser_position_m - gun.vent_position_m) / true_m_s
     enter = leave - BULLET_LENGTH_M / read_m_s

@@ -1,6 +1,8 @@
-"""The plates of withheld campaigns: modal tables drawn to be plausible, and what effects make of them.
+"""The plates of withheld campaigns: modal tables drawn to be plausible, and what effects make of
+them.
 
-A plate has more modes than its table, and points at which it is supported: sensors' masses and springs couple them all.
+A plate has more modes than its table, and points at which it is supported: sensors' masses and
+springs couple them all.
 """
 
 from __future__ import annotations
@@ -24,10 +26,12 @@ _UNEVEN = 0.4
 
 @dataclass(frozen=True)
 class CasePlate:
-    """All its modes, of which the first `listed` stand in the table; `supports` (points, modes) are shapes.
+    """All its modes, of which the first `listed` stand in the table; `supports` (points, modes) are
+    shapes.
 
-    `slope`: with what power of frequency the change of damping goes. `bent` (modes,): by what share a mode feels an
-    error of the modulus more than the mean does, as it bends where the sheet is stiffer.
+    `slope`: with what power of frequency the change of damping goes. `bent` (modes,): by what share
+    a mode feels an error of the modulus more than the mean does, as it bends where the sheet is
+    stiffer.
     """
 
     modes: PlateModes
@@ -75,9 +79,10 @@ def first_modes(modes: PlateModes, count: int) -> PlateModes:
 def changed(plate: CasePlate, strengths: Mapping[str, float], laws: str = "") -> PlateModes:
     """The table's modes as they are under effects.
 
-    `plate.damping`: so many times 10 % more, with a power of frequency that is the plate's; `plate.stiffness`: per cent
-    of frequency in the mean of the modes; `plate.sensor_mass`: kg at each sensor; `plate.boundary`: Hz at which the
-    rigid plate would swing on the springs at its supports. Masses and springs go into an eigenproblem over all modes.
+    `plate.damping`: so many times 10 % more, with a power of frequency that is the plate's;
+    `plate.stiffness`: per cent of frequency in the mean of the modes; `plate.sensor_mass`: kg at
+    each sensor; `plate.boundary`: Hz at which the rigid plate would swing on the springs at its
+    supports. Masses and springs go into an eigenproblem over all modes.
     """
     if laws:
         return first_modes(

@@ -1,6 +1,7 @@
 """Records a case: a campaign folder without a word of what it hides, and the label that tells it.
 
-Labels under seal: their hashes are published before a diagnosis begins, their text is read after it has ended.
+Labels under seal: their hashes are published before a diagnosis begins, their text is read after it
+has ended.
 
 The salt of the hashes is the key of the cipher, and is kept apart from both.
 """
@@ -45,7 +46,8 @@ _ACCELERATIONS = tuple(SensorBuild(name, "acceleration", "m/s2", 1e7) for name i
 
 
 def record_case(case: Case, folder: Path, seed: int, *, name: str | None = None) -> Label:
-    """Write the campaign folder of a case (new or empty) and return its label; the same arguments, the same bytes.
+    """Write the campaign folder of a case (new or empty) and return its label; the same arguments,
+    the same bytes.
 
     Raises `ValueError` for a folder that is not empty.
     """
@@ -68,7 +70,8 @@ def record_case(case: Case, folder: Path, seed: int, *, name: str | None = None)
 
 
 def label_of(case: Case, seed: int) -> Label:
-    """The label of a case but for the folder's hash: it can be published before the campaign is recorded."""
+    """The label of a case but for the folder's hash: it can be published before the campaign is
+    recorded."""
     moved = changes(case.kind, case.design, whole_cause(case))
     sizes = gaps(moved)
     stage = max(sizes, key=lambda name: sizes[name])
@@ -127,8 +130,8 @@ def _row(case: Case, number: int, run: SimulatedCase, folder: Path) -> dict[str,
 
 
 def factors_of(case: Case, setting: CaseSetting) -> dict[str, Any]:
-    """Factors as runs.csv has them. The pressure is what the transducer reads, or, beside its recordings, what the
-    regulator is set to: the true one."""
+    """Factors as runs.csv has them. The pressure is what the transducer reads, or, beside its
+    recordings, what the regulator is set to: the true one."""
     factors = setting.factors()
     if case.traces:
         true_bar = 1e-5 * true_pressure_pa(setting, case.strengths, case.laws)
@@ -174,7 +177,8 @@ def new_key() -> bytes:
 
 
 def publish(labels: Sequence[Label], key: bytes) -> tuple[str, ...]:
-    """Salted SHA-256 of each label: nothing can be learnt from it, and nothing changed after it is known."""
+    """Salted SHA-256 of each label: nothing can be learnt from it, and nothing changed after it is
+    known."""
     return tuple(label.sha256(key) for label in labels)
 
 

@@ -1,6 +1,8 @@
-"""What a withheld campaign's plate does: accelerations under a pulse, and the spectra in which they are compared.
+"""What a withheld campaign's plate does: accelerations under a pulse, and the spectra in which they
+are compared.
 
-Shock response spectra of the bench's own: the ramp-invariant oscillator of Smallwood (1981), maximax.
+Shock response spectra of the bench's own: the ramp-invariant oscillator of Smallwood (1981),
+maximax.
 """
 
 from __future__ import annotations
@@ -55,7 +57,8 @@ _MOMENTUM_KG = 0.05
 
 @lru_cache(maxsize=256)
 def modal_pulse(pulse_s: float, speed_m_s: float) -> CasePulse:
-    """The pulse of a modal hammer whose tip sets its length: a blow's momentum is that of its speed."""
+    """The pulse of a modal hammer whose tip sets its length: a blow's momentum is that of its
+    speed."""
     phase = np.linspace(0, 1, 400)
     shape = np.sin(np.pi * phase**1.08) ** 1.6
     step = pulse_s / (phase.size - 1)
@@ -65,7 +68,8 @@ def modal_pulse(pulse_s: float, speed_m_s: float) -> CasePulse:
 def accelerations(
     modes: PlateModes, pulse: CasePulse, start_s: float, rate_hz: float, samples: int = SAMPLES
 ) -> Floats:
-    """True accelerations (S, n) in m/s^2 of a plate at rest that a pulse meets at `start_s` of the recorder's clock."""
+    """True accelerations (S, n) in m/s^2 of a plate at rest that a pulse meets at `start_s` of the
+    recorder's clock."""
     time = np.arange(samples) / rate_hz
     fine = 1 / (rate_hz * RATIO)
     first = int(start_s / fine) - 1

@@ -1,6 +1,7 @@
 """Background and scatter of pulses' shapes and of the plate.
 
-The background: what no effect explains, small and smooth over the factors, and a little for each configuration.
+The background: what no effect explains, small and smooth over the factors, and a little for each
+configuration.
 
 Scatter from run to run: heavier tails than a normal distribution's.
 """
@@ -25,7 +26,8 @@ _FEATURES = 64
 
 
 def draw_background(rng: np.random.Generator, *, rough: bool = False) -> BackgroundGap:
-    """A background within tolerance: 0.2 to 0.8 of it in rms; a rough one has shorter lengths and up to 1.6."""
+    """A background within tolerance: 0.2 to 0.8 of it in rms; a rough one has shorter lengths and
+    up to 1.6."""
     size = float(rng.uniform(0.8, 1.6) if rough else rng.uniform(0.2, 0.8))
     share = float(rng.uniform(0.5, 1.0))  # of the variance, to the smooth part
     length = float(rng.uniform(0.4, 0.9) if rough else rng.uniform(1.2, 3.0))
@@ -66,7 +68,8 @@ def background(
 ) -> Floats:
     """`count` independent columns (C, count) in tolerances; another `stream` gives others.
 
-    The smooth part is a sum of random Fourier features (Rahimi and Recht, 2007), of a squared-exponential kernel.
+    The smooth part is a sum of random Fourier features (Rahimi and Recht, 2007), of a
+    squared-exponential kernel.
     """
     rng = np.random.default_rng([what.seed, *stream.encode()])
     factors = scaled_factors(settings)
@@ -89,21 +92,23 @@ def heavy(rng: np.random.Generator, *shape: int) -> Floats:
     return np.asarray(rng.standard_t(DOF, shape) / np.sqrt(DOF / (DOF - 2)))
 
 
-#: Between which sizes a plate's errors of its modes are drawn, evenly in the logarithm: of frequencies, of damping and
-#: of shapes. Assumed: modal tests of a structure that is hung up and instrumented again differ by as much. They are the
-#: bench's own, and no tolerances of a diagnosis.
+#: Between which sizes a plate's errors of its modes are drawn, evenly in the logarithm: of
+#: frequencies, of damping and of shapes. Assumed: modal tests of a structure that is hung up and
+#: instrumented again differ by as much. They are the bench's own, and no tolerances of a diagnosis.
 FREQUENCY, DAMPING, SHAPE = (0.0006, 0.0018), (0.03, 0.11), (0.02, 0.065)
 #: Over how many octaves errors of neighbouring modes are alike.
 _OCTAVES = (0.2, 3.0)
 #: Every part of the plate's background and of its scatter adds to the spectra: this share of each.
 _PART = 0.6
-#: Of a run's scatter, in each mode and in each sensor's gain: a line of a spectrum averages over its modes.
+#: Of a run's scatter, in each mode and in each sensor's gain: a line of a spectrum averages over
+#: its modes.
 _SPREAD = 0.85
 _DB = 20 / np.log(10)
 
 
 def warped(pulse: CasePulse, weights: Floats, tolerance: float) -> CasePulse:
-    """A pulse whose force changes smoothly over its length by a tolerance times the weights (2,): skewed, fuller."""
+    """A pulse whose force changes smoothly over its length by a tolerance times the weights (2,):
+    skewed, fuller."""
     phase = np.linspace(-1, 1, pulse.force_n.size)
     shape = 0.5 * weights[0] * np.sin(np.pi * phase) + 0.5 * weights[1] * np.cos(2 * np.pi * phase)
     return replace(pulse, force_n=pulse.force_n * (1 + tolerance * shape))
@@ -114,7 +119,8 @@ def _even_in_log(rng: np.random.Generator, low: float, high: float) -> float:
 
 
 def _alike(rng: np.random.Generator, octaves: Floats, count: int) -> Floats:
-    """Normal deviates (count, m) of variance 1. Their correlation falls exponentially over octaves, at a drawn rate."""
+    """Normal deviates (count, m) of variance 1. Their correlation falls exponentially over octaves,
+    at a drawn rate."""
     apart = np.abs(octaves[:, None] - octaves[None, :])
     correlation = np.exp(-apart / _even_in_log(rng, *_OCTAVES))
     return np.asarray(
@@ -124,8 +130,8 @@ def _alike(rng: np.random.Generator, octaves: Floats, count: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class PlateBackground:
-    """Errors that stay: of each mode's frequency and damping (m,), of its shape at each sensor (S, m), ln of gains of
-    each configuration (C, S). `spread`: of one run, ln."""
+    """Errors that stay: of each mode's frequency and damping (m,), of its shape at each sensor (S,
+    m), ln of gains of each configuration (C, S). `spread`: of one run, ln."""
 
     frequency: Floats
     damping: Floats
@@ -193,7 +199,8 @@ def run_positions(case: Case) -> tuple[float, ...]:
 
 @dataclass(frozen=True, eq=False)
 class CaseRuns:
-    """What all runs of a case share; `rows` (R, 2) of configuration and repetition, `order` (R,) from 0 to 1."""
+    """What all runs of a case share; `rows` (R, 2) of configuration and repetition, `order` (R,)
+    from 0 to 1."""
 
     case: Case
     plan: tuple[CaseSetting, ...]

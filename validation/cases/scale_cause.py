@@ -29,7 +29,8 @@ class StrengthRange:
 
 
 _BENCH = "times the bench's default"
-#: Every effect of the catalogue. Contact and gun: what `impact.assemble` and `gun.setting` make of a strength.
+#: Every effect of the catalogue. Contact and gun: what `impact.assemble` and `gun.setting` make of
+#: a strength.
 RANGES: Mapping[str, StrengthRange] = {
     "gun.back_pressure": StrengthRange(0.9, 1.04, "atmospheres"),
     "gun.blow_by": StrengthRange(0.0, 6.0, _BENCH),
@@ -86,7 +87,8 @@ def shown_by(kind: str, number: int) -> tuple[str, ...]:
 def cause_of(
     name: str, strength: float, order: tuple[float, ...] = (), laws: str = ""
 ) -> ActingCause:
-    """An effect, or a family outside the catalogue, at a strength; families that drift see the order of runs."""
+    """An effect, or a family outside the catalogue, at a strength; families that drift see the
+    order of runs."""
     if name in FAMILIES:
         return ActingCause((), name, strength, order if FAMILIES[name].drift else ())
     return ActingCause(((name, strength),), laws=laws)
@@ -117,10 +119,11 @@ def strength_for(
     order: tuple[float, ...] = (),
     laws: str = "",
 ) -> float | None:
-    """The strength whose gap is `wanted` (tolerances), within 4 %; None where the physical range does not hold it.
+    """The strength whose gap is `wanted` (tolerances), within 4 %; None where the physical range
+    does not hold it.
 
-    Doubles the strength until the gap is bracketed, then goes by the secant of the logarithms. The same arguments
-    give the same strength, whatever was asked before.
+    Doubles the strength until the gap is bracketed, then goes by the secant of the logarithms. The
+    same arguments give the same strength, whatever was asked before.
     """
 
     def size(strength: float) -> float:
@@ -175,7 +178,8 @@ def whole_cause(case: Case) -> ActingCause:
 
 
 def with_cause(case: Case, name: str, rng: np.random.Generator) -> Case | None:
-    """The case with an effect or family in its tier, or near it; None where the plan cannot show it."""
+    """The case with an effect or family in its tier, or near it; None where the plan cannot show
+    it."""
     if name not in FAMILIES and name not in shown_by(case.kind, case.design):
         return None
     low, high = TIERS[case.tier]
@@ -184,7 +188,8 @@ def with_cause(case: Case, name: str, rng: np.random.Generator) -> Case | None:
 
 
 def sized(case: Case, name: str, sign: int, ratio: float, rng: np.random.Generator) -> Case:
-    """The case with a cause of a given gap over floor; where the strongest is too weak, with less noise."""
+    """The case with a cause of a given gap over floor; where the strongest is too weak, with less
+    noise."""
     if name in FAMILIES and FAMILIES[name].drift:
         case = replace(case, blocked=True)
     order = run_positions(case) if name in FAMILIES else ()

@@ -87,7 +87,8 @@ def _pulses(
     pulses = strikes(runs.settings, speeds, case.strengths, case.laws)
     tolerance, away = TOLERANCES["contact"], runs.background(4, "contact")
     spread = runs.spread("contact") * np.sqrt(3 / 4)  # peak, width and, with both, impulse
-    # blows of one hand differ in shape too, in some campaigns as much as in height, in some not at all
+    # blows of one hand differ in shape too, in some campaigns as much as in height, in some not at
+    # all
     share = np.random.default_rng([case.background.seed, 11]).uniform()
     shapes = away[:, 2:] + share * spread / tolerance * heavy(rng, len(pulses), 2)
     amplitude = np.exp(tolerance * away[:, 0] + spread * heavy(rng, len(pulses)))

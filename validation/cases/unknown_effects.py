@@ -12,7 +12,8 @@ from ...virtualbench.plate.modes import PlateModes
 from .contact_case import CasePulse
 from .designs import CaseSetting
 
-#: Families that falsify the reading of a force that is as it should be; the plate feels the true one.
+#: Families that falsify the reading of a force that is as it should be; the plate feels the true
+#: one.
 READINGS = (
     "contact.clipping",
     "contact.force_drift",
@@ -23,7 +24,8 @@ READINGS = (
 )
 #: An amplifier of amount 0 follows a rise from nothing to the campaign's loudest blow in this time.
 _SLEW_S = 20e-6
-#: A hammer's handle bends at this frequency; blows below this share of the loudest are cushioned by oil.
+#: A hammer's handle bends at this frequency; blows below this share of the loudest are cushioned by
+#: oil.
 _HANDLE_HZ, _CUSHIONED = 900.0, 0.3
 
 
@@ -84,7 +86,8 @@ class UnknownEffect:
     def pulse(
         self, setting: CaseSetting, pulse: CasePulse, order: float, loudest_n: float
     ) -> CasePulse:
-        """The pulse that is recorded for a true one; `loudest_n` is the campaign's largest nominal peak."""
+        """The pulse that is recorded for a true one; `loudest_n` is the campaign's largest nominal
+        peak."""
         a = self.amount
         if self.family == "contact.oblique":
             normal = 1 - a * setting.tip_radius_mm / max(s.tip_radius_mm for s in self.plan)
@@ -171,7 +174,8 @@ class UnknownEffect:
     def acceleration(
         self, setting: CaseSetting, a: Floats, rate_hz: float, order: float, loud: float
     ) -> Floats:
-        """What is recorded (S, n) of accelerations; `loud` is the blow's peak over the campaign's largest."""
+        """What is recorded (S, n) of accelerations; `loud` is the blow's peak over the campaign's
+        largest."""
         if self.family == "plate.gain_drift":
             return a * (1 - self.amount * order)
         if self.family == "plate.cross_axis":
@@ -231,7 +235,8 @@ def _slewed(pulse: CasePulse, most_n_s: float) -> CasePulse:
 
 
 def _split(modes: PlateModes, apart: float) -> PlateModes:
-    """The second mode becomes two, each of half its strength, `apart` of its frequency from one another."""
+    """The second mode becomes two, each of half its strength, `apart` of its frequency from one
+    another."""
     k = 1
     frequencies, half = modes.frequencies_hz.copy(), np.sqrt(0.5)
     frequencies[k] *= 1 - apart / 2
@@ -256,14 +261,16 @@ def _clamped(modes: PlateModes, amount: float) -> PlateModes:
 
 
 def _elsewhere(modes: PlateModes, amount: float) -> PlateModes:
-    """The second sensor's place takes something of another's: each mode there is mixed with its neighbour's shape."""
+    """The second sensor's place takes something of another's: each mode there is mixed with its
+    neighbour's shape."""
     shapes = modes.shapes.copy()
     shapes[1] = np.sqrt(1 - amount**2) * shapes[1] + amount * np.roll(shapes[1], 1)
     return replace(modes, shapes=shapes)
 
 
 def _rattle(a: Floats, rate_hz: float, amount: float) -> Floats:
-    """Bursts at 9.7 kHz on both channels, a share of the peak high, every 0.8 ms after the blow and ever smaller."""
+    """Bursts at 9.7 kHz on both channels, a share of the peak high, every 0.8 ms after the blow and
+    ever smaller."""
     begin = int(np.argmax(np.abs(a[0]) > 0.05 * np.abs(a[0]).max()))
     since = np.maximum(np.arange(a.shape[1]) - begin, 0) / rate_hz
     burst = (
@@ -275,7 +282,8 @@ def _rattle(a: Floats, rate_hz: float, amount: float) -> Floats:
 
 
 def _bent(a: Floats, amount: float) -> Floats:
-    """The larger a sample, the smaller the amplifier's gain; the largest loses about `amount` of it."""
+    """The larger a sample, the smaller the amplifier's gain; the largest loses about `amount` of
+    it."""
     return np.asarray(a / (1 + amount * np.abs(a) / np.abs(a).max()))
 
 
@@ -294,7 +302,8 @@ def _with_bracket(modes: PlateModes, amount: float) -> PlateModes:
 
 
 def _whip(a: Floats, rate_hz: float, amount: float) -> Floats:
-    """A swing at 70 Hz that begins with the blow, as large as a share of the peak, on the first channel."""
+    """A swing at 70 Hz that begins with the blow, as large as a share of the peak, on the first
+    channel."""
     begin = int(np.argmax(np.abs(a[0]) > 0.05 * np.abs(a[0]).max()))
     since = np.maximum(np.arange(a.shape[1]) - begin, 0) / rate_hz
     swing = amount * np.abs(a[0]).max() * np.sin(2 * np.pi * 70 * since) * np.exp(-since / 0.02)

@@ -1,7 +1,8 @@
-"""Causes outside the catalogue, by family: development sees some, calibration others, the sealed check the rest.
+"""Causes outside the catalogue, by family: development sees some, calibration others, the sealed
+check the rest.
 
-A family that a published table was made with is not sealed any more: those of the tables up to 2026-11-22 are for
-development.
+A family that a published table was made with is not sealed any more: those of the tables up to
+2026-11-22 are for development.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ SPLITS = ("development", "calibration", "sealed")
 class Family:
     """`high`: the largest amount that is plausible; `drift`: it grows over the order of runs.
 
-    `varies`: the setting that must differ within a plan. Where it does not, the family is the same error everywhere,
-    which is what the catalogue calls a gain.
+    `varies`: the setting that must differ within a plan. Where it does not, the family is the same
+    error everywhere, which is what the catalogue calls a gain.
     """
 
     name: str
@@ -241,7 +242,8 @@ FAMILIES: Mapping[str, Family] = {row.name: row for row in _ROWS}
 
 
 def families(kind: str, split: str) -> tuple[str, ...]:
-    """Names of the families that a kind's campaign can show. Raises `ValueError` for an unknown split."""
+    """Names of the families that a kind's campaign can show. Raises `ValueError` for an unknown
+    split."""
     if split not in SPLITS:
         raise ValueError(f"split {split!r}: expected one of {', '.join(SPLITS)}")
     return tuple(row.name for row in _ROWS if row.split == split and row.stage in STAGES[kind])

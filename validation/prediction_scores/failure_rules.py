@@ -1,8 +1,10 @@
-"""Where predictions fail, as rules of one or two settings: "tip_material = polyurethane and tank_pressure > 3 bar".
+"""Where predictions fail, as rules of one or two settings: "tip_material = polyurethane and
+tank_pressure > 3 bar".
 
-All rules of one or two conditions are candidates. A rule is kept only where it deviates more than the best of all
-candidates would in 95 of 100 random orders of the configurations, so that many candidates do not make a rule out of
-chance (maximum statistic: Westfall and Young, Resampling-Based Multiple Testing, 1993, section 2.3).
+All rules of one or two conditions are candidates. A rule is kept only where it deviates more than
+the best of all candidates would in 95 of 100 random orders of the configurations, so that many
+candidates do not make a rule out of chance (maximum statistic: Westfall and Young, Resampling-Based
+Multiple Testing, 1993, section 2.3).
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ _SMALLEST = {"ln": 0.05, "dB": 0.5}
 
 @dataclass(frozen=True, eq=False)
 class ShotFactor:
-    """A setting of n shots, words or numbers (n,). `shown` is what a number is multiplied by to be told in `unit`."""
+    """A setting of n shots, words or numbers (n,). `shown` is what a number is multiplied by to be
+    told in `unit`."""
 
     name: str
     values: NDArray[Any]
@@ -44,7 +47,8 @@ class ShotFactor:
 
 @dataclass(frozen=True)
 class PredictionFailure:
-    """Shots of `rule` are predicted wrong by `bias`: the share by which the prediction exceeds the measured value."""
+    """Shots of `rule` are predicted wrong by `bias`: the share by which the prediction exceeds the
+    measured value."""
 
     rule: str
     measure: Measure
@@ -90,10 +94,11 @@ def failures(
     factors: Sequence[ShotFactor],
     rng: np.random.Generator,
 ) -> list[PredictionFailure]:
-    """At most two: that all shots deviate to one side, and the rule whose shots deviate most from the rest.
+    """At most two: that all shots deviate to one side, and the rule whose shots deviate most from
+    the rest.
 
-    `residual` (n,) is measured less predicted, one value a shot. Configurations, not shots, are independent: means over
-    the shots of a configuration are tested.
+    `residual` (n,) is measured less predicted, one value a shot. Configurations, not shots, are
+    independent: means over the shots of a configuration are tested.
     """
     groups = clustered(residual[:, None], configuration)
     means = groups.sums[:, 0] / groups.sizes
@@ -126,7 +131,8 @@ def _strongest(
     )
     contrast = _contrasts(inside, means[:, None])[:, 0]
     mean = inside @ means / inside.sum(axis=1)
-    # A rule and its complement have the same contrast; the side that deviates more from 0 is the failure.
+    # A rule and its complement have the same contrast; the side that deviates more from 0 is the
+    # failure.
     order = np.lexsort((np.abs(mean), np.round(np.abs(contrast), 9)))
     best = int(order[-1])
     shuffled = rng.permuted(np.tile(means[:, None], _PERMUTATIONS), axis=0)
@@ -140,7 +146,8 @@ def _strongest(
 
 
 def _contrasts(inside: Floats, values: Floats) -> Floats:
-    """Two-sample t of each rule (r x k) on values (k x b): mean inside less mean outside, over its standard error."""
+    """Two-sample t of each rule (r x k) on values (k x b): mean inside less mean outside, over its
+    standard error."""
     count, total = inside.sum(axis=1, keepdims=True), inside.shape[1]
     sums, squares = inside @ values, inside @ values**2
     rest, rest_squares = values.sum(axis=0) - sums, (values**2).sum(axis=0) - squares
@@ -155,7 +162,8 @@ def _contrasts(inside: Floats, values: Floats) -> Floats:
 def _rules(
     factors: Sequence[ShotFactor], members: NDArray[np.intp], configurations: int
 ) -> Iterator[_Rule]:
-    """Rules of one condition, then of two of different factors, that hold and leave enough configurations."""
+    """Rules of one condition, then of two of different factors, that hold and leave enough
+    configurations."""
     groups: set[bytes] = set()
     conditions = {factor.name: list(_conditions(factor)) for factor in factors}
     singles = [rule for rules in conditions.values() for rule in rules]

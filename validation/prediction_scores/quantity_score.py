@@ -2,7 +2,8 @@
 
 Measured values beside the draws that predicted them, value by value.
 
-The share of measured values inside of a band, with an interval that knows that repetitions resemble each other.
+The share of measured values inside of a band, with an interval that knows that repetitions resemble
+each other.
 """
 
 from __future__ import annotations
@@ -24,10 +25,12 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 @dataclass(frozen=True, eq=False)
 class ComparedValues:
-    """n measured values and what was predicted of them; every array is (n,), all in one unit (logarithm or dB).
+    """n measured values and what was predicted of them; every array is (n,), all in one unit
+    (logarithm or dB).
 
-    `median` and the ends of the 50 and 90 % bands are of the draws. `rank` is the place of the measured value among
-    the draws, from 0 to 1: its probability integral transform. `crps` is its continuous ranked probability score.
+    `median` and the ends of the 50 and 90 % bands are of the draws. `rank` is the place of the
+    measured value among the draws, from 0 to 1: its probability integral transform. `crps` is its
+    continuous ranked probability score.
     """
 
     measured: Floats
@@ -41,7 +44,8 @@ class ComparedValues:
 
     @classmethod
     def of(cls, draws: Floats, measured: Floats) -> Self:
-        """From draws (d, n) and measured values (n,). Raises `ValueError` for other shapes and values not finite."""
+        """From draws (d, n) and measured values (n,). Raises `ValueError` for other shapes and
+        values not finite."""
         crps = ensemble_crps(draws, measured)
         if not (np.isfinite(draws).all() and np.isfinite(measured).all()):
             raise ValueError(
@@ -51,7 +55,8 @@ class ComparedValues:
             draws, _QUANTILES, axis=0, method="hazen"
         )
         below = (draws < measured).sum(axis=0) + 0.5 * (draws == measured).sum(axis=0)
-        # d draws part the line into d + 1 intervals that a further draw hits alike; the middle of one is taken.
+        # d draws part the line into d + 1 intervals that a further draw hits alike; the middle of
+        # one is taken.
         rank = (below + 0.5) / (len(draws) + 1)
         return cls(measured, median, low50, high50, low90, high90, rank, crps)
 
@@ -94,9 +99,9 @@ _ERROR = 0.05
 
 @dataclass(frozen=True)
 class Coverage:
-    """`share` of `values` measured values inside of a band. `effective` is the number of independent values that the
-    share is as well known from; values of one configuration (repetitions, and lines of one spectrum) count as less
-    than as many.
+    """`share` of `values` measured values inside of a band. `effective` is the number of
+    independent values that the share is as well known from; values of one configuration
+    (repetitions, and lines of one spectrum) count as less than as many.
     """
 
     share: float
@@ -106,16 +111,17 @@ class Coverage:
 
     @classmethod
     def of(cls, inside: NDArray[np.bool_], configuration: NDArray[np.intp]) -> Self:
-        """Of values (n,) that lie inside or not, and the configuration (n,) of each. Raises `ValueError` for none."""
+        """Of values (n,) that lie inside or not, and the configuration (n,) of each. Raises
+        `ValueError` for none."""
         groups = clustered(inside.astype(np.float64)[:, None], configuration)
         share = float(groups.mean[0])
         effective = _effective_number(groups.sums[:, 0] - share * groups.sizes, share, len(inside))
         return cls(share, len(inside), len(groups), effective)
 
     def interval(self, comparisons: int = 1) -> tuple[float, float]:
-        """The 95 % interval of the share, exact for the binomial law of the effective number of values (Clopper and
-        Pearson, Biometrika 26 (1934) 404; for clusters Korn and Graubard); so many `comparisons` share the 5 % of
-        errors (Bonferroni).
+        """The 95 % interval of the share, exact for the binomial law of the effective number of
+        values (Clopper and Pearson, Biometrika 26 (1934) 404; for clusters Korn and Graubard); so
+        many `comparisons` share the 5 % of errors (Bonferroni).
         """
         from scipy.special import betaincinv
 
@@ -126,11 +132,12 @@ class Coverage:
 
 
 def _effective_number(deviations: NDArray[np.float64], share: float, values: int) -> float:
-    """How many independent values give a share of the same variance as k configurations do (Korn and Graubard,
-    Survey Methodology 24 (1998) 193): p (1 - p) over k / (k - 1) times the sum of their squared `deviations` over n^2.
+    """How many independent values give a share of the same variance as k configurations do (Korn
+    and Graubard, Survey Methodology 24 (1998) 193): p (1 - p) over k / (k - 1) times the sum of
+    their squared `deviations` over n^2.
 
-    Never more than the values. Where all are inside, or none is, nothing can be said of how alike repetitions are:
-    then a configuration counts as a single value.
+    Never more than the values. Where all are inside, or none is, nothing can be said of how alike
+    repetitions are: then a configuration counts as a single value.
     """
     k = len(deviations)
     variance = k / (k - 1) * float(deviations @ deviations) / values**2 if k > 1 else 0.0
@@ -145,10 +152,11 @@ BINS = 10
 
 @dataclass(frozen=True)
 class Measure:
-    """What is compared: `name` for programs, `words` for people ("peak force"), and the unit of errors and scores.
+    """What is compared: `name` for programs, `words` for people ("peak force"), and the unit of
+    errors and scores.
 
-    `unit` is "ln" for natural logarithms of values, whose errors are near to shares, or "dB" (20 log10).
-    `quantity_unit` is the SI unit of the quantity itself.
+    `unit` is "ln" for natural logarithms of values, whose errors are near to shares, or "dB" (20
+    log10). `quantity_unit` is the SI unit of the quantity itself.
     """
 
     name: str
@@ -173,10 +181,12 @@ class Measure:
 
 @dataclass(frozen=True, eq=False)
 class QuantityScore:
-    """Scores of a quantity over `shots` shots; widths, errors and `crps` are in the unit of the measure.
+    """Scores of a quantity over `shots` shots; widths, errors and `crps` are in the unit of the
+    measure.
 
-    `bias` is the mean of measured less predicted median, `sharpness` the median width of the 90 % band, `histogram`
-    (10,) the share of ranks in each tenth: one tenth everywhere for bands that mean what they say.
+    `bias` is the mean of measured less predicted median, `sharpness` the median width of the 90 %
+    band, `histogram` (10,) the share of ranks in each tenth: one tenth everywhere for bands that
+    mean what they say.
     """
 
     measure: Measure
@@ -197,7 +207,8 @@ class QuantityScore:
         shot: NDArray[np.intp],
         configuration: NDArray[np.intp],
     ) -> Self:
-        """Of values (n,), with the shot (n,) and the configuration (n,) of each. Raises `ValueError` for no value."""
+        """Of values (n,), with the shot (n,) and the configuration (n,) of each. Raises
+        `ValueError` for no value."""
         counts = np.histogram(values.rank, bins=BINS, range=(0.0, 1.0))[0]
         return cls(
             measure=measure,

@@ -28,9 +28,11 @@ _NO_ANVIL = "none"
 
 @dataclass(frozen=True, eq=False)
 class QuantityComparison:
-    """All measured values of a quantity, one or more (lines of a spectrum) a shot: arrays (n,) go with `values`.
+    """All measured values of a quantity, one or more (lines of a spectrum) a shot: arrays (n,) go
+    with `values`.
 
-    `shot` is the row of the shot in the measured shots, `frequency_hz` the line of a spectrum and NaN elsewhere.
+    `shot` is the row of the shot in the measured shots, `frequency_hz` the line of a spectrum and
+    NaN elsewhere.
     """
 
     measure: Measure
@@ -61,8 +63,9 @@ def compared_shots(
 ) -> list[QuantityComparison]:
     """Each quantity that was measured, of the shots (rows of `shots`) that have draws.
 
-    A gun's velocity is compared, a velocity or a force that was given to the twin is not. Draws of the velocity have
-    the uncertainty of its measurement added, from `rng`: a band is one of the measured value.
+    A gun's velocity is compared, a velocity or a force that was given to the twin is not. Draws of
+    the velocity have the uncertainty of its measurement added, from `rng`: a band is one of the
+    measured value.
     """
     quantities = [(measure, _scalar(name, rng)) for name, measure in _SCALARS]
     sensors = [
@@ -188,7 +191,8 @@ def _factors(shots: MeasuredShots) -> list[ShotFactor]:
 def shot_rows(
     shots: MeasuredShots, comparisons: list[QuantityComparison]
 ) -> Iterator[dict[str, object]]:
-    """A row for each shot that was predicted: its setting, and measured and predicted value of each quantity, SI."""
+    """A row for each shot that was predicted: its setting, and measured and predicted value of each
+    quantity, SI."""
     places = {
         comparison.measure: dict(
             zip(comparison.shot.tolist(), range(len(comparison.shot)), strict=True)
@@ -220,7 +224,8 @@ def shot_rows(
 
 
 def line_rows(comparison: QuantityComparison) -> list[dict[str, float]]:
-    """Of a spectrum, for each line: the shares inside of the bands and the median absolute error (dB)."""
+    """Of a spectrum, for each line: the shares inside of the bands and the median absolute error
+    (dB)."""
     lines = np.unique(comparison.frequency_hz)
     rows = []
     for line in lines.tolist():
@@ -244,10 +249,11 @@ _VAGUE = 0.75
 
 @dataclass(frozen=True)
 class PredictionVerdict:
-    """`calibrated` is False where a 90 % band holds so few of the measured values that chance does not explain it.
+    """`calibrated` is False where a 90 % band holds so few of the measured values that chance does
+    not explain it.
 
-    Bands that are too wide are no danger to a user: the sentence says so, and `calibrated` stays True. So it does where
-    the shots are too few to judge.
+    Bands that are too wide are no danger to a user: the sentence says so, and `calibrated` stays
+    True. So it does where the shots are too few to judge.
     """
 
     sentence: str
@@ -255,8 +261,9 @@ class PredictionVerdict:
 
 
 def verdict(scores: Sequence[QuantityScore]) -> PredictionVerdict:
-    """Of all quantities together. Each coverage has a 95 % interval that is shared among the quantities (Bonferroni),
-    so that a calibrated twin is called so in 95 of 100 campaigns. Raises `ValueError` without a quantity.
+    """Of all quantities together. Each coverage has a 95 % interval that is shared among the
+    quantities (Bonferroni), so that a calibrated twin is called so in 95 of 100 campaigns. Raises
+    `ValueError` without a quantity.
     """
     if not scores:
         raise ValueError(
@@ -275,7 +282,10 @@ def verdict(scores: Sequence[QuantityScore]) -> PredictionVerdict:
     elif wide:
         held = f"The 90 % bands hold, and some are wider than needed: inside lie {_listed(wide)}"
     else:
-        held = f"The 90 % bands hold: {_range(scores)} of the measured values lie inside, in {_size(scores)}"
+        held = (
+            f"The 90 % bands hold: {_range(scores)} of the measured values lie "
+            f"inside, in {_size(scores)}"
+        )
     return PredictionVerdict(f"{held}. {_errors(scores)}", calibrated=True)
 
 
@@ -299,7 +309,10 @@ def _range(scores: Sequence[QuantityScore]) -> str:
 def _size(scores: Sequence[QuantityScore]) -> str:
     shots = max(score.shots for score in scores)
     configurations = max(score.coverage90.configurations for score in scores)
-    return f"{shots} shot{'s' * (shots > 1)} of {configurations} configuration{'s' * (configurations > 1)}"
+    return (
+        f"{shots} shot{'s' * (shots > 1)} of {configurations} "
+        f"configuration{'s' * (configurations > 1)}"
+    )
 
 
 def _errors(scores: Sequence[QuantityScore]) -> str:

@@ -1,4 +1,5 @@
-"""What every kind of campaign gives to `simulate`: recordings to make, one at a time and in any process."""
+"""What every kind of campaign gives to `simulate`: recordings to make, one at a time and in any
+process."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ Truth = dict[str, Any]
 
 @dataclass(frozen=True)
 class RecordingTask:
-    """One recording to make. `cells` is its row of runs.csv but for the recording's name, `hits` how often it is hit.
+    """One recording to make. `cells` is its row of runs.csv but for the recording's name, `hits`
+    how often it is hit.
 
     `day_fraction` is when in its day, 0 in the morning and 1 in the evening.
     """
@@ -39,7 +41,8 @@ class Taken:
 
 
 class VirtualBench(Protocol):
-    """A bench as it stands for one campaign; picklable, since recordings are made in several processes."""
+    """A bench as it stands for one campaign; picklable, since recordings are made in several
+    processes."""
 
     @property
     def sampling_rate_hz(self) -> float: ...

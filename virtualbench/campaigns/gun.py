@@ -1,4 +1,5 @@
-"""The gun campaign (thesis, chapters 2, 3 and 5): one recording a shot, triggered by the pressure drop.
+"""The gun campaign (thesis, chapters 2, 3 and 5): one recording a shot, triggered by the pressure
+drop.
 
 A row of a gun's plan as the bench plays it, and what is sealed of its shot.
 
@@ -59,7 +60,8 @@ def point_of(row: Row) -> int:
 
 
 def valve_way_of(row: Row) -> ValveWay | None:
-    """The optional column `valve_profile`: "0:0 0.1:1", points of time (s) and the ball's position; None without one.
+    """The optional column `valve_profile`: "0:0 0.1:1", points of time (s) and the ball's position;
+    None without one.
 
     Raises `ValueError` naming the run.
     """
@@ -72,13 +74,15 @@ def valve_way_of(row: Row) -> ValveWay | None:
         return ValveWay(moments, positions)
     except (TypeError, ValueError) as error:
         raise ValueError(
-            f"plan: run {row.get('run', '?')}: valve_profile is {text!r}; expected points TIME:POSITION in s and 0 "
+            f"plan: run {row.get('run', '?')}: valve_profile is {text!r}; "
+            f"expected points TIME:POSITION in s and 0 "
             "(shut) to 1 (open), such as '0:0 0.1:1'"
         ) from error
 
 
 def chain_height_of(row: Row) -> float:
-    """The optional column `chain_height_mm`, in m: by which the plate hangs higher, in links of 56 mm; 0 without one.
+    """The optional column `chain_height_mm`, in m: by which the plate hangs higher, in links of 56
+    mm; 0 without one.
 
     Raises `ValueError` naming the run, also for a plate so high or low that the bullet misses it.
     """
@@ -89,14 +93,16 @@ def chain_height_of(row: Row) -> float:
         links = math.inf
     if not (math.isfinite(links) and abs(links - round(links)) < 1e-6):
         raise ValueError(
-            f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}; expected a multiple of {CHAIN_PITCH_MM:g}"
+            f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}; "
+            f"expected a multiple of {CHAIN_PITCH_MM:g}"
         )
     height = links * CHAIN_PITCH_MM * 1e-3
     x, y = IMPACT_POINTS_M[point_of(row)]
     corners = zip(OUTLINE_M, (*OUTLINE_M[1:], OUTLINE_M[0]), strict=True)
     if any((x1 - x0) * (y - height - y0) < (y1 - y0) * (x - x0) for (x0, y0), (x1, y1) in corners):
         raise ValueError(
-            f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}: the bullet misses the plate"
+            f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}: "
+            f"the bullet misses the plate"
         )
     return height
 
@@ -116,7 +122,8 @@ def target_of(row: Row) -> ImpactTarget:
 def truth_of(
     shot: ShotTruth, impact: ImpactTruth | None, origin_s: float, start_s: float, length_m: float
 ) -> Truth:
-    """Of a shot whose valve begins to turn at `origin_s` of the recording, and whose impact is at `start_s`."""
+    """Of a shot whose valve begins to turn at `origin_s` of the recording, and whose impact is at
+    `start_s`."""
     truth: Truth = {
         "tank_pressure_pa": float(shot.tank_pressure_pa[0]),
         "muzzle_velocity_m_s": shot.muzzle_velocity_m_s,
@@ -141,26 +148,31 @@ def truth_of(
 
 #: GENSPEC GS 4002 with the thesis's calibration; 16 bits over ±10 V.
 TANK = SensorBuild(
-    "tank_pressure", "pressure", "bar", 16.0, 1e5, bits=16, sensitivity=0.5621, offset_v=0.3624, noise=0.002,
+    "tank_pressure", "pressure", "bar", 16.0, 1e5, bits=16, sensitivity=0.5621, offset_v=0.3624,
+    noise=0.002,
     bandwidth_hz=1e3, gain_fault=0.005, offset_fault=0.005, gain_drift=0.001, offset_drift=0.002,
 )  # fmt: skip
 #: Panasonic LM10 ANR1215: 130 ± 50 mm over ±5 V, 20 µm; the electronics' corner is assumed.
 LASER = SensorBuild(
-    "laser", "displacement", "mm", 180.0, 1e-3, bits=16, sensitivity=0.1, offset_v=-13.0, noise=0.02, bandwidth_hz=10e3,
+    "laser", "displacement", "mm", 180.0, 1e-3, bits=16, sensitivity=0.1, offset_v=-13.0,
+    noise=0.02, bandwidth_hz=10e3,
     offset_drift=0.05, position="muzzle",
 )  # fmt: skip
 #: PCB 350B43, its axis normal to the plate; in-plane axes have no model here and are not recorded.
 PLATE = tuple(
     SensorBuild(
-        f"acceleration_{i}", "acceleration", "g", 10_000.0, 9.80665, noise=0.5, mount_resonance_hz=45e3,
-        gain_fault=0.01, zero_shift_fault=0.001, gain_drift=0.002, offset_drift=0.1, position="plate", axis="z",
+        f"acceleration_{i}", "acceleration", "g", 10_000.0, 9.80665, noise=0.5,
+        mount_resonance_hz=45e3,
+        gain_fault=0.01, zero_shift_fault=0.001, gain_drift=0.002, offset_drift=0.1,
+        position="plate", axis="z",
     )
     for i in (1, 2)
 )  # fmt: skip
 #: Four Kistler 9107C, of whose 700 kN a fifth is preload.
 ARRAY = tuple(
     SensorBuild(
-        f"force_{i}", "force", "kN", 560.0, 1e3, noise=0.005, bandwidth_hz=25e3, gain_fault=0.01, gain_drift=0.002,
+        f"force_{i}", "force", "kN", 560.0, 1e3, noise=0.005, bandwidth_hz=25e3, gain_fault=0.01,
+        gain_drift=0.002,
         offset_drift=0.01, position=f"cell {i}",
     )
     for i in (1, 2, 3, 4)
@@ -171,19 +183,22 @@ ARRAY_SHARES = (0.27, 0.24, 0.26, 0.23)
 SENSORS = (TANK, LASER, *PLATE, *ARRAY)
 
 
-#: Thesis, section 2.2.2: 100 kHz. Finer by these factors for pressure and laser, for the load cells and for the plate.
+#: Thesis, section 2.2.2: 100 kHz. Finer by these factors for pressure and laser, for the load cells
+#: and for the plate.
 RATE_HZ, SLOW_RATIO, RATIO, PLATE_RATIO = 100_000.0, 4, 20, 8
 DURATION_S = 1.2
 #: From the valve's first turn to the trigger at most, at strength 1 of gun.valve_flow.
 TRIGGER_S = 0.3
-#: By how much (s, standard deviation) the trigger comes early or late at strength 1 of bench.trigger_jitter.
+#: By how much (s, standard deviation) the trigger comes early or late at strength 1 of
+#: bench.trigger_jitter.
 JITTER_S = 1e-3
 #: How much earlier (s, of the order of) a hand begins a recording that nothing triggers.
 HAND_S = 0.05
-#: What the operator leaves of a deviation when setting the pressure (relative, bench.hand_scatter at strength 1).
+#: What the operator leaves of a deviation when setting the pressure (relative, bench.hand_scatter
+#: at strength 1).
 SETTING_SPREAD = 0.003
-#: The lab's bullets are 85 mm long (thesis, section 3.1) and measured to half a millimetre; the true length is that
-#: over 1 + strength of sensor.velocity_gain times this.
+#: The lab's bullets are 85 mm long (thesis, section 3.1) and measured to half a millimetre; the
+#: true length is that over 1 + strength of sensor.velocity_gain times this.
 BULLET_LENGTH_M, BULLET_LENGTH_U_M, VELOCITY_FAULT = 0.085, 0.5e-3, 0.005
 RUNS_PER_DAY = 20
 TAIL_S = 4e-3
@@ -203,7 +218,8 @@ class VirtualGunBench:
     heights_m: tuple[float, ...] = (0.0,)  # at which the plates' impact points were taken
 
     def stages(self) -> Mapping[str, Mapping[str, Value]]:
-        """With two materials of plate in a plan, [bench.plate] has the first one's; the rows of runs.csv say which."""
+        """With two materials of plate in a plan, [bench.plate] has the first one's; the rows of
+        runs.csv say which."""
         nominal = {
             "tank_volume_m3": self.gun.tank_volume_m3,
             "bore_diameter_m": self.gun.bore_diameter_m,
@@ -263,7 +279,8 @@ class VirtualGunBench:
         return Taken(channels, [truth_of(shot, impact, origin, start, length)])
 
     def _until_s(self, valve_way: ValveWay | None) -> float:
-        """How long a shot is followed: the recording, and what the valve takes before the trigger."""
+        """How long a shot is followed: the recording, and what the valve takes before the
+        trigger."""
         slowest_s = (
             TRIGGER_S if valve_way is None else max(TRIGGER_S, 1.2 * valve_way.moments_s[-1])
         )
@@ -274,7 +291,8 @@ class VirtualGunBench:
         )
 
     def _pressure(self, task: RecordingTask, rng: np.random.Generator) -> float:
-        """The true pressure (Pa, gauge): the operator sets the plan's by the transducer, with its errors."""
+        """The true pressure (Pa, gauge): the operator sets the plan's by the transducer, with its
+        errors."""
         read = positive(task.row, "tank_pressure_bar") * 1e5
         read *= 1 + SETTING_SPREAD * self.effects["bench.hand_scatter"] * float(
             rng.standard_normal()
@@ -348,7 +366,8 @@ class VirtualGunBench:
 def set_up(
     rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False
 ) -> VirtualGunBench:
-    """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
+    """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and
+    value."""
     for row in rows:
         (
             impactor_of(row),

@@ -1,4 +1,5 @@
-"""The hammer campaign (thesis, chapter 4): a person strikes a plate ten times in ten seconds, in one recording.
+"""The hammer campaign (thesis, chapter 4): a person strikes a plate ten times in ten seconds, in
+one recording.
 
 The instruments of the hammer campaign (thesis, chapter 4), and two accelerometers on the plate.
 """
@@ -32,18 +33,23 @@ from .ringing import (
     solved_plates,
 )
 
-LOAD_CELL = SensorBuild(  # after the thesis's Dytran 5800B4; its range wide enough for the hardest blow
-    "force", "force", "N", 2e4, noise=0.2, bandwidth_hz=25e3, gain_fault=0.01, gain_drift=0.002, offset_drift=0.5,
+# after the thesis's Dytran 5800B4; its range wide enough for the hardest blow
+LOAD_CELL = SensorBuild(
+    "force", "force", "N", 2e4, noise=0.2, bandwidth_hz=25e3, gain_fault=0.01, gain_drift=0.002,
+    offset_drift=0.5,
     position="tip",
 )  # fmt: skip
 REAR = SensorBuild(  # after its B&K 8309, with the resonance of the data sheet
-    "acceleration_hammer", "acceleration", "m/s2", 1e5, noise=2.0, mount_resonance_hz=180e3, gain_drift=0.002,
+    "acceleration_hammer", "acceleration", "m/s2", 1e5, noise=2.0, mount_resonance_hz=180e3,
+    gain_drift=0.002,
     offset_drift=1.0, position="hammer",
 )  # fmt: skip
 PLATE = tuple(
     SensorBuild(
-        f"acceleration_{i}", "acceleration", "g", 1000.0, 9.80665, noise=0.02, mount_resonance_hz=45e3,
-        gain_fault=0.01, zero_shift_fault=0.001, gain_drift=0.002, offset_drift=0.02, position="plate", axis="z",
+        f"acceleration_{i}", "acceleration", "g", 1000.0, 9.80665, noise=0.02,
+        mount_resonance_hz=45e3,
+        gain_fault=0.01, zero_shift_fault=0.001, gain_drift=0.002, offset_drift=0.02,
+        position="plate", axis="z",
     )
     for i in (1, 2)
 )  # fmt: skip
@@ -51,9 +57,11 @@ PLATE = tuple(
 SENSORS = (LOAD_CELL, REAR, *PLATE)
 
 
-#: Thesis, chapter 4: 51.2 kHz. In a blow 20 times as fine for what the hammer feels, 8 times for the plate.
+#: Thesis, chapter 4: 51.2 kHz. In a blow 20 times as fine for what the hammer feels, 8 times for
+#: the plate.
 RATE_HZ, RATIO, PLATE_RATIO = 51_200.0, 20, 8
-#: The first hit and the time between hits (s), each give or take; never nearer than what tells one swing from two.
+#: The first hit and the time between hits (s), each give or take; never nearer than what tells one
+#: swing from two.
 FIRST_S, BETWEEN_S, WANDER_S, AFTER_S = 0.6, 0.95, 0.2, 0.9
 RUNS_PER_DAY = 60
 POSITIONS = ("#1", "#2", "#3")
@@ -78,7 +86,8 @@ class HammerBench:
         return {"hammer": {"mass_kg": MASS_KG}, "plate": plate_stage(PLATE_MATERIAL)}
 
     def tasks(self, rows: Sequence[Row], repetitions: int) -> list[RecordingTask]:
-        """One recording a row, and one row of runs.csv for all its hits: the ingest counts them on."""
+        """One recording a row, and one row of runs.csv for all its hits: the ingest counts them
+        on."""
         return [
             RecordingTask(
                 name=f"{int(row['run']):04d}",
@@ -155,7 +164,8 @@ class HammerBench:
 def set_up(
     rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False
 ) -> HammerBench:
-    """The bench for a plan of hammer runs, every row checked. Raises `ValueError` naming run, column and value."""
+    """The bench for a plan of hammer runs, every row checked. Raises `ValueError` naming run,
+    column and value."""
     for row in rows:
         _impactor(row), _target(row)
         cell(row, "impact_position", POSITIONS)
@@ -164,7 +174,8 @@ def set_up(
 
 
 def moments(hits: int, rng: np.random.Generator) -> tuple[list[float], float]:
-    """When a person strikes (s, rising), and how long the recording is: about ten seconds for ten hits."""
+    """When a person strikes (s, rising), and how long the recording is: about ten seconds for ten
+    hits."""
     wander = rng.uniform(-WANDER_S, WANDER_S, hits)
     starts = FIRST_S + BETWEEN_S * np.arange(hits) + wander
     return [float(start) for start in starts], FIRST_S + BETWEEN_S * (hits - 1) + AFTER_S

@@ -1,12 +1,15 @@
-"""What a plate's accelerometers feel over a whole recording: each blow in full, and the ringing between them.
+"""What a plate's accelerometers feel over a whole recording: each blow in full, and the ringing
+between them.
 
-While a blow lasts, the response is made on a fine grid and goes through mounting and anti-alias filter. Then every mode
-rings freely, which has a closed form at the recorder's own rate: lambda = -z w + i w sqrt(1 - z^2), mode r at sensor s
-Im(phi_s phi_impact lambda^2 / w_d Z exp(lambda t)), Z the force's integral with exp(-lambda t). Earlier blows go on.
+While a blow lasts, the response is made on a fine grid and goes through mounting and anti-alias
+filter. Then every mode rings freely, which has a closed form at the recorder's own rate: lambda =
+-z w + i w sqrt(1 - z^2), mode r at sensor s Im(phi_s phi_impact lambda^2 / w_d Z exp(lambda t)), Z
+the force's integral with exp(-lambda t). Earlier blows go on.
 
 The plates of a campaign, solved once for all its recordings.
 
-Short pulses put into a long recording: a fine grid around each that lines up with the recorder's samples.
+Short pulses put into a long recording: a fine grid around each that lines up with the recorder's
+samples.
 """
 
 from __future__ import annotations
@@ -40,7 +43,8 @@ _OVER = 1e-5
 
 
 def window(start_s: float, stop_s: float, rate_hz: float, ratio: int) -> tuple[int, Floats]:
-    """The recorder's first sample and times (n * ratio,) from it on, `ratio` to a sample, around `start_s` to `stop_s`.
+    """The recorder's first sample and times (n * ratio,) from it on, `ratio` to a sample, around
+    `start_s` to `stop_s`.
 
     On either side there is room for what the anti-alias filter makes of the pulse.
     """
@@ -65,7 +69,8 @@ def add_pulse(
     ratio: int,
     effects: Mapping[str, float],
 ) -> None:
-    """Add what `sensor` makes of a pulse (m,) that begins at `start_s` and ends at zero to a recording `out`, SI."""
+    """Add what `sensor` makes of a pulse (m,) that begins at `start_s` and ends at zero to a
+    recording `out`, SI."""
     first, grid = window(
         start_s, start_s + float(time_s[-1]) + settling_s((sensor,), effects), rate_hz, ratio
     )
@@ -93,9 +98,11 @@ def settling_s(sensors: Sequence[SensorBuild], effects: Mapping[str, float]) -> 
 
 @dataclass(frozen=True)
 class Blow:
-    """A force (n,) on even fine times (n,) of the recording's clock, `ratio` of them to a sample, zero at both ends.
+    """A force (n,) on even fine times (n,) of the recording's clock, `ratio` of them to a sample,
+    zero at both ends.
 
-    `first` is the recorder's sample at the first time; `over` the fine index from which the force is zero.
+    `first` is the recorder's sample at the first time; `over` the fine index from which the force
+    is zero.
     """
 
     first: int
@@ -108,7 +115,8 @@ class Blow:
 def blow(
     start_s: float, time_s: Floats, force_n: Floats, rate_hz: float, ratio: int, settle_s: float
 ) -> Blow:
-    """A pulse (n,), its times from its own start, put at `start_s` into a recording, with `settle_s` after it."""
+    """A pulse (n,), its times from its own start, put at `start_s` into a recording, with
+    `settle_s` after it."""
     size = np.abs(force_n)
     loud = np.flatnonzero(size > _OVER * size.max())
     length = int(loud[-1]) + 2 if loud.size else 2
@@ -123,7 +131,8 @@ Complex = NDArray[np.complex128]
 
 #: Samples that one table of exponentials covers, and how many of them go on with the same modes.
 _BLOCK, _BLOCKS = 1024, 8
-#: A mode that has fallen below this share of the loudest is silent: 24 bits see 1.2e-7 of full scale.
+#: A mode that has fallen below this share of the loudest is silent: 24 bits see 1.2e-7 of full
+#: scale.
 _SILENT = 1e-9
 
 
@@ -137,9 +146,11 @@ def ringing_accelerations(
     rate_hz: float,
     effects: Mapping[str, float],
 ) -> Floats:
-    """Band-limited accelerations (sensors, samples), SI, of blows in time order on one point of a plate.
+    """Band-limited accelerations (sensors, samples), SI, of blows in time order on one point of a
+    plate.
 
-    `impact_shape` (m,) is the modes' shape at that point; `response(time, force)` gives (sensors, n) from rest.
+    `impact_shape` (m,) is the modes' shape at that point; `response(time, force)` gives (sensors,
+    n) from rest.
     """
     out = np.zeros((len(sensors), samples))
     roots, weights = _roots(modes), _weights(modes, impact_shape, sensors, rate_hz, blows, effects)
@@ -178,7 +189,8 @@ def _weights(
     blows: Sequence[Blow],
     effects: Mapping[str, float],
 ) -> Complex:
-    """What a mode's state weighs at each sensor (sensors, m); a mode at 0 Hz does not accelerate on its own."""
+    """What a mode's state weighs at each sensor (sensors, m); a mode at 0 Hz does not accelerate on
+    its own."""
     roots = _roots(modes)
     bare = (
         np.divide(roots**2, roots.imag, out=np.zeros_like(roots), where=roots.imag > 0)
@@ -195,7 +207,8 @@ def _weights(
 
 
 def _states_after(hit: Blow, roots: Complex, at_s: float) -> Complex:
-    """The states (m,) that a blow leaves at a time after it: its force under exp(lambda (t - tau)), trapezoid rule."""
+    """The states (m,) that a blow leaves at a time after it: its force under exp(lambda (t - tau)),
+    trapezoid rule."""
     acting = slice(int(np.argmax(hit.force_n != 0)), hit.over + 1)
     period = float(hit.time_s[1] - hit.time_s[0])
     return np.asarray(
@@ -236,7 +249,8 @@ Key = tuple[str, Boundary]
 
 #: The bench's plates are 10 mm thick.
 THICKNESS_M = 0.010
-#: The pass band of 51.2 kHz; at 100 kHz the modes beyond are missing, and with them what short pulses excite there.
+#: The pass band of 51.2 kHz; at 100 kHz the modes beyond are missing, and with them what short
+#: pulses excite there.
 MAX_FREQUENCY_HZ = 20e3
 BOUNDARIES: Mapping[str, Boundary] = {"free": "free", "fixed": "fixed"}
 _LIBRARY: tuple[Key, ...] = (
@@ -253,8 +267,9 @@ def solved_plates(
     rng: np.random.Generator,
     heights_m: Sequence[float] = (0.0,),
 ) -> Mapping[Key, PlateModes]:
-    """Modes of the plates asked for, with the impact points of each height at which a plate hangs one after the other:
-    a plate that hangs higher is struck lower. Each plate's damping has its own place in `rng`, whichever are asked for.
+    """Modes of the plates asked for, with the impact points of each height at which a plate hangs
+    one after the other: a plate that hangs higher is struck lower. Each plate's damping has its own
+    place in `rng`, whichever are asked for.
 
     Raises `ValueError` for a plate that the bench has not got.
     """
@@ -276,7 +291,8 @@ def solved_plates(
 
 
 def response_at(plate: PlateModes, point: int) -> Callable[[Floats, Floats], Floats]:
-    """The plate's accelerations (sensors, n) under a force (n,) at one of its impact points, from rest."""
+    """The plate's accelerations (sensors, n) under a force (n,) at one of its impact points, from
+    rest."""
 
     def response(time_s: Floats, force_n: Floats) -> Floats:
         acting = np.flatnonzero(force_n)

@@ -1,4 +1,5 @@
-"""What is bolted together: the gun, its surroundings and the projectile. Lengths from the valve, along the barrel.
+"""What is bolted together: the gun, its surroundings and the projectile. Lengths from the valve,
+along the barrel.
 
 One shot's figures: the build as the effects and the scatter of this shot leave it.
 """
@@ -25,7 +26,8 @@ def _check_positive(part: object, zero_allowed: frozenset[str] = frozenset()) ->
 
 @dataclass(frozen=True)
 class Projectile:
-    """A cylinder that slides in the barrel; the standard is the PLA bullet of thesis section 3.1."""
+    """A cylinder that slides in the barrel; the standard is the PLA bullet of thesis section
+    3.1."""
 
     mass_kg: float = 0.1428
     length_m: float = 0.085
@@ -41,10 +43,11 @@ class Projectile:
 
 @dataclass(frozen=True)
 class GunBuild:
-    """The gun of thesis section 2.1.2; where the text gives no figure, the comment says where it comes from.
+    """The gun of thesis section 2.1.2; where the text gives no figure, the comment says where it
+    comes from.
 
-    Raises `ValueError` for figures that are not positive, and for an order along the barrel other than
-    vents, laser, muzzle.
+    Raises `ValueError` for figures that are not positive, and for an order along the barrel other
+    than vents, laser, muzzle.
     """
 
     tank_volume_m3: float = 9.5e-3
@@ -113,15 +116,18 @@ class GunBuild:
         return math.pi * self.bore_diameter_m * min(self.plate_gap_m, self.bore_diameter_m / 4)
 
     def travel_m(self, projectile: Projectile) -> float:
-        """From the start to the plate. Raises `ValueError` for a projectile that the barrel cannot shoot."""
+        """From the start to the plate. Raises `ValueError` for a projectile that the barrel cannot
+        shoot."""
         if not projectile.diameter_m < self.bore_diameter_m:
             raise ValueError(
-                f"diameter_m = {projectile.diameter_m!r}: expected less than {self.bore_diameter_m} m"
+                f"diameter_m = {projectile.diameter_m!r}: "
+                f"expected less than {self.bore_diameter_m} m"
             )
         travel = self.barrel_length_m + self.plate_gap_m - projectile.length_m
         if not max(self.vent_position_m, self.laser_position_m) < travel:
             raise ValueError(
-                f"length_m = {projectile.length_m!r}: it would strike before its tail is past the laser"
+                f"length_m = {projectile.length_m!r}: it would strike before "
+                f"its tail is past the laser"
             )
         return travel
 
@@ -132,16 +138,18 @@ VACUUM_PA = 1e-2
 SMALLEST_BREECH_M3 = 2e-6
 #: Air that moves outside an open pipe's end, in diameters.
 END_CORRECTION = 0.6
-#: A weaker effect of the valve is none: it changes the velocity by 1e-4, and is a hundred times stiffer to integrate.
+#: A weaker effect of the valve is none: it changes the velocity by 1e-4, and is a hundred times
+#: stiffer to integrate.
 WEAKEST_VALVE = 0.01
-#: Scatter of valve, leak and friction from shot to shot (relative standard deviations) at strength 1 of
-#: `bench.hand_scatter`.
+#: Scatter of valve, leak and friction from shot to shot (relative standard deviations) at strength
+#: 1 of `bench.hand_scatter`.
 SCATTERS = np.array([0.03, 0.05, 0.15])
 
 
 @dataclass(frozen=True, slots=True)
 class GunSetting:
-    """Effective areas hold their discharge coefficients; `merged`: no valve between tank and barrel."""
+    """Effective areas hold their discharge coefficients; `merged`: no valve between tank and
+    barrel."""
 
     tank_volume_m3: float
     breech_volume_m3: float
@@ -183,16 +191,17 @@ def setting_of(
 ) -> GunSetting:
     """What each strength means, at strength s:
 
-    - `gun.back_pressure`: the surroundings have s times the atmosphere, and tank and force are absolute against it
-      (0: vacuum, and the gauge pressure is all there is);
+    - `gun.back_pressure`: the surroundings have s times the atmosphere, and tank and force are
+      absolute against it (0: vacuum, and the gauge pressure is all there is);
     - `gun.blow_by`: s times the clearance; `gun.dead_volume`: s times the volume;
-    - `gun.valve_flow`: every moment of the valve's way s times as late, and 1/s of the area (below 0.01: tank and
-      barrel are one volume);
+    - `gun.valve_flow`: every moment of the valve's way s times as late, and 1/s of the area (below
+      0.01: tank and barrel are one volume);
     - `gun.barrel_loss`, `gun.heat_exchange`: s times the wall's friction, the heat transfer;
-    - `gun.sliding_friction`: s times extra friction, breakaway and seal drag; the nominal Coulomb friction stays.
+    - `gun.sliding_friction`: s times extra friction, breakaway and seal drag; the nominal Coulomb
+      friction stays.
 
-    Without a `valve_way` the valve opens within the gun's own time and stays open. Three numbers are drawn from `rng`
-    whatever the strength of `bench.hand_scatter`.
+    Without a `valve_way` the valve opens within the gun's own time and stays open. Three numbers
+    are drawn from `rng` whatever the strength of `bench.hand_scatter`.
     """
     scatter = np.exp(effects["bench.hand_scatter"] * rng.standard_normal(3) * SCATTERS).tolist()
     valve, friction = effects["gun.valve_flow"], scatter[2]
@@ -241,7 +250,8 @@ def setting_of(
 
 
 def leak_area_m2(gun: GunBuild, projectile: Projectile) -> float:
-    """Effective area of the ring between projectile and barrel: its area over sqrt(K + f l / D_h), D_h = D - d.
+    """Effective area of the ring between projectile and barrel: its area over sqrt(K + f l / D_h),
+    D_h = D - d.
 
     A long narrow ring is a pipe whose wall friction adds to what inlet and outlet lose.
     """

@@ -1,4 +1,5 @@
-"""The rates of `motion.derivative`, compiled: the same balances in the same order, from figures in one array."""
+"""The rates of `motion.derivative`, compiled: the same balances in the same order, from figures in
+one array."""
 
 from __future__ import annotations
 
@@ -17,8 +18,10 @@ Flow = tuple[float, float]
 
 _NAMES = [field.name for field in fields(GunSetting) if field.name != "valve_way"]
 # fmt: off
-(TANK_M3, BREECH_M3, MUZZLE_M, TRAVEL_M, END_M, AREA_M2, MASS_KG, LENGTH_M, BORE_M, AMBIENT, TANK_PA, MERGED,
- VALVE_M2, CRITICAL, LEAK_M2, VENT_M2, VENT_M, VENT_R_M, MUZZLE_M2, COULOMB_N, BREAKAWAY_N, STRIBECK_M_S,
+(TANK_M3, BREECH_M3, MUZZLE_M, TRAVEL_M, END_M, AREA_M2, MASS_KG, LENGTH_M, BORE_M, AMBIENT,
+TANK_PA, MERGED,
+ VALVE_M2, CRITICAL, LEAK_M2, VENT_M2, VENT_M, VENT_R_M, MUZZLE_M2, COULOMB_N, BREAKAWAY_N,
+ STRIBECK_M_S,
  SEAL_M2, COLUMN, ENTRANCE, TANK_W_K, BARREL_W_M_K) = range(len(_NAMES))
 # fmt: on
 AMBIENT_K = len(_NAMES)
@@ -28,8 +31,8 @@ WAY = AMBIENT_KG_M3 + 1
 
 
 def figures_of(setting: GunSetting) -> Floats:
-    """The figures (29 + 2 k,) of a setting in its order; the surroundings' pressure in its place, the rest of them
-    behind, and then moments and positions of the valve's way, k of each."""
+    """The figures (29 + 2 k,) of a setting in its order; the surroundings' pressure in its place,
+    the rest of them behind, and then moments and positions of the valve's way, k of each."""
     values = [getattr(setting, name) for name in _NAMES]
     ambient = setting.ambient
     values[AMBIENT] = ambient.pressure

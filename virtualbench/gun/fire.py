@@ -1,8 +1,10 @@
 """One shot of the virtual gun.
 
-Position over time between the points of a shot: cubics that have its positions and velocities (Hermite).
+Position over time between the points of a shot: cubics that have its positions and velocities
+(Hermite).
 
-What the gun's two sensors have before them during a recording: the tank's pressure and the laser's distance.
+What the gun's two sensors have before them during a recording: the tank's pressure and the laser's
+distance.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ from .motion import ENERGY_OUT, HEAT_IN, MASS_OUT, RESISTED, V, X, volumes
 def position_at(
     time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats
 ) -> Floats:
-    """Position (k,) at moments (k,), from points (n,); before the first and after the last it stays where it is."""
+    """Position (k,) at moments (k,), from points (n,); before the first and after the last it stays
+    where it is."""
     k, step, share = _step_of_moment(time_s, moment_s)
     rest = 1 - share
     ends = (
@@ -59,7 +62,8 @@ def _step_of_moment(time_s: Floats, moment_s: Floats) -> tuple[NDArray[np.intp],
 
 
 def crossings(time_s: Floats, position_m: Floats, velocity_m_s: Floats, level_m: float) -> Floats:
-    """Moments (k,) at which the way passes a level, in order, by bisection within the steps that straddle it."""
+    """Moments (k,) at which the way passes a level, in order, by bisection within the steps that
+    straddle it."""
     side = np.sign(position_m - level_m)
     k = np.flatnonzero(side[:-1] * side[1:] < 0)
     low, high, start = time_s[k].copy(), time_s[k + 1].copy(), side[k]
@@ -84,10 +88,12 @@ class Ledger:
 
 @dataclass(frozen=True)
 class ShotTruth:
-    """Arrays are (n,) over `time_s`, which increases from 0, the moment at which the valve begins to turn.
+    """Arrays are (n,) over `time_s`, which increases from 0, the moment at which the valve begins
+    to turn.
 
-    Pressures are gauge against the surroundings. A projectile that does not reach the vents has muzzle velocity 0 and
-    exit time NaN; one that does not reach the plate has impact velocity 0 and impact time NaN.
+    Pressures are gauge against the surroundings. A projectile that does not reach the vents has
+    muzzle velocity 0 and exit time NaN; one that does not reach the plate has impact velocity 0 and
+    impact time NaN.
     """
 
     time_s: Floats
@@ -122,11 +128,13 @@ def fire(
 ) -> ShotTruth:
     """A shot from `tank_pressure_pa` (gauge), followed for `until_s` from the valve's first turn.
 
-    Open chambers with balances of mass and energy (perfect gas), flow by ISO 6358 (valve) and the isentropic nozzle
-    (clearance, vents, muzzle), friction with a Stribeck hump; `setting.setting_of` says what each strength means.
-    `valve_way` is what the controller lets the valve do; without it, it opens within the gun's own time and stays open.
-    `restitution` is the plate's; `tightness` multiplies the integrator's tolerances. Raises `ValueError` for a
-    pressure that is negative or not finite and for what the barrel cannot shoot; `RuntimeError` where LSODA gives up.
+    Open chambers with balances of mass and energy (perfect gas), flow by ISO 6358 (valve) and the
+    isentropic nozzle (clearance, vents, muzzle), friction with a Stribeck hump;
+    `setting.setting_of` says what each strength means. `valve_way` is what the controller lets the
+    valve do; without it, it opens within the gun's own time and stays open. `restitution` is the
+    plate's; `tightness` multiplies the integrator's tolerances. Raises `ValueError` for a pressure
+    that is negative or not finite and for what the barrel cannot shoot; `RuntimeError` where LSODA
+    gives up.
     """
     _check(tank_pressure_pa, until_s, restitution)
     setting = setting_of(gun, effects, float(tank_pressure_pa), projectile, rng, valve_way)
@@ -211,8 +219,9 @@ SMALLEST_DROP_PA = 1.0
 class Trigger:
     """A recording begins `pre_trigger_s` before the tank has lost `share` of its pressure.
 
-    With a `share` of None nothing triggers: the recording is begun by hand, `pre_trigger_s` before the valve's first
-    turn or earlier. Raises `ValueError` for a share outside of 0 to 1 and for a time that is negative.
+    With a `share` of None nothing triggers: the recording is begun by hand, `pre_trigger_s` before
+    the valve's first turn or earlier. Raises `ValueError` for a share outside of 0 to 1 and for a
+    time that is negative.
     """
 
     share: float | None = TRIGGER_SHARE
@@ -239,12 +248,13 @@ def shot_signals(
     *,
     trigger_offset_s: float = 0.0,
 ) -> dict[str, Floats]:
-    """`tank_pressure` (Pa gauge, at the transducer, before its calibration) and `laser` (m, distance) on a uniform
-    grid (n,), n = duration times rate, that begins when the `trigger` says.
+    """`tank_pressure` (Pa gauge, at the transducer, before its calibration) and `laser` (m,
+    distance) on a uniform grid (n,), n = duration times rate, that begins when the `trigger` says.
 
-    The distance falls by the bullet's diameter while the beam is blocked, going and coming back; before the shot
-    all is at rest. `trigger_offset_s` shifts the recording (jitter). Raises `ValueError` for a record that the shot
-    was not followed for, for times or rates that are not positive, and as `trigger_time_s` does.
+    The distance falls by the bullet's diameter while the beam is blocked, going and coming back;
+    before the shot all is at rest. `trigger_offset_s` shifts the recording (jitter). Raises
+    `ValueError` for a record that the shot was not followed for, for times or rates that are not
+    positive, and as `trigger_time_s` does.
     """
     for name, value in (("sampling_rate_hz", sampling_rate_hz), ("duration_s", duration_s)):
         if not (np.isfinite(value) and value > 0):
@@ -257,7 +267,8 @@ def shot_signals(
     moment = begin + np.arange(round(duration_s * sampling_rate_hz)) / sampling_rate_hz
     if moment[-1] > truth.time_s[-1]:
         raise ValueError(
-            f"the recording ends {moment[-1]:.4g} s after the valve's first turn, and the shot was followed for "
+            f"the recording ends {moment[-1]:.4g} s after the valve's first "
+            f"turn, and the shot was followed for "
             f"{truth.time_s[-1]:.4g} s: fire it with a larger until_s"
         )
     blocked = _blocked_share(truth, projectile, moment)

@@ -1,4 +1,5 @@
-"""Air as a perfect gas, and its flow through holes: isentropic nozzle and ISO 6358, either way and without kink.
+"""Air as a perfect gas, and its flow through holes: isentropic nozzle and ISO 6358, either way and
+without kink.
 
 The ball valve: how far the ball is turned over time, and what its port leaves open.
 """
@@ -21,8 +22,9 @@ CP = GAMMA * CV
 CRITICAL_RATIO: float = (2 / (GAMMA + 1)) ** (GAMMA / (GAMMA - 1))
 #: Mass flow through 1 m2 when choked, times sqrt(R T) / p.
 CHOKED: float = math.sqrt(GAMMA) * (2 / (GAMMA + 1)) ** ((GAMMA + 1) / (2 * (GAMMA - 1)))
-#: Within about this share of equal pressures flow turns from the square root of the difference to the difference,
-#: smoothly: the root's infinite slope at equal pressures, or a kink in its place, is where integrators get stuck.
+#: Within about this share of equal pressures flow turns from the square root of the difference to
+#: the difference, smoothly: the root's infinite slope at equal pressures, or a kink in its place,
+#: is where integrators get stuck.
 LAMINAR_SHARE = 1e-3
 #: A chamber that is all but empty has a temperature made of rounding errors.
 COLDEST_K, HOTTEST_K = 30.0, 3000.0
@@ -53,8 +55,8 @@ def gas_of(mass_kg: float, energy_j: float, volume_m3: float) -> Gas:
 def nozzle_flow(upstream: Gas, ratio: float, area_m2: float) -> float:
     """Mass flow (kg/s) through an effective area into `ratio` (< 1) times the upstream pressure.
 
-    Saint-Venant and Wantzel: p A / sqrt(R T) sqrt(2 gamma / (gamma - 1) (r^(2 / gamma) - r^((gamma + 1) / gamma))),
-    choked below r = 0.528; laminar close to 1.
+    Saint-Venant and Wantzel: p A / sqrt(R T) sqrt(2 gamma / (gamma - 1) (r^(2 / gamma) - r^((gamma
+    + 1) / gamma))), choked below r = 0.528; laminar close to 1.
     """
     unit = area_m2 * upstream.pressure / math.sqrt(GAS_CONSTANT * upstream.temperature)
     if ratio <= CRITICAL_RATIO:
@@ -66,7 +68,8 @@ def nozzle_flow(upstream: Gas, ratio: float, area_m2: float) -> float:
 
 @njit(cache=True)
 def iso6358_flow(upstream: Gas, ratio: float, area_m2: float, critical_ratio: float) -> float:
-    """Mass flow (kg/s) by the ellipse of ISO 6358-1: choked like a nozzle of `area_m2`, but below another ratio b."""
+    """Mass flow (kg/s) by the ellipse of ISO 6358-1: choked like a nozzle of `area_m2`, but below
+    another ratio b."""
     unit = CHOKED * area_m2 * upstream.pressure / math.sqrt(GAS_CONSTANT * upstream.temperature)
     if ratio <= critical_ratio:
         return unit
@@ -81,7 +84,8 @@ def _laminar(apart: float) -> float:
 
 
 def exchange(first: Gas, second: Gas, law: Law, *figures: float) -> tuple[float, float]:
-    """Mass (kg/s) and enthalpy (W) that flow from the first chamber to the second, negative the other way.
+    """Mass (kg/s) and enthalpy (W) that flow from the first chamber to the second, negative the
+    other way.
 
     `law` takes the upstream gas, the ratio of pressures (< 1) and `figures`.
     """
@@ -102,9 +106,11 @@ RANGEABILITY = 50.0
 
 @dataclass(frozen=True)
 class ValveWay:
-    """The ball's position (0 shut, 1 a quarter turn further) at moments that rise, straight lines in between.
+    """The ball's position (0 shut, 1 a quarter turn further) at moments that rise, straight lines
+    in between.
 
-    Raises `ValueError` for moments that do not rise from 0 s on or after, and positions outside of 0 to 1.
+    Raises `ValueError` for moments that do not rise from 0 s on or after, and positions outside of
+    0 to 1.
     """
 
     moments_s: tuple[float, ...]
@@ -122,7 +128,8 @@ class ValveWay:
             and finite
         ):
             raise ValueError(
-                f"valve at {self.moments_s} s in {self.positions}: expected rising moments from 0 s on, and as many "
+                f"valve at {self.moments_s} s in {self.positions}: expected "
+                f"rising moments from 0 s on, and as many "
                 "positions of 0 to 1"
             )
 
@@ -157,8 +164,8 @@ class ValveWay:
 
     @property
     def kinks_s(self) -> tuple[float, ...]:
-        """Moments (s) at which the flow has a kink: where the ball changes its speed, and where its bore meets or
-        leaves the seat."""
+        """Moments (s) at which the flow has a kink: where the ball changes its speed, and where its
+        bore meets or leaves the seat."""
         kinks = list(self.moments_s)
         points = list(zip(self.moments_s, self.positions, strict=True))
         for (begin, first), (end, second) in pairwise(points):
@@ -171,9 +178,10 @@ class ValveWay:
 def open_share(position: float) -> float:
     """Open share of the port (0 to 1) at a position of the ball.
 
-    The inherent flow characteristic of a ball valve is close to equal percentage (IEC 60534-2-4:2009): equal steps of
-    the travel h multiply the flow by equal factors, R^(h - 1). That law leaves 1 / R at h = 0, where a ball valve is
-    shut; with this share taken off, it is (R^h - 1) / (R - 1).
+    The inherent flow characteristic of a ball valve is close to equal percentage (IEC
+    60534-2-4:2009): equal steps of the travel h multiply the flow by equal factors, R^(h - 1). That
+    law leaves 1 / R at h = 0, where a ball valve is shut; with this share taken off, it is (R^h -
+    1) / (R - 1).
     """
     travel = (position - DEAD_SHARE) / (1 - DEAD_SHARE)
     if travel <= 0:

@@ -1,6 +1,7 @@
 """The shot over time: LSODA between strikes on the plate, and a rebound at each.
 
-The muzzle velocity of a shot alone: the same integration as `fire`, which ends when the tail reaches the vents.
+The muzzle velocity of a shot alone: the same integration as `fire`, which ends when the tail
+reaches the vents.
 """
 
 from __future__ import annotations
@@ -19,11 +20,13 @@ from .motion import CREEP_M_S, TOLERANCES, Phase, V, X, initial_state
 #: Output step, and how much is integrated at once between looks at the plate.
 STEP_S, CHUNK_S = 2e-4, 0.1
 RELATIVE_TOLERANCE = 1e-6
-#: After the first strike only rebounds and the emptying of the tank are left: tolerances grow by this.
+#: After the first strike only rebounds and the emptying of the tank are left: tolerances grow by
+#: this.
 LOOSER_AFTER = 30.0
 #: The plate returns the projectile after this time, at rest on the scale of the barrel.
 CONTACT_S = 1e-6
-#: A projectile that comes back slower than this stays on the plate; a longer stay at the valve is never modelled.
+#: A projectile that comes back slower than this stays on the plate; a longer stay at the valve is
+#: never modelled.
 SLOWEST_M_S = 0.5
 
 
@@ -110,7 +113,8 @@ def _first(there: NDArray[np.bool_]) -> int:
 def up_to(
     setting: GunSetting, time: Floats, state: Floats, past: int, end: float, phase: Phase
 ) -> tuple[Floats, Floats]:
-    """The same up to the moment at which the position is `end`, between points `past - 1` and `past`."""
+    """The same up to the moment at which the position is `end`, between points `past - 1` and
+    `past`."""
     ends = state[past - 1], state[past]
     figures = figures_of(setting)
     slopes = tuple(derivative(time[k], state[k], figures, phase) for k in (past - 1, past))
@@ -154,7 +158,8 @@ def muzzle_velocity(
     *,
     until_s: float = 1.2,
 ) -> float:
-    """`fire(...).muzzle_velocity_m_s` (m/s); 0 for a projectile that does not reach the vents until `until_s`."""
+    """`fire(...).muzzle_velocity_m_s` (m/s); 0 for a projectile that does not reach the vents until
+    `until_s`."""
     setting = setting_of(gun, effects, tank_pressure_pa, projectile, rng)
     stops = [*setting.valve_way.kinks_s, until_s]
     start, state, phase = 0.0, initial_state(setting), Phase(held=False, sealed=True)

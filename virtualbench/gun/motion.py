@@ -1,6 +1,8 @@
-"""The balances of one shot: mass and energy of three chambers (tank, breech, column ahead), and the projectile.
+"""The balances of one shot: mass and energy of three chambers (tank, breech, column ahead), and the
+projectile.
 
-What holds the projectile back: sliding friction with its Stribeck hump, seal drag, and the air column's losses.
+What holds the projectile back: sliding friction with its Stribeck hump, seal drag, and the air
+column's losses.
 """
 
 from __future__ import annotations
@@ -15,8 +17,9 @@ from ...array_types import Floats
 from .build import GunSetting
 from .gas import CV, Gas, exchange, gas_of, iso6358_flow, nozzle_flow, open_share
 
-#: Friction rises from 0 to its full value over this speed, as tanh(v / v0). That replaces the jump at rest, where
-#: no integrator gets past; a projectile that should stick creeps by less than 0.1 mm in 0.1 s.
+#: Friction rises from 0 to its full value over this speed, as tanh(v / v0). That replaces the jump
+#: at rest, where no integrator gets past; a projectile that should stick creeps by less than 0.1 mm
+#: in 0.1 s.
 CREEP_M_S = 1e-3
 AIR_VISCOSITY_PA_S = 1.82e-5
 
@@ -24,8 +27,8 @@ AIR_VISCOSITY_PA_S = 1.82e-5
 def sliding_friction(setting: GunSetting, velocity: float, pressure_difference: float) -> float:
     """Force (N) against the motion, of the sign of `velocity`.
 
-    (F_c + F_b exp(-(v / v_s)^2) + k A max(dp, 0)) tanh(v / v0): Coulomb, breakaway hump, and a seal that the gas
-    presses on the wall.
+    (F_c + F_b exp(-(v / v_s)^2) + k A max(dp, 0)) tanh(v / v0): Coulomb, breakaway hump, and a seal
+    that the gas presses on the wall.
     """
     hump = setting.breakaway_force_n * math.exp(
         -min((velocity / setting.stribeck_velocity_m_s) ** 2, 700.0)
@@ -37,7 +40,8 @@ def sliding_friction(setting: GunSetting, velocity: float, pressure_difference: 
 def column_loss(
     setting: GunSetting, velocity: float, gas: Gas, length_m: float, minor_loss: float
 ) -> float:
-    """Force (N) of the wall on an air column that moves with the projectile: (f l / D + K) rho v |v| / 2 A.
+    """Force (N) of the wall on an air column that moves with the projectile: (f l / D + K) rho v
+    |v| / 2 A.
 
     Darcy's friction factor by Hagen-Poiseuille and Blasius, whichever is larger.
     """
@@ -50,8 +54,8 @@ def column_loss(
 
 Position = TypeVar("Position", float, Floats)
 
-#: The state: mass (kg) and energy (J) of each chamber, position and velocity, and the ledger: mass and enthalpy gone
-#: to the surroundings, heat taken from the walls, work done against friction.
+#: The state: mass (kg) and energy (J) of each chamber, position and velocity, and the ledger: mass
+#: and enthalpy gone to the surroundings, heat taken from the walls, work done against friction.
 STATES = 12
 X, V, MASS_OUT, ENERGY_OUT, HEAT_IN, RESISTED = range(6, 12)
 TOLERANCES = np.array([1e-9, 1e-4, 1e-9, 1e-4, 1e-9, 1e-4, 1e-6, 1e-5, 1e-9, 1e-4, 1e-4, 1e-4])
@@ -62,7 +66,8 @@ STANDARD_DENSITY_KG_M3 = 1.204
 
 
 def initial_state(setting: GunSetting) -> Floats:
-    """Tank at its pressure, the rest at the surroundings', all at their temperature, and the projectile at rest."""
+    """Tank at its pressure, the rest at the surroundings', all at their temperature, and the
+    projectile at rest."""
     state = np.zeros(STATES)
     ambient = setting.ambient
     pressures = (setting.tank_pressure_pa, ambient.pressure, ambient.pressure)
@@ -75,7 +80,8 @@ def initial_state(setting: GunSetting) -> Floats:
 
 
 def volumes(setting: GunSetting, position: Position) -> tuple[float, Position, Position]:
-    """Volumes (m3) of tank, breech and column ahead; the air that moves at the gap counts as a length of the column."""
+    """Volumes (m3) of tank, breech and column ahead; the air that moves at the gap counts as a
+    length of the column."""
     breech = setting.breech_volume_m3 + setting.area_m2 * position
     return (
         setting.tank_volume_m3,
@@ -100,16 +106,19 @@ def gases(setting: GunSetting, state: list[float]) -> tuple[Gas, Gas, Gas]:
 
 @njit(cache=True)
 def squeezed(last: float, volume: float) -> tuple[float, float]:
-    """A volume (m3) past its end, where only `last` is left, and how fast it still shrinks (1 at the end, then less).
+    """A volume (m3) past its end, where only `last` is left, and how fast it still shrinks (1 at
+    the end, then less).
 
-    The integrator looks past the ends of the barrel before the strike is found: there it must find a gas.
+    The integrator looks past the ends of the barrel before the strike is found: there it must find
+    a gas.
     """
     share = 1 / (1 + 2 * (last - volume) / last)
     return last * (1 + share) / 2, share**2
 
 
 class Phase(NamedTuple):
-    """`held`: the projectile rests against the plate; `sealed`: its tail has not yet reached the vents."""
+    """`held`: the projectile rests against the plate; `sealed`: its tail has not yet reached the
+    vents."""
 
     held: bool
     sealed: bool
@@ -171,7 +180,8 @@ def _valve(setting: GunSetting, time: float, tank: Gas, breech: Gas) -> tuple[fl
 def _outlets(
     setting: GunSetting, position: float, breech: Gas, ahead: Gas, sealed: bool
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """From breech and column to the surroundings: the projectile's ends uncover the vents and cover them."""
+    """From breech and column to the surroundings: the projectile's ends uncover the vents and cover
+    them."""
     behind = setting.vent_area_m2 * _passed(setting, position)
     before = (
         setting.vent_area_m2 * (1 - _passed(setting, position + setting.length_m))

@@ -2,9 +2,9 @@
 
 What tips and faces are made of.
 
-Elastic data and yield strength are those of Table 4.2 of the thesis; PLA is not in it. The relaxing fraction r and
-its time tau are of one Maxwell branch: the instantaneous modulus is 1 + r times the relaxed one, and the loss factor
-at the angular frequency w is r w tau / (1 + (1 + r) w^2 tau^2).
+Elastic data and yield strength are those of Table 4.2 of the thesis; PLA is not in it. The relaxing
+fraction r and its time tau are of one Maxwell branch: the instantaneous modulus is 1 + r times the
+relaxed one, and the loss factor at the angular frequency w is r w tau / (1 + (1 + r) w^2 tau^2).
 
 The two impactors of the thesis: the hammer in the hand, and the projectile of the gun.
 """
@@ -18,10 +18,12 @@ import numpy as np
 
 from ..effects import Effects
 
-#: Mean pressure of a fully plastic contact over the yield strength (Tabor, The Hardness of Metals, 1951).
+#: Mean pressure of a fully plastic contact over the yield strength (Tabor, The Hardness of Metals,
+#: 1951).
 HARDNESS_RATIO = 2.8
-#: Yield strength of a surface that has been struck before, at an impact's rate of strain, over that of the data sheet.
-#: Assumed: with 1 the pulses of a small hammer widen with force other than recorded ones do (log-log slope -0.131, not
+#: Yield strength of a surface that has been struck before, at an impact's rate of strain, over that
+#: of the data sheet. Assumed: with 1 the pulses of a small hammer widen with force other than
+#: recorded ones do (log-log slope -0.131, not
 #: -0.158), from 1.5 on they nearly do as these.
 HARDENING = 1.5
 
@@ -61,8 +63,10 @@ class ContactMaterial:
         return HARDNESS_RATIO * HARDENING * self.yield_strength_pa
 
 
-#: The losses are assumed, of the order of loss factors near 1 kHz in Lakes, Viscoelastic Materials (2009): metals below
-#: 0.01 (the joint between tip and head included), polyacetal and PLA some 0.05, polyurethane 0.1 to 0.3.
+#: The losses are assumed, of the order of loss factors near 1 kHz in Lakes, Viscoelastic Materials
+#: (2009): metals below
+#: 0.01 (the joint between tip and head included), polyacetal and PLA some 0.05, polyurethane 0.1 to
+#: 0.3.
 MATERIALS = {
     row.name: row
     for row in (
@@ -70,7 +74,8 @@ MATERIALS = {
         ContactMaterial("steel", 200e9, 0.30, 7800.0, 400e6, 0.015, 50e-6, False),
         ContactMaterial("delrin", 3.2e9, 0.35, 1410.0, 71.7e6, 0.15, 150e-6, True),
         ContactMaterial("polyurethane", 0.03e9, 0.39, 1210.0, 51e6, 0.5, 1.0e-3, True),
-        # Printed PLA: Farah, Anderson and Langer, Adv. Drug Deliv. Rev. 107 (2016) 367, Table 1, middle of its range.
+        # Printed PLA: Farah, Anderson and Langer, Adv. Drug Deliv. Rev. 107 (2016) 367, Table 1,
+        # middle of its range.
         ContactMaterial("PLA", 3.5e9, 0.36, 1240.0, 60e6, 0.15, 150e-6, True),
     )
 }
@@ -88,10 +93,11 @@ def contact_material(name: str) -> ContactMaterial:
 class Impactor:
     """A tip on a front mass, and behind a neck the mass on which the accelerometer sits.
 
-    `mass_kg` is all that moves (nominal). With `rear_fraction` 0 it is one rigid body. The load cell sits between the
-    tip and the front mass. The spreads are standard deviations of the logarithm from one strike to the next, under
-    `bench.hand_scatter`; `mass_error` is what `contact.effective_mass` adds at strength 1.
-    Raises `ValueError` for figures that no impactor has.
+    `mass_kg` is all that moves (nominal). With `rear_fraction` 0 it is one rigid body. The load
+    cell sits between the tip and the front mass. The spreads are standard deviations of the
+    logarithm from one strike to the next, under `bench.hand_scatter`; `mass_error` is what
+    `contact.effective_mass` adds at strength 1. Raises `ValueError` for figures that no impactor
+    has.
     """
 
     tip: ContactMaterial
@@ -142,7 +148,8 @@ class Impactor:
 class Anvil:
     """A plate of metal that is bolted to the resonant plate through a stiff joint.
 
-    The size is assumed (100 x 100 x 15 mm), and so is the joint: pressed dry metal faces some 100 cm^2 wide.
+    The size is assumed (100 x 100 x 15 mm), and so is the joint: pressed dry metal faces some 100
+    cm^2 wide.
     """
 
     material: ContactMaterial
@@ -197,7 +204,8 @@ class Layer:
 
 @dataclass(frozen=True)
 class ImpactTarget:
-    """What the impactor meets. `plate_impedance_n_s_m` is the force per velocity of the resonant plate's surface."""
+    """What the impactor meets. `plate_impedance_n_s_m` is the force per velocity of the resonant
+    plate's surface."""
 
     face: ContactMaterial
     plate_impedance_n_s_m: float
@@ -221,10 +229,10 @@ def target(
 ) -> ImpactTarget:
     """A target in the words of a plan's table.
 
-    The plate carries flexural waves away as the point impedance 8 sqrt(D rho h) of an infinite thin plate does (Cremer,
-    Heckl and Petersson, Structure-Borne Sound, 2005, section 5.4; Zener, Phys. Rev. 59 (1941) 669), before their
-    echoes come back. `edge_factor` lowers it near an edge: 0.44 on a free one (3.5 for 8, ibid.).
-    Raises `ValueError` for unknown words and impossible figures.
+    The plate carries flexural waves away as the point impedance 8 sqrt(D rho h) of an infinite thin
+    plate does (Cremer, Heckl and Petersson, Structure-Borne Sound, 2005, section 5.4; Zener, Phys.
+    Rev. 59 (1941) 669), before their echoes come back. `edge_factor` lowers it near an edge: 0.44
+    on a free one (3.5 for 8, ibid.). Raises `ValueError` for unknown words and impossible figures.
     """
     plate = contact_material(plate_material)
     _check(
@@ -256,10 +264,12 @@ HAND_SPREAD = 0.10
 
 
 def hammer(tip_material: str, tip_radius_m: float, *, mass_kg: float = 0.32) -> Impactor:
-    """The instrumented hammer of the thesis: load cell at the front, accelerometer at the rear of the head.
+    """The instrumented hammer of the thesis: load cell at the front, accelerometer at the rear of
+    the head.
 
-    The rear fifth rings on the neck of the head at 7 kHz. The wave along the head takes 12.4 us (thesis, section 4.1);
-    with the phase of the charge amplifier the lag is put at 25 us, between one and two samples of 51.2 kHz.
+    The rear fifth rings on the neck of the head at 7 kHz. The wave along the head takes 12.4 us
+    (thesis, section 4.1); with the phase of the charge amplifier the lag is put at 25 us, between
+    one and two samples of 51.2 kHz.
     """
     tip = contact_material(tip_material)
     return Impactor(
@@ -293,7 +303,8 @@ def projectile(mass_kg: float, tip_material: str, tip_radius_m: float) -> Impact
 
 
 def hand_speed(level: str, effects: Effects, rng: np.random.Generator) -> float:
-    """The speed (m/s) of one blow at a level, with the operator's scatter. Raises `ValueError` for another level."""
+    """The speed (m/s) of one blow at a level, with the operator's scatter. Raises `ValueError` for
+    another level."""
     if level not in HAND_SPEEDS_M_S:
         raise ValueError(f"hammer speed {level!r}: expected one of {', '.join(HAND_SPEEDS_M_S)}")
     scatter = HAND_SPREAD * effects["bench.hand_scatter"] * float(rng.standard_normal())

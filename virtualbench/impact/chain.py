@@ -1,35 +1,41 @@
 """The equations of motion of the chain, for many impacts at once.
 
-States, each (impacts,): front and rear mass, anvil and plate surface (positions x in m, velocities v in m/s), u the
-force (N) that has settled in the insulator, w the elastic contact force (N) that has relaxed.
+States, each (impacts,): front and rear mass, anvil and plate surface (positions x in m, velocities
+v in m/s), u the force (N) that has settled in the insulator, w the elastic contact force (N) that
+has relaxed.
 
-- Contact: F = Fe + r (Fe - w), tau dw/dt = Fe - w, never below 0. That is a Hertz contact of a body whose modulus
-  relaxes (Lee and Radok, J. Appl. Mech. 27 (1960) 438), with Fe elastic-plastic.
-- Insulator: a foundation, u = pi M R d^2 / h (Johnson, Contact Mechanics, 1985, section 4.3), that follows with a
-  retardation, tau du/dt = F - u. It sits under a small force, without which it would have no stiffness at first
-  touch, and depth d is bounded by what of the sheet can be crushed.
-- Plate: dx/dt = P / Z under the force P that reaches it, and what of earlier force comes back from its edges
-  (`echoes.py`), where that is asked for.
+- Contact: F = Fe + r (Fe - w), tau dw/dt = Fe - w, never below 0. That is a Hertz contact of a body
+  whose modulus relaxes (Lee and Radok, J. Appl. Mech. 27 (1960) 438), with Fe elastic-plastic.
+- Insulator: a foundation, u = pi M R d^2 / h (Johnson, Contact Mechanics, 1985, section 4.3), that
+  follows with a retardation, tau du/dt = F - u. It sits under a small force, without which it would
+  have no stiffness at first touch, and depth d is bounded by what of the sheet can be crushed.
+- Plate: dx/dt = P / Z under the force P that reaches it, and what of earlier force comes back from
+  its edges (`echoes.py`), where that is asked for.
 
 Force over indentation: elastic-plastic, of a finite tip, for many contacts at once.
 
-Loading is that of Zhao, Maietta and Chang (J. Tribol. 122 (2000) 86) for a ball whose hardness is H:
+Loading is that of Zhao, Maietta and Chang (J. Tribol. 122 (2000) 86) for a ball whose hardness is
+H:
 
 - elastic, Hertz, up to the indentation d1 at which the mean pressure of the contact is 0.4 H;
-- elastic-plastic, from d1 to d2 = 54 d1: the contact's area grows from Hertz's pi R d to the plastic 2 pi R d along a
-  cubic in the indentation, and the mean pressure from 0.4 H to H along a straight line in its logarithm;
+- elastic-plastic, from d1 to d2 = 54 d1: the contact's area grows from Hertz's pi R d to the
+  plastic 2 pi R d along a cubic in the indentation, and the mean pressure from 0.4 H to H along a
+  straight line in its logarithm;
 - plastic beyond: 2 pi R d H.
 
-Unloading is elastic, with the contact's radius a that the loading left (Johnson, Contact Mechanics, 1985, section 6.4):
-from the force F it springs back by 3 F / (4 E* a), as 3/2 power. A factor g of the indentation alone multiplies both:
+Unloading is elastic, with the contact's radius a that the loading left (Johnson, Contact Mechanics,
+1985, section 6.4): from the force F it springs back by 3 F / (4 E* a), as 3/2 power. A factor g of
+the indentation alone multiplies both:
 
-- Dimitriadis et al., Biophys. J. 82 (2002) 2798, eq. 7: a bonded elastic layer of finite height is stiffer, as a
-  polymer tip is against its holder; chi = sqrt(R d) / h. The figures are for an incompressible one;
-- a tip that is no paraboloid: two terms of a power series, r^2 and r^4 of a worn tip, r^2 and r of a pointed one. Their
-  contacts add up: a term c r^n gives the depth k c a^n and the force 2 E* n / (n + 1) k c a^(n + 1) at the contact's
-  radius a, with k = 2, 8/3 and pi/2 for n = 2, 4 and 1 (Popov, Hess and Willert, Handbook of Contact Mechanics, 2019,
-  section 2.5). The shares of the terms are such that the tip has the ball's height at the radius b = 0.32 R: worn
-  (1 - w) r^2 / 2R + w r^4 / (2R b^2), pointed (1 - w) r^2 / 2R + w b r / 2R. A worn tip is stiffer as long as the
+- Dimitriadis et al., Biophys. J. 82 (2002) 2798, eq. 7: a bonded elastic layer of finite height is
+  stiffer, as a polymer tip is against its holder; chi = sqrt(R d) / h. The figures are for an
+  incompressible one;
+- a tip that is no paraboloid: two terms of a power series, r^2 and r^4 of a worn tip, r^2 and r of
+  a pointed one. Their contacts add up: a term c r^n gives the depth k c a^n and the force 2 E* n /
+  (n + 1) k c a^(n + 1) at the contact's radius a, with k = 2, 8/3 and pi/2 for n = 2, 4 and 1
+  (Popov, Hess and Willert, Handbook of Contact Mechanics, 2019, section 2.5). The shares of the
+  terms are such that the tip has the ball's height at the radius b = 0.32 R: worn (1 - w) r^2 / 2R
+  + w r^4 / (2R b^2), pointed (1 - w) r^2 / 2R + w b r / 2R. A worn tip is stiffer as long as the
   indentation is shallow, a pointed one softer.
 
 Since g does not depend on the path, an elastic contact loses nothing.
@@ -69,7 +75,8 @@ class ContactLaw:
 
     @cached_property
     def yield_m(self) -> Floats:
-        """Indentation d1 at which yield begins: there Hertz's mean pressure is 0.4 of the hardness."""
+        """Indentation d1 at which yield begins: there Hertz's mean pressure is 0.4 of the
+        hardness."""
         return np.asarray(
             self.radius_m
             * (3 * np.pi * ONSET_SHARE * self.hardness_pa / (4 * self.modulus_pa)) ** 2
@@ -93,7 +100,8 @@ class ContactLaw:
             1 - (1 - ONSET_SHARE) * (1 - np.log(depth) / np.log(FULLY_PLASTIC)), 1.0
         )
         loading = np.where(yielding, self.plastic_slope / 2 * top * wider * pressure, hertz)
-        # A Hertzian contact of this radius springs back by as much as it was pressed in: by 3 F / (4 E* a).
+        # A Hertzian contact of this radius springs back by as much as it was pressed in: by 3 F /
+        # (4 E* a).
         spring_back = top * loading / np.maximum(hertz * np.sqrt(wider), np.finfo(np.float64).tiny)
         share = np.maximum(1 - (top - indentation_m) / np.maximum(spring_back, _SMALLEST_M), 0.0)
         force = loading * share * np.sqrt(share)
@@ -113,7 +121,8 @@ class ContactLaw:
     def _shape(self, depth: Floats) -> Floats:
         """Force over the ball's at depths in units of b^2 / R.
 
-        From the contact's area in units of pi b^2 for a worn tip, from its radius in units of b for a pointed one.
+        From the contact's area in units of pi b^2 for a worn tip, from its radius in units of b for
+        a pointed one.
         """
         worn, pointed = np.maximum(self.tip_share, 0.0), np.maximum(-self.tip_share, 0.0)
         area = 2 * depth / (1 - worn + np.sqrt((1 - worn) ** 2 + 16 / 3 * worn * depth))
@@ -129,7 +138,8 @@ STATES = 9  # x and v of front, rear and anvil; x of the plate; u; w
 
 @dataclass(frozen=True)
 class Signals:
-    """What one instant shows, each (impacts,). Accelerations are those that slow the impactor down."""
+    """What one instant shows, each (impacts,). Accelerations are those that slow the impactor
+    down."""
 
     contact_force_n: Floats
     plate_force_n: Floats
@@ -222,9 +232,11 @@ class Chain:
 
     @cached_property
     def layer_rate(self) -> Floats:
-        """How fast (1/s) the insulator settles when the contact behind it is at its stiffest against it.
+        """How fast (1/s) the insulator settles when the contact behind it is at its stiffest
+        against it.
 
-        If what has settled is the force, that is at twice the seating force, where u^(1/3) / (u + u0)^(1/2) is largest.
+        If what has settled is the force, that is at twice the seating force, where u^(1/3) / (u +
+        u0)^(1/2) is largest.
         """
         load = 2 * self.layer_seating_n
         depth = (load / self.law.stiffness) ** (2 / 3)

@@ -1,15 +1,16 @@
-"""What the edges of a plate send back to the point that was struck, while the impactor still touches it.
+"""What the edges of a plate send back to the point that was struck, while the impactor still
+touches it.
 
-The chain's plate is without edges: its surface moves with P / Z. A plate with edges has modes, and its surface moves by
-their sum instead. The difference of both answers to an impulse is the echo,
+The chain's plate is without edges: its surface moves with P / Z. A plate with edges has modes, and
+its surface moves by their sum instead. The difference of both answers to an impulse is the echo,
 
     e(t) = sum of g W(omega) exp(-zeta omega t) (cos omega_d t - zeta omega / omega_d sin omega_d t)
            - 2 / (pi Z) integral of W(omega) cos(omega t),
 
-with g the squared mass-normalised shape at the point: P / Z is the answer of modes that lie evenly over all frequencies
-with 2 / (pi Z) for each unit (Cremer, Heckl and Petersson, Structure-Borne Sound, 2005, ch. 5). Both end at the same
-frequency with the same raised cosine W, above which the plate stays the one without edges. The echo velocity is the
-convolution of the plate's force with e.
+with g the squared mass-normalised shape at the point: P / Z is the answer of modes that lie evenly
+over all frequencies with 2 / (pi Z) for each unit (Cremer, Heckl and Petersson, Structure-Borne
+Sound, 2005, ch. 5). Both end at the same frequency with the same raised cosine W, above which the
+plate stays the one without edges. The echo velocity is the convolution of the plate's force with e.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ _BLOCK = 512
 
 @dataclass(frozen=True)
 class PlateEchoes:
-    """Modes (m,) at the point that is struck, rigid ones at 0 Hz, and the impedance (N s/m) of the chain's plate.
+    """Modes (m,) at the point that is struck, rigid ones at 0 Hz, and the impedance (N s/m) of the
+    chain's plate.
 
     The modes are all of those up to `frequencies_hz[-1]`.
     """
@@ -57,7 +59,8 @@ class PlateEchoes:
 
 
 def _low_pass(time_s: Floats, begin: float, end: float) -> Floats:
-    """Integral of the raised cosine from `begin` to `end` (rad/s) times cos(omega t), in closed form."""
+    """Integral of the raised cosine from `begin` to `end` (rad/s) times cos(omega t), in closed
+    form."""
     middle, half = (begin + end) / 2, (end - begin) / 2
     spread = 1 - (2 * half * time_s / np.pi) ** 2
     near = np.abs(spread) < 1e-6
@@ -78,7 +81,8 @@ class EchoHistory:
         self._count = 0
 
     def add(self, plate_force_n: Floats) -> tuple[Floats, Floats]:
-        """The force at the next step; the echo velocity (impacts,) then, and a step later, by the force going on."""
+        """The force at the next step; the echo velocity (impacts,) then, and a step later, by the
+        force going on."""
         if self._count == len(self._force):
             self._force = np.concatenate([self._force, np.empty_like(self._force)])
         while len(self._answers) < self._count + 3:

@@ -1,4 +1,5 @@
-"""The chain solved in time: Runge-Kutta of fourth order, a fixed step for each impact, all impacts abreast.
+"""The chain solved in time: Runge-Kutta of fourth order, a fixed step for each impact, all impacts
+abreast.
 
 From impactors, targets and effects to one chain, and to the steps that resolve it.
 """
@@ -18,14 +19,16 @@ from .build import Impactor, ImpactTarget, Layer
 from .chain import Chain, ContactLaw
 from .echoes import EchoHistory, PlateEchoes
 
-#: `contact.tip_geometry`: the radius at the apex of a worn tip grows by exp(0.2) with each strength, and that of a
-#: pointed one (strengths below 0) by exp(0.03), with a cone in the place of what is taken away.
+#: `contact.tip_geometry`: the radius at the apex of a worn tip grows by exp(0.2) with each
+#: strength, and that of a pointed one (strengths below 0) by exp(0.03), with a cone in the place of
+#: what is taken away.
 WEAR_PER_STRENGTH, POINT_PER_STRENGTH = 0.2, 0.03
 _NO_LAYER = Layer()
 
 
 def hertz_time(chain: Chain, velocity_m_s: Floats) -> Floats:
-    """Contact time (s, (impacts,)) of the elastic contact on a rigid target: 3.218 (m / (K sqrt v))^0.4.
+    """Contact time (s, (impacts,)) of the elastic contact on a rigid target: 3.218 (m / (K sqrt
+    v))^0.4.
 
     That is 2.868 (m^2 / (R E*^2 v))^0.2 (Johnson, Contact Mechanics, 1985, eq. 11.24).
     """
@@ -40,13 +43,14 @@ def assemble(
     effects: Effects,
     rng: np.random.Generator,
 ) -> Chain:
-    """One chain of as many impacts as there are impactors, with this strike's scatter of hand and aim.
+    """One chain of as many impacts as there are impactors, with this strike's scatter of hand and
+    aim.
 
-    Strength 1 of the effects: `viscous_loss`, the relaxing fraction of the materials; `plastic_yield`, the hardness
-    of the softer one (at strength s, hardness over s); `layer_compliance` and
-    `plate_compliance`, those of the target; `effective_mass`, +5 % for a hammer, +1 % for a projectile;
-    `tip_geometry`, a worn tip of 1.2 times the radius at its apex. Raises `ValueError` for a strength that
-    leaves no mass.
+    Strength 1 of the effects: `viscous_loss`, the relaxing fraction of the materials;
+    `plastic_yield`, the hardness of the softer one (at strength s, hardness over s);
+    `layer_compliance` and `plate_compliance`, those of the target; `effective_mass`, +5 % for a
+    hammer, +1 % for a projectile; `tip_geometry`, a worn tip of 1.2 times the radius at its apex.
+    Raises `ValueError` for a strength that leaves no mass.
     """
     scatter = effects["bench.hand_scatter"] * rng.standard_normal((2, len(impactors)))
     mass = _array(
@@ -55,7 +59,8 @@ def assemble(
     mass = mass * np.exp(scatter[0] * _array([i.mass_spread for i in impactors]))
     if not np.all(mass > 0):
         raise ValueError(
-            f"strength of contact.effective_mass = {effects['contact.effective_mass']!r} leaves no mass"
+            f"strength of contact.effective_mass = "
+            f"{effects['contact.effective_mass']!r} leaves no mass"
         )
     radius = _array([i.tip_radius_m for i in impactors])
     radius = radius * np.exp(scatter[1] * _array([i.radius_spread for i in impactors]))
@@ -113,7 +118,8 @@ def _law(
 
 
 def _neck(impactors: Sequence[Impactor], mass: Floats, share: Floats) -> tuple[Floats, Floats]:
-    """Stiffness and damping between front and rear: their resonance in free flight, and its damping ratio."""
+    """Stiffness and damping between front and rear: their resonance in free flight, and its damping
+    ratio."""
     reduced = mass * share * (1 - share)
     circular = 2 * np.pi * _array([i.rear_resonance_hz for i in impactors])
     damping = _array([i.rear_damping for i in impactors])
@@ -149,23 +155,26 @@ def _array(values: Sequence[float]) -> Floats:
     return np.asarray(values, dtype=np.float64)
 
 
-#: Share of the peak force below which an impactor that no longer bounces but creeps along with the plate counts as
-#: having let go: the threshold at which the thesis ends a pulse (section 4.1).
+#: Share of the peak force below which an impactor that no longer bounces but creeps along with the
+#: plate counts as having let go: the threshold at which the thesis ends a pulse (section 4.1).
 CREEPING = 0.005
 _LONGEST = 60  # Hertz times, and
-_CREEP = 12  # times m / Z, the pace of an impactor that a plate slows down; a later end means that something is wrong
+# times m / Z, the pace of an impactor that a plate slows down; a later end means that something is
+# wrong
+_CREEP = 12
 _DAMPED_STEP = 1.2  # of the fastest time constant; the fourth-order method is stable up to 2.7
 _SWINGING_STEP = 0.4  # of the radian of the fastest mode
 LOOK = 16  # steps between two looks at what has ended
-_APART = 1.5  # of the time until the last touch: a plate that rings may meet the impactor again until then
+# of the time until the last touch: a plate that rings may meet the impactor again until then
+_APART = 1.5
 
 
 @dataclass(frozen=True)
 class ImpactHistories:
     """Histories (steps, impacts) at j times `step_s` (impacts,).
 
-    An impact is over after `ends` (impacts,) of the steps, in the state (states, impacts): what its history says
-    later is of no use.
+    An impact is over after `ends` (impacts,) of the steps, in the state (states, impacts): what its
+    history says later is of no use.
     """
 
     step_s: Floats
@@ -178,7 +187,8 @@ class ImpactHistories:
 
 
 def steps_for(chain: Chain, velocity_m_s: Floats, steps_per_contact: int) -> Floats:
-    """Step (s, (impacts,)): a share of the Hertz time, less where a link of the chain is quicker."""
+    """Step (s, (impacts,)): a share of the Hertz time, less where a link of the chain is
+    quicker."""
     rates = (
         steps_per_contact / hertz_time(chain, velocity_m_s),
         _pushed_plate(chain, velocity_m_s) / _DAMPED_STEP,
@@ -195,7 +205,8 @@ def solve(
 ) -> ImpactHistories:
     """From first contact until every impactor has let go, of speeds (m/s, (impacts,)) above 0.
 
-    `echoes` of the plate that all of them strike act on the contact; without them the plate has no edges.
+    `echoes` of the plate that all of them strike act on the contact; without them the plate has no
+    edges.
 
     Raises `RuntimeError` when one is still pressing after a time that no impact takes.
     """
@@ -244,7 +255,8 @@ def longest_s(chain: Chain, velocity_m_s: Floats) -> Floats:
 
 
 def _pushed_plate(chain: Chain, velocity_m_s: Floats) -> Floats:
-    """How fast (1/s) the plate gives way to what pushes it: the joint of an anvil, or the contact at its stiffest."""
+    """How fast (1/s) the plate gives way to what pushes it: the joint of an anvil, or the contact
+    at its stiffest."""
     law = chain.law
     deepest = velocity_m_s * np.maximum(
         hertz_time(chain, velocity_m_s) / 2.943,

@@ -19,8 +19,10 @@ from .integrate import CREEPING, LOOK, assemble, longest_s, steps_for
 
 _SMALLEST_M = 1e-12
 # fmt: off
-(K, YIELD_M, SLOPE_N_M, RADIUS_M, HEIGHT_M, TIP_SHARE, FRONT_KG, REAR_1_KG, NECK_N_M, NECK_N_S_M, ANVIL_1_KG,
- JOINT_N_M, JOINT_N_S_M, MOBILITY, RELAXING, RELAX_S, LAYER, LAYER_N_M2, SEATING_N, LIMIT_M, RETARD_S) = range(21)
+(K, YIELD_M, SLOPE_N_M, RADIUS_M, HEIGHT_M, TIP_SHARE, FRONT_KG, REAR_1_KG, NECK_N_M, NECK_N_S_M,
+ANVIL_1_KG,
+ JOINT_N_M, JOINT_N_S_M, MOBILITY, RELAXING, RELAX_S, LAYER, LAYER_N_M2, SEATING_N, LIMIT_M,
+ RETARD_S) = range(21)
 # fmt: on
 
 
@@ -92,7 +94,8 @@ def _contact(indentation: float, deepest: float, f: Floats) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _motion(s: Floats, deepest: float, f: Floats, rates: Floats, seen: Floats) -> None:
-    """Rates (9,) of the state (9,); seen: contact and plate force, front and rear acceleration, indentation (5,)."""
+    """Rates (9,) of the state (9,); seen: contact and plate force, front and rear acceleration,
+    indentation (5,)."""
     anvil = f[ANVIL_1_KG] > 0
     indentation = s[0] - (s[4] if anvil else s[6])
     if f[LAYER] > 0:
@@ -125,7 +128,8 @@ def _moved(state: Floats, step: float, rates: Floats, there: Floats) -> None:
 def run(
     f: Floats, speed: float, step: float, limit: int, look: int, creeping: float
 ) -> tuple[int, Floats, Floats]:
-    """Steps until an impactor has let go (0: not within `limit`), the state (9,) then, histories (4, steps)."""
+    """Steps until an impactor has let go (0: not within `limit`), the state (9,) then, histories
+    (4, steps)."""
     state, k1, k2, k3, k4 = np.zeros(9), np.empty(9), np.empty(9), np.empty(9), np.empty(9)
     seen, unused, there = np.empty(5), np.empty(5), np.empty(9)
     state[1] = state[3] = speed
@@ -170,7 +174,8 @@ def contact_forces(
     *,
     steps_per_contact: int = 250,
 ) -> list[tuple[float, Floats]]:
-    """Of each impact the step (s) and the force (n,) in N between tip and target, from first contact until it lets go.
+    """Of each impact the step (s) and the force (n,) in N between tip and target, from first
+    contact until it lets go.
 
     Raises `RuntimeError` as `strike_many` does.
     """

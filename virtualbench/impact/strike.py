@@ -1,8 +1,10 @@
 """One strike, or many at once: `strike` and `strike_many`.
 
-What rings on when the contact is over: the rear of the impactor on its neck, the anvil on its joint.
+What rings on when the contact is over: the rear of the impactor on its neck, the anvil on its
+joint.
 
-Nothing acts any more and all links are linear: the states follow from a matrix exponential, exactly.
+Nothing acts any more and all links are linear: the states follow from a matrix exponential,
+exactly.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ from .integrate import CREEPING, ImpactHistories, assemble, solve
 
 
 def ringing(chain: Chain, state: Floats, duration_s: float, step_s: float) -> tuple[Floats, Floats]:
-    """Acceleration of the rear and force on the plate at steps 1, 2 ... after `state`, both (n, impacts).
+    """Acceleration of the rear and force on the plate at steps 1, 2 ... after `state`, both (n,
+    impacts).
 
     The acceleration is the one that slows the impactor down, and 0 for a rigid one.
     """
@@ -49,7 +52,8 @@ def _neck(chain: Chain) -> Floats:
 
 
 def _joint(chain: Chain) -> Floats:
-    """(impacts, 2, 2) of the joint's compression and the anvil's velocity; the plate's end moves with joint / Z."""
+    """(impacts, 2, 2) of the joint's compression and the anvil's velocity; the plate's end moves
+    with joint / Z."""
     loss = 1 + chain.joint_n_s_m * chain.plate_mobility_m_n_s
     stiffness, damping = chain.joint_n_m / loss, chain.joint_n_s_m / loss
     matrix = np.zeros((loss.size, 2, 2))
@@ -82,11 +86,12 @@ STEP_S = 0.5e-6
 class ImpactTruth:
     """What happened in one impact; arrays are (n,) on a uniform grid from first contact.
 
-    `force_n` acts between tip and target, `plate_force_n` is what of it reaches the resonant plate (the same without
-    an anvil), `cell_force_n` what the load cell between tip and front mass feels. The acceleration is that at the
-    impactor's rear, late by the wave's way there, and positive when it slows the impactor down.
-    `restitution` is the speed at which the impactor flies back over that of the impact; an impactor that follows the
-    plate has a negative one. An impact without rebound ends when the force has fallen to 0.5 % of its peak.
+    `force_n` acts between tip and target, `plate_force_n` is what of it reaches the resonant plate
+    (the same without an anvil), `cell_force_n` what the load cell between tip and front mass feels.
+    The acceleration is that at the impactor's rear, late by the wave's way there, and positive when
+    it slows the impactor down. `restitution` is the speed at which the impactor flies back over
+    that of the impact; an impactor that follows the plate has a negative one. An impact without
+    rebound ends when the force has fallen to 0.5 % of its peak.
     """
 
     time_s: Floats
@@ -126,11 +131,12 @@ def strike_many(
 ) -> list[ImpactTruth]:
     """As many impacts as there are impactors, solved abreast: ten cost little more than one.
 
-    `echoes` are those of the plate at the point that all of them strike; without them it has no edges while they touch
-    it. They act as far as `contact.plate_compliance` does, and no more once the impactor has let go.
+    `echoes` are those of the plate at the point that all of them strike; without them it has no
+    edges while they touch it. They act as far as `contact.plate_compliance` does, and no more once
+    the impactor has let go.
 
-    The records go on for `tail_s` after contact, while hammer and anvil ring. Raises `ValueError` for numbers of
-    impactors, targets and speeds that differ, and for speeds that are not above 0.
+    The records go on for `tail_s` after contact, while hammer and anvil ring. Raises `ValueError`
+    for numbers of impactors, targets and speeds that differ, and for speeds that are not above 0.
     """
     velocity = np.asarray(velocities_m_s, dtype=np.float64)
     if (
@@ -145,7 +151,8 @@ def strike_many(
         raise ValueError(f"velocities_m_s = {velocity.tolist()}: expected finite numbers above 0")
     if steps_per_contact < 20 or not 0 <= tail_s < np.inf:
         raise ValueError(
-            f"steps_per_contact = {steps_per_contact!r}, tail_s = {tail_s!r}: expected 20 or more, 0 or more"
+            f"steps_per_contact = {steps_per_contact!r}, tail_s = {tail_s!r}: "
+            f"expected 20 or more, 0 or more"
         )
     chain = assemble(impactors, targets, effects, rng)
     solution = solve(chain, velocity, steps_per_contact=steps_per_contact, echoes=echoes)
@@ -206,10 +213,11 @@ def _truth(
 
 
 def _contact(force: Floats, step: float, power: float) -> tuple[float, int]:
-    """Duration (s) from first contact to the last instant of contact, and the number of separate contacts.
+    """Duration (s) from first contact to the last instant of contact, and the number of separate
+    contacts.
 
-    An end at force 0 lies between two steps: there the force falls as (t_end - t)^power, 1.5 for an elastic contact
-    and 1 for a relaxing one, which lets go before it has sprung back.
+    An end at force 0 lies between two steps: there the force falls as (t_end - t)^power, 1.5 for an
+    elastic contact and 1 for a relaxing one, which lets go before it has sprung back.
     """
     pressing = force > CREEPING * force.max()
     last = int(np.flatnonzero(pressing)[-1])

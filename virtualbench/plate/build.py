@@ -1,10 +1,12 @@
-"""What a virtual plate is made of: material, outline, supports, sensors, and the damping it was born with.
+"""What a virtual plate is made of: material, outline, supports, sensors, and the damping it was
+born with.
 
 The plate of the virtual bench.
 
-The thesis gives the outline of its plate in a drawing only ("diamond-like", 10 mm thick, held at two points of
-the upper edge and one of the lower). Ours is an irregular quadrilateral of 1.0 m by 0.6 m without any symmetry:
-corners (0, 0.10), (0.62, 0), (1.00, 0.38), (0.30, 0.60) m, y upwards, area 0.345 m^2.
+The thesis gives the outline of its plate in a drawing only ("diamond-like", 10 mm thick, held at
+two points of the upper edge and one of the lower). Ours is an irregular quadrilateral of 1.0 m by
+0.6 m without any symmetry: corners (0, 0.10), (0.62, 0), (1.00, 0.38), (0.30, 0.60) m, y upwards,
+area 0.345 m^2.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ class PlateMaterial:
 
 @dataclass(frozen=True)
 class PlateSensor:
-    """An accelerometer on the plate, normal to it. The default mass is that of a PCB 350B43 (thesis 2.2.1)."""
+    """An accelerometer on the plate, normal to it. The default mass is that of a PCB 350B43 (thesis
+    2.2.1)."""
 
     name: str
     position_m: Point
@@ -50,7 +53,8 @@ class PlateSensor:
 
 @dataclass(frozen=True)
 class Spring:
-    """A point spring normal to the plate: what a chain, a rope or the edge of a fixture does to it."""
+    """A point spring normal to the plate: what a chain, a rope or the edge of a fixture does to
+    it."""
 
     position_m: Point
     stiffness_n_m: float
@@ -58,7 +62,8 @@ class Spring:
 
 @dataclass(frozen=True)
 class Clamp:
-    """A stretch of an edge without deflection or rotation; edge k runs from corner k to the next, from 0 to 1."""
+    """A stretch of an edge without deflection or rotation; edge k runs from corner k to the next,
+    from 0 to 1."""
 
     edge: int
     start: float = 0.0
@@ -77,9 +82,10 @@ class Clamp:
 class BenchPlate:
     """One plate on the bench.
 
-    `springs` act in proportion to the effect `plate.boundary`, sensor masses to `plate.sensor_mass`.
-    `damping_ratios` are those of the modes in rising order, rigid ones included. Raises `ValueError` for an outline
-    that is not convex and counter-clockwise, and for numbers no plate has.
+    `springs` act in proportion to the effect `plate.boundary`, sensor masses to
+    `plate.sensor_mass`. `damping_ratios` are those of the modes in rising order, rigid ones
+    included. Raises `ValueError` for an outline that is not convex and counter-clockwise, and for
+    numbers no plate has.
     """
 
     material: PlateMaterial
@@ -168,10 +174,11 @@ _FIXTURE = (
 def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) -> BenchPlate:
     """The plate of the virtual bench, 10 mm thick: impact points #1, #2 and #3, two accelerometers.
 
-    Free: two chains at the upper edge and a rope at the lower corner. Tension over length, 800 N in a rope of 0.2 m
-    and its share in the chains, makes them 4 and 2 kN/m across. Fixed: the middle half of the lower and of the upper
-    edge is bolted to the frame, whose bars reach on to the corners and touch there (assumed, 20 kN/m). Every mode's
-    damping is drawn from 0.2 to 1 %, evenly in its logarithm. Raises `ValueError` for an unknown material or boundary.
+    Free: two chains at the upper edge and a rope at the lower corner. Tension over length, 800 N in
+    a rope of 0.2 m and its share in the chains, makes them 4 and 2 kN/m across. Fixed: the middle
+    half of the lower and of the upper edge is bolted to the frame, whose bars reach on to the
+    corners and touch there (assumed, 20 kN/m). Every mode's damping is drawn from 0.2 to 1 %,
+    evenly in its logarithm. Raises `ValueError` for an unknown material or boundary.
     """
     if material not in MATERIALS:
         raise ValueError(f"plate material {material!r}: expected one of {', '.join(MATERIALS)}")

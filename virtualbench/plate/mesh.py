@@ -1,12 +1,14 @@
 """A quadrilateral cut into rows and columns of elements, and where its nodes are.
 
-Glossary: (u, v) the unit square that the bilinear map carries to the plate, corner k of the outline at (0, 0), (1, 0),
-(1, 1), (0, 1); p the degree; a node carries three unknowns: the deflection and two rotations.
+Glossary: (u, v) the unit square that the bilinear map carries to the plate, corner k of the outline
+at (0, 0), (1, 0), (1, 1), (0, 1); p the degree; a node carries three unknowns: the deflection and
+two rotations.
 
 The spectral element: Lagrange polynomials of high degree on Gauss-Lobatto nodes.
 
-A high degree keeps a Mindlin element from locking when the plate is thin, and converges so fast that a plate's
-first hundreds of modes need some thousands of unknowns (Karniadakis and Sherwin, Spectral/hp Element Methods, 2005).
+A high degree keeps a Mindlin element from locking when the plate is thin, and converges so fast
+that a plate's first hundreds of modes need some thousands of unknowns (Karniadakis and Sherwin,
+Spectral/hp Element Methods, 2005).
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .build import Clamp, PlateMaterial, Point
 
-#: Unknowns of a node: the deflection w, and rotations such that the shear is their sum with the slopes of w.
+#: Unknowns of a node: the deflection w, and rotations such that the shear is their sum with the
+#: slopes of w.
 UNKNOWNS = 3
 #: Reissner's value for a parabolic shear stress.
 SHEAR_CORRECTION = 5 / 6
@@ -30,13 +33,15 @@ SHEAR_CORRECTION = 5 / 6
 
 @cache
 def lobatto_nodes(degree: int) -> Floats:
-    """The (degree + 1,) points from -1 to 1: the ends, and the extrema of the Legendre polynomial between them."""
+    """The (degree + 1,) points from -1 to 1: the ends, and the extrema of the Legendre polynomial
+    between them."""
     extrema = legendre.legroots(legendre.legder(np.eye(degree + 1)[degree]))
     return np.concatenate([[-1.0], np.sort(extrema.real), [1.0]])
 
 
 def basis(degree: int, x: Floats) -> tuple[Floats, Floats]:
-    """Values and slopes (n, degree + 1) of the Lagrange polynomials of `lobatto_nodes` at `x` (n,)."""
+    """Values and slopes (n, degree + 1) of the Lagrange polynomials of `lobatto_nodes` at `x`
+    (n,)."""
     to_legendre = np.linalg.inv(legendre.legvander(lobatto_nodes(degree), degree))
     slopes = legendre.legder(np.eye(degree + 1), axis=0)
     return legendre.legvander(x, degree) @ to_legendre, legendre.legvander(
@@ -47,9 +52,11 @@ def basis(degree: int, x: Floats) -> tuple[Floats, Floats]:
 def stiffness_matrices(
     values: Floats, gradients: Floats, weights: Floats, material: PlateMaterial, thickness_m: float
 ) -> Floats:
-    """Stiffness (elements, 3n, 3n) of Mindlin's plate (1951): bending by the rotations, shear by them and the slope.
+    """Stiffness (elements, 3n, 3n) of Mindlin's plate (1951): bending by the rotations, shear by
+    them and the slope.
 
-    Shape functions `values` (q, n), `gradients` (elements, q, 2, n) and quadrature `weights` (elements, q), in m^2.
+    Shape functions `values` (q, n), `gradients` (elements, q, 2, n) and quadrature `weights`
+    (elements, q), in m^2.
     """
     elements, points, _, nodes = gradients.shape
     x, y = gradients[:, :, 0], gradients[:, :, 1]
@@ -95,7 +102,8 @@ _OUTSIDE = 1e-9
 
 @dataclass(frozen=True)
 class Mesh:
-    """Elements of degree `degree` between the lines `u` (columns + 1,) and `v` (rows + 1,), both rising from 0 to 1."""
+    """Elements of degree `degree` between the lines `u` (columns + 1,) and `v` (rows + 1,), both
+    rising from 0 to 1."""
 
     corners_m: Floats  # (4, 2)
     u: Floats
@@ -111,7 +119,8 @@ class Mesh:
         degree: int,
         clamps: tuple[Clamp, ...] = (),
     ) -> Mesh:
-        """At least so many columns and rows of about one size, with a line where a clamp begins or ends."""
+        """At least so many columns and rows of about one size, with a line where a clamp begins or
+        ends."""
         breaks: tuple[set[float], set[float]] = ({0.0, 1.0}, {0.0, 1.0})
         for clamp in clamps:
             ends = {clamp.start, clamp.stop}
@@ -150,7 +159,8 @@ class Mesh:
         )
 
     def deflection_at(self, point_m: Point) -> tuple[NDArray[np.intp], Floats]:
-        """Unknowns and their weights that give the deflection at a point. Raises `ValueError` off the plate."""
+        """Unknowns and their weights that give the deflection at a point. Raises `ValueError` off
+        the plate."""
         u, v = self.locate(point_m)
         (i, weights_u), (j, weights_v) = (
             _cell(self.u, u, self.degree),

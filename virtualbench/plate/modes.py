@@ -1,15 +1,18 @@
 """The modes of a plate as it hangs on the bench, with the effects that act on it.
 
-Strength 1 of `plate.damping` raises the damping ratio of a mode at 2 kHz by 10 %, of others with the power 0.3 of their
-frequency: the loss of an attachment that is described by a fractional derivative (Bagley and Torvik, J. Rheol. 27
-(1983) 201). Strength 1 of `plate.stiffness` is a modulus that is 2 % too high in the mean and grows evenly along the
-plate: frequencies are 1 % higher, of a mode that bends more at one end by more, and of its opposite by less (Rayleigh,
-Theory of Sound I, section 88). Of `plate.sensor_mass` and `plate.boundary` it is the sensors and supports as they were
-built.
+Strength 1 of `plate.damping` raises the damping ratio of a mode at 2 kHz by 10 %, of others with
+the power 0.3 of their frequency: the loss of an attachment that is described by a fractional
+derivative (Bagley and Torvik, J. Rheol. 27 (1983) 201). Strength 1 of `plate.stiffness` is a
+modulus that is 2 % too high in the mean and grows evenly along the plate: frequencies are 1 %
+higher, of a mode that bends more at one end by more, and of its opposite by less (Rayleigh, Theory
+of Sound I, section 88). Of `plate.sensor_mass` and `plate.boundary` it is the sensors and supports
+as they were built.
 
-The lowest modes of a sparse pair of stiffness and mass, by inverse iteration about a shift below zero.
+The lowest modes of a sparse pair of stiffness and mass, by inverse iteration about a shift below
+zero.
 
-The modal table that a laboratory would hand over with its plate: `plate_modes.csv` of a campaign folder.
+The modal table that a laboratory would hand over with its plate: `plate_modes.csv` of a campaign
+folder.
 
 Stiffness and mass of a whole plate, and what points add to them.
 """
@@ -50,10 +53,11 @@ if TYPE_CHECKING:
 def assemble(
     mesh: Mesh, material: PlateMaterial, thickness_m: float, stiffer: float = 0.0
 ) -> tuple[Matrix, Matrix]:
-    """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both (size, size), symmetric.
+    """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both (size, size),
+    symmetric.
 
-    `stiffer`: by what share the modulus is higher than the material's in the mean over the plate. It grows evenly along
-    x, and is the material's where x is farther from the centroid.
+    `stiffer`: by what share the modulus is higher than the material's in the mean over the plate.
+    It grows evenly along x, and is the material's where x is farther from the centroid.
     """
     values, gradients, weights, x = _quadrature(mesh)
     centre = float(np.sum(weights * x) / np.sum(weights))
@@ -65,7 +69,8 @@ def assemble(
 
 
 def deflection_rows(mesh: Mesh, points_m: Sequence[Point]) -> Matrix:
-    """The matrix (points, size) that takes the deflection at some points. Raises `ValueError` off the plate."""
+    """The matrix (points, size) that takes the deflection at some points. Raises `ValueError` off
+    the plate."""
     from scipy.sparse import csc_array
 
     if not points_m:
@@ -89,7 +94,8 @@ def clamped_unknowns(nodes: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _quadrature(mesh: Mesh) -> tuple[Floats, Floats, Floats, Floats]:
-    """By Gauss's rule: shape functions (q, n), gradients (elements, q, 2, n), weights in m^2 and x (elements, q)."""
+    """By Gauss's rule: shape functions (q, n), gradients (elements, q, 2, n), weights in m^2 and x
+    (elements, q)."""
     points, weights = legendre.leggauss(mesh.degree + 1)
     values, slopes = basis(mesh.degree, points)
     along_u, along_v = _products(slopes, values), _products(values, slopes)
@@ -137,13 +143,14 @@ def lowest_modes(
 ) -> tuple[Floats, Floats]:
     """Frequencies (count,) in Hz, rising, and mass-normalised shapes (size, count).
 
-    `shift_hz` is a frequency of the order of the lowest elastic mode. By rounding, a mode without stiffness comes out
-    within some 1e-3 of it, or at 0.
+    `shift_hz` is a frequency of the order of the lowest elastic mode. By rounding, a mode without
+    stiffness comes out within some 1e-3 of it, or at 0.
     """
     from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
     shift = (2 * np.pi * shift_hz) ** 2
-    # Positive definite: no pivoting, and an ordering that keeps the symmetry, solve some times faster.
+    # Positive definite: no pivoting, and an ordering that keeps the symmetry, solve some times
+    # faster.
     factors = splu(
         (stiffness + shift * mass).tocsc(),
         permc_spec="MMD_AT_PLUS_A",
@@ -176,8 +183,8 @@ FREQUENCY_STEP = 0.01
 #: Where a change of damping is the stated one, and how it goes with frequency.
 DAMPING_HZ, DAMPING_POWER = 2000.0, 0.3
 DEGREE = 8
-#: Wavelengths an element of degree 8 may span at the highest frequency. The bench's plates up to 20 kHz: frequencies
-#: are less than 0.1 % too high.
+#: Wavelengths an element of degree 8 may span at the highest frequency. The bench's plates up to 20
+#: kHz: frequencies are less than 0.1 % too high.
 _WAVES_PER_ELEMENT = 1.7
 _RIGID_MODES = 3
 _LEAST_STRETCH = math.sqrt(0.5)  # the modulus falls to nothing at one end
@@ -185,7 +192,8 @@ _LEAST_STRETCH = math.sqrt(0.5)  # the modulus falls to nothing at one end
 
 @dataclass(frozen=True)
 class PlateModes:
-    """Modes in rising order of frequency; rigid ones of a plate without supports come first, at 0 Hz.
+    """Modes in rising order of frequency; rigid ones of a plate without supports come first, at 0
+    Hz.
 
     Shapes are mass-normalised, in 1/sqrt(kg), and mean the deflection along the normal.
     """
@@ -200,9 +208,10 @@ class PlateModes:
 def modes(plate: BenchPlate, effects: Effects, *, max_frequency_hz: float = 20e3) -> PlateModes:
     """All modes up to a frequency.
 
-    The same plate under the same effects is solved once (some seconds for 300 modes). Raises `ValueError` for points
-    off the plate, for a support that pushes (`plate.boundary` below 0), for effects that leave no stiffness or
-    damping, and where the plate was given fewer damping ratios than it has modes.
+    The same plate under the same effects is solved once (some seconds for 300 modes). Raises
+    `ValueError` for points off the plate, for a support that pushes (`plate.boundary` below 0), for
+    effects that leave no stiffness or damping, and where the plate was given fewer damping ratios
+    than it has modes.
     """
     stretch = 1 + FREQUENCY_STEP * effects["plate.stiffness"]
     _checked(effects, stretch, max_frequency_hz)
@@ -214,13 +223,15 @@ def modes(plate: BenchPlate, effects: Effects, *, max_frequency_hz: float = 20e3
     count = solved.frequencies_hz.size
     if len(plate.damping_ratios) < count:
         raise ValueError(
-            f"damping_ratios has {len(plate.damping_ratios)} values: expected one for each of {count} modes"
+            f"damping_ratios has {len(plate.damping_ratios)} values: expected "
+            f"one for each of {count} modes"
         )
     step = DAMPING_STEP * effects["plate.damping"]
     share = 1 + step * (solved.frequencies_hz / DAMPING_HZ) ** DAMPING_POWER
     if np.any(share <= 0):
         raise ValueError(
-            f"plate.damping at {effects['plate.damping']!r}: expected what leaves every mode some damping"
+            f"plate.damping at {effects['plate.damping']!r}: expected what "
+            f"leaves every mode some damping"
         )
     damping = share * np.array(plate.damping_ratios[:count])
     if np.any(damping >= 1):
@@ -310,15 +321,17 @@ def _checked(effects: Effects, stretch: float, max_hz: float) -> None:
         )
     if effects["plate.boundary"] < 0:
         raise ValueError(
-            f"plate.boundary at {effects['plate.boundary']!r}: expected 0 or more, a support cannot push"
+            f"plate.boundary at {effects['plate.boundary']!r}: expected 0 or "
+            f"more, a support cannot push"
         )
 
 
 def modal_table(modes: PlateModes, point: int) -> str:
-    """CSV text: mode, frequency_hz, damping_ratio, shape_impact and shape_SENSOR in 1/sqrt(kg), a row for each mode.
+    """CSV text: mode, frequency_hz, damping_ratio, shape_impact and shape_SENSOR in 1/sqrt(kg), a
+    row for each mode.
 
-    For a plate that the bench then treats otherwise, give the modes without effects: the table is what the laboratory
-    believes. Raises `ValueError` for an impact point the modes do not have.
+    For a plate that the bench then treats otherwise, give the modes without effects: the table is
+    what the laboratory believes. Raises `ValueError` for an impact point the modes do not have.
     """
     if point not in range(modes.shape_impact.shape[0]):
         raise ValueError(f"point = {point!r}: expected 0 to {modes.shape_impact.shape[0] - 1}")

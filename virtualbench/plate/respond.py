@@ -1,13 +1,15 @@
 """The acceleration of a plate under a force at one of its impact points, by superposition of modes.
 
-The force is straight between its samples, and every mode's answer to that is exact: the ramp-invariant rule of
-Smallwood (Shock and Vibration Bulletin 51, 1981) and ISO 18431-4, with the state carried from sample to sample of the
-force and read wherever the output asks. After the force a mode only decays, and needs no steps at all.
+The force is straight between its samples, and every mode's answer to that is exact: the
+ramp-invariant rule of Smallwood (Shock and Vibration Bulletin 51, 1981) and ISO 18431-4, with the
+state carried from sample to sample of the force and read wherever the output asks. After the force
+a mode only decays, and needs no steps at all.
 
 Damped oscillators of unit mass under a force that is straight between its samples, exactly.
 
-Glossary: z the complex state of a mode, z' = lambda z + F with lambda = -zeta omega + i omega_d, so that the modal
-coordinate is q = Im(z) / omega_d and its acceleration q'' = F + Im(lambda^2 z) / omega_d.
+Glossary: z the complex state of a mode, z' = lambda z + F with lambda = -zeta omega + i omega_d, so
+that the modal coordinate is q = Im(z) / omega_d and its acceleration q'' = F + Im(lambda^2 z) /
+omega_d.
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ class Oscillators:
 
     @classmethod
     def of(cls, frequencies_hz: Floats, damping: Floats, weights: Floats) -> Oscillators:
-        """The elastic ones among modes (m,), `weights` (sensors, m) being shape at sensor times shape at the hit."""
+        """The elastic ones among modes (m,), `weights` (sensors, m) being shape at sensor times
+        shape at the hit."""
         elastic = frequencies_hz > 0  # a rigid mode's acceleration is the force itself
         omega, zeta = 2 * np.pi * frequencies_hz[elastic], damping[elastic]
         damped = omega * np.sqrt(1 - zeta**2)
@@ -41,7 +44,8 @@ class Oscillators:
         return cls(poles, weights[:, elastic] * poles**2 / damped)
 
     def block(self, step_s: float) -> int:
-        """Steps over which no mode decays by more than exp(-5), so that `stepped` may divide by the decay."""
+        """Steps over which no mode decays by more than exp(-5), so that `stepped` may divide by the
+        decay."""
         fastest = float(-self.poles.real.min(initial=0.0)) * step_s
         return (
             _LONGEST_BLOCK
@@ -50,7 +54,8 @@ class Oscillators:
         )
 
     def stepped(self, step_s: float, state: Complexes, samples: Floats) -> Complexes:
-        """States (m, samples) at the samples of a force, from the state (m,) at the first; one block at most."""
+        """States (m, samples) at the samples of a force, from the state (m,) at the first; one
+        block at most."""
         unit, none = np.ones(1), np.zeros((self.poles.size, 1), dtype=np.complex128)
         from_level = self.after(step_s * unit, none, unit, 0 * unit)
         from_slope = self.after(step_s * unit, none, 0 * unit, unit / step_s)
@@ -60,7 +65,8 @@ class Oscillators:
         return np.concatenate([state[:, None], decay * gathered], axis=1)
 
     def after(self, since_s: Floats, states: Complexes, level: Floats, slope: Floats) -> Complexes:
-        """States (m, n) some times (n,) after `states` (m, n), under a force from `level` on, growing with `slope`."""
+        """States (m, n) some times (n,) after `states` (m, n), under a force from `level` on,
+        growing with `slope`."""
         x = self.poles[:, None] * since_s
         first = _divided(np.expm1(x), x, 1 + x / 2 + x**2 / 6 + x**3 / 24 + x**4 / 120)
         second = _divided(first - 1, x, 1 / 2 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720)
@@ -71,7 +77,8 @@ class Oscillators:
     def decaying(self, state: Complexes, delay_s: float, step_s: float, count: int) -> Floats:
         """Accelerations (sensors, count) without a force, from `delay_s` after the states (m,) on.
 
-        exp(lambda (j B + k) step) is a product: two short tables instead of one number for every mode and instant.
+        exp(lambda (j B + k) step) is a product: two short tables instead of one number for every
+        mode and instant.
         """
         length = math.isqrt(count - 1) + 1
         starts = np.exp(
@@ -88,8 +95,8 @@ def _divided(over: Complexes, x: Complexes, series: Complexes) -> Complexes:
     return np.where(small, series, over / np.where(small, 1, x))
 
 
-#: Modes above the frequency beyond which f |F(f)|, what a ringing mode's acceleration goes with, stays below this
-#: share of its peak are left out.
+#: Modes above the frequency beyond which f |F(f)|, what a ringing mode's acceleration goes with,
+#: stays below this share of its peak are left out.
 NEGLIGIBLE = 1e-4
 _PADDING = 4
 _UNIFORM = 1e-6
@@ -106,10 +113,11 @@ def respond(
 ) -> Floats:
     """Acceleration (sensors, n) in m/s^2 at the times `time_s` (n,), of a plate at rest before.
 
-    `force_n` on its even grid `force_time_s` acts at impact point number `point`; it is zero outside the grid.
-    `time_s` is even too, may begin before the force and end whenever it likes. Modes beyond `bandwidth_hz`, the
-    pulse's own unless given, are left out. Raises `ValueError` for uneven grids, shapes that do not fit, numbers
-    that are not finite, and an impact point the modes do not have.
+    `force_n` on its even grid `force_time_s` acts at impact point number `point`; it is zero
+    outside the grid. `time_s` is even too, may begin before the force and end whenever it likes.
+    Modes beyond `bandwidth_hz`, the pulse's own unless given, are left out. Raises `ValueError` for
+    uneven grids, shapes that do not fit, numbers that are not finite, and an impact point the modes
+    do not have.
     """
     points = modes.shape_impact.shape[0]
     if point not in range(points):
@@ -178,7 +186,8 @@ class _Force:
 
 
 def _during(oscillators: Oscillators, force: _Force, time_s: Floats, out: Floats) -> Complexes:
-    """Write what the states give at `time_s`, within the force, into `out` (sensors, n); the states at its end."""
+    """Write what the states give at `time_s`, within the force, into `out` (sensors, n); the states
+    at its end."""
     step, block = force.step_s, oscillators.block(force.step_s)
     state = np.zeros(oscillators.poles.size, dtype=np.complex128)
     index = np.minimum(((time_s - force.start_s) / step).astype(np.intp), force.n.size - 2)

@@ -1,11 +1,13 @@
-"""A shot by second laws that is followed past the exit: the tank's pressure while the breech empties.
+"""A shot by second laws that is followed past the exit: the tank's pressure while the breech
+empties.
 
-From the vents on the gas leaves through what the projectile's tail has uncovered of them, and through the gap at the
-muzzle once the tail is out of the barrel. Development: a sharp-edged hole with one discharge coefficient, and a valve
-that turns back along a straight line; sealed: Perry's coefficient (Trans. ASME 71 (1949) 757), and the valve's disc;
-calibration: ISO 6358-1's ellipse of a hole, and a poppet that comes back evenly.
-A valve that opens at once closes at once. After the exit the tank's wall gives heat to the gas that is there:
-m cv (T_wall - T) / tau (Pourmovahed and Otis, J. Dyn. Syst. Meas. Control 112 (1990) 116).
+From the vents on the gas leaves through what the projectile's tail has uncovered of them, and
+through the gap at the muzzle once the tail is out of the barrel. Development: a sharp-edged hole
+with one discharge coefficient, and a valve that turns back along a straight line; sealed: Perry's
+coefficient (Trans. ASME 71 (1949) 757), and the valve's disc; calibration: ISO 6358-1's ellipse of
+a hole, and a poppet that comes back evenly. A valve that opens at once closes at once. After the
+exit the tank's wall gives heat to the gas that is there: m cv (T_wall - T) / tau (Pourmovahed and
+Otis, J. Dyn. Syst. Meas. Control 112 (1990) 116).
 """
 
 from __future__ import annotations
@@ -50,18 +52,22 @@ from .gun import (
 )
 from .gun_calibration import HOLE_RATIO, sonic_flow
 
-#: Behind the figures of a shot: vents (area, place, radius), muzzle (area, place), and the wall's time constant.
+#: Behind the figures of a shot: vents (area, place, radius), muzzle (area, place), and the wall's
+#: time constant.
 VENT_M2, VENT_AT, VENT_R, MUZZLE_M2, MUZZLE_AT, WALL_S = range(FIGURES, FIGURES + 6)
 _CHUNK_S = 0.1
-#: A gun without an atmosphere empties to this (absolute): a chamber that is all but empty has no temperature.
+#: A gun without an atmosphere empties to this (absolute): a chamber that is all but empty has no
+#: temperature.
 PUMPED_PA = 100.0
 
 
 @dataclass(frozen=True)
 class ValveClosing:
-    """When a valve begins to close, from its opening on, how long it takes, and the time constant of the tank's wall.
+    """When a valve begins to close, from its opening on, how long it takes, and the time constant
+    of the tank's wall.
 
-    `at_s` is infinite for a valve that stays open. It may not begin before the shot has left the barrel.
+    `at_s` is infinite for a valve that stays open. It may not begin before the shot has left the
+    barrel.
     """
 
     at_s: float = math.inf
@@ -93,9 +99,11 @@ def follow_shot(
     until_s: float,
     closing: ValveClosing | None = None,
 ) -> FollowedShot:
-    """A shot from a gauge pressure, until `until_s` after the valve's opening, or the exit where that is later.
+    """A shot from a gauge pressure, until `until_s` after the valve's opening, or the exit where
+    that is later.
 
-    Raises `ValueError` for a valve that closes before the exit, `RuntimeError` where the integrator gives up.
+    Raises `ValueError` for a valve that closes before the exit, `RuntimeError` where the integrator
+    gives up.
     """
     closing = closing or ValveClosing()
     base = shot_figures(gun, strengths, split, projectile)
@@ -159,7 +167,8 @@ def _hose_gauge_pa(state: Floats, figures: Floats) -> float:
 
 
 def _separated(state: Floats, figures: Floats) -> tuple[Floats, Floats]:
-    """State and figures of a tank that an ideal valve has cut off: mass and energy go by volumes."""
+    """State and figures of a tank that an ideal valve has cut off: mass and energy go by
+    volumes."""
     f, after = figures.copy(), state.copy()
     barrel = f[BREECH_M3] + f[AREA] * min(state[6], f[MUZZLE_AT])
     share = barrel / (f[TANK_M3] + barrel)
@@ -183,7 +192,8 @@ def _separated(state: Floats, figures: Floats) -> tuple[Floats, Floats]:
 
 @njit(cache=True)
 def emptying_rates(time: float, state: Floats, f: Floats) -> Floats:
-    """Rates (8,) as `gun.rates` has them, with the outflow through vents and muzzle and the heat of the tank's wall.
+    """Rates (8,) as `gun.rates` has them, with the outflow through vents and muzzle and the heat of
+    the tank's wall.
 
     A projectile that has left the barrel moves no gas any more.
     """

@@ -1,18 +1,24 @@
 """The second laws of the contact: an impactor, a contact, a layer, a plate and a hand.
 
-`table.LAWS` names each law's source; here it stands as an equation. Strength s of each, d the indentation:
+`table.LAWS` names each law's source; here it stands as an equation. Strength s of each, d the
+indentation:
 
-- loss: development: F (1 + 1.5 s A d' / d); sealed: F + c d^0.25 d', c = alpha(e) sqrt(m K), e = 1 - s l;
-- yield: development: beyond the Hertzian onset F_y (d / d_y)^(n / 2), n Meyer's index, back with the radius of the
-  contact that was left; sealed: Jackson and Green's curve with yield strength over s, back to their residual;
+- loss: development: F (1 + 1.5 s A d' / d); sealed: F + c d^0.25 d', c = alpha(e) sqrt(m K), e = 1
+  - s l;
+- yield: development: beyond the Hertzian onset F_y (d / d_y)^(n / 2), n Meyer's index, back with
+  the radius of the contact that was left; sealed: Jackson and Green's curve with yield strength
+  over s, back to their residual;
 - layer: development: t F / (E A + F / e_d), times s; sealed: k u + c u' = F, k and c over s;
-- plate: development: s F / Z and s (k y + c y' = F); sealed: s times the modes of a plate of finite size;
-- mass: development: m (1 + 0.05 s k), k of the tip; sealed: a hand of 0.5 kg behind s times a spring and a damper;
-- tip: development: P = 2 E / 3 R (2 a^2 + b^2) sqrt(a^2 - b^2), d = a sqrt(a^2 - b^2) / R, b = s times 0.1 mm;
-  sealed: the ball goes over into its tangent cone at a contact of radius b = 2 mm / s.
+- plate: development: s F / Z and s (k y + c y' = F); sealed: s times the modes of a plate of finite
+  size;
+- mass: development: m (1 + 0.05 s k), k of the tip; sealed: a hand of 0.5 kg behind s times a
+  spring and a damper;
+- tip: development: P = 2 E / 3 R (2 a^2 + b^2) sqrt(a^2 - b^2), d = a sqrt(a^2 - b^2) / R, b = s
+  times 0.1 mm; sealed: the ball goes over into its tangent cone at a contact of radius b = 2 mm /
+  s.
 
-A curve of force over indentation is tabulated, evenly in the logarithm; a tip's shape multiplies it by its own curve
-over Hertz's. The laws for calibration stand in `contact_calibration`.
+A curve of force over indentation is tabulated, evenly in the logarithm; a tip's shape multiplies it
+by its own curve over Hertz's. The laws for calibration stand in `contact_calibration`.
 """
 
 from __future__ import annotations
@@ -46,7 +52,8 @@ from .contact_calibration import (
 from .owners import tip_value
 from .table import checked_split
 
-#: A of Kuwabara and Kono in s, and the part of the speed lost by Tsuji's damper at strength 1, by tip.
+#: A of Kuwabara and Kono in s, and the part of the speed lost by Tsuji's damper at strength 1, by
+#: tip.
 KUWABARA_KONO_S = {
     "aluminum": 1.5e-6,
     "steel": 1.0e-6,
@@ -88,7 +95,8 @@ _LONGEST = 200  # Hertz times; a later end means that something is wrong
 _LOOK = 16
 
 # fmt: off
-(MASS, KONO, TSUJI, LAYER, SHEET_N, SHEET_E, KELVIN, KELVIN_N_M, MOBILITY, LOCAL, LOCAL_NM, HAND, GRIP_NM,
+(MASS, KONO, TSUJI, LAYER, SHEET_N, SHEET_E, KELVIN, KELVIN_N_M, MOBILITY, LOCAL, LOCAL_NM, HAND,
+GRIP_NM,
  GRIP_NSM, MODAL, DASHPOT, EDGE, JOINT, RETRACES) = range(19)
 # fmt: on
 _FIGURES = 19
@@ -96,7 +104,8 @@ _FIGURES = 19
 
 @dataclass(frozen=True, eq=False)
 class LoadingCurve:
-    """Force (N) and residual indentation (m), (n,), of a first loading up to `depth_m` (n,), even in its logarithm."""
+    """Force (N) and residual indentation (m), (n,), of a first loading up to `depth_m` (n,), even
+    in its logarithm."""
 
     depth_m: Floats
     force_n: Floats
@@ -183,7 +192,8 @@ def _figures(
     split: str,
     stiffness: float,
 ) -> Floats:
-    """The figures (19,) of an impact, in the order of the names above; spring rates are over the strength."""
+    """The figures (19,) of an impact, in the order of the names above; spring rates are over the
+    strength."""
 
     def of(name: str, law: str) -> float:
         return strengths.get(f"contact.{name}", 0.0) if split == law else 0.0
@@ -193,7 +203,8 @@ def _figures(
     f[MASS] = impactor.mass_kg * (1 + 0.05 * of("effective_mass", first) * tip_value(TIP_MASS, tip))
     if f[MASS] <= 0:
         raise ValueError(
-            f"strength of contact.effective_mass = {strengths['contact.effective_mass']!r} leaves no mass"
+            f"strength of contact.effective_mass = "
+            f"{strengths['contact.effective_mass']!r} leaves no mass"
         )
     f[KONO] = of("viscous_loss", first) * tip_value(KUWABARA_KONO_S, tip)
     restitution = max(1 - of("viscous_loss", last) * tip_value(LOST_SPEED, tip), 0.2)
@@ -218,7 +229,8 @@ def _figures(
 
 
 def tsuji_alpha(restitution: float) -> float:
-    """Tsuji's alpha of a restitution: sqrt(5) times the damping ratio that a linear spring would need."""
+    """Tsuji's alpha of a restitution: sqrt(5) times the damping ratio that a linear spring would
+    need."""
     loss = -math.log(restitution)
     return math.sqrt(5) * loss / math.sqrt(loss**2 + math.pi**2)
 
@@ -230,7 +242,8 @@ def _curve(
     split: str,
     rate_1_s: float,
 ) -> LoadingCurve:
-    """`rate_1_s`: of strain, where the law of yield asks for it; 0 elsewhere, so that one table serves all speeds."""
+    """`rate_1_s`: of strain, where the law of yield asks for it; 0 elsewhere, so that one table
+    serves all speeds."""
     plastic = strengths.get("contact.plastic_yield", 0.0)
     layered = split == "calibration" and target.insulator is not None
     softer = min(impactor.tip, target.face, key=lambda material: material.yield_strength_pa)
@@ -284,7 +297,8 @@ def _tabulated(
 def meyer(
     depth_m: Floats, modulus: float, radius: float, pressure: float, index: float
 ) -> tuple[Floats, Floats]:
-    """Force (N) and residual depth (m) beyond the Hertzian onset of yield at a mean `pressure` (Pa)."""
+    """Force (N) and residual depth (m) beyond the Hertzian onset of yield at a mean `pressure`
+    (Pa)."""
     onset = radius * (math.pi * pressure / (2 * modulus)) ** 2
     stiffness = 4 / 3 * modulus * math.sqrt(radius)
     plastic = stiffness * onset**1.5 * (depth_m / onset) ** (index / 2)
@@ -297,7 +311,8 @@ def meyer(
 def jackson_green(
     depth_m: Floats, modulus: float, radius: float, yield_pa: float, poisson: float
 ) -> tuple[Floats, Floats]:
-    """Force (N) and residual depth (m) by Jackson and Green's fits; Hertz up to 1.9 critical depths."""
+    """Force (N) and residual depth (m) by Jackson and Green's fits; Hertz up to 1.9 critical
+    depths."""
     constant = 1.295 * math.exp(0.736 * poisson)
     critical = (math.pi * constant * yield_pa / (2 * modulus)) ** 2 * radius
     onset = 4 / 3 * (radius / modulus) ** 2 * (constant / 2 * math.pi * yield_pa) ** 3
@@ -326,7 +341,8 @@ def worn_ball(depth_m: Floats, modulus: float, radius: float, flat_m: float) -> 
 
 
 def rounded_cone(depth_m: Floats, modulus: float, radius: float, begins_m: float) -> Floats:
-    """Force (N) of a ball that beyond the radius b goes on as its tangent cone, over the contact's radius."""
+    """Force (N) of a ball that beyond the radius b goes on as its tangent cone, over the contact's
+    radius."""
     # a ball's contact is the narrowest of all, a whole cone's the widest: d = pi b a / 2 R
     widest = max(2 * math.sqrt(radius * depth_m[-1]), 2 * radius * depth_m[-1] / begins_m)
     a = np.geomspace(math.sqrt(radius * depth_m[0]) / 2, widest, 8 * depth_m.size)
@@ -342,7 +358,8 @@ def rounded_cone(depth_m: Floats, modulus: float, radius: float, begins_m: float
 
 @lru_cache(maxsize=8)
 def _plate_modes(impedance: float) -> tuple[Floats, Floats]:
-    """Shapes at the impact (1/sqrt(kg)) and circular frequencies of a simply supported plate with this impedance."""
+    """Shapes at the impact (1/sqrt(kg)) and circular frequencies of a simply supported plate with
+    this impedance."""
     # Z = 8 sqrt(D m''), and the known plates have m'' of steel or aluminium at 10 mm
     surface = min((78.0, 27.0), key=lambda m: abs(impedance - 8 * math.sqrt(m * m * _SPEEDS[m])))
     rigidity = (impedance / 8) ** 2 / surface
@@ -390,7 +407,8 @@ def _motion(
     s: Floats, deepest: float, f: Floats, first: float, width: float, force: Floats, residual: Floats, shapes: Floats,
     omega: Floats, rate: Floats,
 ) -> tuple[float, float]:  # fmt: skip
-    """Rates of the state: x, v, plate, its surface, layer, hand's x and v, modes; the force and the indentation."""
+    """Rates of the state: x, v, plate, its surface, layer, hand's x and v, modes; the force and the
+    indentation."""
     n = shapes.size
     sheet = 0.0
     if f[LAYER] > 0:
@@ -458,7 +476,8 @@ def run(
     f: Floats, speed: float, step: float, limit: int, first: float, width: float, force: Floats, residual: Floats,
     shapes: Floats, omega: Floats,
 ) -> Floats:  # fmt: skip
-    """Force (n,) at even steps until the impactor lets go; empty where it has not within `limit` steps."""
+    """Force (n,) at even steps until the impactor lets go; empty where it has not within `limit`
+    steps."""
     size = 7 + 2 * shapes.size
     state, there = np.zeros(size), np.zeros(size)
     k1, k2, k3, k4 = np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size)

@@ -1,17 +1,23 @@
-"""The second laws of the gun: tank, breech and a side cavity, with the projectile, in absolute pressures.
+"""The second laws of the gun: tank, breech and a side cavity, with the projectile, in absolute
+pressures.
 
 `table.LAWS` names each law's source; here it stands as an equation. Strength s of each:
 
-- back pressure: s atmospheres ahead; development: (m + rho A l) dv/dt with l the column in front, and one head of its
-  outflow; sealed: the pressure of Rankine and Hugoniot on a piston of Mach number v / c;
-- leak: development: m' = A sqrt((p1^2 - p2^2) / (R T (K - 2 ln r))) with K = f L / h, choked where that is largest;
-  sealed: m' = pi d h^3 (p1^2 - p2^2) (1 + 1.5 e^2) / (24 mu L R T), h = 0.15 mm, times s;
-- valve: s times an opening time (1.9 of the first law's) and 1 / s of the area; development: m' = A Y sqrt(2 rho dp),
-  Y = 1 - x / (3 x_T); sealed: C(r) A times the nozzle's flow;
-- bore: development: s A rho v^2 / 2 (f x / 3 D + 1.5); sealed: p (1 - s (gamma - 1) / 2 v / c)^(2 gamma / (gamma - 1));
+- back pressure: s atmospheres ahead; development: (m + rho A l) dv/dt with l the column in front,
+  and one head of its outflow; sealed: the pressure of Rankine and Hugoniot on a piston of Mach
+  number v / c;
+- leak: development: m' = A sqrt((p1^2 - p2^2) / (R T (K - 2 ln r))) with K = f L / h, choked where
+  that is largest; sealed: m' = pi d h^3 (p1^2 - p2^2) (1 + 1.5 e^2) / (24 mu L R T), h = 0.15 mm,
+  times s;
+- valve: s times an opening time (1.9 of the first law's) and 1 / s of the area; development: m' = A
+  Y sqrt(2 rho dp), Y = 1 - x / (3 x_T); sealed: C(r) A times the nozzle's flow;
+- bore: development: s A rho v^2 / 2 (f x / 3 D + 1.5); sealed: p (1 - s (gamma - 1) / 2 v / c)^(2
+  gamma / (gamma - 1));
 - friction: development: s k pi D sqrt(eta v p_c l); sealed: s k mu N / (1 + v / v0);
-- heat: development: s times Dittus and Boelter's film on the bore; sealed: m cv (T_wall - T) s / tau;
-- dead volume: s times the build's; development: with s times 6 W/K to its walls; sealed: behind a hole of 1.4 cm^2.
+- heat: development: s times Dittus and Boelter's film on the bore; sealed: m cv (T_wall - T) s /
+  tau;
+- dead volume: s times the build's; development: with s times 6 W/K to its walls; sealed: behind a
+  hole of 1.4 cm^2.
 
 The laws for calibration stand in `gun_calibration`.
 """
@@ -60,12 +66,14 @@ from .gun_calibration import (
 from .owners import bullet_factor
 from .table import checked_split
 
-#: IEC 60534-2-1, full-bore ball valve: the drop of pressure over the inlet's at which it chokes, times F_gamma = 1.
+#: IEC 60534-2-1, full-bore ball valve: the drop of pressure over the inlet's at which it chokes,
+#: times F_gamma = 1.
 VALVE_CHOKED_DROP = 0.42
-#: A port that opens along a straight line or a cosine takes 0.47 s for the delay that the first law's port, which is
-#: nearly shut for half of its travel, has in 0.25 s.
+#: A port that opens along a straight line or a cosine takes 0.47 s for the delay that the first
+#: law's port, which is nearly shut for half of its travel, has in 0.25 s.
 SLOWER_OPENING = 0.47 / 0.25
-#: Perry's discharge coefficient of a sharp-edged orifice over the ratio of pressures, rising powers.
+#: Perry's discharge coefficient of a sharp-edged orifice over the ratio of pressures, rising
+#: powers.
 PERRY = (0.8414, -0.1002, 0.8415, -3.9, 4.6001, -1.6827)
 ROUGHNESS_M, FITTING_HEADS = 5e-5, 1.5
 TIGHT_CLEARANCE_M, ECCENTRICITY = 1.5e-4, 0.7
@@ -84,8 +92,10 @@ _CHUNK_S, _STEP_S, _UNTIL_S = 0.1, 2e-4, 1.2
 _TOLERANCES = np.array([1e-9, 1e-4, 1e-9, 1e-4, 1e-9, 1e-4, 1e-6, 1e-5])
 
 # fmt: off
-(TANK_M3, BREECH_M3, CAVITY_M3, AREA, MASS, TRAVEL, BORE, AMBIENT, WALL_K, MERGED, VALVE_M2, OPEN_S, VALVE_LAW,
- COULOMB, FILM, PRESS, LEAK_M2, LEAK_K, LEAK_R, LAMINAR, ROUGH, WAVE, TURBULENT, RELAX, DEAD_W_K, COLUMN,
+(TANK_M3, BREECH_M3, CAVITY_M3, AREA, MASS, TRAVEL, BORE, AMBIENT, WALL_K, MERGED, VALVE_M2, OPEN_S,
+VALVE_LAW,
+ COULOMB, FILM, PRESS, LEAK_M2, LEAK_K, LEAK_R, LAMINAR, ROUGH, WAVE, TURBULENT, RELAX, DEAD_W_K,
+ COLUMN,
  SHOCK, CLOSE_AT, CLOSE_S, ORIFICE_M2, LIP_M2_PA, SMOOTH, RUBBER, WIRES_M2, HOSE_M3_PA) = range(35)
 # fmt: on
 FIGURES = 35
@@ -100,7 +110,8 @@ def muzzle_velocity_m_s(
     tank_pressure_pa: float,
     projectile: Projectile,
 ) -> float:
-    """Velocity at the vents (m/s) of a shot from a gauge pressure; 0 where it does not reach them within 1.2 s.
+    """Velocity at the vents (m/s) of a shot from a gauge pressure; 0 where it does not reach them
+    within 1.2 s.
 
     Raises `RuntimeError` where the integrator gives up.
     """
@@ -116,8 +127,9 @@ def muzzle_velocity_m_s(
 def run_to_vents(
     figures: Floats, tank_pressure_pa: float, vent_position_m: float
 ) -> tuple[Floats, Floats, float]:
-    """Times (n,) from the valve's opening on, states (n, 8) up to the first ones past the vents, and when the tail
-    reaches them: NaN where it does not within 1.2 s. Raises `RuntimeError` where the integrator gives up."""
+    """Times (n,) from the valve's opening on, states (n, 8) up to the first ones past the vents,
+    and when the tail reaches them: NaN where it does not within 1.2 s. Raises `RuntimeError` where
+    the integrator gives up."""
     state = np.zeros(8)
     ambient, wall = figures[AMBIENT], figures[WALL_K]
     pressures = (tank_pressure_pa + ambient, ambient, ambient)
@@ -239,7 +251,8 @@ def shot_figures(
 
 
 def _ring(gun: GunBuild, projectile: Projectile, factor: float) -> tuple[float, float, float]:
-    """Area (m2) of the ring, its friction f L / h by Hirs, and the ratio of pressures at which it is choked."""
+    """Area (m2) of the ring, its friction f L / h by Hirs, and the ratio of pressures at which it
+    is choked."""
     clearance = (gun.bore_diameter_m - projectile.diameter_m) / 2 * factor
     reynolds = 1e4
     friction = 0.066 * reynolds**-0.25 * projectile.length_m / clearance
@@ -248,7 +261,8 @@ def _ring(gun: GunBuild, projectile: Projectile, factor: float) -> tuple[float, 
 
 @cache
 def choked_ratio(friction: float) -> float:
-    """The ratio of pressures r at which (1 - r^2) / (K - 2 ln r), the squared isothermal flow, is largest."""
+    """The ratio of pressures r at which (1 - r^2) / (K - 2 ln r), the squared isothermal flow, is
+    largest."""
     from scipy.optimize import minimize_scalar
 
     best = minimize_scalar(
@@ -261,7 +275,8 @@ def choked_ratio(friction: float) -> float:
 
 @njit(cache=True)
 def shock_pressure(ambient: float, mach: float) -> float:
-    """Pressure (Pa) behind the shock that a piston of this Mach number (0 or more) drives into air at rest."""
+    """Pressure (Pa) behind the shock that a piston of this Mach number (0 or more) drives into air
+    at rest."""
     quarter = (GAMMA + 1) / 4 * mach
     ratio: float = 1 + GAMMA * mach * (quarter + math.sqrt(1 + quarter * quarter))
     return ambient * ratio
@@ -288,7 +303,8 @@ def hose_state(mass: float, energy: float, volume: float, f: Floats) -> tuple[fl
 
 @njit(cache=True)
 def nozzle(pressure: float, temperature: float, ratio: float) -> float:
-    """Mass flow (kg/s) through 1 m2, isentropic; straight within a thousandth of equal pressures."""
+    """Mass flow (kg/s) through 1 m2, isentropic; straight within a thousandth of equal
+    pressures."""
     unit = pressure / math.sqrt(GAS_CONSTANT * temperature)
     if ratio <= CRITICAL_RATIO:
         return CHOKED * unit
@@ -300,7 +316,8 @@ def nozzle(pressure: float, temperature: float, ratio: float) -> float:
 
 @njit(cache=True)
 def control_valve(pressure: float, density: float, ratio: float) -> float:
-    """Mass flow (kg/s) through 1 m2 by IEC 60534-2-1: Y sqrt(2 rho dp), choked at the valve's own drop."""
+    """Mass flow (kg/s) through 1 m2 by IEC 60534-2-1: Y sqrt(2 rho dp), choked at the valve's own
+    drop."""
     drop = min(1 - ratio, VALVE_CHOKED_DROP)
     factor = 1 - drop / (3 * VALVE_CHOKED_DROP)
     root = drop / math.sqrt(drop + 1e-3)  # the root's infinite slope at equal pressures made finite
@@ -361,7 +378,8 @@ def rough_factor(bore: float) -> float:
 
 @njit(cache=True)
 def _vent_muzzle(air: tuple[float, float, float], speed: float, f: Floats, rate: Floats) -> None:
-    """What the air ahead gains by a projectile's work and loses through the muzzle's orifice, in its rates."""
+    """What the air ahead gains by a projectile's work and loses through the muzzle's orifice, in
+    its rates."""
     rate[5] += air[0] * f[AREA] * speed
     if air[0] > f[AMBIENT]:
         out = f[ORIFICE_M2] * sonic_flow(air[0], air[1], f[AMBIENT] / air[0], HOLE_RATIO)
@@ -377,7 +395,8 @@ def _vent_muzzle(air: tuple[float, float, float], speed: float, f: Floats, rate:
 
 @njit(cache=True)
 def rates(time: float, state: Floats, f: Floats) -> Floats:
-    """Rates (8,): mass and energy of tank, breech and cavity (or the air ahead), position and velocity."""
+    """Rates (8,): mass and energy of tank, breech and cavity (or the air ahead), position and
+    velocity."""
     x, v = state[6], state[7]
     volume = max(f[BREECH_M3] + f[AREA] * x, 0.2 * f[BREECH_M3])
     rate = np.zeros(8)

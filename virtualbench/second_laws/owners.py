@@ -1,4 +1,5 @@
-"""Figures that belong to a bullet, a tip or a face: each has its own, the same in every campaign."""
+"""Figures that belong to a bullet, a tip or a face: each has its own, the same in every
+campaign."""
 
 from __future__ import annotations
 
@@ -6,7 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-#: Standard deviation of the logarithm from bullet to bullet: printed bodies differ in diameter and finish.
+#: Standard deviation of the logarithm from bullet to bullet: printed bodies differ in diameter and
+#: finish.
 BULLET_SPREAD = 0.2
 
 

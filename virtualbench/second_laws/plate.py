@@ -1,8 +1,8 @@
 """The second laws of the plate: what its modal table becomes.
 
-`table.LAWS` names each law's source; here it stands as an equation. phi are mass-normalised shapes, f_m the median
-frequency of the table, f_t the highest. Strengths have the unit of the first laws: tenths of damping, per cent of
-frequency, kg of a sensor, Hz of the rigid plate on its springs.
+`table.LAWS` names each law's source; here it stands as an equation. phi are mass-normalised shapes,
+f_m the median frequency of the table, f_t the highest. Strengths have the unit of the first laws:
+tenths of damping, per cent of frequency, kg of a sensor, Hz of the rigid plate on its springs.
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ SECOND_SENSOR, ROTARY = 0.3, 0.8
 SHEAR = 0.6
 #: Across a rolled sheet the modulus is off by so much of what it is off along it.
 ACROSS = -0.4
-#: A modulus that grows with frequency: by this share of its error in each decade, about the median mode.
+#: A modulus that grows with frequency: by this share of its error in each decade, about the median
+#: mode.
 PER_DECADE = 0.6
-#: Coincidence of 10 mm of steel or aluminium in air, and the efficiency of radiation that a finite plate reaches there.
+#: Coincidence of 10 mm of steel or aluminium in air, and the efficiency of radiation that a finite
+#: plate reaches there.
 COINCIDENCE_HZ, LARGEST_EFFICIENCY = 1200.0, 1.5
 #: The half width of a sensor's block, and sqrt(D / m'') of 10 mm of steel or aluminium in m2/s.
 BLOCK_RADIUS_M, BENDING_M2_S = 0.03, 15.6
@@ -91,9 +93,11 @@ def _calibration(modes: PlateModes, strengths: Mapping[str, float]) -> PlateMode
 
 
 def radiated(frequencies_hz: Floats) -> Floats:
-    """Damping by radiation (n,) over that at coincidence: sigma / f, as rho_0 c sigma / (omega m'') is its loss factor.
+    """Damping by radiation (n,) over that at coincidence: sigma / f, as rho_0 c sigma / (omega m'')
+    is its loss factor.
 
-    The efficiency sigma is 1 / sqrt(1 - f_c / f) above, at most 1.5, and falls with the square of frequency below.
+    The efficiency sigma is 1 / sqrt(1 - f_c / f) above, at most 1.5, and falls with the square of
+    frequency below.
     """
     x = frequencies_hz / COINCIDENCE_HZ
     above = 1 / np.sqrt(np.maximum(1 - 1 / np.maximum(x, 1.0), LARGEST_EFFICIENCY**-2))

@@ -1,7 +1,8 @@
 """The second laws of the sensors: what they read of what is there.
 
-`table.LAWS` names each law's source; here it stands as an equation. Strengths have the unit of the first laws: bar, a
-share of the reading, or the electronics' 25 kHz and the mounting's 45 kHz over the corner.
+`table.LAWS` names each law's source; here it stands as an equation. Strengths have the unit of the
+first laws: bar, a share of the reading, or the electronics' 25 kHz and the mounting's 45 kHz over
+the corner.
 """
 
 from __future__ import annotations
@@ -25,21 +26,26 @@ TIP_BASE = {"aluminum": 1.4, "steel": 0.5, "delrin": 1.0, "polyurethane": 1.6, "
 #: The load cell: full scale of its linearity, and the change between ranges.
 FULL_FORCE_N, RANGE_N = 8000.0, 2000.0
 BESSEL_POLES, EQUAL_POLES = 4, 3
-#: An accelerometer's sensitivity is right here, and off by the stated share a decade above and below.
+#: An accelerometer's sensitivity is right here, and off by the stated share a decade above and
+#: below.
 REFERENCE_HZ = 1000.0
 FULL_ACCELERATION_M_S2, SECOND_CHANNEL = 2000.0, 0.3
 SOFT_MOUNT_DAMPING = 0.15
 BLOCK_DAMPING, BLOCK_RATIO = 0.05, 2.2
 FAST_SHARE, FAST_S, SLOW_S = 0.6, 0.015, 0.4
 HIGH_PASS_S = 0.02
-#: The gas behind a diaphragm has this volume over what the diaphragm takes of it in each bar, up to its stop.
+#: The gas behind a diaphragm has this volume over what the diaphragm takes of it in each bar, up to
+#: its stop.
 SHUT_IN_BAR, STOP_BAR = 5.0, 4.0
-#: Linear drag takes this share of the full speed, times the strength, at all velocities but the lowest.
+#: Linear drag takes this share of the full speed, times the strength, at all velocities but the
+#: lowest.
 DRAG_SHARE, SLOWEST_SHARE = 0.5, 0.1
-#: A force channel is off by the stated share at this duration of the pulse, and by so much of it more in each decade.
+#: A force channel is off by the stated share at this duration of the pulse, and by so much of it
+#: more in each decade.
 REFERENCE_PULSE_S, PER_DECADE, LEAST_GAIN_SHARE = 1e-3, 0.6, 0.1
 RUNNING_MEANS = 3
-#: Length of each of three running means over the period of their common corner: (sin x / x)^3 = sqrt(1/2), x = pi f T.
+#: Length of each of three running means over the period of their common corner: (sin x / x)^3 =
+#: sqrt(1/2), x = pi f T.
 MEAN_OVER_PERIOD = 0.2618
 #: Below it the relaxed sensitivity.
 RELAXATION_HZ = 2000.0
@@ -51,8 +57,8 @@ CREEP_S, CREEP_EXPONENT = 5e-3, 0.5
 def pressure_bar(read_bar: float, strengths: Mapping[str, float], split: str) -> float:
     """The pressure that is there when the transducer reads this (bar gauge), 0 or more.
 
-    Development: r - s (1 - r / 4) and r / (1 + s r / 4); sealed: r - s exp(-r / 0.6) and r / (1 + s g), g from 0.2
-    to 1 about 1 bar; calibration: r - s / (1 - r / 5) and r / (1 + s (r / 4)^2).
+    Development: r - s (1 - r / 4) and r / (1 + s r / 4); sealed: r - s exp(-r / 0.6) and r / (1 + s
+    g), g from 0.2 to 1 about 1 bar; calibration: r - s / (1 - r / 5) and r / (1 + s (r / 4)^2).
 
     Raises `ValueError` for a split without laws.
     """
@@ -60,8 +66,8 @@ def pressure_bar(read_bar: float, strengths: Mapping[str, float], split: str) ->
 
 
 def pressure_read_bar(true_bar: Floats, strengths: Mapping[str, float], split: str) -> Floats:
-    """What the transducer reads (n,) of pressures from -1 to 16 bar gauge: the inverse of `pressure_bar`, or offset and
-    gain, r = p (1 + g) + s, where `split` is empty."""
+    """What the transducer reads (n,) of pressures from -1 to 16 bar gauge: the inverse of
+    `pressure_bar`, or offset and gain, r = p (1 + g) + s, where `split` is empty."""
     if not split:
         gain, offset = (
             strengths.get("sensor.pressure_gain", 0.0),
@@ -102,8 +108,8 @@ def velocity_factor(
 ) -> Floats:
     """Reading over true velocity (n,) at true velocities (n,).
 
-    Development: 1 + s v / v_full; sealed: 1 + s k, k of the bullet, or of the tip in a hand; calibration:
-    1 + s v_full / 2 v. Raises `ValueError` for a split without laws.
+    Development: 1 + s v / v_full; sealed: 1 + s k, k of the bullet, or of the tip in a hand;
+    calibration: 1 + s v_full / 2 v. Raises `ValueError` for a split without laws.
     """
     full = FULL_SPEED_M_S["hand" if hand else "gun"]
     if checked_split(split) == "development":
@@ -125,9 +131,10 @@ def force_read(
 ) -> Floats:
     """What the cell shows (n,) of a force on even steps, with the corner that strength 1 means.
 
-    Development: F (1 + s F / 8 kN), then Bessel's four poles; sealed: F (1 + s g), g from 0.2 to 1 by the pulse's range
-    of 2 kN, then three equal poles; calibration: F (1 + s (1 + 0.6 lg(T / 1 ms))), T the impulse over the peak, then
-    three running means. Raises `ValueError` for a split without laws.
+    Development: F (1 + s F / 8 kN), then Bessel's four poles; sealed: F (1 + s g), g from 0.2 to 1
+    by the pulse's range of 2 kN, then three equal poles; calibration: F (1 + s (1 + 0.6 lg(T / 1
+    ms))), T the impulse over the peak, then three running means. Raises `ValueError` for a split
+    without laws.
     """
     gain, low = (
         strengths.get("sensor.force_gain", 0.0),
@@ -166,7 +173,8 @@ def _duration_share(force_n: Floats, step_s: float) -> float:
 
 
 def _running_means(values: Floats, step_s: float, corner_hz: float) -> Floats:
-    """Three running means in a row with -3 dB together at the corner, of values that are straight between samples."""
+    """Three running means in a row with -3 dB together at the corner, of values that are straight
+    between samples."""
     span = MEAN_OVER_PERIOD / corner_hz / step_s
     place = np.arange(values.size, dtype=np.float64)
     for _ in range(RUNNING_MEANS):
@@ -200,12 +208,14 @@ def accelerations_read(
     split: str,
     mount_hz: float,
 ) -> Floats:
-    """What the accelerometers show (S, n) of true accelerations, m/s^2; `mount_hz` is what strength 1 means.
+    """What the accelerometers show (S, n) of true accelerations, m/s^2; `mount_hz` is what strength
+    1 means.
 
-    Development: a mounting of 0.15 damping, a sensitivity 1 - s lg(f / 1 kHz), an offset of two decays from the peak
-    on; sealed: two resonances in a row, 1 + s |a| / 2000 (0.3 s on the second channel), an offset behind a high pass;
-    calibration: a mounting that softens with the peak, a + s times a low-passed a, an offset (1 + t / 5 ms)^(-1/2).
-    Raises `ValueError` for a split without laws.
+    Development: a mounting of 0.15 damping, a sensitivity 1 - s lg(f / 1 kHz), an offset of two
+    decays from the peak on; sealed: two resonances in a row, 1 + s |a| / 2000 (0.3 s on the second
+    channel), an offset behind a high pass; calibration: a mounting that softens with the peak, a +
+    s times a low-passed a, an offset (1 + t / 5 ms)^(-1/2). Raises `ValueError` for a split without
+    laws.
     """
     checked_split(split)
     mount, gain = (

@@ -1,4 +1,5 @@
-"""Which laws there are: one row for each effect and split, with what is different about it and where it comes from."""
+"""Which laws there are: one row for each effect and split, with what is different about it and
+where it comes from."""
 
 from __future__ import annotations
 
@@ -10,8 +11,9 @@ SPLITS = ("development", "calibration", "sealed")
 
 @dataclass(frozen=True)
 class SecondLaw:
-    """`high`: the largest strength that is physical, in the law's own unit; `low` below 0: either sign. `owner`: what
-    has a value of its own: "bullet", "tip", "face", "mode", "channel"; empty where one value serves all."""
+    """`high`: the largest strength that is physical, in the law's own unit; `low` below 0: either
+    sign. `owner`: what has a value of its own: "bullet", "tip", "face", "mode", "channel"; empty
+    where one value serves all."""
 
     effect: str
     split: str
@@ -278,6 +280,7 @@ def law_of(effect: str, split: str) -> SecondLaw:
     """Raises `ValueError` for an effect that has no such law."""
     if (effect, split) not in LAWS:
         raise ValueError(
-            f"second law of {effect!r} for {split!r}: expected an effect of the catalogue and {SPLITS}"
+            f"second law of {effect!r} for {split!r}: expected an effect of "
+            f"the catalogue and {SPLITS}"
         )
     return LAWS[effect, split]

@@ -1,4 +1,5 @@
-"""Sensors, their conditioners and the recorder's converters: from a physical signal to the numbers in a file."""
+"""Sensors, their conditioners and the recorder's converters: from a physical signal to the numbers
+in a file."""
 
 from __future__ import annotations
 

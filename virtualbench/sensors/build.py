@@ -1,4 +1,5 @@
-"""A sensor with its conditioner and its channel of the recorder, as the lab would write it in a list of instruments."""
+"""A sensor with its conditioner and its channel of the recorder, as the lab would write it in a
+list of instruments."""
 
 from __future__ import annotations
 
@@ -15,14 +16,16 @@ _LARGEST_BITS = 24
 class SensorBuild:
     """One measuring chain. What is "in the unit" is in `unit`, of which one is `si_per_unit` in SI.
 
-    With a `sensitivity` (volt per unit) the recorder writes volts, volt = sensitivity * value + `offset_v`, converted
-    over ±`converter_range_v`; without one it writes values in the unit, converted over ±`full_scale`.
+    With a `sensitivity` (volt per unit) the recorder writes volts, volt = sensitivity * value +
+    `offset_v`, converted over ±`converter_range_v`; without one it writes values in the unit,
+    converted over ±`full_scale`.
 
-    The faults are what strength 1 of the effect means for this chain, 0 or None where it has none: `gain_fault`
-    (relative, sensor.*_gain), `offset_fault` (unit, sensor.pressure_offset), `zero_shift_fault` (share of the shock's
-    peak, sensor.zero_shift), `gain_drift` and `offset_drift` (relative, and in the unit, over one day, bench.drift).
-    `mount_resonance_hz` and, for a force, `bandwidth_hz` are divided by the strength of their effects; other
-    sensors keep their bandwidth. Raises `ValueError` for numbers that no instrument has.
+    The faults are what strength 1 of the effect means for this chain, 0 or None where it has none:
+    `gain_fault` (relative, sensor.*_gain), `offset_fault` (unit, sensor.pressure_offset),
+    `zero_shift_fault` (share of the shock's peak, sensor.zero_shift), `gain_drift` and
+    `offset_drift` (relative, and in the unit, over one day, bench.drift). `mount_resonance_hz` and,
+    for a force, `bandwidth_hz` are divided by the strength of their effects; other sensors keep
+    their bandwidth. Raises `ValueError` for numbers that no instrument has.
     """
 
     name: str

@@ -17,8 +17,9 @@ from .filters import decimated, gain, low_passed, mounted, offset_si, resonance_
 
 
 def counts(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.int32]:
-    """Nearest counts of `written` (n,) in volts or the sensor's unit, in two's complement: -2^(bits-1) to one less
-    than its opposite. Raises `ValueError` for NaN: no converter has a code for it."""
+    """Nearest counts of `written` (n,) in volts or the sensor's unit, in two's complement:
+    -2^(bits-1) to one less than its opposite. Raises `ValueError` for NaN: no converter has a code
+    for it."""
     values = np.asarray(written, dtype=np.float64) / sensor.step
     if np.isnan(values).any():
         raise ValueError(
@@ -29,7 +30,8 @@ def counts(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.int32]:
 
 
 def converted(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.float32]:
-    """What the recorder writes (n,): `counts` times the step. Zero has no sign, since counts have none."""
+    """What the recorder writes (n,): `counts` times the step. Zero has no sign, since counts have
+    none."""
     return (counts(written, sensor) * sensor.step).astype(np.float32)
 
 
@@ -57,11 +59,12 @@ def record(
     *,
     day_fraction: float = 0.0,
 ) -> NDArray[np.float32]:
-    """What the recorder writes of a signal (n,) on even times (n,): samples at `sampling_rate_hz` from the first on.
+    """What the recorder writes of a signal (n,) on even times (n,): samples at `sampling_rate_hz`
+    from the first on.
 
-    In volts where the sensor has a sensitivity, else in its unit. Between its samples the signal is linear, before and
-    after them it stays at its ends. Raises `ValueError` for uneven times, NaN, and a signal that is coarser than
-    the recorder.
+    In volts where the sensor has a sensitivity, else in its unit. Between its samples the signal is
+    linear, before and after them it stays at its ends. Raises `ValueError` for uneven times, NaN,
+    and a signal that is coarser than the recorder.
     """
     band_limited = analog(signal_time_s, signal_si, sensor, sampling_rate_hz, effects)
     return digitised(
@@ -76,7 +79,8 @@ def analog(
     sampling_rate_hz: float,
     effects: Mapping[str, float],
 ) -> Floats:
-    """The linear half of `record`, SI (m,): so windows of a long recording can be filtered alone and added up."""
+    """The linear half of `record`, SI (m,): so windows of a long recording can be filtered alone
+    and added up."""
     values, period, ratio = _on_multiple(signal_time_s, signal_si, sampling_rate_hz)
     resonance = resonance_hz(sensor, effects)
     if resonance is not None:
@@ -96,7 +100,8 @@ def digitised(
     *,
     day_fraction: float = 0.0,
 ) -> NDArray[np.float32]:
-    """The other half of `record`, on a whole recording (n,) at the recorder's rate: faults, noise, conversion."""
+    """The other half of `record`, on a whole recording (n,) at the recorder's rate: faults, noise,
+    conversion."""
     values = np.asarray(band_limited_si, dtype=np.float64) * gain(sensor, effects, day_fraction)
     share = effects["sensor.zero_shift"] * sensor.zero_shift_fault
     if sensor.quantity == "acceleration" and share:
@@ -119,7 +124,8 @@ def corner_hz(sensor: SensorBuild, effects: Mapping[str, float]) -> float | None
 def _on_multiple(
     time_s: NDArray[Any], signal: NDArray[Any], rate_hz: float
 ) -> tuple[Floats, float, int]:
-    """The signal on a grid that is a whole multiple of the recorder's, the grid's period, and the multiple."""
+    """The signal on a grid that is a whole multiple of the recorder's, the grid's period, and the
+    multiple."""
     time, values = np.asarray(time_s, dtype=np.float64), np.asarray(signal, dtype=np.float64)
     if time.shape != values.shape or time.ndim != 1 or time.size < 2:
         raise ValueError(

@@ -1,7 +1,8 @@
 """Band limits: a conditioner's low-pass, and the recorder's anti-alias filter with its decimation.
 
-The recorder is taken for one with sigma-delta converters, whose decimation filter is a long symmetric FIR: no
-distortion of phase, so a pulse keeps its shape and its time. Before a sharp edge it rings, as the real ones do.
+The recorder is taken for one with sigma-delta converters, whose decimation filter is a long
+symmetric FIR: no distortion of phase, so a pulse keeps its shape and its time. Before a sharp edge
+it rings, as the real ones do.
 
 An accelerometer on its mounting: a mass on a spring that the structure shakes.
 
@@ -19,7 +20,8 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from .build import SensorBuild
 
-#: Pass and stop band in sampling rates: flat to 39 kHz at 100 kHz (thesis, section 2.2.2), and nothing that could fold.
+#: Pass and stop band in sampling rates: flat to 39 kHz at 100 kHz (thesis, section 2.2.2), and
+#: nothing that could fold.
 PASS, STOP = 0.39, 0.5
 #: Attenuation of the stop band, as data sheets of 24-bit recorders state it.
 STOP_DB = 100.0
@@ -29,7 +31,8 @@ POLES = 4
 
 @cache
 def anti_alias_taps(ratio: int) -> Floats:
-    """Symmetric FIR (2 * ratio * h + 1,) of unit gain for a signal sampled `ratio` times faster than the recorder.
+    """Symmetric FIR (2 * ratio * h + 1,) of unit gain for a signal sampled `ratio` times faster
+    than the recorder.
 
     Sinc under a Kaiser window (Kaiser 1974); -6 dB midway between pass and stop band.
     """
@@ -47,9 +50,11 @@ def anti_alias_reach() -> int:
 
 
 def decimated(values: Floats, ratio: int) -> Floats:
-    """Every `ratio`-th of the band-limited `values` (n,), from the first on; before and after it stays at its ends.
+    """Every `ratio`-th of the band-limited `values` (n,), from the first on; before and after it
+    stays at its ends.
 
-    Ratio 1 returns the values: what is simulated at the recorder's own rate must be band-limited already.
+    Ratio 1 returns the values: what is simulated at the recorder's own rate must be band-limited
+    already.
     """
     if ratio == 1:
         return values
@@ -64,10 +69,12 @@ def decimated(values: Floats, ratio: int) -> Floats:
 
 
 def low_passed(values: Floats, period_s: float, corner_hz: float) -> Floats:
-    """Butterworth's low pass of four poles, as the filters of signal conditioners have, from rest at the first value.
+    """Butterworth's low pass of four poles, as the filters of signal conditioners have, from rest
+    at the first value.
 
-    S. Butterworth, Experimental Wireless 7 (1930) 536; -3 dB at the corner, 24 dB per octave beyond. By the bilinear
-    transform with the corner in place. A corner beyond 0.45 of the grid's rate leaves the values alone.
+    S. Butterworth, Experimental Wireless 7 (1930) 536; -3 dB at the corner, 24 dB per octave
+    beyond. By the bilinear transform with the corner in place. A corner beyond 0.45 of the grid's
+    rate leaves the values alone.
     """
     if corner_hz * period_s > 0.45:
         return values
@@ -84,7 +91,8 @@ def low_pass_decay_1_s(corner_hz: float) -> float:
 
 
 def resonance_hz(sensor: SensorBuild, effects: Mapping[str, float]) -> float | None:
-    """Where a sensor's mounting resonates: its own resonance over the effect's strength; None for a rigid one."""
+    """Where a sensor's mounting resonates: its own resonance over the effect's strength; None for a
+    rigid one."""
     strength = effects["sensor.mount_resonance"]
     if sensor.quantity != "acceleration" or sensor.mount_resonance_hz is None or not strength:
         return None
@@ -94,7 +102,8 @@ def resonance_hz(sensor: SensorBuild, effects: Mapping[str, float]) -> float | N
 def transmissibility(
     roots: NDArray[np.complex128], sensor: SensorBuild, effects: Mapping[str, float]
 ) -> NDArray[np.complex128]:
-    """What the sensor feels of accelerations exp(s t) of its base, by complex frequency s (m,) in 1/s."""
+    """What the sensor feels of accelerations exp(s t) of its base, by complex frequency s (m,) in
+    1/s."""
     resonance = resonance_hz(sensor, effects)
     if resonance is None:
         return np.ones_like(roots)
@@ -104,10 +113,12 @@ def transmissibility(
 
 
 def mounted(acceleration: Floats, period_s: float, resonance_hz: float, damping: float) -> Floats:
-    """What the sensor feels (n,), same unit: (2 z w s + w^2) / (s^2 + 2 z w s + w^2), the transmissibility of a base.
+    """What the sensor feels (n,), same unit: (2 z w s + w^2) / (s^2 + 2 z w s + w^2), the
+    transmissibility of a base.
 
-    Exact for an acceleration that is linear between samples (first-order hold, the ramp invariance of Smallwood 1981),
-    from rest at the first value. A resonance beyond 0.4 of the grid's rate is taken for a rigid mounting.
+    Exact for an acceleration that is linear between samples (first-order hold, the ramp invariance
+    of Smallwood 1981), from rest at the first value. A resonance beyond 0.4 of the grid's rate is
+    taken for a rigid mounting.
     """
     if resonance_hz * period_s > 0.4:
         return acceleration
@@ -130,7 +141,8 @@ _GAIN_EFFECT = {
 
 
 def gain(sensor: SensorBuild, effects: Mapping[str, float], day_fraction: float) -> float:
-    """True sensitivity over the one in the lab's list: calibration, and drift since the morning (day_fraction 0)."""
+    """True sensitivity over the one in the lab's list: calibration, and drift since the morning
+    (day_fraction 0)."""
     name = _GAIN_EFFECT.get(sensor.quantity)
     calibration = effects[name] * sensor.gain_fault if name else 0.0
     return (1 + calibration) * (1 + effects["bench.drift"] * sensor.gain_drift * day_fraction)
@@ -151,9 +163,9 @@ def offset_si(sensor: SensorBuild, effects: Mapping[str, float], day_fraction: f
 def zero_shift(signal: Floats, period_s: float, share: float, decay_s: float) -> Floats:
     """Offset (n,) of a piezoelectric gauge that is shocked by `signal` (n,), in its unit.
 
-    Domains of the ceramic switch under stress and leave a charge that the amplifier lets go of slowly (Chu,
-    Shock and Vibration Bulletin 57, 1987): `share` of the largest load so far, each load forgotten as
-    exp(-t / decay_s). A load below what is left of a larger one adds nothing.
+    Domains of the ceramic switch under stress and leave a charge that the amplifier lets go of
+    slowly (Chu, Shock and Vibration Bulletin 57, 1987): `share` of the largest load so far, each
+    load forgotten as exp(-t / decay_s). A load below what is left of a larger one adds nothing.
     """
     # the logarithm of a decaying peak hold is a running maximum of ln|x| + t / decay
     time = np.arange(signal.size) * (period_s / decay_s)

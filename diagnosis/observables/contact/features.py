@@ -1,6 +1,7 @@
 """Numbers that a force pulse is compared by: one function for measured and for simulated pulses.
 
-Sampled pulses brought into a frame of their own, where pulses of any duration and sampling rate compare.
+Sampled pulses brought into a frame of their own, where pulses of any duration and sampling rate
+compare.
 """
 
 from __future__ import annotations
@@ -22,18 +23,22 @@ if TYPE_CHECKING:
 
 #: Places of the frame, in widths at half the peak from the middle of that width.
 PLACES = np.linspace(-1.6, 3.4, 501)
-#: The frame is smoothed by a Gauss window of this deviation, in the same widths: less noise, whatever the rate.
+#: The frame is smoothed by a Gauss window of this deviation, in the same widths: less noise,
+#: whatever the rate.
 _SMOOTH = 0.03
-#: Points to a width at half the peak: samples are refined by a spline up to it, and averaged down to it.
+#: Points to a width at half the peak: samples are refined by a spline up to it, and averaged down
+#: to it.
 _POINTS, _MOST = 150, 96
 
 
 def framed(force_n: Floats, step_s: float, width_s: float | None = None) -> tuple[Floats, Floats]:
-    """Pulses (n, m) in steps of `step_s`, of similar width, at `PLACES` (n, p), and their widths at half the peak (n,).
+    """Pulses (n, m) in steps of `step_s`, of similar width, at `PLACES` (n, p), and their widths at
+    half the peak (n,).
 
-    Beyond their ends there is no force. The pulse is what surrounds the greatest force: of several contacts the
-    strongest. Rows without any force above 0 are NaN. Expects the zero line to be removed. `width_s`, some width at
-    half the peak that tells how finely to look, is the narrowest pulse's unless given.
+    Beyond their ends there is no force. The pulse is what surrounds the greatest force: of several
+    contacts the strongest. Rows without any force above 0 are NaN. Expects the zero line to be
+    removed. `width_s`, some width at half the peak that tells how finely to look, is the narrowest
+    pulse's unless given.
     """
     from scipy.ndimage import gaussian_filter1d
 
@@ -61,7 +66,8 @@ def framed(force_n: Floats, step_s: float, width_s: float | None = None) -> tupl
 
 
 def level_crossings(force_n: Floats, level: float) -> tuple[Floats, Floats]:
-    """Steps (n,): where pulses (n, m) last rise above `level` of their peak before it, and fall below behind it.
+    """Steps (n,): where pulses (n, m) last rise above `level` of their peak before it, and fall
+    below behind it.
 
     The ends of the series where they do not.
     """
@@ -72,7 +78,8 @@ def level_crossings(force_n: Floats, level: float) -> tuple[Floats, Floats]:
 
 
 def interpolated(values: Floats, place: Floats) -> Floats:
-    """(n, k) of series (n, m) at places (n, k) in steps: straight between the points, 0 outside of them."""
+    """(n, k) of series (n, m) at places (n, k) in steps: straight between the points, 0 outside of
+    them."""
     between = np.empty(place.shape)
     interpolate(
         np.ascontiguousarray(values, dtype=np.float64), np.ascontiguousarray(place), between
@@ -82,8 +89,8 @@ def interpolated(values: Floats, place: Floats) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate(values, place, between):  # type: ignore[no-untyped-def]
-    """Into `between` (n, k): series `values` (n, m) at places (n, k); 0 outside of the points and where there is no
-    place (NaN)."""
+    """Into `between` (n, k): series `values` (n, m) at places (n, k); 0 outside of the points and
+    where there is no place (NaN)."""
     last = values.shape[1] - 1
     for i in range(place.shape[0]):
         for j in range(place.shape[1]):
@@ -107,9 +114,9 @@ def _refined(force: Floats, step: float, width_s: float) -> tuple[Floats, float]
 
 @dataclass(frozen=True, eq=False)
 class _Spline:
-    """Interpolating splines through m samples at even steps, at so many times as many places: the same linear map for
-    all series. `factors` and `pivots` solve for the coefficients, a band of width 2 k + 1 about the diagonal; `places`
-    (p, m) takes the splines' values from them."""
+    """Interpolating splines through m samples at even steps, at so many times as many places: the
+    same linear map for all series. `factors` and `pivots` solve for the coefficients, a band of
+    width 2 k + 1 about the diagonal; `places` (p, m) takes the splines' values from them."""
 
     degree: int
     factors: Floats
@@ -146,8 +153,8 @@ class _Spline:
 _LEVEL = 0.1
 #: How far beyond these two instants the impulse is counted, over the time between them.
 _BEYOND = 0.25
-#: What comes later than so many widths at half the peak after their middle, where Hertz' contact ended at 0.75, came
-#: after the contact: a second hit, a cell that rings.
+#: What comes later than so many widths at half the peak after their middle, where Hertz' contact
+#: ended at 0.75, came after the contact: a second hit, a cell that rings.
 _AFTER = 1.0
 #: The apex is the centre of what is above this level.
 _CAP = 0.8
@@ -156,11 +163,12 @@ _PHASES = (np.arange(32) + 0.5) / 32
 _SHAPES = legvander(2 * _PHASES - 1, 4)[:, 1:] * np.sqrt([3, 5, 7, 9]) / _PHASES.size
 
 _HEIGHT, _LENGTH = ("height",), ("length",)
-#: Name, tolerance, floor, parts: what is wrong with a height or a length is wrong with all that is made of it. The
-#: tolerance is the stated one of a peak force, 3 %, for amplitude and time alike. The floors are those of sensors, not
-#: of hands: load cells are linear within 1 % of a reading, and their calibration is as good (ISO 7626-5, data sheets of
-#: impact hammers); a width is a time at a level, so it takes the same error of the level over the slope of the pulse
-#: there, half of it; shares of the peak likewise.
+#: Name, tolerance, floor, parts: what is wrong with a height or a length is wrong with all that is
+#: made of it. The tolerance is the stated one of a peak force, 3 %, for amplitude and time alike.
+#: The floors are those of sensors, not of hands: load cells are linear within 1 % of a reading, and
+#: their calibration is as good (ISO 7626-5, data sheets of impact hammers); a width is a time at a
+#: level, so it takes the same error of the level over the slope of the pulse there, half of it;
+#: shares of the peak likewise.
 _COLUMNS: tuple[tuple[str, float, float, tuple[str, ...]], ...] = (
     ("ln_peak", 0.03, 0.010, _HEIGHT),
     ("ln_impulse", 0.03, 0.010, _HEIGHT + _LENGTH),
@@ -185,21 +193,24 @@ def series_features(series: Series) -> Floats:
 
 
 def zeroed(series: Series) -> Series:
-    """A force without its zero line: the median of what precedes the contact, where that is four samples or more."""
+    """A force without its zero line: the median of what precedes the contact, where that is four
+    samples or more."""
     before = series.values[series.time_s < -1.5 / series.sampling_rate_hz]
     zero = float(np.median(before)) if before.size >= 4 else 0.0
     return replace(series, values=series.values - zero)
 
 
 def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Floats:
-    """(n, d) of pulses (n, m) of similar width, in steps of `step_s`, the zero line removed; NaN without force.
+    """(n, d) of pulses (n, m) of similar width, in steps of `step_s`, the zero line removed; NaN
+    without force.
 
     `width_s` as in `framed`.
 
-    `ln_impulse` is of the force from a quarter of the pulse's width before it to a quarter after; `rise_share` is from
-    a tenth of the peak to the apex, over the width at a tenth. The shape is force over peak between the instants of a
-    tenth, against Legendre's polynomials of order 1 to 4: order 0 is told by peak, impulse and width. `after_share` is
-    the impulse after the contact over that of the frame.
+    `ln_impulse` is of the force from a quarter of the pulse's width before it to a quarter after;
+    `rise_share` is from a tenth of the peak to the apex, over the width at a tenth. The shape is
+    force over peak between the instants of a tenth, against Legendre's polynomials of order 1 to 4:
+    order 0 is told by peak, impulse and width. `after_share` is the impulse after the contact over
+    that of the frame.
     """
     frame, frame_width_s = framed(force_n, step_s, width_s)
     force = np.nan_to_num(frame)
@@ -255,7 +266,8 @@ def _clipped(values: Floats, place: Floats) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def crossings(force, top, level, steps):  # type: ignore[no-untyped-def]
-    """Into `steps` (2, n): where pulses (n, m) cross `level` of their peak at `top` (n,), before and behind it."""
+    """Into `steps` (2, n): where pulses (n, m) cross `level` of their peak at `top` (n,), before
+    and behind it."""
     for i in range(len(force)):
         row, threshold, last = force[i], level * force[i, top[i]], force.shape[1] - 1
         before, after = top[i] - 1, top[i] + 1

@@ -1,8 +1,10 @@
-"""True forces of many contacts, each on a clock of its own, and what the force channel shows of them.
+"""True forces of many contacts, each on a clock of its own, and what the force channel shows of
+them.
 
-Between its samples a recorder knows nothing, so a pulse is sampled at two phases and its features are averaged: their
-mean over all phases is within a tenth of a tolerance of that from five samples in a contact on. What a recorder's
-anti-alias filter does to a pulse is less than that from six samples in a contact on, and is left out.
+Between its samples a recorder knows nothing, so a pulse is sampled at two phases and its features
+are averaged: their mean over all phases is within a tenth of a tolerance of that from five samples
+in a contact on. What a recorder's anti-alias filter does to a pulse is less than that from six
+samples in a contact on, and is left out.
 
 What strikes and what is struck in every run, out of a campaign's record.
 """
@@ -33,7 +35,8 @@ _OF_MATERIAL = ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "yield_st
 
 @dataclass(frozen=True, eq=False)
 class Sites:
-    """n nominal impacts: the tip on a rigid target of the first layer's material, all but their velocity."""
+    """n nominal impacts: the tip on a rigid target of the first layer's material, all but their
+    velocity."""
 
     bodies: Bodies  # at 1 m/s
     insulated: NDArray[np.bool_]
@@ -49,7 +52,8 @@ class Sites:
         return Sites(bodies, self.insulated[rows], self.impedance_n_s_m[rows])
 
     def pulses(self, velocity_m_s: Floats, effects: tuple[ContactEffect, ...] = ()) -> ContactPulse:
-        """At these velocities (n,), all above 0. Raises `ArithmeticError` where a contact does not end."""
+        """At these velocities (n,), all above 0. Raises `ArithmeticError` where a contact does not
+        end."""
         bodies, place = replace(self.bodies, impact_velocity_m_s=velocity_m_s), self.impedance_n_s_m
         return impact(
             bodies,
@@ -61,7 +65,8 @@ class Sites:
 
 
 def sites_of(record: CampaignRecord) -> Sites:
-    """One for each run. Raises `ValueError` naming configuration and factor for what a record does not tell."""
+    """One for each run. Raises `ValueError` naming configuration and factor for what a record does
+    not tell."""
     rows = [_row(record, record.configurations[run.configuration], run) for run in record.runs]
     columns = {name: [row[name] for row in rows] for name in (rows[0] if rows else {})}
     insulated = np.array(columns.pop("insulated"), dtype=np.bool_)
@@ -121,7 +126,8 @@ def layers(
 
 
 def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
-    """The hammer's, or the bullet's: the run's own, else its configuration's. Raises `ValueError` without any."""
+    """The hammer's, or the bullet's: the run's own, else its configuration's. Raises `ValueError`
+    without any."""
     configuration = record.configurations[run.configuration]
     mass = record.hammer_mass_kg if record.kind == "hammer" else run.bullet_mass_kg
     mass = configuration.factors.get("bullet_mass") if mass is None else mass  # type: ignore[assignment]
@@ -136,7 +142,8 @@ def _stated(configuration: RunConfiguration, name: str, value: Factor | None) ->
     if value is None:
         elsewhere = ", or as material in [bench.plate]" if name == "plate_material" else ""
         raise ValueError(
-            f"configuration {configuration.label!r} has no {name}: give it as a column of the table of runs{elsewhere}"
+            f"configuration {configuration.label!r} has no {name}: give it as "
+            f"a column of the table of runs{elsewhere}"
         )
     return value
 
@@ -144,7 +151,8 @@ def _stated(configuration: RunConfiguration, name: str, value: Factor | None) ->
 #: Times over the compression time; what a contact that hardly ends does later is next to nothing.
 _TO_COMPRESSION, _LAST = 40, 7
 PLACES = np.arange(_TO_COMPRESSION * _LAST + 1) / _TO_COMPRESSION
-#: Steps to a compression; how many compressions a series covers before the contact and from its begin on.
+#: Steps to a compression; how many compressions a series covers before the contact and from its
+#: begin on.
 _STEPS, _BEFORE, _AFTER = 24, 0.6, 7.0
 #: Where between two of the recorder's samples contacts begin.
 _OFFSETS = (0.25, 0.75)
@@ -153,7 +161,8 @@ _AT_ONCE = 100  # some 2 MB, which a cache holds
 
 @dataclass(frozen=True, eq=False)
 class ForceHistories:
-    """n contacts: `force_n` (n, p) at `PLACES` times `compression_time_s` (n,); NaN where there is no answer."""
+    """n contacts: `force_n` (n, p) at `PLACES` times `compression_time_s` (n,); NaN where there is
+    no answer."""
 
     force_n: Floats
     compression_time_s: Floats
@@ -163,13 +172,15 @@ class ForceHistories:
         return cls(np.full((count, len(PLACES)), np.nan), np.full(count, np.nan))
 
     def at(self, rows: Rows, time_s: Floats) -> Floats:
-        """(k, p): of contacts `rows` (k,) at times (p,) from their begin on, 0 before and behind."""
+        """(k, p): of contacts `rows` (k,) at times (p,) from their begin on, 0 before and
+        behind."""
         return interpolated(
             self.force_n[rows], time_s / self.compression_time_s[rows, None] * _TO_COMPRESSION
         )
 
     def series(self, row: int, step_s: float) -> Series | None:
-        """One contact in steps of `step_s`, from two before it on until it has ended; the impulse is kept."""
+        """One contact in steps of `step_s`, from two before it on until it has ended; the impulse
+        is kept."""
         if np.isnan(self.compression_time_s[row]):
             return None
         place_s = self.compression_time_s[row] / _TO_COMPRESSION
@@ -185,7 +196,8 @@ class ForceHistories:
         )
 
     def measured(self, rows: Rows, time_s: Floats, step_s: float, chain: SensorChain) -> Floats:
-        """(k, p): what the sensors show of contacts `rows` (k,) at times (p,), which are even in steps of `step_s`."""
+        """(k, p): what the sensors show of contacts `rows` (k,) at times (p,), which are even in
+        steps of `step_s`."""
         return SensorChain(at_rows(chain.effects, rows)).measured_force_n(
             self.at(rows, time_s), step_s
         )
@@ -194,9 +206,11 @@ class ForceHistories:
 def law_histories(
     sites: Sites, effects: tuple[ContactEffect, ...], velocity_m_s: Floats
 ) -> ForceHistories:
-    """Hertz' impacts, or as effects change them, at true velocities (n,); NaN where there is no velocity above 0.
+    """Hertz' impacts, or as effects change them, at true velocities (n,); NaN where there is no
+    velocity above 0.
 
-    Parameters are numbers, or arrays (n,). Contacts that do not come to an end are left out, and found by halves.
+    Parameters are numbers, or arrays (n,). Contacts that do not come to an end are left out, and
+    found by halves.
     """
     histories = ForceHistories.none(len(sites))
     parts = [np.flatnonzero(velocity_m_s > 0)]
@@ -217,10 +231,12 @@ def law_histories(
 
 
 def measured_features(histories: ForceHistories, step_s: Floats, chain: SensorChain) -> Floats:
-    """(n, d) of n contacts as records in steps of `step_s` (n,) show them; NaN where there is none."""
+    """(n, d) of n contacts as records in steps of `step_s` (n,) show them; NaN where there is
+    none."""
     values = np.full((len(step_s), len(NAMES)), np.nan)
     answered = np.flatnonzero(np.isfinite(histories.compression_time_s))
-    # By octaves, not by the shortest: a contact's features do not depend on which others are asked with it.
+    # By octaves, not by the shortest: a contact's features do not depend on which others are asked
+    # with it.
     octave = np.floor(np.log2(histories.compression_time_s[answered]))
     for key in np.unique(np.stack([octave, step_s[answered]]), axis=1).T:
         group = answered[(octave == key[0]) & (step_s[answered] == key[1])]

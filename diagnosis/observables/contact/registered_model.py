@@ -1,8 +1,9 @@
 """Any contact model as the simulator of a diagnosis: effects correct its pulses by similarity.
 
-What an effect does to Hertz' impact it is taken to do to the model's pulse: peak and compression time by the same
-factors, and the shape, force over peak at times over the compression time, by the same difference. For a mass that the
-model never saw these are Hertz' laws of similarity: peak ~ m^0.6, times ~ m^0.4, impulse ~ m.
+What an effect does to Hertz' impact it is taken to do to the model's pulse: peak and compression
+time by the same factors, and the shape, force over peak at times over the compression time, by the
+same difference. For a mass that the model never saw these are Hertz' laws of similarity: peak ~
+m^0.6, times ~ m^0.4, impulse ~ m.
 """
 
 from __future__ import annotations
@@ -25,11 +26,12 @@ _PLATE_MASS, _UNASKED_KG = "plate_mass", 1.0
 
 
 class RegisteredContactStage(ContactObservables):
-    """A registered model, or any `twin.strikes.ContactStage`, at the campaign's settings and recorded velocities.
+    """A registered model, or any `twin.strikes.ContactStage`, at the campaign's settings and
+    recorded velocities.
 
-    `plate_mass_kg` is for models that ask for it, as the gun's do. Uncertain quantities act as in Hertz' impact. Raises
-    `ValueError` for settings that the twin does not know, such as an insulator without an anvil, and for what a model
-    asks in vain.
+    `plate_mass_kg` is for models that ask for it, as the gun's do. Uncertain quantities act as in
+    Hertz' impact. Raises `ValueError` for settings that the twin does not know, such as an
+    insulator without an anvil, and for what a model asks in vain.
     """
 
     def __init__(
@@ -45,7 +47,8 @@ class RegisteredContactStage(ContactObservables):
         predictors = getattr(getattr(contact, "registered", None), "predictors", ())
         if plate_mass_kg is None and any(predictor.name == _PLATE_MASS for predictor in predictors):
             raise ValueError(
-                f"{contact.label} asks for the plate's mass, which a record does not tell: give plate_mass_kg"
+                f"{contact.label} asks for the plate's mass, which a record "
+                f"does not tell: give plate_mass_kg"
             )
         self.contact = contact
         self.simulator = (
@@ -87,7 +90,8 @@ class RegisteredContactStage(ContactObservables):
 
 
 def tabulated(pulses: contact_interface.ForcePulses) -> tuple[Floats, Floats]:
-    """Compression times (n,) and forces (n, p) at `PLACES` times these, from forces at phases of the contact.
+    """Compression times (n,) and forces (n, p) at `PLACES` times these, from forces at phases of
+    the contact.
 
     The compression is said to end at the peak, which Akima's curve may have between two phases.
     """

@@ -1,6 +1,8 @@
-"""The contact as a stage of a diagnosis: the elastic Hertz impact, given the recorded impact velocity.
+"""The contact as a stage of a diagnosis: the elastic Hertz impact, given the recorded impact
+velocity.
 
-Measured and simulated pulses side by side, in time and in frequency: where along a pulse the gap lies.
+Measured and simulated pulses side by side, in time and in frequency: where along a pulse the gap
+lies.
 """
 
 from __future__ import annotations
@@ -30,16 +32,17 @@ UNCERTAIN = (
     "impactor_mass_kg",
     _VELOCITY,
 )
-#: Share of an uncertain quantity: small enough for a derivative, large enough for the digits of features.
+#: Share of an uncertain quantity: small enough for a derivative, large enough for the digits of
+#: features.
 _STEP = 0.03
 
 
 class ContactObservables(Stage):
     """A mass with the tip's radius on a rigid target of the first layer's material, without loss.
 
-    The mass is the hammer's nominal one, or the bullet's. `uncertain` are relative standard deviations of nominal
-    quantities, {"impactor_mass_kg": 0.02}. Raises `ValueError` naming what a record does not tell, and an uncertain
-    quantity that the impact has not.
+    The mass is the hammer's nominal one, or the bullet's. `uncertain` are relative standard
+    deviations of nominal quantities, {"impactor_mass_kg": 0.02}. Raises `ValueError` naming what a
+    record does not tell, and an uncertain quantity that the impact has not.
     """
 
     name = "contact"
@@ -100,7 +103,8 @@ class ContactObservables(Stage):
         return changes
 
     def representatives(self) -> Rows:
-        """(C,): the run of each configuration with its median velocity; -1 where there is none with a velocity."""
+        """(C,): the run of each configuration with its median velocity; -1 where there is none with
+        a velocity."""
         return self.median_runs(np.where(self.recorded_m_s > 0, self.recorded_m_s, np.nan))
 
     @property
@@ -110,7 +114,8 @@ class ContactObservables(Stage):
     def _features(
         self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None
     ) -> Floats:
-        """(k, d): what records of the runs (k,) would show; effects' parameters are numbers or (k,)."""
+        """(k, d): what records of the runs (k,) would show; effects' parameters are numbers or
+        (k,)."""
         return measured_features(
             self.histories(runs, effects, upstream), self.step_s[runs], sensor_chain(effects)
         )
@@ -134,18 +139,22 @@ class ContactObservables(Stage):
         return law_histories(self.sites.take(runs), effects, velocity_m_s)
 
     def _derivatives(self, uncertain: Mapping[str, float]) -> dict[str, Floats]:
-        """(C, d) by name: the features' derivative for a quantity's logarithm times its relative standard deviation.
+        """(C, d) by name: the features' derivative for a quantity's logarithm times its relative
+        standard deviation.
 
-        Of Hertz' impact, by central differences; NaN where a configuration has no run with a velocity.
+        Of Hertz' impact, by central differences; NaN where a configuration has no run with a
+        velocity.
         """
         for name, sd in uncertain.items():
             if name not in UNCERTAIN:
                 raise ValueError(
-                    f"no uncertain quantity {name!r} of the contact; there are: {', '.join(UNCERTAIN)}"
+                    f"no uncertain quantity {name!r} of the "
+                    f"contact; there are: {', '.join(UNCERTAIN)}"
                 )
             if not (np.isfinite(sd) and sd >= 0):
                 raise ValueError(
-                    f"uncertain {name} = {sd!r}: expected a relative standard deviation, not negative"
+                    f"uncertain {name} = {sd!r}: expected a "
+                    f"relative standard deviation, not negative"
                 )
         runs = self.representatives()
         chosen = runs[runs >= 0]
@@ -191,13 +200,15 @@ def _changes_impacts(kind: type[Effect], nominal: Impacts) -> bool:
     )
 
 
-#: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.
+#: Room before the alignment and behind it, in the longest width at half the peak; and the most
+#: samples for it.
 _BEFORE, _AFTER, _MOST = 1.0, 2.0, 2048
 
 
 @dataclass(frozen=True, eq=False)
 class PulseResiduals:
-    """Forces (N) of R runs at `time_s` (p,), 0 where each rises through half its peak; NaN rows where there is none."""
+    """Forces (N) of R runs at `time_s` (p,), 0 where each rises through half its peak; NaN rows
+    where there is none."""
 
     time_s: Floats
     measured: Floats  # (R, p)
@@ -209,15 +220,16 @@ class PulseResiduals:
         return np.asarray(np.fft.rfftfreq(self.time_s.size, float(self.time_s[1] - self.time_s[0])))
 
     def spectrum_n_s(self, force_n: Floats) -> Floats:
-        """(..., q) of forces (..., p): magnitude of the Fourier integral; its first value is the impulse."""
+        """(..., q) of forces (..., p): magnitude of the Fourier integral; its first value is the
+        impulse."""
         return np.asarray(np.abs(np.fft.rfft(force_n)) * float(self.time_s[1] - self.time_s[0]))
 
 
 def pulse_residuals(stage: ContactObservables, effects: Sequence[Effect] = ()) -> PulseResiduals:
     """Every run's pulse, as recorded and as the stage simulates it with these effects.
 
-    In steps of the finest record, or of 1/2048 of the whole where that is less. Raises `ValueError` where no run has
-    both force and velocity.
+    In steps of the finest record, or of 1/2048 of the whole where that is less. Raises `ValueError`
+    where no run has both force and velocity.
     """
     chain = sensor_chain(effects)
     rows = np.arange(len(stage.sites))
@@ -241,7 +253,8 @@ def pulse_residuals(stage: ContactObservables, effects: Sequence[Effect] = ()) -
 
 
 def _simulated(histories: ForceHistories, row: int, chain: SensorChain) -> Series | None:
-    """As the force channel shows it, 24 steps to a compression, with room for what a sensor adds."""
+    """As the force channel shows it, 24 steps to a compression, with room for what a sensor
+    adds."""
     step = float(histories.compression_time_s[row]) / 24
     if np.isnan(step):
         return None

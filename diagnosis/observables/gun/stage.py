@@ -1,5 +1,5 @@
-"""The gun: from the tank's pressure and the projectile's mass, as read, to the velocity that the bench shows, and to
-the pressure that the tank still has then, where its record was kept."""
+"""The gun: from the tank's pressure and the projectile's mass, as read, to the velocity that the
+bench shows, and to the pressure that the tank still has then, where its record was kept."""
 
 from __future__ import annotations
 
@@ -44,14 +44,15 @@ from .tank_pressure import (
 
 #: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.
 TOLERANCE, ASSUMED_FLOOR = 0.01, 0.01
-#: Standard uncertainty of what a regulator with a gauge of class 1 is set to, as a share; agreement, too.
+#: Standard uncertainty of what a regulator with a gauge of class 1 is set to, as a share;
+#: agreement, too.
 REGULATOR_U = 0.01
 #: Velocities that are compared within a hundredth need no more than five digits.
 _COARSER = 30.0
 #: Moments at which the tank's pressure is compared, two before the exit and one after it.
 _MOMENTS = ("before_exit_s_0", "before_exit_s_1", "before_exit_s_2")
-#: The outlet's area of flow is looked for between these shares of the bore's, and known to this share (standard
-#: deviation).
+#: The outlet's area of flow is looked for between these shares of the bore's, and known to this
+#: share (standard deviation).
 _OUTLETS, _OUTLET_SHARE = np.geomspace(0.1, 1.5, 25), 0.3
 #: What each shot is read off with.
 READINGS = ("tank_pressure_pa", "bullet_mass_kg")
@@ -60,15 +61,17 @@ _STEP = 1e-3
 
 
 class GunObservables(Stage):
-    """Eq. 2.16 with gauge pressure and the campaign's own friction and efficiency, which stays as effects come in.
+    """Eq. 2.16 with gauge pressure and the campaign's own friction and efficiency, which stays as
+    effects come in.
 
-    The travel is that of each run where the record has it, else the gun's. Where the record of the tank's pressure was
-    kept from before the shot until after the exit, three readings of it are compared too (`tank_pressure`); the middle
-    of the projectile's passage through the laser stands for the exit.
+    The travel is that of each run where the record has it, else the gun's. Where the record of the
+    tank's pressure was kept from before the shot until after the exit, three readings of it are
+    compared too (`tank_pressure`); the middle of the projectile's passage through the laser stands
+    for the exit.
 
-    `uncertain`: standard deviations of the gun's settings by their names in `GunBench`, and of "tank_pressure_pa" and
-    "bullet_mass_kg", each the same in all runs. Raises `ValueError` for a record without a gun, and for a name or a
-    value of `uncertain` that cannot be.
+    `uncertain`: standard deviations of the gun's settings by their names in `GunBench`, and of
+    "tank_pressure_pa" and "bullet_mass_kg", each the same in all runs. Raises `ValueError` for a
+    record without a gun, and for a name or a value of `uncertain` that cannot be.
     """
 
     name = "gun"
@@ -92,7 +95,8 @@ class GunObservables(Stage):
             "travel_m": np.array(
                 [run.travel_m or self.bench.travel_m for run in record.runs], dtype=np.float64
             ),
-            # The row of the configuration, which has the profile: a number, to be tiled and thinned as the others.
+            # The row of the configuration, which has the profile: a number, to be tiled and thinned
+            # as the others.
             "valve_profile": np.array([run.configuration for run in record.runs], dtype=np.float64),
         }
         self._profiles = [_profile(configuration) for configuration in record.configurations]
@@ -108,9 +112,12 @@ class GunObservables(Stage):
             self._ask(self._windows.before_exit_s, self._windows.scale_pa)
             shots = sum(trace is not None for trace in self._traces)
             self.assumptions = (
-                f"tank pressure: its record is compared in {shots} of {len(self._traces)} shots, just before the exit, "
-                "half a nominal transit before it, once the tank is empty, and, where it empties, after the exit "
-                "through an outlet whose area the records tell; the exit is the middle of the passage through the "
+                f"tank pressure: its record is compared in {shots} of "
+                f"{len(self._traces)} shots, just before the exit, "
+                "half a nominal transit before it, once the tank is empty, "
+                "and, where it empties, after the exit "
+                "through an outlet whose area the records tell; the exit is "
+                "the middle of the passage through the "
                 "laser",
             )
         self._set_pa = record.run_values("set_pressure_pa")
@@ -118,7 +125,8 @@ class GunObservables(Stage):
         if self._has_regulator:
             self.assumptions = (
                 *self.assumptions,
-                f"tank pressure: what was set is compared with what was recorded in {np.isfinite(self._set_pa).sum()} "
+                f"tank pressure: what was set is compared with what was "
+                f"recorded in {np.isfinite(self._set_pa).sum()} "
                 f"shots; the regulator is taken to be right within {REGULATOR_U:.0%}",
             )
         outlet = self._outlet()  # first: it sets the area for what follows
@@ -179,8 +187,8 @@ class GunObservables(Stage):
     def possible_observables(
         self, channel: str, sets: Sequence[Sequence[Effect]]
     ) -> PossibleObservables:
-        """Of a transducer whose readings scatter by `ASSUMED_NOISE_PA`; as much as the tolerance is added, since no
-        simulator is better."""
+        """Of a transducer whose readings scatter by `ASSUMED_NOISE_PA`; as much as the tolerance is
+        added, since no simulator is better."""
         if channel not in self.possible_channels:
             return super().possible_observables(channel, sets)
         recorded = copy.copy(self)
@@ -233,7 +241,8 @@ class GunObservables(Stage):
         upstream: Upstream | None = None,
         bench: GunBench | None = None,
     ) -> Floats:
-        """(n, d): ln of what the velocity measurement shows of true velocities, and what the transducer shows."""
+        """(n, d): ln of what the velocity measurement shows of true velocities, and what the
+        transducer shows."""
         sensors = sensor_chain(effects)
         velocity_m_s, pressure_pa = self._fired(effects, shots, upstream, bench)
         columns = [_logarithms(sensors.measured_velocity_m_s(velocity_m_s))[:, None]]
@@ -252,7 +261,8 @@ class GunObservables(Stage):
         velocity_m_s: Floats,
         pressure_pa: Floats,
     ) -> Floats:
-        """(n, 4): what it reads of true pressures (n, 3) before the exit and after it, and of an empty tank."""
+        """(n, 4): what it reads of true pressures (n, 3) before the exit and after it, and of an
+        empty tank."""
         readings_pa = np.stack(
             [sensors.measured_pressure_pa(column) for column in pressure_pa.T], axis=1
         )
@@ -268,10 +278,12 @@ class GunObservables(Stage):
         upstream: Upstream | None = None,
         bench: GunBench | None = None,
     ) -> tuple[Floats, Floats]:
-        """True velocities (n,) and tank pressures (n, 3) about the exit, Pa, where they are compared; NaN for a shot
-        that stays in the barrel, or of which pressure or mass is not known.
+        """True velocities (n,) and tank pressures (n, 3) about the exit, Pa, where they are
+        compared; NaN for a shot that stays in the barrel, or of which pressure or mass is not
+        known.
 
-        `upstream` is the true pressure of each, where it is known, `bench` another than the stage's.
+        `upstream` is the true pressure of each, where it is known, `bench` another than the
+        stage's.
         """
         read_pa, mass_kg, travel_m = (
             shots["tank_pressure_pa"],
@@ -312,7 +324,8 @@ class GunObservables(Stage):
     def _stated_profiles(
         self, effects: Sequence[GunEffect], configurations: Floats
     ) -> list[ValveProfile | None] | None:
-        """Of shots (n,) by the rows of their configurations: where a valve acts. The nominal law has none."""
+        """Of shots (n,) by the rows of their configurations: where a valve acts. The nominal law
+        has none."""
         valve = next((effect for effect in effects if isinstance(effect, ValveFlow)), None)
         if valve is None or not any(self._profiles):
             return None
@@ -323,10 +336,11 @@ class GunObservables(Stage):
         ]
 
     def _derivatives(self) -> dict[str, Floats]:
-        """(C, d) by name: the derivative times one standard deviation, at the medians of configurations.
+        """(C, d) by name: the derivative times one standard deviation, at the medians of
+        configurations.
 
-        Central differences; one-sided where the other side is no gun, as above an efficiency of one. NaN where the
-        nominal shot stays in the barrel.
+        Central differences; one-sided where the other side is no gun, as above an efficiency of
+        one. NaN where the nominal shot stays in the barrel.
         """
         names = (*(item.name for item in fields(GunBench)), *READINGS)
         derivatives = {}
@@ -366,8 +380,9 @@ class GunObservables(Stage):
         return {"regulator": table}
 
     def _outlet(self) -> dict[str, Floats]:
-        """(C, d) by name: the area through which the gas leaves, which no campaign states, about that with which the
-        fall after the exit is nearest to the records, in air or in a vacuum; and how it opens. Sets that area."""
+        """(C, d) by name: the area through which the gas leaves, which no campaign states, about
+        that with which the fall after the exit is nearest to the records, in air or in a vacuum;
+        and how it opens. Sets that area."""
         if self._windows is None:
             return {}
         measured = self.measured()
@@ -396,8 +411,8 @@ class GunObservables(Stage):
         return {"outlet": by_area, "muzzle": by_area * faster[:, None]}
 
     def _timing(self) -> dict[str, Floats]:
-        """(C, d) by name: what the moment of the exit leaves of the pressures, by the transducer's lag and by where the
-        laser stands, one standard deviation each and the same in all shots."""
+        """(C, d) by name: what the moment of the exit leaves of the pressures, by the transducer's
+        lag and by where the laser stands, one standard deviation each and the same in all shots."""
         if self._windows is None:
             return {}
         nominal = self._shown((), self._medians)

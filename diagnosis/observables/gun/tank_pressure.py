@@ -1,9 +1,10 @@
 """What the record of the tank's pressure says of a shot beside its velocity.
 
-A tank does not lose air through a bore that brakes, a leak loses air before the projectile has moved, a dead volume
-shows itself in the first drop, an offset of the transducer in what it reads of an empty tank, and a valve in how the
-tank empties after the exit. Four numbers need no moment at which the valve opened: the pressure just before the exit,
-that half a nominal transit before it, that of the empty tank, and that some time after the exit.
+A tank does not lose air through a bore that brakes, a leak loses air before the projectile has
+moved, a dead volume shows itself in the first drop, an offset of the transducer in what it reads of
+an empty tank, and a valve in how the tank empties after the exit. Four numbers need no moment at
+which the valve opened: the pressure just before the exit, that half a nominal transit before it,
+that of the empty tank, and that some time after the exit.
 """
 
 from __future__ import annotations
@@ -27,30 +28,35 @@ AT_EXIT, ON_THE_WAY, EMPTY, AFTER = (
 )  # fmt: skip
 #: Their columns, behind that of the velocity.
 EXIT_COLUMN, AFTER_COLUMN = 1, 4
-#: One percent of the pressure before the shot counts as agreement, and so much of an empty tank's, in Pa.
+#: One percent of the pressure before the shot counts as agreement, and so much of an empty tank's,
+#: in Pa.
 TOLERANCE, EMPTY_TOLERANCE_PA = 0.01, 500.0
-#: Agreement after the exit, where nobody states how vent holes and muzzle open as the projectile goes on.
+#: Agreement after the exit, where nobody states how vent holes and muzzle open as the projectile
+#: goes on.
 AFTER_TOLERANCE = 0.03
-#: The reading after the exit lies so many times later as sound needs for a bore as large as the tank, in these limits.
+#: The reading after the exit lies so many times later as sound needs for a bore as large as the
+#: tank, in these limits.
 _AFTER_SHARE, _SOUND_M_S, _SOONEST_S, _LATEST_S = 0.7, 343.0, 4e-3, 20e-3
 #: Readings are means over this share of the nominal transit, within these limits.
 _WINDOW_SHARE, _SHORTEST_S, _LONGEST_S = 0.05, 2e-3, 20e-3
-#: The last share of a record tells of the empty tank; emptied: less than this share of the pressure before is left, and
-#: the pressure no longer moves by this share of it.
+#: The last share of a record tells of the empty tank; emptied: less than this share of the pressure
+#: before is left, and the pressure no longer moves by this share of it.
 _END_SHARE, _EMPTIED, _RESTING = 0.05, 0.10, 0.003
-#: A valve that shuts before the tank is empty leaves what goes with the pressure, or differs from shot to shot by this
-#: share of the tolerance; an offset does neither. One shot is not emptied that lies so many deviations from the others.
+#: A valve that shuts before the tank is empty leaves what goes with the pressure, or differs from
+#: shot to shot by this share of the tolerance; an offset does neither. One shot is not emptied that
+#: lies so many deviations from the others.
 _LARGEST_SLOPE, _LARGEST_SPREAD, _OUTLYING = 0.01, 0.5, 4.0
-#: Standard uncertainty of the moment (lag of the transducer), and of where the laser stands beside the vent holes.
+#: Standard uncertainty of the moment (lag of the transducer), and of where the laser stands beside
+#: the vent holes.
 LAG_S, LASER_M = 1e-3, 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class PressureWindows:
-    """For each of C configurations: `length_s` over which a reading is averaged, `half_transit_s` before the exit, and
-    `scale_pa` by which readings are divided: the pressure before the shot, and where that is small, what the noise
-    allows to be told. NaN for a configuration whose nominal shot stays in the barrel. `after_s`: how long after the
-    exit the last reading lies."""
+    """For each of C configurations: `length_s` over which a reading is averaged, `half_transit_s`
+    before the exit, and `scale_pa` by which readings are divided: the pressure before the shot, and
+    where that is small, what the noise allows to be told. NaN for a configuration whose nominal
+    shot stays in the barrel. `after_s`: how long after the exit the last reading lies."""
 
     length_s: Floats
     half_transit_s: Floats
@@ -61,8 +67,8 @@ class PressureWindows:
     def of(
         cls, transit_s: Floats, pressure_pa: Floats, noise_pa: float, tank_over_bore_m: float
     ) -> PressureWindows:
-        """`transit_s` (C,) of nominal shots, `pressure_pa` (C,) before them, `noise_pa` of a reading, and the tank's
-        volume over the bore's area."""
+        """`transit_s` (C,) of nominal shots, `pressure_pa` (C,) before them, `noise_pa` of a
+        reading, and the tank's volume over the bore's area."""
         length = np.clip(_WINDOW_SHARE * transit_s, _SHORTEST_S, _LONGEST_S)
         after_s = float(
             np.clip(_AFTER_SHARE * tank_over_bore_m / _SOUND_M_S, _SOONEST_S, _LATEST_S)
@@ -71,7 +77,8 @@ class PressureWindows:
 
     @property
     def before_exit_s(self) -> Floats:
-        """(C, 3): how long before the exit the middles of two readings lie, and that of one after it (negative)."""
+        """(C, 3): how long before the exit the middles of two readings lie, and that of one after
+        it (negative)."""
         return np.stack(
             [self.length_s / 2, self.half_transit_s, np.full(len(self.length_s), -self.after_s)],
             axis=1,
@@ -79,8 +86,8 @@ class PressureWindows:
 
 
 def reading_noise_pa(traces: Sequence[Series | None]) -> float:
-    """Standard deviation of a mean over the shortest window, the median over the records; by second differences, which
-    a smooth fall leaves alone."""
+    """Standard deviation of a mean over the shortest window, the median over the records; by second
+    differences, which a smooth fall leaves alone."""
     noise = []
     for trace in traces:
         if trace is not None and trace.values.size > 2:
@@ -95,9 +102,10 @@ def measured_pressures(
     configuration_of: Rows,
     windows: PressureWindows,
 ) -> Floats:
-    """(R, 4) of records whose 0 s is the exit: two pressures over the scale of their configuration, that of the empty
-    tank in Pa over 1 bar, and one after the exit over the scale. `pressure_pa` (R,) is that before the shot. NaN where
-    a record does not reach so far, and where the tank was not emptied."""
+    """(R, 4) of records whose 0 s is the exit: two pressures over the scale of their configuration,
+    that of the empty tank in Pa over 1 bar, and one after the exit over the scale. `pressure_pa`
+    (R,) is that before the shot. NaN where a record does not reach so far, and where the tank was
+    not emptied."""
     table = np.full((len(traces), 4), np.nan)
     for row, (trace, before, c) in enumerate(
         zip(traces, pressure_pa, configuration_of, strict=True)
@@ -140,7 +148,8 @@ def _empty_pa(trace: Series, before_pa: float) -> float:
 
 
 def _emptied(pressure_pa: Floats, level_pa: Floats) -> Flags:
-    """(R,): of which shots the level that is left is that of an empty tank, which is the same in all of them."""
+    """(R,): of which shots the level that is left is that of an empty tank, which is the same in
+    all of them."""
     finite = np.isfinite(level_pa)
     if not finite.any() or _grows(pressure_pa, level_pa):
         return np.zeros(level_pa.size, dtype=bool)
@@ -151,7 +160,8 @@ def _emptied(pressure_pa: Floats, level_pa: Floats) -> Flags:
 
 
 def _grows(pressure_pa: Floats, level_pa: Floats) -> bool:
-    """Whether what is left goes with the pressure before the shot, as that of a valve that has shut."""
+    """Whether what is left goes with the pressure before the shot, as that of a valve that has
+    shut."""
     finite = np.isfinite(pressure_pa) & np.isfinite(level_pa)
     if finite.sum() < 3 or np.ptp(pressure_pa[finite]) == 0:
         return False

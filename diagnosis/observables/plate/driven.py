@@ -1,6 +1,8 @@
-"""The plate under the forces of some runs, up to what its sensors feel; what was asked for last is kept.
+"""The plate under the forces of some runs, up to what its sensors feel; what was asked for last is
+kept.
 
-Effects of accelerometers leave all of this as it is: sets of effects that differ in them alone share it.
+Effects of accelerometers leave all of this as it is: sets of effects that differ in them alone
+share it.
 """
 
 from __future__ import annotations
@@ -29,8 +31,8 @@ _MOST_KEPT, _MOST_RESPONSES = 8, 16
 
 @dataclass(eq=False)
 class DrivenPlate:
-    """The `plate` in the `runs` (k,) of the record under the true `forces` (k,), None where there is none; and what its
-    sensors feel, `accelerations` (k, S, n)."""
+    """The `plate` in the `runs` (k,) of the record under the true `forces` (k,), None where there
+    is none; and what its sensors feel, `accelerations` (k, S, n)."""
 
     signals: PlateSignals
     modes: MeasuredModes
@@ -48,7 +50,8 @@ class DrivenPlate:
 
     @cached_property
     def transforms(self) -> Complexes:
-        """(k, K): how much of each force acts on a mode, about the time when the force that was read acts."""
+        """(k, K): how much of each force acts on a mode, about the time when the force that was
+        read acts."""
         return force_transforms(self.forces, self.poles, self.signals.centre_s[self.runs])
 
     @cached_property
@@ -63,7 +66,8 @@ class DrivenPlate:
 
     @cached_property
     def turn(self) -> Complexes:
-        """(k, K): a number whose angle is by how much the phase of a mode differs from that under the force as read."""
+        """(k, K): a number whose angle is by how much the phase of a mode differs from that under
+        the force as read."""
         as_read = [self.signals.force[run] for run in self.runs]
         if all(force is reading for force, reading in zip(self.forces, as_read, strict=True)):
             return np.asarray(self.transforms * self.transforms.conj())
@@ -94,8 +98,8 @@ class DrivenPlate:
 
 @dataclass(eq=False)
 class DrivenPlates:
-    """The nominal `plate` of a campaign as effects change it, and the forces that effects of their channel let through.
-    What is kept goes by these effects alone."""
+    """The nominal `plate` of a campaign as effects change it, and the forces that effects of their
+    channel let through. What is kept goes by these effects alone."""
 
     signals: PlateSignals
     modes: MeasuredModes
@@ -106,7 +110,8 @@ class DrivenPlates:
     def under(
         self, effects: Sequence[Effect], runs: Rows, forces: Forces | None = None
     ) -> DrivenPlate:
-        """In the `runs` (k,) of the record, under the forces that were read there, or under other true ones."""
+        """In the `runs` (k,) of the record, under the forces that were read there, or under other
+        true ones."""
         plate_effects = [effect for effect in effects if isinstance(effect, PlateEffect)]
         if forces is not None:
             return self._driven(plate_effects, runs, forces)

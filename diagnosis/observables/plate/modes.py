@@ -2,8 +2,9 @@
 
 Which line that rings is which mode of the table: an alignment that keeps the order.
 
-Needleman and Wunsch, J. Mol. Biol. 48 (1970) 443, with modes in the place of letters. It is tried for the plate as the
-table has it and for plates with other frequencies; the plate that fits best names the modes.
+Needleman and Wunsch, J. Mol. Biol. 48 (1970) 443, with modes in the place of letters. It is tried
+for the plate as the table has it and for plates with other frequencies; the plate that fits best
+names the modes.
 """
 
 from __future__ import annotations
@@ -33,17 +34,20 @@ from .spectra import RingingWindow, delays_s, excited, force_transforms, levels
 
 #: How far a mode may lie from where a candidate plate has it, in ln frequency, at the cost of 1.
 _WIDTH = 0.02
-#: Cost of another pattern over channels and runs, and of a mode that finds no partner: at least, and for each decade.
+#: Cost of another pattern over channels and runs, and of a mode that finds no partner: at least,
+#: and for each decade.
 _PATTERN, _ALONE, _DECADE = 4.0, 1.0, 2.0
 #: Modes below this share of the loudest are not expected to be found.
 _SILENT = 0.01
-#: From one candidate to the next no mode moves by more than this, in ln frequency; so many at most to each effect.
+#: From one candidate to the next no mode moves by more than this, in ln frequency; so many at most
+#: to each effect.
 _STEP, _MATCH_MOST = 0.015, 16
 
 
 @dataclass(frozen=True, eq=False)
 class ModeLines:
-    """Frequencies (M,) in rising order, with levels (M, k) over records; None where they are not known."""
+    """Frequencies (M,) in rising order, with levels (M, k) over records; None where they are not
+    known."""
 
     frequency_hz: Floats
     level: Floats | None = None
@@ -73,7 +77,8 @@ class ModeLines:
 
 
 def matched(lines: ModeLines, candidates: Sequence[ModeLines]) -> Rows:
-    """(M,): for each mode the line that is it, -1 for none; `candidates` are plates with the same M modes in order."""
+    """(M,): for each mode the line that is it, -1 for none; `candidates` are plates with the same M
+    modes in order."""
     pair = np.stack(
         [plate.pair_cost(lines) for plate in candidates], axis=2
     )  # (M, L, plates), as all that follows
@@ -103,7 +108,8 @@ def matched(lines: ModeLines, candidates: Sequence[ModeLines]) -> Rows:
 
 
 def candidate_plates(nominal: ModalPlate) -> list[ModalPlate]:
-    """The nominal plate and those that any one effect of the plate makes of it within what is likely.
+    """The nominal plate and those that any one effect of the plate makes of it within what is
+    likely.
 
     All have the same number of modes in rising order, the k-th of each the k-th of the nominal one.
     """
@@ -122,18 +128,22 @@ def candidate_plates(nominal: ModalPlate) -> list[ModalPlate]:
     return plates
 
 
-#: Modes that are compared, at most; runs that modes are searched in; the fewest samples that show modes.
+#: Modes that are compared, at most; runs that modes are searched in; the fewest samples that show
+#: modes.
 _MOST, _SEARCHED, _FEWEST_SAMPLES = 10, 8, 40
-#: Of these at either end of the band, however faint: supports act on the lowest, mountings on the highest.
+#: Of these at either end of the band, however faint: supports act on the lowest, mountings on the
+#: highest.
 _ENDS = 2
-#: A mode is compared where noise moves ln damping, and its ln amplitude at a channel, by less than this.
+#: A mode is compared where noise moves ln damping, and its ln amplitude at a channel, by less than
+#: this.
 CLEAR_DAMPING, _CLEAR_LEVEL = 0.15, 0.05
 #: A run in which noise moves a logarithm by more than this says nothing of a mode.
 LOST = 0.1
 #: An amplitude that is known in no more than this share of the runs is not compared.
 _SELDOM = 0.2
-#: A force that gives a mode less than the first share of its impulse is near a zero of its spectrum: there the least
-#: error of its shape decides, and the amplitude says nothing. From the second on the phase does not hang on that shape.
+#: A force that gives a mode less than the first share of its impulse is near a zero of its
+#: spectrum: there the least error of its shape decides, and the amplitude says nothing. From the
+#: second on the phase does not hang on that shape.
 _EXCITED, _PHASED = 0.1, 0.3
 #: Below this share of its usual size, near a node, the table's shape is no more than its error.
 _NODE = 0.1
@@ -143,7 +153,8 @@ _MORE_LINES, _MOST_LINES = 10, 40
 HIGHEST = 0.45
 #: Ringing is looked for from below the lowest to above the highest mode, where mountings ring.
 _BAND, _MOST_OF_RATE = (0.7, 2.0), 0.49
-#: Of a plate with more modes the lowest are looked for: above, they lie closer than their own widths.
+#: Of a plate with more modes the lowest are looked for: above, they lie closer than their own
+#: widths.
 _MANY = 24
 #: Steps that each configuration's poles are refined by; below this an amplitude is silence.
 _STEPS, _SILENCE = 3, 1e-12
@@ -153,7 +164,8 @@ _LEAST_DAMPING, LEAST_RATIO = 1e-3, 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """Natural logarithms of all lines as read, NaN where nothing was measured, and their deviations under noise."""
+    """Natural logarithms of all lines as read, NaN where nothing was measured, and their deviations
+    under noise."""
 
     frequency: Floats  # (R, M)
     damping: Floats  # (R, M)
@@ -172,7 +184,8 @@ class Reading:
         return type(self)(*(getattr(self, item.name)[..., lines] for item in fields(self)))
 
     def enter(self, runs: Rows, ringing: Floats, basis: Basis, *, noisy: bool = True) -> Self:
-        """Enters the `runs` of records (R, S, n), each one Gauss-Newton step from the poles of `basis`.
+        """Enters the `runs` of records (R, S, n), each one Gauss-Newton step from the poles of
+        `basis`.
 
         Records that are not `noisy` have no deviations.
         """
@@ -204,7 +217,8 @@ class Reading:
 
 
 def scaled(ringing: Floats) -> tuple[Floats, Floats]:
-    """Records (n, k) of one loudness each, from (..., n), and their loudness (k,); those not measured are left out."""
+    """Records (n, k) of one loudness each, from (..., n), and their loudness (k,); those not
+    measured are left out."""
     flat = ringing.reshape(-1, ringing.shape[-1])
     flat = flat[np.isfinite(flat[:, 0])]
     scale = np.maximum(np.abs(flat).max(axis=1), 1e-300)
@@ -219,9 +233,11 @@ def median(values: Floats) -> Floats:
 
 
 class ModeSearch:
-    """The `modes` (M,) of a plate, by their rows in its table, that are looked for below the end of a band.
+    """The `modes` (M,) of a plate, by their rows in its table, that are looked for below the end of
+    a band.
 
-    In `ringing` (R, S, n), which is what `window` leaves of the accelerations, and first in the runs `searched` (r,).
+    In `ringing` (R, S, n), which is what `window` leaves of the accelerations, and first in the
+    runs `searched` (r,).
     """
 
     def __init__(
@@ -232,10 +248,11 @@ class ModeSearch:
         configuration: Rows,
         peak: Floats,
     ) -> None:
-        """Of a plate with an elastic mode, in accelerations that ring freely from the sample `begin` on.
+        """Of a plate with an elastic mode, in accelerations that ring freely from the sample
+        `begin` on.
 
-        Of each of some of the configurations (R,) the run with the highest `peak` (R,) is searched; 0 for a run that
-        cannot be used.
+        Of each of some of the configurations (R,) the run with the highest `peak` (R,) is searched;
+        0 for a run that cannot be used.
         """
         elastic = plate.frequency_hz > 0
         frequency = plate.frequency_hz[elastic]
@@ -265,7 +282,8 @@ class ModeSearch:
     def read(self, candidates: Sequence[ModeLines]) -> tuple[Rows, Reading]:
         """The rows in the table (K,) of the modes that ring, and their reading run by run.
 
-        Modes are named by the candidate plate that fits best, as in `matched`. None where ringing is too short.
+        Modes are named by the candidate plate that fits best, as in `matched`. None where ringing
+        is too short.
         """
         runs, channels, samples = self.ringing.shape
         step_s, nothing = (
@@ -302,7 +320,8 @@ def best_modes(clear: NDArray[np.bool_], loudness: Floats) -> Rows:
 class MeasuredModes:
     """Of K modes: their `rows` (K,) in the table, where they are at `frequency_hz` (K,).
 
-    `ringing` are the rows of all modes that ring in `window`, those that are too faint to be compared among them.
+    `ringing` are the rows of all modes that ring in `window`, those that are too faint to be
+    compared among them.
     """
 
     window: RingingWindow
@@ -311,7 +330,8 @@ class MeasuredModes:
     frequency_hz: Floats
     frequency: Floats  # (R, K): natural logarithm, as that of `damping`
     damping: Floats  # (R, K)
-    level: Floats  # (R, S, K): ln of the amplitude in m/s2 where ringing begins, NaN where it was not measured
+    # (R, S, K): ln of the amplitude in m/s2 where ringing begins, NaN where it was not measured
+    level: Floats
     clear: NDArray[
         np.bool_
     ]  # (S, K): at which channels a mode stands out of the noise, and is not near a node
@@ -320,7 +340,8 @@ class MeasuredModes:
 
 
 def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows) -> MeasuredModes:
-    """Modes that ring and that are the table's: the ends and the loudest of the clear modes, in rising order."""
+    """Modes that ring and that are the table's: the ends and the loudest of the clear modes, in
+    rising order."""
     peak = np.where(signals.good.all(axis=1), np.nan_to_num(signals.peak_n), 0.0)
     search = ModeSearch(plate, signals, signals.ringing, configuration, peak)
     modes, reading = search.read(_candidate_lines(plate, signals, search))
@@ -364,7 +385,8 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
 def _candidate_lines(
     plate: ModalPlate, signals: PlateSignals, search: ModeSearch
 ) -> list[ModeLines]:
-    """What candidate plates ring with in the runs that are searched, in shares of what is the loudest in a record."""
+    """What candidate plates ring with in the runs that are searched, in shares of what is the
+    loudest in a record."""
     runs, begin_s = search.searched, search.window.start_s
     forces = [signals.force[run] for run in runs]
     size = np.abs(search.ringing[runs]).max(axis=2, keepdims=True, initial=1e-300)

@@ -1,6 +1,8 @@
-"""The plate without its force, or without known places on it: frequencies and damping ratios of modes that ring down.
+"""The plate without its force, or without known places on it: frequencies and damping ratios of
+modes that ring down.
 
-Neither depends on how hard the plate was hit, nor on where sensors stand (Ewins, Modal Testing, 2nd ed. 2000, ch. 1).
+Neither depends on how hard the plate was hit, nor on where sensors stand (Ewins, Modal Testing, 2nd
+ed. 2000, ch. 1).
 """
 
 from __future__ import annotations
@@ -33,14 +35,16 @@ from .signals import ringdown_block
 from .stage import mode_observables
 
 _FIXED = "fixed"
-#: A table was measured; a model with handbook elasticity and assumed damping agrees within what the twin takes it for.
+#: A table was measured; a model with handbook elasticity and assumed damping agrees within what the
+#: twin takes it for.
 _SOLVED = (PlateSpread.frequency, PlateSpread.damping)
 
 
 class PlateRingdownStage(Stage):
     """The modal table, or a solved model, whose modes are recognised by their frequencies alone.
 
-    Raises `ValueError` for a record without a plate, and where none of its modes rings in the accelerations.
+    Raises `ValueError` for a record without a plate, and where none of its modes rings in the
+    accelerations.
     """
 
     name = "plate"
@@ -50,7 +54,8 @@ class PlateRingdownStage(Stage):
         super().__init__(record)
         if record.plate is None:
             raise ValueError(
-                f"campaign {record.name!r} has no plate: its modes or its make stand in [bench.plate]"
+                f"campaign {record.name!r} has no plate: "
+                f"its modes or its make stand in [bench.plate]"
             )
         used = np.array(
             [_is_modelled(record, record.configurations[run.configuration]) for run in record.runs]
@@ -105,7 +110,8 @@ class PlateRingdownStage(Stage):
         return np.asarray(np.log(np.concatenate([plate.frequency_hz[self._modes], ratio])))
 
     def _read(self) -> tuple[Rows, Floats]:
-        """Rows in the table of K modes that ring clearly, and their measured observables (R, 2 K)."""
+        """Rows in the table of K modes that ring clearly, and their measured observables (R, 2
+        K)."""
         records, configuration = self.records, self.record.configuration_of
         if not np.any(self.plate.frequency_hz > 0):
             return np.zeros(0, dtype=np.intp), np.zeros((len(configuration), 0))
@@ -122,7 +128,8 @@ class PlateRingdownStage(Stage):
 
 
 def _is_modelled(record: CampaignRecord, configuration: RunConfiguration) -> bool:
-    """Whether a configuration strikes the plate of the record. A table is taken for whatever was struck."""
+    """Whether a configuration strikes the plate of the record. A table is taken for whatever was
+    struck."""
     if record.plate_points_known:
         return True
     if configuration.factors.get("boundary_conditions") == _FIXED:
@@ -134,7 +141,10 @@ def _is_modelled(record: CampaignRecord, configuration: RunConfiguration) -> boo
 
 
 def _make(record: CampaignRecord) -> str:
-    return f"{record.plate_thickness_m * 1e3:g} mm of {record.plate_model_material or 'unknown material'}"
+    return (
+        f"{record.plate_thickness_m * 1e3:g} mm of "
+        f"{record.plate_model_material or 'unknown material'}"
+    )
 
 
 def _assumed(record: CampaignRecord, used: NDArray[np.bool_]) -> list[str]:
@@ -142,16 +152,21 @@ def _assumed(record: CampaignRecord, used: NDArray[np.bool_]) -> list[str]:
     sentences = []
     if not record.plate_points_known:
         sentences.append(
-            f"plate: solved from its outline ({_make(record)}, free edges, one damping ratio for all modes), which is "
-            f"taken to agree within {_SOLVED[0]:.0%} of a frequency and {_SOLVED[1]:.0%} of a damping ratio; since "
-            f"nothing says where it was hit and where its sensors stand, {what}: --bench FILE gives these places"
+            f"plate: solved from its outline ({_make(record)}, free edges, "
+            f"one damping ratio for all modes), which is "
+            f"taken to agree within {_SOLVED[0]:.0%} of a frequency and "
+            f"{_SOLVED[1]:.0%} of a damping ratio; since "
+            f"nothing says where it was hit and where its sensors stand, "
+            f"{what}: --bench FILE gives these places"
         )
     if not any(run.force is not None and run.accelerations for run in record.runs):
         sentences.append(
-            f"plate: no force was recorded beside the accelerations: {what}, and no sensor can be judged"
+            f"plate: no force was recorded beside the accelerations: {what}, "
+            f"and no sensor can be judged"
         )
     if left_out := int((~used).sum()):
         sentences.append(
-            f"plate: {left_out} runs on a plate of another material or with fixed edges have no part in it"
+            f"plate: {left_out} runs on a plate of another material or with "
+            f"fixed edges have no part in it"
         )
     return sentences

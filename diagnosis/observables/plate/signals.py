@@ -23,8 +23,8 @@ from ..base import sensor_chain
 _OVER = 0.02
 #: How far the impulse of samples may be off before they are too few to stand for a contact.
 _NEAR = 0.2
-#: Samples on either side of a contact that are kept, and in how many more the force fades: a cut would be a jump, which
-#: the inverse of a low pass makes much of.
+#: Samples on either side of a contact that are kept, and in how many more the force fades: a cut
+#: would be a jump, which the inverse of a low pass makes much of.
 _AROUND, _FADE = 8, 16
 
 
@@ -33,7 +33,8 @@ def contact(force: Series) -> Series:
     acting = _acting(force)
     if not acting.size:
         return replace(force, values=np.zeros_like(force.values))
-    # from the peak outwards, with gaps of `_AROUND` at most, so that a spike of noise far from it is no contact
+    # from the peak outwards, with gaps of `_AROUND` at most, so that a spike of noise far from it
+    # is no contact
     parts = np.split(acting, np.flatnonzero(np.diff(acting) > _AROUND) + 1)
     peak = int(np.argmax(np.abs(force.values)))
     part = next(part for part in parts if part[-1] >= peak)
@@ -64,7 +65,8 @@ def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
 
 
 def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floats:
-    """(samples,) from `first_s` in steps of `step_s`, of the same impulse; 0 outside of the series."""
+    """(samples,) from `first_s` in steps of `step_s`, of the same impulse; 0 outside of the
+    series."""
     at = first_s + step_s * np.arange(samples)
     sampled = np.interp(at, force.time_s, force.values, left=0.0, right=0.0)
     if step_s * force.sampling_rate_hz <= 1 + 1e-9:
@@ -73,7 +75,8 @@ def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floa
     sampled_impulse = float(sampled.sum()) * step_s
     if impulse > 0 and abs(sampled_impulse / impulse - 1) < _NEAR:
         return np.asarray(sampled * (impulse / sampled_impulse))
-    # a contact of hardly a sample: each of its values is shared out between the two samples around it
+    # a contact of hardly a sample: each of its values is shared out between the two samples around
+    # it
     place = (force.time_s - first_s) / step_s
     before = np.floor(place).astype(np.intp)
     out = np.zeros(samples)
@@ -87,10 +90,11 @@ def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floa
 
 #: Kept before contact begins; its mean is what a channel shows at rest.
 _BEFORE_S, _REST_SAMPLES = 1e-3, 16
-#: Where no force says when a contact ends: soft tips stay on a plate for some milliseconds (thesis, Fig. 4.6).
+#: Where no force says when a contact ends: soft tips stay on a plate for some milliseconds (thesis,
+#: Fig. 4.6).
 _CONTACT_S = 5e-3
-#: Longer records are cut: by then a plate is silent, and every diagnosis would wait for it. A run below this share of
-#: the usual length is left out.
+#: Longer records are cut: by then a plate is silent, and every diagnosis would wait for it. A run
+#: below this share of the usual length is left out.
 _MOST_SAMPLES, _SHORT = 16384, 0.5
 #: Samples between the end of a contact and the ringing that modes are read from.
 _CLEAR = 4
@@ -102,7 +106,8 @@ _POINT = "impact_position"
 class AccelerationBlock:
     """Of R runs and S channels: `acceleration` (R, S, n), NaN for what was not measured.
 
-    Sample k of run r is at `first_s[r]` + k `step_s`; contact begins at 0 s. `first_s` is NaN for a run without any.
+    Sample k of run r is at `first_s[r]` + k `step_s`; contact begins at 0 s. `first_s` is NaN for a
+    run without any.
     """
 
     acceleration: Floats
@@ -161,7 +166,8 @@ class AccelerationBlock:
 
 
 def ringdown_block(record: CampaignRecord, used: NDArray[np.bool_]) -> AccelerationBlock:
-    """From the end of each contact on, of the runs that are `used` (R,), where it is numbers and not silent.
+    """From the end of each contact on, of the runs that are `used` (R,), where it is numbers and
+    not silent.
 
     Raises `ValueError` where none of them has an acceleration.
     """
@@ -195,8 +201,9 @@ def _after_contact(run: Run) -> dict[str, Series]:
 class PlateSignals(AccelerationBlock):
     """Accelerations from just before contact on, and forces, of R runs and S channels.
 
-    `force`: each run's contact as read, None where there is none. `ringing`: the sample from which every plate rings
-    freely. `points`: where each run hits the plate. `assumptions` are sentences for the report.
+    `force`: each run's contact as read, None where there is none. `ringing`: the sample from which
+    every plate rings freely. `points`: where each run hits the plate. `assumptions` are sentences
+    for the report.
     """
 
     force: tuple[Series | None, ...]
@@ -213,7 +220,8 @@ class PlateSignals(AccelerationBlock):
 
     @cached_property
     def centre_s(self) -> Floats:
-        """(R,): about when each force acts, with half of its weight before and half after; NaN without a force."""
+        """(R,): about when each force acts, with half of its weight before and half after; NaN
+        without a force."""
         centres = np.full(len(self.force), np.nan)
         for run, force in enumerate(self.force):
             if force is not None:
@@ -236,7 +244,8 @@ class PlateSignals(AccelerationBlock):
 
     @classmethod
     def of_record(cls, record: CampaignRecord, plate: ModalPlate) -> PlateSignals:
-        """Raises `ValueError` where no run has both a force and an acceleration at a sensor of the plate.
+        """Raises `ValueError` where no run has both a force and an acceleration at a sensor of the
+        plate.
 
         And for an impact position that a plate with several has not.
         """
@@ -246,7 +255,8 @@ class PlateSignals(AccelerationBlock):
         series = [_before_contact(run, channels) for run in record.runs]
         if not any(series):
             raise ValueError(
-                f"campaign {record.name!r}: no run has a force and an acceleration at one of the plate's sensors "
+                f"campaign {record.name!r}: no run has a force and an "
+                f"acceleration at one of the plate's sensors "
                 f"({', '.join(plate.sensors)}); name the channels as the modal table does"
             )
         block = AccelerationBlock.of(channels, series)
@@ -265,14 +275,16 @@ class PlateSignals(AccelerationBlock):
         ) - int(used.sum())
         if left_out:
             assumptions.append(
-                f"{left_out} runs whose accelerations are too short or of another rate have no part in the plate"
+                f"{left_out} runs whose accelerations are too short or of "
+                f"another rate have no part in the plate"
             )
         other_rate = sum(len(run) for run, use in zip(series, used, strict=True) if use) - int(
             block.good.sum()
         )
         if other_rate:
             assumptions.append(
-                f"{other_rate} accelerations of another sampling rate than {block.rate_hz:g} Hz are left out"
+                f"{other_rate} accelerations of another sampling rate than "
+                f"{block.rate_hz:g} Hz are left out"
             )
         return cls(
             **vars(block),
@@ -299,9 +311,11 @@ def _before_contact(run: Run, channels: Sequence[str]) -> dict[str, Series]:
 
 
 def _impact_points(record: CampaignRecord, plate: ModalPlate) -> tuple[tuple[str, ...], list[str]]:
-    """The impact point of every run by its name on the plate, and what is taken for granted of them.
+    """The impact point of every run by its name on the plate, and what is taken for granted of
+    them.
 
-    A plate with one point is hit there. Raises `ValueError` for a position that a plate with several has not.
+    A plate with one point is hit there. Raises `ValueError` for a position that a plate with
+    several has not.
     """
     names = [
         _point_name(configuration.factors.get(_POINT)) for configuration in record.configurations
@@ -309,12 +323,16 @@ def _impact_points(record: CampaignRecord, plate: ModalPlate) -> tuple[tuple[str
     first = plate.impact_points[0]
     if len(plate.impact_points) == 1:
         others = sorted({name for name in names if name is not None} - {first})
-        note = f"impact positions {', '.join(others)} are taken for {first}: the plate has shapes at no other"
+        note = (
+            f"impact positions {', '.join(others)} are taken for {first}: the "
+            f"plate has shapes at no other"
+        )
         return (first,) * len(record.runs), [note] if others else []
     for configuration, name in zip(record.configurations, names, strict=True):
         if name is not None and name not in plate.impact_points:
             raise ValueError(
-                f"{configuration.label}: {_POINT} {name!r} is not on the plate; it has {', '.join(plate.impact_points)}"
+                f"{configuration.label}: {_POINT} {name!r} is not on the "
+                f"plate; it has {', '.join(plate.impact_points)}"
             )
     missing = f"where no {_POINT} is stated the plate is taken to be hit at {first}"
     return tuple(names[run.configuration] or first for run in record.runs), [

@@ -1,13 +1,16 @@
-"""How accelerations are read, measured or simulated: the ringing, spectrum lines and what a channel rests at.
+"""How accelerations are read, measured or simulated: the ringing, spectrum lines and what a channel
+rests at.
 
 What modes a plate rings with after a contact, in closed form, and how a mounted sensor shows them.
 
-q'' of mode m is Im(lambda^2 / omega_d Z exp(lambda t)) with Z the integral of F exp(-lambda t): recursion.py.
+q'' of mode m is Im(lambda^2 / omega_d Z exp(lambda t)) with Z the integral of F exp(-lambda t):
+recursion.py.
 
-By how much later than its force a plate rings tells a slow force channel from a mounting that resonates. Under a force
-about the time c a mode begins with the phase of Z exp(lambda c), 0 or a half turn for a short and even contact,
-whatever its frequency; a delay d turns it by omega d. An uneven and long contact has a phase of its own, which is taken
-off: it would be taken for other half turns.
+By how much later than its force a plate rings tells a slow force channel from a mounting that
+resonates. Under a force about the time c a mode begins with the phase of Z exp(lambda c), 0 or a
+half turn for a short and even contact, whatever its frequency; a delay d turns it by omega d. An
+uneven and long contact has a phase of its own, which is taken off: it would be taken for other half
+turns.
 """
 
 from __future__ import annotations
@@ -27,11 +30,13 @@ from ...record import Series
 from .signals import PlateSignals
 
 Q, PER_OCTAVE = 10.0, 3
-#: Lines reach from below the lowest mode to below the highest: beyond, modes that are not listed would tell.
+#: Lines reach from below the lowest mode to below the highest: beyond, modes that are not listed
+#: would tell.
 _BELOW, _ABOVE = 0.7, 0.75
 #: Lines are below this share of the sampling rate, and have so many cycles in a record.
 _RATE, _CYCLES = 0.1, 3.0
-#: Periods of the lowest mode that a window needs to see the level under the ringing; shares of the ringing it spans.
+#: Periods of the lowest mode that a window needs to see the level under the ringing; shares of the
+#: ringing it spans.
 _PERIODS = 5.0
 _HALVES, _WHOLE = ((0.0, 0.5), (0.5, 1.0)), ((0.0, 1.0),)
 #: Samples to a cycle of the highest mode that are kept at least; attenuation of what is beyond, dB.
@@ -42,9 +47,11 @@ _STEEP = 1.2
 
 @dataclass(frozen=True, eq=False)
 class RingingWindow:
-    """The part of a record in which a plate rings freely, at no higher rate than the modes that are looked for need.
+    """The part of a record in which a plate rings freely, at no higher rate than the modes that are
+    looked for need.
 
-    The samples `kept` of records that `taps` have filtered; none for None. They begin `start_s` after the first.
+    The samples `kept` of records that `taps` have filtered; none for None. They begin `start_s`
+    after the first.
     """
 
     kept: slice
@@ -72,7 +79,8 @@ class RingingWindow:
         return len(range(self.kept.start, self.kept.stop, self.kept.step))
 
     def cut(self, acceleration: Floats) -> Floats:
-        """(..., samples) of (..., n). The filter is even: it delays nothing, and leaves modes below as they are."""
+        """(..., samples) of (..., n). The filter is even: it delays nothing, and leaves modes below
+        as they are."""
         from scipy.signal import fftconvolve
 
         if self.taps is not None:
@@ -83,7 +91,8 @@ class RingingWindow:
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
-    """How accelerations (..., n) are read: at `lines_hz` (f,), and in `windows`, in samples, for the level at rest."""
+    """How accelerations (..., n) are read: at `lines_hz` (f,), and in `windows`, in samples, for
+    the level at rest."""
 
     lines_hz: Floats
     rate_hz: float
@@ -111,7 +120,8 @@ class Spectra:
         levels = np.full((len(flat), self.lines_hz.size), np.nan)
         good = np.isfinite(flat).all(axis=1) & (np.ptp(flat, axis=1) > 0)
         if good.any() and self.lines_hz.size:
-            # Records are compared with simulated ones of the same rate and length, in which sampling hides the same.
+            # Records are compared with simulated ones of the same rate and length, in which
+            # sampling hides the same.
             spectrum = shock_response_spectrum(
                 flat[good], self.rate_hz, self.lines_hz, q=Q, resample_within=None, threads=2
             )
@@ -154,7 +164,8 @@ def levels(
 ) -> Floats:
     """Amplitudes (k, S, K) in m/s2 of K modes as sensors show them; NaN without a force.
 
-    Of the `runs` (k,) of the record, at the time about which forces on them have the `transforms` (k, K).
+    Of the `runs` (k,) of the record, at the time about which forces on them have the `transforms`
+    (k, K).
     """
     poles = poles_of(plate.frequency_hz[modes], plate.damping_ratio[modes])
     gain = np.abs(poles**2 / poles.imag * chain.transmissibility(poles))
@@ -168,7 +179,8 @@ def levels(
 
 
 def excited(forces: Forces, frequency_hz: Floats) -> Floats:
-    """(R, K): how much of each force's impulse acts on a mode at `frequency_hz` (R, K); 1 for a very short contact."""
+    """(R, K): how much of each force's impulse acts on a mode at `frequency_hz` (R, K); 1 for a
+    very short contact."""
     impulse = [
         np.nan if f is None else float(np.abs(f.values).sum() / f.sampling_rate_hz) for f in forces
     ]
@@ -194,10 +206,11 @@ def force_transforms(forces: Forces, poles: Complexes, at_s: Floats) -> Complexe
 
 
 def delays_s(angle: Floats, omega: Floats, weight: Floats) -> Floats:
-    """(R, S) from phases (R, S, K), circular frequencies (R, K) in rising order and weights (S, K), 0: not used.
+    """(R, S) from phases (R, S, K), circular frequencies (R, K) in rising order and weights (S, K),
+    0: not used.
 
-    Modes may begin either way, so that a phase is known up to half turns: each mode takes the half turn that fits the
-    delay of those below it. NaN without any weight.
+    Modes may begin either way, so that a phase is known up to half turns: each mode takes the half
+    turn that fits the delay of those below it. NaN without any weight.
     """
     total, used = np.zeros(angle.shape[:2]), np.zeros(angle.shape[:2])
     for k in range(angle.shape[2]):

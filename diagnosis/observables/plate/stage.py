@@ -1,6 +1,7 @@
 """The plate: from the force on it, as read, to the accelerations that the channels show.
 
-The observables of the plate stage and their order: modes, then channel by channel lines, amplitudes and rests.
+The observables of the plate stage and their order: modes, then channel by channel lines, amplitudes
+and rests.
 """
 
 from __future__ import annotations
@@ -24,14 +25,16 @@ from .modes import HIGHEST, LEAST_RATIO, MeasuredModes, measured_modes
 from .signals import PlateSignals
 from .spectra import Forces, Spectra, delays_s, levels
 
-#: Tolerances and floors. 0.5 dB of a spectrum is what the field calls agreement, and 6 % of an amplitude. 0.2 % of a
-#: frequency is 0.4 % of a modulus. Damping is seldom known to 10 %. A rest is a share of the largest acceleration.
+#: Tolerances and floors. 0.5 dB of a spectrum is what the field calls agreement, and 6 % of an
+#: amplitude. 0.2 % of a frequency is 0.4 % of a modulus. Damping is seldom known to 10 %. A rest is
+#: a share of the largest acceleration.
 _SRS = (0.5, 0.15)
 _FREQUENCY = (0.002, 0.0003)
 _DAMPING = (0.1, 0.02)
 _LEVEL = (0.06, 0.015)
 _REST = (0.002, 0.0003)
-#: A delay is a share of the contact time. Small errors of frequencies, within their tolerance, look like a tenth of it.
+#: A delay is a share of the contact time. Small errors of frequencies, within their tolerance, look
+#: like a tenth of it.
 _DELAY = (0.1, 0.004)
 #: A delay that is measured to be larger is a contact whose begin could not be read.
 _MOST_DELAY = 0.25
@@ -42,7 +45,8 @@ def mode_observables(
     ringing_s: tuple[float, float],
     tolerance: tuple[float, float] = (_FREQUENCY[0], _DAMPING[0]),
 ) -> tuple[Observable, ...]:
-    """Logarithms of frequencies, then of damping ratios, of modes that the table has at `frequency_hz` (K,).
+    """Logarithms of frequencies, then of damping ratios, of modes that the table has at
+    `frequency_hz` (K,).
 
     `tolerance` of either, as logarithms. They belong to the plate and no sensor alone.
     """
@@ -149,11 +153,12 @@ _FEWEST_IN_BANDS = 6
 
 
 class PlateObservables(Stage):
-    """The modal table, or a solved model, driven by the measured force at the impact point of each run.
+    """The modal table, or a solved model, driven by the measured force at the impact point of each
+    run.
 
-    In what follows `forces` (k,) are the true ones of the `runs` (k,) of the record, None where there is none. Raises
-    `ValueError` for a record without a plate, without a run that has a force and an acceleration at one of its
-    sensors, and for an impact position that the plate has not.
+    In what follows `forces` (k,) are the true ones of the `runs` (k,) of the record, None where
+    there is none. Raises `ValueError` for a record without a plate, without a run that has a force
+    and an acceleration at one of its sensors, and for an impact position that the plate has not.
     """
 
     name = "plate"
@@ -165,7 +170,8 @@ class PlateObservables(Stage):
         super().__init__(record)
         if record.plate is None:
             raise ValueError(
-                f"campaign {record.name!r} has no plate: its modes or its make stand in [bench.plate]"
+                f"campaign {record.name!r} has no plate: "
+                f"its modes or its make stand in [bench.plate]"
             )
         self.signals = signals = PlateSignals.of_record(record, record.plate)
         limit_hz = HIGHEST * signals.rate_hz
@@ -177,7 +183,10 @@ class PlateObservables(Stage):
             )
         self.assumptions = signals.assumptions
         if dropped := record.plate.frequency_hz.size - self.plate.frequency_hz.size:
-            note = f"{dropped} modes of the plate above {limit_hz:g} Hz are left out: records end there"
+            note = (
+                f"{dropped} modes of the plate above "
+                f"{limit_hz:g} Hz are left out: records end there"
+            )
             self.assumptions = (*self.assumptions, note)
         self.modes = measured_modes(self.plate, signals, record.configuration_of)
         self.columns = Columns(signals, Spectra.of(self.plate, signals), self.modes)
@@ -242,12 +251,14 @@ class PlateObservables(Stage):
 
     @cached_property
     def representative(self) -> tuple[Rows, Floats]:
-        """Runs of median peak force, one for each configuration that has any, and their nominal observables."""
+        """Runs of median peak force, one for each configuration that has any, and their nominal
+        observables."""
         runs = self.median_runs(self.signals.peak_n)
         return runs[runs >= 0], self._observed(runs[runs >= 0], ())
 
     def records(self, effects: Sequence[Effect] = ()) -> Floats:
-        """(R, S, n): simulated accelerations beside `signals.acceleration`; NaN where there is no force."""
+        """(R, S, n): simulated accelerations beside `signals.acceleration`; NaN where there is no
+        force."""
         driven = self._driven.under(effects, np.arange(len(self.record.runs)))
         return _by_channel(sensor_chain(effects), driven.accelerations, self.signals.step_s)
 
@@ -300,7 +311,8 @@ class PlateObservables(Stage):
 
 
 def _by_channel(chain: SensorChain, accelerations: Floats, step_s: float) -> Floats:
-    """(k, S, n): what the channels show of accelerations; parameters of an effect are numbers, or (S,)."""
+    """(k, S, n): what the channels show of accelerations; parameters of an effect are numbers, or
+    (S,)."""
     if not chain.effects:
         return accelerations
     return np.swapaxes(

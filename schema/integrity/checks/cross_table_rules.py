@@ -19,7 +19,8 @@ _MOST = 20
 
 @dataclass(frozen=True)
 class CrossTableRule:
-    """Rows that break a rule: the query's labels say where they are. `campaign` holds the campaign's key."""
+    """Rows that break a rule: the query's labels say where they are. `campaign` holds the
+    campaign's key."""
 
     message: str
     query: Query
@@ -72,14 +73,16 @@ RULES = (
     ),
     CrossTableRule(
         "a shot with a recording of another campaign",
-        _shots.join(Recording, Shot.recording_id == Recording.id).where(Recording.campaign_id != Shot.campaign_id),
+        _shots.join(Recording,
+        Shot.recording_id == Recording.id).where(Recording.campaign_id != Shot.campaign_id),
         Shot.campaign_id,
     ),
     CrossTableRule(
         "a shot with an impact of another run",
         _shots.join(Impact, Shot.impact_id == Impact.id).where(
             or_(
-                Impact.campaign_id != Shot.campaign_id, Impact.run != Shot.run, Impact.repetition != Shot.repetition
+                Impact.campaign_id != Shot.campaign_id, Impact.run != Shot.run,
+                Impact.repetition != Shot.repetition
             )
         ),
         Shot.campaign_id,

@@ -1,6 +1,6 @@
-"""What the engine rules, or should: the tables are those that this software reads and writes, each value is of its
-column's kind (SQLite takes any), every foreign key leads to a row, pages and indices are sound, and PostgreSQL gives
-the next row a key that is free."""
+"""What the engine rules, or should: the tables are those that this software reads and writes, each
+value is of its column's kind (SQLite takes any), every foreign key leads to a row, pages and
+indices are sound, and PostgreSQL gives the next row a key that is free."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ from ..findings import RESTORE, IntegrityFinding, Scope
 
 
 def tables_there(connection: Connection) -> list[Table]:
-    """The tables of ours that the store has: one that is missing keeps no other from being looked at."""
+    """The tables of ours that the store has: one that is missing keeps no other from being looked
+    at."""
     names = set(inspect(connection).get_table_names())
     return [table for table in metadata.sorted_tables if table.name in names]
 

@@ -1,4 +1,5 @@
-"""Rows that are known by a hash of their content have that content: else two things would be taken for one."""
+"""Rows that are known by a hash of their content have that content: else two things would be taken
+for one."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ _NOT_CONTENT = ("id", "fingerprint", "written_by_id", ROW_SHA256)
 
 
 def check_fingerprints(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
-    """Configurations, parts of benches and extraction settings whose content is another than their fingerprint's."""
+    """Configurations, parts of benches and extraction settings whose content is another than their
+    fingerprint's."""
     yield from _hash_findings("configurations", _configurations(connection))
     for model in (Gun, Hammer):
         yield from _hash_findings(model.__tablename__, _parts(connection, model.__table__))  # type: ignore[arg-type]
@@ -34,7 +36,10 @@ def _hash_findings(
     for key, fingerprint, content in rows:
         computed = fingerprint_of(content)
         if computed != fingerprint:
-            message = f"its content has the fingerprint {computed[:12]}…, its row says {fingerprint[:12]}…"
+            message = (
+                f"its content has the fingerprint "
+                f"{computed[:12]}…, its row says {fingerprint[:12]}…"
+            )
             yield IntegrityFinding("fingerprints", message, RESTORE, {"table": table, "row": key})
 
 

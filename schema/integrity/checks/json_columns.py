@@ -1,5 +1,5 @@
-"""Names are one short line, paths stay in their folder, JSON has the form that its readers expect. Our own commands see
-to that; files from elsewhere may differ."""
+"""Names are one short line, paths stay in their folder, JSON has the form that its readers expect.
+Our own commands see to that; files from elsewhere may differ."""
 
 from __future__ import annotations
 
@@ -96,7 +96,8 @@ _LONGEST = 1000
 
 
 def check_names(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
-    """Names that no line can show, paths that lead out of the campaign's folder, JSON of another form."""
+    """Names that no line can show, paths that lead out of the campaign's folder, JSON of another
+    form."""
     for table in metadata.sorted_tables:
         for column in table.columns:
             if column.name in _NAMES and kind_of(column) != JSON_TEXT:

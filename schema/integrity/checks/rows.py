@@ -25,7 +25,8 @@ _ADVICE = {"series_chunks": REREAD}
 
 
 def check_rows(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
-    """Rows that are not those that were written, by table and key, and by what people know them by."""
+    """Rows that are not those that were written, by table and key, and by what people know them
+    by."""
     for table in tables_there(connection):
         yield from _altered_rows(connection, scope, table)
 
@@ -68,7 +69,8 @@ def _problem(row: HashedRow) -> str:
     if row.recorded == ALTERED:
         return "a figure was altered before the store was upgraded to revision 0011"
     return (
-        f"the row was altered: its values have the SHA-256 {row.computed[:12]}…, it was written with "
+        f"the row was altered: its values have the SHA-256 "
+        f"{row.computed[:12]}…, it was written with "
         f"{row.recorded[:12]!s}…"
     )
 
@@ -100,7 +102,8 @@ def _names(connection: Connection, table: Table, values: Mapping[str, Any]) -> d
 def _parent(
     connection: Connection, key: ForeignKey, values: Mapping[str, Any]
 ) -> tuple[Table, Mapping[str, Any]] | None:
-    """The row that a reference leads to, with its names and references; None where there is none."""
+    """The row that a reference leads to, with its names and references; None where there is
+    none."""
     parent, value = key.column.table, values[key.parent.name]
     if parent.name == _WRITERS or not isinstance(value, int):
         return None

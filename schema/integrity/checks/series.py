@@ -1,4 +1,5 @@
-"""Every series is the one that was recorded: as many chunks as its samples take, and the SHA-256 of all samples."""
+"""Every series is the one that was recorded: as many chunks as its samples take, and the SHA-256 of
+all samples."""
 
 from __future__ import annotations
 
@@ -47,7 +48,8 @@ def place_of(row: ChannelRow, chunk: int | None = None) -> dict[str, Any]:
 
 
 ADVICE = (
-    "read the recording again from its campaign folder with: pyroshock db check --repair FOLDER; without the folder, "
+    "read the recording again from its campaign folder with: pyroshock db "
+    "check --repair FOLDER; without the folder, "
     "restore the store from its backup. All other series can be used"
 )
 
@@ -61,7 +63,8 @@ class Damage:
 
 
 def check_series(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
-    """Series of which a chunk is missing, damaged or too many, or whose samples are not those that were stored."""
+    """Series of which a chunk is missing, damaged or too many, or whose samples are not those that
+    were stored."""
     for row in iter_channels(connection, scope):
         for damage in damages(connection, row):
             yield IntegrityFinding("series", damage.message, ADVICE, place_of(row, damage.chunk))
@@ -98,7 +101,10 @@ def _implausible(row: ChannelRow) -> str | None:
     if dtype.kind not in "iuf" or dtype.str != row.dtype:
         return f"its dtype is {row.dtype!r:.40}; expected that of a number"
     if not 0 < row.chunk_samples <= LONGEST_CHUNK or row.samples < 1:
-        return f"{row.samples} samples in chunks of {row.chunk_samples}; expected at most {LONGEST_CHUNK} in one"
+        return (
+            f"{row.samples} samples in chunks of {row.chunk_samples}; expected at "
+            f"most {LONGEST_CHUNK} in one"
+        )
     return None
 
 
@@ -112,7 +118,8 @@ def _too_many(connection: Connection, row: ChannelRow) -> Iterator[Damage]:
 
 
 def check_chunks(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
-    """Channels with another number of chunks: what `check_series` finds of gaps, without reading any."""
+    """Channels with another number of chunks: what `check_series` finds of gaps, without reading
+    any."""
     chunks = func.count(SeriesChunk.channel_id)
     length = RecordedChannel.chunk_samples
     expected = (RecordedChannel.samples + length - 1) // length

@@ -1,4 +1,5 @@
-"""Tombstones say what is so: what they call discarded is gone, what they call restored or replaced is there."""
+"""Tombstones say what is so: what they call discarded is gone, what they call restored or replaced
+is there."""
 
 from __future__ import annotations
 
@@ -21,14 +22,18 @@ _COLUMNS = (
     Tombstone.replaced_by,
     Tombstone.restored_at,
 )
-_AGAIN = "take it out again (pyroshock runs discard), or restore the store from its backup (docs/reference/store.md)"
+_AGAIN = (
+    "take it out again (pyroshock runs discard), or restore the store from its "
+    "backup (docs/reference/store.md)"
+)
 
 #: The files of each campaign that is in the store, as path and SHA-256.
 _Files = Mapping[str, set[tuple[str, str]]]
 
 
 def check_tombstones(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
-    """Discarded recordings that are in the store all the same, and restored or replacing ones that are not.
+    """Discarded recordings that are in the store all the same, and restored or replacing ones that
+    are not.
 
     What a later tombstone says of the same campaign or file goes before what an earlier one says.
     """
@@ -69,7 +74,8 @@ def _files(connection: Connection, names: set[str]) -> _Files:
 def _wrong(
     stone: Any, later: Sequence[Any], there: set[tuple[str, str]] | None
 ) -> tuple[str, str] | None:
-    """What is wrong with a tombstone, and the advice; `there` are the campaign's files, None where it is not there."""
+    """What is wrong with a tombstone, and the advice; `there` are the campaign's files, None where
+    it is not there."""
     if any(tombstone.kind == CAMPAIGN for tombstone in later):
         return None
     files = there or set()
@@ -90,7 +96,8 @@ def _wrong(
         )
         if stone.restored_at is not None and not present:
             return (
-                "the recording was stored again by what its tombstone says, and is not in the store",
+                "the recording was stored again by what "
+                "its tombstone says, and is not in the store",
                 RESTORE,
             )
         if stone.restored_at is None and present:

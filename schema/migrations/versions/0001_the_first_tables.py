@@ -824,7 +824,8 @@ def upgrade() -> None:
     # ### end Alembic commands ###
 
     if op.get_bind().dialect.name == "postgresql":
-        # Frames are packed already: PostgreSQL would try each again, in vain and at the cost of writing it.
+        # Frames are packed already: PostgreSQL would try each again, in vain and at the cost of
+        # writing it.
         for table, column in (("series_chunks", "frame"), ("pulses", "fine_force_n")):
             op.execute(f"ALTER TABLE {table} ALTER COLUMN {column} SET STORAGE EXTERNAL")
 

@@ -13,7 +13,8 @@ depends_on = None
 _COUNTS = ("attempt", "deaths", "beat", "done", "total")
 _RULES = {
     "state_known": "state IN ('waiting', 'running', 'done', 'failed', 'stopped')",
-    "running_with_worker": "state <> 'running' OR (worker IS NOT NULL AND lease_s IS NOT NULL AND attempt > 0)",
+    "running_with_worker": "state <> 'running' OR (worker IS NOT "
+    "NULL AND lease_s IS NOT NULL AND attempt > 0)",
     "lease_positive": "lease_s IS NULL OR lease_s > 0",
     "ended_when_over": "(ended_at IS NOT NULL) = (state IN ('done', 'failed', 'stopped'))",
     "failed_with_error": "(error IS NOT NULL) = (state = 'failed')",

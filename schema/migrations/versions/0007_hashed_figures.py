@@ -1,6 +1,7 @@
 """hashed figures: impacts, pulses and shots with the SHA-256 of their figures
 
-The hash of rows that are there is of what they hold now: whether that was ever altered, nobody can say.
+The hash of rows that are there is of what they hold now: whether that was ever altered, nobody can
+say.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ depends_on = None
 _PAGE = 500
 _HIT = ("run", "repetition")
 _PULSE = (
-    "start_s contact_time_s compression_time_s peak_force_n spline_peak_force_n impulse_n_s compression_impulse_n_s "
-    "width_half_s width_tenth_s samples_in_contact spline_nrmse segmentation_difference force_points_n fine_period_s "
+    "start_s contact_time_s compression_time_s peak_force_n "
+    "spline_peak_force_n impulse_n_s compression_impulse_n_s "
+    "width_half_s width_tenth_s samples_in_contact spline_nrmse "
+    "segmentation_difference force_points_n fine_period_s "
     "fine_force_n"
 )
 _SHOT = (

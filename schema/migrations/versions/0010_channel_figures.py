@@ -1,6 +1,8 @@
-"""channel figures: peak, durations, velocity change and spectrum's summary of each acceleration channel of an impact
+"""channel figures: peak, durations, velocity change and spectrum's summary of each acceleration
+channel of an impact
 
-A store that is upgraded has none for what it holds: `pyroshock extract CAMPAIGN` measures them from the stored series.
+A store that is upgraded has none for what it holds: `pyroshock extract CAMPAIGN` measures them from
+the stored series.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ _RULES = {
     "energy_duration_not_negative": "energy_duration_s IS NULL OR energy_duration_s >= 0",
 }
 _NUMBERS = (
-    "peak_acceleration_m_s2 signed_peak_acceleration_m_s2 peak_time_s pulse_start_s pulse_duration_s "
+    "peak_acceleration_m_s2 signed_peak_acceleration_m_s2 peak_time_s "
+    "pulse_start_s pulse_duration_s "
     "effective_duration_s energy_duration_s velocity_change_m_s record_velocity_change_m_s"
 )
 

@@ -1,7 +1,8 @@
 """row hashes: every row with the SHA-256 of itself, in place of those of figures alone
 
-The hash of rows that are there is of what they hold now. Where their figures had a hash, it is compared before it goes:
-a row whose figures were altered is marked, and stays a finding of every check. What else was altered, nobody can say.
+The hash of rows that are there is of what they hold now. Where their figures had a hash, it is
+compared before it goes: a row whose figures were altered is marked, and stays a finding of every
+check. What else was altered, nobody can say.
 """
 
 from __future__ import annotations
@@ -173,7 +174,8 @@ _NAMES = (
 
 
 def _altered(name: str) -> list[int]:
-    """Keys of the rows whose figures are not those of their hash. One without a hash is older than these."""
+    """Keys of the rows whose figures are not those of their hash. One without a hash is older than
+    these."""
     return [
         row.id
         for page in _pages(name)

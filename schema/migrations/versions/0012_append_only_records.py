@@ -1,8 +1,9 @@
-"""append-only records: operators add recordings, calibrations and samples, and change or delete none; and the list of
-registered versions of models, so that a registry that is lost is told
+"""append-only records: operators add recordings, calibrations and samples, and change or delete
+none; and the list of registered versions of models, so that a registry that is lost is told
 
-On PostgreSQL, three functions do what the software itself must change as an operator, each within what it checks: they
-run with their owner's rights, name every object by its schema, and look up nothing else but in pg_catalog.
+On PostgreSQL, three functions do what the software itself must change as an operator, each within
+what it checks: they run with their owner's rights, name every object by its schema, and look up
+nothing else but in pg_catalog.
 """
 
 from __future__ import annotations

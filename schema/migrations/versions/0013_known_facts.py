@@ -1,4 +1,5 @@
-"""known facts: what a laboratory measured of its own bench, with uncertainty and source, in its campaign's row"""
+"""known facts: what a laboratory measured of its own bench, with uncertainty and source, in its
+campaign's row"""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    """The facts are lost. Rows that had some are hashed anew, where they were as their hash said."""
+    """The facts are lost. Rows that had some are hashed anew, where they were as their hash
+    said."""
     connection = op.get_bind()
     if connection.dialect.name == "postgresql":
         from pyroshock.schema.access.roles import act_as_owner

@@ -1,4 +1,5 @@
-"""A backup of store and registry, made while others write, gives all of it back when the originals are gone."""
+"""A backup of store and registry, made while others write, gives all of it back when the originals
+are gone."""
 
 from __future__ import annotations
 

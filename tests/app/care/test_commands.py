@@ -45,7 +45,8 @@ def test_check_tells_scripts_and_people(care_copy):
     assert "--repair FOLDER" in row["advice"]
     place = {key: finding[key] for key in ("check", "campaign", "recording", "channel", "chunk")}
     assert place == {
-        "check": "series", "campaign": HAMMER, "recording": "recordings/test-01.npz", "channel": "force", "chunk": 1,
+        "check": "series", "campaign": HAMMER, "recording": "recordings/test-01.npz",
+        "channel": "force", "chunk": 1,
     }  # fmt: skip
     assert "--repair FOLDER" in finding["advice"]
     _, line = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
@@ -72,7 +73,8 @@ def test_a_dataset_whose_pulses_were_changed_is_named(care_copy):
     execute(care_copy, "UPDATE pulses SET contact_time_s = contact_time_s * 1.0001 WHERE id = 12")
     pulse, dataset = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
     assert pulse.startswith(
-        "rows: campaign spring, recording recordings/test-01.npz, table pulses, row 12, plan spring, "
+        "rows: campaign spring, recording recordings/test-01.npz, table "
+        "pulses, row 12, plan spring, "
     )
     assert "run 1, repetition 1: the row was altered" in pulse
     assert dataset.startswith("datasets: dataset small: ")
@@ -208,7 +210,8 @@ def test_damage_is_named_by_exports_and_left_out_on_request(damaged, tmp_path):
 
 @pytest.mark.slow
 def test_a_changed_sample_without_a_checksum_is_found_by_its_hash(care_copy, tmp_path):
-    """A store that was filled before frames had one: a slice is read, the whole is not taken for what was recorded."""
+    """A store that was filled before frames had one: a slice is read, the whole is not taken for
+    what was recorded."""
     from pyroshock.schema.series import decode, encode
     from pyroshock.schema.tables import metadata
 
@@ -232,6 +235,7 @@ def test_a_changed_sample_without_a_checksum_is_found_by_its_hash(care_copy, tmp
         "recording recordings/test-02.mat, channel acceleration_1: its samples have the SHA-256"
         in line
     )
-    refused = run("export", "series", "--recording", "recordings/test-02.mat", "--out", tmp_path / "x.csv", "--db",
+    refused = run("export", "series", "--recording", "recordings/test-02.mat", "--out",
+    tmp_path / "x.csv", "--db",
                   care_copy, code=2)  # fmt: skip
     assert "its samples have the SHA-256" in refused.stderr

@@ -42,7 +42,8 @@ from sqlalchemy import event
 from support.records import verdicts
 from support.stores.stores import opened
 
-# --- A diagnosis that was kept is the one that was made: every number, every picture, every fit ---------------------
+# --- A diagnosis that was kept is the one that was made: every number, every picture, every fit
+# ---------------------
 NAN, INF = float("nan"), float("inf")
 
 
@@ -157,7 +158,8 @@ def test_infinities_come_back_and_details_are_of_a_known_format():
     assert again.causes == verdicts.verdict().causes
 
 
-# --- diagnoses that the store keeps: what a listing says, and that they come back whole -----------------------------
+# --- diagnoses that the store keeps: what a listing says, and that they come back whole
+# -----------------------------
 CAMPAIGN = "first-shots"
 
 

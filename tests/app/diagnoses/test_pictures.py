@@ -64,7 +64,8 @@ def test_planted_effect_closes_the_gap_that_is_drawn() -> None:
 
 
 def test_pulse_after_the_true_effect_is_the_measured_one() -> None:
-    """A heavier hammer's pulse is longer: before, the clock of the simulation after was another one."""
+    """A heavier hammer's pulse is longer: before, the clock of the simulation after was another
+    one."""
     heavy = effect("contact.effective_mass", mass_factor=1.3)
     record = hammer_record([heavy], repetitions=2)
     stage = ContactObservables(record)
@@ -96,7 +97,8 @@ def test_spectra_are_drawn_for_each_channel() -> None:
 
 
 def test_mean_of_choices_is_drawn_by_their_weights_and_its_effects_are_told() -> None:
-    """A quarter of a gain of 1.05 and three quarters of 1.01: residuals fall by the mean of their logarithms."""
+    """A quarter of a gain of 1.05 and three quarters of 1.01: residuals fall by the mean of their
+    logarithms."""
     gains = [effect("sensor.velocity_gain", gain=1.05), effect("sensor.velocity_gain", gain=1.01)]
     configurations = (RunConfiguration("0.3 bar", {"tank_pressure": 0.3e5}),)
     run = Run(0, 0, 1, 0, 0.3e5, 0.5, 1.1 * float(muzzle_velocity(BENCH, 0.3e5, 0.5)), 0.01)

@@ -144,7 +144,8 @@ def test_mean_of_a_set_is_offered_and_its_channel_is_named() -> None:
     first, second = alike().sets
     settled = alike(sets=(replace(first, settled_by=SettledBy("tank_pressure", 9.1)), second))
     line = (
-        f"To tell whether {SUBJECTS} acts, record the tank pressure: it would tell them apart by 9.1 standard "
+        f"To tell whether {SUBJECTS} acts, record the tank pressure: it would "
+        f"tell them apart by 9.1 standard "
         "deviations of its noise."
     )
     assert recommendations(settled)[1] == line and line in next_experiment(settled)
@@ -176,7 +177,8 @@ def test_established_effect_of_a_small_error_is_said_to_hardly_matter() -> None:
     damping = EffectSet(("plate.damping",), 0.99, 0.9, (0.8, 1.0), 0.5)
     sentences = summary(replace(verdicts.none(), sets=(damping,)))
     assert sentences.endswith(
-        "The damping of the plate acts with a probability of 99 %, and hardly matters for this error."
+        "The damping of the plate acts with a probability of 99 %, and "
+        "hardly matters for this error."
     )
 
 
@@ -194,7 +196,8 @@ def test_larger_sets_are_offered_where_the_smaller_ones_have_no_possible_values(
 def test_report_and_kept_diagnosis_keep_the_sets() -> None:
     report, details = verdict_to_json(alike())
     assert report["sets"][0] == {
-        "effects": list(NAMES), "inclusion": 0.98, "share": 0.77, "ci90": [0.7, 0.84], "held_out_gain": 0.71,
+        "effects": list(NAMES), "inclusion": 0.98, "share": 0.77, "ci90": [0.7, 0.84],
+        "held_out_gain": 0.71,
         "settled_by": None,
     }  # fmt: skip
     kept_verdict = verdict_from_json(report, details)
@@ -257,7 +260,8 @@ def test_headline_never_contradicts_the_table(seed: int) -> None:
     # No effect of the first answer is "no" in the table.
     if verdict.first.effects[0] not in (NONE, UNKNOWN):
         assert all(words[name] != "no" for name in single_effects(verdict.first.effects))
-    # The first name of the headline is that of the first set of the table, of the charts and of the path.
+    # The first name of the headline is that of the first set of the table, of the charts and of the
+    # path.
     sets = [row for row in rows if row["cause"] == "yes"]
     if verdict.sets and not is_unknown(verdict):
         subject = set_name(verdict.sets[0].effects)
@@ -270,7 +274,8 @@ def test_headline_never_contradicts_the_table(seed: int) -> None:
         assert share_rows(verdict)[0].name.startswith(
             effect_subject(verdict.sets[0].effects[0])[4:]
         )
-    # Every set has one row that says yes, and each of its effects is in it; every effect has one row.
+    # Every set has one row that says yes, and each of its effects is in it; every effect has one
+    # row.
     assert len(sets) == len(verdict.sets)
     for number, own in enumerate(verdict.sets, start=1):
         expected = "yes" if len(own.effects) == 1 else f"in set {number}"
@@ -353,7 +358,8 @@ def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not
 
 
 def test_gain_in_the_table_is_not_called_as_the_fraction_of_the_path() -> None:
-    """A set takes 99 % after the nominal model and 58 % beside effects that take its place: the table says which."""
+    """A set takes 99 % after the nominal model and 58 % beside effects that take its place: the
+    table says which."""
     verdict = verdicts.gun(path=(PathStep("gun.valve_flow", 0.0126, 0.97),))
     assert (
         percent(verdict.effects[0].held_out_gain) == "58 %"

@@ -1,4 +1,5 @@
-"""What a report says of a diagnosis: names in words of the bench, its first sentences, and what to do next."""
+"""What a report says of a diagnosis: names in words of the bench, its first sentences, and what to
+do next."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ from support.records import verdicts
 from support.records.plate_records import played
 
 
-# --- every effect and every observable has words of the test bench --------------------------------------------------
+# --- every effect and every observable has words of the test bench
+# --------------------------------------------------
 def test_effects_and_observables_have_words_of_their_own() -> None:
     assert set(EFFECT_SUBJECTS) == set(EFFECT_CHECKS) == set(catalogue())
     assert len(set(EFFECT_SUBJECTS.values())) == len(EFFECT_SUBJECTS)
@@ -63,7 +65,8 @@ def test_effects_and_observables_have_words_of_their_own() -> None:
         "ln_width_tenth": "pulse width at 10 % of the peak",
         "ln damping of the mode at 412 Hz": "damping of the mode at 412 Hz",
         "acceleration_1 spectrum at 400 Hz": "shock response spectrum at 400 Hz, acceleration 1",
-        "acceleration_2 ln amplitude of the mode at 412 Hz": "amplitude of the mode at 412 Hz, acceleration 2",
+        "acceleration_2 ln "
+        "amplitude of the mode at 412 Hz": "amplitude of the mode at 412 Hz, acceleration 2",
         "left rest from 2 to 5 ms": "level at rest from 2 to 5 ms over the peak, left",
         "left delay": "delay over the contact time, left",
         "a_new_one": "a new one",
@@ -83,7 +86,8 @@ def test_features_have_physical_labels(name: str) -> None:
     )
 
 
-# --- `--with` and `--without`: which effects are left, what a report says of it, and what is refused ----------------
+# --- `--with` and `--without`: which effects are left, what a report says of it, and what is
+# refused ----------------
 GUN = ("gun.back_pressure", "gun.blow_by", "gun.valve_flow", "sensor.velocity_gain")
 
 
@@ -98,8 +102,8 @@ def test_effects_that_are_left(only, without, effects) -> None:
 
 
 @pytest.mark.parametrize(("only", "without", "kind", "message"), [
-    ("gun.magic", (), LookupError, "--with 'gun.magic': the catalogue has no such effect; it has gun.back_p"),
-    ((), "plate.damping", ValueError, "--without plate.damping: the channels of spring cannot show this effect; "
+    ("gun.magic", (), LookupError, "--with " "'gun.magic': the catalogue " "has no such " "effect; it has gun.back_p"),
+    ((), "plate.damping", ValueError, "--without " "plate.damping: the " "channels of spring " "cannot show this effect; "
      "they can show gun.back_pressure"),
     ("gun.blow_by", "gun.blow_by", ValueError, "leave no effect to consider for spring"),
 ])  # fmt: skip
@@ -116,18 +120,22 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
     )
     sentences = summary(verdicts.gun())
     assert sentences.startswith(
-        "The model error is 42 times the tolerance and 99 times the measurement noise; it arises in the gun."
+        "The model error is 42 times the tolerance and 99 times the "
+        "measurement noise; it arises in the gun."
     )
     assert (
-        "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of the projectile 27 % "
-        "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 to 6 %) remains unexplained."
+        "The flow resistance of the valve causes 61 % of it (52 to 68 %), "
+        "the atmosphere ahead of the projectile 27 % "
+        "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % "
+        "(1 to 6 %) remains unexplained."
     ) in sentences
     assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
     path = (replace(verdicts.gun().path[0], fraction=-0.2),)
     assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
 
 
-# --- parameters are shown in the units of the field, causes as lists ------------------------------------------------
+# --- parameters are shown in the units of the field, causes as lists
+# ------------------------------------------------
 @pytest.mark.parametrize(("name", "unit", "value", "words"), [
     ("gun.valve_flow.opening_time_s", "s", 0.25, "opening time = 250 ms (225 to 275 ms)"),
     ("atmosphere_pa", "Pa", 96500.0, "atmosphere = 0.965 bar (0.868 to 1.062 bar)"),
@@ -186,7 +194,8 @@ def test_causes_are_lists_of_effects_without_a_plus_sign() -> None:
     assert "+" not in "".join(cause_lines(group))
 
 
-# --- names of uncertain numbers: each has one owner, and a slip of the pen is answered with the right name ----------
+# --- names of uncertain numbers: each has one owner, and a slip of the pen is answered with the
+# right name ----------
 EVERY = [(stage, number) for stage, numbers in uncertain_numbers().items() for number in numbers]
 
 
@@ -241,10 +250,12 @@ def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
         ("plate", 0.4, (0.1, 0.7)),
     )
     assert (
-        "The contact and the gun are off by nearly the same (3.1 and 3 times their tolerances): these runs cannot rank "
+        "The contact and the gun are off by nearly the same (3.1 and 3 times "
+        "their tolerances): these runs cannot rank "
         "them."
     ) in summary(verdicts.gun(where=own_errors(contact, gun, plate)))
-    # 30.7 + 7.7 reaches 34.8, although 34.8 - 1.9 does not reach 30.7; 2.4 + 0.3 and 3.1 - 0.5 do not meet in squares.
+    # 30.7 + 7.7 reaches 34.8, although 34.8 - 1.9 does not reach 30.7; 2.4 + 0.3 and 3.1 - 0.5 do
+    # not meet in squares.
     assert "nearly the same" in summary(
         verdicts.gun(where=own_errors(("contact", 34.8, (32.9, 36.7)), ("gun", 30.7, (21.2, 38.4))))
     )
@@ -260,8 +271,8 @@ def test_stage_that_is_off_most_by_itself_is_told_where_another_has_the_larger_s
     gun = StageShare("gun", 0.7, (0.6, 0.8), 23.0, (17.0, 28.0))
     sentences = summary(verdicts.gun(where=Where(stage=(contact, gun))))
     assert (
-        "; most of it arises in the gun (70 %). Given its measured input, the contact is off most (35 tol"
-        in sentences
+        "; most of it arises in the gun (70 %). Given its measured input, "
+        "the contact is off most (35 tol" in sentences
     )
     assert "off most" not in summary(
         verdicts.gun(where=Where(stage=(replace(contact, share=0.8), gun)))
@@ -276,7 +287,10 @@ def test_cause_that_the_error_hardly_feels_is_told_with_where_it_shows() -> None
     within = GapSize(
         "rms error of the shock response spectrum (dB)", 0.32, 0.1, 0.5, False, families
     )
-    sentence = "It hardly matters for the size of the error, which is within tolerance; it shows in the damping (3.1 times "
+    sentence = (
+        "It hardly matters for the size of the error, which is within tolerance; "
+        "it shows in the damping (3.1 times "
+    )
     assert sentence in summary(verdicts.gun(gap=within))
     assert "hardly matters" not in summary(verdicts.gun())
     # A background beyond its tolerance is no finding, and is said to be one.
@@ -293,20 +307,22 @@ def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
     sentences = summary(verdicts.gun(effects=effects))
     assert "the atmosphere" not in sentences
     assert (
-        "effects that the data do not establish account for 36 % and 3 % (1 to 6 %) remains unexplained"
-        in sentences
+        "effects that the data do not establish account for 36 % and 3 % (1 "
+        "to 6 %) remains unexplained" in sentences
     )
     barrel = EffectShare("gun.barrel_loss", 0.4, 0.1, (0.0, 0.6), 0.1, valve.credible_set)
     alike_two = verdicts.gun(effects=(replace(valve, share=0.51), atmosphere, barrel, leak))
     assert [len(own.effects) for own in alike_two.cause_sets] == [2, 1, 1]
     assert (
-        "The flow resistance of the valve or the flow resistance of the barrel (which these runs cannot tell apart) "
+        "The flow resistance of the valve or the flow resistance of the "
+        "barrel (which these runs cannot tell apart) "
         "causes 61 % of it, the atmosphere"
     ) in summary(alike_two)
     alike = ("gun.barrel_loss", "gun.sliding_friction", "gun.heat_exchange", "gun.dead_volume")
     others = tuple(replace(valve, effect=name, share=0.05, named=False) for name in alike)
     assert (
-        "The flow resistance of the valve, the flow resistance of the barrel, the friction of the projectile in the "
+        "The flow resistance of the valve, the flow resistance of the "
+        "barrel, the friction of the projectile in the "
         "barrel or 2 more (which these runs cannot tell apart) causes 81 % of it"
     ) in summary(verdicts.gun(effects=(valve, *others)))
 
@@ -320,8 +336,8 @@ def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
     sentences = summary(verdicts.unknown())
     assert "most of it arises in the contact (80 %)" in sentences
     assert (
-        "(unknown: 90 %): 55 % (40 to 80 %) of it remains unexplained; the damping of the contact comes near"
-        in sentences
+        "(unknown: 90 %): 55 % (40 to 80 %) of it remains unexplained; the "
+        "damping of the contact comes near" in sentences
     )
     assert "disappears" not in sentences
     sentences = summary(
@@ -337,14 +353,14 @@ def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
     (Cause(("gun.blow_by",), 0.9), "Most probably the leak past the projectile causes it (90 %)."),
     (
         Cause(("gun.blow_by+sensor.force_gain",), 0.9),
-        "the leak past the projectile and the sensitivity of the force channel cause it together (90 %).",
+        "the leak past " "the projectile " "and the " "sensitivity of the force " "channel cause " "it together (90 %).",
     ),
     (
         Cause(("gun.valve_flow", "gun.barrel_loss"), 0.9),
-        "it is the flow resistance of the valve or the flow resistance of the barrel, which these runs cannot tell "
+        "it is the " "flow resistance of " "the valve or the " "flow resistance of " "the barrel, which " "these runs cannot tell "
         "apart (together 90 %).",
     ),
-    (Cause(("gun.blow_by",), 0.3), "No cause stands out; the likeliest is the leak past the projectile (30 %)."),
+    (Cause(("gun.blow_by",), 0.3), "No cause stands " "out; the likeliest " "is the leak past " "the projectile (30 %)."),
 ])  # fmt: skip
 def test_verdict_without_shares_is_told_by_its_causes(cause: Cause, words: str) -> None:
     whole = verdicts.verdict()
@@ -419,7 +435,8 @@ def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
     )
     (line,) = next_experiment(verdicts.verdict())
     assert line == (
-        "Fire 4 runs at tank pressure 0.3 bar, bullet mass 1 kg and tip material steel: this separates the "
+        "Fire 4 runs at tank pressure 0.3 bar, bullet mass 1 kg and tip "
+        "material steel: this separates the "
         "compliance of the insulating layer from the plate that gives way under the impact."
     )
     (line, *_) = next_experiment(verdicts.verdict(next_runs=()))
@@ -431,20 +448,20 @@ def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
 
 @pytest.mark.parametrize(("why", "runs", "line"), [
     (
-        "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations that it takes", 30,
-        "Even 30 runs at tank pressure 0.9 bar would not separate the flow resistance of the valve from the flow "
-        f"resistance of the barrel; measure {effect_check('gun.valve_flow')} or {effect_check('gun.barrel_loss')} "
+        "separates " "gun.valve_flow from " "gun.barrel_loss " "only to 0.2 of the 4 " "standard " "deviations that it takes", 30,
+        "Even 30 runs " "at tank pressure " "0.9 bar would not " "separate the flow " "resistance of the " "valve from the flow "
+        f"resistance of the barrel; " f"measure " f"{effect_check('gun.valve_flow')} " f"or " f"{effect_check('gun.barrel_loss')} "
         "instead.",
     ),
     (
-        "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard deviations", 30,
-        "Even 30 runs at tank pressure 0.9 bar would not separate the flow resistance of the valve from the leak "
-        "past the projectile with the flow resistance of the valve; measure the clearance between projectile and "
+        "separates " "gun.valve_flow from " "gun.blow_by+gun.valve_flow " "only to " "0.2 of the 4 " "standard deviations", 30,
+        "Even 30 runs " "at tank pressure " "0.9 bar would not " "separate the flow " "resistance of the " "valve from the leak "
+        "past the " "projectile with the " "flow resistance of " "the valve; measure " "the clearance " "between projectile and "
         "barrel with a bore gauge instead.",
     ),
     (
         "shows whether gun.blow_by acts", 1,
-        "Fire 1 run at tank pressure 0.9 bar: this shows whether the leak past the projectile acts.",
+        "Fire 1 run at " "tank pressure 0.9 " "bar: this shows " "whether the leak " "past the projectile acts.",
     ),
 ])  # fmt: skip
 def test_run_that_cannot_decide_says_what_to_measure_instead(
@@ -480,7 +497,10 @@ def test_ends_of_ranges_repetitions_and_nearest_effects_are_said() -> None:
     valve, *others = verdicts.gun().effects
     end = Fitted("loss_coefficient", 10000.0, "", (9000.0, 10000.0))
     steps = recommendations(verdicts.gun(effects=(replace(valve, parameters=(end,)), *others)))
-    miss = "The loss coefficient of the flow resistance of the valve is fitted as 10000, beyond its range"
+    miss = (
+        "The loss coefficient of the flow resistance of the valve is fitted as "
+        "10000, beyond its range"
+    )
     assert any(step.startswith(miss) and "not offered for adoption" in step for step in steps)
     assert not any("miss of the law" in step for step in recommendations(verdicts.gun()))
     note = (

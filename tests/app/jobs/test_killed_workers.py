@@ -1,4 +1,5 @@
-"""Workers as processes of their own: ended, killed or put to sleep in the midst of a job, and what the next does."""
+"""Workers as processes of their own: ended, killed or put to sleep in the midst of a job, and what
+the next does."""
 
 from __future__ import annotations
 
@@ -126,7 +127,8 @@ def test_a_worker_that_slept_through_its_lease_changes_nothing(
 def test_workers_killed_at_any_moment_leave_every_effect_once(
     tmp_path: Path, database_url: str
 ) -> None:
-    """Four kinds of jobs; each worker is killed after a while, twice a job at most, till all is done."""
+    """Four kinds of jobs; each worker is killed after a while, twice a job at most, till all is
+    done."""
     folder = hammer_campaign(tmp_path / "autumn", RECORDINGS, 2, "autumn")
     known = (
         hammer_campaign(tmp_path / "spring", RECORDINGS, 1, "spring"),

@@ -1,4 +1,5 @@
-"""A dead worker's job is the next one's, and what a late one still writes or registers is not stored."""
+"""A dead worker's job is the next one's, and what a late one still writes or registers is not
+stored."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ from support.stores.databases import fresh_database
 from support.stores.stores import ingested, opened
 from support.stores.web_stores import FACTORS
 
-# --- Models of a training that was taken over: registered by the one that holds the lease, and not again by the other
+# --- Models of a training that was taken over: registered by the one that holds the lease, and not
+# again by the other
 __all__ = ["odd"]
 
 
@@ -74,7 +76,8 @@ def test_only_the_holder_registers_and_nobody_twice(
     stopped(file_store, taken.lease)
 
 
-# --- A dead worker's job is the next one's, and what a late one still writes is not stored --------------------------
+# --- A dead worker's job is the next one's, and what a late one still writes is not stored
+# --------------------------
 PLANNED = PlanArguments("spring", "factorial", "hammer", repetitions=1, seed=1, factors=FACTORS)
 
 
@@ -104,8 +107,8 @@ def rows(store: Store, table: type[Plan] | type[Diagnosis]) -> int:
 
 
 def test_a_late_worker_changes_nothing(store: Store) -> None:
-    """Two workers at one job: the first falls silent, and wakes when the second has its job, and again when it is
-    done."""
+    """Two workers at one job: the first falls silent, and wakes when the second has its job, and
+    again when it is done."""
     before, key = rows(store, Plan), ask(store, PLAN, "Plan spring", PLANNED).key
     late = claimed(store, "late").lease
     second = take_over(store, hand("second"), running(store, hand())[0])
@@ -154,7 +157,8 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
 
 
 def test_a_worker_that_writes_cannot_lose_its_job_meanwhile(store: Store, odd: Odd) -> None:
-    """Its row is held: nobody waits for it, nobody takes the job, and a transaction that ends counts as a beat."""
+    """Its row is held: nobody waits for it, nobody takes the job, and a transaction that ends
+    counts as a beat."""
     odd.ask(store)
     lease, seen = claimed(store).lease, running(store, hand())[0]
     outcome: list[object] = []
@@ -196,14 +200,16 @@ def test_twenty_workers_get_a_job_each(store: Store, odd: Odd) -> None:
         thread.start()
     for thread in threads:
         thread.join(60)
-    # With locked rows skipped, one may find nothing free while the last are being taken: none is taken twice.
+    # With locked rows skipped, one may find nothing free while the last are being taken: none is
+    # taken twice.
     assert len(got) == len(set(got)) and set(got) == keys
     for key in keys:
         stopped(store, Lease(key, 1))
 
 
 def test_a_living_worker_keeps_its_job(file_store: Store, odd: Odd) -> None:
-    """Four leases long, beside a worker that would take it, while the time of day runs backwards for both."""
+    """Four leases long, beside a worker that would take it, while the time of day runs backwards
+    for both."""
     go_on = threading.Event()
 
     def do(work: RunningJob, _word: str) -> None:
@@ -287,7 +293,8 @@ def test_a_job_that_kills_its_workers_fails_with_words(file_store: Store, odd: O
 def test_a_worker_that_wakes_too_late_ends_quietly(
     file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
 ):
-    """It sleeps in the midst of its work, and its beats with it; then it goes on as if nothing had been."""
+    """It sleeps in the midst of its work, and its beats with it; then it goes on as if nothing had
+    been."""
     asleep, wake, steps_taken = threading.Event(), threading.Event(), []
 
     def do(work: RunningJob, _word: str) -> None:
@@ -330,7 +337,8 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
 def test_a_diagnosis_and_a_plan_are_kept_once(
     store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two workers die: one when the work is done and before it is stored, one as its row is written, not committed."""
+    """Two workers die: one when the work is done and before it is stored, one as its row is
+    written, not committed."""
     url = store.engine.url.render_as_string(False)
     ingested(url, hammer_campaign(tmp_path / "spring", 1, 1, "spring"))
     monkeypatch.setattr(

@@ -1,4 +1,5 @@
-"""What becomes of a job that is asked for: its order, its progress, its stop, its errors; and the commands for it."""
+"""What becomes of a job that is asked for: its order, its progress, its stop, its errors; and the
+commands for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What a notebook's session finds: plates that need no solution, no window, no registry of another's."""
+"""What a notebook's session finds: plates that need no solution, no window, no registry of
+another's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A recording whose library may crash is read in a process of its own, whatever the program is that asks for it."""
+"""A recording whose library may crash is read in a process of its own, whatever the program is that
+asks for it."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ from support.records.campaigns import (
     write_runs,
 )
 
-#: No `if __name__ == "__main__"`: a process that imports the program would run it again, and print another line.
+#: No `if __name__ == "__main__"`: a process that imports the program would run it again, and print
+#: another line.
 PROGRAM = """
 import json
 import pyroshock as ps
@@ -38,7 +40,8 @@ ENDLESS = Path(__file__).parents[2] / "fuzzing" / "samples" / "hdf5-without-end.
 
 
 def hdf5_campaign(folder: Path, *, damaged: bool = False) -> Path:
-    """Two recordings, HDF5 and MATLAB 7.3, which is HDF5 behind 512 bytes; with `damaged` a third one."""
+    """Two recordings, HDF5 and MATLAB 7.3, which is HDF5 behind 512 bytes; with `damaged` a third
+    one."""
     hammer_campaign(folder, recordings=3 if damaged else 2)
     rows = hammer_rows(3 if damaged else 2)
     for run, (name, before) in enumerate({"one.h5": 0, "two.mat": 512}.items(), 1):
@@ -58,7 +61,8 @@ def hdf5_campaign(folder: Path, *, damaged: bool = False) -> Path:
 
 
 def printed(way: str, program: str, folder: Path) -> list[Any]:
-    """What the program prints, once, when it is given to Python in this way; nothing goes to its error output."""
+    """What the program prints, once, when it is given to Python in this way; nothing goes to its
+    error output."""
     (folder / "program.py").write_text(program, encoding="utf-8")
     arguments, text = {
         "standard input": (["-"], program),

@@ -1,4 +1,5 @@
-"""Diagnosis from Python: the report of `pyroshock diagnose --json` as frames, and its effects in the twin."""
+"""Diagnosis from Python: the report of `pyroshock diagnose --json` as frames, and its effects in
+the twin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Settings for a spectrum from Python: the verdict first, targets in every form, and errors by argument."""
+"""Settings for a spectrum from Python: the verdict first, targets in every form, and errors by
+argument."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Datasets, trainings, comparisons, promotions, predictions and pictures of models, as a notebook makes them."""
+"""Datasets, trainings, comparisons, promotions, predictions and pictures of models, as a notebook
+makes them."""
 
 from __future__ import annotations
 
@@ -97,8 +98,8 @@ def test_a_comparison_says_what_the_command_says(lab):
 
 
 @pytest.mark.parametrize(("change", "kind", "words"), [
-    ({"tip_material": "cheese"}, ps.InvalidValueError, "tip_material is 'cheese' in row 0; expected one of"),
-    ({"impact_velocity_m_s": "fast"}, ps.InvalidValueError, "impact_velocity_m_s has a value that is no number"),
+    ({"tip_material": "cheese"}, ps.InvalidValueError, "tip_material is 'cheese' " "in row 0; expected one of"),
+    ({"impact_velocity_m_s": "fast"}, ps.InvalidValueError, "impact_velocity_m_s has " "a value that is no number"),
     ({"impact_velocity_m_s": None}, ps.NotFoundError, "no column 'impact_velocity_m_s'"),
 ])  # fmt: skip
 def test_a_frame_that_does_not_fit_is_refused(lab, change, kind, words):

@@ -1,4 +1,5 @@
-"""`store.plan` as a notebook uses it: designs made, looked at and printed; a continuous one played and ingested."""
+"""`store.plan` as a notebook uses it: designs made, looked at and printed; a continuous one played
+and ingested."""
 
 from __future__ import annotations
 
@@ -20,9 +21,12 @@ FEW = 'name = "few"\nkind = "gun"\n' + "".join(
         'name = "anvil_material"\nkind = "categorical"\nlevels = ["none"]',
         'name = "insulator"\nkind = "categorical"\nlevels = ["none"]',
         'name = "tip_material"\nkind = "categorical"\nlevels = ["PLA", "steel"]',
-        'name = "tip_radius"\ncolumn = "tip_radius_mm"\nkind = "numeric"\nunit = "mm"\nlevels = [30, 60]',
-        'name = "bullet_mass"\ncolumn = "bullet_mass_kg"\nkind = "continuous"\nunit = "kg"\nlow = 0.2\nhigh = 1',
-        'name = "tank_pressure"\ncolumn = "tank_pressure_bar"\nkind = "continuous"\nunit = "bar"\nlow = 2\nhigh = 6\n'
+        'name = "tip_radius"\ncolumn = "tip_radius_mm"\nkind = '
+        '"numeric"\nunit = "mm"\nlevels = [30, 60]',
+        'name = "bullet_mass"\ncolumn = "bullet_mass_kg"\nkind = '
+        '"continuous"\nunit = "kg"\nlow = 0.2\nhigh = 1',
+        'name = "tank_pressure"\ncolumn = "tank_pressure_bar"\nkind = '
+        '"continuous"\nunit = "bar"\nlow = 2\nhigh = 6\n'
         "step = 0.05",
     )
 )
@@ -138,7 +142,7 @@ def test_limit_that_is_no_pressure_is_refused(store, value) -> None:
     ("fractional_factorial", {"resolution": 3}, "fractional-factorial resolution=3", 8),
     ("plackett_burman", {}, "plackett-burman", 8),
     ("central_composite", {"categorical": "cross", "centre": 1, "ranges": RADII}, None, 4 * 16),
-    ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken categorical=cross", 4 * 15),
+    ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken " "categorical=cross", 4 * 15),
     ("optimal", {"runs": 8}, "optimal", 8),
 ])  # fmt: skip
 def test_method_gives_its_design(store, function, given, method, runs) -> None:
@@ -250,7 +254,8 @@ def test_what_cannot_be_fired_is_refused(store, tmp_path: Path, options, message
 
 @pytest.mark.slow
 def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) -> None:
-    """From the factors file to recorded runs: pressures are set by hand, and still belong to their planned runs."""
+    """From the factors file to recorded runs: pressures are set by hand, and still belong to their
+    planned runs."""
     from pyroshock.ingest.load import ingest_folder
     from pyroshock.ingest.plan_link import link_campaign
 

@@ -1,4 +1,5 @@
-"""Quantities, spectra and frames of the library: numbers in SI, units that go along, the numbers of pyYeti."""
+"""Quantities, spectra and frames of the library: numbers in SI, units that go along, the numbers of
+pyYeti."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""`import pyroshock` and `ps.open(...)`: cheap, complete, and what the store gives is what the command line prints."""
+"""`import pyroshock` and `ps.open(...)`: cheap, complete, and what the store gives is what the
+command line prints."""
 
 from __future__ import annotations
 

@@ -45,7 +45,8 @@ from support.stores.stores import (
     run_pyroshock,
 )
 
-# --- datasets, models and predictions whose data were taken out of the store say so; damage is no withdrawal --------
+# --- datasets, models and predictions whose data were taken out of the store say so; damage is no
+# withdrawal --------
 FIRST = "recordings/test-01.npz"
 REASON = "the plate had come loose"
 
@@ -83,12 +84,12 @@ def test_list_of_datasets_tells_what_was_withdrawn_and_more_than_that_is_damage(
 
 
 @pytest.mark.parametrize(("statement", "message"), [
-    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'recording'", "was stored again by what"),
-    (f"UPDATE tombstones SET replaced_by = '{'1' * 64}' WHERE kind = 'recording'", "a file that is not in the"),
-    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'campaign'", "the campaign was restored by"),
+    ("UPDATE " "tombstones SET restored_at " "= deleted_at " "WHERE kind = 'recording'", "was stored again by what"),
+    (f"UPDATE tombstones " f"SET replaced_by = " f"'{'1' * 64}' " f"WHERE kind = 'recording'", "a file that is not in the"),
+    ("UPDATE " "tombstones SET restored_at " "= deleted_at " "WHERE kind = 'campaign'", "the campaign " "was restored by"),
     (
         "UPDATE tombstones SET recording = (SELECT path FROM recordings WHERE campaign_id = 1), "
-        "file_sha256 = (SELECT sha256 FROM recordings WHERE campaign_id = 1) WHERE kind = 'recording'",
+        "file_sha256 = " "(SELECT sha256 FROM " "recordings WHERE " "campaign_id = 1) " "WHERE kind = 'recording'",
         "was discarded, and is in the store all the same",
     ),
 ])  # fmt: skip
@@ -120,7 +121,8 @@ def test_models_of_such_a_dataset_and_what_they_predict_say_so(care_copy):
     assert REASON in pyroshock("compare", "hann", "hertz", "--db", care_copy).stderr
 
 
-# --- `campaigns delete`: what was the campaign's own goes, all else stays, and a tombstone tells what stood on it
+# --- `campaigns delete`: what was the campaign's own goes, all else stays, and a tombstone tells
+# what stood on it
 #: Of the campaign HAMMER in the stores of `care_stores`: two recordings of five hits, cut twice.
 ROWS = {
     "recordings": 2,
@@ -288,7 +290,8 @@ def test_deletion_that_would_change_other_predictions_is_refused(tables_url, tmp
     ]
 
 
-# --- `campaigns archive` and `campaigns restore`: out of the store into a file, and back as it was ------------------
+# --- `campaigns archive` and `campaigns restore`: out of the store into a file, and back as it was
+# ------------------
 def archived(url, out, name=HAMMER):
     return json.loads(run(url, "archive", name, "--out", out, "--reason", REASON, "--json").stdout)
 
@@ -363,7 +366,8 @@ def test_version_of_the_twin_whose_number_was_taken_is_told(care_copy, tmp_path)
     archived(care_copy, tmp_path / "file")
     execute(
         care_copy,
-        "INSERT INTO twin_configurations (version, campaign_id, adopted_at, reason, configuration, written_by_id) "
+        "INSERT INTO twin_configurations (version, campaign_id, adopted_at, "
+        "reason, configuration, written_by_id) "
         """SELECT 1, min(id), '2026-03-05', 'r', '{"stages": [], "effects": []}', 1 FROM campaigns""",
     )
     notes = restored(care_copy, tmp_path / "file")["notes"]
@@ -491,7 +495,8 @@ def test_discarded_recording_stays_out_of_a_restored_campaign(discarded_store, t
     sound(url)
 
 
-# --- `runs discard` and `runs replace`: one recording goes or is replaced, and an ingest brings nothing back unasked
+# --- `runs discard` and `runs replace`: one recording goes or is replaced, and an ingest brings
+# nothing back unasked
 FIRST, SECOND = recording_name(1), recording_name(2)
 
 

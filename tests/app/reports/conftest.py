@@ -22,7 +22,8 @@ def fired(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def planned(fired: Path, tmp_path: Path) -> str:
-    """A gun plan of six runs of which four were fired, with one discarded, that a test may change."""
+    """A gun plan of six runs of which four were fired, with one discarded, that a test may
+    change."""
     return copied(fired, tmp_path)
 
 

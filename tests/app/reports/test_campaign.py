@@ -1,4 +1,5 @@
-"""The report on a campaign tells what the store holds: counts, deviations and means that are known."""
+"""The report on a campaign tells what the store holds: counts, deviations and means that are
+known."""
 
 from __future__ import annotations
 
@@ -73,7 +74,8 @@ def test_runs_are_counted_by_state_and_a_discarded_one_has_its_reason(planned: s
     with opened(planned) as store:
         content = document(store, "spring")
     assert (
-        f"Plan spring (lhs): {FIRED} of {RUNS} runs are done, 1 still to do, 1 discarded; {FIRED * REPETITIONS} of "
+        f"Plan spring (lhs): {FIRED} of {RUNS} runs are done, 1 still to do, "
+        f"1 discarded; {FIRED * REPETITIONS} of "
         f"{(RUNS - 1) * REPETITIONS} repetitions are recorded."
     ) in told(content)
     assert bullets(content) == [f"Run {RUNS} of plan spring is discarded: the anvil <b>broke</b>."]
@@ -189,7 +191,8 @@ def test_pulses_are_grouped_by_configuration_and_the_report_is_written_both_ways
     assert first.force_n == pytest.approx(np.mean([points[i] for i in own], axis=0))
     assert first.spread_n == pytest.approx(np.std([points[i] for i in own], axis=0, ddof=1))
     assert set(pulses.varied) == {
-        "anvil_material", "insulator", "tip_material", "tip_radius_m", "boundary_conditions", "impact_position"
+        "anvil_material", "insulator", "tip_material", "tip_radius_m", "boundary_conditions",
+        "impact_position"
     }  # fmt: skip
     assert (pulses.rejected, pulses.without) == (0, 0)
     assert telling_factor(type(pulses)(pulses.groups * 3, 0, 0)) in pulses.varied
@@ -214,7 +217,8 @@ def test_rejected_pulses_and_recordings_set_aside_are_told(hits: Store) -> None:
         impact = session.scalars(select(Impact).order_by(Impact.id)).first()
         assert impact is not None and impact.recording_id is not None
         finding = QualityFinding(
-            recording_id=impact.recording_id, impact_id=impact.id, check="double-hit", severity="reject",
+            recording_id=impact.recording_id, impact_id=impact.id, check="double-hit",
+            severity="reject",
             message="two blows <script>", evidence={},
         )  # fmt: skip
         session.add(finding)
@@ -260,7 +264,8 @@ def test_the_worst_of_many_findings_is_the_example(hits: Store) -> None:
         for number, ratio in enumerate((2.0, 9.0, 3.0)):
             session.add(
                 QualityFinding(
-                    recording_id=recording.id, check="velocity", severity="warning", message=f"number {number}",
+                    recording_id=recording.id, check="velocity", severity="warning",
+                    message=f"number {number}",
                     evidence={"velocity_ratio": ratio},
                 )
             )  # fmt: skip
@@ -285,7 +290,8 @@ def test_more_configurations_than_colours_are_told_by_a_factor(tmp_path: Path) -
     assert "<h3>Mean pulses by " in text and "configurations are not listed" not in text
 
 
-_CHANNEL_NUMBERS = ("signed_peak_acceleration_m_s2", "peak_time_s", "pulse_start_s", "pulse_duration_s",
+_CHANNEL_NUMBERS = ("signed_peak_acceleration_m_s2", "peak_time_s", "pulse_start_s",
+"pulse_duration_s",
                     "effective_duration_s", "energy_duration_s", "velocity_change_m_s",
                     "record_velocity_change_m_s")  # fmt: skip
 

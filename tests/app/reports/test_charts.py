@@ -26,7 +26,8 @@ from pyroshock.diagnosis.verdict import EffectShare, GapSize, PathStep, Unexplai
 from support.checks.well_formed import Page
 from support.records import verdicts
 
-# --- charts are true to their numbers, and every mark has its ink on paper ------------------------------------------
+# --- charts are true to their numbers, and every mark has its ink on paper
+# ------------------------------------------
 X = np.linspace(0.0, 1.0, 11)
 
 
@@ -117,7 +118,8 @@ def test_what_paper_does_not_know_is_refused(bad: str) -> None:
         drawing_of(f'<svg viewBox="0 0 360 220">{bad}</svg>', "Helvetica", 100.0)
 
 
-# --- The picture of a diagnosis: the waterfall is true to the path, the bars to the shares, and paper can draw both
+# --- The picture of a diagnosis: the waterfall is true to the path, the bars to the shares, and
+# paper can draw both
 NAN = float("nan")
 
 

@@ -30,12 +30,14 @@ from support.records import verdicts
 from support.records.campaigns import gun_campaign
 from support.stores.stores import ingested, opened
 
-# --- the page of a diagnosis: whole, well formed, everything escaped, and its bars true to the numbers --------------
+# --- the page of a diagnosis: whole, well formed, everything escaped, and its bars true to the
+# numbers --------------
 HOSTILE = "<script>alert('x')</script>&\"quoted\""
 
 
 PARTS = (
-    "Most probably it is the compliance of the insulating layer or", "Answer 2 (20 %): contact.plate_compliance, the",
+    "Most probably it is the compliance of the insulating layer or",
+    "Answer 2 (20 %): contact.plate_compliance, the",
     "93 %",
     "insulator = polymeric", "peak force (contact)", "4 runs at tank pressure 0.3 bar",
     "floor of 2 observables assumed", "there was no error to reduce", "steel, 0.3 bar",
@@ -138,7 +140,8 @@ def test_page_suits_a_telephone(tmp_path: Path) -> None:
     assert not re.search(r"(?<!-)width: ?[4-9]\d\dpx", text)
 
 
-# --- A kept diagnosis is told as it was made; of an older store, from its report alone ------------------------------
+# --- A kept diagnosis is told as it was made; of an older store, from its report alone
+# ------------------------------
 EVERY = pytest.mark.parametrize(
     "made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()]
 )

@@ -1,4 +1,5 @@
-"""A report is the same on screen and on paper, in the units of the bench: all its parts, nothing taken for markup."""
+"""A report is the same on screen and on paper, in the units of the bench: all its parts, nothing
+taken for markup."""
 
 from __future__ import annotations
 
@@ -187,7 +188,8 @@ def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.Monkey
         pdf_module.pdf_of(document())
 
 
-# --- settings and figures are told in the units of the bench --------------------------------------------------------
+# --- settings and figures are told in the units of the bench
+# --------------------------------------------------------
 def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() -> None:
     assert (
         level_words("tip_radius_m", 0.045) == "45 mm"
@@ -218,7 +220,8 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
         )
     sentence = shrinkage_line(verdicts.gun().shrinkage[0], verdicts.gun())
     assert sentence.endswith(
-        "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of the "
+        "97 % (95 to 98 %) of the error above the noise disappears. With a "
+        "learned correction of the "
         "rest 0.0085 would be left; a correction is not a cause."
     )
     assert "correction" not in shrinkage_line(verdicts.verdict().shrinkage[0], verdicts.verdict())
@@ -274,7 +277,7 @@ def test_a_value_has_the_digits_that_its_uncertainty_leaves() -> None:
      "full scale (10000 g) reached at -10000 g from 414.5 ms: only a bound"),
     ("noise of 4.95 N, peak 12500 N", "noise of 4.95 N, peak 12.5 kN"),
     ("integrates to 8.95e+03 mm in 12 s", "integrates to 8950 mm in 12 s"),
-    ("an impulse of 12.5 N s after 3 samples of 2e3-01.npz", "an impulse of 12.5 N s after 3 samples of 2e3-01.npz"),
+    ("an impulse of 12.5 N s " "after 3 " "samples of 2e3-01.npz", "an impulse of 12.5 N s " "after 3 " "samples of 2e3-01.npz"),
     ("38000 Pa and 8.07 m/s", "0.38 bar and 8.07 m/s"),
 ])  # fmt: skip
 def test_stored_messages_are_shown_in_the_units_of_the_bench(stored: str, shown: str) -> None:

@@ -1,5 +1,5 @@
-"""Every report as a reader sees it: no cell is cut, nothing stands over something else or off the page, few pages, the
-units of the bench."""
+"""Every report as a reader sees it: no cell is cut, nothing stands over something else or off the
+page, few pages, the units of the bench."""
 
 from __future__ import annotations
 
@@ -54,7 +54,8 @@ Reports = Callable[[str], Document]
 
 @pytest.fixture(scope="module")
 def many(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A campaign of fifty configurations, one level with a very long name, and a finding of each kind."""
+    """A campaign of fifty configurations, one level with a very long name, and a finding of each
+    kind."""
     folder = tmp_path_factory.mktemp("many")
     url = f"sqlite:///{folder / 'lab.db'}"
     rows = [{**row, "batch": LONG if row["run"] == 3 else f"b{row['run']}"} for row in rows_of(50)]
@@ -65,7 +66,10 @@ def many(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def _with_findings(store: Store) -> None:
-    message = "full scale (98066.5 m/s2) reached: run of 3 samples at -98066.5 m/s2 from 0.4145 s: only a bound"
+    message = (
+        "full scale (98066.5 m/s2) reached: run of 3 samples at -98066.5 m/s2 "
+        "from 0.4145 s: only a bound"
+    )
     with store.writing() as session:
         recordings = session.scalars(select(Recording.id).order_by(Recording.id)).all()
         for number, check in enumerate(
@@ -115,12 +119,15 @@ def validation_data() -> dict[str, Any]:
     """Of 20 shots, six quantities and the spectra of two sensors, as `validate --json` gives it."""
     rng = np.random.default_rng(0)
     units = {
-        "velocity": ("m/s", 12.0), "contact_time": ("s", 6e-4), "peak_force": ("N", 3.2e4), "impulse": ("N s", 9.0),
-        "peak_acceleration_acceleration_1": ("m/s2", 8e4), "peak_acceleration_acceleration_2": ("m/s2", 5e4),
+        "velocity": ("m/s", 12.0), "contact_time": ("s", 6e-4), "peak_force": ("N", 3.2e4),
+        "impulse": ("N s", 9.0),
+        "peak_acceleration_acceleration_1": ("m/s2", 8e4),
+        "peak_acceleration_acceleration_2": ("m/s2", 5e4),
         "srs_acceleration_1": ("m/s2", 1.0), "srs_acceleration_2": ("m/s2", 1.0),
     }  # fmt: skip
     score = {
-        "shots": 20, "coverage50": 0.45, "coverage90": 0.85, "coverage90_ci95": [0.62, 0.97], "crps": 0.0317,
+        "shots": 20, "coverage50": 0.45, "coverage90": 0.85, "coverage90_ci95": [0.62, 0.97],
+        "crps": 0.0317,
         "median_abs_error": 0.041, "bias": -0.0001, "sharpness90": 0.2, "pit_histogram": [0.1] * 10,
     }  # fmt: skip
     quantities = [
@@ -151,9 +158,12 @@ def validation_data() -> dict[str, Any]:
         for f in frequency
     ]
     return {
-        "campaign": "spring", "calibrated": False, "verdict": "Not calibrated: the 90 % bands hold only 40 %.",
-        "quantities": quantities, "failures": [{"sentence": "all shots: the peak force is predicted 36 % too high"}],
-        "seen": "the twin predicted each of 5 folds of configurations", "left_out": ["run 5: no recording"] * 3,
+        "campaign": "spring", "calibrated": False,
+        "verdict": "Not calibrated: the 90 % bands hold only 40 %.",
+        "quantities": quantities,
+        "failures": [{"sentence": "all shots: the peak force is predicted 36 % too high"}],
+        "seen": "the twin predicted each of 5 folds of configurations",
+        "left_out": ["run 5: no recording"] * 3,
         "notes": ["spectra: learned from 16 measured shots"], "seconds": 7.31, "shots": shots,
         "lines": {"srs_acceleration_1": lines, "srs_acceleration_2": lines},
     }  # fmt: skip

@@ -1,4 +1,5 @@
-"""Letters of every language in a PDF: the fonts come with the product, and no report is refused for a letter."""
+"""Letters of every language in a PDF: the fonts come with the product, and no report is refused for
+a letter."""
 
 from __future__ import annotations
 

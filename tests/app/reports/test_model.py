@@ -1,4 +1,5 @@
-"""The report on a model: the registry's figures, its errors on held-out pulses, what was decided of it."""
+"""The report on a model: the registry's figures, its errors on held-out pulses, what was decided of
+it."""
 
 from __future__ import annotations
 

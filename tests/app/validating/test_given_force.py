@@ -1,4 +1,5 @@
-"""Shots without mass or velocity of the impactor: accelerations and spectra are predicted from the measured force."""
+"""Shots without mass or velocity of the impactor: accelerations and spectra are predicted from the
+measured force."""
 
 from __future__ import annotations
 
@@ -47,8 +48,8 @@ def plate() -> ModalPlate:
 
 
 def response(table: ModalPlate, force: Any) -> Any:
-    """Accelerations (sensors, samples): each mode's equation of motion, exact for a force that is straight between
-    samples."""
+    """Accelerations (sensors, samples): each mode's equation of motion, exact for a force that is
+    straight between samples."""
     from scipy.signal import cont2discrete, lfilter
 
     out = np.zeros((len(SENSORS), force.size))
@@ -65,7 +66,8 @@ def response(table: ModalPlate, force: Any) -> Any:
 
 
 def measured(seed: int = 0) -> MeasuredShots:
-    """Hits on the plate, of which force and accelerations are known; a shot's gain and force scatter by 2 %."""
+    """Hits on the plate, of which force and accelerations are known; a shot's gain and force
+    scatter by 2 %."""
     rng = np.random.default_rng(seed)
     phases, time = np.linspace(0.0, 1.0, PHASES), np.arange(SAMPLES) / RATE
     forces, contact, figures = [], [], []

@@ -1,4 +1,5 @@
-"""Shots are predicted by a twin that had not seen their configuration; and `validate` on the command line."""
+"""Shots are predicted by a twin that had not seen their configuration; and `validate` on the
+command line."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ def shots_of(configuration: Sequence[int]) -> MeasuredShots:
         **{
             name: np.ones(n)
             for name in (
-                "impact_velocity_m_s", "impact_velocity_u_m_s", "contact_time_s", "peak_force_n", "impulse_n_s",
+                "impact_velocity_m_s", "impact_velocity_u_m_s", "contact_time_s", "peak_force_n",
+                "impulse_n_s",
             )
         },
         sensors=(),
@@ -231,7 +233,8 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def validate_lab(filled: Path, quick_twins: Path):
-    """Gives the command line over a copy of a store with a hammer's campaign and the thesis's five shots."""
+    """Gives the command line over a copy of a store with a hammer's campaign and the thesis's five
+    shots."""
     url = copied(filled, quick_twins)
     return lambda *words: CliRunner().invoke(validate, [*words, "--db", url])
 

@@ -1,4 +1,5 @@
-"""A store as the demo's first chapters leave it, with what its pages need beyond; each file of tests has a copy."""
+"""A store as the demo's first chapters leave it, with what its pages need beyond; each file of
+tests has a copy."""
 
 from __future__ import annotations
 
@@ -21,9 +22,11 @@ DEMO_DB = "demo.db"
 
 @pytest.fixture(scope="session")
 def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the demo's first chapters, and in its store: two models of the rehearsal's pulses, and a diagnosis.
+    """The folder of the demo's first chapters, and in its store: two models of the rehearsal's
+    pulses, and a diagnosis.
 
-    The plates of the virtual bench have few modes, as in the demo's own tests: solving for all takes half a minute.
+    The plates of the virtual bench have few modes, as in the demo's own tests: solving for all
+    takes half a minute.
     """
     chromium()
 

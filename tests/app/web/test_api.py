@@ -1,4 +1,5 @@
-"""The API: its document, the command line's answers through it, and what values of every kind do to it."""
+"""The API: its document, the command line's answers through it, and what values of every kind do to
+it."""
 
 from __future__ import annotations
 
@@ -138,7 +139,8 @@ def test_stored_data_come_as_they_are_and_a_spectrum_is_the_closed_form(filled: 
     assert len(whole["values"]) == channel["samples"]
     few = filled.client.get(f"/api/channels/{channel['key']}?points=100").json()
     assert len(few["values"]) <= 200 and max(few["values"]) == max(whole["values"])
-    # An undamped oscillator far stiffer than the pulse is short follows it; at fT = 1/2 it responds with pi/2.
+    # An undamped oscillator far stiffer than the pulse is short follows it; at fT = 1/2 it responds
+    # with pi/2.
     rate, length = 100_000.0, 0.01
     time = np.arange(4000) / rate
     pulse = np.where(time < length, 100.0 * np.sin(np.pi * time / length), 0.0)
@@ -200,9 +202,9 @@ def test_a_bad_question_is_answered_in_words(
     ("/api/plans", '{"name": "x\\u0000"}', "cannot be written"),
     ("/api/plans", '{"name": "x\\ud800"}', "name"),
     ("/api/plans", '{"name": "x", "description": "\\u001b[31m"}', "description"),
-    ("/api/plans", '{"name": "x", "method": "magic"}', "method is 'magic'; expected one of lhs, sobol"),
-    ("/api/plans", '{"name": "x", "options": {"face": "ccf"}}', "unknown option 'face'; the method has: criterion"),
-    ("/api/plans", '{"name": "x", "options": {"criterion": 3}}', "criterion is 3; expected one of balance"),
+    ("/api/plans", '{"name": "x", ' '"method": "magic"}', "method is 'magic'; " "expected one of lhs, sobol"),
+    ("/api/plans", '{"name": "x", ' '"options": {"face": "ccf"}}', "unknown option 'face'; " "the method has: criterion"),
+    ("/api/plans", '{"name": "x", ' '"options": ' '{"criterion": 3}}', "criterion is 3; " "expected one of balance"),
     ("/api/plans", "{", "JSON"),
     ("/api/plans", "NaN", "nan"),
     ("/api/plans/autumn%2F1/runs/1", '{"status": "done", "note": "\\u0007"}', "note"),
@@ -212,8 +214,8 @@ def test_a_bad_question_is_answered_in_words(
     ("/api/impacts/1/preview", '{"threshold": NaN}', "nan"),
     ("/api/impacts/1/extract", '{"threshold": 1e400}', "inf"),
     ("/api/impacts/1/extract", '{"segmentation": "guess"}', "guess"),
-    ("/api/srs", '{"acceleration_m_s2": [0, NaN], "sampling_rate_hz": 1, "frequency_hz": [1]}', "nan"),
-    ("/api/srs", '{"acceleration_m_s2": [0, 1], "sampling_rate_hz": 10, "frequency_hz": [9]}', "half the sampling"),
+    ("/api/srs", '{"acceleration_m_s2": ' '[0, NaN], ' '"sampling_rate_hz": ' '1, "frequency_hz": [1]}', "nan"),
+    ("/api/srs", '{"acceleration_m_s2": ' '[0, 1], ' '"sampling_rate_hz": ' '10, "frequency_hz": [9]}', "half the sampling"),
     ("/api/tune", '{"target": "no spectrum"}', "specification"),
     ("/api/ingest", '{"path": "/etc"}', "/etc"),
     ("/api/ingest", '{"path": "../.."}', "../.."),
@@ -268,7 +270,8 @@ def with_little_work(case: Any) -> None:
 
 
 def asked_with_anything(filled: Lab, examples: int) -> list[str]:
-    """What went wrong when every operation was asked with what its schema allows, and with what it does not."""
+    """What went wrong when every operation was asked with what its schema allows, and with what it
+    does not."""
     import schemathesis
     from schemathesis import GenerationMode
     from schemathesis.checks import not_a_server_error

@@ -1,4 +1,5 @@
-"""The page that describes the API: every route with parameters, units, examples and the tokens that it needs."""
+"""The page that describes the API: every route with parameters, units, examples and the tokens that
+it needs."""
 
 from __future__ import annotations
 

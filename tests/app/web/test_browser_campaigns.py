@@ -1,4 +1,5 @@
-"""In a browser: campaigns are listed, filtered and ingested, and what a page says of them is what is stored."""
+"""In a browser: campaigns are listed, filtered and ingested, and what a page says of them is what
+is stored."""
 
 from __future__ import annotations
 
@@ -61,7 +62,8 @@ def test_campaign_page_holds_its_plan_against_the_shots(browser, lab):
 
 
 CHECK, STORE = 'button[name="dry_run"]', "button.second"
-#: Files that are dropped: a script cannot make the entries of a folder, hence their names hold the path.
+#: Files that are dropped: a script cannot make the entries of a folder, hence their names hold the
+#: path.
 _DROP = """async (files) => {
   const transfer = new DataTransfer();
   for (const [name, content] of files)
@@ -136,7 +138,8 @@ def test_dropped_folder_with_faults_names_all_of_them(browser, lab, tmp_path):
 
 
 def drop_by_hand(page: Any, path: Path) -> None:
-    """Drag a file or folder of this disk over the page and let it go, as the browser gets it from a file manager."""
+    """Drag a file or folder of this disk over the page and let it go, as the browser gets it from a
+    file manager."""
     box = page.locator("#drop").bounding_box()
     place = {"x": box["x"] + box["width"] / 2, "y": box["y"] + 20}
     data = {"items": [], "files": [str(path)], "dragOperationsMask": 1}
@@ -146,7 +149,8 @@ def drop_by_hand(page: Any, path: Path) -> None:
 
 
 def test_folder_that_is_dropped_by_hand_is_mended_and_stored(browser, lab, tmp_path):
-    """The browser walks the folder itself: what is wrong is shown, nothing is stored, then the mended folder is."""
+    """The browser walks the folder itself: what is wrong is shown, nothing is stored, then the
+    mended folder is."""
     folder = hammer_campaign(tmp_path / "by-hand", 2, 2, "by-hand")
     (folder / ".hidden").write_text("left alone")
     good = (folder / "runs.csv").read_text(encoding="utf-8")

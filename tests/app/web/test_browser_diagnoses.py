@@ -1,4 +1,5 @@
-"""In a browser: a diagnosis is run and read, its experiment planned, its effect adopted; reports are one file each."""
+"""In a browser: a diagnosis is run and read, its experiment planned, its effect adopted; reports
+are one file each."""
 
 from __future__ import annotations
 
@@ -126,7 +127,10 @@ def test_reports_are_one_file_each(browser, lab, of):
             "document.documentElement.scrollWidth <= document.documentElement.clientWidth"
         )
         page.set_viewport_size({"width": 390, "height": 844})
-        wide = "[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth).length"
+        wide = (
+            "[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth "
+            "> e.clientWidth).length"
+        )
         assert page.evaluate(wide) == 0, "the main columns of a table are wider than a telephone"
         for table in page.locator(".fold").all():
             assert not table.locator("th.extra").first.is_visible()

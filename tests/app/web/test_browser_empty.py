@@ -1,4 +1,5 @@
-"""In a browser: every page of a store of nothing says what to do first, with a link that leads there."""
+"""In a browser: every page of a store of nothing says what to do first, with a link that leads
+there."""
 
 from __future__ import annotations
 

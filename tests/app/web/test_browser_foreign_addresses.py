@@ -1,4 +1,5 @@
-"""In a browser: no control of any page leads to another server, and no page reaches one whatever it is made to hold."""
+"""In a browser: no control of any page leads to another server, and no page reaches one whatever it
+is made to hold."""
 
 from __future__ import annotations
 
@@ -16,14 +17,19 @@ from support.processes.served_pages import PAGES
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900), pytest.mark.usefixtures("quick_plates")]
 
-#: Addresses that a click may lead to: of links (in drawings, too), of forms, and of buttons that send them elsewhere.
+#: Addresses that a click may lead to: of links (in drawings, too), of forms, and of buttons that
+#: send them elsewhere.
 _ADDRESSES = """[...document.querySelectorAll('a, area, form, [formaction]')]
   .map(e => e.formAction || e.action || (e.href?.baseVal ?? e.href) || '').filter(a => a)"""
-#: Buttons that send no form; those of a form lead to its address. A click may take other buttons away.
+#: Buttons that send no form; those of a form lead to its address. A click may take other buttons
+#: away.
 _CLICK_ALL = """[...document.querySelectorAll('main :is(button[type=button], .modebar-btn, summary)')]
   .filter(e => !e.closest('.chart-tools'))
   .forEach(e => e.isConnected && e.dispatchEvent(new MouseEvent('click', { bubbles: true, cancelable: true })))"""
-_RECORD_OPENED = "window.opened = []; window.open = (address) => { window.opened.push(String(address)); return null; };"
+_RECORD_OPENED = (
+    "window.opened = []; window.open = (address) => { "
+    "window.opened.push(String(address)); return null; };"
+)
 
 
 @pytest.fixture
@@ -55,8 +61,8 @@ def elsewhere() -> Iterator[tuple[str, list[str]]]:
 def test_no_control_of_a_page_leads_to_another_server(
     browser: Any, lab: Any, address: Any, name: str
 ) -> None:
-    """Every button is clicked, those that plotly.js adds to its charts among them. `page_of` fails for every request
-    to another server."""
+    """Every button is clicked, those that plotly.js adds to its charts among them. `page_of` fails
+    for every request to another server."""
     with page_of(browser, lab, accept_downloads=True) as page:
         page.add_init_script(_RECORD_OPENED)
         popups: list[str] = []
@@ -93,11 +99,13 @@ def test_charts_have_buttons_and_none_of_them_shares(browser: Any, lab: Any, add
 _ATTEMPTS = {
     "image": "const e = new Image(); e.src = a; document.body.append(e);",
     "script": "const e = document.createElement('script'); e.src = a; document.body.append(e);",
-    "style": "const e = document.createElement('link'); e.rel = 'stylesheet'; e.href = a; document.head.append(e);",
+    "style": "const e = document.createElement('link'); e.rel = 'stylesheet'; e.href "
+    "= a; document.head.append(e);",
     "frame": "const e = document.createElement('iframe'); e.src = a; document.body.append(e);",
     "fetch": "fetch(a, {mode: 'no-cors'}).catch(() => 0);",
     "beacon": "navigator.sendBeacon(a, 'x');",
-    "form": "const e = document.createElement('form'); e.action = a; document.body.append(e); e.submit();",
+    "form": "const e = document.createElement('form'); e.action = a; "
+    "document.body.append(e); e.submit();",
     "font": "new FontFace('x', `url(${a})`).load().catch(() => 0);",
     "media": "const e = document.createElement('video'); e.src = a; document.body.append(e);",
     "object": "const e = document.createElement('object'); e.data = a; document.body.append(e);",
@@ -139,9 +147,12 @@ def test_a_report_in_a_file_asks_nobody_whatever_it_is_made_to_hold(
     url, requested_addresses = elsewhere
     page_text = html_of(Document("Campaign", "spring", "x", {}, [Section("s", [Paragraph("p")])]))
     evil = (
-        f"<img src='{url}/image'><script src='{url}/script'></script><iframe src='{url}/frame'></iframe>"
-        f"<link rel=stylesheet href='{url}/style'><form action='{url}/form'><button>send</button></form>"
-        f"<script>fetch('{url}/fetch')</script><style>body {{ background: url({url}/background) }}</style>"
+        f"<img src='{url}/image'><script src='{url}/script'></script><iframe "
+        f"src='{url}/frame'></iframe>"
+        f"<link rel=stylesheet href='{url}/style'><form "
+        f"action='{url}/form'><button>send</button></form>"
+        f"<script>fetch('{url}/fetch')</script><style>body {{ background: "
+        f"url({url}/background) }}</style>"
     )
     file = tmp_path / "report.html"
     file.write_text(page_text.replace("<main>", f"<main>{evil}"), encoding="utf-8")

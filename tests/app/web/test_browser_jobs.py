@@ -1,4 +1,5 @@
-"""In a browser: long work is followed, its failure is read and tried again, and its form takes back what was typed."""
+"""In a browser: long work is followed, its failure is read and tried again, and its form takes back
+what was typed."""
 
 from __future__ import annotations
 
@@ -198,7 +199,8 @@ def test_form_of_an_ingest_is_filled_with_folder_and_settings(browser, fresh):
 
 
 def test_form_of_a_training_is_filled_with_its_models(browser, lab):
-    """The dataset is there, so that the form is; its models cannot be held out as they are asked for."""
+    """The dataset is there, so that the form is; its models cannot be held out as they are asked
+    for."""
     wanted = TrainArguments("guns", ["linear", "hann"], "nothing-of-that-name", 5, "full")
     with page_of(browser, lab) as page:
         refilled(page, lab, TRAIN, wanted)

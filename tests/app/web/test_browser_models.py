@@ -169,7 +169,8 @@ def test_pages_of_models_fit_a_telephone(browser, lab, address):
 
 
 def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
-    """Models of one campaign's few shots are worse than the contact law that they update, and so refused."""
+    """Models of one campaign's few shots are worse than the contact law that they update, and so
+    refused."""
     costs = {each.label: each.metrics["cost"].mean for each in registry_of(lab.db).versions()}
     better, worse = sorted(costs, key=costs.__getitem__)
     assert in_use(lab) == []

@@ -1,4 +1,5 @@
-"""In a browser: every page can be read by everyone, on a telephone and on a wide screen, in light and in dark."""
+"""In a browser: every page can be read by everyone, on a telephone and on a wide screen, in light
+and in dark."""
 
 from __future__ import annotations
 

@@ -91,7 +91,8 @@ def test_sheet_prints_without_what_is_of_the_screen(browser, lab):
 
 @pytest.fixture(scope="module")
 def winter(lab: Lab) -> str:
-    """A plan of four runs of three repetitions: one is done, one has a rejected repetition, one is begun."""
+    """A plan of four runs of three repetitions: one is done, one has a rejected repetition, one is
+    begun."""
     make_plan(lab.store, "lhs", "winter", runs=4, repetitions=3, seed=3)
     for run, repetitions in ((1, (1, 2, 3)), (2, (1, 2, 3)), (3, (1, 2))):
         record_run(lab.store, "winter", run, repetitions)
@@ -211,7 +212,8 @@ def test_list_of_plans_shows_states_on_a_telephone(browser, lab, winter):
             and not row.locator("td", has_text="lhs").is_visible()
         )
         assert not page.evaluate(
-            "(e => e.scrollWidth > e.clientWidth)(document.querySelector('#plans').closest('.scroll'))"
+            "(e => e.scrollWidth > "
+            "e.clientWidth)(document.querySelector('#plans').closest('.scroll'))"
         )
         page.locator("[data-unfold]").tap()
         assert row.locator("td", has_text="lhs").is_visible()

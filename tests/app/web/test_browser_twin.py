@@ -1,4 +1,5 @@
-"""In a browser: the twin answers while a slider moves, says where it does not know, and is tuned to a spectrum."""
+"""In a browser: the twin answers while a slider moves, says where it does not know, and is tuned to
+a spectrum."""
 
 from __future__ import annotations
 
@@ -112,7 +113,8 @@ def _warnings(page: Any) -> str:
 
 
 def test_visible_words_are_those_of_the_api_while_a_slider_moves(browser, lab, monkeypatch):
-    """The twin has learned from up to 0.6 bar here; two moves of the slider go beyond that, two come back."""
+    """The twin has learned from up to 0.6 bar here; two moves of the slider go beyond that, two
+    come back."""
     predict = Twin.predict
 
     def learned(twin: Any, setting: Any, **options: Any) -> Any:

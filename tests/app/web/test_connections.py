@@ -1,4 +1,5 @@
-"""Connections that send no whole request are closed, and one address has so many at most; over loopback sockets."""
+"""Connections that send no whole request are closed, and one address has so many at most; over
+loopback sockets."""
 
 from __future__ import annotations
 
@@ -82,7 +83,8 @@ def _connected(address: tuple[str, int]) -> socket.socket:
 def _closed_after(
     connection: socket.socket, drip: bytes, pause_s: float = 0.1
 ) -> tuple[float, bytes]:
-    """Seconds until the server ends a connection that brings a byte now and then, and what it answered."""
+    """Seconds until the server ends a connection that brings a byte now and then, and what it
+    answered."""
     begin, answer = time.monotonic(), b""
     connection.settimeout(pause_s)
     for byte in (drip or b"") * 1000:

@@ -1,6 +1,8 @@
-"""In a browser: the three daily jobs and a diagnosis, done with the pages alone, from an empty store.
+"""In a browser: the three daily jobs and a diagnosis, done with the pages alone, from an empty
+store.
 
-Clicks, choices and typed words are counted, and so is everything that the next step needs and no page in sight says.
+Clicks, choices and typed words are counted, and so is everything that the next step needs and no
+page in sight says.
 """
 
 from __future__ import annotations
@@ -73,14 +75,16 @@ class Walk:
         self.click("#job-result")
 
     def reads(self, *texts: str) -> None:
-        """What the page must say by itself for the next step to be clear; what it does not say is looked up."""
+        """What the page must say by itself for the next step to be clear; what it does not say is
+        looked up."""
         shown = self.page.inner_text("body").lower()
         self.looked_up += [text for text in texts if text.lower() not in shown]
 
 
 def told(walk: Walk, job: str, most_clicks: int) -> None:
     print(
-        f"{job}: {walk.clicks} clicks, {walk.choices} choices, {len(walk.words)} typed, {walk.looked_up} looked up"
+        f"{job}: {walk.clicks} clicks, {walk.choices} choices, "
+        f"{len(walk.words)} typed, {walk.looked_up} looked up"
     )
     assert walk.looked_up == []
     assert walk.clicks <= most_clicks

@@ -1,4 +1,5 @@
-"""Pages of diagnoses: sentence, shares of the stages from gun to sensors, errors beside their fields, empty states."""
+"""Pages of diagnoses: sentence, shares of the stages from gun to sensors, errors beside their
+fields, empty states."""
 
 from __future__ import annotations
 
@@ -107,7 +108,8 @@ def test_stages_that_were_not_compared_have_no_share() -> None:
     sensor = EffectShare("sensor.velocity_gain", 0.4, 0.04, (0.0, 0.1), 0.0)
     cards = stage_cards(verdicts.gun(effects=(*verdicts.gun().effects, sensor)))
     assert [(card.name, card.text) for card in cards] == [
-        ("Gun", "100 %"), ("Contact", "not compared"), ("Plate", "not compared"), ("Sensors", "4 %"),
+        ("Gun", "100 %"), ("Contact", "not compared"), ("Plate", "not compared"), ("Sensors",
+        "4 %"),
     ]  # fmt: skip
     empty = replace(verdicts.verdict(), effects=())
     assert stage_cards(empty)[-1].share is None

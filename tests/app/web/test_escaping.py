@@ -1,4 +1,5 @@
-"""Names and notes are words: whatever stands in them is shown, and is never HTML, a template or an address."""
+"""Names and notes are words: whatever stands in them is shown, and is never HTML, a template or an
+address."""
 
 from __future__ import annotations
 

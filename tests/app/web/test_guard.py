@@ -1,4 +1,5 @@
-"""What may pass to the application, uploads and paths among it, and that what may not changes nothing."""
+"""What may pass to the application, uploads and paths among it, and that what may not changes
+nothing."""
 
 from __future__ import annotations
 
@@ -67,7 +68,8 @@ def test_a_foreign_name_of_this_machine_is_refused_and_own_ones_taken(
 
 
 def _tries(client: TestClient) -> list[int]:
-    """A write without a token, with a made-up one, with one of another session, and from another page."""
+    """A write without a token, with a made-up one, with one of another session, and from another
+    page."""
     other = TestClient(client.app, base_url="http://127.0.0.1:8000")
     elsewhere = {"X-CSRF-Token": token(client), "origin": "http://evil.example"}
     headers: tuple[dict[str, str], ...] = (
@@ -112,7 +114,8 @@ def test_without_the_token_of_the_server_nothing_is_told_and_a_browser_keeps_it(
     for wrong in ("", "x", WORD + "x", WORD[:-1], WORD.upper()):
         assert guarded.get(f"/jobs?token={wrong}").status_code == 401
         assert guarded.get("/jobs", headers={"authorization": f"Bearer {wrong}"}).status_code == 401
-        guarded.app.sign_in.attempts.succeeded("testclient")  # type: ignore[attr-defined]  # test_sign_in.py: how long more of them wait
+        # test_sign_in.py: how long more of them wait
+        guarded.app.sign_in.attempts.succeeded("testclient")  # type: ignore[attr-defined]
     assert guarded.get("/api/jobs", headers={"authorization": f"Bearer {WORD}"}).json() == []
     answer = guarded.get(f"/ingest?a=1&token={WORD}")
     # the token leaves the address
@@ -215,7 +218,8 @@ def test_a_zip_is_unpacked(tmp_path: Path, top: str) -> None:
 
 
 _BAD_NAMES = (
-    *("../x", "/etc/passwd", "a/../../x", "C:\\x", "..\\x", "", ".", "a/\0b", "a\nb", "con:", " a", "a."),
+    *("../x", "/etc/passwd", "a/../../x", "C:\\x", "..\\x", "", ".", "a/\0b", "a\nb", "con:", " a",
+    "a."),
     *("x" * 500, "a/b/c/d/e/f/g/h/i"),
 )  # fmt: skip
 
@@ -239,14 +243,34 @@ def test_no_name_leaves_the_folder(name: str) -> None:
     assert (base / path).resolve().is_relative_to(base) and (base / path) != base
 
 
-@pytest.mark.parametrize(("files", "allowed", "reason"), [
-    ([("a.zip", _zip({"campaign.toml": b"/etc/passwd"}, mode=stat.S_IFLNK | 0o777))], 1000, "link or a device"),
-    ([("a.zip", _zip({"campaign.toml": TOML, "recordings/1.mat": bytes(30_000_000)}))], 10**9, "unpacks to"),
-    ([("campaign.toml", io.BytesIO(TOML)), ("a.mat", io.BytesIO(b"x" * 5000))], 1000, "larger than"),
-    *(([("a.zip", io.BytesIO(it))], 1000, "cannot be read") for it in (b"", b"PK\3\4 no zip", b"x" * 100)),
-    ([("runs.csv", io.BytesIO(b""))], 1000, r"no campaign\.toml"),
-    ([], 1000, "no file was sent"),
-], ids=["link", "bomb", "too much", "empty", "no zip", "text", "no campaign", "nothing"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("files", "allowed", "reason"),
+    [
+        (
+            [("a.zip", _zip({"campaign.toml": b"/etc/passwd"}, mode=stat.S_IFLNK | 0o777))],
+            1000,
+            "link or a device",
+        ),
+        (
+            [("a.zip", _zip({"campaign.toml": TOML, "recordings/1.mat": bytes(30_000_000)}))],
+            10**9,
+            "unpacks to",
+        ),
+        (
+            [("campaign.toml", io.BytesIO(TOML)), ("a.mat", io.BytesIO(b"x" * 5000))],
+            1000,
+            "larger than",
+        ),
+        *(
+            ([("a.zip", io.BytesIO(it))], 1000, "cannot be read")
+            for it in (b"", b"PK\3\4 no zip", b"x" * 100)
+        ),
+        ([("runs.csv", io.BytesIO(b""))], 1000, r"no campaign\.toml"),
+        ([], 1000, "no file was sent"),
+        # fmt: skip
+    ],
+    ids=["link", "bomb", "too much", "empty", "no zip", "text", "no campaign", "nothing"],
+)
 def test_what_is_no_campaign_of_the_allowed_size_is_refused(
     tmp_path: Path, files: list, allowed: int, reason: str
 ):
@@ -307,7 +331,8 @@ _DAMAGED = {
 
 @pytest.mark.parametrize("damage", _DAMAGED)
 def test_a_damaged_zip_is_refused(tmp_path: Path, damage: str) -> None:
-    """zipfile leaks zlib.error, IndexError, ValueError, OSError: the page ended in an error of the server."""
+    """zipfile leaks zlib.error, IndexError, ValueError, OSError: the page ended in an error of the
+    server."""
     with pytest.raises(UploadError) as refused:
         unpacked([("spring.zip", _DAMAGED[damage]())], tmp_path, 10_000_000)
     assert len(str(refused.value).splitlines()) == 1

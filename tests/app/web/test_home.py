@@ -1,4 +1,5 @@
-"""The first page: what was recorded, what needs attention with a link to where one acts, what runs."""
+"""The first page: what was recorded, what needs attention with a link to where one acts, what
+runs."""
 
 from __future__ import annotations
 
@@ -53,7 +54,10 @@ def test_rejected_and_set_aside_recordings_need_attention(filled: Lab) -> None:
             )
         )
     addresses = sentences(filled)
-    sentence = f"{HAMMER}: 1 recording could not be read and was set aside; 1 recording was rejected by the quality checks."
+    sentence = (
+        f"{HAMMER}: 1 recording could not be read and was set aside; 1 recording "
+        f"was rejected by the quality checks."
+    )
     assert addresses[sentence] == f"/campaigns/{HAMMER}#quality"
     page = filled.client.get(f"/campaigns/{HAMMER}").text
     assert (

@@ -26,7 +26,8 @@ FORM = {"X-Pyroshock-Form": "1"}
 
 @pytest.fixture(autouse=True)
 def _own_scratch(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Folders of uploads that belong to the test alone: another test may upload at the same time."""
+    """Folders of uploads that belong to the test alone: another test may upload at the same
+    time."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path_factory.mktemp("scratch")))
 
 
@@ -211,7 +212,8 @@ def test_planned_and_achieved_stand_in_one_table() -> None:
     ]
     first, second, velocity = planned_achieved_rows(levels, achieved)
     assert first == {
-        "setting": "tank pressure (bar)", "level": "1", "planned": 1, "done": 2, "discarded": 0, "shots": 4,
+        "setting": "tank pressure (bar)", "level": "1", "planned": 1, "done": 2, "discarded": 0,
+        "shots": 4,
         "mean_deviation": "−1.0 %", "worst": "−4.0 % (run 2)",
     }  # fmt: skip
     assert second["mean_deviation"] is None

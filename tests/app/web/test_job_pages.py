@@ -1,4 +1,5 @@
-"""Pages of jobs: state, count, remaining time, result in words, what to do after a failure, and the filter by state."""
+"""Pages of jobs: state, count, remaining time, result in words, what to do after a failure, and the
+filter by state."""
 
 from __future__ import annotations
 
@@ -222,7 +223,8 @@ def test_jobs_are_filtered_by_state(pages: Window, odd: Odd) -> None:
     )
 
 
-# --- words ----------------------------------------------------------------------------------------------------------
+# --- words
+# ----------------------------------------------------------------------------------------------------------
 NOW = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
 

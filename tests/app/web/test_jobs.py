@@ -1,4 +1,5 @@
-"""The queue behind the window: it outlives the server, whose worker is one of those that work on it."""
+"""The queue behind the window: it outlives the server, whose worker is one of those that work on
+it."""
 
 from __future__ import annotations
 

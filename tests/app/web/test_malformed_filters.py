@@ -1,5 +1,5 @@
-"""Filters as nobody means them, wherever a filter is taken: 400 with a line on pages and in the API, one line on the
-command line and in the library. None is an error of the server."""
+"""Filters as nobody means them, wherever a filter is taken: 400 with a line on pages and in the
+API, one line on the command line and in the library. None is an error of the server."""
 
 from __future__ import annotations
 
@@ -24,13 +24,20 @@ from support.records.campaigns import hammer_campaign
 from support.stores.stores import ingested, opened, pyroshock
 
 MALFORMED = (
-    "N*((((", "peak force>1N*((((", "peak_force>1kN*((((", "peak force>1(" + "(" * 40, "peak force>1" + ")" * 40,
-    "tip radius=1mm'", "', ", ", ", ", ", ", ", "\"\"", "peak force>1 N**N", "peak force>1 10**10**10",
-    "peak force>1 N**-99999", "peak force>1 N/0", "peak force>1 0/0*N", "peak force>1 N%N", "peak force>1 lambda",
-    "peak force>1 N if N else N", "peak force>1 __import__('os')", "peak force>1 N;N", "peak force>1 N,N",
-    "peak force>1 [N]", "peak force>1 {N}", "peak force>1 \u0661N", "peak force>1 \u202eN", "peak force>1 N\u0000",
-    "tip_material=\u0000", "=", "==", ">=", "a", "<>", "!", "=steel", "peak force>1e999N", "peak force>1e",
-    "peak force>1 1e400N", "peak_force_n>steel", "tip_material<steel", "campaign<spring", "quality=bad",
+    "N*((((", "peak force>1N*((((", "peak_force>1kN*((((", "peak force>1(" + "(" * 40,
+    "peak force>1" + ")" * 40,
+    "tip radius=1mm'", "', ", ", ", ", ", ", ", "\"\"", "peak force>1 N**N",
+    "peak force>1 10**10**10",
+    "peak force>1 N**-99999", "peak force>1 N/0", "peak force>1 0/0*N", "peak force>1 N%N",
+    "peak force>1 lambda",
+    "peak force>1 N if N else N", "peak force>1 __import__('os')", "peak force>1 N;N",
+    "peak force>1 N,N",
+    "peak force>1 [N]", "peak force>1 {N}", "peak force>1 \u0661N", "peak force>1 \u202eN",
+    "peak force>1 N\u0000",
+    "tip_material=\u0000", "=", "==", ">=", "a", "<>", "!", "=steel", "peak force>1e999N",
+    "peak force>1e",
+    "peak force>1 1e400N", "peak_force_n>steel", "tip_material<steel", "campaign<spring",
+    "quality=bad",
     "hardness=3", "peak_force_n=steel", "x" * 299, "\u0130=1", "tip radius=\u00bdmm",
 )  # fmt: skip
 _TEXT = st.text(max_size=60)
@@ -108,7 +115,8 @@ def _addresses() -> list[str]:
 
 def test_the_routes_with_filters_are_these() -> None:
     assert sorted(_addresses()) == [
-        "/api/impacts?", "/api/shots?", "/campaigns/hammer/export?what=impacts&", "/compare?", "/impacts?", "/shots?",
+        "/api/impacts?", "/api/shots?", "/campaigns/hammer/export?what=impacts&", "/compare?",
+        "/impacts?", "/shots?",
     ]  # fmt: skip
 
 

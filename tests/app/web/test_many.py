@@ -1,6 +1,8 @@
-"""With 100,000 impacts in the store no page takes longer than a second, the last of a listing no longer than the first.
+"""With 100,000 impacts in the store no page takes longer than a second, the last of a listing no
+longer than the first.
 
-Held against the limit is the processor's time: the clock measures what else the machine does, too. Both are told.
+Held against the limit is the processor's time: the clock measures what else the machine does, too.
+Both are told.
 """
 
 from __future__ import annotations
@@ -27,19 +29,26 @@ PAGES = (
     "/impacts?where=tip_material=steel", "/impacts?where=tip_material=steel&after=99000",
     "/impacts?where=tip_material=polyurethane", "/impacts?where=peak_force_n%3E2999",
     "/impacts?where=tip_radius_mm=30&where=hammer_speed=low&where=anvil_material=steel",
-    "/impacts?sort=-peak_force_n", "/impacts?sort=quality", "/impacts?sort=tip_radius_m&offset=50000",
+    "/impacts?sort=-peak_force_n", "/impacts?sort=quality",
+    "/impacts?sort=tip_radius_m&offset=50000",
     "/impacts?sort=-campaign&where=tip_material=steel",
     "/impacts?where=peak_force_n%3E1e9", "/impacts?where=tip_material=glass",
     "/shots", "/shots?after=19000", "/shots?campaign=shots&where=tank_pressure_pa%3E119000",
-    "/impacts/1", "/impacts/99999", f"/impacts/{RECORDED}", f"/impacts/{RECORDED}?preview=true&threshold=0.02",
-    "/compare", "/compare?campaign=campaign-0030&factor=tip_radius", "/compare?where=tip_material=polyurethane",
-    "/compare?where=peak_force_n%3E2990&normalised=true", "/compare/spectra", f"/compare/spectra?impacts={RECORDED}",
-    "/models", "/twin?contact=hertz", "/plans", "/plans/new", "/plans/plan%2007", "/plans/a%20hundred%20runs",
+    "/impacts/1", "/impacts/99999", f"/impacts/{RECORDED}",
+    f"/impacts/{RECORDED}?preview=true&threshold=0.02",
+    "/compare", "/compare?campaign=campaign-0030&factor=tip_radius",
+    "/compare?where=tip_material=polyurethane",
+    "/compare?where=peak_force_n%3E2990&normalised=true", "/compare/spectra",
+    f"/compare/spectra?impacts={RECORDED}",
+    "/models", "/twin?contact=hertz", "/plans", "/plans/new", "/plans/plan%2007",
+    "/plans/a%20hundred%20runs",
     "/plans/a%20hundred%20runs/sheet", "/plans/a%20hundred%20runs/sheet.html", "/diagnoses",
     "/diagnoses?campaign=shots", "/diagnoses?after=60", "/diagnoses/7", "/ingest", "/jobs",
     "/reports/campaign/campaign-0007.html", "/reports/diagnosis/7.html",
-    "/api/campaigns", "/api/campaigns/campaign-0003", "/api/impacts?limit=2000", "/api/impacts?limit=2000&after=90000",
-    "/api/shots?limit=2000", f"/api/impacts/{RECORDED}", "/api/plans", "/api/diagnoses", "/api/channels/1",
+    "/api/campaigns", "/api/campaigns/campaign-0003", "/api/impacts?limit=2000",
+    "/api/impacts?limit=2000&after=90000",
+    "/api/shots?limit=2000", f"/api/impacts/{RECORDED}", "/api/plans", "/api/diagnoses",
+    "/api/channels/1",
 )  # fmt: skip
 
 

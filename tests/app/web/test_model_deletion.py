@@ -1,4 +1,5 @@
-"""Datasets and versions of models deleted from their pages: what uses them is named, and then nothing goes."""
+"""Datasets and versions of models deleted from their pages: what uses them is named, and then
+nothing goes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Every page over HTTP: what it shows of an empty store and of a filled one, and what its forms change."""
+"""Every page over HTTP: what it shows of an empty store and of a filled one, and what its forms
+change."""
 
 from __future__ import annotations
 
@@ -207,7 +208,7 @@ def test_a_bad_address_is_answered_in_words(
     ("campaign=winter", 404, "campaign", "winter"),
     ("contact=gp@99", 404, "contact", "gp"),
     ("plate=butter", 404, "plate", "butter"),
-    ("tank_pressure_pa=abc", 422, "tank_pressure_pa", "Tank pressure is &#39;abc&#39;: expected a number."),
+    ("tank_pressure_pa=abc", 422, "tank_pressure_pa", "Tank pressure is " "&#39;abc&#39;: " "expected a number."),
     ("tip_radius_m=0", 422, "tip_radius_m", "Tip radius is &#39;0&#39;"),
     ("tip_material=butter", 200, "tip_material", "expected one of"),
 ])  # fmt: skip
@@ -661,23 +662,27 @@ def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopt
 
 
 def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The search itself has its own tests; here it finds two settings, and what it was asked is looked at."""
+    """The search itself has its own tests; here it finds two settings, and what it was asked is
+    looked at."""
     from types import SimpleNamespace
 
     import numpy as np
 
     asked: list[Any] = []
-    settings = {"tank_pressure_pa": 4e5, "bullet_mass_kg": 0.5, "tip_material": "steel", "tip_radius_m": 0.045,
+    settings = {"tank_pressure_pa": 4e5, "bullet_mass_kg": 0.5, "tip_material": "steel",
+    "tip_radius_m": 0.045,
                 "anvil_material": "none", "insulator": "none", "impact_position": "#1"}  # fmt: skip
     row = {"settings": settings, "probability_within": 0.25, "probability_95_percent_within": 0.5,
-           "worst_margin_db": -1.0, "worst_frequency_hz": 100.0, "outside_domain": [], "expected_m_s2": [300.0, 1e4],
+           "worst_margin_db": -1.0, "worst_frequency_hz": 100.0, "outside_domain": [],
+           "expected_m_s2": [300.0, 1e4],
            "lower_m_s2": [200.0, 8e3], "upper_m_s2": [400.0, 2e4],
            "alternatives": [settings | {"tip_material": "titanium"}]}  # fmt: skip
 
     def session_of(store: Any, db: str, ask: Any) -> Any:
         asked.append(ask)
         lines = np.array([100.0, 1e4])
-        goal = SimpleNamespace(frequency_hz=lines, level_db=np.array([50.0, 80.0]), lower_db=np.array([6.0, 6.0]),
+        goal = SimpleNamespace(frequency_hz=lines, level_db=np.array([50.0, 80.0]),
+        lower_db=np.array([6.0, 6.0]),
                                upper_db=np.array([6.0, 6.0]))  # fmt: skip
         likely = Attainability(0.9, 0.5, 1, 1, "every line lies within tolerance", None)
         found = SimpleNamespace(proposals=[row], avoid=[], attainability=likely)

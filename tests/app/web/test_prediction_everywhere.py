@@ -1,4 +1,5 @@
-"""A prediction is the same in the command, the API and the page: numbers, warnings, notes, what its bands rest on."""
+"""A prediction is the same in the command, the API and the page: numbers, warnings, notes, what its
+bands rest on."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ G = 9.80665
 SENTENCE = "The bands rest on 5 measured shots of first-shots."
 #: Options of the command, and the same question to the API and the page.
 SHOTS: dict[str, tuple[str, dict[str, Any]]] = {
-    "within": ("--tank-pressure 3bar --contact hertz", {"tank_pressure_pa": 3e5, "contact": "hertz"}),
+    "within": ("--tank-pressure 3bar --contact hertz", {"tank_pressure_pa": 3e5,
+    "contact": "hertz"}),
     "beyond the pressure": (
         "--tank-pressure 10bar --bullet-mass 0.2kg --contact hann",
         {"tank_pressure_pa": 1e6, "bullet_mass_kg": 0.2, "contact": "hann"},
@@ -48,11 +50,13 @@ SHOTS: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "outside of the contact's domain": (
         "--velocity 30m/s --contact hertz --anvil steel --insulator polymeric",
-        {"impact_velocity_m_s": 30.0, "contact": "hertz", "anvil_material": "steel", "insulator": "polymeric"},
+        {"impact_velocity_m_s": 30.0, "contact": "hertz", "anvil_material": "steel",
+        "insulator": "polymeric"},
     ),
     "registered model": (
         "--velocity 9m/s --contact linear@1 --tip delrin --tip-radius 30mm",
-        {"impact_velocity_m_s": 9.0, "contact": "linear@1", "tip_material": "delrin", "tip_radius_m": 0.03},
+        {"impact_velocity_m_s": 9.0, "contact": "linear@1", "tip_material": "delrin",
+        "tip_radius_m": 0.03},
     ),
     "plate that hangs higher": (
         "--tank-pressure 3bar --contact hertz --chain-height 112mm",
@@ -69,8 +73,10 @@ SHOTS: dict[str, tuple[str, dict[str, Any]]] = {
     "hammer, held plate, registered model": (
         f"--campaign {HAMMER} --velocity 1.5m/s --contact linear@1 --tip delrin --tip-radius 30mm --anvil steel "
         "--insulator polymeric --boundary-conditions fixed",
-        {"campaign": HAMMER, "impact_velocity_m_s": 1.5, "contact": "linear@1", "tip_material": "delrin",
-         "tip_radius_m": 0.03, "anvil_material": "steel", "insulator": "polymeric", "boundary_conditions": "fixed"},
+        {"campaign": HAMMER, "impact_velocity_m_s": 1.5, "contact": "linear@1",
+        "tip_material": "delrin",
+         "tip_radius_m": 0.03, "anvil_material": "steel", "insulator": "polymeric",
+         "boundary_conditions": "fixed"},
     ),
 }  # fmt: skip
 PARAMETERS = pytest.mark.parametrize("name", SHOTS)
@@ -78,7 +84,8 @@ PARAMETERS = pytest.mark.parametrize("name", SHOTS)
 
 @pytest.fixture(autouse=True)
 def recorded(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The twin says what its bands rest on, and which settings are beyond the shots of a small campaign."""
+    """The twin says what its bands rest on, and which settings are beyond the shots of a small
+    campaign."""
     predict = Twin.predict
 
     def with_ranges(twin: Twin, setting: Any, **options: Any) -> Prediction:

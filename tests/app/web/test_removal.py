@@ -1,4 +1,5 @@
-"""Deleting and discarding in the window: what stands on it is shown, a reason is needed, and only a form writes."""
+"""Deleting and discarding in the window: what stands on it is shown, a reason is needed, and only a
+form writes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Signing in: wrong tokens wait and lock their address, sessions end, cookies are closed to scripts and strangers."""
+"""Signing in: wrong tokens wait and lock their address, sessions end, cookies are closed to scripts
+and strangers."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ class Clock:
 
 
 class Server:
-    """A server with a token, whose clock a test sets; each client comes from an address of its own choice."""
+    """A server with a token, whose clock a test sets; each client comes from an address of its own
+    choice."""
 
     def __init__(self, app: Any, clock: Clock) -> None:
         self.app, self.clock = app, clock
@@ -101,7 +103,8 @@ def test_guessing_is_locked_by_address_whichever_door_is_tried_and_open_sessions
     for number in range(400):
         server.clock.now += 5.0
         statuses.append(doors[number % 3](f"{WORD}{number}"))
-    # 400 guesses in 2,000 s: ten are looked at until the lock, and two more when it has passed twice
+    # 400 guesses in 2,000 s: ten are looked at until the lock, and two more when it has passed
+    # twice
     assert statuses.count(401) <= LOCKED_FROM + 2 and set(statuses) == {401, 429}
     answer = guesser.get("/api/jobs", headers={"authorization": f"Bearer {WORD}"})
     assert answer.status_code == 429 and int(answer.headers["retry-after"]) > 0

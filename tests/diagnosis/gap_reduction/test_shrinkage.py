@@ -1,4 +1,5 @@
-"""How far a gap shrinks: all of it by the right effect, nothing by a wrong one, and no gap where there is none."""
+"""How far a gap shrinks: all of it by the right effect, nothing by a wrong one, and no gap where
+there is none."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def shrinkage(*arguments, **options):
 
 
 def oracle(stages, kinds, rng, scales=None):
-    """What the right effects achieve: it knows their kinds, and fits their parameters on the same folds."""
+    """What the right effects achieve: it knows their kinds, and fits their parameters on the same
+    folds."""
     problem = InferenceProblem.of(GapTable.of(stages[0].record, stages), stages, kinds)
     library = search(problem)
     together = max(
@@ -108,7 +110,8 @@ def test_choice_never_sees_what_is_held_out() -> None:
 
 
 def test_corner_is_an_extrapolation() -> None:
-    """A gap that grows with pressure: the highest pressure is held out, where a constant loss fails."""
+    """A gap that grows with pressure: the highest pressure is held out, where a constant loss
+    fails."""
     stages = _toy((ToyLeak(0.3),))[:1]
     _, right = oracle(stages, [ToyLeak], np.random.default_rng(0))
     by_folds, wrong = oracle(stages, [ToyLoss], np.random.default_rng(0))
@@ -217,7 +220,8 @@ def test_intervals_cover() -> None:
 
 
 def test_mean_over_configurations_is_that_over_all_cells() -> None:
-    """A configuration with one cell of three counts for a third of the others, as in the gap of the report."""
+    """A configuration with one cell of three counts for a third of the others, as in the gap of the
+    report."""
     rng = np.random.default_rng(0)
     mean = rng.standard_normal((5, 3))
     mean[1, 1:] = np.nan

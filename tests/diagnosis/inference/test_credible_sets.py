@@ -23,11 +23,13 @@ def posterior(**weights: float) -> Weighted:
 
 @pytest.mark.parametrize(("weighted", "sets"), [
     (posterior(a=0.95, b=0.05), [("a",)]),
-    (posterior(a=0.52, b=0.48), [("a", "b")]),  # neither is likelier than not by far, and one of them acts
+    # neither is likelier than not by far, and one of them acts
+    (posterior(a=0.52, b=0.48), [("a", "b")]),
     (posterior(ac=0.5, bc=0.47, a=0.03), [("c",), ("a", "b")]),
     (posterior(ab=0.5, cd=0.48, none=0.02), [("a", "c"), ("b", "d")]),  # two for two
     (posterior(a=0.4, b=0.35, c=0.25), [("a", "b", "c")]),
-    (posterior(ab=0.5, a=0.25, b=0.2, none=0.05), [("a",), ("b",)]),  # they act together as often as chance has it
+    # they act together as often as chance has it
+    (posterior(ab=0.5, a=0.25, b=0.2, none=0.05), [("a",), ("b",)]),
     (posterior(a=0.5, none=0.5), []),
     (posterior(none=1.0), []),
     ([], []),

@@ -1,4 +1,5 @@
-"""Laws of every effect in the catalogue: their ranges, their priors, and what levels of an owner have in common."""
+"""Laws of every effect in the catalogue: their ranges, their priors, and what levels of an owner
+have in common."""
 
 from __future__ import annotations
 
@@ -86,7 +87,8 @@ def test_laws_of_a_kind_are_told_apart_and_share_its_prior(kind):
     assert sum(np.exp(law.log_prior) for law in of_kind(kind, SINGLE)) == pytest.approx(1.0)
     keys = [law.key for law in of_kind(kind)]
     assert len(set(keys)) == len(keys)
-    # The first law is the data sheet's; at u = 1 a parameter is one typical error from its off value.
+    # The first law is the data sheet's; at u = 1 a parameter is one typical error from its off
+    # value.
     sheet = of_kind(kind, SINGLE)[0]
     for coordinate in sheet.coordinates:
         item = coordinate.parameter
@@ -97,7 +99,8 @@ def test_laws_of_a_kind_are_told_apart_and_share_its_prior(kind):
 
 @BY_LEVEL
 def test_levels_share_what_their_law_has_in_common(law):
-    # Derivatives of the levels' standardised values for u give their covariance: 1, and COMMON_SHARE between two.
+    # Derivatives of the levels' standardised values for u give their covariance: 1, and
+    # COMMON_SHARE between two.
     width = 1 + len(law.level_names)
     for i, coordinate in enumerate(law.coordinates):
         slopes = []
@@ -215,7 +218,8 @@ def test_owners_are_told_by_the_factors():
     assert "layer" not in owners_of(rows)
     owners = {"bench": ((0, 0), ("one",))}
     assert all(not law.levels for kind in KINDS for law in laws_of(kind, LawRanges(), owners))
-    # Seldom: it is said to belong to the bullet. What belongs to the target is not split by the tip.
+    # Seldom: it is said to belong to the bullet. What belongs to the target is not split by the
+    # tip.
     laws = {
         law.name: law for law in laws_of(catalogue()["contact.effective_mass"], LawRanges(), OWNERS)
     }

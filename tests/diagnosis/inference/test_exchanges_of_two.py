@@ -1,4 +1,5 @@
-"""Two effects for two others: on linear problems the screening is exact, and the search finds what it plants."""
+"""Two effects for two others: on linear problems the screening is exact, and the search finds what
+it plants."""
 
 from __future__ import annotations
 
@@ -67,7 +68,8 @@ def test_screening_ranks_sets_of_a_linear_problem_as_their_evidence_does(seed):
 
 
 def hill_problem() -> InferenceProblem:
-    """Effects 0 and 1 do together what 2 and 3 do, but for a part that only the latter have; one of each is far off."""
+    """Effects 0 and 1 do together what 2 and 3 do, but for a part that only the latter have; one of
+    each is far off."""
     rng = np.random.default_rng(5)
     basis = np.linalg.qr(rng.standard_normal((SHAPE[0], 6)))[0].T[:, :, None]
     first, second, apart, own = 8 * basis[0], 8 * basis[1], 40 * basis[2], 4 * basis[3]

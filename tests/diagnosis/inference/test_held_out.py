@@ -1,4 +1,5 @@
-"""What a fold predicts on configurations that it has not seen: ridge regression, and kriging of what remains."""
+"""What a fold predicts on configurations that it has not seen: ridge regression, and kriging of
+what remains."""
 
 from __future__ import annotations
 
@@ -97,8 +98,8 @@ EACH = [np.array([c]) for c in range(COUNT)]
 
 
 def refitted(problem: InferenceProblem, fit: SubsetFit, groups: list[np.ndarray]) -> np.ndarray:
-    """(N,): what each group of configurations leaves where a set is fitted, by generalized ridge regression, to all
-    others; of configurations in no group, 0."""
+    """(N,): what each group of configurations leaves where a set is fitted, by generalized ridge
+    regression, to all others; of configurations in no group, 0."""
     block, responses = problem.blocks[0], columns_of(problem, fit.effects)
     matrix = block.covariances[fit.errors[0].background]
     left = np.zeros(len(block.z))
@@ -190,7 +191,8 @@ def test_sets_that_predict_the_same_keep_the_weights_of_the_posterior():
 
 
 def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
-    # A background that bends over the factors: the corrected prediction is closer than the effects alone.
+    # A background that bends over the factors: the corrected prediction is closer than the effects
+    # alone.
     rng = np.random.default_rng(2)
     responses = 4 * rng.standard_normal((1, COUNT, 1))
     smooth = 2 * np.sin(3 * PLACE)[:, None]
@@ -221,7 +223,8 @@ def test_a_smooth_discrepancy_is_learned_from_its_neighbours():
 
 
 def test_cell_is_averaged_over_the_sets_that_have_an_answer():
-    """Of two sets the first has no answer in the second configuration, and none has one in the third."""
+    """Of two sets the first has no answer in the second configuration, and none has one in the
+    third."""
     changes = np.array([[[1.0], [np.nan], [np.nan]], [[2.0], [4.0], [np.nan]]])
     np.testing.assert_allclose(
         cell_weights(np.array([0.75, 0.25]), changes)[..., 0],
@@ -232,7 +235,8 @@ def test_cell_is_averaged_over_the_sets_that_have_an_answer():
 def test_stacking_prefers_exact_laws_where_their_fit_predicts_better(
     monkeypatch: pytest.MonkeyPatch,
 ):
-    """A set that leaves half of what its law does to the law's error, on data that the law makes exactly."""
+    """A set that leaves half of what its law does to the law's error, on data that the law makes
+    exactly."""
     problem = problem_of()
     (block,) = problem.blocks
     problem = replace(

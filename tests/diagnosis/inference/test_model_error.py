@@ -1,4 +1,5 @@
-"""Kernels of what a simulator is off by: distances between configurations, observables together, backgrounds."""
+"""Kernels of what a simulator is off by: distances between configurations, observables together,
+backgrounds."""
 
 from __future__ import annotations
 

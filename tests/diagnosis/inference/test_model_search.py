@@ -74,7 +74,8 @@ def test_search_finds_the_best_of_all_sets():
 
 
 def test_sets_that_do_the_same_are_compared_by_the_same_background():
-    """The second of two effects with one response was fitted with the background that has nothing in it."""
+    """The second of two effects with one response was fitted with the background that has nothing
+    in it."""
     rng, noise = np.random.default_rng(11), 0.3
     response = 4 * rng.standard_normal(SHAPE)
     smooth = np.linspace(-2, 2, SHAPE[0])[:, None]

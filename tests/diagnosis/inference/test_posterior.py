@@ -1,4 +1,5 @@
-"""What the inference says of effects and sets: probabilities, credible sets, parameters, and the case for unknown."""
+"""What the inference says of effects and sets: probabilities, credible sets, parameters, and the
+case for unknown."""
 
 from __future__ import annotations
 
@@ -66,7 +67,8 @@ def toy_posterior(*planted: Effect) -> HypothesisPosterior:
 def linear_posterior(
     responses: np.ndarray, gap: np.ndarray, sets: Sequence[Sequence[str]]
 ) -> HypothesisPosterior:
-    """Of effects with these responses (m, C) to a gap (C,) in tolerances; these sets alone are in the library."""
+    """Of effects with these responses (m, C) to a gap (C,) in tolerances; these sets alone are in
+    the library."""
     problem = linear_problem(responses[:, :, None], gap[:, None], 0.01 * np.eye(COUNT))
     library = ModelLibrary(problem, {(): no_effects(problem)})
     for names in sets:  # one by one: each from what is the best so far
@@ -99,7 +101,8 @@ def test_planted_effect_is_in_the_best_set_within_its_interval(planted: Effect):
 
 
 def test_best_set_is_known_without_each_of_its_effects():
-    """Else nothing says what an effect gains. The library begins with a set that is better without two of its three."""
+    """Else nothing says what an effect gains. The library begins with a set that is better without
+    two of its three."""
     rng = np.random.default_rng(6)
     responses = 5 * rng.standard_normal((3, COUNT))
     problem = linear_problem(responses[:, :, None], responses[0][:, None], 0.01 * np.eye(COUNT))
@@ -153,7 +156,8 @@ def test_sets_and_none_have_probability_one(planted: Effect | None):
 
 
 def test_set_near_the_tolerance_is_within_it_with_a_probability():
-    """One parameter whose posterior is normal: the mass where its response is below one tolerance."""
+    """One parameter whose posterior is normal: the mass where its response is below one
+    tolerance."""
     response = np.full((1, COUNT), 2.0)
     posterior = linear_posterior(response, np.full(COUNT, 1.0), [("gun.linear_0",)])
     (fit,) = [fit for fit in posterior.library.fits.values() if fit.laws]
@@ -165,8 +169,8 @@ def test_set_near_the_tolerance_is_within_it_with_a_probability():
 
 
 def test_none_is_asked_of_every_family_of_observables():
-    """An effect that the metric hardly feels, and a family of its own by three tolerances: half a tolerance of a
-    velocity, three of a residual pressure."""
+    """An effect that the metric hardly feels, and a family of its own by three tolerances: half a
+    tolerance of a velocity, three of a residual pressure."""
     responses = np.stack([np.full((1, COUNT), 0.5), np.full((1, COUNT), 3.0)], axis=2)
     problem = linear_problem(responses, responses[0], 0.01 * np.eye(2 * COUNT))
     trace = replace(problem.gap.observables[1], channel="tank_pressure")
@@ -187,7 +191,8 @@ def test_none_is_asked_of_every_family_of_observables():
 def test_gap_that_no_effect_explains_is_none_only_as_far_as_a_background_makes_it(
     size: float, low: float, high: float
 ):
-    """Alternating from configuration to configuration; the effect is the same in all, so that no set moves anything."""
+    """Alternating from configuration to configuration; the effect is the same in all, so that no
+    set moves anything."""
     gap = size * (-1.0) ** np.arange(COUNT)
     posterior = linear_posterior(np.full((1, COUNT), 2.0), gap, [["gun.linear_0"]])
     assert posterior.within_probability > 0.98
@@ -273,7 +278,8 @@ def test_parameters_of_levels_bear_their_names_and_their_own_intervals():
     np.testing.assert_allclose(
         getattr(common, name), getattr(split, name)
     )  # levels have nothing of their own at u
-    # What levels have in common and what each has of its own lean against each other: only their sum is known.
+    # What levels have in common and what each has of its own lean against each other: only their
+    # sum is known.
     sharp = 100.0 * law.placing.T @ law.placing + np.eye(
         law.size
     )  # a measurement of each level's place, sd 0.1

@@ -1,4 +1,5 @@
-"""A gap as an inference problem: cells, noise, where effects begin to be seen, and sets simulated together."""
+"""A gap as an inference problem: cells, noise, where effects begin to be seen, and sets simulated
+together."""
 
 from __future__ import annotations
 
@@ -125,7 +126,8 @@ def test_search_of_an_effect_begins_where_it_moves_the_gap_by_a_tolerance(name: 
 
 
 def test_law_by_channel_tells_of_the_plate_s_cells_alone():
-    """In a chain the gun's cells belong to no channel of the plate, and changes of both stages are simulated."""
+    """In a chain the gun's cells belong to no channel of the plate, and changes of both stages are
+    simulated."""
     played_record, gun = played(noise=0.003), gun_record()
     runs = tuple(
         replace(

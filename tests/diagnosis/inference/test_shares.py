@@ -106,8 +106,8 @@ def test_two_identical_effects_share_equally():
 
 @pytest.mark.parametrize("count", [3, 7])
 def test_large_sets_share_orthogonal_contributions_as_small_ones(count: int):
-    """Of more than six effects the first and the last place stand for all orders: nothing changes where no order
-    matters."""
+    """Of more than six effects the first and the last place stand for all orders: nothing changes
+    where no order matters."""
     sizes = np.linspace(0.4, 1.0, count)
     responses = orthogonal(count)
     problem = problem_of(responses, sizes @ responses)
@@ -170,7 +170,8 @@ def test_shares_are_of_the_likeliest_sets_where_very_many_are_alike(
 
 
 def test_shares_of_a_gap_within_the_noise_are_those_of_a_quarter_of_it():
-    """An error in other observables may be large where that of the metric is noise: then nothing is left to share."""
+    """An error in other observables may be large where that of the metric is noise: then nothing is
+    left to share."""
     rows = orthogonal(2)
     problem = problem_of(rows, 0.1 * rows[0] + 0.05 * rows[1])
     library = library_of(problem, fit_at(problem, np.array([0.1, 0.0])))

@@ -1,4 +1,5 @@
-"""One set of effects fitted to the gap: against closed forms of linear problems and a peer for bent ones."""
+"""One set of effects fitted to the gap: against closed forms of linear problems and a peer for bent
+ones."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ SHAPE = (6, 2)
 
 @pytest.fixture(autouse=True)
 def _plain_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every size of the errors as likely as any other, so that the evidence is that of the Gaussian problem alone."""
+    """Every size of the errors as likely as any other, so that the evidence is that of the Gaussian
+    problem alone."""
     monkeypatch.setattr(subset_fit, "_LOG_PRIOR", np.zeros(len(DISCREPANCIES)))
     monkeypatch.setattr(subset_fit, "_BEYOND_TOLERANCE", np.inf)
 
@@ -177,7 +179,8 @@ def test_discrepancy_is_a_share_of_what_an_effect_does():
 
 
 def test_law_that_is_wrong_by_half_has_a_discrepancy():
-    """A true law that is itself has none; one whose response is off by half in each cell has a large one."""
+    """A true law that is itself has none; one whose response is off by half in each cell has a
+    large one."""
     rng = np.random.default_rng(5)
     shape = (20, 1)
     responses = 10 + rng.random((1, *shape))
@@ -195,7 +198,8 @@ def test_law_that_is_wrong_by_half_has_a_discrepancy():
 def test_background_beyond_tolerance_is_unlikely(
     size: float, cost: float, monkeypatch: pytest.MonkeyPatch
 ):
-    """Two tolerances above the first one are five standard deviations of what a background may be beyond it."""
+    """Two tolerances above the first one are five standard deviations of what a background may be
+    beyond it."""
     noise = 0.01
     gap = np.full(SHAPE, np.sqrt(size**2 + noise))
     problem = linear_problem(np.ones((1, *SHAPE)), gap, noise * np.eye(gap.size))

@@ -1,4 +1,5 @@
-"""What no effect explains: whether there is something, how it spreads over the configurations, and drifts."""
+"""What no effect explains: whether there is something, how it spreads over the configurations, and
+drifts."""
 
 from __future__ import annotations
 
@@ -133,7 +134,8 @@ AMPLITUDES = (1.5, 4.0, 10.0)
 
 
 def drift_of(size: float, seed: int = 0, columns: int = 1, shuffled: bool = True) -> RunOrderDrift:
-    """Of a campaign that drifts by `size` tolerances from its first run to its last, in all its observables."""
+    """Of a campaign that drifts by `size` tolerances from its first run to its last, in all its
+    observables."""
     rng = np.random.default_rng(seed)
     runs = PLACE_COUNT * SHOTS_PER_PLACE
     order = (

@@ -1,4 +1,5 @@
-"""A drift over the order of runs, and what is none: repetitions in a row, and factors that changed with the order."""
+"""A drift over the order of runs, and what is none: repetitions in a row, and factors that changed
+with the order."""
 
 from __future__ import annotations
 
@@ -29,8 +30,9 @@ def sentences(
     repetition: float = 0.0,
     seed: int = 0,
 ) -> tuple[str, ...]:
-    """Of residuals that change by `drifted` over the campaign, by `striker` from one striker to the next, and by
-    `repetition` from a setting's first run to its last; `order` (R,) are places of the runs, setting by setting."""
+    """Of residuals that change by `drifted` over the campaign, by `striker` from one striker to the
+    next, and by `repetition` from a setting's first run to its last; `order` (R,) are places of the
+    runs, setting by setting."""
     rng = np.random.default_rng(seed)
     of = np.repeat(np.arange(len(configurations)), order.size // len(configurations))
     kind = np.array(
@@ -76,7 +78,8 @@ def test_a_striker_makes_no_drift_of_shuffled_runs() -> None:
         )
         <= 3
     )
-    # Trettel's shots: five pressures in rising order, 14 or 15 shots each, whose gap falls with the pressure.
+    # Trettel's shots: five pressures in rising order, 14 or 15 shots each, whose gap falls with the
+    # pressure.
     counts, gap = np.array([14, 15, 15, 15, 15]), np.array([-1.25, -0.99, -0.92, -0.92, -0.81])
     settings = [
         RunConfiguration(str(i), {"tank_pressure": p})

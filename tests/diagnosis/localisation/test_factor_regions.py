@@ -1,4 +1,5 @@
-"""Regions of the factor space: found where the gap is local, not where it is everywhere or nowhere."""
+"""Regions of the factor space: found where the gap is local, not where it is everywhere or
+nowhere."""
 
 from __future__ import annotations
 

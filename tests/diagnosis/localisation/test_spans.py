@@ -80,7 +80,8 @@ def test_time_window_and_frequency_band_have_their_units() -> None:
 
 
 def test_amplitude_spectrum_of_a_gain() -> None:
-    """Twice the force: 6.02 dB wherever the pulse has any content; a short pulse goes further than a long one."""
+    """Twice the force: 6.02 dB wherever the pulse has any content; a short pulse goes further than
+    a long one."""
     time_s = np.arange(2048) * 1e-5
     pulses = np.array(
         [np.where(time_s < w, np.sin(np.pi * np.minimum(time_s, w) / w), 0.0) for w in (1e-3, 4e-3)]

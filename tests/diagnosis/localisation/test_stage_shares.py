@@ -109,8 +109,9 @@ class _ModalPlate(ToyPlate):
 
 
 def test_stages_are_compared_by_the_observables_of_the_gaps_size() -> None:
-    """The contact is three and more tolerances off, the plate's spectrum one; its damping and the pulse's ten shapes
-    are for telling causes apart, and change nothing of what either stage is off by."""
+    """The contact is three and more tolerances off, the plate's spectrum one; its damping and the
+    pulse's ten shapes are for telling causes apart, and change nothing of what either stage is off
+    by."""
     record = campaign((ToyMass(1.2), ToyDamping(0.35)), np.random.default_rng(0))
     plain = stage_shares(
         [ToyGun(record), ToyContact(record), ToyPlate(record)], np.random.default_rng(1)
@@ -130,7 +131,8 @@ def test_stages_are_compared_by_the_observables_of_the_gaps_size() -> None:
 
 
 def test_own_gap_has_an_interval_that_holds_the_true_one_as_often_as_it_says() -> None:
-    """4 tolerances of ln v in each configuration; the white background of half a tolerance adds in squares."""
+    """4 tolerances of ln v in each configuration; the white background of half a tolerance adds in
+    squares."""
     true = np.hypot(4.0, 0.5)
     inside = []
     for seed in range(60):
@@ -165,8 +167,8 @@ def test_two_stages_that_are_off_alike_are_a_near_tie_and_unequal_ones_are_none(
 
 
 def test_velocity_errors_blame_nobody() -> None:
-    """Readings that scatter about the true velocity move the contact's gap of one run; without repetitions their data
-    sheet says by how much."""
+    """Readings that scatter about the true velocity move the contact's gap of one run; without
+    repetitions their data sheet says by how much."""
     rng = np.random.default_rng(3)
     record = campaign((), rng, Design(repetitions=1), Scatter(run=(0.0, 0.005, 0.05)))
     runs = [

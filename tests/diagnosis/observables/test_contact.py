@@ -1,4 +1,5 @@
-"""The contact's stage against the twin's own impacts, Hertz in closed form, and the virtual bench's other laws."""
+"""The contact's stage against the twin's own impacts, Hertz in closed form, and the virtual bench's
+other laws."""
 
 from __future__ import annotations
 
@@ -232,7 +233,8 @@ BARE = (
 
 
 def played(strengths: Mapping[str, float]) -> CampaignRecord:
-    """The runs of an elastic campaign, struck again on the virtual bench: a rigid impactor and a face without mass."""
+    """The runs of an elastic campaign, struck again on the virtual bench: a rigid impactor and a
+    face without mass."""
     record, rng = hammer_record(settings=BARE, repetitions=2), np.random.default_rng(0)
     tips = [contact_material(BARE[run.configuration][0]) for run in record.runs]
     strikers = [
@@ -279,6 +281,7 @@ def test_effect_of_the_bench_is_the_twins(played_as: str, strength: float, same:
 
 @pytest.mark.parametrize("pressure", [1.5, 3.0, 5.0, 7.0, 9.0])
 def test_yield_of_the_bench_is_not_the_twins(pressure: float) -> None:
-    """Zhao, Maietta and Chang's loading beside Thornton's: no pressure brings all observables near their tolerance."""
+    """Zhao, Maietta and Chang's loading beside Thornton's: no pressure brings all observables near
+    their tolerance."""
     same = effect("contact.plastic_yield", pressure_over_yield_strength=pressure)
     assert residual({"contact.plastic_yield": 1.0}, [same]).max() > 5

@@ -1,4 +1,5 @@
-"""Features of pulses against closed forms, and what must not change them: phase, scale, zero line, noise."""
+"""Features of pulses against closed forms, and what must not change them: phase, scale, zero line,
+noise."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ EXACT = sampled(2000, np.random.default_rng(0))
 
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.4])
 def test_second_hit_counts_by_its_impulse(share: float) -> None:
-    """A second half sine of 0.6 of the length, a fifth of it later, has 0.6 of the impulse for each share of height."""
+    """A second half sine of 0.6 of the length, a fifth of it later, has 0.6 of the impulse for each
+    share of height."""
     step = TIME_S / 400
     time = np.arange(-200, 2000) * step
     force = half_sine(time) + share * half_sine((time - 1.2 * TIME_S) / 0.6)

@@ -325,7 +325,8 @@ def test_likely_values_are_allowed_and_few(identity: str) -> None:
 
 
 def test_the_valve_opens_and_closes_by_each_configuration_s_profile() -> None:
-    """By `gun_velocity` with the profile of one configuration; without a valve the law stays the nominal one."""
+    """By `gun_velocity` with the profile of one configuration; without a valve the law stays the
+    nominal one."""
     six, text = record(), "0:0 0.1:1 0.12:1 0.16:0"
     first, *others = six.configurations
     stated = replace(

@@ -1,4 +1,5 @@
-"""Any contact model as a simulator: Hertz' law in a model's place, and a model that never saw the mass."""
+"""Any contact model as a simulator: Hertz' law in a model's place, and a model that never saw the
+mass."""
 
 from __future__ import annotations
 

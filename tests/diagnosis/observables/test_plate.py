@@ -1,4 +1,5 @@
-"""The plate's stage of a diagnosis against played campaigns: planted effects come back, by sign, size and order."""
+"""The plate's stage of a diagnosis against played campaigns: planted effects come back, by sign,
+size and order."""
 
 from __future__ import annotations
 
@@ -254,7 +255,8 @@ def test_slow_force_channel_makes_the_plate_early() -> None:
 
 
 def test_long_uneven_contact_is_no_delay() -> None:
-    """Beside short ones, whose modes are all read: the phase of a force is no mode that begins the other way."""
+    """Beside short ones, whose modes are all read: the phase of a force is no mode that begins the
+    other way."""
     contacts = [(2e-4, 900.0 + 200 * i) for i in range(4)] + [
         (c, 2000.0) for c in (4e-4, 5e-4, 6e-4, 8e-4)
     ]
@@ -323,7 +325,8 @@ def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -
     assert moved[:, lines & (channel == "acceleration_2")] == pytest.approx(
         20 * np.log10(1.25), abs=1e-6
     )
-    # Ten modes in three bands; an observable tells of the band of its frequency and of its own channel.
+    # Ten modes in three bands; an observable tells of the band of its frequency and of its own
+    # channel.
     damping, gain, force = (
         catalogue()[name]
         for name in ("plate.damping", "sensor.acceleration_gain", "sensor.force_gain")
@@ -342,7 +345,8 @@ def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -
 
 
 def test_what_is_kept_of_a_plate_changes_no_answer() -> None:
-    """Sets that share a plate and forces, and others in between, against a stage that simulates one set alone."""
+    """Sets that share a plate and forces, and others in between, against a stage that simulates one
+    set alone."""
     stiffness, force = (
         effect("plate.stiffness", frequency_factor=0.97),
         effect("sensor.force_gain", gain=1.1),

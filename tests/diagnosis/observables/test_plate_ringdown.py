@@ -1,4 +1,5 @@
-"""A plate whose force or places are not known: what its modes alone tell, and how they are named."""
+"""A plate whose force or places are not known: what its modes alone tell, and how they are
+named."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ def solved(record: CampaignRecord, **settings: str) -> CampaignRecord:
     """The same with a model of unknown places; the first configuration has `settings`."""
     first, *others = record.configurations
     first = replace(first, factors={**first.factors, **settings})
-    return replace(record, plate_points_known=False, plate_model_material="steel", plate_material="steel",
+    return replace(record, plate_points_known=False, plate_model_material="steel",
+    plate_material="steel",
                    configurations=(first, *others))  # fmt: skip
 
 
@@ -90,7 +92,8 @@ def test_simulated_effect_takes_the_gap_away() -> None:
 
 
 def test_where_a_sensor_stands_does_not_matter() -> None:
-    # A model with shapes of its own, as of a drawing without places, reads the same as the table that was measured.
+    # A model with shapes of its own, as of a drawing without places, reads the same as the table
+    # that was measured.
     record, rng = played(noise=1e-3), np.random.default_rng(0)
     table = plate()
     elsewhere = replace(
@@ -192,7 +195,8 @@ def test_foreign_and_missing_lines_have_no_mode() -> None:
 
 
 def dense() -> ModalPlate:
-    """Sixty modes about 90 Hz apart, three rigid ones among them, as a finite element model has them."""
+    """Sixty modes about 90 Hz apart, three rigid ones among them, as a finite element model has
+    them."""
     rng = np.random.default_rng(8)
     frequency = np.concatenate(
         [np.zeros(3), 90.0 * (np.arange(57) + 1 + rng.uniform(-0.2, 0.2, 57))]

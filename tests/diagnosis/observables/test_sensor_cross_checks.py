@@ -1,5 +1,6 @@
-"""What a sensor does to several stages or channels at once is compared such that the physics of one stage cannot
-imitate it: impulse against the plate's momentum, and accelerometers against each other."""
+"""What a sensor does to several stages or channels at once is compared such that the physics of one
+stage cannot imitate it: impulse against the plate's momentum, and accelerometers against each
+other."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ def change(acting: Effect) -> Floats:
 
 
 def rest_share(acting: Effect, imitating: list[Effect]) -> float:
-    """Share of the rms of an effect's change that is left by the best sum of others, each times a positive scale."""
+    """Share of the rms of an effect's change that is left by the best sum of others, each times a
+    positive scale."""
     wanted = change(acting)
     table = np.column_stack([change(other) for other in imitating])
     return float(nnls(table, wanted)[1] / np.linalg.norm(wanted))

@@ -1,4 +1,5 @@
-"""Readings of the tank's pressure against records of known shape, and what they tell apart that velocities do not."""
+"""Readings of the tank's pressure against records of known shape, and what they tell apart that
+velocities do not."""
 
 from __future__ import annotations
 
@@ -66,7 +67,8 @@ def test_an_offset_is_what_an_empty_tank_shows_and_a_valve_that_shuts_is_none() 
 
 
 def test_a_valve_that_shuts_on_a_rest_which_differs_from_shot_to_shot_shows_no_offset() -> None:
-    """Slow shots leave the valve less time, so that the rest need not go with the pressure; an offset is the same."""
+    """Slow shots leave the valve less time, so that the rest need not go with the pressure; an
+    offset is the same."""
     pressure = [0.5e5, 1e5, 2e5, 4e5] * 3
     rests = np.random.default_rng(3).permutation(np.linspace(300.0, 4500.0, 12))
     shut = [
@@ -92,7 +94,8 @@ def test_a_record_that_begins_too_late_or_ends_too_early_has_no_reading() -> Non
 
 
 def recorded(effects: Sequence[Effect], *, seed: int = 1) -> CampaignRecord:
-    """The shots of `gun_record`, with the pressure that the twin's tank has on the way and as it empties."""
+    """The shots of `gun_record`, with the pressure that the twin's tank has on the way and as it
+    empties."""
     record = gun_record(
         effects, seed=seed, pressures_pa=(0.4e5, 0.8e5, 1.6e5, 3.2e5), masses_kg=(0.15, 0.4, 1.0)
     )
@@ -164,7 +167,8 @@ def test_a_leak_is_told_from_friction_by_its_record_and_by_velocities_is_not() -
 
 
 def test_a_regulator_that_differs_from_the_transducer_shows_the_gain_of_the_latter() -> None:
-    """The regulator tells the truth; the transducer reads 5 % more, and shots are slower than it makes believe."""
+    """The regulator tells the truth; the transducer reads 5 % more, and shots are slower than it
+    makes believe."""
     record = gun_record([effect("sensor.pressure_gain", gain=1.05)])
     runs = tuple(
         replace(run, set_pressure_pa=(run.tank_pressure_pa or 0.0) / 1.05) for run in record.runs
@@ -209,8 +213,8 @@ def test_a_gain_that_grows_shows_by_its_own_characteristic() -> None:
 
 
 def test_a_gain_that_grows_is_named_and_its_growth_is_found() -> None:
-    """The regulator tells the truth; the transducer is right near nothing and reads 10 % more at 2.5 bar, so that no
-    plain gain and no offset fits what it reads at 0.3 to 2.4 bar."""
+    """The regulator tells the truth; the transducer is right near nothing and reads 10 % more at
+    2.5 bar, so that no plain gain and no offset fits what it reads at 0.3 to 2.4 bar."""
     growing = effect("sensor.pressure_gain", gain=1.1, growth=1.0)
     record = gun_record([growing])
     true_pa = sensor_chain([growing]).true_pressure_pa(record.run_values("tank_pressure_pa"))

@@ -1,4 +1,5 @@
-"""Accelerometers in another unit, with another sign, or in each other's place are refused; a wrong plate is not."""
+"""Accelerometers in another unit, with another sign, or in each other's place are refused; a wrong
+plate is not."""
 
 from __future__ import annotations
 
@@ -84,7 +85,8 @@ def test_a_channel_of_any_name_in_another_unit_is_refused() -> None:
     ("kind", "anvil", "refused"), [("gun", "steel", 0), ("gun", "none", 1), ("hammer", "steel", 1)]
 )
 def test_an_anvil_on_preloaded_cells_swings_back(kind: str, anvil: str, refused: int) -> None:
-    """After the blow the cells show a pull of 60 %, which neither bare cells nor a hammer's tip do."""
+    """After the blow the cells show a pull of 60 %, which neither bare cells nor a hammer's tip
+    do."""
     time = np.arange(400) / 1e5
     swing = 1e4 * np.where(
         time < 1e-3, np.sin(np.pi * time / 1e-3), -0.6 * np.sin(np.pi * (time - 1e-3) / 1e-3)

@@ -1,4 +1,5 @@
-"""No effect of the catalogue is taken for a mislabelled record, wherever in its likely range it acts."""
+"""No effect of the catalogue is taken for a mislabelled record, wherever in its likely range it
+acts."""
 
 from __future__ import annotations
 
@@ -65,7 +66,8 @@ def test_no_effect_on_gun_or_contact_is_refused(name: str) -> None:
 
 @pytest.mark.parametrize("factor", [4.93, 5.56, 6.27])
 def test_mass_that_raises_the_force_by_the_factor_of_a_unit_is_not_refused(factor: float) -> None:
-    """In feet per second, in kilometres per hour, in pounds: a wrong unit does not lengthen pulses."""
+    """In feet per second, in kilometres per hour, in pounds: a wrong unit does not lengthen
+    pulses."""
     assert refusals([EffectiveMass(mass_factor=factor)]) == []
 
 
@@ -76,7 +78,8 @@ def test_no_effect_on_gun_or_contact_is_refused_at_any_corner(name: str) -> None
 
 
 class SoftContact(ContactObservables):
-    """Measures its own impacts as through a soft layer: a fifth of the peak, half of the impulse, twice the width."""
+    """Measures its own impacts as through a soft layer: a fifth of the peak, half of the impulse,
+    twice the width."""
 
     def measured(self) -> Floats:
         factors = {"ln_peak": 0.2, "ln_impulse": 0.51, "ln_width_half": 2.2, "ln_width_tenth": 2.9}
@@ -84,8 +87,8 @@ class SoftContact(ContactObservables):
 
 
 def test_a_soft_contact_whose_impulse_is_right_is_not_named() -> None:
-    """Peak and impulse together are .33 of the simulated ones, as a velocity in feet per second would make them; but
-    the impulse alone is what momentum allows without restitution."""
+    """Peak and impulse together are .33 of the simulated ones, as a velocity in feet per second
+    would make them; but the impulse alone is what momentum allows without restitution."""
     record = hammer_record(repetitions=1)
     assert unit_findings(record, [SoftContact(record)]) == []
 

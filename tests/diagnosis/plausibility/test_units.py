@@ -1,4 +1,5 @@
-"""Wrong units and impossible settings are told from physics: refused or named, and silent on what is right."""
+"""Wrong units and impossible settings are told from physics: refused or named, and silent on what
+is right."""
 
 from __future__ import annotations
 
@@ -36,7 +37,8 @@ MASSES_KG, PRESSURES_PA = (0.25, 0.5, 1.0), (0.6e5, 1.2e5, 2.4e5, 4.8e5)
 def gun_record(
     factor: float = 0.98, *, pressure: Callable[[float], float] = lambda p: p
 ) -> CampaignRecord:
-    """Shots at `factor` times the nominal velocity, 1 % scatter; `pressure` is what is written of the true one."""
+    """Shots at `factor` times the nominal velocity, 1 % scatter; `pressure` is what is written of
+    the true one."""
     rng = np.random.default_rng(5)
     settings = [(p, m) for p in PRESSURES_PA for m in MASSES_KG]
     configurations = [

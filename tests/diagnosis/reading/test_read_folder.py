@@ -86,7 +86,8 @@ def test_clipped_channels_are_left_out_and_said(tmp_path: Path) -> None:
         text.startswith("force: left out in 4 of 6 hits") and "(clipping" in text
         for text in record.assumptions
     )
-    # Also where the contact is over: the pulse is whole, but what is compared with the plate is not.
+    # Also where the contact is over: the pulse is whole, but what is compared with the plate is
+    # not.
     record = read_folder(
         plate_campaign(tmp_path / "acceleration", clip={"acceleration_2": 400.0}).folder
     )

@@ -1,4 +1,5 @@
-"""The tank's pressure of withheld shots: the exit by the laser, and what the transducer reads where it was not seen."""
+"""The tank's pressure of withheld shots: the exit by the laser, and what the transducer reads where
+it was not seen."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ def test_what_was_not_recorded_is_what_the_transducer_would_have_read() -> None:
 
 
 def test_levels_of_records_correct_the_line_of_a_transducer_that_is_not_straight() -> None:
-    """A gain that grows by a quarter over the range: the line through the higher pressures is far off at the lowest."""
+    """A gain that grows by a quarter over the range: the line through the higher pressures is far
+    off at the lowest."""
     rng = np.random.default_rng(3)
     nominal = np.geomspace(0.3e5, 4e5, 12)
     would_read_pa = nominal * (1 + 0.25 * nominal / 4e5)
@@ -67,7 +69,8 @@ def test_one_set_pressure_gives_a_ratio_and_none_recorded_the_set_one() -> None:
 
 
 def test_withheld_shots_have_their_record_with_the_exit_at_zero(tmp_path: Path) -> None:
-    """The laser stands 45 mm behind the vents, and the middle of a bullet of 85 mm passes it when its tail is there."""
+    """The laser stands 45 mm behind the vents, and the middle of a bullet of 85 mm passes it when
+    its tail is there."""
     case, seed = case_of_task(tasks(1, 7, ["one with traces"], "development", ["gun"])[0])
     record_case(case, tmp_path / "shots", seed)
     record = read_folder(tmp_path / "shots")

@@ -1,4 +1,5 @@
-"""Damage to bytes of any meaning: flips, cuts, splices, and numbers that are extreme where a length may stand."""
+"""Damage to bytes of any meaning: flips, cuts, splices, and numbers that are extreme where a length
+may stand."""
 
 from __future__ import annotations
 
@@ -52,7 +53,8 @@ def set_float(data: bytes, rng: Random, _: Sequence[bytes]) -> bytes:
 
 
 def false_length(data: bytes, rng: Random, _: Sequence[bytes]) -> bytes:
-    """Where a number stands that could be a length of something in the file, a neighbour of it or an extreme."""
+    """Where a number stands that could be a length of something in the file, a neighbour of it or
+    an extreme."""
     size = rng.choice((2, 4, 8))
     form = _order(rng) + _SIZES[size]
     places = [
@@ -131,7 +133,8 @@ def _order(rng: Random) -> str:
 
 #: What keeps the length stands first: it leads deeper into a format than a cut.
 _WEIGHTS: dict[Callable[[bytes, Random, Sequence[bytes]], bytes], int] = {
-    flip_bits: 6, set_integer: 6, false_length: 6, set_float: 2, move: 2, overwrite: 2, splice: 2, cut: 1, drop: 1,
+    flip_bits: 6, set_integer: 6, false_length: 6, set_float: 2, move: 2, overwrite: 2, splice: 2,
+    cut: 1, drop: 1,
     repeat: 1,
 }  # fmt: skip
 damaged = stacked(_WEIGHTS)

@@ -1,4 +1,5 @@
-"""Damage inside of containers whose checksums and lengths are made right again, so that a reader looks further."""
+"""Damage inside of containers whose checksums and lengths are made right again, so that a reader
+looks further."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Files that the formats' own writers make of arrays that no recorder writes: odd shapes, types, names, rates."""
+"""Files that the formats' own writers make of arrays that no recorder writes: odd shapes, types,
+names, rates."""
 
 from __future__ import annotations
 
@@ -251,7 +252,8 @@ def _value(rng: Random) -> Any:
 
 
 def any_file(write: Callable[[Arrays, Random], bytes]) -> Callable[[bytes, Random, Any], bytes]:
-    """As a mutation: a file that has nothing of the one before. What its format cannot hold is tried anew."""
+    """As a mutation: a file that has nothing of the one before. What its format cannot hold is
+    tried anew."""
 
     def mutate(data: bytes, rng: Random, _: Any) -> bytes:
         for _n in range(5):
@@ -259,7 +261,8 @@ def any_file(write: Callable[[Arrays, Random], bytes]) -> Callable[[bytes, Rando
                 with np.errstate(all="ignore"), warnings.catch_warnings():
                     warnings.simplefilter("ignore")
                     return write(arrays(rng), rng)
-            except Exception:  # noqa: BLE001, S112 - each writer has its own words for what its format cannot hold
+            except Exception:
+                # noqa: BLE001, S112 - each writer has its own words for what its format cannot hold
                 continue
         return data
 

@@ -1,4 +1,5 @@
-"""Damage to tables of text: cells, rows, columns, delimiters, line ends, encodings, and texts that none should hold."""
+"""Damage to tables of text: cells, rows, columns, delimiters, line ends, encodings, and texts that
+none should hold."""
 
 from __future__ import annotations
 
@@ -104,9 +105,12 @@ def mixed_encoding(data: bytes, rng: Random, _: Sequence[bytes]) -> bytes:
 
 
 _WEIGHTS = {
-    _on_cells(nasty_cell): 12, _on_cells(nasty_column): 4, _on_cells(title): 4, _on_cells(drop_row): 2,
-    _on_cells(repeat_row): 2, _on_cells(swap_rows): 2, _on_cells(drop_column): 2, _on_cells(repeat_column): 1,
-    _on_cells(longer_row): 1, other_delimiter: 2, other_line_end: 1, other_encoding: 1, mixed_encoding: 1,
+    _on_cells(nasty_cell): 12, _on_cells(nasty_column): 4, _on_cells(title): 4,
+    _on_cells(drop_row): 2,
+    _on_cells(repeat_row): 2, _on_cells(swap_rows): 2, _on_cells(drop_column): 2,
+    _on_cells(repeat_column): 1,
+    _on_cells(longer_row): 1, other_delimiter: 2, other_line_end: 1, other_encoding: 1,
+    mixed_encoding: 1,
     binary.damaged: 3,
 }  # fmt: skip
 damaged = stacked(_WEIGHTS, most=3)

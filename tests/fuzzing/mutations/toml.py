@@ -135,8 +135,10 @@ def number(lines: list[str], rng: Random) -> list[str]:
 
 
 _WEIGHTS = {
-    _on_lines(other_value): 10, _on_lines(other_key): 4, _on_lines(number): 4, _on_lines(drop_line): 2,
-    _on_lines(repeat_line): 2, _on_lines(swap_lines): 2, tables.other_encoding: 1, tables.mixed_encoding: 1,
+    _on_lines(other_value): 10, _on_lines(other_key): 4, _on_lines(number): 4,
+    _on_lines(drop_line): 2,
+    _on_lines(repeat_line): 2, _on_lines(swap_lines): 2, tables.other_encoding: 1,
+    tables.mixed_encoding: 1,
     binary.damaged: 2,
 }  # fmt: skip
 damaged = stacked(_WEIGHTS, most=3)

@@ -1,4 +1,5 @@
-"""Files of arrays: what stands beside the samples is used, or the channels that it concerns are refused by its name."""
+"""Files of arrays: what stands beside the samples is used, or the channels that it concerns are
+refused by its name."""
 
 from __future__ import annotations
 

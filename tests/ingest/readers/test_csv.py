@@ -19,7 +19,8 @@ LAYOUTS = {
     "comma": "# fs = 51200\nforce [N],acc [g]\n0,10\n1.5,20.5\n-2.25,30\n",
     "semicolon, decimal comma": "fs;51200\nforce [N];acc [g]\n0,0;10\n1,5;20,5\n-2,25;30\n",
     "tab, unit row": "fs: 51200 Hz\nforce\tacc\nN\tg\n0\t10\n1.5\t20.5\n-2.25\t30\n",
-    "tab, decimal comma": "Sampling rate [kHz]\t51,2\nforce\tacc\nN\tg\n0\t10\n1,5\t20,5\n-2,25\t30\n",
+    "tab, decimal comma": "Sampling rate "
+    "[kHz]\t51,2\nforce\tacc\nN\tg\n0\t10\n1,5\t20,5\n-2,25\t30\n",
     "bar": "# fs: 51.2 kHz\nforce (N)|acc (g)\n0|10\n1.5|20.5\n-2.25|30\n",
     "rate column": "fs,force [N],acc [g]\n51200,0,10\n51200,1.5,20.5\n51200,-2.25,30\n",
     "numpy.savetxt": "# force [N],acc [g],fs\n0e+0,1e+1,5.12e+4\n1.5,20.5,51200\n-2.25,30,51200\n",
@@ -27,28 +28,39 @@ LAYOUTS = {
     "rows numbered": "# fs = 51200\n,force [N],acc [g]\n0,0,10\n1,1.5,20.5\n2,-2.25,30\n",
     "delimiter at the end": "# fs = 51200\nforce [N],acc [g],\n0,10,\n1.5,20.5,\n-2.25,30,\n",
     "blanks and statements": (
-        "Operator;Ana\n\nSampling Rate;51200\n\nforce;acc\n[N];[g]\n 0,0; 10,0\n 1,5; 20,5\n-2,25; 30,0\n\n"
+        "Operator;Ana\n\nSampling Rate;51200\n\nforce;acc\n[N];[g]\n 0,0; "
+        "10,0\n 1,5; 20,5\n-2,25; 30,0\n\n"
     ),
-    "time in microseconds": "time [us],force [N],acc [g]\n0,0,10\n19.53125,1.5,20.5\n39.0625,-2.25,30\n",
+    "time in microseconds": "time [us],force [N],acc "
+    "[g]\n0,0,10\n19.53125,1.5,20.5\n39.0625,-2.25,30\n",
     "time in a unit row": "Time;force;acc\nms;N;g\n0,0;0;10\n0,01953125;1,5;20,5\n0,0390625;-2,25;30\n",
-    "time with its unit in a name": "Time_us,force [N],acc [g]\n0,0,10\n19.53125,1.5,20.5\n39.0625,-2.25,30\n",
+    "time with its unit in a name": "Time_us,force [N],acc "
+    "[g]\n0,0,10\n19.53125,1.5,20.5\n39.0625,-2.25,30\n",
     "blanks": "# fs = 51200\nforce acc\nN g\n  0     10\n  1.5   20.5\n -2.25  30\n",
-    "blanks and tabs": "# fs = 51200\n  force \t acc  \n  N\t\tg\n 0 \t  10\n1.5   20.5\t\n-2.25\t \t30\n",
+    "blanks and tabs": "# fs = 51200\n  force \t acc  \n  "
+    "N\t\tg\n 0 \t  10\n1.5   20.5\t\n-2.25\t \t30\n",
     "blanks, decimal comma": "fs 51200\nforce [N]  acc [g]\n0,0 10\n1,5 20,5\n-2,25 30\n",
-    "blanks, unit after a blank": "Time [ms] force [N] acc [g]\n0 0 10\n0.01953125 1.5 20.5\n0.0390625 -2.25 30\n",
+    "blanks, unit after a blank": "Time [ms] force [N] acc [g]\n0 0 "
+    "10\n0.01953125 1.5 20.5\n0.0390625 -2.25 30\n",
     "blanks, commas in the heading": (
         "# time(s), \t force(N), acc(g)\n0 0 10\n1.953125e-5 1.5 20.5\n3.90625e-5 -2.25 30\n"
     ),
-    "comment lines": "% bench 3\n// hammer, low\n% fs = 51200\n% force [N] acc [g]\n0 10\n1.5 20.5\n-2.25 30\n",
+    "comment lines": "% bench 3\n// hammer, low\n% fs = 51200\n% force [N] acc [g]\n0 10\n1.5 "
+    "20.5\n-2.25 30\n",
     "text above": (
-        "Recorder X 12, serial 0042\nsecond floor\n\nSampling rate: 51200 Hz\n\nforce,acc\n(N),(g)\n\n0,10\n1.5,20.5\n"
+        "Recorder X 12, serial 0042\nsecond floor\n\nSampling rate: 51200 "
+        "Hz\n\nforce,acc\n(N),(g)\n\n0,10\n1.5,20.5\n"
         "-2.25,30\n"
     ),
-    "delimiter at the end of the numbers": "# fs = 51200\nforce [N],acc [g]\n0,10,\n1.5,20.5,\n-2.25,30,\n",
-    "delimiter at the end of the names": "# fs = 51200\nforce [N]\tacc [g]\t\n0\t10\n1.5\t20.5\n-2.25\t30\n",
+    "delimiter at the end of the numbers": "# fs = 51200\nforce [N],acc "
+    "[g]\n0,10,\n1.5,20.5,\n-2.25,30,\n",
+    "delimiter at the end of the names": "# fs = 51200\nforce [N]\tacc "
+    "[g]\t\n0\t10\n1.5\t20.5\n-2.25\t30\n",
     "step above": "# Sample interval: 19.53125 us\nforce [N],acc [g]\n0,10\n1.5,20.5\n-2.25,30\n",
-    "time printed coarsely": "# fs = 51200\ntime,force [N],acc [g]\n0,0,10\n0,1.5,20.5\n0.0001,-2.25,30\n",
-    "time named with its unit": "t_ms,force [N],acc [g]\n0,0,10\n0.01953125,1.5,20.5\n0.0390625,-2.25,30\n",
+    "time printed coarsely": "# fs = 51200\ntime,force [N],acc "
+    "[g]\n0,0,10\n0,1.5,20.5\n0.0001,-2.25,30\n",
+    "time named with its unit": "t_ms,force [N],acc "
+    "[g]\n0,0,10\n0.01953125,1.5,20.5\n0.0390625,-2.25,30\n",
 }
 
 

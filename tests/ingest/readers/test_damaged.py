@@ -30,7 +30,8 @@ CONTAINERS = {
 
 @pytest.fixture(params=CONTAINERS)
 def save(request, tmp_path):
-    """`save(name=array, ...)` writes them in one of the formats that hold named arrays of any shape."""
+    """`save(name=array, ...)` writes them in one of the formats that hold named arrays of any
+    shape."""
 
     def write(**arrays):
         path = tmp_path / f"recording{request.param}"
@@ -48,7 +49,7 @@ def save(request, tmp_path):
         ({"force": WAVE}, "'force' has no sampling rate; expected fs in hertz, or a time vector"),
         ({"fs": 51200.0}, "holds no channel"),
         ({"fs": 51200.0, "force": WAVE + 1j}, "'force' is complex"),
-        ({"fs": 48000.0, "t": TIMES, "force": WAVE}, r"states two sampling rates, 48000\.0 Hz and 51200\.0 Hz"),
+        ({"fs": 48000.0, "t": TIMES, "force": WAVE}, r"states two " r"sampling rates, " r"48000\.0 Hz " r"and 51200\.0 Hz"),
         *(({"time": times, "force": WAVE}, "time does not increase at sample")
           for times in (TIMES[::-1], np.where(np.arange(64) == 9, np.nan, TIMES), TIMES * 0)),
     ],
@@ -142,7 +143,8 @@ def short(path):
 
 
 def version_4(path):
-    """It was read by other rules than it had been checked by: a name of gigabytes took the memory."""
+    """It was read by other rules than it had been checked by: a name of gigabytes took the
+    memory."""
     savemat(path, {"fs": 51200.0, "force": WAVE})
     path.write_bytes(b"\0" + path.read_bytes()[1:])
 

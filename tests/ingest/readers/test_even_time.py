@@ -1,4 +1,5 @@
-"""Even times, however they are printed, give their rate; two rates, drift and jitter are told apart and refused."""
+"""Even times, however they are printed, give their rate; two rates, drift and jitter are told apart
+and refused."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ SHOT = Path("shot.csv")
 RATES = (3200.0, 20000.0, 44100.0, 51200.0, 102400.0, 1e6)
 SAMPLE = np.arange(8192)
 
-#: As programs write even times (s): the last digit, the float or the counter makes their steps differ.
+#: As programs write even times (s): the last digit, the float or the counter makes their steps
+#: differ.
 WRITTEN = {
     "exact": lambda t: (t, 1.0),
     "%.6f": lambda t: (np.round(t, 6), 1.0),
@@ -44,7 +46,8 @@ def test_even_times_give_their_rate(rate, form):
 
 @pytest.mark.parametrize("rate", [20000.0, 51200.0, 102400.0])
 def test_times_printed_to_the_microsecond_give_the_rate(rate):
-    """The median of these steps is 50, 20 and 10 us: 50 kHz for a record at 51.2 kHz, as an earlier version gave."""
+    """The median of these steps is 50, 20 and 10 us: 50 kHz for a record at 51.2 kHz, as an earlier
+    version gave."""
     even = even_time(SHOT, np.round(SAMPLE / rate, 6))
     assert (even.rate_hz, even.start_s) == (rate, 0.0)
 
@@ -105,7 +108,8 @@ def test_clock_that_wanders_a_little_is_even(share):
 
 
 def test_blocks_whose_starts_are_counted_in_ticks_are_even():
-    """As enDAQ and Slam Stick recorders write: 110 samples from the block's start, which is counted in 1/32768 s."""
+    """As enDAQ and Slam Stick recorders write: 110 samples from the block's start, which is counted
+    in 1/32768 s."""
     start = np.floor(np.arange(0, SAMPLE.size, 110) / 5000 * 32768) / 32768
     times = np.concatenate(
         [np.linspace(a, b, 110, endpoint=False) for a, b in itertools.pairwise(start)]

@@ -136,7 +136,8 @@ def test_every_reader_says_what_becomes_of_its_fields(reader):
     assert any(rule.treatment is Treatment.USED for rule in reader.fields)
 
 
-#: Formats whose fields have names of the writer's choice: how a recording of a recipe gets one more.
+#: Formats whose fields have names of the writer's choice: how a recording of a recipe gets one
+#: more.
 def add_tdms(path: Path, name: str, value: float) -> None:
     from nptdms import RootObject, TdmsFile, TdmsWriter
 

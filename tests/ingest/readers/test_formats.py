@@ -19,7 +19,10 @@ WAVE = np.round(np.sin(np.arange(64) / 5), 6)
 
 
 def test_importing_the_readers_loads_no_library_of_a_format():
-    code = "import sys, pyroshock.ingest.readers; print(*sorted({m.partition('.')[0] for m in sys.modules}))"
+    code = (
+        "import sys, pyroshock.ingest.readers; "
+        "print(*sorted({m.partition('.')[0] for m in sys.modules}))"
+    )
     loaded = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     ).stdout.split()

@@ -1,4 +1,5 @@
-"""Records of uneven time on an even grid: the stated error is a bound, against sines in closed form."""
+"""Records of uneven time on an even grid: the stated error is a bound, against sines in closed
+form."""
 
 from __future__ import annotations
 

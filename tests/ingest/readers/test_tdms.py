@@ -1,4 +1,5 @@
-"""What TDMS properties say of time, scale and unit: each is used, or the channel is refused with the property."""
+"""What TDMS properties say of time, scale and unit: each is used, or the channel is refused with
+the property."""
 
 from __future__ import annotations
 
@@ -115,10 +116,12 @@ def test_properties_of_ordinary_files_pass(written):
     """As LabVIEW, DAQmx, FlexLogger and DIAdem write them."""
     channel = {
         **STEP, "wf_start_time": NOON, "wf_start_offset": 0.0, "wf_samples": 1, "wf_xname": "Time",
-        "wf_xunit_string": "s", "wf_time_pref": "relative", "unit_string": "V", "NI_UnitDescription": "Volts",
+        "wf_xunit_string": "s", "wf_time_pref": "relative", "unit_string": "V",
+        "NI_UnitDescription": "Volts",
         "NI_ChannelName": "Dev1/ai0", "minimum": -1.0, "maximum": 99.0, "monotony": "not monotone",
         "novaluekey": "No", "displaytype": "Numeric", "description": "", "Gain": 1.0, "Offset": 0,
-        "Sensor sensitivity": 10.2, "Range": 10.0, "Coupling": "AC", "Sample Rate": 50000.0, "Date": "2026-03-02",
+        "Sensor sensitivity": 10.2, "Range": 10.0, "Coupling": "AC", "Sample Rate": 50000.0,
+        "Date": "2026-03-02",
     }  # fmt: skip
     file = {
         "name": "shot",
@@ -155,7 +158,8 @@ def test_field_of_the_file_is_refused_and_can_be_called_harmless(written):
 def test_scales_are_applied_as_npTDMS_does(written):
     """NI: scaled = raw * slope + intercept; a scale of the group holds for its channels."""
     scale = {
-        "NI_Number_Of_Scales": 1, "NI_Scaling_Status": "unscaled", "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Number_Of_Scales": 1, "NI_Scaling_Status": "unscaled",
+        "NI_Scale[0]_Scale_Type": "Linear",
         "NI_Scale[0]_Linear_Slope": 0.5, "NI_Scale[0]_Linear_Y_Intercept": -1.0,
         "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
     }  # fmt: skip

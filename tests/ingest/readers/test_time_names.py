@@ -51,7 +51,8 @@ def test_time_in_any_language(label):
 
 
 CHANNELS = (
-    "force", "temperature", "Temp", "trigger", "a_ms2", "Kraft [N]", "rise time", "contact_time", "acc (top)", "s", "m",
+    "force", "temperature", "Temp", "trigger", "a_ms2", "Kraft [N]", "rise time", "contact_time",
+    "acc (top)", "s", "m",
     "Timer", "min force", "Zeitung", "h [mm]", "count", "tide",
 )  # fmt: skip
 

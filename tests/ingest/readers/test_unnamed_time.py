@@ -1,4 +1,5 @@
-"""A column that may be time is time, or the message asks; nobody's rate is taken beside it unseen."""
+"""A column that may be time is time, or the message asks; nobody's rate is taken beside it
+unseen."""
 
 from __future__ import annotations
 

@@ -66,7 +66,10 @@ def test_two_readings_are_refused_with_both_and_the_laboratory_chooses(tmp_path,
         f"# fs = 51200\nforce [N];acc [g]\n0;1\n998;5\n1{sign}004;7\n1{sign}461;3\n",
         encoding="utf-8",
     )
-    message = rf"'1{sign}004' can be .*1004.*: its (comma|point) is a decimal sign or sets thousands .*; give decimal"
+    message = (
+        rf"'1{sign}004' can be .*1004.*: its (comma|point) is a decimal sign or "
+        rf"sets thousands .*; give decimal"
+    )
     with pytest.raises(RecordingError, match=message):
         open_recording(path)
     other = "." if sign == "," else ","

@@ -1,5 +1,5 @@
-"""One cell altered in every column of a store with everything in it: the check names table and row. Random bits flipped
-in a file: none that changes a row is missed."""
+"""One cell altered in every column of a store with everything in it: the check names table and row.
+Random bits flipped in a file: none that changes a row is missed."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def full_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def new_copy(request: pytest.FixtureRequest, full_file: Path, tmp_path: Path) -> Callable[[], Any]:
-    """Each call gives the address of a fresh copy of that store, on either engine in turn, for a `with` block."""
+    """Each call gives the address of a fresh copy of that store, on either engine in turn, for a
+    `with` block."""
     if request.param == "postgresql":
         postgres_copy = request.getfixturevalue("postgres_copy")
         return lambda: postgres_copy(full_file)
@@ -82,7 +83,8 @@ def keys_by_column(url: str) -> dict[Any, tuple[Any, ...] | None]:
         for table in metadata.sorted_tables:
             primary = list(table.primary_key.columns)
             for column in table.columns:
-                # A truth is altered from true to false: of two that are true, an index may forbid the second.
+                # A truth is altered from true to false: of two that are true, an index may forbid
+                # the second.
                 order = [column.desc()] if kind_of(column) == TRUTH else []
                 query = (
                     select(*primary)
@@ -128,7 +130,8 @@ def without_rules(connection: Any) -> None:
 def altered_in_turn(
     new_copy: Callable[[], Any], columns: dict[Any, tuple[Any, ...]]
 ) -> Iterator[tuple[Any, bool]]:
-    """Each column, and whether the check named the row of its altered cell; one column of each table at a time."""
+    """Each column, and whether the check named the row of its altered cell; one column of each
+    table at a time."""
     turns: list[dict[Any, tuple[Any, ...]]] = []
     counts: Counter[str] = Counter()
     for column, key in columns.items():
@@ -248,7 +251,8 @@ def rows_of(file: Path) -> dict[str, list[str]] | None:
 
 
 def is_told(file: Path) -> bool:
-    """Whether the software says that the file is damaged: by a finding, or because it cannot be used at all."""
+    """Whether the software says that the file is damaged: by a finding, or because it cannot be
+    used at all."""
     try:
         return findings_of(f"sqlite:///{file}") != []
     except (StoreError, DBAPIError):
@@ -256,7 +260,8 @@ def is_told(file: Path) -> bool:
 
 
 def has_finding(engine: Engine) -> bool:
-    """Whether the check finds anything; False where it cannot be made. The file may be replaced afterwards."""
+    """Whether the check finds anything; False where it cannot be made. The file may be replaced
+    afterwards."""
     try:
         with engine.connect() as connection:
             return any(True for _ in iter_findings(connection, checks()))
@@ -331,16 +336,19 @@ def with_flipped_bit(kind: str, value: Any, rng: random.Random) -> Any:
 def flip_cell(
     connection: Any, column: Any, rng: random.Random, flipped_rows: set[tuple[str, str]]
 ) -> tuple[str, str] | None:
-    """Flip a bit in a random cell of the column; table and key of its row, which is none of `flipped_rows`.
+    """Flip a bit in a random cell of the column; table and key of its row, which is none of
+    `flipped_rows`.
 
-    None where the column has no such cell, where the engine refuses the value, and where it equals the old one.
+    None where the column has no such cell, where the engine refuses the value, and where it equals
+    the old one.
     """
     table, kind = column.table, kind_of(column)
     keys = [f'"{key.name}"' for key in table.primary_key.columns]
     column_text = f'CAST("{column.name}" AS text)' if kind == JSON_TEXT else f'"{column.name}"'
     rows = connection.execute(
         text(
-            f'SELECT {", ".join(keys)}, {column_text} FROM "{table.name}" WHERE "{column.name}" IS NOT NULL ORDER BY 1'
+            f'SELECT {", ".join(keys)}, {column_text} FROM "{table.name}" '
+            f'WHERE "{column.name}" IS NOT NULL ORDER BY 1'
         )
     ).all()
     untouched_rows = [
@@ -371,7 +379,8 @@ def flip_cell(
 
 @pytest.mark.parametrize("flips", FLIPS)
 def test_no_flipped_bit_of_a_cell_is_missed_on_postgresql(postgres_copy, full_file, flips):
-    """As many flips as `flips` that change a row, 40 rows at a time; the transaction is never committed.
+    """As many flips as `flips` that change a row, 40 rows at a time; the transaction is never
+    committed.
 
     A thousand take half a minute of processor time.
     """
@@ -395,6 +404,7 @@ def test_no_flipped_bit_of_a_cell_is_missed_on_postgresql(postgres_copy, full_fi
             changed += len(places)
         engine.dispose()
     print(
-        f"\n{changed} flips changed a row, {unchanged} were refused or changed none, missed {len(missed)}"
+        f"\n{changed} flips changed a row, {unchanged} were refused or "
+        f"changed none, missed {len(missed)}"
     )
     assert missed == []

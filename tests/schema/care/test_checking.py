@@ -76,7 +76,8 @@ def test_each_damage_is_found_at_its_place_and_a_sound_store_sound(care_store):
     ]
     missed = [each for each in (*DAMAGES.values(), *flipped) if not holds(findings, *each)]
     assert missed == []
-    # Each row that was altered is named once more by its own hash; one chunk was deleted, and is no row.
+    # Each row that was altered is named once more by its own hash; one chunk was deleted, and is no
+    # row.
     altered_rows = {(place, said) for check, place, said in findings if check == "rows"}
     assert len(altered_rows) == len(DAMAGES) + len(flipped) - 1
     assert (

@@ -1,4 +1,5 @@
-"""A campaign in a file: whole, once, in another laboratory's store; what no export writes is refused."""
+"""A campaign in a file: whole, once, in another laboratory's store; what no export writes is
+refused."""
 
 from __future__ import annotations
 
@@ -208,7 +209,8 @@ def deep(levels):
     return "[" * levels + "]" * levels
 
 
-#: What is done to the file -> words of the refusal. None of these runs when the file is only opened.
+#: What is done to the file -> words of the refusal. None of these runs when the file is only
+#: opened.
 STATEMENTS = {
     "CREATE TRIGGER t AFTER INSERT ON impacts BEGIN DELETE FROM impacts; END": "holds the trigger 't'",
     "CREATE VIEW v AS SELECT * FROM impacts": "holds the view 'v'",

@@ -36,7 +36,8 @@ def channel_of() -> ChannelOf:
 
 @pytest.fixture(scope="session")
 def contact_at_peak() -> Callable[[NDArray[Any]], tuple[Contact, ...]]:
-    """The one contact of a hit: from the peak outward while the force is above 0.5 % of it (thesis, section 4.1)."""
+    """The one contact of a hit: from the peak outward while the force is above 0.5 % of it (thesis,
+    section 4.1)."""
 
     def find(force: NDArray[Any]) -> tuple[Contact, ...]:
         peak = int(force.argmax())
@@ -49,7 +50,8 @@ def contact_at_peak() -> Callable[[NDArray[Any]], tuple[Contact, ...]]:
 
 @pytest.fixture(scope="session")
 def half_sine() -> Callable[..., NDArray[np.float64]]:
-    """`half_sine(n=2048, first=400, width=60, height=1000.0, noise=0.0, rng=None)`: one pulse in a record at rest."""
+    """`half_sine(n=2048, first=400, width=60, height=1000.0, noise=0.0, rng=None)`: one pulse in a
+    record at rest."""
 
     def make(
         n: int = 2048,
@@ -68,7 +70,8 @@ def half_sine() -> Callable[..., NDArray[np.float64]]:
 
 @pytest.fixture(scope="session")
 def vrtac(real_data: Path) -> dict[str, NDArray[np.float32]]:
-    """33 measured single hits at 20 kHz, each (4, 5000): force in N, then three accelerations in m/s2."""
+    """33 measured single hits at 20 kHz, each (4, 5000): force in N, then three accelerations in
+    m/s2."""
     with np.load(real_data / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz") as file:
         return {
             f"{series}[{hit}]": record

@@ -1,4 +1,5 @@
-"""Accelerations beside their spectrum: each check finds what is planted, and none accuses a sound record."""
+"""Accelerations beside their spectrum: each check finds what is planted, and none accuses a sound
+record."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ NOTES = ("rest-level", "truncation", "zero-shift")
 
 
 def ringing(seed: int = 1) -> np.ndarray:
-    """Five decaying modes after 20 ms of rest, with noise 70 dB below the peak: what a plate does when it is hit."""
+    """Five decaying modes after 20 ms of rest, with noise 70 dB below the peak: what a plate does
+    when it is hit."""
     rng = np.random.default_rng(seed)
     time = np.arange(SAMPLES - ONSET) / RATE
     x = np.zeros(SAMPLES)
@@ -108,7 +110,8 @@ def test_noise_before_the_shock_limits_the_lines():
     x = ringing() + 100 * np.sin(2 * np.pi * 150 * np.arange(SAMPLES) / RATE)
     floor = findings(x)["noise-floor"]
     assert 150 < floor.evidence["from_hz"] < 700 and floor.evidence["to_hz"] == LINES[-1]
-    # White noise 16 dB below the peak drives the lines above all modes, and those far below, as the shock does.
+    # White noise 16 dB below the peak drives the lines above all modes, and those far below, as the
+    # shock does.
     x = ringing()
     noise = np.random.default_rng(3).normal(0, 0.15 * np.abs(x).max(), SAMPLES)
     low, high = re.findall(
@@ -119,8 +122,8 @@ def test_noise_before_the_shock_limits_the_lines():
 
 
 def test_lines_that_the_record_cannot_show_are_named():
-    """A burst at five samples a cycle is off at every line, until it is resampled; of one at half the sampling rate
-    nothing can be told."""
+    """A burst at five samples a cycle is off at every line, until it is resampled; of one at half
+    the sampling rate nothing can be told."""
     at = np.arange(4000) / 20_000 - 0.1
     bursts = {
         hz: 100 * np.exp(-((at / 2e-3) ** 2)) * np.sin(2 * np.pi * hz * at)
@@ -160,8 +163,8 @@ def irvine(real_data: Path, name: str) -> tuple[np.ndarray, float]:
 
 
 def test_raw_and_cleaned_pyroshock_are_told_apart(real_data):
-    """One event, with its zero shift and mended. As published beside the records: 239 g against 20.5 g at 100 Hz; at
-    2 kHz 0.1 dB apart."""
+    """One event, with its zero shift and mended. As published beside the records: 239 g against
+    20.5 g at 100 Hz; at 2 kHz 0.1 dB apart."""
     raw, cleaned = (irvine(real_data, f"rv_separation_{name}_txt") for name in ("raw", "cleaned"))
     lines = np.array([100.0, 126, 159, 200, 500, 1000, 2000])
     assert {"zero-shift", "balance"} <= set(findings(*raw, lines))

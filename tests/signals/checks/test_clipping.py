@@ -69,7 +69,8 @@ def test_rails_of_either_sign_of_two_codes_or_of_one_sample_are_found(channel_of
     top = codes > 24000
     codes[top] = 24000 + rng.integers(0, 2, top.sum())
     assert check_clipping(channel_of(codes.astype(np.int16)), ())
-    # One neighbour of the flat top was within a few codes of it; it hid the cut in one of 1000 random pulses.
+    # One neighbour of the flat top was within a few codes of it; it hid the cut in one of 1000
+    # random pulses.
     codes = np.round(half_sine(width=10, height=30000.0, noise=0.6, rng=np.random.default_rng(8)))
     at = np.flatnonzero(codes >= 24000)
     codes[at] = [24000, 24000, 24000, 23992]
@@ -83,14 +84,16 @@ def test_rails_of_either_sign_of_two_codes_or_of_one_sample_are_found(channel_of
 def test_flattened_crest_rest_at_zero_and_irvines_records_are_no_cut(
     channel_of, half_sine, real_data
 ):
-    """Four codes of noise pressed three samples of the crest into one code in one of 1000 random pulses."""
+    """Four codes of noise pressed three samples of the crest into one code in one of 1000 random
+    pulses."""
     crest = -np.array(
         [727, 570, 440, 316, 213, 140, 77, 32, 0, 1, 1, 27, 78, 144, 219, 324, 441, 576, 736]
     )
     x = np.round(np.random.default_rng(4).normal(scale=4.0, size=4096))
     x[2000 : 2000 + crest.size] = 37220 + crest
     assert check_clipping(channel_of(x), ()) == []
-    # Between two pulses the record comes from far away, stays at its minimum for 20 samples, and leaves again.
+    # Between two pulses the record comes from far away, stays at its minimum for 20 samples, and
+    # leaves again.
     x = half_sine(first=400, width=300) + half_sine(first=720, width=300)
     assert check_clipping(channel_of(x), ()) == []
     with np.load(real_data / "vibrationdata-irvine" / "records.npz") as file:
@@ -111,7 +114,8 @@ def test_flattened_crest_rest_at_zero_and_irvines_records_are_no_cut(
     seed=st.integers(0, 2**32 - 1),
 )
 def test_crest_rounded_to_codes_is_never_clipped(bits, width, noise_codes, seed):
-    """However slow the pulse: at 7 bits and 20,000 samples the top code alone lasts for hundreds of samples."""
+    """However slow the pulse: at 7 bits and 20,000 samples the top code alone lasts for hundreds of
+    samples."""
     rng = np.random.default_rng(seed)
     x = np.zeros(3 * width)
     x[width : 2 * width] = 2**bits * np.sin(np.pi * (np.arange(width) + rng.random()) / width)
@@ -123,7 +127,8 @@ def test_crest_rounded_to_codes_is_never_clipped(bits, width, noise_codes, seed)
 
 
 def cut(width: int, phase: float, share: float) -> np.ndarray:
-    """A half sine of 1000 whose samples lie `phase` off its zero, in noise of 0.01, held at a share of its height."""
+    """A half sine of 1000 whose samples lie `phase` off its zero, in noise of 0.01, held at a share
+    of its height."""
     x = np.random.default_rng(0).normal(scale=0.01, size=2048)
     x[400 : 400 + width] += 1000.0 * np.sin(np.pi * (np.arange(width) + phase) / width)
     return np.minimum(x, 1000.0 * share)

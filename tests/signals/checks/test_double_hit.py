@@ -28,8 +28,8 @@ def test_second_peak_counts_from_five_per_cent(channel_of, half_sine, share, fou
 
 
 def test_single_hits_are_left_alone(channel_of, half_sine):
-    """A second one on purpose 0.2 s later, ringing about zero, a force that has not returned to zero, and what is no
-    force."""
+    """A second one on purpose 0.2 s later, ringing about zero, a force that has not returned to
+    zero, and what is no force."""
     deliberate = two_hits(half_sine, 0.9, 10240)
     assert (
         check_double_hit(

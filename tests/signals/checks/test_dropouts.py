@@ -94,7 +94,8 @@ def test_equal_codes_of_a_crest_or_of_noise_are_live(channel_of):
     codes = np.round(np.random.default_rng(6).normal(scale=60.0, size=4096))
     codes[2000 : 2000 + crest.size] = crest
     assert check_dropouts(channel_of(codes.astype(np.int16)), ()) == []
-    # Twelve per cent of neighbours are equal there; seven in a row came up once in 1500 random records.
+    # Twelve per cent of neighbours are equal there; seven in a row came up once in 1500 random
+    # records.
     codes = np.round(np.random.default_rng(9).normal(scale=2.3, size=200_000))
     codes[5000:5009] = 1.0
     assert check_dropouts(channel_of(codes.astype(np.int16)), ()) == []

@@ -44,7 +44,8 @@ def test_missed_peak_is_bounded_and_each_contact_judged_for_itself(channel_of):
 
 
 def test_most_measured_hits_at_20_khz_have_few_samples(channel_of, contact_at_peak, vrtac):
-    """FWHM of 148 to 208 us at 20 kHz: a stiff contact lasts six or seven samples, and a tail extends some to 12."""
+    """FWHM of 148 to 208 us at 20 kHz: a stiff contact lasts six or seven samples, and a tail
+    extends some to 12."""
     found = [
         bool(check_few_samples(channel_of(h[0], rate_hz=2e4), contact_at_peak(h[0])))
         for h in vrtac.values()

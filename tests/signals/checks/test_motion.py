@@ -21,8 +21,8 @@ def half_sine(samples=40_000, noise=0.3):
 
 
 def test_free_body_record_without_a_rest_and_noise_before_the_shock_are_left_alone(channel_of):
-    """A free body keeps what a half sine gave it; a sensor's own offset integrates to any velocity, and without a rest
-    nobody knows it."""
+    """A free body keeps what a half sine gave it; a sensor's own offset integrates to any velocity,
+    and without a rest nobody knows it."""
     for x in (half_sine(), half_sine()[ONSET:] + 0.04 * HEIGHT):
         channel = channel_of(x, "acceleration", RATE)
         assert check_velocity(channel, ()) == [] == check_displacement(channel, ())
@@ -44,7 +44,8 @@ def test_offset_after_the_shock_is_a_velocity_of_its_size(channel_of):
 
 @pytest.mark.parametrize("samples", [40_000, 400_000])
 def test_wander_that_comes_back_is_a_displacement_of_its_size(channel_of, samples):
-    """One period of a sine of amplitude a and length T gives no velocity at its end, and a T^2 / (2 pi) of way."""
+    """One period of a sine of amplitude a and length T gives no velocity at its end, and a T^2 / (2
+    pi) of way."""
     x = half_sine(samples)
     lasts_s, amplitude = (samples - ONSET) / RATE, 0.04 * HEIGHT
     x[ONSET:] += amplitude * np.sin(2 * np.pi * np.arange(samples - ONSET) / (samples - ONSET))

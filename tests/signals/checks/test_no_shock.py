@@ -9,7 +9,8 @@ T = np.arange(16384)
 
 
 def ringing(begin=1000, n=16384, noise=1.0, seed=0):
-    """Two modes of 1000 m/s2 from sample `begin` on; a negative one is a record that begins so much too late."""
+    """Two modes of 1000 m/s2 from sample `begin` on; a negative one is a record that begins so much
+    too late."""
     t = T[:n] - begin
     x = np.random.default_rng(seed).normal(scale=noise, size=n)
     return x + 500.0 * np.exp(-t / 900.0) * (np.sin(0.13 * t) + np.sin(0.31 * t)) * (t >= 0)
@@ -54,7 +55,8 @@ def test_whole_record_is_a_shock_and_one_that_begins_at_the_onset_is_doubted(cha
     x = ringing(begin=0, noise=0.0)
     x[:40] *= np.arange(40) / 40.0
     assert severities(channel_of(x, "acceleration")) == ["warning"]
-    # 52 channels of others: Irvine's flights, AFRL's shocks, the drops of endaq, quiet axes included.
+    # 52 channels of others: Irvine's flights, AFRL's shocks, the drops of endaq, quiet axes
+    # included.
     with np.load(real_data / "vibrationdata-irvine" / "records.npz") as file:
         records = [
             file[name][:, 1]

@@ -142,7 +142,8 @@ def test_kinks_and_steps_are_none(law):
     ramp = np.arange(50.0)
     x[500:550] = {
         "step": np.full(50, 100.0), "triangle": np.minimum(ramp, 50 - ramp), "sawtooth": ramp,
-        "trapezium": np.minimum(np.minimum(ramp, 50 - ramp), 10), "square": np.where(ramp % 10 < 5, 50.0, -50.0),
+        "trapezium": np.minimum(np.minimum(ramp, 50 - ramp), 10), "square": np.where(ramp % 10 < 5,
+        50.0, -50.0),
         "one code": np.where(ramp == 20, 1.0, 0.0) + np.where(ramp > 40, -1.0, 0.0),
         "exponential": 100 * np.exp(-ramp / 3),
     }[law]  # fmt: skip
@@ -162,7 +163,8 @@ def test_light_barriers_and_triggers_may_be_one_sample_wide(channel_of):
 
 
 def test_measured_records_have_none(real_data):
-    """Every channel of the real records: shocks of pyrotechnics, drops, hammers, water entry, down to 500 Hz."""
+    """Every channel of the real records: shocks of pyrotechnics, drops, hammers, water entry, down
+    to 500 Hz."""
     records = 0
     for file in sorted(real_data.rglob("*.npz")):
         arrays = np.load(file)

@@ -1,4 +1,5 @@
-"""False alarms and hits over random records: force pulses, ringing accelerations, clean or with one fault planted."""
+"""False alarms and hits over random records: force pulses, ringing accelerations, clean or with one
+fault planted."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ class Record:
 
 
 def force(rng: np.random.Generator) -> Record:
-    """A pulse sin^p, p from 1 to 2.5, 12 to 400 samples, 1 N to 10 kN, noise of 0.01 to 0.5 % of it."""
+    """A pulse sin^p, p from 1 to 2.5, 12 to 400 samples, 1 N to 10 kN, noise of 0.01 to 0.5 % of
+    it."""
     n, width, first = 16384, int(rng.integers(12, 400)), int(rng.integers(200, 3000))
     height = float(10 ** rng.uniform(0, 4))
     noise = height * 10 ** rng.uniform(-4, -2.3)
@@ -67,7 +69,8 @@ def digitised(record: Record, rng: np.random.Generator) -> Channel:
 
 
 def clip(record: Record, rng: np.random.Generator) -> None:
-    """At 50 to 85 % of the height, which leaves three samples or more of a force pulse at the rail."""
+    """At 50 to 85 % of the height, which leaves three samples or more of a force pulse at the
+    rail."""
     rest = np.median(record.x)
     side = np.sign(record.x[np.abs(record.x - rest).argmax()] - rest)
     share = rng.uniform(0.5, 0.85)
@@ -98,7 +101,8 @@ def hit_again(record: Record, rng: np.random.Generator) -> None:
 
 
 def stand_still(record: Record, rng: np.random.Generator) -> None:
-    """At zero deflection for 30 to 200 samples of the rest after the shock, in noise that every converter resolves."""
+    """At zero deflection for 30 to 200 samples of the rest after the shock, in noise that every
+    converter resolves."""
     record.x += rng.normal(scale=0.01 * record.height, size=record.x.size)
     at = int(rng.integers(12000, 15000))
     record.x[at : at + int(rng.integers(30, 200))] = np.median(record.x)

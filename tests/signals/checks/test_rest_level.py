@@ -34,8 +34,8 @@ def test_smaller_offset_is_graded(channel_of, share, severities):
 
 
 def test_gravity_is_a_note_and_the_level_after_is_taken_where_nothing_lies_before(channel_of):
-    """The same record at a tenth of the height: 9.8 m/s2 are a tenth of its peak. Other channels may rest where they
-    like."""
+    """The same record at a tenth of the height: 9.8 m/s2 are a tenth of its peak. Other channels
+    may rest where they like."""
     (finding,) = check_rest_level(channel_of(shock() / 10.0 - 9.80665, "acceleration"), ())
     assert (finding.severity, finding.evidence["could_be_gravity"]) == ("note", True)
     (finding,) = check_rest_level(channel_of(shock(300.0, begin=3), "acceleration"), ())

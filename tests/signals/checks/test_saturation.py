@@ -33,7 +33,8 @@ def test_full_scale_of_either_sign_is_rejected_and_less_is_not(channel_of, half_
 def test_amplifier_rail_with_noise_is_found_and_a_sharp_cut_is_left_to_clipping(
     channel_of, half_sine
 ):
-    """Without a range, and below one: the sensor's range says nothing about the amplifier behind it."""
+    """Without a range, and below one: the sensor's range says nothing about the amplifier behind
+    it."""
     (finding,) = check_saturation(channel_of(pressed(half_sine, np.random.default_rng(1))), ())
     assert finding.evidence["level"] == pytest.approx(700.0, rel=0.01)
     assert check_saturation(

@@ -11,7 +11,8 @@ CONTACT = (Contact(1000, 1010, 1020),)
 
 
 def ringing(n=16384, decay=600.0, shift=0.0, fade=np.inf, seed=0):
-    """Three modes of a struck structure from sample 1000 on, 1000 m/s2 at most, noise of 1, and an offset."""
+    """Three modes of a struck structure from sample 1000 on, 1000 m/s2 at most, noise of 1, and an
+    offset."""
     rng = np.random.default_rng(seed)
     t = np.arange(n - 1000)
     modes = sum(np.exp(-t / decay) * np.sin(w * t) for w in (0.05, 0.13, 0.4))
@@ -42,7 +43,8 @@ def test_raw_separation_record_and_one_other_are_flagged(channel_of, irvine):
     (finding,) = check_zero_shift(channel, ())
     velocity_m_s = np.cumsum(channel.si - channel.si[:200].mean()) * channel.period_s
     assert finding.evidence["residual_velocity_m_s"] == pytest.approx(velocity_m_s[-1], rel=0.05)
-    # Avionics channel 33 rests at 10.2 g before and 4.0 g after; its neighbours 25 and 30 move by 1.5 g and less.
+    # Avionics channel 33 rests at 10.2 g before and 4.0 g after; its neighbours 25 and 30 move by
+    # 1.5 g and less.
     flagged = [
         name
         for name, record in irvine.items()
@@ -52,9 +54,10 @@ def test_raw_separation_record_and_one_other_are_flagged(channel_of, irvine):
 
 
 def test_records_whose_rest_stays_are_clean(channel_of):
-    """Decayed; with 2 m/s2 for 0.3 s, 0.6 m/s that a suspension could drive where the shock itself reached 0.36 m/s;
-    with a pulse whose impulse a plate on strings keeps as velocity; with 0.1 m/s that its strings turn round within the
-    record, half a period at 2 Hz; and without a level before the shock."""
+    """Decayed; with 2 m/s2 for 0.3 s, 0.6 m/s that a suspension could drive where the shock itself
+    reached 0.36 m/s; with a pulse whose impulse a plate on strings keeps as velocity; with 0.1 m/s
+    that its strings turn round within the record, half a period at 2 Hz; and without a level before
+    the shock."""
     rate_hz, free, swinging = 51200.0, ringing(), ringing()
     free[1000:1020] += 500.0
     t = np.arange(swinging.size - 1000) / rate_hz
@@ -68,7 +71,8 @@ def test_records_whose_rest_stays_are_clean(channel_of):
         )
         == []
     )
-    # Noise that remembers for 33 samples: the means before and after differ by more than white noise lets them.
+    # Noise that remembers for 33 samples: the means before and after differ by more than white
+    # noise lets them.
     from scipy.signal import lfilter
 
     for seed in range(20):
@@ -143,8 +147,8 @@ def test_measured_hits_and_their_responses_do_not_shift(channel_of, contact_at_p
 @pytest.mark.parametrize("width", [60, 150, 400])
 @pytest.mark.parametrize("begin", [0.01, 0.02, 0.03])
 def test_rising_foot_of_a_pulse_is_no_rest(channel_of, width, begin):
-    """A drop table's bell-shaped pulse, triggered late: the record begins at a share of the peak, and what lies before
-    5 % of it is its foot alone."""
+    """A drop table's bell-shaped pulse, triggered late: the record begins at a share of the peak,
+    and what lies before 5 % of it is its foot alone."""
     t = np.arange(200 * width) - width * np.sqrt(2.0 * np.log(1.0 / begin))
     x = 1000.0 * np.exp(-((t / width) ** 2) / 2.0) + np.random.default_rng(0).normal(
         scale=0.1, size=t.size
@@ -154,7 +158,8 @@ def test_rising_foot_of_a_pulse_is_no_rest(channel_of, width, begin):
 
 @pytest.mark.parametrize("seed", range(51))
 def test_rising_foot_of_a_slow_contact_is_no_rest(channel_of, seed):
-    """A contact that grows and fades exponentially, as of foam, in a record that rests at zero before and after."""
+    """A contact that grows and fades exponentially, as of foam, in a record that rests at zero
+    before and after."""
     rng = np.random.default_rng(seed)
     width = int(rng.integers(50, 1500))
     t = np.arange(int(width * rng.uniform(8, 80))) - width * rng.uniform(3.2, 5.0)

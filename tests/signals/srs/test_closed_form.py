@@ -9,7 +9,8 @@ from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from scipy.optimize import minimize_scalar
 
 ZETA = 0.05
-#: Amplitude (g) and duration (s) of a half sine, frequencies (Hz), and the maximax (g) there for Q = 10.
+#: Amplitude (g) and duration (s) of a half sine, frequencies (Hz), and the maximax (g) there for Q
+#: = 10.
 PULSES = {
     "50 g, 11 ms": (
         50.0,
@@ -33,15 +34,17 @@ def half_sine(amplitude: float, duration_s: float, sampling_rate_hz: float) -> F
 
 
 def response(tau: Floats, ratio: float, zeta: float) -> Floats:
-    """p and v of `coefficients`, (2, ...), tau = omega t after a half sine of amplitude 1 begins; the pulse is
-    sin(ratio tau) up to tau = pi / ratio. The steady solution and a free decay that starts the mass at rest."""
+    """p and v of `coefficients`, (2, ...), tau = omega t after a half sine of amplitude 1 begins;
+    the pulse is sin(ratio tau) up to tau = pi / ratio. The steady solution and a free decay that
+    starts the mass at rest."""
     end = np.pi / ratio
     during = _driven(np.minimum(tau, end), ratio, zeta)
     return _free(during, np.maximum(tau - end, 0.0), zeta)
 
 
 def _driven(tau: Floats, ratio: float, zeta: float) -> Floats:
-    """-p = z'' + 2 zeta z' with z'' in radians: p = a sin + b cos of ratio tau solves p'' + 2 zeta p' + p = sin."""
+    """-p = z'' + 2 zeta z' with z'' in radians: p = a sin + b cos of ratio tau solves p'' + 2 zeta
+    p' + p = sin."""
     size = (1 - ratio**2) ** 2 + (2 * zeta * ratio) ** 2
     a, b = (1 - ratio**2) / size, -2 * zeta * ratio / size
     sine, cosine = np.sin(ratio * tau), np.cos(ratio * tau)
@@ -61,7 +64,8 @@ def _free(start: Floats, tau: Floats, zeta: float) -> Floats:
 
 
 def maximax(amplitude: float, duration_s: float, frequency_hz: float) -> float:
-    """The largest absolute acceleration, by a search on a fine grid and a refinement of what it finds."""
+    """The largest absolute acceleration, by a search on a fine grid and a refinement of what it
+    finds."""
 
     def size(tau: Floats) -> Floats:
         p, v = response(np.asarray(tau), 1 / (2 * duration_s * frequency_hz), ZETA)
@@ -94,8 +98,9 @@ def test_coarse_half_sines_are_repaired_slow_bases_followed_and_short_pulses_kep
     record = half_sine(amplitude, duration, rate)
     repaired = shock_response_spectrum(record, rate, lines, resample_within=1e-4)
     assert repaired.maximax == pytest.approx(exact, rel=1e-4, abs=0)
-    # An oscillator far above the record's frequency feels the record. Long before another can answer, its base has
-    # moved on at the pulse's velocity: omega z is that velocity, and less by half a decay.
+    # An oscillator far above the record's frequency feels the record. Long before another can
+    # answer, its base has moved on at the pulse's velocity: omega z is that velocity, and less by
+    # half a decay.
     record = half_sine(7.0, 0.1, 1e5)
     assert shock_response_spectrum(record, 1e5, [4000.0]).maximax == pytest.approx(
         [7.0], rel=1e-3, abs=0
@@ -125,7 +130,8 @@ def test_step_overshoots_by_the_book(zeta):
 
 
 def test_undamped_residual_is_the_fourier_transform():
-    """omega |integral of a exp(-i omega t)| of the record, whose straight lines make (sin(x) / x)^2 of each sample."""
+    """omega |integral of a exp(-i omega t)| of the record, whose straight lines make (sin(x) / x)^2
+    of each sample."""
     rng = np.random.default_rng(5)
     rate, record, lines = 1e4, rng.normal(size=300), np.array([20.0, 333.0, 1500.0, 4000.0])
     theta = 2 * np.pi * lines / rate

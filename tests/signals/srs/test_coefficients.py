@@ -1,4 +1,5 @@
-"""Coefficients in double against many digits, the loop where theta is small, and extremes of a decay."""
+"""Coefficients in double against many digits, the loop where theta is small, and extremes of a
+decay."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ def test_coefficients_keep_their_digits(theta, zeta):
 
 @pytest.mark.parametrize("theta", THETAS)
 def test_filters_pass_a_constant(theta):
-    """The sum of b is that of a, or -1 / omega^2 of it; the printed form tells the sum of a from 0 by 1e-16 at best."""
+    """The sum of b is that of a, or -1 / omega^2 of it; the printed form tells the sum of a from 0
+    by 1e-16 at best."""
     omega = np.array([theta])
     acceleration, displacement = (
         f(omega, 1.0, 0.05) for f in (absolute_acceleration, relative_displacement)
@@ -80,10 +82,11 @@ def test_the_loop_keeps_its_digits(theta):
 
 
 def test_a_slow_oscillator_takes_the_velocity():
-    """omega dt = 1e-6, where the printed filter has six digits left: a short pulse, and then a decay of the free mass.
+    """omega dt = 1e-6, where the printed filter has six digits left: a short pulse, and then a
+    decay of the free mass.
 
-    Two samples of 1 are three steps, of area 2 dt: p = exp(-zeta tau) sin(delta tau) / delta * omega * 2 dt, largest at
-    tan(delta tau) = delta / zeta."""
+    Two samples of 1 are three steps, of area 2 dt: p = exp(-zeta tau) sin(delta tau) / delta *
+    omega * 2 dt, largest at tan(delta tau) = delta / zeta."""
     rate, zeta = 1e6, 0.05
     line = 1e-6 * rate / (2 * np.pi)
     spectrum = shock_response_spectrum(
@@ -99,7 +102,8 @@ values = st.floats(-10, 10)
 @given(values, values, st.floats(1e-6, 0.95))
 @example(0.0, 0.0, 0.05)
 def test_extremes_are_those_of_a_fine_series(start, slope, zeta):
-    """1,200 points a turn: a peak falls between two by a share of 4e-6 at most. Rest stays at rest."""
+    """1,200 points a turn: a peak falls between two by a share of 4e-6 at most. Rest stays at
+    rest."""
     delta = np.sqrt(1 - zeta**2)
     tau = np.linspace(0, 4 * np.pi / delta, 2401)
     series = np.exp(-zeta * tau) * (

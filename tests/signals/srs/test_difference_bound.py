@@ -1,4 +1,5 @@
-"""The bound from differences of a record: its numbers against transforms, and itself against the true spectrum."""
+"""The bound from differences of a record: its numbers against transforms, and itself against the
+true spectrum."""
 
 from __future__ import annotations
 
@@ -36,7 +37,8 @@ def over(function: NDArray[Any], divisor: Floats) -> NDArray[Any]:
 def rest(
     function: NDArray[np.complex128], scale: float, decaying: float, line: float, zeta: float
 ) -> float:
-    """What the series of a function of frequency has beyond a decaying part of so much, all together, over `scale`."""
+    """What the series of a function of frequency has beyond a decaying part of so much, all
+    together, over `scale`."""
     function = function.copy()
     function[OMEGA.size // 2] = function[
         OMEGA.size // 2
@@ -77,8 +79,9 @@ def test_numbers_bound_the_functions_of_frequency(line, zeta):
 
 
 def errors_and_bounds(records: int, seed: int) -> Floats:
-    """Of lines of random records at 2 to 16 times the rate of the content: the error, the bound, and what content above
-    half the sampling rate may add to it, as shares of the maximax, (3, lines)."""
+    """Of lines of random records at 2 to 16 times the rate of the content: the error, the bound,
+    and what content above half the sampling rate may add to it, as shares of the maximax, (3,
+    lines)."""
     rng, rows = np.random.default_rng(seed), []
     for _ in range(records):
         shock, q, times = (

@@ -48,7 +48,8 @@ def test_pyyeti_gives_the_same_of_either_sign_and_of_residual_and_pseudo_velocit
     late = ours.residual < 0.5 * ours.primary
     assert late.sum() > 20
     assert ours.pseudo_velocity_m_s[late] == pytest.approx(theirs[late], rel=1e-9, abs=0)
-    # Theirs is the largest sample of one cycle of the lowest line, so it is less, by the sampling error at most.
+    # Theirs is the largest sample of one cycle of the lowest line, so it is less, by the sampling
+    # error at most.
     ours = shock_response_spectrum(record, RATE, LINES, resample_within=None)
     theirs = peer(record, time="residual")
     assert np.all(theirs <= ours.residual * (1 + 1e-9))

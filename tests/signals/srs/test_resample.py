@@ -32,8 +32,8 @@ def test_band_limited_record_is_exact(factor, duration):
 
 @pytest.mark.parametrize("level", [0.0, 3.0])
 def test_a_record_that_ends_while_it_rings_does_not_ring_more_there(level):
-    """Cut off anywhere, with its rest at 0 or not: an end that meets the other one in a jump would ring over the whole
-    record, by a tenth of the jump."""
+    """Cut off anywhere, with its rest at 0 or not: an end that meets the other one in a jump would
+    ring over the whole record, by a tenth of the jump."""
     whole, fine = burst(1e4) + level, burst(8e4) + level
     cut = slice(170, 260)
     finer = upsampled(whole[np.newaxis, cut], 8)[0]

@@ -17,7 +17,8 @@ MEASURED_SEED = 46_311
 
 @dataclass(frozen=True)
 class Outcome:
-    """Errors and stated bounds of some lines of many records, (n,); `record` is the record of each line."""
+    """Errors and stated bounds of some lines of many records, (n,); `record` is the record of each
+    line."""
 
     record: Floats
     kind: Floats
@@ -61,8 +62,10 @@ def test_bound_holds_in_each_of_two_thousand_records():
     measured = outcome(2000, MEASURED_SEED)
     finite = np.isfinite(measured.stated)
     print(
-        f"\n{measured.broken} of 2000 records break the bound; stated over error: {measured.looseness():.2f} in the "
-        f"median; error {np.median(measured.error):.2%} in the median, {measured.error[finite].max():.2%} at most "
+        f"\n{measured.broken} of 2000 records break the bound; stated over "
+        f"error: {measured.looseness():.2f} in the "
+        f"median; error {np.median(measured.error):.2%} in the median, "
+        f"{measured.error[finite].max():.2%} at most "
         f"where a bound is stated; no bound at {np.mean(~finite):.1%} of the lines"
     )
     for number, kind in enumerate(KINDS):
@@ -71,7 +74,8 @@ def test_bound_holds_in_each_of_two_thousand_records():
             *(getattr(measured, name)[rows] for name in ("record", "kind", "error", "stated"))
         )
         print(
-            f"{kind}: error {np.median(part.error):.2%}, stated {np.median(part.stated):.2%}, {part.looseness():.1f}"
+            f"{kind}: error {np.median(part.error):.2%}, stated "
+            f"{np.median(part.stated):.2%}, {part.looseness():.1f}"
         )
     assert measured.broken == 0
     assert measured.looseness() < 5
@@ -85,8 +89,8 @@ def burst(rate_hz: float, centre_hz: float, width_hz: float = 400.0) -> Floats:
 
 @pytest.mark.parametrize("share", [0.05, 0.2, 0.4, 0.6, 0.8])
 def test_content_and_not_the_line_decides(share):
-    """Lines far below the content feel it as much as any: without resampling all are off by the same share, and after
-    it none by more than what was asked for."""
+    """Lines far below the content feel it as much as any: without resampling all are off by the
+    same share, and after it none by more than what was asked for."""
     lines, centre = np.array([50.0, 100.0, 150.0]), share * NYQUIST_HZ
     record = burst(RATE_HZ, centre, 40.0)
     truth = shock_response_spectrum(
@@ -121,7 +125,8 @@ def test_a_slow_record_is_not_resampled_and_a_fast_one_at_most_sixteenfold():
 
 
 def test_content_at_half_the_sampling_rate_is_said_to_bound_nothing():
-    """A burst above half the sampling rate looks like its mirror image below: no bound can tell them apart."""
+    """A burst above half the sampling rate looks like its mirror image below: no bound can tell
+    them apart."""
     lines = np.array([500.0, 2000.0])
     above, below = burst(RATE_HZ, NYQUIST_HZ + 300), burst(RATE_HZ, NYQUIST_HZ - 300)
     for record in (above, below, np.random.default_rng(1).normal(size=2000)):

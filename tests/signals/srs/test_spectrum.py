@@ -44,8 +44,9 @@ def close(values, rel=1e-9):
 @given(records, dampings, st.floats(0.1, 1e4), st.integers(1, 50), st.integers(1, 200))
 @few
 def test_spectrum_of_a_scaled_turned_later_or_longer_record(record, zeta, factor, before, after):
-    """It grows with the record; the other sign swaps positive and negative; waiting changes nothing. Zeros at the end
-    move peaks from after the record, where they are exact, into it, where they lie beside samples."""
+    """It grows with the record; the other sign swaps positive and negative; waiting changes
+    nothing. Zeros at the end move peaks from after the record, where they are exact, into it, where
+    they lie beside samples."""
     one, more = spectrum(record, zeta), spectrum(factor * record, zeta)
     late = spectrum(np.append(np.zeros(before), record), zeta)
     for name in PEAKS:
@@ -87,8 +88,8 @@ def test_time_runs_backwards_for_undamped_residuals(record):
 @given(records, dampings)
 @few
 def test_primary_and_residual_are_of_the_series_of_the_oscillator(record, zeta):
-    """The residual is of the series after the record: one step to 0, then a decay whose peaks 2,000 zeros show at
-    samples."""
+    """The residual is of the series after the record: one step to 0, then a decay whose peaks 2,000
+    zeros show at samples."""
     both_parts = spectrum(record, zeta)
     series = [oscillator_response(record, RATE, line, damping_ratio=zeta) for line in LINES]
     assert both_parts.primary == close(

@@ -1,4 +1,5 @@
-"""What every regression promises, as checks: a family's test module calls them over its own list of members.
+"""What every regression promises, as checks: a family's test module calls them over its own list of
+members.
 
     ESTIMATORS = [DecisionTree(min_leaf=5), LinearPowers()]
 
@@ -7,8 +8,8 @@
     def test_promise(estimator, check):
         check(estimator)
 
-Each check leaves the estimator it is given unfitted, and makes its own of the same settings. `check_learns_known_law`
-and `check_units_do_not_matter` take a limit, so they stand apart.
+Each check leaves the estimator it is given unfitted, and makes its own of the same settings.
+`check_learns_known_law` and `check_units_do_not_matter` take a limit, so they stand apart.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ class Rows:
 
 @cache
 def known_law() -> tuple[Rows, Rows]:
-    """240 pulses to learn from, 60 to ask for: every configuration of the synthetic campaign stands in both."""
+    """240 pulses to learn from, 60 to ask for: every configuration of the synthetic campaign stands
+    in both."""
     table = pulse_table(np.random.default_rng(7), repetitions=5)
     parts = held_out(table, np.random.default_rng(8), per_configuration=1)
     first, second = (Rows(part.x, part.force_n, part.configuration) for part in parts)
@@ -133,7 +135,8 @@ def check_row_by_row(estimator: Estimator) -> None:
 
 
 def check_round_trip(estimator: Estimator) -> None:
-    """Arrays through a file and settings through JSON give the same predictions, and the same arrays again."""
+    """Arrays through a file and settings through JSON give the same predictions, and the same
+    arrays again."""
     one = learned(estimator)
     arrays = one.arrays()
     again = rebuilt(estimator).restore(through_a_file(arrays))
@@ -149,7 +152,8 @@ def check_same_seed_same_numbers(estimator: Estimator) -> None:
 
 
 def check_refit(estimator: Estimator) -> None:
-    """Another one, from other rows; the first stays as it was; the settings are kept; the rows matter."""
+    """Another one, from other rows; the first stays as it was; the settings are kept; the rows
+    matter."""
     one, rows = learned(estimator), known_law()[0]
     before = one.predict(rows.x).mean
     fewer = rows.take(np.arange(len(rows.x)) % 4 != 0)
@@ -175,7 +179,8 @@ def check_refuses_other_inputs(estimator: Estimator) -> None:
 
 #: All but those that take a limit.
 CHECKS: tuple[Callable[[Estimator], None], ...] = (
-    check_settings_rebuild, check_not_fitted, check_fit_returns_self, check_shapes, check_row_by_row,
+    check_settings_rebuild, check_not_fitted, check_fit_returns_self, check_shapes,
+    check_row_by_row,
     check_round_trip, check_same_seed_same_numbers, check_refit, check_refuses_other_arrays,
     check_refuses_other_inputs,
 )  # fmt: skip
@@ -189,12 +194,14 @@ def error_of(estimator: Estimator) -> float:
 
 
 def check_learns_known_law(estimator: Estimator, worst: float) -> None:
-    """Held-out pulses of the synthetic campaign to `worst` NRMSE; its noise alone makes 0.02, the mean pulse 2.1."""
+    """Held-out pulses of the synthetic campaign to `worst` NRMSE; its noise alone makes 0.02, the
+    mean pulse 2.1."""
     assert error_of(estimator) < worst
 
 
 def check_units_do_not_matter(estimator: Estimator, rtol: float = 1e-6) -> None:
-    """Inputs in other units and forces in kN give the same pulses, to `rtol` of the largest force."""
+    """Inputs in other units and forces in kN give the same pulses, to `rtol` of the largest
+    force."""
     rows, asked = known_law()
     units = 10.0 ** (np.arange(13) % 5 - 2)
     scaled = fitted(estimator, Rows(rows.x * units, rows.y / 1000, rows.groups))

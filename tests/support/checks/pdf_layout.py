@@ -1,4 +1,5 @@
-"""What a reader sees of a PDF: text, the place of each line of words, and ink, as PDFium (of Chromium) reads it."""
+"""What a reader sees of a PDF: text, the place of each line of words, and ink, as PDFium (of
+Chromium) reads it."""
 
 from __future__ import annotations
 

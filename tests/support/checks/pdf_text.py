@@ -1,4 +1,5 @@
-"""The words of a PDF that ReportLab wrote, as far as they are ASCII: enough to see that a report holds its parts."""
+"""The words of a PDF that ReportLab wrote, as far as they are ASCII: enough to see that a report
+holds its parts."""
 
 from __future__ import annotations
 

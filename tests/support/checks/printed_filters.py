@@ -1,4 +1,5 @@
-"""The recursive filters of ISO 18431-4 as they are printed (thesis, eq. 1.3 to 1.8): another form of our recursion."""
+"""The recursive filters of ISO 18431-4 as they are printed (thesis, eq. 1.3 to 1.8): another form
+of our recursion."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from pyroshock.signals.srs.coefficients import Steps, steps
 
 @dataclass(frozen=True, eq=False)
 class RampInvariantFilter:
-    """H(z) = (b0 + b1/z + b2/z^2) / (a0 + a1/z + a2/z^2): both (3, f), a0 = 1; `lfilter` of SciPy takes a column."""
+    """H(z) = (b0 + b1/z + b2/z^2) / (a0 + a1/z + a2/z^2): both (3, f), a0 = 1; `lfilter` of SciPy
+    takes a column."""
 
     b: Floats
     a: Floats
@@ -22,7 +24,8 @@ def absolute_acceleration(
 ) -> RampInvariantFilter:
     """Base acceleration to absolute acceleration, eq. 1.4 to 1.8.
 
-    1 - S / theta of eq. 1.4 is written as H + 2 zeta G / theta, which does not lose digits; so are the others.
+    1 - S / theta of eq. 1.4 is written as H + 2 zeta G / theta, which does not lose digits; so are
+    the others.
     """
     step_values = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
     rest = step_values.h + 2 * damping_ratio * step_values.g / step_values.theta

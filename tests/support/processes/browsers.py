@@ -107,7 +107,8 @@ class Watch:
         context.on("response", self._answered)
 
     def _said(self, message: Any) -> None:
-        # that a page itself was refused is for its test to expect; a missing file is told by its response
+        # that a page itself was refused is for its test to expect; a missing file is told by its
+        # response
         if message.type in ("error", "warning") and not message.text.startswith(
             "Failed to load resource"
         ):
@@ -129,7 +130,8 @@ class Watch:
 def page_of(
     browser: Any, lab: Lab, *, width: int = 1280, height: int = 900, **more: Any
 ) -> Iterator[Any]:
-    """A page of an empty profile; fails at its end if anything in it erred or asked another server."""
+    """A page of an empty profile; fails at its end if anything in it erred or asked another
+    server."""
     watch = Watch(lab.origin)
     viewport = {"width": width, "height": height}
     context = browser.new_context(
@@ -153,7 +155,8 @@ def at(page: Any, address: str) -> Any:
 
 
 def wait_drawn(page: Any) -> None:
-    """By selectors, which the page's own policy lets through; a function to wait for would be evaluated in it."""
+    """By selectors, which the page's own policy lets through; a function to wait for would be
+    evaluated in it."""
     from playwright.sync_api import expect
 
     page.wait_for_load_state()
@@ -184,7 +187,8 @@ def drawn(page: Any, chart: str) -> Any:
 
 
 def screenshot(page: Any, name: str, height: int | None = None) -> None:
-    """For the documentation, where it is asked for: 1280 wide, of few colours, so that it stays small."""
+    """For the documentation, where it is asked for: 1280 wide, of few colours, so that it stays
+    small."""
     if SCREENSHOTS is None:
         return
     from PIL import Image

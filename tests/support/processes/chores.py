@@ -1,4 +1,5 @@
-"""What workers are asked to do in tests: they import it by name, as nothing that is installed is called `support`."""
+"""What workers are asked to do in tests: they import it by name, as nothing that is installed is
+called `support`."""
 
 from __future__ import annotations
 

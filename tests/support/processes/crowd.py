@@ -67,7 +67,8 @@ def together(
     environment: Mapping[str, str] | None = None,
     timeout_s: float = 100.0,
 ) -> list[list[Said]]:
-    """Each client runs its commands one after the other, all clients at once; what each command said."""
+    """Each client runs its commands one after the other, all clients at once; what each command
+    said."""
     folder.mkdir(parents=True)
     asked = {
         "modules": list(modules),

@@ -1,7 +1,9 @@
-"""Many clients at once: each a process of its own that runs commands as if typed, forked from this one.
+"""Many clients at once: each a process of its own that runs commands as if typed, forked from this
+one.
 
-Imports are done once here, for twenty interpreters that import PyTorch would measure that. Called by `crowd.py` with a
-folder that holds `clients.json`; what each command said and how it ended goes to `CLIENT-NUMBER.json` there.
+Imports are done once here, for twenty interpreters that import PyTorch would measure that. Called
+by `crowd.py` with a folder that holds `clients.json`; what each command said and how it ended goes
+to `CLIENT-NUMBER.json` there.
 """
 
 from __future__ import annotations

@@ -27,7 +27,8 @@ class Cluster:
 def dask_cluster(
     folder: Path, workers: int = 2, *options: str, **environment: str
 ) -> Iterator[Cluster]:
-    """`workers` of one thread, which nobody starts again unless `options` say so; they know the modules of tests."""
+    """`workers` of one thread, which nobody starts again unless `options` say so; they know the
+    modules of tests."""
     file = folder / "scheduler.json"
     env = {
         **os.environ,

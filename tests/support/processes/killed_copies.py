@@ -1,6 +1,8 @@
-"""Copies of a store that are killed on their way: `python -m support.processes.killed_copies SOURCE TARGET WORD...`.
+"""Copies of a store that are killed on their way: `python -m support.processes.killed_copies SOURCE
+TARGET WORD...`.
 
-For each word a child copies, and kills itself when its progress names it; then what the target holds is printed.
+For each word a child copies, and kills itself when its progress names it; then what the target
+holds is printed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""Mutants tried from a process of their own: the fork server is one for each process, and loaded once."""
+"""Mutants tried from a process of their own: the fork server is one for each process, and loaded
+once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Jobs for tests: a kind whose work is a function of the test, and workers that need not be waited for."""
+"""Jobs for tests: a kind whose work is a function of the test, and workers that need not be waited
+for."""
 
 from __future__ import annotations
 

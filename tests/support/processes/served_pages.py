@@ -1,4 +1,5 @@
-"""The pages of the web application by name, each filled by the store of `tests/app/web/conftest.py`."""
+"""The pages of the web application by name, each filled by the store of
+`tests/app/web/conftest.py`."""
 
 from __future__ import annotations
 

@@ -63,7 +63,10 @@ class Tally:
 
 #: Of this run; conftest prints them at its end.
 TALLIES: dict[tuple[str, str], Tally] = {}
-HEADER = "| operation | engine | kills | in mid-work | then completed | lost |\n| --- | --- | --- | --- | --- | --- |"
+HEADER = (
+    "| operation | engine | kills | in mid-work | then completed | lost |\n| --- "
+    "| --- | --- | --- | --- | --- |"
+)
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,8 @@ class Undisturbed:
 
 
 class Forge:
-    """Starts commands in processes of their own, without their imports (see `struck`); those of `models` or others."""
+    """Starts commands in processes of their own, without their imports (see `struck`); those of
+    `models` or others."""
 
     def __init__(self, folder: Path, models: bool = True) -> None:
         self.errors, self.count = folder / "errors.txt", folder / "count.txt"
@@ -86,9 +90,11 @@ class Forge:
         )
 
     def start(self, place: Place, at: int = 0) -> int:
-        """The number of the process that runs the place's command; with `at`, it is killed at that statement."""
+        """The number of the process that runs the place's command; with `at`, it is killed at that
+        statement."""
         asked = {
-            "command": list(place.command), "environment": dict(place.environment), "folder": str(place.folder),
+            "command": list(place.command), "environment": dict(place.environment),
+            "folder": str(place.folder),
             "errors": str(self.errors), "count": str(self.count), "at": at,
         }  # fmt: skip
         print(json.dumps(asked), file=self._process.stdin, flush=True)
@@ -119,11 +125,12 @@ def strike(
     rng: np.random.Generator,
     is_done: Callable[[P], bool] = lambda _: False,
 ) -> Tally:
-    """Kill the command of fresh places until `kills` came in mid-work, look after each, then let it through.
+    """Kill the command of fresh places until `kills` came in mid-work, look after each, then let it
+    through.
 
-    Half of the kills come at a random moment of the work, half before a random statement to a database. Each place
-    must end with the content of an undisturbed one. What does not is listed in the tally as lost. A
-    place that `is_done` is not struck again, nor is its command run again.
+    Half of the kills come at a random moment of the work, half before a random statement to a
+    database. Each place must end with the content of an undisturbed one. What does not is listed in
+    the tally as lost. A place that `is_done` is not struck again, nor is its command run again.
     """
     tally = TALLIES.setdefault((operation, engine), Tally(operation, engine))
     kills += tally.struck

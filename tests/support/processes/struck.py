@@ -1,8 +1,9 @@
 """A process that starts commands for others to kill: `striking.Forge` speaks with it.
 
-A command's first seconds are imports, and a kill there strikes nothing. So everything is imported here, once, and each
-command line asked for on standard input is a process forked from this one, in a group of its own: it begins with its
-work. Two lines answer: the process' number when it was started, its exit status when it has ended.
+A command's first seconds are imports, and a kill there strikes nothing. So everything is imported
+here, once, and each command line asked for on standard input is a process forked from this one, in
+a group of its own: it begins with its work. Two lines answer: the process' number when it was
+started, its exit status when it has ended.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from typing import Any
 #: What commands import within their functions.
 IMPORTS = (
     "alembic.command", "alembic.autogenerate", "psycopg", "pyroshock.app.ingest.archiving",
-    "pyroshock.app.ingest.removal", "pyroshock.ingest.load", "scipy.interpolate", "scipy.io", "scipy.signal",
+    "pyroshock.app.ingest.removal", "pyroshock.ingest.load", "scipy.interpolate", "scipy.io",
+    "scipy.signal",
     "tqdm",
 )  # fmt: skip
 #: And those around models, which take longer than all others.
@@ -97,7 +99,8 @@ def _run(asked: dict[str, Any]) -> None:
 
 
 def _struck_at(number: int) -> list[int]:
-    """Counts statements to any database, the store's and MLflow's, commits too; kills the group before this one."""
+    """Counts statements to any database, the store's and MLflow's, commits too; kills the group
+    before this one."""
     from sqlalchemy import Engine, event
 
     seen = [0]

@@ -1,4 +1,5 @@
-"""What is struck: an ingest, a training, a promotion, an upgrade; each in a place of its own, each with its look."""
+"""What is struck: an ingest, a training, a promotion, an upgrade; each in a place of its own, each
+with its look."""
 
 from __future__ import annotations
 
@@ -116,7 +117,8 @@ class PromotePlace:
         return ("promote", "linear", "1", "--force", "--reason", "it is better", "--db", self.url)
 
     def look(self) -> None:
-        """Before or after: the model in use is the one that the newest decision put there, with its reason."""
+        """Before or after: the model in use is the one that the newest decision put there, with its
+        reason."""
         (champion,) = [version.label for version in self.registry.versions() if version.champion_of]
         decisions = self.registry.decisions()
         assert decisions[0].candidate == champion, (champion, decisions)
@@ -124,7 +126,8 @@ class PromotePlace:
 
     def content(self) -> object:
         self.look()
-        # A repeat after a kill that came too late to matter is told so, and kept as a decision of its own.
+        # A repeat after a kill that came too late to matter is told so, and kept as a decision of
+        # its own.
         told = [
             (d.candidate, d.reason)
             for d in self.registry.decisions()
@@ -278,7 +281,8 @@ def migrate_places(
 
 
 def old_store(databases: Databases, folder: Path, revision: str) -> str:
-    """The stored database of a revision; on a server, its tables made by the migrations and its rows copied."""
+    """The stored database of a revision; on a server, its tables made by the migrations and its
+    rows copied."""
     file = folder / f"stored-{revision}.db"
     file.write_bytes(zlib.decompress((STORED / f"{revision}.sqlite.z").read_bytes()))
     stored = f"sqlite:///{file}"

@@ -1,4 +1,5 @@
-"""MLflow's own server, in a process of its own, for tests of what other software sees of a registry."""
+"""MLflow's own server, in a process of its own, for tests of what other software sees of a
+registry."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ _STARTS_S = 120
 
 @contextmanager
 def tracking_server(folder: Path, command: str, *options: str) -> Iterator[str]:
-    """`mlflow COMMAND OPTIONS` on a free port of this machine, with one worker; its address. `folder` has its log."""
+    """`mlflow COMMAND OPTIONS` on a free port of this machine, with one worker; its address.
+    `folder` has its log."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
@@ -33,7 +35,8 @@ def tracking_server(folder: Path, command: str, *options: str) -> Iterator[str]:
     log = folder / "server.log"
     with log.open("w") as output:
         process = subprocess.Popen(
-            [sys.executable, "-m", "mlflow", command, *options, *where], env=os.environ | _QUIET, cwd=folder,
+            [sys.executable, "-m", "mlflow", command, *options, *where], env=os.environ | _QUIET,
+            cwd=folder,
             stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
     try:

@@ -1,4 +1,5 @@
-"""What is struck while it is taken back: a deletion, archive, restoration, a discarded and a replaced recording."""
+"""What is struck while it is taken back: a deletion, archive, restoration, a discarded and a
+replaced recording."""
 
 from __future__ import annotations
 
@@ -71,7 +72,8 @@ def state_of(url: str) -> object:
     return rows, stones
 
 
-#: Of each operation the words of its command; FILE is the archive's, FOLDER the corrected campaign's.
+#: Of each operation the words of its command; FILE is the archive's, FOLDER the corrected
+#: campaign's.
 COMMANDS = {
     "campaigns delete": f"campaigns delete {CAMPAIGN}",
     "campaigns archive": f"campaigns archive {CAMPAIGN} --out FILE",

@@ -1,6 +1,8 @@
-"""For `dask worker --preload`: trainings that write down when they begin, and of which one waits to be released.
+"""For `dask worker --preload`: trainings that write down when they begin, and of which one waits to
+be released.
 
-The file `begun` in $WATCHED gets a line for each; the model $HELD waits for the file `released` there.
+The file `begun` in $WATCHED gets a line for each; the model $HELD waits for the file `released`
+there.
 """
 
 from __future__ import annotations

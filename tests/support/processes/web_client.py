@@ -1,4 +1,5 @@
-"""A client of the window, as a browser or a script speaks to it: the token of its session goes with every write."""
+"""A client of the window, as a browser or a script speaks to it: the token of its session goes with
+every write."""
 
 from __future__ import annotations
 

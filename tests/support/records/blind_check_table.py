@@ -1,4 +1,5 @@
-"""Figures of benches on the page of the blind check: `PYTHONPATH=tests python -m support.records.blind_check_table`."""
+"""Figures of benches on the page of the blind check: `PYTHONPATH=tests python -m
+support.records.blind_check_table`."""
 
 from __future__ import annotations
 
@@ -29,8 +30,10 @@ def lines(folder: Path = FOLDER) -> Iterator[str]:
 
 def _line(each: BenchFigures) -> str:
     cells = [
-        each.name, str(each.n), _quantile(each.fraction), _quantile(each.true_fraction), _quantile(each.naive),
-        _rate(each.at_least_naive), _rate(each.largest_named), _rate(each.large_named), _rate(each.off_named),
+        each.name, str(each.n), _quantile(each.fraction), _quantile(each.true_fraction),
+        _quantile(each.naive),
+        _rate(each.at_least_naive), _rate(each.largest_named), _rate(each.large_named),
+        _rate(each.off_named),
         _rate(each.unknown_first),
     ]  # fmt: skip
     return f"| {' | '.join(cells)} |"
@@ -49,9 +52,11 @@ def _rate(rate: Rate) -> str:
 def cause_lines(
     *files: Path, tiers: Sequence[str] = GROUPS["causes"]
 ) -> tuple[list[str], list[str]]:
-    """Rows of the two tables of what a reader acts on without their heads: every tier, and each followed by its kinds.
+    """Rows of the two tables of what a reader acts on without their heads: every tier, and each
+    followed by its kinds.
 
-    The first has what is named and how true the shares are, the second first answers, what goes of the gap, and costs.
+    The first has what is named and how true the shares are, the second first answers, what goes of
+    the gap, and costs.
     """
     tables = cause_tables(pooled(files or (CAUSES,))[1], tiers)
     return [_named_line(figures) for figures in tables], [
@@ -69,7 +74,8 @@ def sealed_lines() -> tuple[list[str], list[str]]:
 
 def _named_line(figures: CauseFigures) -> str:
     rates = (
-        figures.largest_leads, figures.other_leads, figures.largest_named, figures.idle_named, figures.both_named,
+        figures.largest_leads, figures.other_leads, figures.largest_named, figures.idle_named,
+        figures.both_named,
         figures.wrong_alone,
     )  # fmt: skip
     error = f"{figures.shares_error:.2f}" if np.isfinite(figures.shares_error) else "-"
@@ -78,7 +84,8 @@ def _named_line(figures: CauseFigures) -> str:
 
 def _first_line(figures: CauseFigures) -> str:
     rates = (
-        figures.none_first, figures.unknown_first, figures.outside_unknown, figures.outside_none, figures.false_smooth,
+        figures.none_first, figures.unknown_first, figures.outside_unknown, figures.outside_none,
+        figures.false_smooth,
         figures.false_rough, figures.stage, figures.at_least_naive,
     )  # fmt: skip
     quantiles = [

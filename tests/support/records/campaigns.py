@@ -1,4 +1,5 @@
-"""Small campaign folders of known content, for tests of the ingest: hits of known peak, width and time."""
+"""Small campaign folders of known content, for tests of the ingest: hits of known peak, width and
+time."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 FS_HZ = 51_200.0
-#: Time of the first hit in a record, and between hits: further apart than the extraction's separation.
+#: Time of the first hit in a record, and between hits: further apart than the extraction's
+#: separation.
 FIRST_HIT_S, BETWEEN_HITS_S = 0.05, 0.15
 
 HAMMER_TOML = """\
@@ -52,7 +54,8 @@ Row = Mapping[str, object]
 
 @dataclass(frozen=True)
 class Blow:
-    """A hit as it was made: start (s), peak (N) and width at the foot (s) of a half-sine to the power 1.5."""
+    """A hit as it was made: start (s), peak (N) and width at the foot (s) of a half-sine to the
+    power 1.5."""
 
     start_s: float
     peak_n: float
@@ -100,7 +103,8 @@ def write_recording(path: Path, channels: Mapping[str, NDArray[Any]], fs_hz: flo
 def write_folder(
     folder: Path, toml: str, runs: str | Sequence[str], recordings: Mapping[str, Any]
 ) -> Path:
-    """A new folder: campaign.toml, runs.csv as text or lines, and recordings by file name, .npz of these arrays."""
+    """A new folder: campaign.toml, runs.csv as text or lines, and recordings by file name, .npz of
+    these arrays."""
     folder.mkdir(parents=True)
     (folder / "campaign.toml").write_text(toml, encoding="utf-8")
     (folder / "runs.csv").write_text(

@@ -1,4 +1,5 @@
-"""Hammer campaigns of a known contact: forces solved finely, then sampled wherever the recorder happens to sample."""
+"""Hammer campaigns of a known contact: forces solved finely, then sampled wherever the recorder
+happens to sample."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ def hammer_record(
     noise: float = 0.0,
     seed: int = 0,
 ) -> CampaignRecord:
-    """Strikes at 0.7 to 2.1 m/s. `effects` act truly; the record knows nothing of them. Noise over each peak."""
+    """Strikes at 0.7 to 2.1 m/s. `effects` act truly; the record knows nothing of them. Noise over
+    each peak."""
     rng = np.random.default_rng(seed)
     names = ("tip_material", "tip_radius", "anvil_material", "insulator", "plate_material")
     configurations = tuple(

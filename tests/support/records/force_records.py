@@ -1,4 +1,5 @@
-"""Force records of the virtual bench whose truth is known: ten hits each, some soon followed by a second one."""
+"""Force records of the virtual bench whose truth is known: ten hits each, some soon followed by a
+second one."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ EVERY, SHARE, DELAYS_S = 4, 0.35, (8e-3, 40e-3)
 
 @dataclass(frozen=True)
 class Hit:
-    """`chatters`: the tip parted and touched again within the contact, which may or may not be called a second hit."""
+    """`chatters`: the tip parted and touched again within the contact, which may or may not be
+    called a second hit."""
 
     start_s: float
     contact_time_s: float

@@ -23,7 +23,8 @@ def gun_record(
     masses_kg: Sequence[float] = (0.25, 1.0),
     seed: int = 0,
 ) -> CampaignRecord:
-    """Every pressure with every mass, `repetitions` times in a shuffled order; `scatter` of ln velocity."""
+    """Every pressure with every mass, `repetitions` times in a shuffled order; `scatter` of ln
+    velocity."""
     rng = np.random.default_rng(seed)
     settings = [(p, m) for p in pressures_pa for m in masses_kg]
     configurations = tuple(

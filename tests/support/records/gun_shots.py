@@ -1,4 +1,5 @@
-"""Gun campaigns for tests of the diagnosis: shots by the twin with planted effects, a background, and noise."""
+"""Gun campaigns for tests of the diagnosis: shots by the twin with planted effects, a background,
+and noise."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ def shots(
     repetitions: int = 4,
     bias: float = 0.0,
 ) -> CampaignRecord:
-    """Twelve settings. `scatter` (of ln velocity) from shot to shot, `background` from setting to setting."""
+    """Twelve settings. `scatter` (of ln velocity) from shot to shot, `background` from setting to
+    setting."""
     rng = np.random.default_rng(seed)
     settings = [(p, m) for p in PRESSURES_PA for m in MASSES_KG]
     configurations = tuple(

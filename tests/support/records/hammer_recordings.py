@@ -1,4 +1,5 @@
-"""Hammer recordings of full length: 10 s, two channels, ten hits each, as a 16-bit recorder gives them."""
+"""Hammer recordings of full length: 10 s, two channels, ten hits each, as a 16-bit recorder gives
+them."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ SAMPLING_RATE_HZ, DURATION_S, HITS, HAMMER_MASS_KG = 51_200.0, 10.0, 10, 0.32
 FULL_SCALE_N, FULL_SCALE_M_S2 = 5_000.0, 50_000.0
 #: The recorder's noise in steps of a converter of 16 bits.
 NOISE_STEPS = 2.0
-#: The hammer head rings at one mode after each hit, so that the deconvolution has something to take out.
+#: The hammer head rings at one mode after each hit, so that the deconvolution has something to take
+#: out.
 HEAD_MODE_HZ, HEAD_DAMPING, HEAD_SHARE = 6_000.0, 0.02, 0.3
 #: Levels of the 180 configurations.
 FACTORS: dict[str, tuple[str | float, ...]] = {
@@ -55,7 +57,8 @@ def digitised(
     bits: int = 16,
     noise_steps: float = NOISE_STEPS,
 ) -> NDArray[np.float32]:
-    """`values` (n,) as a converter of `bits` over ± `full_scale` gives them, with noise of so many steps of 16 bits."""
+    """`values` (n,) as a converter of `bits` over ± `full_scale` gives them, with noise of so many
+    steps of 16 bits."""
     step = 2 * full_scale / 2**bits
     noise = rng.normal(0.0, noise_steps * 2 * full_scale / 2**16, values.size)
     codes = np.clip(np.round((values + noise) / step), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
@@ -65,7 +68,8 @@ def digitised(
 
 
 def hit_force(samples: int, sampling_rate_hz: float, rng: np.random.Generator) -> Floats:
-    """Contact force (samples,) of ten half sines of 0.3 to 2 ms, evenly apart with some jitter; newtons."""
+    """Contact force (samples,) of ten half sines of 0.3 to 2 ms, evenly apart with some jitter;
+    newtons."""
     force, interval = np.zeros(samples), samples // HITS
     for hit in range(HITS):
         at = hit * interval + interval // 4 + int(rng.integers(0, interval // 8 + 1))
@@ -76,7 +80,8 @@ def hit_force(samples: int, sampling_rate_hz: float, rng: np.random.Generator) -
 
 
 def hammer_record(rng: np.random.Generator) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Force and acceleration (n,) of one recording: the hammer head is a rigid body plus one mode."""
+    """Force and acceleration (n,) of one recording: the hammer head is a rigid body plus one
+    mode."""
     from scipy.signal import lfilter
 
     force = hit_force(round(DURATION_S * SAMPLING_RATE_HZ), SAMPLING_RATE_HZ, rng)
@@ -94,7 +99,8 @@ def hammer_record(rng: np.random.Generator) -> tuple[NDArray[np.float32], NDArra
 
 
 def write_campaign(folder: Path, recordings: int, suffix: str, rng: np.random.Generator) -> Path:
-    """A campaign of `recordings` files in `folder`, each with a row of runs.csv and a configuration of its own."""
+    """A campaign of `recordings` files in `folder`, each with a row of runs.csv and a configuration
+    of its own."""
     from scipy.io import savemat
 
     (folder / "recordings").mkdir(parents=True)

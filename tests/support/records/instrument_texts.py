@@ -1,4 +1,5 @@
-"""The same two channels as text of many instruments, after the forms that these write: only the numbers are made up."""
+"""The same two channels as text of many instruments, after the forms that these write: only the
+numbers are made up."""
 
 from __future__ import annotations
 
@@ -44,41 +45,49 @@ RIGOL_DS1000B = ",CH1,CH2\nSecond,Volt,Volt\n" + _rows("{:.5e},{:.4e},{:.4e}, ",
 RIGOL_ULTRASCOPE = "X,CH1 (V),CH2 (V)\n" + _rows("{:.8f},{:.4f},{:.4f}", _TIME, _A, _B)
 RIGOL_SETTINGS = (
     f'"Number of Data points =",{SAMPLES},\n"Time Scale (s/DIV) =",1E-7,\n"Time Delay (s) =",0,\n'
-    '"Sampling Frequency (Hz)=",100000,\n"Trigger Mode = ",0,\n"Trigger Source = ",1,\n"Channel Data","CH1","CH2"\n'
-    '"Attenuation = ",10,1\n"Pos (V) = ",0.2,-6\n"Scale (V/DIV) = ",0.1,2\n"Inverted = ","NO","NO"\n'
+    '"Sampling Frequency (Hz)=",100000,\n"Trigger Mode = ",0,\n"Trigger '
+    'Source = ",1,\n"Channel Data","CH1","CH2"\n'
+    '"Attenuation = ",10,1\n"Pos (V) = ",0.2,-6\n"Scale (V/DIV) = '
+    '",0.1,2\n"Inverted = ","NO","NO"\n'
     '"Time (s)","Voltage (V)","Voltage (V)"\n'
     + _rows("{:.6g},{:.4f},{:.4f}", _TIME, _A, _B)
     + ",,\n"
 )
 KEYSIGHT = "x-axis,1,2\nsecond,Volt,Volt\n" + _rows("{:.9E},{:+.6E},{:+.6E}", _TIME, _A, _B)
 SIGLENT = (
-    f"Record Length,Analog:{SAMPLES}\nSample Interval,Analog:1.000000E-05\nVertical Units,CH1:V, CH2:V\n"
+    f"Record Length,Analog:{SAMPLES}\nSample "
+    f"Interval,Analog:1.000000E-05\nVertical Units,CH1:V, CH2:V\n"
     "Vertical Scale,CH1:1.00, CH2:0.50\nVertical Offset,CH1:-2.00, CH2:0.00\nHorizontal Units,S\n"
-    "Horizontal Scale,0.0001\nModel Number,SDS1104X-E\nSerial Number,SDS0\nSource,CH1,CH2\nSecond,Value,Value\n"
+    "Horizontal Scale,0.0001\nModel Number,SDS1104X-E\nSerial "
+    "Number,SDS0\nSource,CH1,CH2\nSecond,Value,Value\n"
     + _rows("{:.8f},{:.5f},{:.5f}", _TIME, _A, _B)
 )
 #: Of the older software: one channel, without a line of names.
 SIGLENT_OLD = (
-    f"Record Length,Analog:{SAMPLES}\nSample Rate,100000.0\nVertical Scale,CH1: 1.00\nVertical Offset,CH1:0.00000\n"
+    f"Record Length,Analog:{SAMPLES}\nSample Rate,100000.0\nVertical "
+    f"Scale,CH1: 1.00\nVertical Offset,CH1:0.00000\n"
     "Horizontal Scale, 0.000100000\nSecond,Volt\n" + _rows("{:.11f},{:.5f}", _TIME, _A)
 )
 YOKOGAWA = (
-    '"Header Size",16\n"Model Name","DLM3000"\n"Comment",""\n"BlockNumber",1\n"TraceName","CH1","CH2"\n'
+    '"Header Size",16\n"Model '
+    'Name","DLM3000"\n"Comment",""\n"BlockNumber",1\n"TraceName","CH1","CH2"\n'
     f'"BlockSize",{SAMPLES},{SAMPLES}\n"VUnit","V","V"\n"SampleRate",1.000000E+05,1.000000E+05\n'
     '"HResolution",1.000000E-05,1.000000E-05\n"HOffset",-5.000000E-03,-5.000000E-03\n"HUnit","s","s"\n'
     f'"DisplayBlockSize",{SAMPLES},{SAMPLES}\n"DisplayPointNo.",1,1\n"Date",2026/03/02,2026/03/02\n'
     '"Time",12:00:00.00000000,12:00:00.00000000\n\n' + _rows(",{:.5E},{:.5E},", _A, _B)
 )
 HIOKI = (
-    '"COMMENT","shot 1"\n"DATE","03-02-2026"\n"TIME","12:00:00"\n"NUM_SIGS",3\n"INTERVAL",1.000E-05\n'
+    '"COMMENT","shot '
+    '1"\n"DATE","03-02-2026"\n"TIME","12:00:00"\n"NUM_SIGS",3\n"INTERVAL",1.000E-05\n'
     '"HORZ_UNITS","S"\n"VERT_UNITS","S","V","V"\n"SIGNAL","TIME","CH1","CH2"\n"DATA"\n'
     + _rows("{:+.4E},{:+.4E},{:+.4E}", _TIME, _A, _B)
 )
 HIOKI_CSV = (
-    '"File name","MEMDATA.CSV","V 1.0"\n"Title comment","shot"\n"Trigger Time","\'26-03-02 12:00:00.00"\n'
+    '"File name","MEMDATA.CSV","V 1.0"\n"Title comment","shot"\n"Trigger '
+    'Time","\'26-03-02 12:00:00.00"\n'
     '"Ch","A 1- 1","A 1- 2"\n"Mode","ANALOG","ANALOG"\n"Range","5V","5V"\n"Scaling","Off","On"\n'
-    '"Ratio"," 1.00000E+00"," 2.00000E+00"\n"Offset"," 0.00000E+00"," 1.00000E-01"\n"Time","CH1[V]","CH2[V]"\n'
-    + _rows("{: .9E},{: .5E},{: .5E}", _TIME, _A, _B)
+    '"Ratio"," 1.00000E+00"," 2.00000E+00"\n"Offset"," 0.00000E+00"," '
+    '1.00000E-01"\n"Time","CH1[V]","CH2[V]"\n' + _rows("{: .9E},{: .5E},{: .5E}", _TIME, _A, _B)
 )
 RTB = "in s,CH1 in V,CH2 in V\n" + _rows("{:.7E},{:.7E},{:.7E}", _TIME, _A, _B)
 PICOSCOPE = "Time,CH1,CH2\n(ms),(V),(V)\n\n" + _rows("{:.8f},{:.8f},{:.8f}", 1e3 * _TIME, _A, _B)
@@ -91,13 +100,15 @@ CATMAN = (
     + _rows("{:.6f}\t{:.4f}\t{:.4f}", _TIME, _A, _B, decimal=",")
 )
 DEWESOFT = (
-    "File name: shot_0001.d7d\nStart time: 3/2/2026 12:00:00.000\nNumber of channels: 2\nSample rate: 100000\n"
+    "File name: shot_0001.d7d\nStart time: 3/2/2026 12:00:00.000\nNumber of "
+    "channels: 2\nSample rate: 100000\n"
     "Store type: always fast\n\nTime (s)\tCH1 (V)\tCH2 (V)\n"
     + _rows("{:.6f}\t{:.4f}\t{:.4f}", _TIME, _A, _B)
 )
 DIGILENT = (
     f"#Digilent WaveForms Oscilloscope Acquisition\n#Sample rate: 100000Hz\n#Samples: {SAMPLES}\n"
-    "#Trigger: Source: Channel 1 Type: Edge Condition: Rising Level: 100 mV Hyst.: Auto HoldOff: 0 s\n"
+    "#Trigger: Source: Channel 1 Type: Edge Condition: Rising Level: 100 mV "
+    "Hyst.: Auto HoldOff: 0 s\n"
     "#CH1 Range: 5 V Offset: 0 V\n\nTime (s),CH1 (V),CH2 (V)\n"
     + _rows("{!r},{!r},{!r}", *map(np.ndarray.tolist, (_TIME, _A, _B)))
 )

@@ -1,4 +1,5 @@
-"""Text as oscilloscopes export it, after files that can be found in public: only the numbers are made up."""
+"""Text as oscilloscopes export it, after files that can be found in public: only the numbers are
+made up."""
 
 from __future__ import annotations
 

@@ -1,8 +1,10 @@
-"""Records whose faults are known because they were put in: made of NumPy alone, by nothing that the checks use.
+"""Records whose faults are known because they were put in: made of NumPy alone, by nothing that the
+checks use.
 
-A kind is a function of `rng` to the channels of one recording; its verdict is what a person who knows the fault would
-say: "ok" where every figure drawn from the record is right, "warning" where some are doubtful (percents), "reject"
-where they are lost. Each record has its own rate, length, height, noise, converter and time of the shock.
+A kind is a function of `rng` to the channels of one recording; its verdict is what a person who
+knows the fault would say: "ok" where every figure drawn from the record is right, "warning" where
+some are doubtful (percents), "reject" where they are lost. Each record has its own rate, length,
+height, noise, converter and time of the shock.
 """
 
 from __future__ import annotations
@@ -43,7 +45,8 @@ class Labelled:
 
 @dataclass
 class _Shot:
-    """A record in the making: where the shock begins, its height, and the deviation of its noise."""
+    """A record in the making: where the shock begins, its height, and the deviation of its
+    noise."""
 
     x: Floats
     rate_hz: float
@@ -94,7 +97,8 @@ def _ring(rng: Rng, begin: int | None = None) -> _Shot:
 
 
 def _drop(rng: Rng) -> _Shot:
-    """A drop table's pulse: a haversine or half sine with a slow foot, then a small rebound ripple."""
+    """A drop table's pulse: a haversine or half sine with a slow foot, then a small rebound
+    ripple."""
     n, first = int(rng.integers(5000, 16000)), int(rng.integers(1200, 2500))
     width, height = int(rng.integers(150, 1500)), 10 ** rng.uniform(2, 4)
     x = np.zeros(n)
@@ -186,7 +190,8 @@ def tank(rng: Rng) -> Labelled:
 
 
 def quiet_axis(rng: Rng) -> Labelled:
-    """A hit, and three axes of one sensor on what was hit: one takes the shock, one hardly moves."""
+    """A hit, and three axes of one sensor on what was hit: one takes the shock, one hardly
+    moves."""
     shot = _ring(rng)
     loud = _read(shot, rng).signals[0].samples
     shares = (1.0, rng.uniform(0.2, 0.6), 0.0)

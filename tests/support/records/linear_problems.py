@@ -1,4 +1,5 @@
-"""Inference problems whose answer is known: what an effect changes is its response times its parameter."""
+"""Inference problems whose answer is known: what an effect changes is its response times its
+parameter."""
 
 from __future__ import annotations
 
@@ -48,7 +49,8 @@ def linear_law(number: int, prior_odds: float = 1.0) -> EffectLaw:
 
 @dataclass(eq=False)
 class LinearSimulator:
-    """`responses` (C, D) by effect id, in the observables' units; with `bend` a size s acts as s (1 + bend s)."""
+    """`responses` (C, D) by effect id, in the observables' units; with `bend` a size s acts as s (1
+    + bend s)."""
 
     responses: Mapping[str, np.ndarray]
     shape: tuple[int, int]
@@ -70,7 +72,8 @@ def gap_of(
     factors: Sequence[Mapping[str, Factor]],
     scatter: float = 0.1,
 ) -> GapTable:
-    """A gap table of runs with these residuals (R, D), in this order; every tolerance is 1, scatter independent."""
+    """A gap table of runs with these residuals (R, D), in this order; every tolerance is 1, scatter
+    independent."""
     rows = np.array(configuration)
     count = np.bincount(rows, minlength=len(factors))
     mean = np.array([residuals[rows == c].mean(axis=0) for c in range(len(factors))])
@@ -103,7 +106,8 @@ def linear_problem(
     bend: float = 0.0,
     laws: Sequence[EffectLaw] = (),
 ) -> InferenceProblem:
-    """`responses` (m, C, D) of m effects to the `gap` (C, D), both in tolerances; `covariance` (N, N) of its cells."""
+    """`responses` (m, C, D) of m effects to the `gap` (C, D), both in tolerances; `covariance` (N,
+    N) of its cells."""
     count, *shape = responses.shape
     own_laws = tuple(laws) or tuple(linear_law(i) for i in range(count))
     c, o = (rows.ravel() for rows in np.indices(shape))

@@ -1,4 +1,5 @@
-"""Campaign folders with force and accelerations on a small plate, and records of the same, each played by its modes."""
+"""Campaign folders with force and accelerations on a small plate, and records of the same, each
+played by its modes."""
 
 from __future__ import annotations
 
@@ -76,7 +77,8 @@ def plate_campaign(
     clip: Mapping[str, float] | None = None,
     with_force: bool = True,
 ) -> PlateCampaign:
-    """Recordings of `hits` hits each; the force is shared by `cells` cells. No velocities. `clip`: rails by channel.
+    """Recordings of `hits` hits each; the force is shared by `cells` cells. No velocities. `clip`:
+    rails by channel.
 
     Without `with_force` the plate is hit alike, and no force is recorded.
     """
@@ -135,7 +137,8 @@ def write_modes(path: Path, plate: ModalPlate) -> None:
 def plate_record(
     true: ModalPlate | None = None, *, noise: float = 0.001, seed: int = 0
 ) -> CampaignRecord:
-    """Half-sine forces of four durations; the record believes in `small_plate`, the bench has `true`."""
+    """Half-sine forces of four durations; the record believes in `small_plate`, the bench has
+    `true`."""
     rng, rate = np.random.default_rng(seed), 51_200.0
     time = np.arange(-64, round(0.05 * rate)) / rate
     runs = []

@@ -1,4 +1,5 @@
-"""A hammer campaign on a plate of ten modes, played by the twin: what a diagnosis of the plate is held against."""
+"""A hammer campaign on a plate of ten modes, played by the twin: what a diagnosis of the plate is
+held against."""
 
 from __future__ import annotations
 

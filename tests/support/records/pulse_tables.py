@@ -20,10 +20,14 @@ MATERIALS = {
 
 #: The thesis's 13 (Table 4.3), as `dataset/data/hammer.toml` names them.
 PREDICTORS = (
-    Predictor("tip_radius", "m"), Predictor("tip_youngs_modulus", "Pa"), Predictor("tip_poisson_ratio"),
-    Predictor("tip_density", "kg/m3"), Predictor("tip_yield_strength", "Pa"), Predictor("impact_velocity", "m/s"),
-    Predictor("plate_youngs_modulus", "Pa"), Predictor("plate_poisson_ratio"), Predictor("plate_density", "kg/m3"),
-    Predictor("plate_yield_strength", "Pa"), Predictor("anvil_material", levels=("none", "aluminum", "steel")),
+    Predictor("tip_radius", "m"), Predictor("tip_youngs_modulus", "Pa"),
+    Predictor("tip_poisson_ratio"),
+    Predictor("tip_density", "kg/m3"), Predictor("tip_yield_strength", "Pa"),
+    Predictor("impact_velocity", "m/s"),
+    Predictor("plate_youngs_modulus", "Pa"), Predictor("plate_poisson_ratio"),
+    Predictor("plate_density", "kg/m3"),
+    Predictor("plate_yield_strength", "Pa"), Predictor("anvil_material", levels=("none", "aluminum",
+    "steel")),
     Predictor("insulator", levels=("none", "polymeric")),
     Predictor("boundary_conditions", levels=("free", "fixed")),
 )  # fmt: skip
@@ -46,11 +50,12 @@ def pulse_table(
     positions: int = 1,
     campaign: str = "synthetic",
 ) -> PulseTable:
-    """A hammer campaign of 60 x `positions` configurations (Table 4.1's 30 treatments, two speeds each).
+    """A hammer campaign of 60 x `positions` configurations (Table 4.1's 30 treatments, two speeds
+    each).
 
-    Truth: contact time T = T(tip, insulator) u^-0.2, impulse P = 1.6 m u, force as sin(pi t / T)^s with impulse P and
-    s = 1, behind an insulator 1.3; times and impulses scatter by `noise` (log-normal), points by a fifth of it of the
-    peak.
+    Truth: contact time T = T(tip, insulator) u^-0.2, impulse P = 1.6 m u, force as sin(pi t / T)^s
+    with impulse P and s = 1, behind an insulator 1.3; times and impulses scatter by `noise`
+    (log-normal), points by a fifth of it of the peak.
     """
     rows: list[tuple[int, int, str, str, str, str, float, str, str]] = []
     run = 0
@@ -119,7 +124,8 @@ def _inputs_of(tip: str, anvil: str, insulator: str, boundary: str, velocity: fl
 def held_out(
     table: PulseTable, rng: np.random.Generator, per_configuration: int = 2
 ) -> tuple[PulseTable, PulseTable]:
-    """Training and test rows: `per_configuration` repetitions of each configuration are held out."""
+    """Training and test rows: `per_configuration` repetitions of each configuration are held
+    out."""
     test = np.zeros(len(table), dtype=bool)
     for configuration in np.unique(table.configuration):
         rows = np.flatnonzero(table.configuration == configuration)
@@ -137,7 +143,8 @@ def inputs_at(table: PulseTable, **columns: float) -> Inputs:
 
 
 def frame_of_inputs(inputs: Inputs, levels: bool = True) -> pandas.DataFrame:
-    """Impacts as MLflow's models take them: a column for each predictor, categories by the names of their levels."""
+    """Impacts as MLflow's models take them: a column for each predictor, categories by the names of
+    their levels."""
     columns: dict[str, list[float] | list[str]] = {}
     for values, predictor in zip(inputs.x.T, inputs.predictors, strict=True):
         named = predictor.levels and levels

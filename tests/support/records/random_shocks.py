@@ -1,4 +1,5 @@
-"""Random shocks as formulas of time, sampled at any rate: bursts, pulses that ring, noise in bands."""
+"""Random shocks as formulas of time, sampled at any rate: bursts, pulses that ring, noise in
+bands."""
 
 from __future__ import annotations
 
@@ -48,14 +49,16 @@ class RandomShock:
 
 
 def random_shock(rng: np.random.Generator) -> RandomShock:
-    """Any of the kinds, centred at .05 to .95 of half the sampling rate; every sixth or so spills over it."""
+    """Any of the kinds, centred at .05 to .95 of half the sampling rate; every sixth or so spills
+    over it."""
     number, duration_s = int(rng.integers(len(KINDS))), float(rng.uniform(0.03, 0.12))
     makers = (_one_burst, _bursts, _ringing_pulse, _band_under_bell, _decaying_band)
     return RandomShock(KINDS[number], duration_s, makers[number](rng, duration_s))
 
 
 def random_lines(rng: np.random.Generator, duration_s: float, count: int = 6) -> Floats:
-    """Lines from one cycle in the record up to ten samples a cycle, every third time up to two and a half."""
+    """Lines from one cycle in the record up to ten samples a cycle, every third time up to two and
+    a half."""
     highest = RATE_HZ / 10 if rng.random() < 0.7 else 0.4 * RATE_HZ
     return np.sort(np.exp(rng.uniform(np.log(1 / duration_s), np.log(highest), count)))
 
@@ -86,7 +89,8 @@ def _bursts(rng: np.random.Generator, duration_s: float) -> Formula:
 
 
 def _ringing_pulse(rng: np.random.Generator, duration_s: float) -> Formula:
-    """Its slope jumps where the pulse and the modes begin: content falls by 12 dB an octave and passes any rate."""
+    """Its slope jumps where the pulse and the modes begin: content falls by 12 dB an octave and
+    passes any rate."""
     pulse_s, begin_s = rng.uniform(8, 60) / RATE_HZ, rng.uniform(0.1, 0.3) * duration_s
     modes = [
         (

@@ -39,7 +39,8 @@ class Sample:
 
 
 def base_truth() -> Truth:
-    """Eighths, so that float32 and every decimal notation hold them exactly; one NaN per floating channel."""
+    """Eighths, so that float32 and every decimal notation hold them exactly; one NaN per floating
+    channel."""
     rng = np.random.default_rng(20261121)
     force = (rng.integers(-8000, 8000, 96) / 8).astype(np.float32)
     acceleration = rng.integers(-8000, 8000, 96) / 8
@@ -87,7 +88,8 @@ def write_mat5_time(path: Path, truth: Truth) -> Truth:
 
 
 def write_mat73(path: Path, truth: Truth) -> Truth:
-    """As MATLAB does: HDF5 behind 512 bytes, every array a matrix with its class in an attribute."""
+    """As MATLAB does: HDF5 behind 512 bytes, every array a matrix with its class in an
+    attribute."""
     import h5py
 
     classes = {"float32": b"single", "float64": b"double", "int16": b"int16"}
@@ -106,7 +108,8 @@ def write_csv(path: Path, truth: Truth) -> Truth:
     truth = all_double(truth)
     with path.open("w", encoding="utf-8") as out:
         out.write(
-            f"# fs = {truth.rate_hz}\n# samples = {truth.samples}\nforce [N],acceleration_1 [m/s2],counts [V]\n"
+            f"# fs = {truth.rate_hz}\n# samples = {truth.samples}\nforce "
+            f"[N],acceleration_1 [m/s2],counts [V]\n"
         )
         out.writelines(
             ",".join(repr(float(v)) for v in row) + "\n"
@@ -116,7 +119,8 @@ def write_csv(path: Path, truth: Truth) -> Truth:
 
 
 def write_csv_german(path: Path, truth: Truth) -> Truth:
-    """Semicolons, decimal comma, byte-order mark, carriage returns, a line of units, time in milliseconds."""
+    """Semicolons, decimal comma, byte-order mark, carriage returns, a line of units, time in
+    milliseconds."""
     truth = replace(all_double(truth), start_s=0.125)
     with path.open("w", encoding="utf-8-sig", newline="\r\n") as out:
         out.write(
@@ -145,7 +149,8 @@ def write_text(path: Path, truth: Truth) -> Truth:
 
 
 def write_text_bare(path: Path, truth: Truth) -> Truth:
-    """Numbers below a comment, as numpy writes them: names and rate are the laboratory's to give."""
+    """Numbers below a comment, as numpy writes them: names and rate are the laboratory's to
+    give."""
     truth = _given(unitless(all_double(truth)))
     np.savetxt(
         path,
@@ -172,7 +177,8 @@ def write_wav(path: Path, truth: Truth) -> Truth:
 
 
 def write_ide(path: Path, truth: Truth) -> Truth:
-    """As a recorder does, with the maker's schema: settings, then a block of samples. Times are whole microseconds."""
+    """As a recorder does, with the maker's schema: settings, then a block of samples. Times are
+    whole microseconds."""
     import ebmlite
 
     truth = replace(all_double(truth), rate_hz=50_000.0)
@@ -232,7 +238,8 @@ def write_parquet(path: Path, truth: Truth) -> Truth:
 
 
 def write_parquet_frame(path: Path, truth: Truth) -> Truth:
-    """From pandas, as most are written: NaN stored as null, time as a column, units in the names."""
+    """From pandas, as most are written: NaN stored as null, time as a column, units in the
+    names."""
     import pandas as pd
 
     truth = replace(truth, start_s=-0.25)
@@ -386,7 +393,8 @@ def write_csv_apart(path: Path, truth: Truth) -> Truth:
     truth = all_double(truth)
     with path.open("w", encoding="utf-8") as out:
         out.write(
-            f"samples;{truth.samples}\nfs;{truth.rate_hz:g}\nforce [N];acceleration_1 [m/s2];counts [V]\n"
+            f"samples;{truth.samples}\nfs;{truth.rate_hz:g}\nforce "
+            f"[N];acceleration_1 [m/s2];counts [V]\n"
         )
         for row in zip(*truth.channels.values(), strict=True):
             cells = ["" if np.isnan(value) else f"{value:,.3f}" for value in row]
@@ -395,7 +403,8 @@ def write_csv_apart(path: Path, truth: Truth) -> Truth:
 
 
 def write_csv_yokogawa(path: Path, truth: Truth) -> Truth:
-    """ASCII with header of an oscilloscope: no time column, an empty one at both ends, start and rate above."""
+    """ASCII with header of an oscilloscope: no time column, an empty one at both ends, start and
+    rate above."""
     truth = replace(all_double(truth), start_s=-0.25)
 
     def line(key: str, *values: object) -> str:

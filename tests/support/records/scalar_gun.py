@@ -1,4 +1,5 @@
-"""The physics of the gun stage as plain scalar functions, one shot after the other by `solve_ivp`."""
+"""The physics of the gun stage as plain scalar functions, one shot after the other by
+`solve_ivp`."""
 
 from __future__ import annotations
 
@@ -180,8 +181,10 @@ class ScalarGun:
 
 _NAMES = {
     "atmosphere_pa": "atmosphere", "discharge_coefficient": "discharge", "wear_m": "wear",
-    "gauge_discharge_coefficient": "gauge_discharge", "loss_coefficient": "loss", "opening_time_s": "opening",
-    "steady_loss_coefficient": "steady_loss", "friction_factor": "friction_factor", "drag_coefficient": "drag",
+    "gauge_discharge_coefficient": "gauge_discharge", "loss_coefficient": "loss",
+    "opening_time_s": "opening",
+    "steady_loss_coefficient": "steady_loss", "friction_factor": "friction_factor",
+    "drag_coefficient": "drag",
     "gas_heads": "gas_heads", "added_coefficient": "added_friction", "seal_force_n": "seal",
     "seal_share": "seal_share", "share": "heat", "rate_1_s": "heat_rate", "volume_m3": "dead",
 }  # fmt: skip

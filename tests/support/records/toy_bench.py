@@ -1,6 +1,8 @@
-"""A bench in closed form, linear in logarithms: a gun, a half-sine contact and a plate whose spectrum is known.
+"""A bench in closed form, linear in logarithms: a gun, a half-sine contact and a plate whose
+spectrum is known.
 
-Everything that a diagnosis asks of a stage at almost no cost, with effects of its own that can be planted.
+Everything that a diagnosis asks of a stage at almost no cost, with effects of its own that can be
+planted.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ class ToyLoss(Effect):
     id = "gun.toy_loss"
     law = "ln v - loss"
     source = "toy"
-    loss: Value = parameter("of ln v", "", default=0.1, low=-5, high=5, off=0.0, likely=(-0.4, 0.4))  # noqa: RUF009 - a field()
+    # noqa: RUF009 - a field()
+    loss: Value = parameter("of ln v", "", default=0.1, low=-5, high=5, off=0.0, likely=(-0.4, 0.4))
 
 
 @dataclass(frozen=True)
@@ -267,7 +270,8 @@ class Design:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Of one run, and `background` of a configuration; in ln v, in each ln of the pulse, in dB of each line."""
+    """Of one run, and `background` of a configuration; in ln v, in each ln of the pulse, in dB of
+    each line."""
 
     run: tuple[float, float, float] = (0.01, 0.03, 0.4)
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -282,7 +286,8 @@ def campaign(
     scatter: Scatter = Scatter(),
     kind: str = "gun",
 ) -> CampaignRecord:
-    """A campaign in which these effects act. `kind` "hammer": impacts with a recorded velocity and no gun."""
+    """A campaign in which these effects act. `kind` "hammer": impacts with a recorded velocity and
+    no gun."""
     configurations = design.configurations()
     order = rng.permutation(len(configurations) * design.repetitions)
     runs = tuple(

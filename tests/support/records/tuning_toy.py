@@ -1,4 +1,5 @@
-"""A bench in closed form: a half-sine pulse into five modes, whose spectrum is quick to tell and plausible."""
+"""A bench in closed form: a half-sine pulse into five modes, whose spectrum is quick to tell and
+plausible."""
 
 from __future__ import annotations
 

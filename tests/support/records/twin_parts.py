@@ -74,7 +74,8 @@ def ringing_plate(modes: int = 40) -> ModalPlate:
 def unsolved(
     drawing: Any, _material: Any, _highest_hz: float, _folder: Any, points: int = 2
 ) -> ModalPlate:
-    """In place of `app.twins.solved`, which takes ten seconds: a ringing plate at the drawing's first points."""
+    """In place of `app.twins.solved`, which takes ten seconds: a ringing plate at the drawing's
+    first points."""
     plate, named = ringing_plate(), tuple(drawing.impact_points)[:points]
     shapes = plate.shape_impact[: len(named)]
     return replace(plate, impact_points=named, shape_impact=shapes, sensors=tuple(drawing.sensors))
@@ -83,7 +84,8 @@ def unsolved(
 def setting(**own: Any) -> Setting:
     """Half a kilogram of steel on aluminium at 8 m/s, unless told."""
     given: dict[str, Any] = {
-        "impactor_mass_kg": 0.5, "tip": THESIS["steel"], "tip_radius_m": 0.045, "plate": THESIS["aluminum"],
+        "impactor_mass_kg": 0.5, "tip": THESIS["steel"], "tip_radius_m": 0.045,
+        "plate": THESIS["aluminum"],
         "plate_thickness_m": 0.01, "plate_mass_kg": 8.0,
     }  # fmt: skip
     if "tank_pressure_pa" not in own:

@@ -100,7 +100,8 @@ def verdict(**changed: Any) -> Verdict:
 
 
 def gun(**changed: Any) -> Verdict:
-    """A gun whose model error has three causes: valve 61 %, atmosphere 27 %, leak 9 %; 3 % are unexplained."""
+    """A gun whose model error has three causes: valve 61 %, atmosphere 27 %, leak 9 %; 3 % are
+    unexplained."""
     joint = (VALVE, ATMOSPHERE, LEAK)
     loss = Fitted("loss_coefficient", 31.0, "", (27.0, 36.0))
     named = (
@@ -150,7 +151,8 @@ def gun(**changed: Any) -> Verdict:
 
 
 def unknown(**changed: Any) -> Verdict:
-    """A gap that no effect explains: the nearest takes 31 % where it was not fitted, and the rest has its place."""
+    """A gap that no effect explains: the nearest takes 31 % where it was not fitted, and the rest
+    has its place."""
     whole = replace(
         gun(),
         where=Where(
@@ -184,7 +186,8 @@ def none() -> Verdict:
     """Agreement: nothing to see."""
     return verdict(
         gap=GapSize("rms of ln", 0.008, 0.009, 0.01, False), where=Where(),
-        causes=(Cause(("none",), 0.97), Cause(("unknown",), 0.03)), shrinkage=(), next_runs=(), fits={},
+        causes=(Cause(("none",), 0.97), Cause(("unknown",), 0.03)), shrinkage=(), next_runs=(),
+        fits={},
         pictures=Pictures(),
     )  # fmt: skip
 

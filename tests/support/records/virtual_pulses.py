@@ -1,4 +1,5 @@
-"""Pulses of the virtual bench's impacts as its force sensors record them and the ingest measures them."""
+"""Pulses of the virtual bench's impacts as its force sensors record them and the ingest measures
+them."""
 
 from __future__ import annotations
 
@@ -27,11 +28,13 @@ _THICKNESS_M, _PLATE_KG = 0.01, 8.1
 def gun_shots(
     seed: int, configurations: int = 30, repetitions: int = 3
 ) -> tuple[MeasuredShots, Floats]:
-    """Shots of the thesis's factors (Table 3.2), velocities measured to 1 %, and their true velocities (n,)."""
+    """Shots of the thesis's factors (Table 3.2), velocities measured to 1 %, and their true
+    velocities (n,)."""
     rng = np.random.default_rng(seed)
     factors = {
         "mass": [0.2, 0.5, 1.0], "tip": ["PLA", "aluminum", "steel"], "radius": [0.03, 0.045, 0.06],
-        "plate": ["aluminum", "steel"], "anvil": ["none", "aluminum", "steel"], "insulator": ["none", "polymeric"],
+        "plate": ["aluminum", "steel"], "anvil": ["none", "aluminum", "steel"],
+        "insulator": ["none", "polymeric"],
         "velocity": [4.0, 10.0, 18.0],
     }  # fmt: skip
     rows = _rows(factors, configurations, rng)
@@ -56,7 +59,8 @@ def gun_shots(
 def hammer_shots(
     seed: int, configurations: int = 60, repetitions: int = 4
 ) -> tuple[MeasuredShots, Floats]:
-    """Blows of the thesis's factors (Table 4.1), velocities known to 10 %, and their true velocities (n,)."""
+    """Blows of the thesis's factors (Table 4.1), velocities known to 10 %, and their true
+    velocities (n,)."""
     rng = np.random.default_rng(seed)
     factors = {
         "head": [("aluminum", 0.03), ("delrin", 0.03), ("polyurethane", 0.015)],
@@ -121,7 +125,8 @@ def _recorded(
     cells: Sequence[tuple[SensorBuild, float]],
     rng: np.random.Generator,
 ) -> Floats:
-    """Peak force, contact time and impulse (n, 3) of records that these cells and their shares of the force make."""
+    """Peak force, contact time and impulse (n, 3) of records that these cells and their shares of
+    the force make."""
     rows = []
     for truth, force in zip(truths, forces, strict=True):
         record, start = np.zeros(_SAMPLES), _START_S + rng.uniform() / rate_hz
@@ -150,7 +155,8 @@ def _shots(
     seen = velocity * np.exp(relative * rng.standard_normal(n))
     nothing = np.zeros((n, 0))
     shots = MeasuredShots(
-        tuple(settings), np.arange(n) // repetitions, seen, relative * velocity, time, force, impulse, (), nothing,
+        tuple(settings), np.arange(n) // repetitions, seen, relative * velocity, time, force,
+        impulse, (), nothing,
         np.zeros(0), 10.0, np.zeros((n, 0, 0)),
     )  # fmt: skip
     return shots, velocity

@@ -1,4 +1,5 @@
-"""Numbers as the programs and spreadsheets of several countries write them, made from the numbers themselves."""
+"""Numbers as the programs and spreadsheets of several countries write them, made from the numbers
+themselves."""
 
 from __future__ import annotations
 

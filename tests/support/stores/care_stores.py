@@ -1,4 +1,5 @@
-"""A small store with a row in every table that a campaign can have, and copies of it that a test may damage."""
+"""A small store with a row in every table that a campaign can have, and copies of it that a test
+may damage."""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration_1
 
 
 def care_folder(folder: Path) -> Path:
-    """A campaign of force and acceleration on a plate with a modal table: ten impacts in two recordings."""
+    """A campaign of force and acceleration on a plate with a modal table: ten impacts in two
+    recordings."""
     full_campaign(folder, HAMMER, RECORDINGS)
     card = folder / "campaign.toml"
     card.write_text(
@@ -120,7 +122,8 @@ def _fill(store: Store) -> None:
         session.add(diagnosis)
         session.flush()
         session.add(
-            TwinVersion(version=1, campaign_id=campaign.id, diagnosis_id=diagnosis.id, adopted_at=WHEN, reason="r",
+            TwinVersion(version=1, campaign_id=campaign.id, diagnosis_id=diagnosis.id,
+            adopted_at=WHEN, reason="r",
                         configuration={"stages": [], "effects": []})
         )  # fmt: skip
         recording = session.scalars(
@@ -132,12 +135,15 @@ def _fill(store: Store) -> None:
         ).first()
         assert channel is not None
         session.add(
-            QualityFinding(recording_id=recording.id, channel_id=channel.id, check="rest", severity="note",
+            QualityFinding(recording_id=recording.id, channel_id=channel.id, check="rest",
+            severity="note",
                            message="m", evidence={"share": 0.1})
         )  # fmt: skip
         session.add(
-            Tombstone(kind="campaign", campaign="winter", content_hash="0" * 64, deleted_at=WHEN, reason="r", counts={},
-                      stood_on={"datasets": [], "models": [], "diagnoses": [], "adopted": [], "reopened": []})
+            Tombstone(kind="campaign", campaign="winter", content_hash="0" * 64, deleted_at=WHEN,
+            reason="r", counts={},
+                      stood_on={"datasets": [], "models": [], "diagnoses": [], "adopted": [],
+                      "reopened": []})
         )  # fmt: skip
         session.add(Job(kind="ingest", label="l", arguments={"folder": "x"}, asked_at=WHEN))
     link_campaign(store, HAMMER, HAMMER)
@@ -173,7 +179,8 @@ def copied(
 def execute(
     url: str, *statements: str, keys: bool = True, sealed: bool = False, **values: Any
 ) -> None:
-    """SQL that no rule of ours sees; in SQLite with foreign keys switched off where `keys` is False.
+    """SQL that no rule of ours sees; in SQLite with foreign keys switched off where `keys` is
+    False.
 
     With `sealed`, the rows get the hashes of what they hold now: as one would do who forges.
     """

@@ -1,4 +1,5 @@
-"""Fresh empty databases for the tests, SQLite always, PostgreSQL where a server can be had; and stores to copy."""
+"""Fresh empty databases for the tests, SQLite always, PostgreSQL where a server can be had; and
+stores to copy."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ from support.stores.postgres_server import NoServerError, running_server
 
 @pytest.fixture(scope="session")
 def postgres_url() -> Iterator[str]:
-    """A PostgreSQL server in which databases may be made: $TEST_DATABASE_URL, or one started for the session."""
+    """A PostgreSQL server in which databases may be made: $TEST_DATABASE_URL, or one started for
+    the session."""
     given = os.environ.get("TEST_DATABASE_URL")
     if given:
         yield _text(make_url(given).set(drivername="postgresql+psycopg"))
@@ -68,7 +70,8 @@ def postgres_tables(postgres_url: str) -> Iterator[str]:
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def tables_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
-    """As `database_url`, with the tables of a store: for tests of what is in them, not of how they are made.
+    """As `database_url`, with the tables of a store: for tests of what is in them, not of how they
+    are made.
 
     A copy of tables is there in a third of the time that making them takes.
     """
@@ -83,7 +86,8 @@ def tables_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
 
 @pytest.fixture(scope="session")
 def postgres_copy(postgres_url: str) -> Iterator[Callable[[Path], AbstractContextManager[str]]]:
-    """Of an SQLite store, a PostgreSQL database with its content, gone after the block: read in once, then copied."""
+    """Of an SQLite store, a PostgreSQL database with its content, gone after the block: read in
+    once, then copied."""
     from support.stores.care_stores import copied
 
     templates: dict[Path, str] = {}
@@ -115,7 +119,8 @@ def make_tables(url: str) -> None:
 def new_database(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Callable[[], str]]:
-    """Each call makes an empty database of each kind in turn, gone after the module: for stores that tests only read.
+    """Each call makes an empty database of each kind in turn, gone after the module: for stores
+    that tests only read.
 
     Making one takes longer than most questions to it.
     """
@@ -130,14 +135,16 @@ def new_database(
 
 @contextmanager
 def fresh_database(server_url: str, like: str = "template1") -> Iterator[str]:
-    """A database on a PostgreSQL server, empty or a copy of the one called `like`, gone after the block."""
+    """A database on a PostgreSQL server, empty or a copy of the one called `like`, gone after the
+    block."""
     server = make_url(server_url)
     name = f"pyroshock_{uuid.uuid4().hex}"
     _execute(server, f'CREATE DATABASE "{name}" TEMPLATE "{like}"')
     try:
         yield _text(server.set(database=name))
     finally:
-        # A connection the test left open must not keep the database alive: it fails the test by its own warning.
+        # A connection the test left open must not keep the database alive: it fails the test by its
+        # own warning.
         _execute(server, f'DROP DATABASE "{name}" WITH (FORCE)')
 
 
@@ -154,9 +161,11 @@ def _text(url: URL) -> str:
 
 @pytest.fixture(scope="session", autouse=True)
 def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., None]]:
-    """A new SQLite file becomes a store by a copy of its tables: making them takes twenty times as long.
+    """A new SQLite file becomes a store by a copy of its tables: making them takes twenty times as
+    long.
 
-    `tests/schema` makes its stores revision by revision, as do processes that tests start. Gives what it stands in for.
+    `tests/schema` makes its stores revision by revision, as do processes that tests start. Gives
+    what it stands in for.
     """
     from pyroshock.schema import session
     from sqlalchemy import Pool, event
@@ -188,7 +197,8 @@ def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[
 
 
 def _copy_unless_there(tables: Path, place: Path) -> None:
-    """In one step, for others may make a store there at the same moment. What a folder refuses is found out later."""
+    """In one step, for others may make a store there at the same moment. What a folder refuses is
+    found out later."""
     beside = place.with_name(f"{place.name}.{uuid4().hex}")
     with suppress(OSError):
         shutil.copyfile(tables, beside)
@@ -199,14 +209,16 @@ def _copy_unless_there(tables: Path, place: Path) -> None:
 
 
 def _forget_the_disk(connection: Any, _record: Any, _proxy: Any) -> None:
-    """What a process has written outlives it; waiting for the disk guards against the machine's end alone."""
+    """What a process has written outlives it; waiting for the disk guards against the machine's end
+    alone."""
     if isinstance(connection, sqlite3.Connection) and not connection.in_transaction:
         connection.execute("PRAGMA synchronous = OFF")
 
 
 @pytest.fixture(scope="session")
 def care_source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the store `lab.db`, and of the campaign folders that it was filled from; tests only read it."""
+    """The folder of the store `lab.db`, and of the campaign folders that it was filled from; tests
+    only read it."""
     from support.stores.care_stores import fill
 
     folder = tmp_path_factory.mktemp("care")

@@ -1,4 +1,5 @@
-"""Stores with small hammer campaigns of known pulses and all thirteen predictors, for tests of datasets."""
+"""Stores with small hammer campaigns of known pulses and all thirteen predictors, for tests of
+datasets."""
 
 from __future__ import annotations
 

@@ -50,8 +50,8 @@ _CURVE = ("force_points_n", "fine_period_s", "fine_force_n")
 
 @dataclass(frozen=True)
 class Sample:
-    """Of ingested recordings: the curves of pulses, and the channels of one recording, a row without keys and hash and
-    its frames each."""
+    """Of ingested recordings: the curves of pulses, and the channels of one recording, a row
+    without keys and hash and its frames each."""
 
     curves: list[Row]
     channels: list[tuple[Row, list[bytes]]]
@@ -85,9 +85,10 @@ def sample_of(store: Store) -> Sample:
 class StoreSize:
     """How many impacts, and what a store of them is like.
 
-    `own_radii`: each campaign has configurations of its own, as campaigns do that were planned one by one; else all
-    share those of one design. `sample`: curves, channels and series, the series with every `series_every`-th recording;
-    without it pulses have empty curves, and recordings no channels.
+    `own_radii`: each campaign has configurations of its own, as campaigns do that were planned one
+    by one; else all share those of one design. `sample`: curves, channels and series, the series
+    with every `series_every`-th recording; without it pulses have empty curves, and recordings no
+    channels.
     """
 
     impacts: int
@@ -113,7 +114,8 @@ def campaign_name(number: int) -> str:
 
 
 def filled(folder: Path, impacts: int) -> str:
-    """The address of a SQLite store in `folder` with so many impacts, made where it is not there yet."""
+    """The address of a SQLite store in `folder` with so many impacts, made where it is not there
+    yet."""
     path, unfinished = folder / f"impacts-{impacts}.db", folder / f"unfinished-{impacts}.db"
     if not path.exists():
         for old in folder.glob(f"{unfinished.name}*"):
@@ -148,7 +150,8 @@ def fill(url: str, size: StoreSize | int) -> None:
 
 
 def _bench(aluminum: int) -> Iterator[tuple[type[Base], list[Row]]]:
-    """Hammer, plate, and the settings with which a campaign is ingested: pages read them, and an ingest finds them."""
+    """Hammer, plate, and the settings with which a campaign is ingested: pages read them, and an
+    ingest finds them."""
     corners, settings = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.4], [0.0, 0.4]], Settings()
     yield Hammer, [{"id": 1, "fingerprint": "hammer", "mass_kg": 0.32}]
     plate = {
@@ -167,8 +170,8 @@ def _bench(aluminum: int) -> Iterator[tuple[type[Base], list[Row]]]:
 
 
 def _design(connection: Connection, size: StoreSize, signed: int) -> tuple[list[list[int]], int]:
-    """Keys of the configurations of each campaign (of one where they share them), which are all combinations of its
-    levels, and of the configuration with the rare level."""
+    """Keys of the configurations of each campaign (of one where they share them), which are all
+    combinations of its levels, and of the configuration with the rare level."""
     key_of: dict[tuple[int, str | float], int] = {}
     combinations: list[tuple[str | float, ...]] = []
     groups: list[list[int]] = []
@@ -266,8 +269,10 @@ def _pulses(size: StoreSize) -> Iterator[Row]:
     """Pulses in use; their curves are the sample's, or a few bytes that no listing reads."""
     bare = {"force_points_n": [], "fine_period_s": 2e-6, "fine_force_n": b""}
     curves = size.sample.curves if size.sample else [bare]
-    common = {"settings_id": 1, "current": True, "extracted_at": _WHEN, "width_half_s": 2e-4, "width_tenth_s": 3e-4,
-              "samples_in_contact": 20, "spline_nrmse": 0.001, "segmentation_difference": 0.05}  # fmt: skip
+    common = {"settings_id": 1, "current": True, "extracted_at": _WHEN, "width_half_s": 2e-4,
+    "width_tenth_s": 3e-4,
+              "samples_in_contact": 20, "spline_nrmse": 0.001,
+              "segmentation_difference": 0.05}  # fmt: skip
     for key in range(1, size.impacts + 1):
         share = key % 997 / 997
         yield {
@@ -295,7 +300,8 @@ def _findings(size: StoreSize) -> Iterator[Row]:
 
 
 def _insert(connection: Connection, model: type[Base], rows: Iterable[Row], signed: int) -> None:
-    """Rows, all with the same keys, as written by provenance row `signed`: COPY on PostgreSQL, else batches."""
+    """Rows, all with the same keys, as written by provenance row `signed`: COPY on PostgreSQL, else
+    batches."""
     waiting: Iterator[Row] = ({**row, "written_by_id": signed} for row in rows)
     if connection.dialect.name == "postgresql":
         _copy(connection, model, waiting)
@@ -321,7 +327,8 @@ def _copy(connection: Connection, model: type[Base], rows: Iterator[Row]) -> Non
     names = sql.SQL(", ").join(map(sql.Identifier, first))
     command = sql.SQL("COPY {} ({}) FROM STDIN").format(sql.Identifier(model.__tablename__), names)
     converters, driver = [converter(name) for name in first], connection.connection
-    with driver.cursor() as cursor, cursor.copy(command) as copy:  # type: ignore[attr-defined]  # psycopg's own
+    # psycopg's own
+    with driver.cursor() as cursor, cursor.copy(command) as copy:  # type: ignore[attr-defined]
         for row in chain([first], rows):
             copy.write_row(
                 [convert(value) for convert, value in zip(converters, row.values(), strict=True)]
@@ -329,7 +336,8 @@ def _copy(connection: Connection, model: type[Base], rows: Iterator[Row]) -> Non
 
 
 def _analyse(store: Store) -> None:
-    """What PostgreSQL's own service does soon after a large insert; and keys continue after those that were given."""
+    """What PostgreSQL's own service does soon after a large insert; and keys continue after those
+    that were given."""
     if store.engine.dialect.name != "postgresql":
         return
     with store.engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:

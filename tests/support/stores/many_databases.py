@@ -70,7 +70,8 @@ class OnServer:
 
     def copy(self, url: str) -> str:
         template = make_url(url).database
-        # MLflow keeps connections of this process open, and a server copies no database that anybody is in.
+        # MLflow keeps connections of this process open, and a server copies no database that
+        # anybody is in.
         _execute(
             self.server,
             f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{template}'",

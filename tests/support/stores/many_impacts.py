@@ -1,4 +1,5 @@
-"""A store of a hundred thousand impacts with all that pages read of them: curves, shots, plans, diagnoses, a record."""
+"""A store of a hundred thousand impacts with all that pages read of them: curves, shots, plans,
+diagnoses, a record."""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ def fill_many(folder: Path, impacts: int = IMPACTS) -> str:
 
 def _gun_campaign(session: Any, signed: int) -> dict[str, Any]:
     gun = Gun(
-        fingerprint="gun", tank_volume_m3=0.0095, bore_diameter_m=0.049, projectile_diameter_m=0.048, travel_m=0.9,
+        fingerprint="gun", tank_volume_m3=0.0095, bore_diameter_m=0.049,
+        projectile_diameter_m=0.048, travel_m=0.9,
         friction_coefficient=1.464, heat_capacity_ratio=1.4, efficiency=0.5,
     )  # fmt: skip
     session.add(gun)
@@ -85,8 +87,10 @@ def _shots_and_diagnoses(store: Store, signed: int) -> None:
             insert(Shot),
             [
                 {
-                    **common, "run": key // 10 + 1, "repetition": key % 10 + 1, "configuration_id": key % 180 + 1,
-                    "tank_pressure_pa": 1e5 + key, "bullet_mass_kg": 0.2, "measured_velocity_m_s": 12.0,
+                    **common, "run": key // 10 + 1, "repetition": key % 10 + 1,
+                    "configuration_id": key % 180 + 1,
+                    "tank_pressure_pa": 1e5 + key, "bullet_mass_kg": 0.2,
+                    "measured_velocity_m_s": 12.0,
                     "velocity_source": "reported",
                 }
                 for key in range(SHOTS)

@@ -1,4 +1,5 @@
-"""Repetitions of planned runs as an ingest leaves them in a store, and findings of the checks on them."""
+"""Repetitions of planned runs as an ingest leaves them in a store, and findings of the checks on
+them."""
 
 from __future__ import annotations
 
@@ -16,14 +17,16 @@ from sqlalchemy.orm import Session
 
 #: A channel whose samples nobody reads.
 _CHANNEL = {
-    "unit": "V", "si_unit": "V", "si_gain": 1.0, "si_offset": 0.0, "sampling_rate_hz": 1e5, "start_s": 0.0,
+    "unit": "V", "si_unit": "V", "si_gain": 1.0, "si_offset": 0.0, "sampling_rate_hz": 1e5,
+    "start_s": 0.0,
     "samples": 1, "dtype": "<f4", "chunk_samples": 1, "sha256": "0" * 64, "header": {},
 }  # fmt: skip
 _SHOT = {"tank_pressure_pa": 1e5, "bullet_mass_kg": 0.5}
 
 
 def record_run(store: Store, plan: str, run: int, repetitions: Iterable[int] = (1,)) -> None:
-    """Shots or impacts of a planned run, each with a recording of its own, in a campaign of the plan's name."""
+    """Shots or impacts of a planned run, each with a recording of its own, in a campaign of the
+    plan's name."""
     with store.writing() as session:
         planned, kind = _planned(session, plan, run)
         values = {"kind": kind, "date": dt.date(2026, 1, 2), "fingerprint": plan}
@@ -31,7 +34,8 @@ def record_run(store: Store, plan: str, run: int, repetitions: Iterable[int] = (
         for repetition in repetitions:
             path = f"run-{run}-{repetition}.npz"
             recording = Recording(
-                campaign_id=campaign.id, path=path, sha256=path.rjust(64, "0"), size_bytes=1, format="npz",
+                campaign_id=campaign.id, path=path, sha256=path.rjust(64, "0"), size_bytes=1,
+                format="npz",
                 status=STORED,
             )  # fmt: skip
             session.add(recording)
@@ -39,8 +43,10 @@ def record_run(store: Store, plan: str, run: int, repetitions: Iterable[int] = (
             table = repetition_table(kind)
             session.add(
                 table(
-                    campaign_id=campaign.id, configuration_id=planned.configuration_id, planned_run_id=planned.id,
-                    recording_id=recording.id, run=run, repetition=repetition, **(_SHOT if table is Shot else {}),
+                    campaign_id=campaign.id, configuration_id=planned.configuration_id,
+                    planned_run_id=planned.id,
+                    recording_id=recording.id, run=run, repetition=repetition,
+                    **(_SHOT if table is Shot else {}),
                 )
             )  # fmt: skip
 
@@ -48,7 +54,8 @@ def record_run(store: Store, plan: str, run: int, repetitions: Iterable[int] = (
 def find_fault(
     store: Store, plan: str, run: int, repetition: int, severity: str = "reject", quantity: str = ""
 ) -> None:
-    """A check finds fault with the recording of a repetition, or with a channel of this quantity in it."""
+    """A check finds fault with the recording of a repetition, or with a channel of this quantity in
+    it."""
     with store.writing() as session:
         planned, kind = _planned(session, plan, run)
         table: type[Impact] | type[Shot] = repetition_table(kind)

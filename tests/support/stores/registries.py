@@ -1,4 +1,5 @@
-"""Registries for tests: MLflow's tables are made once and copied, for making them takes a second or more."""
+"""Registries for tests: MLflow's tables are made once and copied, for making them takes a second or
+more."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def fresh_registry(folder: Path, store: str = "lab") -> Registry:
 
 
 def at_its_place(registry: Registry) -> Registry:
-    """A registry whose database was copied to its place: what is trained from now on keeps its files there too."""
+    """A registry whose database was copied to its place: what is trained from now on keeps its
+    files there too."""
     database = registry.place.database
     assert database is not None
     with closing(sqlite3.connect(database)) as connection, connection:
@@ -74,10 +76,11 @@ def without_figures(monkeypatch) -> None:  # pytest's fixture
 
 
 def without_judging_the_first(monkeypatch) -> None:  # pytest's fixture
-    """Judging a first model takes ten seconds, of a law that learns from all shots five times; forced, it is in use.
+    """Judging a first model takes ten seconds, of a law that learns from all shots five times;
+    forced, it is in use.
 
-    `test_first_model_that_learned_nothing_of_other_configurations_is_refused` has it judged, and so has
-    `test_campaign_to_promoted_model`.
+    `test_first_model_that_learned_nothing_of_other_configurations_is_refused` has it judged, and so
+    has `test_campaign_to_promoted_model`.
     """
     monkeypatch.setattr(promotion, "updated_law_draws", _not_judged)
 

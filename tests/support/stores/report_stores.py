@@ -1,4 +1,5 @@
-"""Stores that reports are written of: a gun's plan that is half worked off, and a registry of two models."""
+"""Stores that reports are written of: a gun's plan that is half worked off, and a registry of two
+models."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ ModelLab = tuple[Registry, Callable[[str], PulseTable]]
 
 
 def planned_store(folder: Path) -> str:
-    """A gun plan of six runs of which four were fired, with one discarded; the address of the store."""
+    """A gun plan of six runs of which four were fired, with one discarded; the address of the
+    store."""
     url = f"sqlite:///{folder / 'lab.db'}"
     with opened(url, create=True) as store:
         make_plan(store, "lhs", "spring", runs=RUNS, repetitions=REPETITIONS, seed=1)
@@ -68,7 +70,8 @@ def _rows_of_plan(store: Store) -> list[dict[str, object]]:
 
 
 def model_lab(folder: Path) -> ModelLab:
-    """A law and a statistical model, each judged on both splits; both were promoted, the statistical one is in use."""
+    """A law and a statistical model, each judged on both splits; both were promoted, the
+    statistical one is in use."""
     registry = fresh_registry(folder)
     table = pulse_table(np.random.default_rng(1), repetitions=3)
     with pytest.MonkeyPatch.context() as patch:

@@ -1,4 +1,5 @@
-"""A PostgreSQL server as a laboratory keeps one: a store with roles, logins of each, and a store without roles."""
+"""A PostgreSQL server as a laboratory keeps one: a store with roles, logins of each, and a store
+without roles."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ from support.stores.postgres_server import NoServerError, running_server
 from support.stores.stores import ingested, opened, pyroshock
 from support.stores.web_stores import FACTORS
 
-#: Logins of the store "lab"; `keeper` made it and may make roles, `plain` has a store of its own and may not.
+#: Logins of the store "lab"; `keeper` made it and may make roles, `plain` has a store of its own
+#: and may not.
 READER, OPERATOR, ADMIN, NOBODY = "rita", "olaf", "ada", "nora"
 PLAN = "autumn"
 _MEMBERS = {READER: "pyroshock_reader", OPERATOR: "pyroshock_operator", ADMIN: "pyroshock_admin"}
@@ -55,7 +57,8 @@ class Server:
 
 @contextmanager
 def roled_server(folder: Path) -> Iterator[Server]:
-    """A server of its own: roles are the whole server's, and other tests make them. Skips where none can be had."""
+    """A server of its own: roles are the whole server's, and other tests make them. Skips where
+    none can be had."""
     try:
         with running_server() as url:
             yield _filled(url, folder)

@@ -89,7 +89,8 @@ def counts(url: str) -> dict[str, int]:
 
 
 def content(url: str) -> dict[str, list[str]]:
-    """The store's rows as digests without surrogate keys, in an order of their own: equal for equal content."""
+    """The store's rows as digests without surrogate keys, in an order of their own: equal for equal
+    content."""
     digests: dict[str, dict[Any, str]] = {}
     with opened(url) as store, store.reading() as session:
         for table in metadata.sorted_tables:
@@ -115,7 +116,8 @@ def _value(column: Any, value: Any, digests: dict[str, dict[Any, str]]) -> Any:
 
 
 def assert_whole(url: str, hits_per_recording: int) -> None:
-    """The store is consistent, and every stored recording is there with all samples, impacts and pulses."""
+    """The store is consistent, and every stored recording is there with all samples, impacts and
+    pulses."""
     with opened(url) as store, store.reading() as session:
         if store.engine.dialect.name == "sqlite":
             assert session.scalars(text("PRAGMA integrity_check")).all() == ["ok"]

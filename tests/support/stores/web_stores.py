@@ -1,4 +1,5 @@
-"""A small lab behind the window: two examples, a hammer's campaign, a dataset, two models, a plan, a kept diagnosis."""
+"""A small lab behind the window: two examples, a hammer's campaign, a dataset, two models, a plan,
+a kept diagnosis."""
 
 from __future__ import annotations
 
@@ -128,7 +129,8 @@ def quick_plates() -> Iterator[None]:
 def filled(
     filled_lab: Path, quick_plates: None, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Lab]:
-    """The window over a filled store of this module's own; who writes counts rows before and after."""
+    """The window over a filled store of this module's own; who writes counts rows before and
+    after."""
     from support.processes.web_client import sqlite, window
 
     folder = tmp_path_factory.mktemp("filled")
@@ -147,7 +149,10 @@ def _move_registry(database: Path, old: Path, new: Path) -> None:
         ).fetchall()
         for (table,) in tables:
             for _, column, *_ in connection.execute(f'PRAGMA table_info("{table}")').fetchall():
-                change = f'UPDATE "{table}" SET "{column}" = replace("{column}", ?, ?) WHERE "{column}" LIKE ?'
+                change = (
+                    f'UPDATE "{table}" SET "{column}" = '
+                    f'replace("{column}", ?, ?) WHERE "{column}" LIKE ?'
+                )
                 connection.execute(change, (str(old), str(new), f"%{old}%"))
 
 

@@ -1,4 +1,5 @@
-"""What every regression promises, whatever it learns with, and noise that lifts all outputs at once."""
+"""What every regression promises, whatever it learns with, and noise that lifts all outputs at
+once."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ from support.checks.estimator_checks import (
     known_law,
 )
 
-#: With the NRMSE that each must reach on the known law. Neither powers nor components know that tips multiply speeds.
+#: With the NRMSE that each must reach on the known law. Neither powers nor components know that
+#: tips multiply speeds.
 ESTIMATORS: list[tuple[Estimator, float]] = [
     (DecisionTree(min_leaf=3), 0.06),
     (TreeEnsemble(trees=10, min_leaf=2), 0.05),

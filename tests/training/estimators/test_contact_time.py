@@ -16,7 +16,8 @@ from support.records.pulse_tables import held_out, pulse_table
 #: The scatter of the synthetic campaign's contact times (`pulse_table`).
 NOISE = 0.02
 PLAIN = ContactTimeProcess(choice=THESIS)
-#: 12 trials passed on one machine and not on another (spread 0.0236 for a noise of 0.02), where 20 and 25 gave 0.0202.
+#: 12 trials passed on one machine and not on another (spread 0.0236 for a noise of 0.02), where 20
+#: and 25 gave 0.0202.
 SEARCHED = ContactTimeProcess(iterations=20, search_rows=120)
 
 

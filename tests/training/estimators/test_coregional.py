@@ -97,7 +97,8 @@ class TestBoth:
 
 
 def test_independent_tasks_stay_independent() -> None:
-    """Outputs that share nothing: B is near diagonal, and the predictions are those of single processes."""
+    """Outputs that share nothing: B is near diagonal, and the predictions are those of single
+    processes."""
     rng = np.random.default_rng(14)
     x = rng.uniform(-2, 2, size=(100, 2))
     y = np.column_stack([np.sin(2 * x[:, 0]), rng.standard_normal(100)])
@@ -124,7 +125,8 @@ ONES = (Coregional(rank=1, components=False), SingleOutputs())
 
 
 def test_scatter_of_all_outputs_together() -> None:
-    # Repetitions that differ in amplitude: learned as noise of components, as a law when outputs scatter alone.
+    # Repetitions that differ in amplitude: learned as noise of components, as a law when outputs
+    # scatter alone.
     _, asked = known_law()
     coregional = fitted(Coregional(iterations=100))
     assert coregional.arrays()["log_lengthscales"].min() > np.log(0.3) + 0.5
@@ -217,7 +219,8 @@ class TestOwnKernels:
             vars(one.predict(x)).values(), vars(again.predict(x)).values(), strict=True
         ):
             np.testing.assert_allclose(ours, theirs, rtol=1e-9)
-        np.testing.assert_allclose(again.refit(x, y, np.arange(40), np.random.default_rng(0)).predict(x).mean,
+        np.testing.assert_allclose(again.refit(x, y, np.arange(40),
+        np.random.default_rng(0)).predict(x).mean,
                                    one.predict(x).mean, rtol=1e-9)  # fmt: skip
         report: Any = again.fit_report()
         assert report.settings["kernel"] == "AdditiveKernel(RBFKernel, LinearKernel)"

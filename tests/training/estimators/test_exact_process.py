@@ -1,4 +1,5 @@
-"""The exact process against dense textbook formulas, and its training by GPyTorch against the normal density."""
+"""The exact process against dense textbook formulas, and its training by GPyTorch against the
+normal density."""
 
 from __future__ import annotations
 

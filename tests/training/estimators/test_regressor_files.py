@@ -91,7 +91,8 @@ def test_untrusted_type_is_refused_by_name_and_does_not_run(
 
 @pytest.mark.parametrize("name", ["os.system", "builtins.eval", "subprocess.Popen"])
 def test_function_put_into_a_file_is_refused(name: str) -> None:
-    """As somebody would who knows the format: the function of powers, replaced in a linear model's file."""
+    """As somebody would who knows the format: the function of powers, replaced in a linear model's
+    file."""
     module, _, function = name.rpartition(".")
     source = zipfile.ZipFile(io.BytesIO(fitted(LinearPowers()).arrays()["regressor"].tobytes()))
     schema = source.read("schema.json").decode()

@@ -18,7 +18,8 @@ from support.checks.estimator_checks import fitted, known_law
 
 
 def standardised() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Predictors and forces of 240 pulses and predictors of 60 others, columns that vary over their deviation."""
+    """Predictors and forces of 240 pulses and predictors of 60 others, columns that vary over their
+    deviation."""
     learned, new_inputs = known_law()
     varied = np.ptp(learned.x, axis=0) > 0
     mean, width = learned.x[:, varied].mean(axis=0), learned.x[:, varied].std(axis=0)
@@ -160,7 +161,8 @@ def test_powers_hold_a_cubic_law() -> None:
     np.testing.assert_allclose(answer.mean, y, atol=1e-8)
     answer = LinearPowers(powers=2).fit(x, y, GROUPS, np.random.default_rng(0)).predict(x)
     assert np.abs(answer.mean - y).max() > 1
-    # Collinear columns, as a material's properties are: the shortest coefficients give the same law.
+    # Collinear columns, as a material's properties are: the shortest coefficients give the same
+    # law.
     x, y = cubic(np.random.default_rng(0), noise=0.1)
     twice = np.concatenate([x, 7 * x[:, :1], np.full((400, 1), 3.0)], axis=1)
     once = LinearPowers().fit(x, y, GROUPS, np.random.default_rng(0)).predict(x)
@@ -220,7 +222,8 @@ def standard_columns(x: np.ndarray) -> np.ndarray:
 
 
 def test_components_are_chosen_from_left_out_configurations() -> None:
-    """No number of them does much better on new rows than the one that was chosen, and some do worse."""
+    """No number of them does much better on new rows than the one that was chosen, and some do
+    worse."""
     rng = np.random.default_rng(0)
     law = rng.standard_normal((6, 2)) * np.array([5.0, 3, 1, 0, 0, 0])[:, None]
     x, new_x = rng.standard_normal((2, 400, 6)) @ rng.standard_normal((6, 6))
@@ -288,7 +291,8 @@ def test_spread_of_the_ensemble_covers_new_measurements() -> None:
     ],
 )
 def test_nodes_that_make_no_tree_are_refused(node: int, field: str, value: int) -> None:
-    """A child before its parent would be walked for ever; scikit-learn follows whatever index stands there."""
+    """A child before its parent would be walked for ever; scikit-learn follows whatever index
+    stands there."""
     estimator_fit = fitted(DecisionTree(10))
     assert isinstance(estimator_fit, DecisionTree)
     tree = estimator_fit.regressor_.tree_

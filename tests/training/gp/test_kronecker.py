@@ -1,4 +1,5 @@
-"""The likelihood against the dense one it stands for, its derivatives against differences and automatic ones."""
+"""The likelihood against the dense one it stands for, its derivatives against differences and
+automatic ones."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ def standard(columns: Floats) -> Floats:
 
 
 def pulses(n: int) -> tuple[Floats, Floats]:
-    """n standardised pulses of the synthetic campaign: 13 predictors, 20 outputs, both ends of the force constant."""
+    """n standardised pulses of the synthetic campaign: 13 predictors, 20 outputs, both ends of the
+    force constant."""
     table = pulse_table(np.random.default_rng(2), repetitions=10)
     rows = np.random.default_rng(4).permutation(len(table))[:n]
     x = table.x[rows] / table.x.max(axis=0).clip(1e-9)
@@ -84,7 +86,8 @@ def test_likelihood_of_correlated_noise() -> None:
 
 
 def test_repeated_eigenvalues_and_coarse_factors() -> None:
-    # B and K with one eigenvalue many times, every row twice: where derivatives through `eigh` are not numbers.
+    # B and K with one eigenvalue many times, every row twice: where derivatives through `eigh` are
+    # not numbers.
     y = np.random.default_rng(7).normal(size=(12, 5))
     k = np.kron(np.eye(6), np.ones((2, 2)))
     b, sigma = 0.7 * np.eye(5), 0.1 * np.eye(5)

@@ -1,4 +1,5 @@
-"""Our marginal likelihoods in the place of GPyTorch's: values, gradients, priors, of several outputs and of one."""
+"""Our marginal likelihoods in the place of GPyTorch's: values, gradients, priors, of several
+outputs and of one."""
 
 from __future__ import annotations
 
@@ -125,7 +126,8 @@ def test_value_and_gradient_are_gpytorchs_priors_included(kind: str) -> None:
 
 
 def test_priors_are_the_documented_ones() -> None:
-    """Hvarfner et al.: the logarithm of a lengthscale is normal about sqrt(2) + log(d) / 2 with deviation sqrt(3)."""
+    """Hvarfner et al.: the logarithm of a lengthscale is normal about sqrt(2) + log(d) / 2 with
+    deviation sqrt(3)."""
     model = coregional_model()
     total, _ = value_and_gradients(KroneckerMarginalLogLikelihood, model)
     bare = -exact_likelihood(

@@ -21,7 +21,8 @@ def frozen(kind: str) -> Posterior:
 
 
 def dense(kind: str) -> tuple[Floats, Floats]:
-    """Rasmussen and Williams 2006, equations 2.25 and 2.26, on the whole covariance; noise included."""
+    """Rasmussen and Williams 2006, equations 2.25 and 2.26, on the whole covariance; noise
+    included."""
     a, asked = X / LENGTHSCALES, ASKED / LENGTHSCALES
     covariance = np.kron(kernel_matrix(kind, a, a), COVARIANCE_OF_OUTPUTS) + np.kron(
         np.eye(40), np.diag(NOISE)

@@ -1,4 +1,5 @@
-"""Errors and costs of pulses whose figures are known in closed form, and pulses rebuilt from 20 points."""
+"""Errors and costs of pulses whose figures are known in closed form, and pulses rebuilt from 20
+points."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ PHASE = np.linspace(0.0, 1.0, POINTS)
 
 @pytest.fixture
 def half_sines() -> PulseTable:
-    """60 half-sines with their exact figures: peak A, impulse 2 A tau / pi, half of it in half the time."""
+    """60 half-sines with their exact figures: peak A, impulse 2 A tau / pi, half of it in half the
+    time."""
     table = pulse_table(np.random.default_rng(1), repetitions=1)
     peak, time = table.peak_force_n, table.contact_time_s
     impulse = 2 / np.pi * peak * time
@@ -46,7 +48,8 @@ def scaled(table: PulseTable, force: float = 1.0, time: float = 1.0) -> ContactP
 def test_taller_pulse(half_sines: PulseTable) -> None:
     errors = pulse_errors(half_sines, scaled(half_sines, force=1.1))
     rms = np.sqrt(np.mean(np.sin(np.pi * PHASE) ** 2))
-    # Neither the range nor the reconstruction sees the very top, which lies between two of the 20 points.
+    # Neither the range nor the reconstruction sees the very top, which lies between two of the 20
+    # points.
     assert np.allclose(errors.force_nrmse, 0.1 * rms / np.sin(np.pi * PHASE).max(), rtol=1e-12)
     assert np.allclose(errors.force_rmse_n, 0.1 * rms * half_sines.peak_force_n, rtol=1e-12)
     for name in ("peak_force_error", "impulse_error"):
@@ -77,8 +80,8 @@ def test_perfect_prediction_costs_what_reconstruction_costs() -> None:
     for name in ("force_rmse_n", "force_nrmse", "contact_time_error", "cost"):
         assert np.array_equal(getattr(errors, name), np.zeros(60)), name
     assert errors.impulse_error.max() < 0.005
-    # sin^2: peak 1 in the middle, impulse half its duration, half of it before the peak. Its ends are bent, a natural
-    # spline's are not: that costs 0.03 % of impulse.
+    # sin^2: peak 1 in the middle, impulse half its duration, half of it before the peak. Its ends
+    # are bent, a natural spline's are not: that costs 0.03 % of impulse.
     pulse_figures = figures(reconstruct(np.sin(np.pi * PHASE)[None] ** 2, 1001), np.array([4e-3]))
     assert np.isclose(pulse_figures.peak_force_n[0], 1.0, rtol=2e-3)
     assert np.isclose(pulse_figures.compression_time_s[0], 2e-3, rtol=2e-3)
@@ -142,7 +145,8 @@ def test_cost_counts_the_elements_that_are_off() -> None:
     assert math.isclose(pulse_cost(PULSE, TIME, PULSE + 400.0, TIME)[0], 5.0)
     # Both time vectors begin at zero.
     assert math.isclose(pulse_cost(PULSE, TIME, PULSE, 9 * TIME)[0], 4.0)
-    # 0.2 ms late, element i of five by i / 4 of it (sigma 0.1 ms); one force is off by 6 N (sigma 4 N).
+    # 0.2 ms late, element i of five by i / 4 of it (sigma 0.1 ms); one force is off by 6 N (sigma 4
+    # N).
     force = PULSE + np.array([0.0, 6.0, 0.0, 0.0, 0.0])
     late = [(i / 4 * 2.0) ** 2 / 2 for i in range(5)]
     expected = sum(1 - math.exp(-(late[i] + (1.5**2 / 2 if i == 1 else 0.0))) for i in range(5))

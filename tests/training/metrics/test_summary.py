@@ -56,7 +56,8 @@ def test_repetitions_are_no_evidence() -> None:
 
 @pytest.mark.parametrize("clusters", [20, 60])
 def test_interval_holds_the_truth_in_nine_of_ten(clusters: int) -> None:
-    """Errors of a lognormal law, alike within a configuration: 600 campaigns, five standard errors either way."""
+    """Errors of a lognormal law, alike within a configuration: 600 campaigns, five standard errors
+    either way."""
     rng = np.random.default_rng(clusters)
     labels = np.repeat(np.arange(clusters), 2)
     truth, hits = np.exp(0.3**2 / 2), 0
@@ -71,7 +72,8 @@ def test_interval_holds_the_truth_in_nine_of_ten(clusters: int) -> None:
 def test_interval_of_skewed_errors_is_above_zero_and_holds_the_truth_more_often(
     clusters: int,
 ) -> None:
-    """Errors of a lognormal law with a deviation of 1, where the plain interval reaches below zero and is too short."""
+    """Errors of a lognormal law with a deviation of 1, where the plain interval reaches below zero
+    and is too short."""
     rng = np.random.default_rng(clusters)
     truth, hits, plain_hits, lowest = np.exp(0.5), 0, 0, np.inf
     for _ in range(400):
@@ -90,7 +92,8 @@ def test_interval_of_skewed_errors_is_above_zero_and_holds_the_truth_more_often(
 def test_interval_of_a_share_is_within_0_and_1_and_holds_the_truth_in_nine_of_ten(
     clusters: int, share: float
 ) -> None:
-    """Configurations of four pulses that differ in their share: 600 campaigns, five standard errors below 90 %."""
+    """Configurations of four pulses that differ in their share: 600 campaigns, five standard errors
+    below 90 %."""
     rng = np.random.default_rng(clusters)
     hits = plain_hits = 0
     for _ in range(600):

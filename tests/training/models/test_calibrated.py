@@ -49,7 +49,8 @@ def inside(
 
 @cache
 def on_unseen(model: ContactModel) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Every configuration left out once, in four parts: which points and contact times of all pulses are inside."""
+    """Every configuration left out once, in four parts: which points and contact times of all
+    pulses are inside."""
     table = campaign()
     force, time = np.empty((len(table), 20), dtype=bool), np.empty(len(table), dtype=bool)
     for unseen in grouped_folds(table.configuration, 4, np.random.default_rng(1)):

@@ -50,7 +50,8 @@ MODELS: dict[str, ContactModel] = {
 NAMES = list(MODELS)
 LEARN = [name for name in NAMES if name != "calibrated law"]
 
-#: Those that can follow the synthetic law; its noise makes 0.02 for force (of range) and 0.016 for time.
+#: Those that can follow the synthetic law; its noise makes 0.02 for force (of range) and 0.016 for
+#: time.
 ACCURATE = ("pair, momentum", "single pass", "hybrid")
 
 
@@ -79,7 +80,8 @@ def assert_same(one: ContactModel, other: ContactModel) -> None:
 
 
 def far_outside(rows: int = 200) -> Inputs:
-    """Impacts whose every predictor is up to ten times less or more than learned; Poisson ratios physical."""
+    """Impacts whose every predictor is up to ten times less or more than learned; Poisson ratios
+    physical."""
     rng = np.random.default_rng(3)
     table = campaign()[0].take(np.arange(rows))
     x = table.x * 10 ** rng.uniform(-1, 1, table.x.shape)

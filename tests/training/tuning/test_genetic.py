@@ -1,4 +1,5 @@
-"""The genetic search: it finds known minima, repeats nothing, survives being killed; and its folds."""
+"""The genetic search: it finds known minima, repeats nothing, survives being killed; and its
+folds."""
 
 from __future__ import annotations
 

@@ -53,8 +53,8 @@ def test_off_is_hertz_and_parameters_are_one_for_each_impact(kind: type[ContactE
 
 
 def test_viscous_loss_has_its_restitution_for_any_tip_and_layer() -> None:
-    """The motion's integral knows only the work: a (1 + e) = ln((1 + a) / (1 - e a)) for every elastic curve. Small
-    losses grow with the velocity: eq. 1.19 with alpha = (2/3) chi."""
+    """The motion's integral knows only the work: a (1 + e) = ln((1 + a) / (1 - e a)) for every
+    elastic curve. Small losses grow with the velocity: eq. 1.19 with alpha = (2/3) chi."""
     velocity = BODIES.impact_velocity_m_s
     effect = ViscousLoss(0.4)
     found = impact(BODIES, [effect]).restitution.value
@@ -77,7 +77,8 @@ def test_layer_acts_where_the_insulator_is_and_gives_way_less_where_it_stiffens(
     softer = pulse.peak_force_n < 0.99 * nominal.peak_force_n
     assert softer.tolist() == INSULATED.tolist()
     assert pulse.force_n()[1] == pytest.approx(nominal.force_n()[1], rel=1e-12)
-    # The same loss of peak at the slowest blow: a linear layer takes more at faster ones, a stiffening one less.
+    # The same loss of peak at the slowest blow: a linear layer takes more at faster ones, a
+    # stiffening one less.
     insulated = np.ones(3, dtype=bool)
     linear, stiff, none = (
         impact(BODIES, effects, insulated=insulated).peak_force_n
@@ -90,7 +91,8 @@ def test_layer_acts_where_the_insulator_is_and_gives_way_less_where_it_stiffens(
 
 
 def test_what_relaxes_is_like_polymers_of_all_materials() -> None:
-    """Where tip and face are polymers the two laws are one; where they are metals only one of them acts."""
+    """Where tip and face are polymers the two laws are one; where they are metals only one of them
+    acts."""
     soft = impacts(
         impact_velocity_m_s=[0.3, 1.2],
         impactor_youngs_modulus_pa=np.full(2, 3e9),
@@ -155,8 +157,9 @@ def test_polymers_act_by_their_share_of_the_compliance(polymer: str) -> None:
 
 
 def test_what_relaxes_loses_the_same_at_any_speed_mass_and_stiffness() -> None:
-    """As Zener says, e = exp(-1.72 lambda) for little of it (Phys. Rev. 59 (1941) 669). With a flat tip it is a mass on
-    a Maxwell body, p = 1: f'' + lambda f' + f = 0, whence e = exp(-lambda pi / sqrt(4 - lambda^2))."""
+    """As Zener says, e = exp(-1.72 lambda) for little of it (Phys. Rev. 59 (1941) 669). With a flat
+    tip it is a mass on a Maxwell body, p = 1: f'' + lambda f' + f = 0, whence e = exp(-lambda pi /
+    sqrt(4 - lambda^2))."""
     bodies = impacts(impact_velocity_m_s=[0.3, 5.0, 0.3], impactor_mass_kg=[0.32, 0.32, 4.0])
     found = [
         impact(bodies, [ViscousLoss(0, relaxing_loss=0.1, relaxing_stiffening=s)])
@@ -177,7 +180,8 @@ def test_what_relaxes_loses_the_same_at_any_speed_mass_and_stiffness() -> None:
 
 
 def test_contact_that_springs_back_at_once_ends_after_its_deepest_indentation() -> None:
-    """A pointed steel tip that yields: what springs back is far shorter than what was pressed in."""
+    """A pointed steel tip that yields: what springs back is far shorter than what was pressed
+    in."""
     steel = {
         "impactor_youngs_modulus_pa": 2e11,
         "target_youngs_modulus_pa": 2e11,
@@ -219,7 +223,8 @@ def test_missing_quantities_and_effects_of_other_stages_are_refused() -> None:
 
 
 def test_worn_tip_keeps_the_force_at_its_reference() -> None:
-    """An impact that comes just to the reference has the ball's peak where the energies are the same."""
+    """An impact that comes just to the reference has the ball's peak where the energies are the
+    same."""
     depth = 2e-4
     stiffness = impacts().hertz_stiffness_n_m15
     energy = (
@@ -232,7 +237,8 @@ def test_worn_tip_keeps_the_force_at_its_reference() -> None:
 
 
 def test_yield_that_hardens_as_an_elastic_contact_is_hertz() -> None:
-    """With r = p nothing is left and nothing lost, of balls and of flat tips; a larger r acts as p."""
+    """With r = p nothing is left and nothing lost, of balls and of flat tips; a larger r acts as
+    p."""
     soft, nominal = PlasticYield(0.5, hardening_exponent=1.5), hertz(BODIES)
     pulse = impact(BODIES, [soft])
     assert pulse.restitution.value == pytest.approx(1.0, abs=1e-6)

@@ -1,4 +1,5 @@
-"""Impacts on a plate that moves and on an anvil: limits, an oscillator, balances, a bar on a wall, convergence."""
+"""Impacts on a plate that moves and on an anvil: limits, an oscillator, balances, a bar on a wall,
+convergence."""
 
 from __future__ import annotations
 
@@ -102,7 +103,8 @@ def test_rigid_plate_is_the_impact_on_a_rigid_target(effects):
 
 
 def oscillator(impacts, frequency_hz, damping, shape, chi=0.0):
-    """One impact on one mode, by solve_ivp: time of the last parting, peak force, impulse, contacts."""
+    """One impact on one mode, by solve_ivp: time of the last parting, peak force, impulse,
+    contacts."""
     k, m, u = (
         float(x[0])
         for x in (impacts.stiffness_n_mp, impacts.mass_kg, impacts.bodies.impact_velocity_m_s)
@@ -176,7 +178,8 @@ def test_plate_without_edges_is_zeners(tip, thickness):
     )
     zener = solve(impacts_of(velocity, [PlateCompliance(1.0)], tip=tip, thickness_m=thickness))
     assert off(found, zener, ("peak_force_n", "contact_time_s", "impulse_n_s")) < 1e-4
-    # Eq. 1.13 and 1.14 with the impactor's mass: lambda = m u / (l Z) over Zener's scale, 1.719 lambda within 0.014.
+    # Eq. 1.13 and 1.14 with the impactor's mass: lambda = m u / (l Z) over Zener's scale, 1.719
+    # lambda within 0.014.
     nominal = impacts_of(velocity, tip=tip, thickness_m=thickness)
     length = (nominal.mass_kg * velocity**2 / nominal.stiffness_n_mp) ** 0.4
     inelasticity = nominal.mass_kg * velocity / (length * point.impedance_n_s_m)
@@ -189,7 +192,8 @@ def test_modes_are_the_plate_before_its_echoes_and_above_its_table():
     velocity = np.array([2.0, 4.0])
     impacts = impacts_of(velocity, tip="delrin", thickness_m=0.003, mass_kg=0.01, radius_m=0.01)
     modes = solved(impacts, square_plate(0.003, 30e3, damping=0.01))
-    zener = solve(impacts_of(velocity, [PlateCompliance(1.0)], tip="delrin", thickness_m=0.003, mass_kg=0.01,
+    zener = solve(impacts_of(velocity, [PlateCompliance(1.0)], tip="delrin", thickness_m=0.003,
+    mass_kg=0.01,
                              radius_m=0.01))  # fmt: skip
     assert off(modes, zener, ("peak_force_n", "contact_time_s", "impulse_n_s")) < 5e-3
     assert off(solve(impacts), zener, ("peak_force_n",)) > 0.1  # of a rigid target
@@ -304,11 +308,12 @@ def test_bodies_may_meet_again():
 
 
 def test_bar_on_a_wall():
-    """Code_Aster's handbook of validation, V5.03.100 (SDNV100), after Gibert: a bar that runs against a rigid wall.
+    """Code_Aster's handbook of validation, V5.03.100 (SDNV100), after Gibert: a bar that runs
+    against a rigid wall.
 
-    The force is rho c S V for 2 L / c, and the bar comes back as fast as it came (Saint-Venant). Bar: 20 cm of steel of
-    2 cm by 2 cm at 100 m/s, here along one axis alone, c = sqrt(E / rho). The bar is the body with modes, the wall an
-    impactor that nothing stops, on a stiff spring.
+    The force is rho c S V for 2 L / c, and the bar comes back as fast as it came (Saint-Venant).
+    Bar: 20 cm of steel of 2 cm by 2 cm at 100 m/s, here along one axis alone, c = sqrt(E / rho).
+    The bar is the body with modes, the wall an impactor that nothing stops, on a stiff spring.
     """
     modulus, density, length, section, speed = 2e11, 8000.0, 0.2, 4e-4, 100.0
     wave = np.sqrt(modulus / density)
@@ -347,7 +352,8 @@ def test_impossible_points_and_other_numbers_of_them_are_refused(values):
 BODIES = Bodies.of(
     impactor_radius_m=0.045, impactor_youngs_modulus_pa=200e9, impactor_poisson_ratio=0.3,
     impactor_density_kg_m3=7800.0, target_youngs_modulus_pa=200e9, target_poisson_ratio=0.3,
-    target_density_kg_m3=7800.0, impact_velocity_m_s=5.0, impactor_mass_kg=0.5, impactor_yield_strength_pa=400e6,
+    target_density_kg_m3=7800.0, impact_velocity_m_s=5.0, impactor_mass_kg=0.5,
+    impactor_yield_strength_pa=400e6,
     target_yield_strength_pa=400e6, plate_thickness_m=0.01,
 )  # fmt: skip
 
@@ -372,8 +378,9 @@ def test_anvils_are_hertz_where_they_are_light_and_shield_the_plate_where_heavy(
         on_anvil(impacts, 0.3, 1e10, 0.0).peak_force_n[0] for impacts in (yielded, elastic)
     )
     assert soft < 0.8 * hard
-    # A joint that is softer by far than the contact rings at its own frequency with the anvil's momentum. That is 2 m u
-    # M / (m + M) after an elastic impact of two free bodies; damping of 5 % takes a part.
+    # A joint that is softer by far than the contact rings at its own frequency with the anvil's
+    # momentum. That is 2 m u M / (m + M) after an elastic impact of two free bodies; damping of 5 %
+    # takes a part.
     mass, stiffness = 4.0, 1e6
     pulse = on_anvil(Impacts.of(BODIES), mass, stiffness, 0.0)
     momentum = 2 * 0.5 * 5.0 * mass / (mass + 0.5)
@@ -389,7 +396,8 @@ def test_anvils_are_hertz_where_they_are_light_and_shield_the_plate_where_heavy(
 def test_pulse_is_that_of_another_integration(
     mass: float, stiffness: float, mobility: float
 ) -> None:
-    """Elastic contact; the force on the plate until it first falls to half a per cent of its peak."""
+    """Elastic contact; the force on the plate until it first falls to half a per cent of its
+    peak."""
     impacts = Impacts.of(BODIES)
     hard, own = float(impacts.stiffness_n_mp[0]), 0.5
     damping = 2 * 0.05 * np.sqrt(stiffness * mass)

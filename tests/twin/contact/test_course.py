@@ -1,4 +1,5 @@
-"""Force between the nodes: against scipy's cubics, and their summits against the roots of their slopes."""
+"""Force between the nodes: against scipy's cubics, and their summits against the roots of their
+slopes."""
 
 from __future__ import annotations
 
@@ -67,8 +68,8 @@ def test_no_force_pulls_and_nodes_at_and_a_digit_beyond_the_end_are_the_end() ->
 
 
 def test_peak_is_the_greatest_of_nodes_and_cubics() -> None:
-    """Also of a cubic that is level at its end, whose slope touches nothing there and only there: a root that rounding
-    can take away; and at a node without a rate."""
+    """Also of a cubic that is level at its end, whose slope touches nothing there and only there: a
+    root that rounding can take away; and at a node without a rate."""
     fine = np.linspace(0, 1, 20_001)
     expected = [CubicHermiteSpline(*one)(fine * one[0][-1]).max() for one in NODES]
     assert peak_force(_nodes()) == pytest.approx(expected, rel=1e-7)

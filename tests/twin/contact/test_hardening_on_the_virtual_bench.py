@@ -1,4 +1,5 @@
-"""What the hardening of yield is worth: pulses of Meyer's law, whose index the twin does not know."""
+"""What the hardening of yield is worth: pulses of Meyer's law, whose index the twin does not
+know."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ PEAK, WIDTH, RISE = range(3)
 
 
 def features(step_s: Floats, force_n: Floats) -> Floats:
-    """Logarithms of a pulse's peak (N), of the time above a tenth of it (s) and of that from there to the peak (s)."""
+    """Logarithms of a pulse's peak (N), of the time above a tenth of it (s) and of that from there
+    to the peak (s)."""
     peak, top = force_n.max(), int(force_n.argmax())
     above = np.flatnonzero(force_n > 0.1 * peak)
     first, last = above[0], above[-1]
@@ -30,7 +32,8 @@ def features(step_s: Floats, force_n: Floats) -> Floats:
 
 
 def measured(tip: str, strength: float) -> tuple[Bodies, Floats]:
-    """A rigid hammer on steel by the development law: what the twin knows of it, and its pulses' features (v, 3)."""
+    """A rigid hammer on steel by the development law: what the twin knows of it, and its pulses'
+    features (v, 3)."""
     impactor = replace(
         hammer(tip, 0.03), tip_height_m=math.inf, rear_fraction=0.0, rear_resonance_hz=0.0
     )
@@ -90,10 +93,11 @@ def misfit(
 def test_pulses_of_meyers_law_are_met_closer_with_hardening(
     tip: str, strength: float, loading: float, pulse: float
 ) -> None:
-    """The misfit of peak and rise becomes a small share of that with r = 1, and r is near half of Meyer's index.
+    """The misfit of peak and rise becomes a small share of that with r = 1, and r is near half of
+    Meyer's index.
 
-    The misfit of peak and width falls less: that law lets the bodies part along a contact of the radius
-    sqrt(2 R delta), eq. 1.17 along one of sqrt(R delta), which springs back further.
+    The misfit of peak and width falls less: that law lets the bodies part along a contact of the
+    radius sqrt(2 R delta), eq. 1.17 along one of sqrt(R delta), which springs back further.
     """
     bodies, wanted = measured(tip, strength)
     for columns, share in (([PEAK, RISE], loading), ([PEAK, WIDTH], pulse)):

@@ -1,4 +1,5 @@
-"""Hertz' impact against Johnson's closed forms and an integration in SI; Hunter's and Reed's of the same sphere."""
+"""Hertz' impact against Johnson's closed forms and an integration in SI; Hunter's and Reed's of the
+same sphere."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ MASS, VELOCITY = np.linspace(0.05, 3, 7), BODIES.impact_velocity_m_s
 
 
 def test_contact_time_and_peak_force_of_johnson() -> None:
-    """Eq. 11.24: 2.87 (m^2 / (R E*^2 u))^(1/5); the number is 2.94 (15/16)^(2/5). Quadrature and motion agree."""
+    """Eq. 11.24: 2.87 (m^2 / (R E*^2 u))^(1/5); the number is 2.94 (15/16)^(2/5). Quadrature and
+    motion agree."""
     scale = (MASS**2 * BODIES.compliance_1_pa**2 / (BODIES.impactor_radius_m * VELOCITY)) ** 0.2
     exact = 0.8 * beta(0.4, 0.5) * (15 / 16) ** 0.4
     assert exact == pytest.approx(2.87, abs=0.005)
@@ -86,8 +88,8 @@ BALL_MOMENTUM = BALLS.sphere_mass_kg * BALLS.impact_velocity_m_s
 
 @pytest.mark.parametrize("law", [hunter, reed])
 def test_contact_time_is_hertz_for_the_sphere_and_compression_ends_at_the_peak(law) -> None:
-    """The 4.53 of eq. 1.23 is 4.534, cut to three digits. Compression lasts as long as the restitution that follows it:
-    nothing is lost. The impactor's own mass does not enter."""
+    """The 4.53 of eq. 1.23 is 4.534, cut to three digits. Compression lasts as long as the
+    restitution that follows it: nothing is lost. The impactor's own mass does not enter."""
     pulse = law(BALLS)
     assert pulse.contact_time_s == pytest.approx(hertz(BALLS).contact_time_s, rel=1.2e-3)
     phase = np.linspace(0, 1, 2001)

@@ -65,7 +65,8 @@ every_case = pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
 
 
 def _by_scipy(case: Impacts) -> dict[str, float]:
-    """One impact in SI, by a Runge-Kutta method of order 8 with events; its own writing of the same equations."""
+    """One impact in SI, by a Runge-Kutta method of order 8 with events; its own writing of the same
+    equations."""
     m, k, p = (float(v[0]) for v in (case.mass_kg, case.stiffness_n_mp, case.exponent))
     chi, load = float(case.rate_loss_s_m[0]), float(case.yield_load_n[0])
     layer, mobility = float(case.layer_compliance_m_n[0]), float(case.plate_mobility_m_n_s[0])
@@ -150,7 +151,8 @@ SMOOTH = {name: case for name, case in CASES.items() if name != "worn, all at on
 
 @pytest.mark.parametrize("case", SMOOTH.values(), ids=SMOOTH.keys())
 def test_error_falls_with_the_fourth_power_of_the_step(case: Impacts) -> None:
-    """With a layer and an exponent that is no multiple of 1/2 it falls more slowly, from less than 1e-6."""
+    """With a layer and an exponent that is no multiple of 1/2 it falls more slowly, from less than
+    1e-6."""
 
     def errors(steps: int) -> float:
         one = solve(case, steps)
@@ -198,7 +200,8 @@ def test_rate_loss_is_hunt_and_crossley(restitution: float) -> None:
 
 @pytest.mark.parametrize("parameter", [0.02, 0.1, 0.5, 1.0, 1.4])
 def test_giving_plate_is_zeners_equation(parameter: float) -> None:
-    """xi'' + (1 + lambda d/ds) xi^1.5 = 0 from first contact to the loss of it; his exponential within 0.014."""
+    """xi'' + (1 + lambda d/ds) xi^1.5 = 0 from first contact to the loss of it; his exponential
+    within 0.014."""
     thickness = 0.01 * np.sqrt(inelasticity(ball()) / parameter)
     bodies = ball(plate_thickness_m=thickness)
     assert inelasticity(bodies) == pytest.approx(parameter)
@@ -293,7 +296,8 @@ def test_force_balances_momentum_and_energy_and_gains_none(case: Impacts) -> Non
 def test_next_to_nothing_of_a_mechanism_is_none_of_it_and_more_acts_more(
     quantity: str, unit: float
 ) -> None:
-    """As little as a number can hold, whose inverse none can; of a spring, as its depth is the inverse itself."""
+    """As little as a number can hold, whose inverse none can; of a spring, as its depth is the
+    inverse itself."""
     little = np.array([0.0, 5e-324, 1e-320, 1e-316, 1e-312, 1e-308])
     plain = Impacts.of(impacts(impact_velocity_m_s=np.full(6, 1.2)))
     spring = replace(plain, exponent=np.ones(6), stiffness_n_mp=FORCE / DEPTH)

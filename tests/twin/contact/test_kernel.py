@@ -1,4 +1,5 @@
-"""The law of force in an impact's own units, and eq. 1.17: unloading with a permanent indentation."""
+"""The law of force in an impact's own units, and eq. 1.17: unloading with a permanent
+indentation."""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ def test_force_follows_its_tangent_from_the_depth_of_yield_on(exponent: float) -
 def test_hardening_force_is_the_integral_of_a_slope_that_goes_as_a_power_of_the_depth(
     hardening: float,
 ) -> None:
-    """Beyond yield the slope is p c d_y^(p-1) (d / d_y)^(r-1), by quad; r = p is c d^p, as though nothing yielded."""
+    """Beyond yield the slope is p c d_y^(p-1) (d / d_y)^(r-1), by quad; r = p is c d^p, as though
+    nothing yielded."""
     for exponent in (1.0, 1.5, 2.2):
         law = _law(exponent=exponent, factor=3.0, yield_depth=0.5, hardening=hardening)
         at_yield, steepness = 3.0 * 0.5**exponent, 3.0 * exponent * 0.5 ** (exponent - 1)
@@ -103,7 +105,8 @@ def unloading_force(
     permanent_m: Floats,
     exponent: Floats | float = 1.5,
 ) -> Floats:
-    """F = F_max ((delta - delta_p) / (delta_max - delta_p))^n, 0 below delta_p; arguments broadcast.
+    """F = F_max ((delta - delta_p) / (delta_max - delta_p))^n, 0 below delta_p; arguments
+    broadcast.
 
     Raises `ValueError` unless 0 <= delta_p < delta_max.
     """
@@ -127,7 +130,8 @@ def restitution_of_loop(
     permanent_m: Floats,
     exponent: Floats | float = 1.5,
 ) -> Floats:
-    """e = sqrt(W_r / W_c) of a loading of known work and its unloading after eq. 1.17 (eq. 1.11)."""
+    """e = sqrt(W_r / W_c) of a loading of known work and its unloading after eq. 1.17 (eq.
+    1.11)."""
     return np.sqrt(returned_work(peak_force_n, deepest_m, permanent_m, exponent) / loading_work_j)
 
 
@@ -166,7 +170,8 @@ def test_returned_work_is_the_area_below(exponent: float) -> None:
 
 @pytest.mark.parametrize("hardening", [0.3, 1.0, 1.3])
 def test_loop_area_is_the_energy_lost(hardening: float) -> None:
-    """Of a solved impact: loading work minus returned work against the kinetic energy, and e = sqrt(W_r / W_c)."""
+    """Of a solved impact: loading work minus returned work against the kinetic energy, and e =
+    sqrt(W_r / W_c)."""
     bodies = impacts()
     nominal = Impacts.of(bodies)
     load = 0.2 * hertz(bodies).peak_force_n

@@ -1,4 +1,5 @@
-"""Hunt and Crossley's impact and the asymmetric von Hann pulse: they lose what they were told to."""
+"""Hunt and Crossley's impact and the asymmetric von Hann pulse: they lose what they were told
+to."""
 
 from __future__ import annotations
 
@@ -57,8 +58,8 @@ def test_without_loss_it_is_hertz_and_any_restitution_lies_between_those_solved(
 
 
 def test_damping_gives_its_restitution_or_more_by_eq_1_20() -> None:
-    """a (1 + e) = ln((1 + a) / (1 - e a)), Gonthier et al. 2004; where it has no digits left, the first term of the
-    series, 1 - e = 2 a / 3, eq. 1.20."""
+    """a (1 + e) = ln((1 + a) / (1 - e a)), Gonthier et al. 2004; where it has no digits left, the
+    first term of the series, 1 - e = 2 a / 3, eq. 1.20."""
     e = np.linspace(0.1, 0.99, 30)
     a = matched_damping(e)
     assert a * (1 + e) == pytest.approx(np.log((1 + a) / (1 - e * a)), rel=1e-9)
@@ -108,7 +109,8 @@ def test_compression_is_half_of_hertz_time_and_the_shape_that_of_figure_1_7() ->
     usual = von_hann(BODIES)
     assert usual.peak_force_n == pytest.approx(2 * MOMENTUM / usual.compression_time_s)
     assert usual.restitution.value == pytest.approx(zener(BODIES).value)
-    # e = 2/3: peak at 3/5 of the contact, half of it at 3/10 and 4/5; the halves meet without a step.
+    # e = 2/3: peak at 3/5 of the contact, half of it at 3/10 and 4/5; the halves meet without a
+    # step.
     share = (
         pulse.force_at(np.array([0.3, 0.6 - 1e-9, 0.6, 0.6 + 1e-9, 0.8]))
         / pulse.peak_force_n[:, None]

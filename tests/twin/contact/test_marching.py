@@ -1,4 +1,5 @@
-"""Steps in each contact's own time, and how contacts end that do not part as a spring does: they creep, or stay."""
+"""Steps in each contact's own time, and how contacts end that do not part as a spring does: they
+creep, or stay."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ def _numbers(exponent: float, **values: list[float]) -> Numbers:
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
 def test_what_is_held_by_its_losses_creeps_apart(exponent: float) -> None:
-    """Of phi = f (1 + a x') nothing is left where x' = -1 / a; the way back takes a xi_max, but for the turn."""
+    """Of phi = f (1 + a x') nothing is left where x' = -1 / a; the way back takes a xi_max, but for
+    the turn."""
     damping = np.array([100.0, 1e3])
     numbers = _numbers(exponent, damping=[*damping])
     found, finer = march(numbers), march(numbers, 480)
@@ -67,7 +69,8 @@ def test_what_creeps_stays_or_parts_at_one_step_comes_to_its_own_end() -> None:
 
 @pytest.mark.parametrize("inelasticity", [10.0, 30.0, 100.0])
 def test_what_stays_is_left_when_its_force_has_fallen(inelasticity: float) -> None:
-    """xi' = eta - lambda f, eta' = -f, f = xi^1.5, until f is 1e-4 of that at the turn; by scipy, with events."""
+    """xi' = eta - lambda f, eta' = -f, f = xi^1.5, until f is 1e-4 of that at the turn; by scipy,
+    with events."""
 
     def rate(_: float, state: np.ndarray) -> list[float]:
         force = max(state[0], 0.0) ** 1.5
@@ -152,7 +155,8 @@ def _contacts(**values: float | list[float]) -> Numbers:
     ],
 )
 def test_own_time_follows_the_way_of_the_loading(numbers: Numbers, within: float) -> None:
-    """1.4 times the deepest approach, where one thing governs it: there the balance of energy has a closed form."""
+    """1.4 times the deepest approach, where one thing governs it: there the balance of energy has a
+    closed form."""
     march_end = march(numbers, 24)
     forces = march_end.deepest**numbers.exponent
     layers = [

@@ -47,8 +47,8 @@ def _recorded(effects: list, points: int = 1001) -> tuple[RecordedPulse, np.ndar
 def test_the_three_agree_on_a_direct_impact(
     loss: str, points: int, by_impulse: float, by_work: float
 ) -> None:
-    """One degree of freedom: P_r / P_c = v / u, W_r / W_c = (v / u)^2. Few samples are enough: 20 points of a contact,
-    as the thesis keeps, and 65."""
+    """One degree of freedom: P_r / P_c = v / u, W_r / W_c = (v / u)^2. Few samples are enough: 20
+    points of a contact, as the thesis keeps, and 65."""
     record, expected = _recorded(LOSSES[loss], points)
     assert poisson(record) == pytest.approx(expected, abs=by_impulse)
     assert stronge(record) == pytest.approx(expected, abs=by_work)
@@ -69,8 +69,8 @@ def test_noise_scatters_as_stated_and_the_peak_is_no_substitute_for_the_turn() -
     ]
     assert np.std(draws, axis=0) == pytest.approx(record.noise(deviation), rel=0.12)
     assert np.mean(draws, axis=0) == pytest.approx(expected, abs=0.01)
-    # The peak of a damped pulse comes before the turn: the restitution from it is too large. A gain error of the load
-    # cell acts on one plus e.
+    # The peak of a damped pulse comes before the turn: the restitution from it is too large. A gain
+    # error of the load cell acts on one plus e.
     record, expected = _recorded(LOSSES["viscous"])
     pulse = impact(BODIES, LOSSES["viscous"])
     assert turn_of(record) * record.interval_s == pytest.approx(pulse.compression_time_s, rel=1e-4)
@@ -81,7 +81,8 @@ def test_noise_scatters_as_stated_and_the_peak_is_no_substitute_for_the_turn() -
 
 
 def test_waves_explain_what_an_elastic_contact_does_not() -> None:
-    """Zener's plate: the contact gives its work back, eq. 1.11 says 1; eq. 1.12 is Newton's to first order."""
+    """Zener's plate: the contact gives its work back, eq. 1.11 says 1; eq. 1.12 is Newton's to
+    first order."""
     thick = impacts(impact_velocity_m_s=VELOCITY, plate_thickness_m=0.06)
     impedance = Impacts.of(thick).plate_impedance_n_s_m
     assert impedance is not None

@@ -1,4 +1,5 @@
-"""The contact before and after measured shots: balances in every draw, and what measured shots narrow."""
+"""The contact before and after measured shots: balances in every draw, and what measured shots
+narrow."""
 
 from __future__ import annotations
 
@@ -58,7 +59,8 @@ def shots_of(
     n, u = len(given), np.array(velocity)
     nothing = np.zeros((n, 0))
     return MeasuredShots(
-        tuple(given), np.arange(n), u, 0.01 * u, np.array(time), np.array(force), np.array(impulse), (), nothing,
+        tuple(given), np.arange(n), u, 0.01 * u, np.array(time), np.array(force), np.array(impulse),
+        (), nothing,
         np.zeros(0), 10.0, np.zeros((n, 0, 0)),
     )  # fmt: skip
 
@@ -77,8 +79,8 @@ def band(values: np.ndarray) -> tuple[float, float]:
 
 @given(settings(), st.floats(0.1, 60.0), st.integers(0, 2**32 - 1))
 def test_every_draw_keeps_momentum_and_energy(setting: Setting, velocity: float, seed: int) -> None:
-    """The impulse is m u to 2 m u, so that no draw leaves faster than it came; m is the reduced mass at least where an
-    anvil may fly on with the impactor."""
+    """The impulse is m u to 2 m u, so that no draw leaves faster than it came; m is the reduced
+    mass at least where an anvil may fly on with the impactor."""
     stage = PriorContact()
     z = np.random.default_rng(seed).standard_normal((16, stage.normals))
     pulses = stage.pulses(ImpactBatch([setting] * 16, np.full(16, velocity)), z)
@@ -143,7 +145,8 @@ def test_zero_normals_are_the_nominal_pulse_and_pulses_do_not_depend_on_their_ba
 
 
 def test_a_measured_shot_lies_in_the_prior_band_and_two_of_them_move_it_there() -> None:
-    """A bullet of 1 kg with a tip of steel on a plate of steel, 2.78 bar: 143 kN and 0.60 ms were measured."""
+    """A bullet of 1 kg with a tip of steel on a plate of steel, 2.78 bar: 143 kN and 0.60 ms were
+    measured."""
     unlearned = PriorContact()
     before = draws(unlearned, SETTING, 10.0, 256)
     low, high = band(before.peak_force_n)
@@ -220,7 +223,8 @@ def test_roots_of_a_covariance_that_rounding_has_spoilt() -> None:
 
 
 def test_a_hammers_anvil_passes_less_of_the_highest_frequencies_and_the_impulse_of_the_blow():
-    """The joint's force on the plate is longer and lower than the tip's; without an anvil both are the same."""
+    """The joint's force on the plate is longer and lower than the tip's; without an anvil both are
+    the same."""
     bare, anvil = (
         setting(impactor_mass_kg=0.3),
         setting(impactor_mass_kg=0.3, anvil=THESIS["steel"]),

@@ -1,4 +1,5 @@
-"""Bands of the contact on shots that were not learned from, of a bench whose laws are others than the twin's."""
+"""Bands of the contact on shots that were not learned from, of a bench whose laws are others than
+the twin's."""
 
 from __future__ import annotations
 
@@ -18,14 +19,16 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Scores:
-    """Of peak force, contact time and impulse: share of shots in their 90 % bands (3,), and the errors' median size."""
+    """Of peak force, contact time and impulse: share of shots in their 90 % bands (3,), and the
+    errors' median size."""
 
     coverage: Floats
     error: Floats
 
 
 def scores(stage: PriorContact, shots: MeasuredShots, velocity: Floats) -> Scores:
-    """Measured pulses against 64 draws at the true velocity; errors are ln(mean of the draws / measured)."""
+    """Measured pulses against 64 draws at the true velocity; errors are ln(mean of the draws /
+    measured)."""
     rng = np.random.default_rng(0)
     measured = np.column_stack([shots.peak_force_n, shots.contact_time_s, shots.impulse_n_s])
     inside, errors = [], []
@@ -68,8 +71,8 @@ def test_eight_configurations_of_a_gun_narrow_the_bands_around_the_others() -> N
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("kind", ["gun", "hammer"])
 def test_bands_hold_nine_shots_of_ten_and_peaks_come_near(kind: str) -> None:
-    """Means over three campaigns: 30 configurations of a gun by 3, or 60 of a hammer by 4. Ten shots of as many
-    configurations, or two thirds of the configurations, foretell the others."""
+    """Means over three campaigns: 30 configurations of a gun by 3, or 60 of a hammer by 4. Ten
+    shots of as many configurations, or two thirds of the configurations, foretell the others."""
     campaign, size = (gun_shots, 30) if kind == "gun" else (hammer_shots, 60)
     nothing, ten, most = [], [], []
     for seed in range(120, 123):
@@ -87,7 +90,8 @@ def test_bands_hold_nine_shots_of_ten_and_peaks_come_near(kind: str) -> None:
     }
     for name, (coverage, error) in mean.items():
         print(
-            f"{kind}, learned from {name}: coverage {coverage.round(3)}, median error {error.round(3)}"
+            f"{kind}, learned from {name}: coverage {coverage.round(3)}, "
+            f"median error {error.round(3)}"
         )
     assert np.all(mean["nothing"][0] >= 0.85)
     assert np.all(mean["ten"][0] >= 0.85)

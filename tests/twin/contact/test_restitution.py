@@ -24,7 +24,8 @@ STEEL = {
 
 
 def test_inelasticity_is_mass_over_impedance_and_time() -> None:
-    """Eq. 1.14 is m / (Z T): Z = 8 sqrt(D rho t) of the plate, T = (m^2 / (k^2 u))^(1/5) of the contact."""
+    """Eq. 1.14 is m / (Z T): Z = 8 sqrt(D rho t) of the plate, T = (m^2 / (k^2 u))^(1/5) of the
+    contact."""
     bodies = ball(plate_thickness_m=[0.004, 0.01], **STEEL)
     rigidity = np.array([0.004, 0.01]) ** 3 * 69.9e9 / (12 * (1 - 0.33**2))
     impedance = 8 * np.sqrt(rigidity * 2700 * np.array([0.004, 0.01]))
@@ -61,7 +62,8 @@ def test_restitution_beyond_its_bounds_is_clipped_and_told_and_quantities_are_as
 
 
 def test_weir_tallon_in_johnsons_form_of_either_body() -> None:
-    """Johnson's eq. 11.37, 3.8 (Y/E*)^(1/2) (m u^2 / (2 Y R^3))^(-1/8), with 3.1 for what is 3.47 for a sphere."""
+    """Johnson's eq. 11.37, 3.8 (Y/E*)^(1/2) (m u^2 / (2 Y R^3))^(-1/8), with 3.1 for what is 3.47
+    for a sphere."""
     bodies = ball(impact_velocity_m_s=np.array([5.0, 50.0]), **STEEL)
     strength = 276e6  # of the plate, the softer one
     johnson = 3.8 * np.sqrt(strength * bodies.compliance_1_pa)

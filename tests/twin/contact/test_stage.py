@@ -56,14 +56,16 @@ def test_pulses_push_and_end_at_zero_and_zero_normals_are_their_mean(stage: Cont
 
 @pytest.mark.parametrize("name", [name for name in STAGES if name not in ("hunter", "reed")])
 def test_sampled_impulse_is_the_momentum_exchanged(name: str) -> None:
-    """Hunter and Reed know the tip's sphere only. No other pulse gives more than 2 m u, or less than m u."""
+    """Hunter and Reed know the tip's sphere only. No other pulse gives more than 2 m u, or less
+    than m u."""
     momentum = 0.5 * STRIKES.impact_velocity_m_s
     share = STAGES[name].pulses(STRIKES).impulse_n_s / momentum
     assert np.all((share > 0.99) & (share < 2.001))
 
 
 def test_slow_end_of_a_lossy_pulse_is_cut_and_strikes_do_not_meet() -> None:
-    """With e = 0.01 the contact lasts 13 times the pulse: 65 phases of it would give half of its impulse."""
+    """With e = 0.01 the contact lasts 13 times the pulse: 65 phases of it would give half of its
+    impulse."""
     law = hunt_crossley(bodies_of(STRIKES))
     assert law.restitution.value[2] == LEAST
     cut = LawContact("hunt-crossley").pulses(STRIKES)
@@ -88,7 +90,8 @@ def test_slow_end_of_a_lossy_pulse_is_cut_and_strikes_do_not_meet() -> None:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_scatter_keeps_the_impulse_and_has_about_the_tables_mean_error(law: str) -> None:
-    """Mean |predicted - measured| / measured, over 5,000 draws: the tables' quadratic mean of force and time."""
+    """Mean |predicted - measured| / measured, over 5,000 draws: the tables' quadratic mean of force
+    and time."""
     rng = np.random.default_rng(1)
     strikes = ImpactBatch([SETTING] * 5_000, np.ones(5_000))
     stage = LawContact(law)
@@ -141,8 +144,8 @@ def _told(stage: ContactStage) -> list[set[str]]:
 
 
 def test_what_lies_outside_is_told() -> None:
-    """The slow delrin tip yields, too: at 0.5 m/s its peak pressure is 1.6 times its strength already. Effects that
-    know a thing do not tell it, nor does an unknown strength of yield."""
+    """The slow delrin tip yields, too: at 0.5 m/s its peak pressure is 1.6 times its strength
+    already. Effects that know a thing do not tell it, nor does an unknown strength of yield."""
     assert hertz(bodies_of(STRIKES)).peak_force_n[0] > 0
     velocity = {"impact_velocity_m_s"}
     assert _told(LawContact()) == [velocity, velocity | {"insulator"}, velocity]

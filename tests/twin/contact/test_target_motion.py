@@ -1,4 +1,5 @@
-"""The velocity before contact from an integrated one: exact for the law's own impacts, honest for other laws."""
+"""The velocity before contact from an integrated one: exact for the law's own impacts, honest for
+other laws."""
 
 from __future__ import annotations
 
@@ -49,7 +50,8 @@ def integral_to_the_peak(force_n: np.ndarray, contact_time_s: np.ndarray) -> np.
 @pytest.mark.parametrize("tip", TIPS)
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_law_with_plate_compliance_is_exact(tip: str, share: float) -> None:
-    """Zener's plate and an elastic contact: nothing is left of the indentation, and the mobility is known."""
+    """Zener's plate and an elastic contact: nothing is left of the indentation, and the mobility is
+    known."""
     velocity = np.array([0.5, 1.0, 2.0])
     pulse = impact(bodies(tip, velocity), [effect("contact.plate_compliance", share=share)])
     integrated = integral_to_the_peak(pulse.force_n(2001), pulse.contact_time_s)
@@ -106,7 +108,8 @@ def test_nothing_is_taken_away_and_draws_have_the_stated_moments() -> None:
                                                    ("aluminum", "polymeric"), ("steel", "polymeric"))],
 )  # fmt: skip
 def test_virtual_hammer_lies_within_the_uncertainty(tip: str, anvil: str, insulator: str) -> None:
-    """Other laws than the twin's, an anvil with a mass and a tip that relaxes: truth within two standard uncertainties.
+    """Other laws than the twin's, an anvil with a mass and a tip that relaxes: truth within two
+    standard uncertainties.
 
     Not more than a quarter off, where the integral itself is up to 65 % low.
     """
@@ -128,6 +131,7 @@ def test_virtual_hammer_lies_within_the_uncertainty(tip: str, anvil: str, insula
 
 
 def integral_of(hit: Any) -> float:
-    """Of the whole impactor's deceleration to the peak of the force, as a perfect record would give it."""
+    """Of the whole impactor's deceleration to the peak of the force, as a perfect record would give
+    it."""
     end = int(hit.force_n.argmax()) + 1
     return float(np.trapezoid(hit.force_n[:end], hit.time_s[:end]) / hit.mass_kg)

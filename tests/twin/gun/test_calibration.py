@@ -171,8 +171,8 @@ def share_inside(bench: GunBench, shots: list[Floats], left_out: list[NDArray[np
 
 
 def test_first_shots_of_the_thesis_left_out_in_turn():
-    """Five shots that scatter by 5 % about any smooth law, with the thesis's efficiency stated and without: fewer than
-    seven of ten in 90 % bands would be a chance of 1 in 80."""
+    """Five shots that scatter by 5 % about any smooth law, with the thesis's efficiency stated and
+    without: fewer than seven of ten in 90 % bands would be a chance of 1 in 80."""
     inside = []
     for efficiency in (0.5, 1.0):
         record = first_shots_record(efficiency)

@@ -1,5 +1,5 @@
-"""The tank after the exit: the closed form of a choked outlet, the balances by scipy with a nozzle's own law, and a
-valve that shuts."""
+"""The tank after the exit: the closed form of a choked outlet, the balances by scipy with a
+nozzle's own law, and a valve that shuts."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ def test_behind_a_valve_it_follows_the_balances_by_scipy(loss: float) -> None:
     measured = after(effects, *times_s) + ATMOSPHERE_PA
     valve_m2 = np.pi / 4 * BENCH.bore_diameter_m**2 / np.sqrt(loss)
     barrel = BENCH.projectile_area_m2 * BENCH.travel_m
-    # The barrel's pressure at the exit follows from what the whole gas lost; it hardly matters a little later.
+    # The barrel's pressure at the exit follows from what the whole gas lost; it hardly matters a
+    # little later.
     for row, at_exit in enumerate(measured[:, 0]):
         start_kg = at_exit / (
             GAS_CONSTANT * ROOM_K * (at_exit / (PRESSURE[row] + ATMOSPHERE_PA)) ** (1 - 1 / GAMMA)

@@ -51,9 +51,9 @@ def no_endless_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_effects_prepare_what_a_shot_holds() -> None:
-    """A nominal shot has no valve, no leak and no atmosphere: it stands in a vacuum. Back pressure opposes and is the
-    atmosphere that flows see. A dead volume shares the tank's energy; friction is of
-    weight and of a seal; a valve has the bore's area over the root of its loss."""
+    """A nominal shot has no valve, no leak and no atmosphere: it stands in a vacuum. Back pressure
+    opposes and is the atmosphere that flows see. A dead volume shares the tank's energy; friction
+    is of weight and of a seal; a valve has the bore's area over the root of its loss."""
     shot = prepared([])
     absent = (
         shot.dead_volume_m3,
@@ -93,8 +93,9 @@ def test_effects_prepare_what_a_shot_holds() -> None:
 
 @pytest.mark.parametrize("kind", [Chamber, TwoChambers])
 def test_start_and_rates_are_those_of_the_scalar_gun(kind: type[Chamber]) -> None:
-    """Gas that flows both ways through leak and valve, at its own temperature or that outside; drag by all heads; tank
-    and dead volume as one, or with the valve's passage, 1e-4 of the tank, on the barrel's side."""
+    """Gas that flows both ways through leak and valve, at its own temperature or that outside; drag
+    by all heads; tank and dead volume as one, or with the valve's passage, 1e-4 of the tank, on the
+    barrel's side."""
     n, rng = 300, np.random.default_rng(8)
 
     def drawn(item: Parameter) -> np.ndarray:
@@ -200,7 +201,8 @@ def test_an_opening_valve_shows_what_two_circles_share() -> None:
 
 
 def test_forces_at_rest_hold_and_do_not_pull_back() -> None:
-    """Friction that is more than the push: nothing at rest, all of it from a creep of 0.1 mm/s on."""
+    """Friction that is more than the push: nothing at rest, all of it from a creep of 0.1 mm/s
+    on."""
     chamber = chamber_of(
         Chamber,
         [SlidingFriction(seal_force_n=1000.0), BarrelLoss(drag_coefficient=0.0)],
@@ -223,8 +225,9 @@ def test_forces_at_rest_hold_and_do_not_pull_back() -> None:
 
 
 def test_a_shot_is_given_up_at_rest_without_push_or_after_very_long() -> None:
-    """Some hundred times what the tank's pressure alone takes, sqrt(L m / (p A)), which is longer for heavy shots. A
-    shot waits for its valve: at rest it has the tank's pressure to come, and while the valve opens no time is lost."""
+    """Some hundred times what the tank's pressure alone takes, sqrt(L m / (p A)), which is longer
+    for heavy shots. A shot waits for its valve: at rest it has the tank's pressure to come, and
+    while the valve opens no time is lost."""
     effects = [BackPressure(), BlowBy(), SlidingFriction(seal_force_n=50.0)]
     chamber = chamber_of(Chamber, effects, np.full(6, 4e5))
     drag_pa = float(chamber.drag_n[0]) / AREA
@@ -254,7 +257,8 @@ def test_a_shot_is_given_up_at_rest_without_push_or_after_very_long() -> None:
 
 
 def test_heat_that_takes_time_comes_by_the_time_of_the_shot() -> None:
-    """1 - exp(-r sqrt(2 L m / (p A))) of it, down to pressures of a pascal; an empty tank's index is a number."""
+    """1 - exp(-r sqrt(2 L m / (p A))) of it, down to pressures of a pascal; an empty tank's index
+    is a number."""
     pressure = np.array([1.2, 1.5, 1e3, 4e5])
     shot = HeatExchange(share=0.1, rate_1_s=0.05).prepare(nominal_shot(BENCH, pressure, 0.5))
     time = np.sqrt(2 * BENCH.travel_m * 0.5 / (pressure * AREA))
@@ -266,7 +270,8 @@ def test_heat_that_takes_time_comes_by_the_time_of_the_shot() -> None:
 
 
 def test_shots_that_leave_are_told_apart() -> None:
-    """One at less than 1 m/s that leaves all the same, one that stops on its way, one that does not start."""
+    """One at less than 1 m/s that leaves all the same, one that stops on its way, one that does not
+    start."""
     slow = replace(BENCH, friction_coefficient=0.0)
     crawl = gun_velocity(slow, [50.0, 4e5], 0.5)
     assert 0 < crawl.velocity_m_s[0] < 1 < crawl.velocity_m_s[1]

@@ -1,7 +1,8 @@
-"""Energy and mass of the gas, the projectile and what has gone: nothing is lost on the way, with a leak and a valve.
+"""Energy and mass of the gas, the projectile and what has gone: nothing is lost on the way, with a
+leak and a valve.
 
-The product's own rates, integrated by scipy beside the two flows that leave the books: work against resistance, and
-what the leak carries away.
+The product's own rates, integrated by scipy beside the two flows that leave the books: work against
+resistance, and what the leak carries away.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ LOSSES = [BackPressure(), BlowBy(), BarrelLoss(), SlidingFriction()]
 
 
 def books(kind, effects, bar, mass_kg):
-    """State before and after 30 ms, with work against resistance (J), mass leaked (kg), enthalpy leaked (J)."""
+    """State before and after 30 ms, with work against resistance (J), mass leaked (kg), enthalpy
+    leaked (J)."""
     shot = nominal_shot(BENCH, np.array([bar * 1e5]), np.array([mass_kg]))
     for effect in effects:
         shot = effect.prepare(shot)
@@ -45,7 +47,8 @@ def books(kind, effects, bar, mass_kg):
         gone = [float((resisting * column[1])[0]), float(leak), float(carried[0])]
         return np.concatenate([moved, gone])
 
-    # every projectile here moves from the first instant on: friction that holds would take work from nothing
+    # every projectile here moves from the first instant on: friction that holds would take work
+    # from nothing
     run = solve_ivp(
         rates, (0, 0.03), [*start[:, 0], 0.0, 0.0, 0.0], "LSODA", rtol=1e-10, atol=1e-10
     )

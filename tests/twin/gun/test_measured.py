@@ -35,7 +35,8 @@ def test_errors_of_table_5_1_and_their_mean():
 
 
 def test_effects_bring_another_gun_near_its_record(real_data):
-    """74 shots of a small gun; dead volume, friction and valve (3 mm) as its author gives them, none fitted here."""
+    """74 shots of a small gun; dead volume, friction and valve (3 mm) as its author gives them,
+    none fitted here."""
     bore = 13.3858e-3
     bench = GunBench(18.03e-6, bore, bore, 0.3048, 0.0, 1.4, 1.0)
     with (real_data / "trettel-blastersim" / "shots.csv").open(newline="") as handle:

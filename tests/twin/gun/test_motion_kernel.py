@@ -1,4 +1,5 @@
-"""The compiled motion against the steps of `ode.run` on the same rates; its derivatives, extremes and flows."""
+"""The compiled motion against the steps of `ode.run` on the same rates; its derivatives, extremes
+and flows."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ GUN = [kind for kind in catalogue().values() if issubclass(kind, GunEffect)]
 
 @dataclass(frozen=True)
 class AddedDrag(GunEffect):
-    """An effect with a hook, so that `ode.run` integrates; heads of outside air, 0 of which change nothing."""
+    """An effect with a hook, so that `ode.run` integrates; heads of outside air, 0 of which change
+    nothing."""
 
     id = "gun.added_drag"
     law = "F = A H rho_air v^2 / 2"
@@ -52,7 +54,8 @@ class AddedDrag(GunEffect):
 def sample(
     n: int, seed: int, *, valve: bool, likely: bool
 ) -> tuple[np.ndarray, np.ndarray, list[GunEffect]]:
-    """Pressures, masses, and every effect of the catalogue: a Latin hypercube over the ranges, crowded near "off"."""
+    """Pressures, masses, and every effect of the catalogue: a Latin hypercube over the ranges,
+    crowded near "off"."""
     kinds = [kind for kind in GUN if valve or kind is not ValveFlow]
     items: list[Parameter] = [item for kind in kinds for item in kind.parameters()]
     rng = np.random.default_rng(seed)
@@ -80,7 +83,8 @@ def difference(one: GunShots, other: GunShots) -> np.ndarray:
 
 @pytest.mark.parametrize("likely", [True, False], ids=["likely", "all ranges"])
 def test_one_and_two_gases_are_as_the_reference_has_them(likely: bool) -> None:
-    """Two at steps so fine that both are exact: where friction holds a projectile, coarser ones err by chance."""
+    """Two at steps so fine that both are exact: where friction holds a projectile, coarser ones err
+    by chance."""
     every_end = {Status.LEFT, Status.STOPPED, Status.NOT_STARTED}
     pressure, mass, effects = sample(200, 1, valve=False, likely=likely)
     compiled = gun_velocity(BENCH, pressure, mass, effects)
@@ -134,7 +138,8 @@ def chamber_of(effects: Sequence[GunEffect], n: int) -> TwoChambers:
 
 
 def test_derivatives_are_those_of_the_rates() -> None:
-    """At random instants: gas that flows both ways through valve and leak, moving and held projectiles."""
+    """At random instants: gas that flows both ways through valve and leak, moving and held
+    projectiles."""
     n, rng = 200, np.random.default_rng(4)
     effects = [
         BackPressure(rng.uniform(9e4, 1.1e5, n)),
@@ -175,7 +180,8 @@ def test_derivatives_are_those_of_the_rates() -> None:
 
 @pytest.mark.parametrize("coarser", [1.0, 30.0])
 def test_no_shot_takes_endless_steps(coarser: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As they did where friction stops a projectile and an error of the speed is as large as what counts as rest."""
+    """As they did where friction stops a projectile and an error of the speed is as large as what
+    counts as rest."""
     monkeypatch.setattr(ode, "MOST_STEPS", 5000)
     for seed in range(3):
         gun_velocity(BENCH, *sample(1000, seed, valve=True, likely=seed > 0), coarser)

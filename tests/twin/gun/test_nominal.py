@@ -1,4 +1,5 @@
-"""The nominal gun against its limits, its balance of energy, and the printed table of the thesis."""
+"""The nominal gun against its limits, its balance of energy, and the printed table of the
+thesis."""
 
 from __future__ import annotations
 
@@ -64,7 +65,8 @@ def test_table_5_1_is_reproduced(first_shots: tuple[GunBench, dict[str, np.ndarr
 @given(benches, pressures, masses)
 def test_integral_and_trajectory_agree(bench: GunBench, pressure: float, mass: float) -> None:
     velocity = float(muzzle_velocity(bench, pressure, mass))
-    # At the threshold itself either route may say 0: the work is a difference of two equal numbers there.
+    # At the threshold itself either route may say 0: the work is a difference of two equal numbers
+    # there.
     assume(velocity == 0 or pressure > 1.001 * tank_pressure_for(bench, 0.0, mass))
     assert trajectory(bench, pressure, mass).muzzle_velocity_m_s == pytest.approx(
         velocity, rel=1e-6, abs=0

@@ -87,8 +87,9 @@ def test_a_wide_valve_is_none_a_leak_goes_with_its_area_and_the_order_of_effects
 
 
 def test_work_and_time_in_the_barrel_are_the_closed_forms():
-    """Heat for an isothermal expansion gives the logarithm; an endless tank pushes with the gauge pressure against the
-    atmosphere; absolute pressure does the work of the absolute gas less that of the atmosphere."""
+    """Heat for an isothermal expansion gives the logarithm; an endless tank pushes with the gauge
+    pressure against the atmosphere; absolute pressure does the work of the absolute gas less that
+    of the atmosphere."""
     free = replace(THESIS_GUN, friction_coefficient=0.0)
     swept = THESIS_GUN.projectile_area_m2 * THESIS_GUN.travel_m
     work = PRESSURE * free.tank_volume_m3 * np.log1p(swept / free.tank_volume_m3)
@@ -134,7 +135,8 @@ def test_velocity_bends_down_with_pressure_and_a_projectile_that_creeps_stays():
     assert np.all(np.diff(by_pressure) > 0)
     assert np.all(np.diff(by_pressure, 2) < 0)
     assert np.all(np.diff(by_mass) < 0)
-    # It slowed down for ever, and took a diagnosis of pairs of effects with it: 200,000 steps, then an error.
+    # It slowed down for ever, and took a diagnosis of pairs of effects with it: 200,000 steps, then
+    # an error.
     leak = effect("gun.blow_by", discharge_coefficient=1.0, wear_m=2e-3)
     slow = effect(
         "gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=1e4
@@ -164,7 +166,8 @@ def test_ends_have_words_and_other_numbers_of_parameters_and_no_travel_are_refus
 def test_similar_shots_are_similar_to_the_last_step(
     pressure: float, mass: float, travel: float, area: float
 ) -> None:
-    """Against the drag of air, in a tank as many times the barrel: v^2 goes with p A L / m, time with its own scale.
+    """Against the drag of air, in a tank as many times the barrel: v^2 goes with p A L / m, time
+    with its own scale.
 
     Steps and their tolerances scale as the motion does, so that the errors are the same as well.
     """
@@ -210,9 +213,11 @@ def test_gauge_leak_follows_the_balances_at_every_pressure(ahead_pa, mass_kg):
 
 
 def test_tank_at_the_surroundings_pressure_does_not_leak():
-    """With the atmosphere the law counts from vacuum: a leak of that pressure would let air out of an open tank.
+    """With the atmosphere the law counts from vacuum: a leak of that pressure would let air out of
+    an open tank.
 
-    A gas of no more than the surroundings' pressure pushes a bullet without friction as if there were no leak.
+    A gas of no more than the surroundings' pressure pushes a bullet without friction as if there
+    were no leak.
     """
     free = replace(THESIS_GUN, friction_coefficient=0.0)
     leak = effect("gun.blow_by", discharge_coefficient=0.0, gauge_discharge_coefficient=1e-3)

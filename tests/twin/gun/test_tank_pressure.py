@@ -1,4 +1,5 @@
-"""The tank's pressure before the exit: the closed form, the balances solved by scipy, and a valve's drop."""
+"""The tank's pressure before the exit: the closed form, the balances solved by scipy, and a valve's
+drop."""
 
 from __future__ import annotations
 

@@ -58,8 +58,8 @@ def test_wide_open_valves_are_none_closed_ones_keep_the_projectile_and_profiles_
     np.testing.assert_allclose(
         shots.velocity_m_s, gun_velocity(BENCH, pressure, mass).velocity_m_s, rtol=1e-3
     )
-    # Without a volume behind the valve only its own passage, a ten-thousandth of the tank, could push; with one the
-    # pressure there is the atmosphere's, and nothing moves at all.
+    # Without a volume behind the valve only its own passage, a ten-thousandth of the tank, could
+    # push; with one the pressure there is the atmosphere's, and nothing moves at all.
     closed = [
         effect("gun.valve_flow", loss_coefficient=1.0),
         effect("gun.dead_volume", volume_m3=5e-3),

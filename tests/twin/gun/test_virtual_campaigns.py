@@ -1,4 +1,5 @@
-"""Velocities of the virtual gun, whose laws are others than the twin's: bands that hold what was not learned from."""
+"""Velocities of the virtual gun, whose laws are others than the twin's: bands that hold what was
+not learned from."""
 
 from __future__ import annotations
 
@@ -21,13 +22,15 @@ Floats = NDArray[np.float64]
 
 STATED = GunBench(0.0095, 0.049, 0.048, 0.885, 0.3, 1.4, 1.0)
 MASSES = [0.2, 0.5, 1.0]
-#: Of each mass so much that the nominal gun with an efficiency of one half gives 6, 10 and 14 m/s, in bar.
+#: Of each mass so much that the nominal gun with an efficiency of one half gives 6, 10 and 14 m/s,
+#: in bar.
 LEVELS = {0.2: [0.1, 0.28, 0.55], 0.5: [0.26, 0.71, 1.38], 1.0: [0.52, 1.41, 2.75]}
 CONFIGURATIONS, REPETITIONS = 30, 3
 
 
 def virtual_campaign(seed: int, levels: bool) -> Floats:
-    """Rows (n, 4): configuration, pressure as set (Pa), mass (kg), velocity by the laser (m/s), of shots that left."""
+    """Rows (n, 4): configuration, pressure as set (Pa), mass (kg), velocity by the laser (m/s), of
+    shots that left."""
     effects, rng = Effects.default(), np.random.default_rng(seed)
     bench = VirtualBench(effects, {})
     masses = rng.permutation(np.resize(MASSES, CONFIGURATIONS))
@@ -51,8 +54,8 @@ def virtual_campaign(seed: int, levels: bool) -> Floats:
 
 
 def judged(shots: Floats, learned: NDArray[np.bool_], rng: np.random.Generator) -> Floats:
-    """(shots, 2) of configurations that were not learned from: inside the 90 % band, and abs(ln error) of the median;
-    from 64 draws as a prediction takes them."""
+    """(shots, 2) of configurations that were not learned from: inside the 90 % band, and abs(ln
+    error) of the median; from 64 draws as a prediction takes them."""
     gun = GunStage(STATED, 0.046, unknown_effects=True)
     if learned.any():
         gun = gun.updated(*shots[learned, 1:].T)

@@ -1,4 +1,5 @@
-"""Modes from an outline: published figures, closed forms, what a plate does not depend on, and plates on disk."""
+"""Modes from an outline: published figures, closed forms, what a plate does not depend on, and
+plates on disk."""
 
 from __future__ import annotations
 
@@ -189,7 +190,8 @@ def test_outlines_that_are_no_polygon_and_points_off_the_plate_are_refused(outli
 
 @pytest.mark.slow
 def test_the_virtual_bench_has_the_same_frequencies():
-    """An independent Mindlin model of degree eight, free edges, 10 mm: the worst case of the correction."""
+    """An independent Mindlin model of degree eight, free edges, 10 mm: the worst case of the
+    correction."""
     from pyroshock.virtualbench.effects import Effects
     from pyroshock.virtualbench.plate.build import OUTLINE_M, resonant_plate
     from pyroshock.virtualbench.plate.modes import modes

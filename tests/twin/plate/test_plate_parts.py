@@ -1,4 +1,5 @@
-"""What a plate's modes are made of, piece by piece: thickness, damping, held edges, places and outlines."""
+"""What a plate's modes are made of, piece by piece: thickness, damping, held edges, places and
+outlines."""
 
 from __future__ import annotations
 
@@ -113,7 +114,8 @@ def test_damping_and_stretches_that_cannot_be_are_refused() -> None:
 
 
 def derivatives(terms: dict[tuple[int, int], float]) -> np.ndarray:
-    """(w, w_x, w_y, w_xx, w_xy, w_yy) at 0 of a polynomial of second degree, by its powers of x and y."""
+    """(w, w_x, w_y, w_xx, w_xy, w_yy) at 0 of a polynomial of second degree, by its powers of x and
+    y."""
     powers = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
     return np.array([terms.get(each, 0.0) for each in powers]) * [1, 1, 1, 2, 1, 2]
 
@@ -121,7 +123,8 @@ def derivatives(terms: dict[tuple[int, int], float]) -> np.ndarray:
 @pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 4, np.pi / 2, 2.5])
 def test_held_edges_leave_what_is_flat_along_them(angle: float) -> None:
     x, y = np.cos(angle), np.sin(angle)
-    # With n the distance from the edge: n, n^2 and n t are 0 along it; of these n^2 has no slope across it either.
+    # With n the distance from the edge: n, n^2 and n t are 0 along it; of these n^2 has no slope
+    # across it either.
     n = derivatives({(1, 0): -y, (0, 1): x})
     square = derivatives({(2, 0): y * y, (1, 1): -2 * x * y, (0, 2): x * x})
     mixed = derivatives({(2, 0): -x * y, (1, 1): x * x - y * y, (0, 2): x * y})

@@ -79,7 +79,8 @@ def test_a_rigid_plate_moves_as_newton_says_and_slow_modes_lose_no_precision():
     rigid = ModalPlate(np.zeros(1), np.array([0.3]), shape, shape, ("#1",), ("a",))
     force = np.random.default_rng(1).normal(size=50)
     np.testing.assert_allclose(respond(rigid, force, 1e-4)[0], force / mass, rtol=1e-14)
-    # omega dt = 6e-9: a two-step recursion would have lost all of its digits. The answer is F - (omega^2 q + ...) = F.
+    # omega dt = 6e-9: a two-step recursion would have lost all of its digits. The answer is F -
+    # (omega^2 q + ...) = F.
     acceleration = respond(oscillator(1e-3, 0.01), np.ones(1000), 1e-6)[0]
     time, omega = 1e-6 * np.arange(1000), 2e-3 * np.pi
     np.testing.assert_allclose(
@@ -155,7 +156,8 @@ def test_work_becomes_motion_strain_and_heat():
 
 @pytest.mark.parametrize("angle", [1e-4, 3e-3, 0.0199, 0.0201, 0.3])
 def test_gains_of_a_slow_mode_are_exact(angle):
-    # (exp(x) - 1) / x and (exp(x) - 1 - x) / x^2 as sums of twenty terms, which lose no digit at any of these.
+    # (exp(x) - 1) / x and (exp(x) - 1 - x) / x^2 as sums of twenty terms, which lose no digit at
+    # any of these.
     step_s, damping = 1e-5, 0.02
     omega = angle / step_s
     one = Recursion.of(np.array([omega / (2 * np.pi)]), np.array([damping]), step_s)

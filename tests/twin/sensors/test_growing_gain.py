@@ -1,4 +1,5 @@
-"""Gains that grow and an offset that fades over the reading: their closed forms, their inverses, and the plain laws."""
+"""Gains that grow and an offset that fades over the reading: their closed forms, their inverses,
+and the plain laws."""
 
 from __future__ import annotations
 
@@ -111,7 +112,8 @@ def test_a_fading_offset_is_whole_at_an_open_tank_and_nothing_at_the_end_of_the_
 
 @given(gain=GAINS, growth=GROWTHS, share=st.floats(-0.05, 1.0))
 def test_forces_go_back_and_forth_and_bend_as_a_straight_line_of_the_gain(gain, growth, share):
-    """ISO 376 states the error of interpolation over the range of a cell, which such a gain makes quadratic."""
+    """ISO 376 states the error of interpolation over the range of a cell, which such a gain makes
+    quadratic."""
     turn_n = REFERENCE_N / max(abs(growth * np.log(gain)), 1e-9)
     force_n = np.array([share * 0.95 * min(4 * REFERENCE_N, turn_n)])
     cell = chain("sensor.force_gain", gain=gain, growth=growth)

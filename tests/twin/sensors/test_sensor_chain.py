@@ -32,7 +32,8 @@ def test_order_given_does_not_matter_and_other_stages_and_doubles_are_refused():
 
 
 def test_effects_stand_where_their_part_of_the_chain_is():
-    """The mount, the sensing element, its gain, and what comes after it: filter and zero of the amplifier."""
+    """The mount, the sensing element, its gain, and what comes after it: filter and zero of the
+    amplifier."""
     parts = (
         ("sensor.mount_resonance",),
         ("sensor.zero_shift",),
@@ -120,7 +121,8 @@ def of_lengths(*contact_time_s):
 
 
 def test_contact_of_seconds_takes_no_room_of_microseconds():
-    """The series had steps of the shortest and the length of the longest: gigabytes for a hundred draws."""
+    """The series had steps of the shortest and the length of the longest: gigabytes for a hundred
+    draws."""
     tracemalloc.start()
     seen = measured_pulses(LOW_PASS, of_lengths(5e-5, *[5.0] * 100))
     peak = tracemalloc.get_traced_memory()[1]

@@ -144,8 +144,8 @@ def test_low_pass_changes_next_to_nothing_far_above_the_rate_and_keeps_its_digit
 
 
 def test_zero_shift_of_each_shot_is_a_share_of_the_peak_that_decays_from_it():
-    """After a long wait as after none: a second before the shock is ten thousand decay times, whose exponential is no
-    number."""
+    """After a long wait as after none: a second before the shock is ten thousand decay times, whose
+    exponential is no number."""
     series = np.zeros((3, 2, 50))
     series[:, 0, 20], series[:, 1, 30] = -10.0, 40.0
     shares, times = np.array([0.1, 0.0, -0.2]), np.array([1e-3, 1e-3, 2e-4])

@@ -1,4 +1,5 @@
-"""Filters of the sensors against closed forms and an integration of their own, with parameters for each row."""
+"""Filters of the sensors against closed forms and an integration of their own, with parameters for
+each row."""
 
 from __future__ import annotations
 
@@ -77,9 +78,11 @@ def test_one_series_takes_one_set_of_parameters_and_rows_that_share_them_share_a
 
 
 def triangle_through_one_pole(share: float, count: int) -> list[float]:
-    """Response to a force of 1 at the first sample, 0 at all others and straight between, by steps / time constant.
+    """Response to a force of 1 at the first sample, 0 at all others and straight between, by steps
+    / time constant.
 
-    The second difference of the response to a ramp, t - (1 - exp(-t)), which loses digits: two hundred are taken.
+    The second difference of the response to a ramp, t - (1 - exp(-t)), which loses digits: two
+    hundred are taken.
     """
     with localcontext() as digits:
         digits.prec = 200
@@ -110,7 +113,8 @@ def test_each_shot_has_its_own_time_constant_and_none_is_none() -> None:
 
 
 def ramp_through_two_poles(time_s: Floats, period_s: float) -> Floats:
-    """Butterworth's w^2 / (p^2 + sqrt(2) w p + w^2), whose poles are w (-1 +- i) / sqrt(2), to t from t = 0 on."""
+    """Butterworth's w^2 / (p^2 + sqrt(2) w p + w^2), whose poles are w (-1 +- i) / sqrt(2), to t
+    from t = 0 on."""
     a = 2 * np.pi / period_s / np.sqrt(2)
     t = np.maximum(time_s, 0.0)
     return np.asarray(t - (1 - np.exp(-a * t) * np.cos(a * t)) / a)

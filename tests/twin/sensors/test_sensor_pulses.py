@@ -27,7 +27,8 @@ def low_pass(time_constant_s: Value) -> SensorChain:
 
 
 class Shown:
-    """A half-sine of peak 1 through one pole: tau y' + y = sin(pi t / T) until T, free from there."""
+    """A half-sine of peak 1 through one pole: tau y' + y = sin(pi t / T) until T, free from
+    there."""
 
     def __init__(self, contact_time_s: float, tau_s: float) -> None:
         self.contact_time_s, self.tau_s = contact_time_s, tau_s
@@ -48,7 +49,8 @@ class Shown:
 
 
 def agrees(seen: ForcePulses, given: ForcePulses, row: int, tau_s: float, step_s: float) -> None:
-    """Its course, its end to the step before it falls below 0.5 % of the peak, and how much later its peak is."""
+    """Its course, its end to the step before it falls below 0.5 % of the peak, and how much later
+    its peak is."""
     truth, size = Shown(given.contact_time_s[row], tau_s), given.peak_force_n[row]
     assert truth.end_s - 1.02 * step_s < seen.contact_time_s[row] <= truth.end_s + 0.02 * step_s
     time = np.linspace(0, 1, seen.force_n.shape[1]) * seen.contact_time_s[row]
@@ -133,7 +135,8 @@ def test_a_gain_moves_no_peak_to_before_where_it_was(at: int) -> None:
 
 
 def test_peak_of_a_coarse_pulse_is_late_and_no_force_stays_none() -> None:
-    """A triangle of three points: y = F (t - tau (1 - exp(-t / tau))) / (T / 2), less twice that from T / 2 on."""
+    """A triangle of three points: y = F (t - tau (1 - exp(-t / tau))) / (T / 2), less twice that
+    from T / 2 on."""
     time, tau = 1e-3, 1e-4
     given = ForcePulses(np.array([time]), np.array([[0.0, 500.0, 0.0]]), np.array([time / 2]))
     seen = measured_pulses(low_pass(tau), given)

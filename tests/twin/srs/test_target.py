@@ -27,7 +27,8 @@ def read(tmp_path, text, tolerance=None):
 
 
 def test_levels_between_break_points_are_a_power_law():
-    """Six decibels per octave double; break points keep their levels, and outside of them there is none."""
+    """Six decibels per octave double; break points keep their levels, and outside of them there is
+    none."""
     lines = np.geomspace(100, 1000, 9)
     exponent = np.log10(1500 / 50)
     np.testing.assert_allclose(

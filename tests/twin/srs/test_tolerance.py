@@ -1,4 +1,5 @@
-"""Spectra against targets: errors, margins, shares; and from no more of a record than a line takes."""
+"""Spectra against targets: errors, margins, shares; and from no more of a record than a line
+takes."""
 
 from __future__ import annotations
 
@@ -21,8 +22,8 @@ def target(upper=6.0, lower=6.0) -> Target:
 
 
 def test_margin_counts_to_the_nearer_edge_and_shares_count_lines():
-    """Twice the level is six decibels above; the edge belongs to the band, a free side never fails, and no response is
-    infinitely below."""
+    """Twice the level is six decibels above; the edge belongs to the band, a free side never fails,
+    and no response is infinitely below."""
     double = compare(np.full(4, 20.0), LINES, target())
     np.testing.assert_allclose(double.error_db, 6.0206, atol=1e-4)
     np.testing.assert_allclose(double.margin_db, -0.0206, atol=1e-4)

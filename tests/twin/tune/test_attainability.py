@@ -1,4 +1,5 @@
-"""Whether a target can be met, on a toy bench of known answer: reachable, too loud, too soft, notched, too tight."""
+"""Whether a target can be met, on a toy bench of known answer: reachable, too loud, too soft,
+notched, too tight."""
 
 from __future__ import annotations
 
@@ -51,7 +52,8 @@ def pressure_limit(highest_pa):
     def refusals(settings):
         return [
             (
-                f"tank pressure {s.tank_pressure_pa:,.0f} Pa, allowed {highest_pa:,.0f} (max_tank_pressure_pa)",
+                f"tank pressure {s.tank_pressure_pa:,.0f} Pa, allowed "
+                f"{highest_pa:,.0f} (max_tank_pressure_pa)",
             )
             if s.tank_pressure_pa > highest_pa * (1 + 1e-9)
             else ()
@@ -77,14 +79,16 @@ def test_reachable_target_is_met_and_what_is_required_decides():
 
 
 def test_target_too_loud_or_too_soft_names_the_limit_of_the_bench():
-    """At 8 bar the toy bench is 7.7 dB below the spectrum of 48 bar: velocity goes with the root of pressure."""
+    """At 8 bar the toy bench is 7.7 dB below the spectrum of 48 bar: velocity goes with the root of
+    pressure."""
     loud = goal(
         hidden=replace(HIDDEN, tank_pressure_pa=48e5, impactor_mass_kg=1.0), tolerance_db=5.0
     )
     answer = tuned(loud, refusals=pressure_limit(8e5)).attainability
     assert answer.obstacle.kind == "bench limit"
     assert "allowed 800,000 (max_tank_pressure_pa)" in answer.sentence
-    # inside of the tolerance as expected, which no allowed setting is; so far from the shots that little is sure
+    # inside of the tolerance as expected, which no allowed setting is; so far from the shots that
+    # little is sure
     assert answer.obstacle.probability_without > answer.probability
     assert answer.obstacle.margin_db > 0
     assert "the bench sets 0.5 to 8 bar" in tuned(loud).attainability.sentence
@@ -103,12 +107,13 @@ def notched():
 
 
 def test_notch_that_no_plate_gives_names_its_line():
-    """No setting of a dense grid has more lines within than the sentence says. With 95 % of 41 lines one may stay out:
-    what is met is judged at the line that decides, not at the worst."""
+    """No setting of a dense grid has more lines within than the sentence says. With 95 % of 41
+    lines one may stay out: what is met is judged at the line that decides, not at the worst."""
     obstacle = tuned(notched()).attainability.obstacle
     assert obstacle.kind == "shape"
     assert obstacle.frequency_hz == pytest.approx(LINES[20])
-    # all lines but the notch can be met: 30 dB less the tolerance, and up to another for a level below
+    # all lines but the notch can be met: 30 dB less the tolerance, and up to another for a level
+    # below
     assert -24.5 < obstacle.margin_db < -17.5
     assert f"has {LINES.size - 1} of {LINES.size}; at {LINES[20]:.0f} Hz" in obstacle.sentence
     within = np.count_nonzero(
@@ -119,8 +124,8 @@ def test_notch_that_no_plate_gives_names_its_line():
 
 
 def test_target_far_beyond_every_pressure_is_a_matter_of_level():
-    """The hidden spectrum 60 dB up: 10 times the pressure gives 10 dB at most. A model that cannot compute beyond the
-    bench still answers."""
+    """The hidden spectrum 60 dB up: 10 times the pressure gives 10 dB at most. A model that cannot
+    compute beyond the bench still answers."""
 
     class Limited(Toy):
         def spectra(self, settings):

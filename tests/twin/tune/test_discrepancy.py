@@ -43,7 +43,8 @@ def test_without_shots_nothing_is_added_and_all_terms_are_unsure():
 
 
 def test_conditioning_is_that_of_the_joint_normal():
-    """Mean and covariance at a new setting, against the textbook's block formula on the joint covariance."""
+    """Mean and covariance at a new setting, against the textbook's block formula on the joint
+    covariance."""
     *shots, new = settings = some(4)
     residual = planted(shots)
     learned = Discrepancy(LINES).after(shots, residual)

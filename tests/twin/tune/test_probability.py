@@ -1,4 +1,5 @@
-"""When a spectrum is met; what a probability says, against closed forms and how often it comes true."""
+"""When a spectrum is met; what a probability says, against closed forms and how often it comes
+true."""
 
 from __future__ import annotations
 
@@ -72,9 +73,11 @@ def test_worst_line_is_named_and_better_ones_come_first():
 
 
 def test_stated_probability_is_how_often_it_comes_true():
-    """A bench that is off by a draw from the prior, at a setting after three shots elsewhere: 200 such benches.
+    """A bench that is off by a draw from the prior, at a setting after three shots elsewhere: 200
+    such benches.
 
-    The mean of the stated probabilities against the frequency, and among the surer half of the benches again.
+    The mean of the stated probabilities against the frequency, and among the surer half of the
+    benches again.
     """
     rng, few, toy = np.random.default_rng(11), LINES[::4], Toy()
     prior = Discrepancy(few)

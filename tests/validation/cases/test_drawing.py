@@ -119,7 +119,8 @@ def test_background_is_smooth_over_the_factors() -> None:
 
 
 def test_background_of_a_plate_has_sizes_of_its_own() -> None:
-    """Frequency, damping and shape are drawn apart from each other, and neighbouring modes are more or less alike."""
+    """Frequency, damping and shape are drawn apart from each other, and neighbouring modes are more
+    or less alike."""
     case = draw_case("plate", "any", np.random.default_rng(4), cause="none")
     sizes, alike = [], []
     for seed in range(400):

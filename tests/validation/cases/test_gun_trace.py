@@ -79,7 +79,8 @@ def configurations(case: Case) -> list[tuple[str, str]]:
 def test_transducer_reads_the_plan_at_rest_and_the_law_until_the_end(
     laws: str, tmp_path: Path
 ) -> None:
-    """Gain and offset act on what is recorded: the plan's pressure at rest, the offset in an empty tank."""
+    """Gain and offset act on what is recorded: the plan's pressure at rest, the offset in an empty
+    tank."""
     case = gun_case(laws)
     rows, records = recorded(case, tmp_path / "c")
     recorder, shots, plan = Recorder.of(case), followed_shots(case), design("gun", 1)

@@ -67,7 +67,8 @@ def _hertz(setting: CaseSetting, v: float) -> tuple[float, float]:
 
 
 def test_ideal_plate_answers_as_its_table_says() -> None:
-    """Sum over modes of the accelerations of unit-mass oscillators, here by a state-space solver on a finer grid."""
+    """Sum over modes of the accelerations of unit-mass oscillators, here by a state-space solver on
+    a finer grid."""
     plate, rate = plate_of("plate", 0), 102_400.0
     pulse = modal_pulse(0.25e-3, 0.85)
     shown = accelerations(plate.table, pulse, 1e-3, rate, 1024)
@@ -87,7 +88,8 @@ def test_ideal_plate_answers_as_its_table_says() -> None:
 
 
 def test_force_between_samples_is_no_gap_of_its_own() -> None:
-    """The nominal plate under the *sampled* force, straight between its samples: spectra within 0.3 of a tolerance."""
+    """The nominal plate under the *sampled* force, straight between its samples: spectra within 0.3
+    of a tolerance."""
     plate, rate = plate_of("plate", 1), 102_400.0
     from pyroshock.virtualbench.plate.respond import respond
 

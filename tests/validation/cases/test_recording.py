@@ -67,7 +67,8 @@ def test_nothing_of_the_label_stands_in_the_folder(tmp_path: Path) -> None:
 
 
 def test_recorded_velocities_show_the_change_of_the_label(tmp_path: Path) -> None:
-    """Without background and with next to no scatter: measured over nominal is what the label says."""
+    """Without background and with next to no scatter: measured over nominal is what the label
+    says."""
     case = replace(drawn("gun", "gun.blow_by"), background=QUIET, floor=1e-9, decoys={})
     label = record_case(case, tmp_path / "a", 1)
     none = record_case(replace(case, strengths={}), tmp_path / "b", 1)

@@ -1,4 +1,5 @@
-"""Every family outside of the catalogue acts in its own stage, where its text says, and in no other."""
+"""Every family outside of the catalogue acts in its own stage, where its text says, and in no
+other."""
 
 from __future__ import annotations
 

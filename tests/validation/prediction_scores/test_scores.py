@@ -1,4 +1,5 @@
-"""Scores of predictions whose calibration is known by construction, and planted failures that come back as rules."""
+"""Scores of predictions whose calibration is known by construction, and planted failures that come
+back as rules."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ SPECTRUM = Measure("srs_acceleration_1", "spectrum at acceleration_1", "dB", "m/
 
 
 def gaussian(shots: int, *, said: float = 1.0, bias: float = 0.0, seed: int = 0) -> ComparedValues:
-    """Predictions with standard deviation `said` of values that scatter by 1 about a predicted mean that is known."""
+    """Predictions with standard deviation `said` of values that scatter by 1 about a predicted mean
+    that is known."""
     rng = np.random.default_rng(seed)
     mean = rng.normal(0.0, 5.0, shots)
     measured = mean + bias + rng.normal(size=shots)

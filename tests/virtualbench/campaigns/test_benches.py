@@ -33,7 +33,8 @@ def test_days_begin_in_the_morning_and_a_plan_s_bookkeeping_gives_way():
 
 
 def test_operator_sets_what_the_transducer_reads():
-    """Transducer 5 % too sensitive and 5 kPa too high: the true pressure is lower, the reading is the plan's."""
+    """Transducer 5 % too sensitive and 5 kPa too high: the true pressure is lower, the reading is
+    the plan's."""
     effects = Effects.only("sensor.pressure_gain", 10.0).with_strength(
         "sensor.pressure_offset", 10.0
     )
@@ -97,7 +98,8 @@ def test_shapes_of_the_struck_point_are_those_below_it():
     assert bench.heights_m == (0.0, pytest.approx(0.056))
     rigid = np.flatnonzero(plate.frequencies_hz < 1.0)
     assert rigid.size >= 3
-    # Rigid modes are planes: 56 mm lower they differ by the slope that two other points have between them.
+    # Rigid modes are planes: 56 mm lower they differ by the slope that two other points have
+    # between them.
     points = np.array([[0.47, 0.28], [0.31, 0.37], [0.68, 0.22]])
     planes = np.linalg.solve(np.column_stack([points, np.ones(3)]), usual[:, rigid])
     np.testing.assert_allclose(

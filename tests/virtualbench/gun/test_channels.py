@@ -1,4 +1,5 @@
-"""The two signals of a shot, measured again by the ingest's own rules; the cubic between a shot's points."""
+"""The two signals of a shot, measured again by the ingest's own rules; the cubic between a shot's
+points."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ def signals(shot: ShotTruth) -> dict[str, np.ndarray]:
 def test_velocity_pressure_and_edges_come_back(
     shot: ShotTruth, signals: dict[str, np.ndarray]
 ) -> None:
-    """Velocity within its uncertainty, edges between samples; the grid begins before the trigger."""
+    """Velocity within its uncertainty, edges between samples; the grid begins before the
+    trigger."""
     velocity = muzzle_velocity(signals["laser"], RATE_HZ, BULLET.length_m)
     assert abs(velocity.velocity_m_s - shot.muzzle_velocity_m_s) < velocity.velocity_u_m_s
     begin = trigger_time_s(shot) - 0.2

@@ -1,4 +1,5 @@
-"""Shots of the virtual gun: closed forms in its limits, balances of mass and energy, effects, the five real shots."""
+"""Shots of the virtual gun: closed forms in its limits, balances of mass and energy, effects, the
+five real shots."""
 
 from __future__ import annotations
 
@@ -81,7 +82,8 @@ def test_ideal_gun_is_adiabatic_expansion_and_its_error_falls_with_the_tolerance
 
 
 def test_friction_atmosphere_and_dead_volume_have_their_closed_forms() -> None:
-    """The twin's closed form, by another road: gauge pressure, no efficiency, nominal Coulomb friction."""
+    """The twin's closed form, by another road: gauge pressure, no efficiency, nominal Coulomb
+    friction."""
     bench = GunBench(
         TANK_M3, 0.049, BULLET.diameter_m, TRAVEL_M, GUN.friction_coefficient, 1.4, 1.0
     )
@@ -91,7 +93,8 @@ def test_friction_atmosphere_and_dead_volume_have_their_closed_forms() -> None:
     assert shots == pytest.approx(
         nominal_muzzle_velocity(bench, pressures, BULLET.mass_kg), rel=1e-5
     )
-    # Absolute pressure expands against the atmosphere; the vents are wide, so that none is compressed ahead.
+    # Absolute pressure expands against the atmosphere; the vents are wide, so that none is
+    # compressed ahead.
     pressure = 5e4 + ATMOSPHERE_PA
     work = adiabatic_work_j(pressure) - ATMOSPHERE_PA * BULLET.area_m2 * TRAVEL_M
     shot = speed(Effects.only("gun.back_pressure"), 5e4, replace(SMOOTH, vent_count=3000))
@@ -131,8 +134,8 @@ def test_ideal_gas_follows_the_adiabat_infinite_tanks_accelerate_and_leaks_blow_
         math.sqrt(2 * acceleration * TRAVEL_M), rel=1e-5
     )
     assert shot.exit_time_s == pytest.approx(math.sqrt(2 * TRAVEL_M / acceleration), rel=1e-5)
-    # p = p0 (1 + (gamma - 1) / 2 C A sqrt(R T) t / V)^(-2 gamma / (gamma - 1)), as long as the clearance is
-    # choked.
+    # p = p0 (1 + (gamma - 1) / 2 C A sqrt(R T) t / V)^(-2 gamma / (gamma - 1)), as long as the
+    # clearance is choked.
     heavy = replace(BULLET, mass_kg=1e9)
     shot = shoot(Effects.only("gun.blow_by", 3.0), 8e5, bullet=heavy, until_s=1.2)
     assert (shot.ahead_pressure_pa < 0.5 * shot.tank_pressure_pa)[shot.time_s < 0.5].all()
@@ -209,8 +212,8 @@ def test_halved_tolerances_change_nothing_much(pressure: float, mass: float) -> 
 @pytest.mark.parametrize("name", GUN_EFFECTS)
 @pytest.mark.parametrize("pressure", [5e4, 4e5])
 def test_effect_alone_goes_its_way_and_grows(name: str, pressure: float) -> None:
-    """Heat from the walls speeds the shot up; every other effect slows the ideal gun down. Each vanishes with its
-    strength."""
+    """Heat from the walls speeds the shot up; every other effect slows the ideal gun down. Each
+    vanishes with its strength."""
     ideal, weak, strong = (
         speed(Effects.only(name, strength), pressure) for strength in (0.0, 0.5, 1.0)
     )
@@ -326,7 +329,8 @@ def test_ways_of_the_valve_open_as_usual_keep_the_tank_or_slow_the_shot() -> Non
     usual, stated = shoot(STEADY, 4e5), shoot(STEADY, 4e5, valve_way=way)
     np.testing.assert_array_equal(stated.tank_pressure_pa, usual.tank_pressure_pa)
     np.testing.assert_array_equal(stated.velocity_m_s, usual.velocity_m_s)
-    # Without heat from the walls its pressure stands still once the ball's bore has left the seat again.
+    # Without heat from the walls its pressure stands still once the ball's bore has left the seat
+    # again.
     way = ValveWay((0.0, 0.2, 0.25, 0.3), (0.0, 1.0, 1.0, 0.0))
     shut_s = way.kinks_s[-2]  # the bore leaves the seat before the ball is back
     truth = shoot(STEADY.with_strength("gun.heat_exchange", 0.0), 4e5, valve_way=way)

@@ -34,8 +34,8 @@ def air(pressure_pa: float, temperature_k: float = 293.15) -> Gas:
 
 
 def test_choked_air_is_the_textbook_figure_and_small_differences_bernoulli() -> None:
-    """Fliegner's formula, 0.0404 sqrt(K) s/m times p A / sqrt(T); mass flow by density and speed of sound at the
-    throat, where T = 2 T0 / (gamma + 1)."""
+    """Fliegner's formula, 0.0404 sqrt(K) s/m times p A / sqrt(T); mass flow by density and speed of
+    sound at the throat, where T = 2 T0 / (gamma + 1)."""
     assert nozzle_flow(air(5e5), 0.2, AREA) == pytest.approx(
         0.0404 * 5e5 * AREA / math.sqrt(293.15), rel=1e-3
     )
@@ -82,7 +82,8 @@ def test_port_opens_by_equal_percentage_from_nothing_to_all() -> None:
     shares = [open_share(turned) for turned in np.linspace(-0.1, 1.2, 131)]
     assert np.diff(shares).min() >= 0
     assert (shares[0], open_share(DEAD_SHARE), open_share(1.0), shares[-1]) == (0.0, 0.0, 1.0, 1.0)
-    # IEC 60534-2-4: R^(h - 1) of the flow, here less what it leaves at h = 0, over the span of the rest.
+    # IEC 60534-2-4: R^(h - 1) of the flow, here less what it leaves at h = 0, over the span of the
+    # rest.
     travel = np.linspace(0, 1, 11)
     flows = np.array([open_share(DEAD_SHARE + h * (1 - DEAD_SHARE)) for h in travel])
     law = RANGEABILITY ** (travel - 1)

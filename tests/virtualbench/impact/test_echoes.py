@@ -59,7 +59,8 @@ def test_answer_is_that_of_the_modes_less_the_plate_without_edges():
     )
     whole = turns @ (window(omega) * heard.shape_1_sqrt_kg**2)
     assert np.allclose(heard.answer(time), whole - without, atol=0.01 * without[0])
-    # A plate of one rigid mode and a very low impedance's table moves as a mass: momentum is shared.
+    # A plate of one rigid mode and a very low impedance's table moves as a mass: momentum is
+    # shared.
     mass = 4.0
     alone = PlateEchoes(
         np.array([0.0, 9e3]), np.zeros(2), np.array([mass**-0.5, 0.0]), PLATE.plate_impedance_n_s_m
@@ -69,7 +70,8 @@ def test_answer_is_that_of_the_modes_less_the_plate_without_edges():
 
 
 def test_surface_moves_as_the_modes_do_under_that_force():
-    """The chain's plate, P / Z and its echoes, is at the end where the modes put it, by Duhamel's integral."""
+    """The chain's plate, P / Z and its echoes, is at the end where the modes put it, by Duhamel's
+    integral."""
     heard = echoes()
     chain = assemble(
         [Impactor(contact_material("polyurethane"), 0.03, 0.5)],

@@ -48,7 +48,8 @@ def _impulse(impact: ImpactTruth) -> float:
 
 @pytest.mark.parametrize("speed", [0.01, 1.0, 30.0])
 def test_contact_time_and_peak_force_of_hertz(speed: float) -> None:
-    """Contact time 2 (d / v) times the integral of (1 - x^2.5)^-1/2, with d the deepest indentation."""
+    """Contact time 2 (d / v) times the integral of (1 - x^2.5)^-1/2, with d the deepest
+    indentation."""
     deepest = (5 * BALL.mass_kg * speed**2 / (4 * STIFFNESS)) ** 0.4
     integral = 0.4 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
     (impact,) = _strikes([speed], Effects.none())
@@ -60,7 +61,8 @@ def test_contact_time_and_peak_force_of_hertz(speed: float) -> None:
 
 
 def test_elastic_impact_loses_nothing_and_lasts_by_the_fifth_root_of_speed() -> None:
-    """Nor does a worn tip lose, nor one of finite height: their forces depend on the indentation alone."""
+    """Nor does a worn tip lose, nor one of finite height: their forces depend on the indentation
+    alone."""
     soft = Impactor(contact_material("delrin"), 0.03, 0.3, tip_height_m=0.015)
     worn = Effects.only("contact.tip_geometry", 3.0)
     slow, middle, fast = _strikes([0.1, 1.0, 10.0], Effects.none())
@@ -83,7 +85,8 @@ def test_impulse_is_the_change_of_momentum() -> None:
 
 
 def test_error_falls_with_the_square_of_the_step_and_the_default_one_resolves_a_blow() -> None:
-    """Between second and fourth order: Hertz's force has no second derivative at the ends of contact."""
+    """Between second and fourth order: Hertz's force has no second derivative at the ends of
+    contact."""
     effects = Effects.only("contact.plate_compliance")
     exact = _strikes([1.0], effects, steps=2000)[0].contact_time_s
     coarse, middle, fine = (

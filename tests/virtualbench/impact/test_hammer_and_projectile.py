@@ -1,4 +1,5 @@
-"""The two impactors: pulses as published, the hammer's own ringing and lag, the hand's scatter, refusals."""
+"""The two impactors: pulses as published, the hammer's own ringing and lag, the hand's scatter,
+refusals."""
 
 from __future__ import annotations
 
@@ -56,7 +57,8 @@ def _width(impact: ImpactTruth) -> float:
     ],
 )
 def test_pulse_lasts_as_tips_do(tip: str, radius: float, shortest: float, longest: float) -> None:
-    """Thesis section 4.1: about 1e-4 s for aluminium, fewer than ten samples at 51.2 kHz; more for polymers."""
+    """Thesis section 4.1: about 1e-4 s for aluminium, fewer than ten samples at 51.2 kHz; more for
+    polymers."""
     for impact in _strikes(hammer(tip, radius), [0.8, 1.8]):
         assert shortest < impact.contact_time_s < longest
         assert impact.contacts == 1
@@ -133,7 +135,8 @@ def test_acceleration_lags_by_one_to_two_samples_of_a_uniform_fine_grid() -> Non
 
 @pytest.mark.parametrize("effects", [Effects.none(), STEADY.without("contact.plastic_yield")])
 def test_width_against_peak_force_of_an_elastic_hammer(effects: Effects) -> None:
-    """Log-log slope; Hertz -1/6, measured -0.157 and -0.159 on 44 published hits of two small hammers."""
+    """Log-log slope; Hertz -1/6, measured -0.157 and -0.159 on 44 published hits of two small
+    hammers."""
     impacts = _strikes(
         hammer("aluminum", 0.03), list(np.geomspace(0.1, 2.0, 8)), effects, target("steel", 0.04)
     )

@@ -1,4 +1,5 @@
-"""What each effect of the contact does: vanishes at 0, acts in its direction, and as its closed form says."""
+"""What each effect of the contact does: vanishes at 0, acts in its direction, and as its closed
+form says."""
 
 from __future__ import annotations
 
@@ -105,7 +106,8 @@ def test_plate_takes_what_zener_says_by_the_work_on_it(thickness: float) -> None
     [("contact.plate_compliance", BARE), ("contact.layer_compliance", INSULATED)],
 )
 def test_loss_of_plate_and_layer_grows_with_bandwidth(name: str, struck: ImpactTarget) -> None:
-    """Faster impacts are shorter, and the plate's dashpot and the layer's retardation take more of them."""
+    """Faster impacts are shorter, and the plate's dashpot and the layer's retardation take more of
+    them."""
     rigid = replace(hammer("aluminum", 0.03), rear_fraction=0.0, rear_resonance_hz=0.0)
     impacts = strike_many(
         [rigid] * 4,
@@ -136,7 +138,8 @@ def test_loss_is_largest_where_relaxation_and_contact_are_as_long() -> None:
 
 @pytest.mark.slow
 def test_historical_soft_layer_kept_its_momentum() -> None:
-    """A light blow on a very soft layer once took steps too long for it: force rattled, and 99 % of it was missed."""
+    """A light blow on a very soft layer once took steps too long for it: force rattled, and 99 % of
+    it was missed."""
     strong = {
         "viscous_loss": 10.0,
         "plastic_yield": 2.0,

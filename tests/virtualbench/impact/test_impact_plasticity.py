@@ -1,4 +1,5 @@
-"""The contact's law: energies of its own curve beyond yield, Johnson's limit, continuity, the shape of the tip."""
+"""The contact's law: energies of its own curve beyond yield, Johnson's limit, continuity, the shape
+of the tip."""
 
 from __future__ import annotations
 
@@ -53,7 +54,8 @@ def _loading(depth_m: float) -> tuple[float, float]:
 
 
 def _energies(depth_m: float) -> tuple[float, float]:
-    """Work (J) of the loading up to a depth, and what the way back returns of it: 2/5 F times 3 F / (4 E* a)."""
+    """Work (J) of the loading up to a depth, and what the way back returns of it: 2/5 F times 3 F /
+    (4 E* a)."""
     breaks = [x for x in (ONSET_M, 54 * ONSET_M) if x < depth_m]
     work = quad(lambda depth: _loading(depth)[0], 0, depth_m, points=breaks, limit=200)[0]
     force, contact = _loading(depth_m)
@@ -82,8 +84,8 @@ def test_first_loading_is_the_published_curve(depth: float) -> None:
 
 
 def test_restitution_of_a_plastic_contact_falls_with_the_fourth_root_of_speed() -> None:
-    """Johnson, Contact Mechanics, 1985, section 11.5; nearly so, since the first part of the way was elastic, as all
-    of a contact slower than yield. Half the strength is twice the hardness."""
+    """Johnson, Contact Mechanics, 1985, section 11.5; nearly so, since the first part of the way
+    was elastic, as all of a contact slower than yield. Half the strength is twice the hardness."""
     elastic, slow, fast = _restitution([0.9 * _yield_speed(), 40.0, 160.0])
     assert elastic == pytest.approx(1.0, abs=1e-4)
     assert math.log(fast / slow) / math.log(4) == pytest.approx(-0.25, abs=0.01)
@@ -122,7 +124,8 @@ def test_force_grows_with_depth_below_the_elastic_one_and_leaves_a_dent_from_yie
 
 
 def test_tip_of_finite_height_is_stiffer_and_one_of_no_wear_a_ball() -> None:
-    """Dimitriadis et al. 2002: at chi = 0.5, 1 + 0.5665 + 0.32075 + 0.096125 + 0.00609375 of Hertz."""
+    """Dimitriadis et al. 2002: at chi = 0.5, 1 + 0.5665 + 0.32075 + 0.096125 + 0.00609375 of
+    Hertz."""
     one = np.ones(1)
     tip = ContactLaw(1e9 * one, 0.01 * one, math.inf * one, 0.02 * one, 0 * one)
     depth = np.array([0.01])
@@ -141,7 +144,8 @@ def test_tip_of_finite_height_is_stiffer_and_one_of_no_wear_a_ball() -> None:
 @pytest.mark.parametrize("share", [0.6, 0.18, -0.03, -0.3])
 @pytest.mark.parametrize("radius_m", [0.5e-3, 2e-3, 8e-3])
 def test_worn_and_pointed_tips_are_popovs_integrals(share: float, radius_m: float) -> None:
-    """Popov, Hess and Willert 2019, eq. 2.5 and 2.8: g(x) = x times the integral of f' / sqrt(x^2 - r^2), d = g(a).
+    """Popov, Hess and Willert 2019, eq. 2.5 and 2.8: g(x) = x times the integral of f' / sqrt(x^2 -
+    r^2), d = g(a).
 
     F = 2 E* times the integral of d - g(x) from 0 to a.
     """

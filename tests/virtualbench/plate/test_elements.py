@@ -1,4 +1,5 @@
-"""The spectral element and its mesh: nodes, polynomials, states of strain, and where points and clamps lie."""
+"""The spectral element and its mesh: nodes, polynomials, states of strain, and where points and
+clamps lie."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ def test_polynomials_up_to_the_degree_are_exact(degree: int) -> None:
 
 @pytest.fixture(scope="module")
 def plate() -> tuple[Mesh, np.ndarray, np.ndarray, np.ndarray]:
-    """Mesh, stiffness, mass and node positions (nodes, 2) of the irregular plate, a few elements large."""
+    """Mesh, stiffness, mass and node positions (nodes, 2) of the irregular plate, a few elements
+    large."""
     mesh = Mesh.regular(OUTLINE_M, 3, 2, 4)
     stiffness, mass = assemble(mesh, STEEL, THICKNESS_M)
     return mesh, stiffness.toarray(), mass.toarray(), _positions(mesh)

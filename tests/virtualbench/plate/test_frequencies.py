@@ -21,14 +21,15 @@ from pyroshock.virtualbench.plate.modes import assemble, flexural_wavenumber, lo
 STEEL = PlateMaterial(200e9, 0.30, 7800.0)
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 THIN_M = 1e-3
-#: Leissa, The free vibration of rectangular plates, J. Sound Vib. 31 (1973): omega a^2 sqrt(rho h / D), nu = 0.3, by
-#: Ritz's method, so that the truth lies a little below.
+#: Leissa, The free vibration of rectangular plates, J. Sound Vib. 31 (1973): omega a^2 sqrt(rho h /
+#: D), nu = 0.3, by Ritz's method, so that the truth lies a little below.
 LEISSA_FREE = [13.489, 19.789, 24.432, 35.024, 35.024]
 LEISSA_CANTILEVER = [3.4917, 8.5246, 21.429, 27.331, 31.111]
 LEISSA_CLAMPED = [35.992, 73.413, 73.413, 108.27, 131.64]
 #: The same free plate by Argyris elements, converged.
 ARGYRIS_FREE = [13.468, 19.596, 24.270, 34.801, 34.801]
-#: The bench's outline, free, thin, nu = 0.3: omega sqrt(rho h / D) in 1/m^2 by 162 Argyris triangles of scikit-fem
+#: The bench's outline, free, thin, nu = 0.3: omega sqrt(rho h / D) in 1/m^2 by 162 Argyris
+#: triangles of scikit-fem
 #: 12.0.2, which know neither shear nor rotary inertia.
 ARGYRIS_BENCH = [
     31.4554,
@@ -101,7 +102,8 @@ def _simply_supported(thickness_m: float, elements: int, degree: int, count: int
 
 
 def _navier(thickness_m: float, m: int, n: int) -> float:
-    """Mindlin's plate, m by n half waves: the lower frequency (Hz) of deflection and rotation coupled."""
+    """Mindlin's plate, m by n half waves: the lower frequency (Hz) of deflection and rotation
+    coupled."""
     k = math.pi * math.hypot(m, n)
     shear = 5 / 6 * STEEL.shear_modulus_pa * thickness_m
     rigidity = STEEL.young_modulus_pa * thickness_m**3 / (12 * (1 - 0.3**2))

@@ -1,4 +1,5 @@
-"""The plate of the bench and its modes: rigid ones, normalisation, what each effect does to them, their table."""
+"""The plate of the bench and its modes: rigid ones, normalisation, what each effect does to them,
+their table."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ def _grid(plate: BenchPlate) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rigid_receptance(plate: BenchPlate, at: np.ndarray, hit: np.ndarray) -> np.ndarray:
-    """Acceleration per force of the plate as a rigid body, by Newton and Euler, rotary inertia h^2 / 12 included."""
+    """Acceleration per force of the plate as a rigid body, by Newton and Euler, rotary inertia h^2
+    / 12 included."""
     position, mass = _grid(plate)
     centre = mass @ position / mass.sum()
     arm = position - centre

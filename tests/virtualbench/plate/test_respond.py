@@ -28,7 +28,8 @@ def _oscillators(frequencies_hz: list[float], damping: list[float]) -> PlateMode
 
 
 def _half_sine_closed(f: float, zeta: float, duration: float, time: np.ndarray) -> np.ndarray:
-    """Acceleration of a unit-mass oscillator under a half sine of 1 N: forced phasor, and decay from what it meets."""
+    """Acceleration of a unit-mass oscillator under a half sine of 1 N: forced phasor, and decay
+    from what it meets."""
     omega, drive = 2 * np.pi * f, np.pi / duration
     pole = -zeta * omega + 1j * omega * np.sqrt(1 - zeta**2)
     phasor = 1 / (omega**2 - drive**2 + 2j * zeta * omega * drive)
@@ -86,7 +87,8 @@ def test_a_straight_force_is_exact_on_any_grid() -> None:
     time = np.arange(2000) / 51200
     coarse = respond(system, np.linspace(0, DURATION, 3), np.array([0, 5.0, 0]), time)
     assert respond(system, fine_time, fine, time) == pytest.approx(coarse, abs=1e-9)
-    # exp(-zeta omega dt) is zero as a number for three samples in half a second, and 1e-2 for five thousand.
+    # exp(-zeta omega dt) is zero as a number for three samples in half a second, and 1e-2 for five
+    # thousand.
     system = _oscillators([2000.0, 8000.0], [0.9, 0.9])
     fine_time, time = np.linspace(0, 0.5, 5001), np.linspace(0, 0.6, 7201)
     fine = np.interp(fine_time, [0, 0.25, 0.5], [0, 5.0, 0])
@@ -98,7 +100,8 @@ def test_a_straight_force_is_exact_on_any_grid() -> None:
 
 
 def test_linear_in_the_force_and_in_time() -> None:
-    """No answer before the force and none to no force; a recording may end within it; the impact point is chosen."""
+    """No answer before the force and none to no force; a recording may end within it; the impact
+    point is chosen."""
     system = _oscillators(FREQUENCIES, DAMPING)
     force_time, force = _half_sine(1001)
     time = np.arange(4000) / 51200
@@ -116,7 +119,8 @@ def test_linear_in_the_force_and_in_time() -> None:
 
 @pytest.fixture(scope="module")
 def watched() -> tuple[PlateModes, np.ndarray]:
-    """Modes of a free plate up to 2 kHz, seen at Gauss's points, and the masses (points,) that these stand for."""
+    """Modes of a free plate up to 2 kHz, seen at Gauss's points, and the masses (points,) that
+    these stand for."""
     plate = resonant_plate("aluminum", "free", np.random.default_rng(7))
     points, weights = legendre.leggauss(20)
     u, v = np.repeat((points + 1) / 2, 20), np.tile((points + 1) / 2, 20)

@@ -87,7 +87,8 @@ def emptying_figures(split: str, **changes: float) -> np.ndarray:
 
 
 def test_vessel_empties_as_the_closed_form_of_choked_flow() -> None:
-    """p / p0 = (1 + (gamma - 1) / 2 C A sqrt(R T0) t / V)^(-2 gamma / (gamma - 1)), into a vacuum."""
+    """p / p0 = (1 + (gamma - 1) / 2 C A sqrt(R T0) t / V)^(-2 gamma / (gamma - 1)), into a
+    vacuum."""
     figures = emptying_figures("development", AMBIENT=1e-2)
     volume = figures[law.TANK_M3] + figures[law.BREECH_M3] + figures[law.AREA] * 1.56
     mass = 2e5 * volume / (GAS_CONSTANT * 293.15)
@@ -104,7 +105,8 @@ def test_vessel_empties_as_the_closed_form_of_choked_flow() -> None:
     "strengths", [{"gun.back_pressure": 1.0}, {"gun.back_pressure": 1.0, "gun.valve_flow": 0.6}]
 )
 def test_books_of_mass_and_energy_balance(split: str, strengths: dict[str, float]) -> None:
-    """What the chambers lose has gone through the holes: energy leaves as the enthalpy of the gas that leaves."""
+    """What the chambers lose has gone through the holes: energy leaves as the enthalpy of the gas
+    that leaves."""
     figures = np.append(law.shot_figures(GUN, strengths, split, BULLET), np.zeros(6))
     figures[[blow_down.VENT_M2, blow_down.VENT_AT, blow_down.VENT_R, blow_down.MUZZLE_AT]] = (
         4e-4,

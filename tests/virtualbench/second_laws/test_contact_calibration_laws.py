@@ -94,8 +94,8 @@ def test_sheet_gives_by_the_root_of_force_and_nothing_is_lost_in_it() -> None:
 
 
 def test_edge_is_felt_most_by_long_pulses() -> None:
-    """Zener: a soft plate takes the work of the force on its velocity, of the infinite plate and of the wave back; a
-    pulse that is long sees 2.29 times the mobility."""
+    """Zener: a soft plate takes the work of the force on its velocity, of the infinite plate and of
+    the wave back; a pulse that is long sees 2.29 times the mobility."""
     impedance = target("steel", 0.010).plate_impedance_n_s_m
     share = 0.002
     gains = []
@@ -130,7 +130,8 @@ def test_slack_joint_pushes_with_its_friction_and_carries_all_of_its_mass_at_mos
 def test_worn_crown_goes_from_a_fourth_power_to_the_ball() -> None:
     np.testing.assert_allclose(law.worn_crown(DEPTH, MODULUS, RADIUS, 0.0), HERTZ, rtol=1e-4)
     np.testing.assert_allclose(law.worn_crown(DEPTH, MODULUS, RADIUS, 1e-6), HERTZ, rtol=1e-2)
-    # z = r^4 / (2 R b^2): d = 4 a^4 / (3 R b^2), F = 32 E* a^5 / (15 R b^2) (Johnson, eq. 5.22 and 5.23, n = 2).
+    # z = r^4 / (2 R b^2): d = 4 a^4 / (3 R b^2), F = 32 E* a^5 / (15 R b^2) (Johnson, eq. 5.22 and
+    # 5.23, n = 2).
     crown = 0.05
     a = (3 / 4 * RADIUS * crown**2 * DEPTH) ** 0.25
     wanted = 32 / 15 * MODULUS * a**5 / (RADIUS * crown**2)

@@ -142,7 +142,8 @@ def test_plastic_curves_begin_with_hertz_and_end_with_a_hardness() -> None:
 
 
 def test_modes_of_the_finite_plate_carry_what_an_infinite_one_does() -> None:
-    """Mean mobility: pi / 2 times modal density times mean square of the shapes is 1 / Z (Cremer and Heckl, 4.3)."""
+    """Mean mobility: pi / 2 times modal density times mean square of the shapes is 1 / Z (Cremer
+    and Heckl, 4.3)."""
     impedance = target("steel", 0.010).plate_impedance_n_s_m
     shapes, omega = law._plate_modes(impedance)
     assert math.pi / 2 * np.sum(shapes**2) / omega.max() == pytest.approx(1 / impedance, rel=0.1)

@@ -49,7 +49,8 @@ def test_poppet_opens_sooner_under_more_pressure() -> None:
 
 
 def test_smooth_wall_is_moodys_chart() -> None:
-    """f = 0.0178 at Re = 1e5 (White, Fluid Mechanics, table of smooth pipes: 0.0180), and F ~ v^1.75 rho^0.75."""
+    """f = 0.0178 at Re = 1e5 (White, Fluid Mechanics, table of smooth pipes: 0.0180), and F ~
+    v^1.75 rho^0.75."""
     bore, density = 0.05, 2.4
     speed = 1e5 * AIR_VISCOSITY_PA_S / (density * bore)
     drop = flow.smooth_drop_pa(density, speed, bore, bore)
@@ -71,7 +72,8 @@ def test_lip_rubs_with_two_thirds_of_its_load_and_lets_through_the_square_of_pre
 
 
 def test_film_of_natural_convection_is_the_books() -> None:
-    """h = 1.31 dT^(1/3) W/(m2 K) at vertical plates in air of 1 atm, and 1.52 at horizontal ones (Holman, ch. 7)."""
+    """h = 1.31 dT^(1/3) W/(m2 K) at vertical plates in air of 1 atm, and 1.52 at horizontal ones
+    (Holman, ch. 7)."""
     density = 101_325 / (GAS_CONSTANT * 300.0)
     films = [flow.natural_film_w_m2_k(density, 300.0, 300.0 + step) for step in (1.0, 8.0)]
     assert films[0] == pytest.approx(1.52, rel=0.05)

@@ -98,8 +98,8 @@ def test_shock_and_valve_have_their_limits() -> None:
 
 
 def test_orifice_nozzle_and_rough_wall_have_their_figures() -> None:
-    """As Perry measured; choked below the critical ratio; and Moody's chart at a relative roughness of a thousandth,
-    fully rough: von Karman's 0.0196."""
+    """As Perry measured; choked below the critical ratio; and Moody's chart at a relative roughness
+    of a thousandth, fully rough: von Karman's 0.0196."""
     assert law.perry_coefficient(0.0) == pytest.approx(0.84, abs=0.005)
     assert law.perry_coefficient(1.0) == pytest.approx(0.60, abs=0.005)
     choked = law.nozzle(2e5, 293.0, 0.1)

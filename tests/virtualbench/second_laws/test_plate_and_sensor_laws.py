@@ -1,4 +1,5 @@
-"""The second laws of plate and sensors against limits and closed forms, and which laws there are."""
+"""The second laws of plate and sensors against limits and closed forms, and which laws there
+are."""
 
 from __future__ import annotations
 
@@ -68,7 +69,8 @@ def test_calibration_plate_radiates_relaxes_and_lies_on_foam() -> None:
         - MODES.damping
     )
     np.testing.assert_allclose(added, 0.5 * np.median(MODES.damping) * plate_law.radiated(f))
-    # At coincidence it is largest; far above the efficiency is 1, and the loss falls as 1 / f; far below it is linear.
+    # At coincidence it is largest; far above the efficiency is 1, and the loss falls as 1 / f; far
+    # below it is linear.
     levels = plate_law.radiated(plate_law.COINCIDENCE_HZ * np.array([0.1, 1.0, 1.001, 50.0, 100.0]))
     np.testing.assert_allclose(levels[:3], [0.1, 1.0, 1.0], rtol=2e-3)
     np.testing.assert_allclose(levels[3:], 1 / (1.5 * np.array([50.0, 100.0])), rtol=0.02)
@@ -165,8 +167,8 @@ def test_sensors_without_strength_read_what_is_there_and_a_low_pass_keeps_the_im
 def test_pressure_errs_over_its_range_as_stated(
     name, strength, split, bar, expected, within
 ) -> None:
-    """A zero error is gone at full scale, or above the foot, or twice as large at half of the shut-in gas; a gain error
-    is the stated one in the upper range, or at its end."""
+    """A zero error is gone at full scale, or above the foot, or twice as large at half of the
+    shut-in gas; a gain error is the stated one in the upper range, or at its end."""
     assert law.pressure_bar(bar, {name: strength}, split) == pytest.approx(expected, **within)
 
 

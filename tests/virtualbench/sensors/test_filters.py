@@ -1,4 +1,5 @@
-"""Filters against their gains, the mounting against its closed form; the converter writes whole counts."""
+"""Filters against their gains, the mounting against its closed form; the converter writes whole
+counts."""
 
 from __future__ import annotations
 
@@ -66,7 +67,8 @@ def test_low_pass_has_its_corner_begins_at_rest_and_dies_out():
 
 
 def ramp_response(time, omega, damping):
-    """Closed form of (2 z w s + w^2) / (s^2 + 2 z w s + w^2) to a ramp t: t - exp(-z w t) sin(wd t) / wd."""
+    """Closed form of (2 z w s + w^2) / (s^2 + 2 z w s + w^2) to a ramp t: t - exp(-z w t) sin(wd t)
+    / wd."""
     damped = omega * np.sqrt(1 - damping**2)
     return time - np.exp(-damping * omega * time) * np.sin(damped * time) / damped
 
@@ -81,7 +83,8 @@ def test_mounting_answers_a_ramp_exactly(resonance_hz, damping):
 
 
 def test_mounting_answers_a_half_sine_and_its_resonance_in_closed_form():
-    """Undamped oscillator, base half-sine of frequency p, while it lasts: (w^2 sin pt - w p sin wt) / (w^2 - p^2)."""
+    """Undamped oscillator, base half-sine of frequency p, while it lasts: (w^2 sin pt - w p sin wt)
+    / (w^2 - p^2)."""
     period, p, omega = 1e-7, np.pi / 200e-6, 2 * np.pi * 12e3
     time = period * np.arange(2000)
     felt = mounted(np.sin(p * time), period, omega / 2 / np.pi, 1e-9)

@@ -11,7 +11,8 @@ from ..impacts import ContactEffect, Impacts
 
 @dataclass(frozen=True)
 class EffectiveMass(ContactEffect):
-    """Hand, arm or fixture that moves with the tip while the contact lasts, or a part of it that does not."""
+    """Hand, arm or fixture that moves with the tip while the contact lasts, or a part of it that
+    does not."""
 
     id: ClassVar[str] = "contact.effective_mass"
     law: ClassVar[str] = "m' = g m"

@@ -13,16 +13,19 @@ from ..impacts import ContactEffect, Impacts
 
 @dataclass(frozen=True)
 class LayerCompliance(ContactEffect):
-    """Acts only where the insulator is present. A layer of thickness t and modulus E below an area A: t / (E A).
+    """Acts only where the insulator is present. A layer of thickness t and modulus E below an area
+    A: t / (E A).
 
-    A sheet that is pressed together grows stiffer, as its modulus over what is left of its thickness does: rubbers and
-    foams by half at a few tenths of strain. Its stiffness grows with the force, by `stiffening_1_n`.
+    A sheet that is pressed together grows stiffer, as its modulus over what is left of its
+    thickness does: rubbers and foams by half at a few tenths of strain. Its stiffness grows with
+    the force, by `stiffening_1_n`.
     """
 
     id: ClassVar[str] = "contact.layer_compliance"
     law: ClassVar[str] = "x = delta + C F; a layer that stiffens: x = delta + (C / h) ln(1 + h F)"
     source: ClassVar[str] = (
-        "springs in series; stiffening: Mindlin, Bell System Tech. J. 24 (1945) 353, on cushions whose stiffness grows"
+        "springs in series; stiffening: Mindlin, Bell System Tech. J. 24 "
+        "(1945) 353, on cushions whose stiffness grows"
     )
 
     # up to 1 mm of rubber (E = 5 MPa) below 2 cm^2; a sheet of hard polymer has some 1e-9 to 1e-8

@@ -12,16 +12,19 @@ from ..impacts import ContactEffect, Impacts
 
 @dataclass(frozen=True)
 class PlateCompliance(ContactEffect):
-    """The plate's surface gives way with F / Z, Z = 8 sqrt(D rho h) of the plate without edges: no echo comes back.
+    """The plate's surface gives way with F / Z, Z = 8 sqrt(D rho h) of the plate without edges: no
+    echo comes back.
 
-    A part of it stands for a plate whose echoes return some of the loss. Needs the plate's thickness or impedance.
+    A part of it stands for a plate whose echoes return some of the loss. Needs the plate's
+    thickness or impedance.
     """
 
     id: ClassVar[str] = "contact.plate_compliance"
     law: ClassVar[str] = "x' = v - s F / Z, Z = 8 sqrt(D rho h)"
     source: ClassVar[str] = "Zener, Phys. Rev. 59 (1941) 669; thesis, eq. 1.13 and 1.14"
 
-    # 1 far from edges, 2.3 on a free one (Cremer, 5.4: 3.5 for 8); more in a corner, less with echoes
+    # 1 far from edges, 2.3 on a free one (Cremer, 5.4: 3.5 for 8); more in a corner, less with
+    # echoes
     share: Value = parameter(
         "s, mobility over that of the plate without edges",
         "",

@@ -13,17 +13,19 @@ from ..impacts import ContactEffect, Impacts
 
 @dataclass(frozen=True)
 class TipGeometry(ContactEffect):
-    """F = k delta^(3/2) (delta / d)^(p - 3/2): another exponent, and at the indentation d the ball's own force.
+    """F = k delta^(3/2) (delta / d)^(p - 3/2): another exponent, and at the indentation d the
+    ball's own force.
 
-    1 is a flat punch, 3/2 a ball, 2 a cone; a worn tip lies between 1 and 3/2. Below d an exponent less than 3/2 is
-    stiffer than the ball, above softer.
+    1 is a flat punch, 3/2 a ball, 2 a cone; a worn tip lies between 1 and 3/2. Below d an exponent
+    less than 3/2 is stiffer than the ball, above softer.
     """
 
     id: ClassVar[str] = "contact.tip_geometry"
     law: ClassVar[str] = "F = k d^(3/2 - p) delta^p"
     source: ClassVar[str] = "Sneddon, Int. J. Eng. Sci. 3 (1965) 47; thesis, eq. 1.16"
 
-    # from a flat punch to a little beyond a cone; d from a scratch on a metal tip to the depth of a soft one
+    # from a flat punch to a little beyond a cone; d from a scratch on a metal tip to the depth of a
+    # soft one
     exponent: Value = parameter(
         "p of F = k delta^p", "", default=1.2, low=1, high=3, off=1.5, likely=(1, 2.2), owner="tip"
     )

@@ -15,12 +15,14 @@ from ..impacts import ContactEffect, Impacts
 
 @dataclass(frozen=True)
 class ViscousLoss(ContactEffect):
-    """chi is the material's: faster impacts lose more, e = 1 - (2/3) chi u for small losses (eq. 1.19).
+    """chi is the material's: faster impacts lose more, e = 1 - (2/3) chi u for small losses (eq.
+    1.19).
 
-    Polymers relax: within an impact they are stiffer than at rest, and lose a share that hardly hangs on speed. There
-    the contact is a stiffer spring with a dashpot in series, as Maxwell's body, with Zener's inelasticity
-    (`polymer_loss`); it acts by the polymers' share of the contact's compliance. `relaxing_loss` and
-    `relaxing_stiffening` do the same to a contact of any materials.
+    Polymers relax: within an impact they are stiffer than at rest, and lose a share that hardly
+    hangs on speed. There the contact is a stiffer spring with a dashpot in series, as Maxwell's
+    body, with Zener's inelasticity (`polymer_loss`); it acts by the polymers' share of the
+    contact's compliance. `relaxing_loss` and `relaxing_stiffening` do the same to a contact of any
+    materials.
     """
 
     id: ClassVar[str] = "contact.viscous_loss"
@@ -28,11 +30,13 @@ class ViscousLoss(ContactEffect):
         "F = k delta^p (1 + chi x'); polymers: k' = (1 + s) k, x' = v - lambda l F / (m u)"
     )
     source: ClassVar[str] = (
-        "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; thesis, eq. 1.18 to 1.21; polymers: Lee and Radok, J. Appl. "
+        "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; thesis, eq. 1.18 "
+        "to 1.21; polymers: Lee and Radok, J. Appl. "
         "Mech. 27 (1960) 438"
     )
 
-    # up to a restitution of 0.35 at 1 m/s, of soft polymers (Goldsmith, Impact, 1960, ch. 8); metals stay below 0.2
+    # up to a restitution of 0.35 at 1 m/s, of soft polymers (Goldsmith, Impact, 1960, ch. 8);
+    # metals stay below 0.2
     loss_s_m: Value = parameter(
         "chi, loss for the rate of indentation",
         "s/m",
@@ -44,7 +48,8 @@ class ViscousLoss(ContactEffect):
         owner="tip",
     )
 
-    # polyurethane rebounds at 0.6, e = exp(-1.72 lambda) after Zener; half of that again for filled rubbers
+    # polyurethane rebounds at 0.6, e = exp(-1.72 lambda) after Zener; half of that again for filled
+    # rubbers
     polymer_loss: Value = parameter(
         "lambda, inelasticity of polymers that relax",
         "",
@@ -55,8 +60,8 @@ class ViscousLoss(ContactEffect):
         likely=(0, 0.8),
         owner="tip",
     )
-    # dynamic over static modulus less one: 0.1 to 1 for engineering polymers, several for elastomers near their glass
-    # transition (Ferry, Viscoelastic Properties of Polymers, 1980)
+    # dynamic over static modulus less one: 0.1 to 1 for engineering polymers, several for
+    # elastomers near their glass transition (Ferry, Viscoelastic Properties of Polymers, 1980)
     polymer_stiffening: Value = parameter(
         "s, by which polymers are stiffer than at rest",
         "",
@@ -101,7 +106,8 @@ class ViscousLoss(ContactEffect):
         return cls(matched_damping(np.asarray(e, dtype=np.float64)) / velocity)
 
     def restitution(self, impact_velocity_m_s: Floats) -> Floats:
-        """With which impacts (n,) end where nothing else loses energy, whatever the exponent and the layer."""
+        """With which impacts (n,) end where nothing else loses energy, whatever the exponent and
+        the layer."""
         return restitution_of(np.asarray(self.loss_s_m * impact_velocity_m_s, dtype=np.float64))
 
     def prepare(self, impacts: Impacts) -> Impacts:

@@ -11,15 +11,19 @@ from ..shot import GunEffect, ShotInputs
 
 @dataclass(frozen=True)
 class BackPressure(GunEffect):
-    """Gauge pressure does not expand: the gas does, from Q0 + p_atm, and the atmosphere pushes back.
+    """Gauge pressure does not expand: the gas does, from Q0 + p_atm, and the atmosphere pushes
+    back.
 
-    Without it the gun stands in a vacuum, and leaks, valve and dead volume do too: the nominal law knows gauge pressure
-    only.
+    Without it the gun stands in a vacuum, and leaks, valve and dead volume do too: the nominal law
+    knows gauge pressure only.
     """
 
     id = "gun.back_pressure"
     law = "m dv/dt = (p - p_atm) A - F, p (V0 + A x)^n = (Q0 + p_atm) V0^n"
-    source = "Corner, Theory of the Interior Ballistics of Guns (1950), ch. 9; Mungan, Eur. J. Phys. 30 (2009) 453"
+    source = (
+        "Corner, Theory of the Interior Ballistics of Guns (1950), ch. 9; "
+        "Mungan, Eur. J. Phys. 30 (2009) 453"
+    )
 
     # Guns are fired in air; a barrel that is pumped out is the exception.
     prior_odds: ClassVar[float] = 6.0

@@ -13,7 +13,8 @@ from ..shot import GunEffect, ShotInputs
 
 @dataclass(frozen=True)
 class BlowBy(GunEffect):
-    """Flow through the ring between bore and projectile, as wide as the bench's diameters say, plus wear.
+    """Flow through the ring between bore and projectile, as wide as the bench's diameters say, plus
+    wear.
 
     Corner's relation (eq. 5.3) is the same loss by one number without geometry. Eq. 2.16
     knows gauge pressure only; a leak that is reckoned likewise is choked at all pressures
@@ -21,7 +22,10 @@ class BlowBy(GunEffect):
     """
 
     id = "gun.blow_by"
-    law = "mdot = Cd pi/4 ((D + 2 w)^2 - d^2) c* p / sqrt(R T) phi(p_atm / p), or Cd_g with gauge pressure and phi = 1"
+    law = (
+        "mdot = Cd pi/4 ((D + 2 w)^2 - d^2) c* p / sqrt(R T) phi(p_atm / p), or "
+        "Cd_g with gauge pressure and phi = 1"
+    )
     source = (
         "Corner, Theory of the Interior Ballistics of Guns (1950), ch. 9; flow: ISO 6358-1:2013"
     )
@@ -38,7 +42,8 @@ class BlowBy(GunEffect):
         likely=(0.0, 1.0),
         owner="bullet",
     )
-    # Likely: printed bullets wear by tenths of a millimetre; one beyond 1 mm would rattle in the barrel.
+    # Likely: printed bullets wear by tenths of a millimetre; one beyond 1 mm would rattle in the
+    # barrel.
     wear_m: Value = parameter(
         "added to the radial clearance",
         "m",

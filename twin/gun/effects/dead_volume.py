@@ -10,7 +10,8 @@ from ..shot import GunEffect, ShotInputs
 
 @dataclass(frozen=True)
 class DeadVolume(GunEffect):
-    """Pipe and chamber between valve and projectile, at first full of air at the atmosphere's pressure.
+    """Pipe and chamber between valve and projectile, at first full of air at the atmosphere's
+    pressure.
 
     Filling does no work, so the energy of both volumes adds up, and with it p V. Behind a valve of
     `gun.valve_flow` the volume fills while the shot goes on.
@@ -22,7 +23,8 @@ class DeadVolume(GunEffect):
         "Moran and Shapiro, section 4.12; Rohrbach, Buresh and Madsen, Am. J. Phys. 80 (2012) 24"
     )
 
-    # Likely: from the fitting of a hand-held gun to two metres of pipe of 40 mm; scales, so its logarithm is even.
+    # Likely: from the fitting of a hand-held gun to two metres of pipe of 40 mm; scales, so its
+    # logarithm is even.
     volume_m3: Value = parameter(
         "between tank and projectile",
         "m3",

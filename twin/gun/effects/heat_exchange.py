@@ -13,17 +13,23 @@ from ..shot import GunEffect, ShotInputs
 
 @dataclass(frozen=True)
 class HeatExchange(GunEffect):
-    """Walls give the gas a share of the heat that would keep it at its temperature; a negative share takes heat away.
+    """Walls give the gas a share of the heat that would keep it at its temperature; a negative
+    share takes heat away.
 
-    The index is n = gamma - share (gamma - 1): gamma with 0, isothermal with 1. Heat takes time: with a rate r shots
-    that take T = sqrt(2 L m / (p A)) get a share 1 - exp(-r T), slow ones more than fast ones.
+    The index is n = gamma - share (gamma - 1): gamma with 0, isothermal with 1. Heat takes time:
+    with a rate r shots that take T = sqrt(2 L m / (p A)) get a share 1 - exp(-r T), slow ones more
+    than fast ones.
     """
 
     id = "gun.heat_exchange"
     law = "p V^n = const, n = gamma - s (gamma - 1), s + 1 - exp(-r sqrt(2 L m / (p A))) for s"
-    source = "polytropic change of state: Moran and Shapiro, Fundamentals of Engineering Thermodynamics, section 6.11"
+    source = (
+        "polytropic change of state: Moran and Shapiro, Fundamentals of "
+        "Engineering Thermodynamics, section 6.11"
+    )
 
-    # Likely: gas that expands is colder than its walls, so heat flows in; a colder wall is no gun's.
+    # Likely: gas that expands is colder than its walls, so heat flows in; a colder wall is no
+    # gun's.
     share: Value = parameter(
         "of the heat of an isothermal expansion that reaches the gas",
         "",

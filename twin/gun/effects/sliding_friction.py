@@ -14,14 +14,15 @@ from ..shot import GunEffect, ShotInputs
 
 @dataclass(frozen=True)
 class SlidingFriction(GunEffect):
-    """More weight-borne friction, and the drag of a seal or of a tight bore, which no weight explains."""
+    """More weight-borne friction, and the drag of a seal or of a tight bore, which no weight
+    explains."""
 
     id = "gun.sliding_friction"
     law = "F = mu m g + dmu m g + F_seal + s p_tank A"
     source = "Coulomb friction, as eq. 2.13; seal drag: Parker O-Ring Handbook ORD 5700, ch. 5"
 
-    # Likely: dry pairs lie between 0.1 and 1, rubber on metal somewhat higher; a bullet that wedges presses on the wall
-    # with some times its weight.
+    # Likely: dry pairs lie between 0.1 and 1, rubber on metal somewhat higher; a bullet that wedges
+    # presses on the wall with some times its weight.
     added_coefficient: Value = parameter(
         "added to the nominal friction coefficient",
         "",
@@ -33,7 +34,8 @@ class SlidingFriction(GunEffect):
         plausible=(0.0, 1.0),
         owner="bullet",
     )
-    # Likely: O-rings drag by some tenths of a newton per mm of their length, up to 60 N in 50 mm of bore.
+    # Likely: O-rings drag by some tenths of a newton per mm of their length, up to 60 N in 50 mm of
+    # bore.
     seal_force_n: Value = parameter(
         "constant drag of seal or fit",
         "N",
@@ -45,7 +47,8 @@ class SlidingFriction(GunEffect):
         owner="bullet",
     )
 
-    # Likely: a lip that the gas presses on the bore over a tenth of the section at most, times its friction
+    # Likely: a lip that the gas presses on the bore over a tenth of the section at most, times its
+    # friction
     seal_share: Value = parameter(
         "s, drag of a seal that the gas presses on the bore, over the force of the gas",
         "",

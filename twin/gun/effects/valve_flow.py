@@ -13,21 +13,29 @@ from ..shot import GunEffect, ShotInputs
 
 @dataclass(frozen=True)
 class ValveFlow(GunEffect):
-    """A ball valve of the bore's size with a loss coefficient, which opens evenly; tank and barrel are two gases.
+    """A ball valve of the bore's size with a loss coefficient, which opens evenly; tank and barrel
+    are two gases.
 
-    The loss coefficient K counts dynamic heads of the flow in the bore, those of the way from the tank included: area
-    of flow A / sqrt(K). A smaller valve of diameter d has K (D / d)^4.
+    The loss coefficient K counts dynamic heads of the flow in the bore, those of the way from the
+    tank included: area of flow A / sqrt(K). A smaller valve of diameter d has K (D / d)^4.
 
-    Where little pressure is lost, valves and lines are reckoned with the density of the outside air instead: a drop
-    that grows with the projectile's speed alone, whatever the tank holds (`steady_loss_coefficient`).
+    Where little pressure is lost, valves and lines are reckoned with the density of the outside air
+    instead: a drop that grows with the projectile's speed alone, whatever the tank holds
+    (`steady_loss_coefficient`).
     """
 
     id = "gun.valve_flow"
-    law = "mdot = a(t / t_open) A / sqrt(K) c* p1 / sqrt(R T1) phi(p2 / p1); F = A K_s rho_atm v^2 / 2"
-    source = "ISO 6358-1:2013; loss coefficients: Idelchik, Handbook of Hydraulic Resistance, ch. 3 and 9"
+    law = (
+        "mdot = a(t / t_open) A / sqrt(K) c* p1 / sqrt(R T1) phi(p2 / p1); F = A "
+        "K_s rho_atm v^2 / 2"
+    )
+    source = (
+        "ISO 6358-1:2013; loss coefficients: Idelchik, Handbook of Hydraulic "
+        "Resistance, ch. 3 and 9"
+    )
 
-    # Likely: a full-bore ball valve alone, to a solenoid valve of a sixth of the bore, (D / d)^4; scales, so its
-    # logarithm is even.
+    # Likely: a full-bore ball valve alone, to a solenoid valve of a sixth of the bore, (D / d)^4;
+    # scales, so its logarithm is even.
     loss_coefficient: Value = parameter(
         "dynamic heads lost in the open valve and on the way to it",
         "",

@@ -14,11 +14,12 @@ _MOST = 0.99
 
 @dataclass(frozen=True)
 class Damping(PlateEffect):
-    """Cables, joints and the air add to what a plate loses by itself. Ratios are kept below 0.99; the factor is one for
-    all modes, or (m,)."""
+    """Cables, joints and the air add to what a plate loses by itself. Ratios are kept below 0.99;
+    the factor is one for all modes, or (m,)."""
 
-    # Bolted and hung structures lose up to some times what a bare plate does, and a table's ratios scatter by half
-    # (Cremer, Heckl and Petersson, Structure-Borne Sound, 3rd ed. 2005, on losses at joints).
+    # Bolted and hung structures lose up to some times what a bare plate does, and a table's ratios
+    # scatter by half (Cremer, Heckl and Petersson, Structure-Borne Sound, 3rd ed. 2005, on losses
+    # at joints).
     factor: Value = parameter(
         "every ratio times this",
         "",

@@ -1,7 +1,7 @@
 """Mass loading by the sensors: frequencies fall most where the shape at a sensor is large.
 
-Glossary: Phi (sensors, m) shapes, Omega (m,) circular frequencies, C = diag(2 zeta Omega), V (m, m) new modes in terms
-of the old ones.
+Glossary: Phi (sensors, m) shapes, Omega (m,) circular frequencies, C = diag(2 zeta Omega), V (m, m)
+new modes in terms of the old ones.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from ..modal import ModalPlate, PlateEffect
 class SensorMass(PlateEffect):
     """A mass at every sensor, one for all or (sensors,), solved exactly within the modes there are.
 
-    Modes that the plate does not list would take a part: the shift comes out too small, less so the more modes.
-    Of the damping matrix the diagonal is kept (light damping). Rigid modes stay at 0 Hz.
+    Modes that the plate does not list would take a part: the shift comes out too small, less so the
+    more modes. Of the damping matrix the diagonal is kept (light damping). Rigid modes stay at 0
+    Hz.
     """
 
     # From a miniature shock accelerometer (1 g) to a triaxial one on its mounting block and cable.
@@ -37,7 +38,10 @@ class SensorMass(PlateEffect):
 
     id = "plate.sensor_mass"
     law = "Omega^2 V = (1 + sum_s m Phi_s' Phi_s) V Omega'^2"
-    source = "Ewins, Modal Testing, 2nd ed. (2000), on structural modification; 0.027 kg: PCB 350B43 (thesis 2.2.1)"
+    source = (
+        "Ewins, Modal Testing, 2nd ed. (2000), on structural modification; 0.027 "
+        "kg: PCB 350B43 (thesis 2.2.1)"
+    )
 
     def changed(self, plate: ModalPlate) -> ModalPlate:
         from scipy.linalg import eigh

@@ -10,9 +10,11 @@ from ..modal import ModalPlate, PlateEffect
 
 @dataclass(frozen=True)
 class Stiffness(PlateEffect):
-    """Young's modulus off by a share e gives about 1 + e / 2, a thickness at the same mass 1 + 3 e / 2."""
+    """Young's modulus off by a share e gives about 1 + e / 2, a thickness at the same mass 1 + 3 e
+    / 2."""
 
-    # Handbook moduli scatter by 5 %, rolled sheet is 5 % off its thickness at worst: together below 10 %.
+    # Handbook moduli scatter by 5 %, rolled sheet is 5 % off its thickness at worst: together below
+    # 10 %.
     frequency_factor: float = parameter(
         "every frequency times this",
         "",

@@ -13,26 +13,30 @@ from ..effect import SensorEffect, along_first
 
 #: Frequency at which the gain is the stated one, Hz: where plates ring that are shocked.
 REFERENCE_HZ = 1e3
-#: Below this frequency the sensitivity is taken to be constant, Hz: a charge amplifier reaches no lower.
+#: Below this frequency the sensitivity is taken to be constant, Hz: a charge amplifier reaches no
+#: lower.
 _LOWEST_HZ = 1.0
 
 
 @dataclass(frozen=True)
 class AccelerationGain(SensorEffect):
-    """A sensitivity other than the certificate's; the charge sensitivity of a ceramic falls with frequency besides.
+    """A sensitivity other than the certificate's; the charge sensitivity of a ceramic falls with
+    frequency besides.
 
-    The fall is by the same share in each decade. The phase goes with it, as that of every causal law does: the
-    sensitivity is a power of i f.
+    The fall is by the same share in each decade. The phase goes with it, as that of every causal
+    law does: the sensitivity is a power of i f.
     """
 
     id = "sensor.acceleration_gain"
     law = "a_reading = gain (i f / (1 kHz))^lg(1 - fall) a"
     source = (
-        "ISO 16063-1:1998 (calibration of accelerometers); JCGM 200:2012 (VIM), 4.12 sensitivity; fall of ceramics: "
+        "ISO 16063-1:1998 (calibration of accelerometers); JCGM 200:2012 "
+        "(VIM), 4.12 sensitivity; fall of ceramics: "
         "Serridge and Licht, Piezoelectric Accelerometers (1987), ch. 2"
     )
 
-    # Some per cent for a certificate that is old, up to 3 dB for a wrong setting of the amplifier (ISO 16063-1).
+    # Some per cent for a certificate that is old, up to 3 dB for a wrong setting of the amplifier
+    # (ISO 16063-1).
     gain: Value = parameter(
         "reading over true acceleration, at 1 kHz",
         "",

@@ -17,12 +17,15 @@ from ..effect import SensorEffect, filtered
 class ForceBandwidth(SensorEffect):
     """One pole, as of a charge amplifier's input, or Butterworth's two, as of its filter.
 
-    Exact for a force that is linear between samples. The cut-off (-3 dB) is 1 / (2 pi time_constant_s), or
-    1 / corner_period_s. The impulse is kept.
+    Exact for a force that is linear between samples. The cut-off (-3 dB) is 1 / (2 pi
+    time_constant_s), or 1 / corner_period_s. The impulse is kept.
     """
 
     id = "sensor.force_bandwidth"
-    law = "tau F_reading' + F_reading = F, or F_reading'' / w^2 + sqrt(2) F_reading' / w + F_reading = F, w = 2 pi / T"
+    law = (
+        "tau F_reading' + F_reading = F, or F_reading'' / w^2 + sqrt(2) "
+        "F_reading' / w + F_reading = F, w = 2 pi / T"
+    )
     source = "Doebelin, Measurement Systems, 5th ed. 2003, ch. 3.3 (first-order instrument)"
     place = 3
 
@@ -70,7 +73,8 @@ class ForceBandwidth(SensorEffect):
 
 
 def _rate(values: Floats, dt_s: float) -> Floats:
-    """Change per second, by differences of sixth order: a force has content up to a tenth of its sampling rate."""
+    """Change per second, by differences of sixth order: a force has content up to a tenth of its
+    sampling rate."""
     from scipy.signal import savgol_filter
 
     return np.asarray(savgol_filter(values, 7, 6, deriv=1, delta=dt_s, mode="nearest"))
@@ -90,7 +94,8 @@ def _one_pole(time_constant_s: float, dt_s: float) -> tuple[Floats, Floats]:
 
 
 def _two_poles(period_s: float, dt_s: float) -> tuple[Floats, Floats]:
-    """Ramp-invariant too: Butterworth's w^2 / (p^2 + sqrt(2) w p + w^2), its poles at (-1 +- i) w / sqrt(2)."""
+    """Ramp-invariant too: Butterworth's w^2 / (p^2 + sqrt(2) w p + w^2), its poles at (-1 +- i) w /
+    sqrt(2)."""
     if period_s == 0:
         return np.ones(1), np.ones(1)
     x = math.sqrt(2) * math.pi * dt_s / period_s

@@ -12,28 +12,31 @@ from ...effects import Value, parameter
 from ..effect import SensorEffect, along_first
 from ..growing_gain import gain_at, growth_parameter, rate_of, up_to_turn, without_growing_gain
 
-#: Force at which a gain that grows is the stated one, N: what the larger impacts of such benches reach, since linearity
-#: is stated by the largest error of the range.
+#: Force at which a gain that grows is the stated one, N: what the larger impacts of such benches
+#: reach, since linearity is stated by the largest error of the range.
 REFERENCE_N = 1e4
 
 
 @dataclass(frozen=True)
 class ForceGain(SensorEffect):
-    """A sensitivity other than the certificate's; or force that reaches the target beside the cell (gain below 1).
+    """A sensitivity other than the certificate's; or force that reaches the target beside the cell
+    (gain below 1).
 
-    A cell that is not linear has a gain that changes with the force. `growth` is the change of its error over 10 kN, as
-    a share of that at 10 kN: 0 of a wrong sensitivity, 1 of a characteristic that is right near zero and bends, more
-    than 1 where the error changes its sign on the way.
+    A cell that is not linear has a gain that changes with the force. `growth` is the change of its
+    error over 10 kN, as a share of that at 10 kN: 0 of a wrong sensitivity, 1 of a characteristic
+    that is right near zero and bends, more than 1 where the error changes its sign on the way.
     """
 
     id = "sensor.force_gain"
     law = "F_reading = gain^(1 + growth (F / (10 kN) - 1)) F"
     source = (
-        "ISO 7626-5:2019, 7 (calibration of the force channel); JCGM 200:2012 (VIM), 4.12 sensitivity; "
+        "ISO 7626-5:2019, 7 (calibration of the force channel); JCGM "
+        "200:2012 (VIM), 4.12 sensitivity; "
         "interpolation error: ISO 376:2011"
     )
 
-    # certificates err by a few per cent; a bolt that preloads the cell carries up to half of the force
+    # certificates err by a few per cent; a bolt that preloads the cell carries up to half of the
+    # force
     gain: Value = parameter(
         "reading over true force, at 10 kN",
         "",
@@ -45,7 +48,8 @@ class ForceGain(SensorEffect):
         typical=0.03,
         owner="channel",
     )
-    # How it acts, not whether. Likely, of a characteristic that bends: about that which is right near zero, which is 1.
+    # How it acts, not whether. Likely, of a characteristic that bends: about that which is right
+    # near zero, which is 1.
     growth: Value = growth_parameter("10 kN")
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("gain",), ("gain", "growth"))
 

@@ -20,7 +20,10 @@ class MountResonance(SensorEffect):
 
     id = "sensor.mount_resonance"
     law = "x'' = 2 zeta w (y' - x') + w^2 (y - x), w = 2 pi / period; x'' is read for y''"
-    source = "ISO 5348:2021 (mechanical mounting of accelerometers); ISO 18431-4:2007, eq. 6 (its recursion)"
+    source = (
+        "ISO 5348:2021 (mechanical mounting of accelerometers); ISO "
+        "18431-4:2007, eq. 6 (its recursion)"
+    )
     place = 0
 
     # A stud holds to 30 kHz and more, glue, wax and magnets to 7 to 30 kHz (ISO 5348).
@@ -34,8 +37,9 @@ class MountResonance(SensorEffect):
         likely=(0.0, 1.4e-4),
         owner="channel",
     )
-    # How it acts, not whether. A stud on steel leaves the sensor's own 0.01 or so (Q of some 30 to 50); wax, adhesive
-    # tape and soft glue damp by up to 0.2 (Harris, Shock and Vibration Handbook, ch. on accelerometers; ISO 5348).
+    # How it acts, not whether. A stud on steel leaves the sensor's own 0.01 or so (Q of some 30 to
+    # 50); wax, adhesive tape and soft glue damp by up to 0.2 (Harris, Shock and Vibration Handbook,
+    # ch. on accelerometers; ISO 5348).
     damping_ratio: Value = parameter(
         "of the mounted resonance",
         "",

@@ -14,16 +14,18 @@ from ..effect import SensorEffect
 
 @dataclass(frozen=True)
 class PressureOffset(SensorEffect):
-    """The operator sets the reading, so the tank holds less by the offset; never less than the atmosphere.
+    """The operator sets the reading, so the tank holds less by the offset; never less than the
+    atmosphere.
 
-    A transducer whose span was set at the upper end of its range reads that right and an open tank wrong: the error
-    falls evenly to nothing at 1 / `fading_1_pa` (a terminal of IEC 61298-2).
+    A transducer whose span was set at the upper end of its range reads that right and an open tank
+    wrong: the error falls evenly to nothing at 1 / `fading_1_pa` (a terminal of IEC 61298-2).
     """
 
     id = "sensor.pressure_offset"
     law = "p_reading = p + offset (1 - fading p)"
     source = (
-        "JCGM 200:2012 (VIM), 4.20 datum measurement error; Doebelin, Measurement Systems, 5th ed. 2003, ch. 3.3; "
+        "JCGM 200:2012 (VIM), 4.20 datum measurement error; Doebelin, "
+        "Measurement Systems, 5th ed. 2003, ch. 3.3; "
         "zero and span adjustment, terminal-based errors: IEC 61298-2:2008"
     )
     place = 3
@@ -40,7 +42,8 @@ class PressureOffset(SensorEffect):
         typical=3e3,
         owner="channel",
     )
-    # How it acts, not whether. Likely: set right at the end of the usual ranges, 1.6 to 10 bar (EN 837-1, 8.2).
+    # How it acts, not whether. Likely: set right at the end of the usual ranges, 1.6 to 10 bar (EN
+    # 837-1, 8.2).
     fading_1_pa: Value = parameter(
         "share of the offset that is gone, per pressure",
         "1/Pa",

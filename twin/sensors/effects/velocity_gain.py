@@ -12,17 +12,19 @@ from ...effects import Value, parameter
 from ..effect import SensorEffect
 from ..growing_gain import gain_at, growth_parameter, rate_of, up_to_turn, without_growing_gain
 
-#: Velocity at which a gain that grows is the stated one, m/s: what the larger shots of such guns reach, since linearity
-#: is stated by the largest error of the range.
+#: Velocity at which a gain that grows is the stated one, m/s: what the larger shots of such guns
+#: reach, since linearity is stated by the largest error of the range.
 REFERENCE_M_S = 25.0
 
 
 @dataclass(frozen=True)
 class VelocityGain(SensorEffect):
-    """u = L / t: a relative error of the projectile's length, or of the laser's timing, is one of the velocity.
+    """u = L / t: a relative error of the projectile's length, or of the laser's timing, is one of
+    the velocity.
 
-    A timer that starts late by dt in all shots has a relative error of velocity that grows with it, dt u / L. `growth`
-    is the change of the error over 25 m/s, as a share of that at 25 m/s: 0 of a length, 1 of a late timer.
+    A timer that starts late by dt in all shots has a relative error of velocity that grows with it,
+    dt u / L. `growth` is the change of the error over 25 m/s, as a share of that at 25 m/s: 0 of a
+    length, 1 of a late timer.
     """
 
     id = "sensor.velocity_gain"
@@ -32,7 +34,8 @@ class VelocityGain(SensorEffect):
         "zero-based and independent linearity: IEC 61298-2:2008"
     )
 
-    # a light gate's spacing or a projectile's effective length is wrong by a few per cent, by a quarter at worst
+    # a light gate's spacing or a projectile's effective length is wrong by a few per cent, by a
+    # quarter at worst
     gain: Value = parameter(
         "reading over true velocity, at 25 m/s",
         "",
@@ -44,7 +47,8 @@ class VelocityGain(SensorEffect):
         typical=0.012,
         owner="channel",
     )
-    # How it acts, not whether. Likely: about that of a late timer, which is 1, with an error of length beside it.
+    # How it acts, not whether. Likely: about that of a late timer, which is 1, with an error of
+    # length beside it.
     growth: Value = growth_parameter("25 m/s")
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("gain",), ("gain", "growth"))
 

@@ -17,7 +17,10 @@ class ZeroShift(SensorEffect):
 
     id = "sensor.zero_shift"
     law = "a_reading = a + share max|a| exp(-(t - t_p) / tau) for t >= t_p"
-    source = "Chu, Zeroshift of piezoelectric accelerometers in pyroshock measurements, Shock Vib. Bull. 57 (1987)"
+    source = (
+        "Chu, Zeroshift of piezoelectric accelerometers in pyroshock "
+        "measurements, Shock Vib. Bull. 57 (1987)"
+    )
     place = 1
 
     # Chu's accelerometers shift by up to 5 % of the shock, either way.

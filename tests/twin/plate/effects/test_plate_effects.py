@@ -62,8 +62,8 @@ BY_PART = {"plate.damping": "modes", "plate.sensor_mass": "sensors"}
 
 @pytest.mark.parametrize("identity", PLATE_EFFECTS)
 def test_values_by_part_are_as_many_as_the_parts(identity, plate):
-    """The same value for each part is the value for all; another number of values is refused with both numbers, and so
-    is an array where there are no parts: a plate is no batch."""
+    """The same value for each part is the value for all; another number of values is refused with
+    both numbers, and so is an array where there are no parts: a plate is no batch."""
     name = catalogue()[identity].parameters()[0].name
     if identity not in BY_PART:
         with pytest.raises(ValueError, match=f"{identity}: {name} is an array"):
@@ -157,7 +157,8 @@ def test_one_mode_under_one_sensor_is_a_heavier_oscillator(frequency_hz):
 
 @pytest.mark.slow
 def test_supports_agree_with_many_springs():
-    # Springs over the whole plate are an elastic foundation: as many as there are weights in a rule of quadrature.
+    # Springs over the whole plate are an elastic foundation: as many as there are weights in a rule
+    # of quadrature.
     from pyroshock.twin.plate.fem import elements_of
 
     elements = elements_of(BUILD, 0.3)
