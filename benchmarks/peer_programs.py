@@ -152,8 +152,8 @@ class QcodesDataset:
         from qcodes.dataset import load_by_id
 
         where = f"WHERE {self._factor} = ?"
-        # noqa: S608 - the factor is our own word
-        query = f"SELECT run_id FROM runs {where} ORDER BY run_id"
+        # The factor is our own word.
+        query = f"SELECT run_id FROM runs {where} ORDER BY run_id"  # noqa: S608
         pulses = []
         for (key,) in self._experiment.conn.execute(query, (level,)):
             data = load_by_id(key, self._experiment.conn)

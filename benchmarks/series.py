@@ -524,8 +524,8 @@ class PlainSqlite(Storage):
                     ("impacts", impacts),
                 ):
                     marks = ", ".join("?" * len(rows[0]))
-                    # noqa: S608 - question marks
-                    db.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)
+                    # Question marks.
+                    db.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)  # noqa: S608
                 db.commit()
 
     def whole(self, run: int) -> Samples:
@@ -545,8 +545,8 @@ class PlainSqlite(Storage):
 
     def pulses(self, level: str) -> list[Floats]:
         where = f"WHERE {FACTOR} = ? ORDER BY run, repetition"
-        # noqa: S608 - the factor is our own
-        query = f"SELECT force FROM impacts JOIN recordings USING (run) {where}"
+        # The factor is our own.
+        query = f"SELECT force FROM impacts JOIN recordings USING (run) {where}"  # noqa: S608
         with self._open() as db:
             return [np.frombuffer(force) for (force,) in db.execute(query, (level,))]
 

@@ -26,7 +26,7 @@ _DIGITS = re.compile(r"\d+", re.ASCII)
 
 
 @dataclass(frozen=True)
-class Reading:
+class NumberReading:
     """One meaning of a number's text: its signs, None where it has none, and the number as Python
     writes it."""
 
@@ -76,7 +76,7 @@ def _undoubted(plain: str) -> str:
     )
 
 
-def readings(text: str) -> list[Reading]:
+def readings(text: str) -> list[NumberReading]:
     """Every meaning of `text` as a number: two of `1,250` and `1.250`, none of what is no
     number."""
     match = _NUMBER.fullmatch(text.translate(_SAME_SIGN).strip())
@@ -84,7 +84,7 @@ def readings(text: str) -> list[Reading]:
         return []
     sign, mantissa, exponent = match.group(1), match.group(2), match.group(3) or ""
     if _DIGITS.fullmatch(mantissa):
-        return [Reading(None, None, text.strip())]
+        return [NumberReading(None, None, text.strip())]
     meanings = []
     for decimal in _DECIMALS:
         whole, mark, fraction = mantissa.partition(decimal)
@@ -93,7 +93,7 @@ def readings(text: str) -> list[Reading]:
             and (fraction == "" or _DIGITS.fullmatch(fraction))
             and (whole == "" or _DIGITS.fullmatch(whole))
         ):
-            meanings.append(Reading(decimal, None, f"{sign}{whole}.{fraction}{exponent}"))
+            meanings.append(NumberReading(decimal, None, f"{sign}{whole}.{fraction}{exponent}"))
         for thousands, grouped in _GROUPED.items():
             if (
                 exponent
@@ -103,7 +103,7 @@ def readings(text: str) -> list[Reading]:
             ):
                 continue
             digits = sign + whole.replace(thousands, "") + (f".{fraction}" if mark else "")
-            meanings.append(Reading(decimal if mark else None, thousands, digits))
+            meanings.append(NumberReading(decimal if mark else None, thousands, digits))
     return list(dict.fromkeys(meanings))
 
 

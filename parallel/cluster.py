@@ -98,8 +98,8 @@ class _OnDask:
         with parallel_config(_backend(self.client, self.address)):
             stream = Parallel(n_jobs=-1, **options)(calls)
         with cancel_after(stream):
-            # noqa: UP028 - `yield from` would close the stream itself, and joblib warn
-            for outcome in stream:
+            # `yield from` would close the stream itself, and joblib warn.
+            for outcome in stream:  # noqa: UP028
                 yield outcome
 
 

@@ -75,8 +75,8 @@ _VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 @cache
 def use_one_thread() -> None:
     """From now on, in a process that is a worker and nothing else."""
-    # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
-    import scipy.linalg
+    # Brings a BLAS of its own, which is limited only where it is loaded.
+    import scipy.linalg  # noqa: F401
     from threadpoolctl import threadpool_limits
 
     os.environ.update(dict.fromkeys(_VARIABLES, "1"))

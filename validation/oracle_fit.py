@@ -62,8 +62,8 @@ def oracle(task: OpenedTask) -> dict[str, Any]:
             )
             fit = {"case": task.task.name, **best}
             return fit | {"true_fraction": _true(case, seed, gap, task) if task.fitted else None}
-    except Exception as error:
-        # noqa: BLE001 - an oracle that fails must not take the answers with it
+    except Exception as error:  # noqa: BLE001
+        # An oracle that fails must not take the answers with it.
         return {"case": task.task.name, "error": f"{type(error).__name__}: {error}"}
 
 

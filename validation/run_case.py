@@ -114,8 +114,8 @@ def _from_folder(folder: Path, job: CaseJob, left_out: str | None) -> dict[str, 
         )
         without = diagnosed(folder, replace(job.options, catalogue=catalogue_names, shrink=False))
         return {**without, "added": diagnosed(folder, job.options)}
-    except Exception as error:
-        # noqa: BLE001 - whatever went wrong, the case was not answered, and is counted
+    except Exception as error:  # noqa: BLE001
+        # Whatever went wrong, the case was not answered, and is counted.
         return {"error": f"{type(error).__name__}: {error}", "seconds": None}
 
 
@@ -176,8 +176,8 @@ def _naive(folder: Path, options: Options) -> dict[str, Any]:
 
     try:
         return joint_ridge(*gap_of_folder(folder, options))
-    except Exception as error:
-        # noqa: BLE001 - a baseline that fails must not take the answer with it
+    except Exception as error:  # noqa: BLE001
+        # A baseline that fails must not take the answer with it.
         return {"error": f"{type(error).__name__}: {error}"}
 
 

@@ -68,8 +68,8 @@ def diagnose(
     plate: Annotated[str, Form()] = "",
     uncertain: Annotated[str, Form(max_length=2000)] = "",
     seed: Annotated[int, Form(ge=0, le=2**31 - 1)] = 0,
-    # noqa: B006 - a form's default, which nobody changes
-    only: Annotated[list[EffectId], Form(alias="with")] = [],
+    # A form's default, which nobody changes.
+    only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006
     without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
 ) -> Response:
     form = {

@@ -163,8 +163,12 @@ def thumbnail_points(forces_n: Sequence[float]) -> str:
 
 @router.get("/shots")
 def shots(
-    request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None
-) -> Response:  # noqa: B006
+    request: Request,
+    store: OpenStore,
+    where: Where = [],  # noqa: B006
+    campaign: str = "",
+    after: After = None,
+) -> Response:
     where = [condition for condition in where if condition.strip()]
     error, status, following = "", 200, None
     rows: list[dict[str, Any]] = []

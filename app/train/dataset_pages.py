@@ -103,8 +103,8 @@ def datasets(request: Request, store: OpenStore, settings: Configured) -> Respon
 def build(
     store: OpenStore,
     name: Annotated[str, Form(max_length=300)] = "",
-    # noqa: B006 - a form's default, which nobody changes
-    campaigns: Annotated[list[str], Form()] = [],
+    # A form's default, which nobody changes.
+    campaigns: Annotated[list[str], Form()] = [],  # noqa: B006
     quality: Annotated[Literal["reject", "warning", "none"], Form()] = "reject",
     velocity: Annotated[Literal["", "before-contact", "integrated"], Form()] = "",
 ) -> Response:

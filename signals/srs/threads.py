@@ -51,6 +51,6 @@ def over_threads(run: Callable[[int, int], None], tasks: int, threads: int) -> N
 
 
 @cache
-# noqa: ARG001 - a fork has none of its parent's threads
-def _pool(threads: int, process: int) -> ThreadPoolExecutor:
+# A fork has none of its parent's threads.
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:  # noqa: ARG001
     return ThreadPoolExecutor(threads, thread_name_prefix="spectra")

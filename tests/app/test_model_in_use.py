@@ -195,7 +195,6 @@ def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, mon
     )
     for column, message in (
         ("boundry_conditions", "it resembles the column boundary_conditions"),
-        # fmt: skip
         ("travel_m", "travel_m = 1: no stage of this twin uses it"),
     ):
         table.write_text(

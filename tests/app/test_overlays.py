@@ -284,7 +284,6 @@ def test_upload_is_what_the_file_is(tmp_path):
             "#" * (MOST_BYTES + 1),
             f"{MOST_BYTES + 1} bytes; expected a specification of at most {MOST_BYTES}",
         ),
-        # fmt: skip
     ],
     ids=["level", "frequency", "range", "fields", "empty", "encoding", "field", "slope", "size"],
 )

@@ -82,8 +82,8 @@ def judge(target: Target, data: bytes, folder: Path) -> Outcome:
         return _refusal(target, error)
     except KeyboardInterrupt:
         raise
-    except BaseException as error:
-        # noqa: BLE001 - also what no `except Exception` of ours would catch
+    except BaseException as error:  # noqa: BLE001
+        # Also what no `except Exception` of ours would catch.
         return Outcome(
             FINDING,
             f"{type(error).__name__} at {_place(error)}",

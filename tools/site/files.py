@@ -127,8 +127,8 @@ def _pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
                 ".yaml": "yaml",
                 ".md": "markdown",
             }.get(place.suffix, "text")
-            # noqa: B009 - only builders of HTML have one
-            highlighter = getattr(app.builder, "highlighter")
+            # Only builders of HTML have one.
+            highlighter = getattr(app.builder, "highlighter")  # noqa: B009
             body, name = (
                 highlighter.highlight_block(text, language, linenos=False),
                 f"{FOLDER}/{path}",

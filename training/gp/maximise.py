@@ -119,8 +119,8 @@ def _bounds(
 @contextmanager
 def one_core() -> Iterator[None]:
     """Also faster here: small matrices and a second thread that waits do not go together."""
-    # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
-    import scipy.linalg
+    # Brings a BLAS of its own, which is limited only where it is loaded.
+    import scipy.linalg  # noqa: F401
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1, user_api="blas"):

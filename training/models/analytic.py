@@ -52,8 +52,8 @@ class Analytic(ContactModel):
         self.restitution = restitution
         contact_law(law, restitution)
 
-    # noqa: ARG002 - nothing is left to chance
-    def fit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+    # Nothing is left to chance.
+    def fit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:  # noqa: ARG002
         """Keeps the predictors, so as to refuse others later, and nothing else of the pulses."""
         self.predictors_ = spelled(pulses.predictors)
         return self

@@ -59,8 +59,8 @@ def bayesian_minimum(
         raise ValueError(f"a search takes at least one iteration, got {iterations}")
     import optuna
 
-    # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
-    import scipy.linalg
+    # Brings a BLAS of its own, which is limited only where it is loaded.
+    import scipy.linalg  # noqa: F401
     import torch  # noqa: F401 - the sampler's: loaded here, so that its threads are limited too
     from threadpoolctl import threadpool_limits
 

@@ -440,9 +440,9 @@ def _rodas_stage(i, rates, step, per_step, inverse, by_time, work):  # type: ign
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"})
-def _rodas(
+def _rodas(  # type: ignore[no-untyped-def]
     q, since, then, speed, time, state, first, step, work, system, by_time, new, slope, error
-):  # type: ignore[no-untyped-def]
+):
     """One step of the six quantities of a shot with a valve."""
     _derivatives(q, since, then, speed, time, state, system, by_time)
     diagonal, per_step = 1 / (GAMMA * step), 1 / step

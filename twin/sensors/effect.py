@@ -64,14 +64,14 @@ class SensorEffect(Effect):
             force_n = force_n + reading_n - self.measured_force_n(force_n, dt_s)
         return force_n
 
-    # noqa: ARG002 - a hook
-    def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:
+    # A hook.
+    def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002
         """What an accelerometer's channel shows of a true acceleration (..., n), at rest before
         it."""
         return acceleration_m_s2
 
-    # noqa: ARG002 - a hook
-    def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:
+    # A hook.
+    def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:  # noqa: ARG002
         """What an accelerometer's channel shows of accelerations A exp(lambda t) with `poles`
         lambda (K,).
 

@@ -64,8 +64,9 @@ def attribution(kind: str, number: int, cause: ActingCause) -> Attribution:
             continue
         left_out[stage] = {n: _square(whole - change(frozenset(names) - {n})) for n in names}
         shapley[stage] = shapley_values(
-            names, lambda some, w=whole, c=change: -_square(w - c(some))
-        )  # type: ignore[misc]
+            names,
+            lambda some, w=whole, c=change: -_square(w - c(some)),  # type: ignore[misc]
+        )
     return Attribution(left_out, shapley)
 
 

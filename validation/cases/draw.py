@@ -148,8 +148,8 @@ def _fitting(case: Case, name: str, rng: np.random.Generator) -> Case | None:
     )
 
 
-# noqa: ARG001 - one signature for all
-def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:
+# One signature for all.
+def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001
     names = rng.choice(shown_by(case.kind, case.design), 2, replace=False).tolist()
     strengths: dict[str, float] = {}
     for name in names:

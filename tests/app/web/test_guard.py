@@ -267,7 +267,6 @@ def test_no_name_leaves_the_folder(name: str) -> None:
         ),
         ([("runs.csv", io.BytesIO(b""))], 1000, r"no campaign\.toml"),
         ([], 1000, "no file was sent"),
-        # fmt: skip
     ],
     ids=["link", "bomb", "too much", "empty", "no zip", "text", "no campaign", "nothing"],
 )

@@ -261,8 +261,8 @@ def any_file(write: Callable[[Arrays, Random], bytes]) -> Callable[[bytes, Rando
                 with np.errstate(all="ignore"), warnings.catch_warnings():
                     warnings.simplefilter("ignore")
                     return write(arrays(rng), rng)
-            except Exception:
-                # noqa: BLE001, S112 - each writer has its own words for what its format cannot hold
+            except Exception:  # noqa: BLE001, S112
+                # Each writer has its own words for what its format cannot hold.
                 continue
         return data
 

@@ -26,8 +26,8 @@ class ToyLoss(Effect):
     id = "gun.toy_loss"
     law = "ln v - loss"
     source = "toy"
-    # noqa: RUF009 - a field()
-    loss: Value = parameter("of ln v", "", default=0.1, low=-5, high=5, off=0.0, likely=(-0.4, 0.4))
+    # A field().
+    loss: Value = parameter("of ln v", "", default=0.1, low=-5, high=5, off=0.0, likely=(-0.4, 0.4))  # noqa: RUF009
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class ToyLeak(Effect):
     id = "gun.toy_leak"
     law = "ln v - share p / 5 bar"
     source = "toy"
-    share: Value = parameter(
+    share: Value = parameter(  # noqa: RUF009
         "of ln v at 5 bar", "", default=0.1, low=0, high=5, off=0.0, likely=(0.0, 0.5)
-    )  # noqa: RUF009 - a field()
+    )
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class ToyMass(Effect):
     id = "contact.toy_mass"
     law = "m factor: peak ^0.6, impulse ^1, width ^0.4"
     source = "toy"
-    factor: Value = parameter(
+    factor: Value = parameter(  # noqa: RUF009
         "of the mass", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.6, 1.8)
-    )  # noqa: RUF009 - a field()
+    )
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,9 @@ class ToyLayer(Effect):
     id = "contact.toy_layer"
     law = "ln peak - softness, ln width + softness, where insulator is polymeric"
     source = "toy"
-    softness: Value = parameter(
+    softness: Value = parameter(  # noqa: RUF009
         "of ln width", "", default=0.1, low=0, high=5, off=0.0, likely=(0.0, 0.6)
-    )  # noqa: RUF009 - a field()
+    )
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class ToyDamping(Effect):
     id = "plate.toy_damping"
     law = "lines - loss (1 + k / 8)"
     source = "toy"
-    loss_db: Value = parameter(
+    loss_db: Value = parameter(  # noqa: RUF009
         "of the first line", "dB", default=2.0, low=-50, high=50, off=0.0, likely=(-10.0, 10.0)
-    )  # noqa: RUF009 - a field()
+    )
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,9 @@ class ToyForceGain(Effect):
     id = "sensor.toy_force_gain"
     law = "reading = gain F"
     source = "toy"
-    gain: Value = parameter(
+    gain: Value = parameter(  # noqa: RUF009
         "reading over true", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.7, 1.4)
-    )  # noqa: RUF009 - a field()
+    )
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,9 @@ class ToyVelocityGain(Effect):
     id = "sensor.toy_velocity_gain"
     law = "reading = gain v"
     source = "toy"
-    gain: Value = parameter(
+    gain: Value = parameter(  # noqa: RUF009
         "reading over true", "", default=1.1, low=0.1, high=10, off=1.0, likely=(0.7, 1.4)
-    )  # noqa: RUF009 - a field()
+    )
 
 
 def pulse(peak: float, width: float) -> Series:
