@@ -21,7 +21,7 @@ from pyroshock.files.spreadsheet_guard import (
     without_guard,
 )
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 #: Writers of what other programs read: campaign folders of the virtual bench, whose files the
 #: exchange format states.
 FOR_PROGRAMS = {"virtualbench/plate/modes.py", "virtualbench/recorder.py"}
