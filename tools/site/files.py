@@ -21,7 +21,13 @@ from .pages import ROOT
 
 FOLDER = "_repository"
 #: Files of the root that are pages of the site.
-PAGES = {"README.md": "index", "CHANGELOG.md": "changelog", "CONTRIBUTING.md": "contributing", "docs": "index"}
+PAGES = {
+    "README.md": "index",
+    "CHANGELOG.md": "changelog",
+    "CONTRIBUTING.md": "contributing",
+    "SECURITY.md": "security",
+    "docs": "index",
+}
 _LINK = re.compile(r"\]\((?![a-z]+:|#)([^)#\s]+)")
 _LANGUAGES = {".py": "python", ".sh": "bash", ".toml": "toml", ".yaml": "yaml", ".md": "markdown"}
 _LEFT_OUT = ("__pycache__", "_build")
