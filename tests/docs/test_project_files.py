@@ -114,3 +114,10 @@ def test_commands_and_paths_in_a_text_are_there(path: Path) -> None:
         check(statement)
     for named in re.findall(r"\b(?:docs/[\w/-]+\.md|examples/[\w-]*|[A-Z]+\.md)", text):
         assert (ROOT / named).exists(), named
+
+
+# --- the changelog ---
+def test_a_version_of_the_changelog_is_a_page_at_most() -> None:
+    sections = re.split(r"^## ", CHANGELOG, flags=re.MULTILINE)[1:]
+    assert [section.split()[0] for section in sections if len(section.split()) > 500] == []
+    assert all(re.search(r"^- ", section, re.MULTILINE) for section in sections)
