@@ -1,0 +1,72 @@
+"""The job of an operation: its arguments are the request as JSON, its ending keeps the result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..common.number_format import finite
+from ..jobs.kind import Ending, JobForm, Kind, RunningJob
+from ..jobs.kind import Result as JobResult
+from ..jobs.queue import JobView
+from ..operations.faults import read, read_variant
+from ..operations.laboratory import Laboratory
+from ..operations.operation import Operation, Request, Result
+from .form import texts_of
+
+
+def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
+    """The kind of job that does an operation."""
+
+    def do(work: RunningJob, request: Request) -> Ending:
+        laboratory = Laboratory(work.store, work.db, folders=work.folders)
+        made = operation.run(request, laboratory, work.step)
+
+        def ending() -> JobResult:
+            kept = made if operation.keep is None else operation.keep(made, laboratory)
+            return _job_result(kept)
+
+        return ending
+
+    return Kind(
+        operation.name,
+        operation.request,
+        do,
+        form=lambda request: _form(operation, request),
+        read_stored=lambda stored: _read(operation, stored),
+    )
+
+
+def _read(operation: Operation[Any, Any], stored: Mapping[str, Any]) -> Request:
+    requests = operation.requests()
+    request: Request = (
+        read_variant(requests, stored, "stored")
+        if operation.variants
+        else read(operation.request, stored, "stored")
+    )
+    return request
+
+
+def _job_result(result: Result) -> JobResult:
+    return JobResult(result.address(), result.summary(), finite(result.to_json()))
+
+
+def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
+    if "form" in operation.absent:
+        return None
+    address, form = operation.page or (f"/ask/{operation.name}", operation.name)
+    return JobForm(address, form, texts_of(request))
+
+
+def ask(
+    operation: Operation[Any, Any],
+    request: Request,
+    laboratory: Laboratory,
+    queue: Callable[..., JobView],
+    host: str | None = None,
+) -> JobView:
+    """Queue a request. Raises what would only be refused after the work."""
+    if operation.check is not None:
+        operation.check(request, laboratory)
+    label = f"{operation.name.capitalize()} {operation.label(request)}".strip()
+    return queue(laboratory.store, kind_of(operation), label, request, host)

@@ -1,0 +1,162 @@
+"""An operation: what is asked, the function that answers, and what the answer is made of.
+
+A request knows no door, and neither does a function: no click, no HTTP, no print. `app.doors` makes
+the command, the JSON route, the form, the job and the Python method of each operation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict
+
+if TYPE_CHECKING:
+    from ...figures.figure import Figure
+    from .laboratory import Laboratory
+    from .sentence import Sentence
+
+#: Receives (steps done, all steps, what is being done).
+Progress = Callable[[int, int, str], None]
+Door = Literal["command", "json", "form", "python"]
+DOORS: tuple[Door, ...] = ("command", "json", "form", "python")
+
+
+class Request(BaseModel):
+    """What is asked: fields with type, unit, bounds, default and one sentence of help.
+
+    `operations.fields.request_field` makes a field. A request is made by `operations.faults.read`
+    at a door, where faults are told by field.
+    """
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, str_strip_whitespace=True
+    )
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of a result. Keys are names of quantities with their SI unit at the end, or words.
+
+    `empty` is what stands in the place of a table without rows.
+    """
+
+    title: str
+    rows: Sequence[Mapping[str, Any]]
+    empty: str = "none"
+
+
+class Result:
+    """An answer. Its sentences, tables, figures and JSON are made from its fields, and from nothing
+    else."""
+
+    #: 1 where the answer to what was asked is "no".
+    exit_code: int = 0
+
+    def notes(self) -> Sequence[str]:
+        """Remarks beside the answer: what was assumed, and what was left out."""
+        return ()
+
+    def sentences(self) -> Sequence[Sentence]:
+        """The answer in words."""
+        return ()
+
+    def tables(self) -> Sequence[Table]:
+        """The answer in rows."""
+        return ()
+
+    def figures(self) -> Sequence[Figure]:
+        """The answer in pictures."""
+        return ()
+
+    def to_json(self) -> Any:
+        """The answer for other programs: SI numbers, units in the keys."""
+        raise NotImplementedError
+
+    def address(self) -> str:
+        """The page that shows the answer; empty where the page of its job does."""
+        return ""
+
+    def summary(self) -> str:
+        """A few words for a list of jobs."""
+        return ""
+
+    def next_command(self) -> Sequence[str]:
+        """Words of the command that usually follows; none where nothing does."""
+        return ()
+
+
+Asked = TypeVar("Asked", bound=Request)
+Answer = TypeVar("Answer", bound=Result)
+
+
+@dataclass(frozen=True)
+class Output(Generic[Answer]):
+    """A file that a result can be written to: an option of the command, a link of a page.
+
+    `in_place_of_tables`: whoever asks for the file does not read the tables as well.
+    """
+
+    name: str
+    help: str
+    write: Callable[[Answer, Path], None]
+    endings: tuple[str, ...] = ()
+    in_place_of_tables: bool = False
+
+
+def _label(request: Any) -> str:
+    return str(getattr(request, "name", "") or getattr(request, "campaign", "") or "")
+
+
+@dataclass(frozen=True)
+class Operation(Generic[Asked, Answer]):
+    """Something that a person asks of the software.
+
+    `command`: its words on the command line ("plan", "lhs"); of an operation with `variants`, which
+    are requests of one `method` each, every variant is a command below these words. `run` works and
+    stores nothing that must not be stored twice; `keep`, where there is one, stores what `run` has
+    made, in the transaction that ends a job. `absent`: door -> why it does not offer the operation.
+    """
+
+    name: str
+    request: type[Asked]
+    run: Callable[[Asked, Laboratory, Progress], Any]
+    help: str
+    example: str = ""
+    keep: Callable[[Any, Laboratory], Answer] | None = None
+    command: tuple[str, ...] = ()
+    #: Method and address of the JSON route below /api; fields of the request may stand in it.
+    route: tuple[Literal["GET", "POST"], str] | None = None
+    variants: Sequence[type[Asked]] = ()
+    #: Takes more than a second: a job at every door that cannot wait.
+    long: bool = False
+    #: What the steps of its progress are, such as "shots".
+    steps: str = "steps"
+    creates_store: bool = False
+    outputs: Sequence[Output[Any]] = ()
+    absent: Mapping[Door, str] = field(default_factory=dict)
+    #: Raises what would only be refused after the work; called before a job is queued.
+    check: Callable[[Asked, Laboratory], None] | None = None
+    #: What a list of jobs calls a request.
+    label: Callable[[Any], str] = _label
+    #: The page whose form asks for it: address and the id of the form.
+    page: tuple[str, str] | None = None
+
+    methods: ClassVar[str] = "method"
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words of its command."""
+        return self.command or (self.name,)
+
+    def answer(self, request: Asked, laboratory: Laboratory, progress: Progress) -> Answer:
+        """The answer, with everything stored."""
+        made = self.run(request, laboratory, progress)
+        answer: Answer = made if self.keep is None else self.keep(made, laboratory)
+        return answer
+
+    def requests(self) -> Sequence[type[Asked]]:
+        """The classes of request that it takes."""
+        return tuple(self.variants) or (self.request,)
