@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .app.experiment_store import open_experiment_store as open
     from .app.impacts.spectra_service import srs
     from .app.laboratory_twin import shipped_twin
-    from .app.plan.service import PlannedDesign
+    from .app.operations.plan.service import PlannedDesign
 
 __version__ = "0.1.0"
 
@@ -30,7 +30,7 @@ _PUBLIC = {
     "ExperimentStore": (".app.experiment_store", "ExperimentStore"),
     "InvalidValueError": (".app.common.errors", "InvalidValueError"),
     "NotFoundError": (".app.common.errors", "NotFoundError"),
-    "PlannedDesign": (".app.plan.service", "PlannedDesign"),
+    "PlannedDesign": (".app.operations.plan.service", "PlannedDesign"),
     "PyroshockError": (".app.common.errors", "PyroshockError"),
     "StorageError": (".app.common.errors", "StorageError"),
     "open": (".app.experiment_store", "open_experiment_store"),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .impacts.service import ForcePulse, StoredRecording
     from .ingest.service import IngestedCampaign
     from .laboratory_twin import LaboratoryTwin
-    from .plan.service import PlanCollection
+    from .library.plans import PlanCollection
     from .predict.arguments import EffectsLike
     from .train.contact_model import StoredModel
     from .train.service import FrozenDataset, ModelComparison, PromotionDecision, TrainingRuns
@@ -52,9 +52,9 @@ class ExperimentStore:
     def plan(self) -> PlanCollection:
         """The plans of campaigns, and the methods to make one: `store.plan.lhs("summer",
         runs=105)`."""
-        from .plan.service import PlanCollection
+        from .library.plans import PlanCollection
 
-        return PlanCollection(self.store)
+        return PlanCollection(self.store, self.url)
 
     # --- campaigns, impacts, recordings
 

@@ -35,7 +35,9 @@ _OUTPUT = "output_"
 _HIDDEN = ("method",)
 
 
-def command_of(operation: Operation[Any, Any], request: type[Request] | None = None) -> click.Command:
+def command_of(
+    operation: Operation[Any, Any], request: type[Request] | None = None
+) -> click.Command:
     """The command of an operation, or of the variant of it that `request` is."""
     asked = request or operation.request
 
@@ -148,7 +150,7 @@ def _with_default(field: FieldInfo) -> str:
     default = field.default
     if field.is_required():
         return f"{text} [required]"
-    if default is PydanticUndefined or default in (None, "", ()) or "[default:" in text:
+    if default is PydanticUndefined or default in (None, "", (), {}) or "[default:" in text:
         return text
     return f"{text} [default: {default}]"
 

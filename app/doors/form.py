@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
@@ -12,7 +12,7 @@ from pydantic_core import PydanticUndefined
 
 from ..operations.faults import bare, bounds, read, read_variant
 from ..operations.fields import TextFile, presentation_of
-from ..operations.operation import Operation, Request
+from ..operations.operation import FormPage, Operation, Request
 
 #: Ending of the control that takes a file for a field whose text can be pasted, too.
 FILE = ".file"
@@ -32,9 +32,20 @@ class Control:
     kind: str
     value: str
     required: bool
-    choices: Sequence[str] = ()
-    limits: Mapping[str, Any] | None = None
-    methods: Sequence[str] = ()
+    choices: tuple[str, ...] = ()
+    limits: tuple[tuple[str, Any], ...] = ()
+    methods: tuple[str, ...] = ()
+
+    @property
+    def id(self) -> str:
+        """Its own where several methods have controls of one name."""
+        return "-".join([self.name, *self.methods[:1]])
+
+
+def form_page(operation: Operation[Any, Any]) -> FormPage:
+    """The page with the form of an operation."""
+    usual = f"/ask/{operation.name}"
+    return operation.form or FormPage(usual, operation.name, usual)
 
 
 def controls(
@@ -46,30 +57,23 @@ def controls(
 ) -> list[Control]:
     """The controls of an operation's fields, in their order; `names`: of these alone.
 
-    A field that only some variants have says so in `methods`, which `static/methods.js` reads.
+    A field that only some variants have says so in `methods`, which `static/plan.js` reads.
     """
-    shown: dict[str, Control] = {}
-    by_field: dict[str, list[str]] = {}
+    by_control: dict[Control, list[str]] = {}
     for request in operation.requests():
         for name, field in request.model_fields.items():
             if name == "method" or (names and name not in names):
                 continue
+            given = (values or {}).get(name)
+            control = _control(name, field, given, (suggestions or {}).get(name, ()))
+            methods = by_control.setdefault(control, [])
             if operation.variants:
-                by_field.setdefault(name, []).append(str(request.model_fields["method"].default))
-            if name not in shown:
-                given = (values or {}).get(name)
-                shown[name] = _control(name, field, given, (suggestions or {}).get(name, ()))
+                methods.append(str(request.model_fields["method"].default))
     everywhere = len(operation.requests())
     return [
-        control
-        if len(by_field.get(name, ())) in (0, everywhere)
-        else _of_methods(control, by_field[name])
-        for name, control in shown.items()
+        control if len(methods) in (0, everywhere) else replace(control, methods=tuple(methods))
+        for control, methods in by_control.items()
     ]
-
-
-def _of_methods(control: Control, methods: Sequence[str]) -> Control:
-    return Control(**{**vars(control), "methods": tuple(methods), "required": False})
 
 
 def _control(name: str, field: FieldInfo, value: str | None, choices: Sequence[str]) -> Control:
@@ -78,7 +82,8 @@ def _control(name: str, field: FieldInfo, value: str | None, choices: Sequence[s
     label = shown.label or name.replace("_", " ").capitalize()
     if shown.unit:
         label = f"{label} (with its unit, such as {(field.examples or [shown.unit])[0]})"
-    attributes = {
+    attributes: dict[str, Any] = {"step": "any"} if kind is float and not shown.unit else {}
+    attributes |= {
         html: limits[limit]
         for limit, html in (("ge", "min"), ("le", "max"), ("max_length", "maxlength"))
         if limit in limits and not (limit == "max_length" and get_origin(kind) is not None)
@@ -90,8 +95,8 @@ def _control(name: str, field: FieldInfo, value: str | None, choices: Sequence[s
         _control_kind(kind, shown.lines, bool(shown.unit)),
         value if value is not None else default,
         field.is_required(),
-        choices or (tuple(map(str, get_args(kind))) if get_origin(kind) is Literal else ()),
-        {"step": "any", **attributes} if kind is float and not shown.unit else attributes,
+        tuple(choices) or (tuple(map(str, get_args(kind))) if get_origin(kind) is Literal else ()),
+        tuple(attributes.items()),
     )
 
 
@@ -165,6 +170,3 @@ def _own_fields(operation: Operation[Any, Any], values: Mapping[str, Any]) -> di
     ] or operation.requests()
     known = {name for request in requests for name in request.model_fields}
     return {name: value for name, value in values.items() if name in known}
-
-
-Sent = Callable[[], Mapping[str, str]]

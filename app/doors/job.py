@@ -12,7 +12,7 @@ from ..jobs.queue import JobView
 from ..operations.faults import read, read_variant
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request, Result
-from .form import texts_of
+from .form import form_page, texts_of
 
 
 def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
@@ -54,8 +54,8 @@ def _job_result(result: Result) -> JobResult:
 def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
     if "form" in operation.absent:
         return None
-    address, form = operation.page or (f"/ask/{operation.name}", operation.name)
-    return JobForm(address, form, texts_of(request))
+    shown = form_page(operation)
+    return JobForm(shown.page, shown.form, texts_of(request))
 
 
 def ask(

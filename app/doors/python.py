@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, ParamSpec, cast
 
 from pydantic_core import PydanticUndefined
 
@@ -55,7 +55,7 @@ class PythonMethod(Generic[Parameters, Answer]):
         self, instance: Owner | None, owner: type | None = None
     ) -> Callable[Parameters, Answer]:
         if instance is None:
-            return self  # type: ignore[return-value]  # what help() and Sphinx read
+            return self  # what help() and Sphinx read
 
         def call(*args: Any, progress: bool = True, **given: Any) -> Answer:
             with library_errors():
@@ -63,7 +63,7 @@ class PythonMethod(Generic[Parameters, Answer]):
 
         call.__doc__, call.__name__ = self.__doc__, self.__name__
         call.__signature__ = self.__signature__  # type: ignore[attr-defined]
-        return call
+        return cast(Callable[Parameters, Answer], call)
 
     def _answer(
         self, owner: Owner, args: tuple[Any, ...], progress: bool, given: dict[str, Any]
@@ -83,7 +83,8 @@ class PythonMethod(Generic[Parameters, Answer]):
         with step_bar(label, operation.steps, progress and operation.long) as step:
             return operation.answer(request, laboratory, step)
 
-    def __call__(self, *args: Parameters.args, **kwargs: Parameters.kwargs) -> Answer:
+    def __call__(self, *_: Parameters.args, **__: Parameters.kwargs) -> Answer:
+        """What type checkers see of a method; an object has to ask."""
         raise TypeError(f"{self.__qualname__} is a method; call it on an object")
 
 
@@ -107,7 +108,8 @@ def signature(request: type[Request]) -> inspect.Signature:
             if name in places
             else inspect.Parameter.KEYWORD_ONLY
         )
-        default = inspect.Parameter.empty if field.is_required() else field.get_default()
+        drawn = None if field.default is PydanticUndefined else field.default
+        default = inspect.Parameter.empty if field.is_required() else drawn
         parameters.append(inspect.Parameter(name, kind, default=default))
     return inspect.Signature(parameters)
 
@@ -122,11 +124,8 @@ def documentation(request: type[Request], operation: Operation[Any, Any]) -> str
             continue
         unit = presentation_of(field).unit
         facts = [f"in {unit}, as text with a unit, or a quantity of pint"] if unit else []
-        if not field.is_required() and field.default not in (PydanticUndefined, None, "", ()):
+        if not field.is_required() and field.default not in (PydanticUndefined, None, "", (), {}):
             facts.append(f"default {field.default}")
         aside = f" ({'; '.join(facts)})" if facts else ""
         rows.append(f"    {name}: {field.description}{aside}")
     return "\n\n".join(lines) + "\n\nParameters:\n" + "\n".join(rows)
-
-
-Method = TypeVar("Method")

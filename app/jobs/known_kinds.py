@@ -6,6 +6,8 @@ import importlib
 from collections import UserDict
 from typing import Any
 
+from ..operations.catalogue import OPERATIONS
+from ..operations.operation import Operation
 from .kind import Kind
 
 
@@ -19,9 +21,14 @@ class KindTable(UserDict[str, Any]):
         place = super().__getitem__(name)
         if not isinstance(place, Kind):
             module, attribute = place
-            place = self[name] = getattr(
+            place = getattr(
                 importlib.import_module(module, __package__.partition(".")[0]), attribute
             )
+            if isinstance(place, Operation):
+                from ..doors.job import kind_of
+
+                place = kind_of(place)
+            self[name] = place
             assert isinstance(place, Kind)
         return place
 
@@ -29,12 +36,15 @@ class KindTable(UserDict[str, Any]):
 #: Kind of job -> (module of the package, its object there).
 KINDS = KindTable(
     {
+        **{
+            name: (f".app.operations.{module}", attribute)
+            for name, (module, attribute) in OPERATIONS.items()
+        },
         "ingest": (".app.ingest.job", "INGEST"),
         "check": (".app.ingest.job", "CHECK"),
         "archive": (".app.ingest.archive_job", "ARCHIVE"),
         "restore": (".app.ingest.archive_job", "RESTORE"),
         "extract": (".app.ingest.job", "EXTRACT"),
-        "plan": (".app.plan.job", "PLAN"),
         "train": (".app.train.job", "TRAIN"),
         "tune": (".app.tune.job", "TUNE"),
         "diagnose": (".app.diagnose.job", "DIAGNOSE"),

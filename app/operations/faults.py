@@ -88,7 +88,8 @@ def _fault(item: Any, request: type[Request]) -> Fault:
     if kind == "missing":
         return Fault(name, f"{name} is missing; expected {expectation(field)}")
     if kind == "extra_forbidden":
-        return Fault(name, f"{name} is not known; known: {', '.join(request.model_fields)}")
+        known = ", ".join(field for field in request.model_fields if field != "method")
+        return Fault(name, f"{name} is not known; known: {known}")
     expected = expectation(field) if field is not None else item["msg"]
     return Fault(name, f"{name} is {_shown(value)}; expected {expected}")
 

@@ -42,12 +42,13 @@ def request_field(
     *,
     help: str,
     example: str = "",
-    presentation: Presentation = Presentation(),  # noqa: RUF009, B008
+    presentation: Presentation = Presentation(),
     **limits: Any,
 ) -> Any:
     """A field of a request: its help is one sentence; `limits` are those of `pydantic.Field`."""
+    if "default_factory" not in limits:
+        limits["default"] = default
     return Field(
-        default,
         description=help,
         examples=[example] if example else None,
         json_schema_extra={_KEY: vars(presentation)},
@@ -58,7 +59,8 @@ def request_field(
 def presentation_of(field: FieldInfo) -> Presentation:
     """How a field is shown."""
     extra = field.json_schema_extra
-    shown = Presentation(**extra[_KEY]) if isinstance(extra, dict) and _KEY in extra else Presentation()  # type: ignore[arg-type]
+    stated: Any = extra.get(_KEY, {}) if isinstance(extra, dict) else {}
+    shown = Presentation(**stated)
     unit = next((entry.unit for entry in _metadata(field) if isinstance(entry, Unit)), "")
     return shown if not unit else Presentation(**{**vars(shown), "unit": unit})
 
@@ -194,7 +196,9 @@ def _names(value: Any) -> Any:
     texts = (value,) if isinstance(value, str) else value
     if not isinstance(texts, Sequence):
         return value
-    parts = [part for text in texts for part in (text.split(",") if isinstance(text, str) else [text])]
+    parts = [
+        part for text in texts for part in (text.split(",") if isinstance(text, str) else [text])
+    ]
     return tuple(part.strip() if isinstance(part, str) else part for part in parts if part != "")
 
 
@@ -228,11 +232,11 @@ Points = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_points)]
 Value = TypeVar("Value")
 
 
-def pairs(parse: Callable[[str, str, str], Value], of: Any) -> Any:
+def pairs(parse: Callable[[str, str, Any], Value], of: Any) -> Any:
     """A field of names with values: a mapping, or texts such as "NAME=VALUE".
 
-    `parse(name of the field, key, text)` makes a value of a text, which is "" where no sign of
-    equality stands; `of` is the type of a value.
+    `parse(name of the field, key, value)` reads a value, which of a text is what stands behind the
+    sign of equality, "" where there is none; `of` is the type of what it returns.
     """
 
     def of_value(value: Any, info: ValidationInfo) -> Any:
@@ -240,10 +244,7 @@ def pairs(parse: Callable[[str, str, str], Value], of: Any) -> Any:
         if value is None or value == "":
             return {}
         if isinstance(value, Mapping):
-            return {
-                str(key): parse(field_name, str(key), part) if isinstance(part, str) else part
-                for key, part in value.items()
-            }
+            return {str(key): parse(field_name, str(key), part) for key, part in value.items()}
         texts = value.replace("\n", ",").split(",") if isinstance(value, str) else value
         read: dict[str, Value] = {}
         for text in texts:

@@ -6,18 +6,21 @@ the command, the JSON route, the form, the job and the Python method of each ope
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 
 if TYPE_CHECKING:
-    from ...figures.figure import Figure
+    from ..figures.figure import Figure
     from .laboratory import Laboratory
     from .sentence import Sentence
 
+#: Control characters but for tabs and line ends, and halves of surrogate pairs.
+UNWRITABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 #: Receives (steps done, all steps, what is being done).
 Progress = Callable[[int, int, str], None]
 Door = Literal["command", "json", "form", "python"]
@@ -34,6 +37,17 @@ class Request(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, str_strip_whitespace=True
     )
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _is_writable(cls, value: Any, info: ValidationInfo) -> Any:
+        """Texts are stored, printed and looked up: every store and spreadsheet must take them."""
+        if isinstance(value, str) and (unwritable := UNWRITABLE.search(value)):
+            raise ValueError(
+                f"{info.field_name} has the character {unwritable[0]!r}, which cannot be written; "
+                "leave it out"
+            )
+        return value
 
 
 @dataclass(frozen=True)
@@ -106,6 +120,16 @@ class Output(Generic[Answer]):
     in_place_of_tables: bool = False
 
 
+@dataclass(frozen=True)
+class FormPage:
+    """A page of its own with the form of an operation: its address, the id of the form, and the
+    address that the form is sent to."""
+
+    page: str
+    form: str
+    action: str
+
+
 def _label(request: Any) -> str:
     return str(getattr(request, "name", "") or getattr(request, "campaign", "") or "")
 
@@ -141,10 +165,8 @@ class Operation(Generic[Asked, Answer]):
     check: Callable[[Asked, Laboratory], None] | None = None
     #: What a list of jobs calls a request.
     label: Callable[[Any], str] = _label
-    #: The page whose form asks for it: address and the id of the form.
-    page: tuple[str, str] | None = None
-
-    methods: ClassVar[str] = "method"
+    #: The page with its form; None: a page made from its fields, at /ask/NAME.
+    form: FormPage | None = None
 
     @property
     def words(self) -> tuple[str, ...]:

@@ -186,7 +186,14 @@ def quality(
     Example:
         pyroshock plan quality rehearsal --against slow-valve --plot quality.png
     """
-    from .quality import designs_of, draw, figures_as_json, judged_designs, tables, verdict_lines
+    from ..operations.plan.quality import (
+        designs_of,
+        draw,
+        figures_as_json,
+        judged_designs,
+        tables,
+        verdict_lines,
+    )
 
     with open_command_store(db) as store:
         space, designs = designs_of(store, name, against)
@@ -357,7 +364,7 @@ def simulate(
     progress = progress_bar(f"Simulating plan {plan} (the plate is solved first)", "recordings")
     with open_command_store(db) as store:
         from ...doe.plans import read_plan
-        from .rehearsal import simulate_plan
+        from ..operations.plan.rehearsal import simulate_plan
 
         with store.reading() as session:
             stored = read_plan(session, plan)

@@ -8,27 +8,24 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends, Form, HTTPException, Query
+from fastapi import APIRouter, Form, HTTPException, Query
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...doe.designs.methods import METHODS, get_method
+from ...doe.designs.methods import METHODS
 from ...doe.factors import DesignFactor
-from ...doe.order import RunOrder
 from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ...doe.sheet import boxes, sheet_of, write_sheet
 from ...doe.space import shipped_factors, space_from_text
 from ...files.spreadsheet_guard import guarding
 from ..common.plan_tables import run_counts
 from ..common.quantities import cell, heading
-from ..web.dependencies import Key, Name, OpenStore, Running
+from ..doors.form import controls
+from ..operations.plan.make import PLAN
+from ..operations.plan.quality import plan_page
+from ..web.dependencies import Key, Name, OpenStore
 from ..web.figures_base import COLOURS, DIVERGING, Figure, bars, categories, heat_map
-from ..web.forms import FieldError
-from ..web.jobs_pages import followed
 from ..web.rendering import named_file, number, page, part
-from .api import plan_job
-from .job import PlanArguments
-from .quality import plan_page
 
 
 def balance_figure(axis: Mapping[str, Any]) -> Figure:
@@ -87,6 +84,16 @@ def plans(request: Request, store: OpenStore) -> Response:
     return page(request, "plans.html", rows=rows[:_MOST], left_out=max(0, len(rows) - _MOST))
 
 
+#: Runs of the design of the thesis, which its table A.1 lists.
+THESIS_RUNS = 105
+#: The factors have a place of their own above the form.
+_CONTROLS = {name for request in PLAN.variants for name in request.model_fields} - {
+    "kind",
+    "factors",
+    "gun",
+}
+
+
 @router.get("/plans/new")
 def new(request: Request, kind: Literal["gun", "hammer"] = "gun") -> Response:
     factors = shipped_factors(kind)
@@ -97,9 +104,7 @@ def new(request: Request, kind: Literal["gun", "hammer"] = "gun") -> Response:
         factors=factors,
         factor_rows=[_factor_row(factor) for factor in space_from_text(factors).factors],
         methods=METHODS,
-        with_runs=[name for name, method in METHODS.items() if "runs" in method.takes],
-        made_here=[name for name, method in METHODS.items() if "table" not in method.takes],
-        with_centre=[name for name, method in METHODS.items() if method.centre_points],
+        controls=controls(PLAN, {"runs": str(THESIS_RUNS)}, names=_CONTROLS),
     )
 
 
@@ -110,67 +115,6 @@ def _factor_row(factor: DesignFactor) -> dict[str, Any]:
         pairs = zip(factor.levels, factor.values, strict=True)
         levels = ", ".join(f"{level} ({value:g} {factor.unit})" for level, value in pairs)
     return {"factor": heading(factor.column), "levels": levels, "change": effort}
-
-
-async def _options(request: Request) -> dict[str, str]:
-    """What the form says of the method's options: fields such as "lhs.criterion"."""
-    form = await request.form()
-    prefix = f"{form.get('method', 'lhs')}."
-    return {
-        name.removeprefix(prefix): str(value)
-        for name, value in form.items()
-        if name.startswith(prefix) and value
-    }
-
-
-@router.post("/plans")
-def make(
-    store: OpenStore,
-    jobs: Running,
-    name: Annotated[str, Form(min_length=1, max_length=200)],
-    options: Annotated[dict[str, str], Depends(_options)],
-    method: Annotated[str, Form(max_length=60)] = "lhs",
-    kind: Annotated[Literal["gun", "hammer"], Form()] = "gun",
-    runs: Annotated[int, Form(ge=1)] = 105,
-    repetitions: Annotated[int, Form(ge=1, le=1000)] = 10,
-    seed: Annotated[str, Form(max_length=12)] = "",
-    factors: Annotated[str, Form(max_length=200_000)] = "",
-    table: Annotated[str, Form(max_length=800_000)] = "",
-    description: Annotated[str, Form(max_length=10_000)] = "",
-    replicates: Annotated[int, Form(ge=1, le=100)] = 1,
-    centre_points: Annotated[int, Form(ge=0, le=200)] = 0,
-    order: Annotated[RunOrder, Form()] = "split-plot",
-    blocks: Annotated[int, Form(ge=1, le=100)] = 1,
-) -> Response:
-    if seed and not seed.isdecimal():
-        raise FieldError("seed", f"seed {seed!r} is no whole number; leave it empty to draw one")
-    if order == "random" and blocks > 1:
-        raise FieldError(
-            "blocks",
-            f"{blocks} blocks in random order; expected one block, or the order of a split plot",
-        )
-    if method == "import" and not table.strip():
-        raise FieldError(
-            "table",
-            "no table is given; paste one with a column for each factor and a row for each run",
-        )
-    wanted = PlanArguments(
-        name=name.strip(),
-        method=method,
-        kind=kind,
-        runs=runs,
-        repetitions=repetitions,
-        seed=int(seed) if seed else None,
-        factors=factors,
-        table=table,
-        description=description,
-        options=options,
-        replicates=replicates,
-        centre_points=centre_points if get_method(method).centre_points else 0,
-        order=order,
-        blocks=blocks,
-    )
-    return followed(plan_job(jobs, store, wanted))
 
 
 @router.get("/plans/{name}")

@@ -16,7 +16,7 @@ from ...parallel.map_tasks import run_all_tasks
 from ...schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor
 from ...schema.session import Store
 from ..common.table_files import write_batches
-from ..plan.rehearsal import rows_of
+from ..operations.plan.rehearsal import rows_of
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from .predicting import (
     ShotRequest,

@@ -117,7 +117,7 @@ _HEAVY = (
     "scipy.stats",
     "scipy.optimize",
     "scipy.interpolate",
-    "pyroshock.app.plan.quality",
+    "pyroshock.app.operations.plan.quality",
     "pyroshock.app.train.comparing",
 )
 

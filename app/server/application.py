@@ -29,6 +29,7 @@ from ..common.errors import is_for_the_user
 from ..diagnose import api as diagnose_api
 from ..diagnose import pages as diagnose_pages
 from ..documents.line_styles import COLOURS, PARTS
+from ..doors.routes import form_router, json_router
 from ..home import pages as home_pages
 from ..impacts import api as impacts_api
 from ..impacts import list_pages as impact_list_pages
@@ -37,6 +38,7 @@ from ..ingest import api as ingest_api
 from ..ingest import archive_pages, export_pages, extract_pages, ingest_pages, removal_pages
 from ..ingest import pages as campaign_pages
 from ..jobs.worker import Worker
+from ..operations.faults import Fault, RequestError
 from ..plan import api as plan_api
 from ..plan import pages as plan_pages
 from ..predict import api as predict_api
@@ -171,6 +173,8 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     app.state.sign_in = SignIn(settings.token)
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
+    app.include_router(json_router(), prefix="/api", responses=PROBLEMS)
+    app.include_router(form_router(), include_in_schema=False)
     for module in PAGES:
         app.include_router(module.router, include_in_schema=False)
     app.get("/static/plotly.min.js", include_in_schema=False)(_plotly)
@@ -238,7 +242,10 @@ def _tell_errors(app: FastAPI) -> None:
         except Exception as error:
             if not is_for_the_user(error):
                 raise
-            return error_response(request, status_of(error), str(error), field=field_of(error))
+            faults = error.faults if isinstance(error, RequestError) else ()
+            return error_response(
+                request, status_of(error), str(error), field=field_of(error), faults=faults
+            )
 
 
 def _invalid(request: Request, errors: Sequence[Any]) -> Response:
@@ -254,14 +261,18 @@ def error_response(
     headers: dict[str, str] | None = None,
     *,
     field: str = "",
+    faults: Sequence[Fault] = (),
 ) -> Response:
     """An error as who asked can read it: a page, JSON for the API, and for a form with the field
     that it is about."""
     why = without_secrets(why)
+    listed = [{"field": fault.field, "message": without_secrets(fault.message)} for fault in faults]
     if is_form(request):
-        return JSONResponse({"faults": [{"field": field, "message": why}]}, status, headers)
+        told = listed or [{"field": field, "message": why}]
+        return JSONResponse({"faults": told}, status, headers)
     if request.url.path.startswith("/api"):
-        return JSONResponse({"detail": why}, status, headers)
+        by_field = {"faults": listed} if listed else {}
+        return JSONResponse({"detail": why, **by_field}, status, headers)
     answer = page(
         request,
         "error.html",

@@ -9,9 +9,9 @@ import re
 from pathlib import Path
 
 import pytest
-from pyroshock.app.plan.planning import make_plan
-from pyroshock.app.plan.quality import plan_page
-from pyroshock.app.plan.rehearsal import trigger_of
+from pyroshock.app.operations.plan.planning import make_plan
+from pyroshock.app.operations.plan.quality import plan_page
+from pyroshock.app.operations.plan.rehearsal import trigger_of
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import PlanExistsError, add_plan, discard_run, read_plan
 from pyroshock.doe.space import gun_space, shipped_factors
@@ -179,7 +179,7 @@ def test_imported_table_goes_out_as_it_came_with_pressures_for_velocity_levels(u
     )
     assert first["tip_radius_m"] == 0.03
     pressures = {run["bullet_mass_kg"]: run["tank_pressure_pa"] for run in runs}
-    from pyroshock.app.plan.planning import gun_bench
+    from pyroshock.app.operations.plan.planning import gun_bench
     from pyroshock.twin.gun.nominal import muzzle_velocity
 
     fired = {

@@ -15,7 +15,9 @@ from doc_pages.parsing import check
 from pyroshock import __version__
 
 ROOT = Path(__file__).resolve().parents[2]
-PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))[
+    "project"
+]
 HOST = ROOT / ".github"
 FORMS = sorted((HOST / "ISSUE_TEMPLATE").glob("*.yml"))
 WORKFLOW = HOST / "workflows" / "check.yml"
@@ -45,17 +47,26 @@ def test_every_file_states_the_same_version_and_description() -> None:
     citation = content(ROOT / "CITATION.cff")
     assert {PROJECT["version"], citation["version"]} == {__version__}
     assert re.search(r"^## (\S+)", CHANGELOG, re.MULTILINE)[1] == __version__
-    assert citation["abstract"] == PROJECT["description"] and citation["keywords"] == PROJECT["keywords"]
+    assert (
+        citation["abstract"] == PROJECT["description"]
+        and citation["keywords"] == PROJECT["keywords"]
+    )
     assert citation["authors"] == PROJECT["authors"] and citation["title"] == PROJECT["name"]
 
 
 def test_citation_has_what_its_format_requires() -> None:
     citation = content(ROOT / "CITATION.cff")
-    assert citation["cff-version"] == "1.2.0" and citation["message"] and citation["type"] == "software"
+    assert (
+        citation["cff-version"] == "1.2.0"
+        and citation["message"]
+        and citation["type"] == "software"
+    )
 
 
 def test_no_file_states_a_licence_that_nobody_has_chosen() -> None:
-    assert [path.name for path in ROOT.iterdir() if re.match("(?i)licen[cs]e|copying", path.name)] == []
+    assert [
+        path.name for path in ROOT.iterdir() if re.match("(?i)licen[cs]e|copying", path.name)
+    ] == []
     assert "license" not in PROJECT and "license" not in content(ROOT / "CITATION.cff")
     assert [text for text in PROJECT["classifiers"] if text.startswith("License")] == []
     for page in ("README.md", "CONTRIBUTING.md"):
@@ -65,11 +76,19 @@ def test_no_file_states_a_licence_that_nobody_has_chosen() -> None:
 # --- the hosted check ---
 def test_workflow_runs_make_check_on_the_python_versions_of_the_classifiers() -> None:
     prefix = "Programming Language :: Python :: "
-    versions = [text.removeprefix(prefix) for text in PROJECT["classifiers"] if text.startswith(prefix)]
+    versions = [
+        text.removeprefix(prefix) for text in PROJECT["classifiers"] if text.startswith(prefix)
+    ]
     (job,) = content(WORKFLOW)["jobs"].values()
-    assert job["strategy"]["matrix"]["python"] == [text for text in versions if re.fullmatch(r"3\.\d+", text)]
+    assert job["strategy"]["matrix"]["python"] == [
+        text for text in versions if re.fullmatch(r"3\.\d+", text)
+    ]
     assert PROJECT["requires-python"] == f">={job['strategy']['matrix']['python'][0]}"
-    (python,) = [step["with"] for step in job["steps"] if step.get("uses", "").startswith("actions/setup-python@")]
+    (python,) = [
+        step["with"]
+        for step in job["steps"]
+        if step.get("uses", "").startswith("actions/setup-python@")
+    ]
     assert python == {"python-version": "${{ matrix.python }}"}
     assert [step["run"] for step in job["steps"] if "run" in step] == ["make check"]
 
@@ -92,9 +111,15 @@ def test_a_form_has_fields_that_the_host_knows(path: Path) -> None:
         assert set(field) <= {"type", "id", "attributes", "validations"}
         assert set(field["attributes"]) <= FIELDS[field["type"]], field
         assert set(field.get("validations", {})) <= {"required"}
-        assert "value" in field["attributes"] if field["type"] == "markdown" else field["attributes"]["label"]
+        assert (
+            "value" in field["attributes"]
+            if field["type"] == "markdown"
+            else field["attributes"]["label"]
+        )
         options = field["attributes"].get("options", ["one"])
-        assert options and all(isinstance(option, str) for option in options), "a bare yes or no is no text"
+        assert options and all(isinstance(option, str) for option in options), (
+            "a bare yes or no is no text"
+        )
     identifiers = [field["id"] for field in form["body"] if field["type"] != "markdown"]
     labels = [field["attributes"]["label"] for field in form["body"] if field["type"] != "markdown"]
     assert len(identifiers) == len(set(identifiers)) > 0 and len(labels) == len(set(labels))
@@ -102,15 +127,29 @@ def test_a_form_has_fields_that_the_host_knows(path: Path) -> None:
 
 def test_a_wrong_number_comes_with_what_repeats_it() -> None:
     form = content(HOST / "ISSUE_TEMPLATE" / "wrong_number.yml")
-    required = {field["id"] for field in form["body"] if field.get("validations", {}).get("required")}
-    assert required >= {"number", "expected", "steps", "data", "instruments", "findings", "version", "machine"}
+    required = {
+        field["id"] for field in form["body"] if field.get("validations", {}).get("required")
+    }
+    assert required >= {
+        "number",
+        "expected",
+        "steps",
+        "data",
+        "instruments",
+        "findings",
+        "version",
+        "machine",
+    }
 
 
 @pytest.mark.parametrize("path", TEXTS, ids=name_of)
 def test_commands_and_paths_in_a_text_are_there(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     lines = re.findall(r"^\s+(pyroshock .+)$", text, re.MULTILINE)
-    for statement in [*inline_statements(path), *(Statement.of(shlex.split(line), name_of(path)) for line in lines)]:
+    for statement in [
+        *inline_statements(path),
+        *(Statement.of(shlex.split(line), name_of(path)) for line in lines),
+    ]:
         check(statement)
     for named in re.findall(r"\b(?:docs/[\w/-]+\.md|examples/[\w-]*|[A-Z]+\.md)", text):
         assert (ROOT / named).exists(), named

@@ -202,7 +202,7 @@ def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, mo
         calls.append((rows, kind, out, options))
         return SimulatedCampaign(out, out.with_suffix(".sealed.json"), 0, 0)
 
-    monkeypatch.setattr("pyroshock.app.plan.rehearsal.simulate", fake)
+    monkeypatch.setattr("pyroshock.app.operations.plan.rehearsal.simulate", fake)
     plan = store.plan.lhs("summer", runs=2, seed=1, factors=FEW)
     effects = {"gun.blow_by": 3, "plate.damping": 0}
     more = {

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 import pytest
 from pyroshock.app.diagnose.diagnosing import keep
-from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.operations.plan.planning import make_plan
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import read_plan
 from pyroshock.doe.space import shipped_factors

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from pyroshock.app.home.overview import list_attention, list_recent_campaigns, list_running
 from pyroshock.app.jobs.queue import ask
-from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.operations.plan.planning import make_plan
 from pyroshock.dataset.catalog import list_snapshots
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, FAILED, Job

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...doe.plans import StoredPlan, read_plan
-from ...schema.session import Store
-from ...virtualbench.effects import Effects
-from ...virtualbench.gun.fire import Trigger
-from ...virtualbench.simulate import simulate
-from ..common.frames import si
-from ..common.plan_tables import cells_of
+from ....doe.plans import StoredPlan, read_plan
+from ....schema.session import Store
+from ....virtualbench.effects import Effects
+from ....virtualbench.gun.fire import Trigger
+from ....virtualbench.simulate import simulate
+from ...common.frames import si
+from ...common.plan_tables import cells_of
 
 if TYPE_CHECKING:
-    from ...virtualbench.simulate import SimulatedCampaign
-    from ..common.frames import Quantity
-    from ..common.progress import Step
+    from ....virtualbench.simulate import SimulatedCampaign
+    from ...common.frames import Quantity
+    from ...common.progress import Step
 
 
 def rows_of(store: Store, name: str) -> tuple[str, list[dict[str, str]], int]:

@@ -11,27 +11,28 @@ from typing import Any, cast, get_args
 import numpy as np
 from sqlalchemy import select
 
-from ...doe.designs.base import Design
-from ...doe.designs.imported import ImportedDesign
-from ...doe.designs.lhs import balance_levels
-from ...doe.designs.methods import DesignRequest, get_method
-from ...doe.designs.repeats import replicated, with_centre_points
-from ...doe.guards import TANK_PRESSURE, planned_shots, pressures_for_levels, refuse_unsafe
-from ...doe.limits.bench import read_limits
-from ...doe.limits.contact_force import Elastic
-from ...doe.order import RunOrder, run_order
-from ...doe.plans import StoredPlan, add_plan, extend_plan, read_plan
-from ...doe.space import Kind, Space, shipped_factors, space_from_text
-from ...doe.toml_space import with_ranges
-from ...files.delimited_text import parse_number
-from ...ingest.folder import read_campaign_file
-from ...schema.benches import Material, material_names
-from ...schema.known_factors import BY_COLUMN
-from ...schema.session import Store
-from ...twin.gun.nominal import GunBench, muzzle_velocity, tank_pressure_for
+from ....doe.designs.base import Design
+from ....doe.designs.imported import ImportedDesign
+from ....doe.designs.lhs import balance_levels
+from ....doe.designs.methods import DesignRequest, get_method
+from ....doe.designs.repeats import replicated, with_centre_points
+from ....doe.guards import TANK_PRESSURE, planned_shots, pressures_for_levels, refuse_unsafe
+from ....doe.limits.bench import read_limits
+from ....doe.limits.contact_force import Elastic
+from ....doe.order import RunOrder, run_order
+from ....doe.plans import StoredPlan, add_plan, extend_plan, read_plan
+from ....doe.space import Kind, Space, shipped_factors, space_from_text
+from ....doe.toml_space import with_ranges
+from ....files.delimited_text import parse_number
+from ....ingest.folder import read_campaign_file
+from ....schema.benches import Material, material_names
+from ....schema.known_factors import BY_COLUMN, BY_NAME
+from ....schema.session import Store
+from ....twin.gun.nominal import GunBench, muzzle_velocity, tank_pressure_for
+from ...common.frames import si
 
 #: The bench of the shipped shots: the thesis's gun.
-SHIPPED_BENCH = Path(__file__).resolve().parents[2] / "examples" / "first-shots"
+SHIPPED_BENCH = Path(__file__).resolve().parents[3] / "examples" / "first-shots"
 VELOCITY_LEVEL, MASS = "velocity_level", "bullet_mass_kg"
 
 Rows = Sequence[Mapping[str, str]]
@@ -271,7 +272,7 @@ def augment_plan(
     store: Store, plan: StoredPlan, runs: int, repetitions: int, seed: int, gun: GunBench
 ) -> list[int]:
     """Add `runs` to a plan, beside what is recorded and still to do; returns their numbers."""
-    from ...doe.designs.augment import augment
+    from ....doe.designs.augment import augment
 
     rng = np.random.default_rng(seed)
     kept = plan.treatments("planned", "done")
@@ -282,3 +283,18 @@ def augment_plan(
     first = 1 + max((run.run for run in plan.runs), default=0)
     settings = run_settings(store, plan.space, numbered(rows, range(first, first + runs)), gun)
     return extend_plan(store, plan.name, rows, repetitions=repetitions, settings=settings)
+
+
+def range_in_column(name: str, limits: Sequence[Any]) -> tuple[float, ...]:
+    """Limits and step in the unit of the factor's column."""
+    factor = BY_NAME.get(name) or BY_COLUMN.get(name)
+    if factor is None or factor.si_unit is None:
+        return tuple(si(value, "", f"range of {name}") for value in limits)
+    name_of_column = name == factor.column and name != factor.name
+
+    def in_column(value: Any) -> float:
+        has_unit = isinstance(value, str) or hasattr(value, "to")
+        number = si(value, str(factor.si_unit), f"range of {name}")
+        return number if name_of_column and not has_unit else number / factor.scale
+
+    return tuple(map(in_column, limits))

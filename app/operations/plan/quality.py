@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...doe.designs.imported import read_table
-from ...doe.merit.best_possible import best_possible, random_reference
-from ...doe.merit.model_terms import USUAL_EFFECT
-from ...doe.merit.quality import FIGURES, compare, figure_text
-from ...doe.merit.verdict import Judgement, judge
-from ...doe.plans import StoredPlan, read_plan
-from ...doe.plots import level_labels, pair_matrix
-from ...doe.space import Space
-from ...files.atomic_write import atomic_file
-from ...schema.session import Store
-from ..common.number_format import finite
-from ..common.plan_tables import run_counts
+from ....doe.designs.imported import read_table
+from ....doe.merit.best_possible import best_possible, random_reference
+from ....doe.merit.model_terms import USUAL_EFFECT
+from ....doe.merit.quality import FIGURES, compare, figure_text
+from ....doe.merit.verdict import Judgement, judge
+from ....doe.plans import StoredPlan, read_plan
+from ....doe.plots import level_labels, pair_matrix
+from ....doe.space import Space
+from ....files.atomic_write import atomic_file
+from ....schema.session import Store
+from ...common.number_format import finite
+from ...common.plan_tables import run_counts
 
 Designs = Mapping[str, NDArray[np.int64]]
 
@@ -280,7 +280,7 @@ def draw(space: Space, designs: Designs, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from ...doe.plots import draw_quality
+    from ....doe.plots import draw_quality
 
     figure = Figure(figsize=(7.5 * len(designs), 17), layout="constrained", dpi=120)
     FigureCanvasAgg(figure)
