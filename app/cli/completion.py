@@ -124,7 +124,10 @@ def _registry(store: str) -> str:
     if given := os.environ.get("MLFLOW_TRACKING_URI"):
         return given
     file = _file(store)
-    return f"sqlite:///{Path('pyroshock-models.db') if file is None else file.with_name(f'{file.stem}-models.db')}"
+    models = (
+        Path("pyroshock-models.db") if file is None else file.with_name(f"{file.stem}-models.db")
+    )
+    return f"sqlite:///{models}"
 
 
 def _file(address: str) -> Path | None:

@@ -388,8 +388,8 @@ def _pictures(verdict: Verdict, most: int | None) -> list[Block]:
 
 
 def run_settings_words(text: str) -> str:
-    """Settings as a table of runs names them, in words: "bullet_mass_kg 0.4, tip_material steel" becomes "bullet mass
-    0.4 kg, tip material steel"."""
+    """Settings as a table of runs names them, in words: "bullet_mass_kg 0.4, tip_material steel"
+    becomes "bullet mass 0.4 kg, tip material steel"."""
     words = []
     for part in text.split(", "):
         column, _, level = part.rpartition(" ")

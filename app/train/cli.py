@@ -487,9 +487,8 @@ def tell_version(
     rows = ({"setting": name, "value": value} for name, value in settings.items())
     print_table(rows, "no settings: nothing was searched, or older software trained it")
     for part, search in searches.items():
-        click.echo(
-            f"\n{search_sentence(part, search)}\n{importance_sentence(search, importance_of(search))}"
-        )
+        importance = importance_sentence(search, importance_of(search))
+        click.echo(f"\n{search_sentence(part, search)}\n{importance}")
 
 
 def _lost_pulses(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:
