@@ -61,8 +61,10 @@ _BENCH: dict[str, tuple[tuple[str, str], ...]] = {
     HAMMER: (("mass_kg", "nominal effective mass of the hammer"),),
 }
 _HEAD = f"""\
-# Written by pyroshock campaigns init. Replace every "{FILL_IN}", here and in runs.csv, look at the lines that say
-# "please check", and try it: pyroshock ingest FOLDER --dry-run. docs/reference/campaigns.md says what each key means.
+# Written by pyroshock campaigns init. Replace every "{FILL_IN}", here and in runs.csv, \
+look at the lines that say
+# "please check", and try it: pyroshock ingest FOLDER --dry-run. \
+docs/reference/campaigns.md says what each key means.
 """
 
 
