@@ -140,8 +140,8 @@ def test_the_option_goes_before_the_environment_and_commands_and_effects_are_off
 
 @pytest.mark.parametrize(
     "address",
-    ["sqlite:///missing.db", "sqlite:///damaged.db", "sqlite:///no/folder/lab.db", "sqlite://", "nonsense", "mysql://x",
-     "postgresql+psycopg://nobody@127.0.0.1:1/lab", ""],
+    ["sqlite:///missing.db", "sqlite:///damaged.db", "sqlite:///no/folder/lab.db", "sqlite://",
+     "nonsense", "mysql://x", "postgresql+psycopg://nobody@127.0.0.1:1/lab", ""],
 )  # fmt: skip
 @pytest.mark.parametrize("words", [("validate", ""), ("promote", "")])
 def test_no_store_has_no_names_and_is_not_made(address, words, monkeypatch, tmp_path):

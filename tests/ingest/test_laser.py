@@ -44,8 +44,7 @@ def flicker(samples: int) -> np.ndarray:
     return np.where(np.arange(samples) % 2, -1.0, 1.0)
 
 
-# --- edges, levels and velocity
-# --------------------------------------------------------------------------------------
+# --- edges, levels and velocity ---
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.125, 0.5, 0.75])
@@ -144,8 +143,7 @@ def test_many_crossings_of_a_slow_noisy_edge_are_centred_on_it() -> None:
     assert np.mean(found) == pytest.approx(500, abs=4 * np.std(found) / math.sqrt(60))
 
 
-# --- what is a passage
-# -----------------------------------------------------------------------------------------------
+# --- what is a passage ---
 
 #: A robust deviation is 1.4826 times the median one, which is 1 for `flicker`.
 NOISE = 1.4826
@@ -234,8 +232,7 @@ def test_first_sample_that_is_not_finite_is_named(bad: float) -> None:
         muzzle_velocity(signal, RATE_HZ, LENGTH_M)
 
 
-# --- uncertainty
-# -----------------------------------------------------------------------------------------------------
+# --- uncertainty ---
 
 
 @pytest.mark.parametrize("length_u_m", [None, 0.0, 2e-3])
@@ -265,8 +262,7 @@ def test_uncertainty_is_the_scatter_of_length_over_time_and_broadcasts() -> None
     assert spread[1, 2] == pytest.approx(math.hypot(1e-3 / 1e-3, 0.02 * 4e-5 / 1e-3**2))
 
 
-# --- a bullet with its rebound, in noise
-# ------------------------------------------------------------------------------
+# --- a bullet with its rebound, in noise ---
 
 
 @pytest.fixture

@@ -77,8 +77,8 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
     ("ingest", "folder"),
     ("plan", "factorial", "mine", "--factors", "factors.toml", "--repetitions", "1"),
     ("extract", "spring", "--threshold", "0.02"),
-    ("materials", "add", "lead", "--youngs-modulus", "16GPa", "--poisson-ratio", "0.44", "--density",
-     "11340kg/m3", "--yield-strength", "12MPa", "--source", "a table"),
+    ("materials", "add", "lead", "--youngs-modulus", "16GPa", "--poisson-ratio", "0.44",
+     "--density", "11340kg/m3", "--yield-strength", "12MPa", "--source", "a table"),
 ], ids=lambda words: words[0])  # fmt: skip
 def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ...]) -> None:
     hammer_campaign(Path("folder"), recordings=1, hits=1, name="mine")

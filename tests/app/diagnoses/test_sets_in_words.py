@@ -337,9 +337,8 @@ def test_figures_of_what_was_not_seen_have_their_units() -> None:
     }
 
 
-def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not_the_choice_of_the_folds() -> (
-    None
-):
+def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report() -> None:
+    """And not those that each fold chose."""
     nominal_verdict = verdicts.gun()
     entry = replace(nominal_verdict.shrinkage[0], effects=("gun.barrel_loss",))
     alike = "gun.valve_flow or gun.barrel_loss"

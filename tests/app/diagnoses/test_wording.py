@@ -47,8 +47,7 @@ from support.records import verdicts
 from support.records.plate_records import played
 
 
-# --- every effect and every observable has words of the test bench
-# --------------------------------------------------
+# --- every effect and every observable has words of the test bench ---
 def test_effects_and_observables_have_words_of_their_own() -> None:
     assert set(EFFECT_SUBJECTS) == set(EFFECT_CHECKS) == set(catalogue())
     assert len(set(EFFECT_SUBJECTS.values())) == len(EFFECT_SUBJECTS)
@@ -102,9 +101,11 @@ def test_effects_that_are_left(only, without, effects) -> None:
 
 
 @pytest.mark.parametrize(("only", "without", "kind", "message"), [
-    ("gun.magic", (), LookupError, "--with " "'gun.magic': the catalogue " "has no such " "effect; it has gun.back_p"),
-    ((), "plate.damping", ValueError, "--without " "plate.damping: the " "channels of spring " "cannot show this effect; "
-     "they can show gun.back_pressure"),
+    ("gun.magic", (), LookupError,
+     "--with 'gun.magic': the catalogue has no such effect; it has gun.back_p"),
+    ((), "plate.damping", ValueError,
+     "--without plate.damping: the channels of spring cannot show this effect; they can show "
+     "gun.back_pressure"),
     ("gun.blow_by", "gun.blow_by", ValueError, "leave no effect to consider for spring"),
 ])  # fmt: skip
 def test_effects_that_cannot_be_considered_are_named(only, without, kind, message) -> None:
@@ -134,8 +135,7 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
     assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
 
 
-# --- parameters are shown in the units of the field, causes as lists
-# ------------------------------------------------
+# --- parameters are shown in the units of the field, causes as lists ---
 @pytest.mark.parametrize(("name", "unit", "value", "words"), [
     ("gun.valve_flow.opening_time_s", "s", 0.25, "opening time = 250 ms (225 to 275 ms)"),
     ("atmosphere_pa", "Pa", 96500.0, "atmosphere = 0.965 bar (0.868 to 1.062 bar)"),
@@ -353,14 +353,16 @@ def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
     (Cause(("gun.blow_by",), 0.9), "Most probably the leak past the projectile causes it (90 %)."),
     (
         Cause(("gun.blow_by+sensor.force_gain",), 0.9),
-        "the leak past " "the projectile " "and the " "sensitivity of the force " "channel cause " "it together (90 %).",
+        "the leak past the projectile and the sensitivity of the force channel cause it together "
+        "(90 %).",
     ),
     (
         Cause(("gun.valve_flow", "gun.barrel_loss"), 0.9),
-        "it is the " "flow resistance of " "the valve or the " "flow resistance of " "the barrel, which " "these runs cannot tell "
-        "apart (together 90 %).",
+        "it is the flow resistance of the valve or the flow resistance of the barrel, which these "
+        "runs cannot tell apart (together 90 %).",
     ),
-    (Cause(("gun.blow_by",), 0.3), "No cause stands " "out; the likeliest " "is the leak past " "the projectile (30 %)."),
+    (Cause(("gun.blow_by",), 0.3),
+     "No cause stands out; the likeliest is the leak past the projectile (30 %)."),
 ])  # fmt: skip
 def test_verdict_without_shares_is_told_by_its_causes(cause: Cause, words: str) -> None:
     whole = verdicts.verdict()
@@ -448,20 +450,23 @@ def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
 
 @pytest.mark.parametrize(("why", "runs", "line"), [
     (
-        "separates " "gun.valve_flow from " "gun.barrel_loss " "only to 0.2 of the 4 " "standard " "deviations that it takes", 30,
-        "Even 30 runs " "at tank pressure " "0.9 bar would not " "separate the flow " "resistance of the " "valve from the flow "
-        f"resistance of the barrel; " f"measure " f"{effect_check('gun.valve_flow')} " f"or " f"{effect_check('gun.barrel_loss')} "
-        "instead.",
+        "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations "
+        "that it takes", 30,
+        "Even 30 runs at tank pressure 0.9 bar would not separate the flow resistance of the "
+        f"valve from the flow resistance of the barrel; measure {effect_check('gun.valve_flow')} "
+        f"or {effect_check('gun.barrel_loss')} instead.",
     ),
     (
-        "separates " "gun.valve_flow from " "gun.blow_by+gun.valve_flow " "only to " "0.2 of the 4 " "standard deviations", 30,
-        "Even 30 runs " "at tank pressure " "0.9 bar would not " "separate the flow " "resistance of the " "valve from the leak "
-        "past the " "projectile with the " "flow resistance of " "the valve; measure " "the clearance " "between projectile and "
-        "barrel with a bore gauge instead.",
+        "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard "
+        "deviations", 30,
+        "Even 30 runs at tank pressure 0.9 bar would not separate the flow resistance of the valve "
+        "from the leak past the projectile with the flow resistance of the valve; measure the "
+        "clearance between projectile and barrel with a bore gauge instead.",
     ),
     (
         "shows whether gun.blow_by acts", 1,
-        "Fire 1 run at " "tank pressure 0.9 " "bar: this shows " "whether the leak " "past the projectile acts.",
+        "Fire 1 run at tank pressure 0.9 bar: this shows whether the leak past the projectile "
+        "acts.",
     ),
 ])  # fmt: skip
 def test_run_that_cannot_decide_says_what_to_measure_instead(
