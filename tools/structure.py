@@ -3,7 +3,8 @@ change's record.
 
     python -m tools.structure                # this tree
     python -m tools.structure 7d11b52        # another commit, beside this tree
-    python -m tools.structure --lint         # fails on a name that says nothing, or a class name given twice
+    python -m tools.structure --lint         # fails on a name that says nothing, or a class name
+                                             # given twice
 
 The product is every Python file of the rooms that pyproject.toml installs, without tests,
 benchmarks and tools.
