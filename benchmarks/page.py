@@ -33,14 +33,12 @@ imports and its compiling, does not count, except where a whole command is measu
 measures what bounds our value; the last column is our value over that bound.
 """.strip()
 _RATIO_CAPTION = (
-    "The picture shows our time over each peer's time on a logarithmic axis. "
-    "We are faster left of the line. Bars "
-    "reach from the least to the largest repeat."
+    "The picture shows our time over each peer's time on a logarithmic axis. We are faster left of "
+    "the line. Bars reach from the least to the largest repeat."
 )
 _GROWTH_CAPTION = (
-    "The picture shows what more impacts, more configurations and more "
-    "training pulses cost, on logarithmic axes. Bars "
-    "reach from the least to the largest repeat."
+    "The picture shows what more impacts, more configurations and more training pulses cost, on "
+    "logarithmic axes. Bars reach from the least to the largest repeat."
 )
 _SUMMARY_HEAD = (
     "question",

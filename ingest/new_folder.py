@@ -296,9 +296,8 @@ def _with_recordings(
     runs = dict.fromkeys(row["run"] for row in rows)
     if len(recordings) != len(runs):
         raise IngestError(
-            f"{len(recordings)} recordings for a plan of {len(runs)} runs and "
-            f"{len(rows)} repetitions; expected one "
-            "for each run or for each repetition"
+            f"{len(recordings)} recordings for a plan of {len(runs)} runs and {len(rows)} "
+            "repetitions; expected one for each run or for each repetition"
         )
     of_run = dict(zip(runs, recordings, strict=True))
     return [{**row, "recording": of_run[row["run"]]} for row in rows]

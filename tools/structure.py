@@ -265,8 +265,8 @@ def figures(root: Path) -> dict[str, str]:
         "assigned locals that say nothing": f"{100 * banned / len(locals_):.2f} "
         f"% ({banned} of {len(locals_):,})",
         "class names defined more than once": f"{len(duplicate_classes(files))}",
-        "groups of siblings that import each other": f"{len(cycles)} "
-        f"({sum(map(len, cycles))} of them)",
+        "groups of siblings that import each other": f"{len(cycles)} ({sum(map(len, cycles))} of "
+        "them)",
         "lines of benchmarks": f"{_python_lines(root / 'benchmarks'):,}",
         "lines of tests": f"{_python_lines(root / 'tests'):,}",
         "words of docs": f"{words_of(prose_pages(root)):,}",

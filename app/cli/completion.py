@@ -59,9 +59,8 @@ def model_versions(context: click.Context, _: click.Parameter, incomplete: str) 
     address = _registry(_address(context))
     versions = _rows(
         address,
-        "SELECT name, version FROM model_versions WHERE "
-        "COALESCE(current_stage, '') <> 'Deleted_Internal' "
-        "ORDER BY name, version DESC",
+        "SELECT name, version FROM model_versions WHERE COALESCE(current_stage, '') <> "
+        "'Deleted_Internal' ORDER BY name, version DESC",
     )
     aliases = _rows(
         address, "SELECT name, alias FROM registered_model_aliases ORDER BY name, alias"

@@ -159,9 +159,8 @@ def _layout_options(function: Function, centre_points: bool) -> Function:
             default=1,
             show_default=True,
             help=(
-                "Visit every heavy set-up this many times, forwards and "
-                "backwards in turn, so that a drift of the "
-                "bench can be told from its effect."
+                "Visit every heavy set-up this many times, forwards and backwards in turn, so that "
+                "a drift of the bench can be told from its effect."
             ),
         ),
         click.option(

@@ -165,8 +165,8 @@ TYPED = {
     "pyroshock validate fi": "validate first-shots",
     "pyroshock models show tree@1": "models show tree@1",
     "pyroshock dataset build x --from spring,fi": "dataset build x --from spring,first-shots",
-    "pyroshock diagnose x "
-    "--without gun.leak,sensor.zero": "diagnose x --without gun.leak,sensor.zero_shift",
+    "pyroshock diagnose x --without "
+    "gun.leak,sensor.zero": "diagnose x --without gun.leak,sensor.zero_shift",
     "pyroshock predict --contact=lin": "predict --contact=linear@1",
     "pyroshock promote linear@": "promote linear@1",
 }

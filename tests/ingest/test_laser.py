@@ -165,9 +165,8 @@ def test_within_eight_deviations_is_refused_with_its_numbers(margin: float, sign
     signal = flicker(200)
     signal[100:160] = sign * margin * NOISE
     message = (
-        f"no passage: the laser departs from rest by {margin * NOISE:.3g} at "
-        f"most, and its noise is 1.48; "
-        "a bullet is expected to exceed 8 times the noise"
+        f"no passage: the laser departs from rest by {margin * NOISE:.3g} at most, and its noise "
+        "is 1.48; a bullet is expected to exceed 8 times the noise"
     )
     with pytest.raises(NoPassageError, match=f"^{re.escape(message)}$"):
         muzzle_velocity(signal, RATE_HZ, LENGTH_M)

@@ -191,9 +191,8 @@ def _keys(server: Server) -> dict[str, Any]:
     try:
         with engine.connect() as connection:
             channel, recording = connection.exec_driver_sql(
-                "SELECT c.id, c.recording_id FROM channels c JOIN "
-                "series_chunks s ON s.channel_id = c.id"
-                " ORDER BY 1 LIMIT 1"
+                "SELECT c.id, c.recording_id FROM channels c JOIN series_chunks s ON s.channel_id "
+                "= c.id ORDER BY 1 LIMIT 1"
             ).one()
             campaign = connection.exec_driver_sql("SELECT max(id) FROM campaigns").scalar()
     finally:

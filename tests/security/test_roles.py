@@ -56,13 +56,11 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
         assert missing_roles(connection) == [] and missing_rights(connection) == []
     with opened(server.address("keeper")) as store, store.engine.connect() as connection:
         query = (
-            "SELECT role, tablename, has_right FROM pg_tables,"
-            " unnest(ARRAY['pyroshock_reader', 'pyroshock_operator']) role,"
-            " "
+            "SELECT role, tablename, has_right FROM pg_tables, unnest(ARRAY['pyroshock_reader', "
+            "'pyroshock_operator']) role, "
             "unnest(ARRAY['SELECT','INSERT','UPDATE','DELETE','TRUNCATE','REFERENCES','TRIGGER']) "
-            "has_right"
-            " WHERE schemaname = 'public' AND "
-            "has_table_privilege(role::name, tablename::text, has_right)"
+            "has_right WHERE schemaname = 'public' AND has_table_privilege(role::name, "
+            "tablename::text, has_right)"
         )
         granted = {tuple(row) for row in connection.execute(text(query))}
         rights = [

@@ -144,9 +144,8 @@ def test_mean_of_a_set_is_offered_and_its_channel_is_named() -> None:
     first, second = alike().sets
     settled = alike(sets=(replace(first, settled_by=SettledBy("tank_pressure", 9.1)), second))
     line = (
-        f"To tell whether {SUBJECTS} acts, record the tank pressure: it would "
-        f"tell them apart by 9.1 standard "
-        "deviations of its noise."
+        f"To tell whether {SUBJECTS} acts, record the tank pressure: it would tell them apart by "
+        "9.1 standard deviations of its noise."
     )
     assert recommendations(settled)[1] == line and line in next_experiment(settled)
 

@@ -64,8 +64,8 @@ def test_effects_and_observables_have_words_of_their_own() -> None:
         "ln_width_tenth": "pulse width at 10 % of the peak",
         "ln damping of the mode at 412 Hz": "damping of the mode at 412 Hz",
         "acceleration_1 spectrum at 400 Hz": "shock response spectrum at 400 Hz, acceleration 1",
-        "acceleration_2 ln "
-        "amplitude of the mode at 412 Hz": "amplitude of the mode at 412 Hz, acceleration 2",
+        "acceleration_2 ln amplitude of the mode at 412 "
+        "Hz": "amplitude of the mode at 412 Hz, acceleration 2",
         "left rest from 2 to 5 ms": "level at rest from 2 to 5 ms over the peak, left",
         "left delay": "delay over the contact time, left",
         "a_new_one": "a new one",
@@ -125,10 +125,9 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
         "measurement noise; it arises in the gun."
     )
     assert (
-        "The flow resistance of the valve causes 61 % of it (52 to 68 %), "
-        "the atmosphere ahead of the projectile 27 % "
-        "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % "
-        "(1 to 6 %) remains unexplained."
+        "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of "
+        "the projectile 27 % (20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 "
+        "to 6 %) remains unexplained."
     ) in sentences
     assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
     path = (replace(verdicts.gun().path[0], fraction=-0.2),)
@@ -250,9 +249,8 @@ def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
         ("plate", 0.4, (0.1, 0.7)),
     )
     assert (
-        "The contact and the gun are off by nearly the same (3.1 and 3 times "
-        "their tolerances): these runs cannot rank "
-        "them."
+        "The contact and the gun are off by nearly the same (3.1 and 3 times their tolerances): "
+        "these runs cannot rank them."
     ) in summary(verdicts.gun(where=own_errors(contact, gun, plate)))
     # 30.7 + 7.7 reaches 34.8, although 34.8 - 1.9 does not reach 30.7; 2.4 + 0.3 and 3.1 - 0.5 do
     # not meet in squares.
@@ -314,16 +312,14 @@ def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
     alike_two = verdicts.gun(effects=(replace(valve, share=0.51), atmosphere, barrel, leak))
     assert [len(own.effects) for own in alike_two.cause_sets] == [2, 1, 1]
     assert (
-        "The flow resistance of the valve or the flow resistance of the "
-        "barrel (which these runs cannot tell apart) "
-        "causes 61 % of it, the atmosphere"
+        "The flow resistance of the valve or the flow resistance of the barrel (which these runs "
+        "cannot tell apart) causes 61 % of it, the atmosphere"
     ) in summary(alike_two)
     alike = ("gun.barrel_loss", "gun.sliding_friction", "gun.heat_exchange", "gun.dead_volume")
     others = tuple(replace(valve, effect=name, share=0.05, named=False) for name in alike)
     assert (
-        "The flow resistance of the valve, the flow resistance of the "
-        "barrel, the friction of the projectile in the "
-        "barrel or 2 more (which these runs cannot tell apart) causes 81 % of it"
+        "The flow resistance of the valve, the flow resistance of the barrel, the friction of the "
+        "projectile in the barrel or 2 more (which these runs cannot tell apart) causes 81 % of it"
     ) in summary(verdicts.gun(effects=(valve, *others)))
 
 

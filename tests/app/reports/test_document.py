@@ -220,9 +220,8 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
         )
     sentence = shrinkage_line(verdicts.gun().shrinkage[0], verdicts.gun())
     assert sentence.endswith(
-        "97 % (95 to 98 %) of the error above the noise disappears. With a "
-        "learned correction of the "
-        "rest 0.0085 would be left; a correction is not a cause."
+        "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of "
+        "the rest 0.0085 would be left; a correction is not a cause."
     )
     assert "correction" not in shrinkage_line(verdicts.verdict().shrinkage[0], verdicts.verdict())
     corner = shrinkage_line(verdicts.verdict().shrinkage[1], verdicts.verdict())
