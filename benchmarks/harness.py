@@ -219,8 +219,10 @@ def beside(
     why: str = ABSENT,
     **fields: Any,
 ) -> Figure:
-    """ "ours" of the `seconds` beside a peer, and over the "bound" where it is among them; `why`: no
-    such peer."""
+    """ "ours" of the `seconds` beside a peer, and over the "bound" where it is among them.
+
+    `why`: no such peer.
+    """
     fields = {"peer_name": peer, "bound_values": seconds.get("bound"), **fields}
     if peer in seconds:
         return compared(theme, name, seconds["ours"], seconds[peer], **fields)

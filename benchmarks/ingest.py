@@ -118,8 +118,9 @@ def measure_memory(
                 MEMORY_THEME, f"{count} recordings against {recordings // 4}, --jobs {jobs}",
                 {"ours": peaks(count, jobs), peer: smallest, "bound": libraries}, peer, unit="MiB",
                 limit=MEMORY_LIMIT,
-                bound=f"{in_flight} x 4 MiB of recordings in flight at most, and one process that only loads the "
-                "libraries", question="memory of an ingest as the campaign grows", kind="growth",
+                bound=f"{in_flight} x 4 MiB of recordings in flight at most, and one process that "
+                "only loads the libraries",
+                question="memory of an ingest as the campaign grows", kind="growth",
             )  # fmt: skip
 
 

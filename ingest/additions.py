@@ -179,9 +179,8 @@ def refuse_changed_channels(session: Session, campaign: Campaign, file: Campaign
     if changes:
         listed = "; ".join(dict.fromkeys(changes))
         raise IngestError(
-            f"{FILE}: {listed}: later figures of campaign {campaign.name!r} "
-            f"would not mean what the stored ones do; "
-            "restore the stored values, or give this campaign another name"
+            f"{FILE}: {listed}: later figures of campaign {campaign.name!r} would not mean what "
+            "the stored ones do; restore the stored values, or give this campaign another name"
         )
 
 
@@ -234,11 +233,9 @@ def _calibration(calibration: Calibration | None) -> str | None:
         return None
     line = calibration.line
     return (
-        f"{calibration.points} points of {calibration.date} (sensitivity "
-        f"{line.sensitivity:.6g} with u "
-        f"{line.sensitivity_u:.2g}, offset {line.offset:.6g} V with u "
-        f"{line.offset_u:.2g}, common u "
-        f"{calibration.common_u:g})"
+        f"{calibration.points} points of {calibration.date} (sensitivity {line.sensitivity:.6g} "
+        f"with u {line.sensitivity_u:.2g}, offset {line.offset:.6g} V with u {line.offset_u:.2g}, "
+        f"common u {calibration.common_u:g})"
     )
 
 

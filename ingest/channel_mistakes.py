@@ -160,7 +160,6 @@ def refuse_no_reading(file: str, channel: str, samples: NDArray[Any]) -> None:
     if beyond.any():
         at = int(np.argmax(beyond))
         raise RecordingError(
-            f"{file}: channel {channel!r} holds {samples[at]:.3g} at sample "
-            f"{at}; no sensor gives such a number, "
-            "the file is damaged or has another type of number"
+            f"{file}: channel {channel!r} holds {samples[at]:.3g} at sample {at}; no sensor gives "
+            "such a number, the file is damaged or has another type of number"
         )

@@ -230,9 +230,8 @@ def _campaign(folder: Path, names: MaterialNames) -> CampaignFile:
     material = names(file.plate.material)
     if material is None:
         raise IngestError(
-            f"{CAMPAIGN}: bench.plate.material is {file.plate.material!r}; "
-            f"expected a material of the store "
-            "(pyroshock materials lists and adds them)"
+            f"{CAMPAIGN}: bench.plate.material is {file.plate.material!r}; expected a material of "
+            "the store (pyroshock materials lists and adds them)"
         )
     return replace(file, plate=replace(file.plate, material=material))
 
@@ -296,11 +295,10 @@ def campaign_plate_response(
         place = None if struck is None else struck.label
         if place is not None and place != hammer:
             raise IngestError(
-                f"{row.place}: impact_position is "
-                f"{place!r}, force.impact_position of campaign.toml "
-                f"{hammer!r}: a transfer function holds for one place; hit "
-                f"the plate with the hammer where the "
-                "projectile strikes it, or put these rows into a campaign of their own"
+                f"{row.place}: impact_position is {place!r}, force.impact_position of "
+                f"campaign.toml {hammer!r}: a transfer function holds for one place; hit the plate "
+                "with the hammer where the projectile strikes it, or put these rows into a "
+                "campaign of their own"
             )
     return plate_response(file.folder, file.force, dict(file.sensors), file.reading)
 

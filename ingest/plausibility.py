@@ -82,11 +82,9 @@ def check_impulse(
         "limits": list(limits),
     }
     message = (
-        f"an impulse of {pulse.impulse_n_s:.3g} N s is {ratio:.2g} times mass "
-        f"times velocity ({mass_kg:.3g} kg, "
-        f"{velocity_m_s:.3g} m/s), where {expected[0]:.2g} to "
-        f"{expected[1]:.2g} are possible: look at mass, velocity, "
-        "unit and sensitivity of the force"
+        f"an impulse of {pulse.impulse_n_s:.3g} N s is {ratio:.2g} times mass times velocity "
+        f"({mass_kg:.3g} kg, {velocity_m_s:.3g} m/s), where {expected[0]:.2g} to {expected[1]:.2g} "
+        "are possible: look at mass, velocity, unit and sensitivity of the force"
     )
     return Finding(
         "implausible-impulse", "reject" if far else "warning", message, channel, evidence, contact
@@ -98,9 +96,8 @@ def check_tip(radius_m: float | None, contact: int | None, channel: str) -> Find
     if radius_m is None or radius_m >= SMALLEST_RADIUS_M:
         return None
     message = (
-        f"a tip radius of {radius_m * 1e3:.3g} mm is smaller than "
-        f"{SMALLEST_RADIUS_M * 1e3:g} mm: look whether "
-        "runs.csv gives it in mm"
+        f"a tip radius of {radius_m * 1e3:.3g} mm is smaller than {SMALLEST_RADIUS_M * 1e3:g} mm: "
+        "look whether runs.csv gives it in mm"
     )
     evidence = {"tip_radius_m": radius_m, "limit_m": SMALLEST_RADIUS_M}
     return Finding("implausible-tip", "warning", message, channel, evidence, contact)
@@ -124,9 +121,8 @@ def check_other_campaigns(places: Sequence[tuple[str, str]], channel: str) -> Fi
     campaign, path = places[0]
     more = f" and {len(places) - 1} more" if len(places) > 1 else ""
     message = (
-        f"this very file is stored as {path} of campaign {campaign}{more}: "
-        f"datasets of both would hold its impacts "
-        "twice; delete one of the campaigns, or build datasets of one of them"
+        f"this very file is stored as {path} of campaign {campaign}{more}: datasets of both would "
+        "hold its impacts twice; delete one of the campaigns, or build datasets of one of them"
     )
     evidence = {"stored_as": [{"campaign": name, "recording": place} for name, place in places]}
     return Finding("same-recording", "warning", message, channel, evidence)
@@ -235,9 +231,8 @@ def _broken(file: CampaignFile, row: RunRow) -> Iterator[tuple[str, str]]:
         ]
         yield (
             PRESSURE,
-            f"tank_pressure_bar is {pressure / 1e5:g}, the regulator gives at "
-            f"most {limit / 1e5:g} bar "
-            "(max_regulated_pressure_pa in [bench.gun] states another limit"
+            f"tank_pressure_bar is {pressure / 1e5:g}, the regulator gives at most {limit / 1e5:g} "
+            "bar (max_regulated_pressure_pa in [bench.gun] states another limit"
             + (f"; possible would be {' or '.join(possible)})" if possible else ")"),
         )
 

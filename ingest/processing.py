@@ -220,9 +220,8 @@ def _missing_channels(
             recording.info(name)  # raises, and names the channels that there are
         if other := resembled_channel(name, undeclared):
             raise RecordingError(
-                f"no channel {name!r}, but {other!r}, which resembles it and "
-                f"is not declared; correct the name in "
-                "campaign.toml or in the file, or declare both"
+                f"no channel {name!r}, but {other!r}, which resembles it and is not declared; "
+                "correct the name in campaign.toml or in the file, or declare both"
             )
     there = ", ".join(channel.name for channel in recording.channels)
     return {

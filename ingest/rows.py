@@ -74,9 +74,8 @@ def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -
         or "the name of the modal table's file is another"
     )
     raise IngestError(
-        f"campaign.toml: campaign {file.name!r} is in the store with another "
-        f"kind, date, bench or known fact: {words}; "
-        "restore the stored values, or give this campaign another name"
+        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date, bench or "
+        f"known fact: {words}; restore the stored values, or give this campaign another name"
     )
 
 

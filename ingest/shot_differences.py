@@ -111,12 +111,10 @@ def check_shot(
         for column, pair in pairs:
             if pair.differs():
                 message = (
-                    f"{column} of runs.csv is {pair.row:.4g} m/s and the "
-                    f"laser shows {read:.4g} m/s (standard "
-                    f"uncertainty {read_u:.2g} m/s): their ratio is "
-                    f"{pair.row / read:.3g}, and {pair.ratios[0]:.3g} to "
-                    f"{pair.ratios[1]:.3g} is expected beyond "
-                    f"{_UNCERTAINTIES:g} uncertainties. {_USED_VELOCITY}"
+                    f"{column} of runs.csv is {pair.row:.4g} m/s and the laser shows {read:.4g} "
+                    f"m/s (standard uncertainty {read_u:.2g} m/s): their ratio is "
+                    f"{pair.row / read:.3g}, and {pair.ratios[0]:.3g} to {pair.ratios[1]:.3g} is "
+                    f"expected beyond {_UNCERTAINTIES:g} uncertainties. {_USED_VELOCITY}"
                 )
                 evidence = {
                     "column": column,
@@ -131,11 +129,9 @@ def check_shot(
         if pair.differs():
             message = (
                 f"tank_pressure_bar of runs.csv is {set_pa / 1e5:.4g} bar and "
-                f"{pair.read / 1e5:.4g} bar is recorded "
-                f"before the shot (standard uncertainty "
-                f"{pair.read_u / 1e5:.2g} bar): they differ by more than "
-                f"{_UNCERTAINTIES:g} uncertainties, {_SHARE:.0%} and "
-                f"{_GAUGES_PA / 1e5:g} bar together. "
+                f"{pair.read / 1e5:.4g} bar is recorded before the shot (standard uncertainty "
+                f"{pair.read_u / 1e5:.2g} bar): they differ by more than {_UNCERTAINTIES:g} "
+                f"uncertainties, {_SHARE:.0%} and {_GAUGES_PA / 1e5:g} bar together. "
                 f"{_USED_PRESSURE}"
             )
             evidence = {"row_pa": set_pa, "recorded_pa": pair.read, "recorded_u_pa": pair.read_u}
@@ -319,18 +315,16 @@ def _velocity_finding(
     reasons = _units("velocity", common, ratios)
     if length_m is not None and 1 / 3 < common.factor < 3:
         reasons.append(
-            f"the bullet is {1e3 * common.factor * length_m:.4g} mm long, "
-            f"where bullet_length_mm is "
-            f"{1e3 * length_m:.4g}"
+            f"the bullet is {1e3 * common.factor * length_m:.4g} mm long, where bullet_length_mm "
+            f"is {1e3 * length_m:.4g}"
         )
     message = (
-        f"the velocities of runs.csv ({column}) are {common.factor:.3g} times "
-        f"the laser's (95 %: {common.low:.3g} to "
-        f"{common.high:.3g}) in most of {common.shots} shots; {common.off} are outside of "
-        f"{ratios[0]:g} to {ratios[1]:g} times it by more than "
-        f"{_UNCERTAINTIES:g} of their uncertainties. "
-        f"One of these would explain it: {'; '.join((*reasons, 'a clock or gain that is wrong'))}. "
-        f"{_USED_VELOCITY}: correct the column or the length"
+        f"the velocities of runs.csv ({column}) are {common.factor:.3g} times the laser's (95 %: "
+        f"{common.low:.3g} to {common.high:.3g}) in most of {common.shots} shots; {common.off} are "
+        f"outside of {ratios[0]:g} to {ratios[1]:g} times it by more than {_UNCERTAINTIES:g} of "
+        "their uncertainties. One of these would explain it: "
+        f"{'; '.join((*reasons, 'a clock or gain that is wrong'))}. {_USED_VELOCITY}: correct the "
+        "column or the length"
     )
     return Finding(COMMON_VELOCITY, "warning", message, laser, _evidence(common))
 
@@ -358,11 +352,9 @@ def _pressure_finding(common: CommonDifference, tank: str) -> Finding:
             "the sensitivity of the transducer in campaign.toml is wrong"
         ]
         message = (
-            f"the pressures of runs.csv are {common.factor:.3g} times the "
-            f"recorded ones (95 %: {common.low:.3g} to "
-            f"{common.high:.3g}) in most of {common.shots} shots; this would "
-            f"explain it: {', or '.join(reasons)}, or "
-            "the regulator's gauge is off by this factor"
+            f"the pressures of runs.csv are {common.factor:.3g} times the recorded ones (95 %: "
+            f"{common.low:.3g} to {common.high:.3g}) in most of {common.shots} shots; this would "
+            f"explain it: {', or '.join(reasons)}, or the regulator's gauge is off by this factor"
         )
     return Finding(
         COMMON_PRESSURE, "warning", f"{message}. {_USED_PRESSURE}", tank, _evidence(common)

@@ -237,9 +237,8 @@ def refuse_other_modes(session: Session, campaign: Campaign, modes: ModalTableFi
     if modes is not None and plate_row is not None and plate_row.fingerprint != modes.fingerprint:
         changes = "; ".join(mode_changes(session, plate_row.id, modes))
         raise IngestError(
-            f"campaign.toml: campaign {campaign.name!r} is in the store with "
-            f"another modal table: {changes}; "
-            "restore the stored values, or give this campaign another name"
+            f"campaign.toml: campaign {campaign.name!r} is in the store with another modal table: "
+            f"{changes}; restore the stored values, or give this campaign another name"
         )
 
 
@@ -366,9 +365,8 @@ def refuse_changed_rows(
             path = row.recording or ""
             if path in recordings and recordings[path].status == STORED:
                 raise IngestError(
-                    f"{where}: {path} is in the store already, "
-                    f"without this row; give it back its rows, "
-                    f"{way_out(file.name, path)}"
+                    f"{where}: {path} is in the store already, without this row; give it back its "
+                    f"rows, {way_out(file.name, path)}"
                 )
         elif stored.recording != row.recording:
             source = stored.recording or "a row without recording"

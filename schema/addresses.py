@@ -96,9 +96,8 @@ def _file_path(path: str, address: str) -> str:
         raise AddressError(f"{address!r} holds a NUL character, which no path can; {_EXPECTED}")
     if option := _SQLITE_OPTIONS.search(path):
         raise AddressError(
-            f"{address!r} has the options {option.group()!r}, which the "
-            f"software does not take; leave them out: "
-            f"{address.removesuffix(option.group())}"
+            f"{address!r} has the options {option.group()!r}, which the software does not take; "
+            f"leave them out: {address.removesuffix(option.group())}"
         )
     return path
 

@@ -27,7 +27,8 @@ DATA_FILES = ("py.typed", "schema/data/*.csv", "schema/migrations/**/*.py", "exa
 IMPORT_EVERYTHING = """
 import importlib, json, pkgutil
 import pyroshock
-names = ["pyroshock", *(found.name for found in pkgutil.walk_packages(pyroshock.__path__, "pyroshock."))]
+modules = pkgutil.walk_packages(pyroshock.__path__, "pyroshock.")
+names = ["pyroshock", *(module.name for module in modules)]
 names.remove("pyroshock.schema.migrations.env")  # a script: runs only inside Alembic
 print(json.dumps({name: importlib.import_module(name).__file__ for name in names}))
 """

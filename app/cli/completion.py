@@ -59,9 +59,8 @@ def model_versions(context: click.Context, _: click.Parameter, incomplete: str) 
     address = _registry(_address(context))
     versions = _rows(
         address,
-        "SELECT name, version FROM model_versions WHERE "
-        "COALESCE(current_stage, '') <> 'Deleted_Internal' "
-        "ORDER BY name, version DESC",
+        "SELECT name, version FROM model_versions WHERE COALESCE(current_stage, '') <> "
+        "'Deleted_Internal' ORDER BY name, version DESC",
     )
     aliases = _rows(
         address, "SELECT name, alias FROM registered_model_aliases ORDER BY name, alias"
@@ -124,7 +123,10 @@ def _registry(store: str) -> str:
     if given := os.environ.get("MLFLOW_TRACKING_URI"):
         return given
     file = _file(store)
-    return f"sqlite:///{Path('pyroshock-models.db') if file is None else file.with_name(f'{file.stem}-models.db')}"
+    models = (
+        Path("pyroshock-models.db") if file is None else file.with_name(f"{file.stem}-models.db")
+    )
+    return f"sqlite:///{models}"
 
 
 def _file(address: str) -> Path | None:

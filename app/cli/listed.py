@@ -108,9 +108,8 @@ def listing_options(command: Command) -> Command:
         callback=split_names,
         metavar="A,B,…",
         help=(
-            "Show only these columns, named as in JSON or as in the heading, "
-            "in this order. Repeat the option, or give "
-            "a list: a,b."
+            "Show only these columns, named as in JSON or as in the heading, in this order. Repeat "
+            "the option, or give a list: a,b."
         ),
     )
     @wraps(command)

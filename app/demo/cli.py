@@ -163,12 +163,10 @@ def _error_lines(comparison: GunComparison) -> tuple[str, str]:
 
     gun = comparison.gun
     return (
-        f"mean absolute error {comparison.mean_error_percent:.2f} % "
-        f"(from the thesis's printed column: "
-        f"{comparison.published_mean_error_percent:.2f} %); the travel of "
-        f"{gun.travel_m:.2f} m and the friction of "
-        f"{gun.friction_coefficient:g} were identified from the printed "
-        "predictions",
+        f"mean absolute error {comparison.mean_error_percent:.2f} % (from the thesis's printed "
+        f"column: {comparison.published_mean_error_percent:.2f} %); the travel of "
+        f"{gun.travel_m:.2f} m and the friction of {gun.friction_coefficient:g} were identified "
+        "from the printed predictions",
         f"with the stated travel of {STATED_TRAVEL_M:g} m and a friction of {DRY_FRICTION:g}: "
         f"{comparison.stated_mean_error_percent:.2f} %",
     )
@@ -191,15 +189,13 @@ def _virtual_campaign(story: _Story) -> None:
         else ""
     )
     story.tell(
-        f"The software plans {result.planned} runs, fires {result.shots} "
-        f"shots on the virtual bench, ingests the "
-        f"recordings, and links them to the plan: {result.done} of "
+        f"The software plans {result.planned} runs, fires {result.shots} shots on the virtual "
+        f"bench, ingests the recordings, and links them to the plan: {result.done} of "
         f"{result.planned} runs are done{repeats}."
     )
     story.tell(
-        f"The shots have {result.median_ratio:.2f} times the velocity of the "
-        f"nominal gun (median): the virtual bench "
-        "has losses that the nominal gun does not have."
+        f"The shots have {result.median_ratio:.2f} times the velocity of the nominal gun (median): "
+        "the virtual bench has losses that the nominal gun does not have."
     )
 
 
@@ -225,13 +221,10 @@ def _model_sentences(model: TrainedModel) -> tuple[str, str]:
 
     error = model.version.metrics[METRIC]
     return (
-        f"The software trains the model {MODEL} (Gaussian processes) on "
-        f"usable pulses of the campaign, {model.pulses} "
-        f"with those that it withholds. "
-        f"{model.version.label} predicts the force of configurations that it "
-        f"has not seen with an error of "
-        f"{100 * error.mean:.1f} % of the peak (90 % interval "
-        f"{100 * error.low:.1f} to {100 * error.high:.1f} %).",
+        f"The software trains the model {MODEL} (Gaussian processes) on usable pulses of the "
+        f"campaign, {model.pulses} with those that it withholds. {model.version.label} predicts "
+        f"the force of configurations that it has not seen with an error of {100 * error.mean:.1f} "
+        f"% of the peak (90 % interval {100 * error.low:.1f} to {100 * error.high:.1f} %).",
         f"{model.decision.sentence}.",
     )
 
@@ -244,9 +237,8 @@ def _validation(story: _Story) -> None:
     draw_validation(validation, story.picture(4))
     story.data["validation"] = validation_json(validation)
     story.tell(
-        "The twin predicts each shot of the campaign after it has learned "
-        "from the shots of other configurations "
-        "alone, and each prediction has a 90 % band."
+        "The twin predicts each shot of the campaign after it has learned from the shots of other "
+        "configurations alone, and each prediction has a 90 % band."
     )
     story.tell(validation.sentence)
 

@@ -69,9 +69,8 @@ _STAGES = ("gun", "contact", "plate")
     multiple=True,
     metavar="EFFECT|none",
     help=(
-        "Let predictions of this bench use these effects from now on, or the "
-        "mean of effects that cannot be told "
-        "apart: a/b; `none` ends this. Repeat the option, or give a list: a,b."
+        "Let predictions of this bench use these effects from now on, or the mean of effects that "
+        "cannot be told apart: a/b; `none` ends this. Repeat the option, or give a list: a,b."
     ),
     shell_complete=effect_ids,
 )
@@ -90,9 +89,8 @@ _STAGES = ("gun", "contact", "plate")
     callback=split_names,
     metavar="NUMBER=SD",
     help=(
-        "Set the standard deviation of a number, in SI: "
-        "bullet_mass_kg=0.001. Those of the contact are shares. Repeat "
-        "the option, or give a list: a,b."
+        "Set the standard deviation of a number, in SI: bullet_mass_kg=0.001. Those of the contact "
+        "are shares. Repeat the option, or give a list: a,b."
     ),
 )
 @click.option(

@@ -22,10 +22,9 @@ def check_diagnosis_unused(session: Session, key: int) -> str:
     ).all()
     if versions:
         raise DiagnosisInUseError(
-            f"diagnosis {key} cannot be deleted: version "
-            f"{', '.join(map(str, sorted(versions)))} of the twin was "
-            f"adopted from it, and the record of the twin names it; it is "
-            f"deleted with its campaign {campaign!r} only"
+            f"diagnosis {key} cannot be deleted: version {', '.join(map(str, sorted(versions)))} "
+            "of the twin was adopted from it, and the record of the twin names it; it is deleted "
+            f"with its campaign {campaign!r} only"
         )
     return campaign
 

@@ -84,7 +84,8 @@ def delete(diagnosis: int, db: str, dry_run: bool) -> None:
 diagnoses = noun_group(
     list_diagnoses,
     {"show": show, "delete": delete},
-    """List the diagnoses; show or delete one. Without a command, list them. `pyroshock diagnose` makes new ones.
+    """List the diagnoses; show or delete one. Without a command, list them.
+    `pyroshock diagnose` makes new ones.
 
     \b
     Example:

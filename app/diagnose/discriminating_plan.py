@@ -94,9 +94,8 @@ def store_experiment_of(
 def no_setting(campaign: str) -> str:
     """What to say of a diagnosis without next runs."""
     return (
-        f"the diagnosis of {campaign} names no setting that separates causes; "
-        f"its report says what to do next "
-        f"(pyroshock diagnose {campaign})"
+        f"the diagnosis of {campaign} names no setting that separates causes; its report says what "
+        f"to do next (pyroshock diagnose {campaign})"
     )
 
 

@@ -66,9 +66,8 @@ def recommendations(verdict: Verdict) -> tuple[str, ...]:
     if is_agreement(verdict):
         return (
             "Nothing has to be changed: the nominal model can be used for this campaign.",
-            "To look for a smaller error, diagnose again with a smaller "
-            "tolerance (--tolerance) or with more "
-            "repetitions of each configuration.",
+            "To look for a smaller error, diagnose again with a smaller tolerance (--tolerance) or "
+            "with more repetitions of each configuration.",
         )
     if is_unknown(verdict):
         steps = [_nearest_sentence(verdict), rest_sentence(verdict), *next_experiment(verdict)]
@@ -78,9 +77,8 @@ def recommendations(verdict: Verdict) -> tuple[str, ...]:
         steps += [rest_sentence(verdict) if rest else "", _confirmation(verdict)]
     if any(sentence.startswith("floor assumed") for sentence in verdict.assumptions):
         steps.append(
-            "Repeat three configurations three times: nothing was repeated, "
-            "so the measurement noise is an assumption "
-            "and the probabilities are not calibrated."
+            "Repeat three configurations three times: nothing was repeated, so the measurement "
+            "noise is an assumption and the probabilities are not calibrated."
         )
     return tuple(filter(None, steps))[:_MOST_STEPS]
 
@@ -100,9 +98,8 @@ def _adoption(verdict: Verdict) -> str:
         )
     if fraction < _WORTH_ADOPTING:
         return (
-            f"Do not adopt {names} yet: only {percent(max(fraction, 0.0))} of "
-            f"the error disappears on configurations "
-            "that the fit has not seen."
+            f"Do not adopt {names} yet: only {percent(max(fraction, 0.0))} of the error disappears "
+            "on configurations that the fit has not seen."
         )
     command = (
         f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {best.name.replace('+', ',')}"
@@ -119,9 +116,8 @@ def _adoption(verdict: Verdict) -> str:
     if omitted:
         subjects = join_words([effect_subject(effect.id) for effect in best.effects])
         return (
-            f"Adopt {subjects}, and not {join_words(omitted)}: together with "
-            f"that no fit has parameters that the parts "
-            f"can have: {command}."
+            f"Adopt {subjects}, and not {join_words(omitted)}: together with that no fit has "
+            f"parameters that the parts can have: {command}."
         )
     if len(best.effects) > 1:
         return f"Adopt these effects, so that predictions include them: {command}."
@@ -151,9 +147,8 @@ def _settling(verdict: Verdict) -> str:
             )
             subjects = join_words([effect_subject(name) for name in own.effects], "or")
             return (
-                f"To tell whether {subjects} acts, record the {channel}: it "
-                f"would tell them apart by {distance} "
-                "standard deviations of its noise."
+                f"To tell whether {subjects} acts, record the {channel}: it would tell them apart "
+                f"by {distance} standard deviations of its noise."
             )
     return ""
 
@@ -254,9 +249,8 @@ def _nearest_sentence(verdict: Verdict) -> str:
                 f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
             )
         return (
-            f"The nearest effect is {subject}, which takes {gain} of the "
-            f"error away beside the other likely "
-            f"effects, on configurations that it was not fitted "
+            f"The nearest effect is {subject}, which takes {gain} of the error away beside the "
+            "other likely effects, on configurations that it was not fitted "
             f"to{', ' if others else ''}{others}{together}."
         )
     if verdict.effects:
@@ -319,9 +313,8 @@ def _separating_runs(verdict: Verdict) -> str:
     cause."""
     if verdict.where.factors:
         return (
-            f"Fire three repetitions of two settings where "
-            f"{verdict.where.factors[0].rule} and of two where this does "
-            "not hold, with all other settings the same: this shows whether "
+            f"Fire three repetitions of two settings where {verdict.where.factors[0].rule} and of "
+            "two where this does not hold, with all other settings the same: this shows whether "
             "that setting makes the error."
         )
     _, runs = _STAGE_EXPERIMENTS[_main_stage(verdict)]
@@ -337,9 +330,8 @@ def _further_measurement(verdict: Verdict) -> str:
     if nearest is None or not effect_check(nearest.effect):
         return f"Measure {further}: this shows causes that the recorded channels cannot show."
     return (
-        f"Measure {effect_check(nearest.effect)}, to see whether "
-        f"{effect_subject(nearest.effect)} acts; other causes "
-        f"may show in {further}."
+        f"Measure {effect_check(nearest.effect)}, to see whether {effect_subject(nearest.effect)} "
+        f"acts; other causes may show in {further}."
     )
 
 

@@ -174,11 +174,9 @@ def _path_and_shares(verdict: Verdict) -> list[Block]:
     return [
         ChartRow(figures),
         Paragraph(
-            "The path adds one set of effects after the other and measures "
-            "the error on configurations that the fit "
-            "has not seen. Shares are of the squared error of all "
-            "configurations; what is blue is established as a "
-            "cause.",
+            "The path adds one set of effects after the other and measures the error on "
+            "configurations that the fit has not seen. Shares are of the squared error of all "
+            "configurations; what is blue is established as a cause.",
             quiet=True,
         ),
     ]
@@ -262,15 +260,12 @@ def cause_word(verdict: Verdict, row: EffectSet | EffectShare) -> str:
 
 
 EFFECTS_CAPTION = (
-    "Share of the squared error with its 90 % interval, probability that the "
-    "effect acts, and how much more of the "
-    "error disappears with it than without it on configurations that the fit "
-    "has not seen (adds held out). Without it, "
-    "the other likely effects are fitted again and may take a part of its "
-    "place; the path adds the first effect to the "
-    "nominal model, so that more can disappear there. Of the effects of one "
-    "set at least one acts, and these runs "
-    "cannot tell which; its first row is that of the set."
+    "Share of the squared error with its 90 % interval, probability that the effect acts, and how "
+    "much more of the error disappears with it than without it on configurations that the fit has "
+    "not seen (adds held out). Without it, the other likely effects are fitted again and may take "
+    "a part of its place; the path adds the first effect to the nominal model, so that more can "
+    "disappear there. Of the effects of one set at least one acts, and these runs cannot tell "
+    "which; its first row is that of the set."
 )
 
 
@@ -330,9 +325,8 @@ def _size(verdict: Verdict) -> Paragraph:
     families = join_words([f"{family.family} {times(family.excess)}" for family in gap.families])
     by_family = f" Above the noise, in tolerances: {families}." if len(gap.families) > 1 else ""
     return Paragraph(
-        f"{gap.metric}: {number(gap.before)}; measurement noise "
-        f"{number(gap.noise_floor)}, tolerance "
-        f"{number(gap.tolerance)}. The error {verb} both together.{by_family}",
+        f"{gap.metric}: {number(gap.before)}; measurement noise {number(gap.noise_floor)}, "
+        f"tolerance {number(gap.tolerance)}. The error {verb} both together.{by_family}",
         quiet=True,
     )
 
@@ -388,8 +382,8 @@ def _pictures(verdict: Verdict, most: int | None) -> list[Block]:
 
 
 def run_settings_words(text: str) -> str:
-    """Settings as a table of runs names them, in words: "bullet_mass_kg 0.4, tip_material steel" becomes "bullet mass
-    0.4 kg, tip material steel"."""
+    """Settings as a table of runs names them, in words: "bullet_mass_kg 0.4, tip_material steel"
+    becomes "bullet mass 0.4 kg, tip material steel"."""
     words = []
     for part in text.split(", "):
         column, _, level = part.rpartition(" ")
@@ -427,9 +421,8 @@ def _unseen_figures(verdict: Verdict) -> list[Block]:
 
 
 _UNSEEN = (
-    "Error before and after. Configuration: each configuration in turn was "
-    "left out of the fit. Corner: all "
-    "configurations of a corner of the settings were left out."
+    "Error before and after. Configuration: each configuration in turn was left out of the fit. "
+    "Corner: all configurations of a corner of the settings were left out."
 )
 
 

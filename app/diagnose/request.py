@@ -58,18 +58,16 @@ def considered_effects(
     for option, names in (("--with", only), ("--without", without)):
         if hidden := [name for name in names if name not in detectable]:
             raise ValueError(
-                f"{option} {hidden[0]}: the channels of {campaign} cannot "
-                f"show this effect; they can show "
-                f"{_list(detectable)}"
+                f"{option} {hidden[0]}: the channels of {campaign} cannot show this effect; they "
+                f"can show {_list(detectable)}"
             )
     effects = tuple(
         name for name in detectable if (not only or name in only) and name not in without
     )
     if not effects:
         raise ValueError(
-            f"--with and --without leave no effect to consider for "
-            f"{campaign}; its channels can show "
-            f"{_list(detectable)}"
+            f"--with and --without leave no effect to consider for {campaign}; its channels can "
+            f"show {_list(detectable)}"
         )
     return effects
 

@@ -100,9 +100,8 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
     if row.details is None:
         name = row.campaign.name
         raise LookupError(
-            f"diagnosis {diagnosis_id} of {name} was kept without what its "
-            f"page draws: diagnose again "
-            f"(pyroshock diagnose {name})"
+            f"diagnosis {diagnosis_id} of {name} was kept without what its page draws: diagnose "
+            f"again (pyroshock diagnose {name})"
         )
     return verdict_from_json(row.report, row.details)
 

@@ -93,9 +93,8 @@ def _largest_stage(verdict: Verdict) -> str:
         names = join_words([stage_name(stage.name) for stage in stages])
         sizes = join_words([times(stage.own) for stage in stages])
         return (
-            f" {_capitalise(names)} are off by nearly the same ({sizes} times "
-            f"their tolerances): these runs cannot "
-            "rank them."
+            f" {_capitalise(names)} are off by nearly the same ({sizes} times their tolerances): "
+            "these runs cannot rank them."
         )
     if not stages or stages[0] == max(verdict.where.stage, key=lambda stage: stage.share):
         return ""
@@ -184,9 +183,8 @@ def _hidden_parts(verdict: Verdict) -> Iterator[str]:
                 percent(effect_set.held_out_gain),
             )
             yield (
-                f"{subject} acts, too, and {size}: with it {gain} more of the "
-                f"error disappears on configurations that "
-                "the fit has not seen."
+                f"{subject} acts, too, and {size}: with it {gain} more of the error disappears on "
+                "configurations that the fit has not seen."
             )
 
 

@@ -244,9 +244,8 @@ def miss_sentence(exceeded: ExceededLimit) -> str:
     )
     subject = f"{parameter_label(item.name, item.unit)} of {effect_subject(exceeded.effect)}"
     return (
-        f"The {subject} is fitted as {value}, {where}: this is a miss of the "
-        f"law and not a value, and is not offered "
-        "for adoption."
+        f"The {subject} is fitted as {value}, {where}: this is a miss of the law and not a value, "
+        "and is not offered for adoption."
     )
 
 
@@ -344,15 +343,13 @@ def where_lines(where: Where) -> Iterator[str]:
     for stage in where.stage:
         share = percent_with_range(stage.share, stage.ci90)
         yield (
-            f"The {stage.name} makes {share} of the error at the end of the "
-            f"chain; its own error is "
-            f"{own_error(stage)} tolerances."
+            f"The {stage.name} makes {share} of the error at the end of the chain; its own error "
+            f"is {own_error(stage)} tolerances."
         )
     for region in where.factors:
         yield (
-            f"Where {region.rule}, the error exceeds that of the other "
-            f"settings by {number(region.excess)} times the "
-            f"measurement noise (p = {number(region.p_value)})."
+            f"Where {region.rule}, the error exceeds that of the other settings by "
+            f"{number(region.excess)} times the measurement noise (p = {number(region.p_value)})."
         )
     for window in where.time:
         yield f"In time the error stands out in {span_label(window)}."
@@ -371,16 +368,14 @@ def drawn_effects_sentence(verdict: Verdict) -> str:
         return ""
     if not verdict.cause_sets:
         return (
-            f"The model with effects has the likeliest effects, fitted to all "
-            f"runs: {names[0]}. The data do not "
-            "establish them as causes."
+            f"The model with effects has the likeliest effects, fitted to all runs: {names[0]}. "
+            "The data do not establish them as causes."
         )
     if len(names) == 1:
         return f"The model with effects has {names[0]}, fitted to all runs."
     return (
-        f"The model with effects is the mean of {len(names)} predictions, "
-        f"each fitted to all runs: with "
-        f"{join_words(names, 'or with')}."
+        f"The model with effects is the mean of {len(names)} predictions, each fitted to all runs: "
+        f"with {join_words(names, 'or with')}."
     )
 
 

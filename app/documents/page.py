@@ -50,7 +50,8 @@ def _text(text: str) -> str:
 
 
 def _section(section: Section) -> str:
-    return f"<section><h2>{_text(section.title)}</h2>{''.join(map(block_html, section.blocks))}</section>\n"
+    blocks = "".join(map(block_html, section.blocks))
+    return f"<section><h2>{_text(section.title)}</h2>{blocks}</section>\n"
 
 
 def block_html(block: Block) -> str:
@@ -125,7 +126,8 @@ def _bar(bar: ShareBar) -> str:
 
 
 def _figure(figure: Figure) -> str:
-    return f"<figure><h3>{_text(figure.title)}</h3>{clean(figure.drawing)}{_keys(figure.keys)}</figure>"
+    drawing, keys = clean(figure.drawing), _keys(figure.keys)
+    return f"<figure><h3>{_text(figure.title)}</h3>{drawing}{keys}</figure>"
 
 
 def _keys(keys: Sequence[tuple[str, str]]) -> str:

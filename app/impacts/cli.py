@@ -197,9 +197,8 @@ def shots(
     callback=split_names,
     metavar="A,B,…",
     help=(
-        "Write only these columns, in this order. Repeat the option, or give "
-        "a list: a,b. [default: all that the "
-        "selection has]"
+        "Write only these columns, in this order. Repeat the option, or give a list: a,b. "
+        "[default: all that the selection has]"
     ),
 )
 @spreadsheet_guard_option

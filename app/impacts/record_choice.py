@@ -64,9 +64,8 @@ def chosen_part(
         times = ", ".join(f"{onset:.4g}" for onset in onsets_s[:_NAMED])
         more = f" and {len(hits) - _NAMED} more" if len(hits) > _NAMED else ""
         raise ValueError(
-            f"the record holds {len(hits)} hits, at {times}{more} s; choose "
-            f"one with {hit_name} 1 to {len(hits)}, or "
-            f"take the record as one shock with {hit_name} {WHOLE}"
+            f"the record holds {len(hits)} hits, at {times}{more} s; choose one with {hit_name} 1 "
+            f"to {len(hits)}, or take the record as one shock with {hit_name} {WHOLE}"
         )
     try:
         number = int(hit)

@@ -70,9 +70,8 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
     "--tolerance",
     metavar="BAND",
     help=(
-        "Set the tolerance: 6dB, +9/-6dB, or the whole rule of a standard: "
-        "nasa-std-7003, mil-std-810h-517, "
-        "ecss-e-hb-32-25a. [default: that of the target, else nasa-std-7003]"
+        "Set the tolerance: 6dB, +9/-6dB, or the whole rule of a standard: nasa-std-7003, "
+        "mil-std-810h-517, ecss-e-hb-32-25a. [default: that of the target, else nasa-std-7003]"
     ),
 )
 @click.option(
@@ -85,9 +84,8 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
     "--rest",
     metavar="none|FROM:TO",
     help=(
-        "Take the mean between two times (0ms:5ms) for the zero of the "
-        "record, or zero as it was recorded (none). "
-        "[default: the rest before the shock, where there is one]"
+        "Take the mean between two times (0ms:5ms) for the zero of the record, or zero as it was "
+        "recorded (none). [default: the rest before the shock, where there is one]"
     ),
 )
 @click.option(

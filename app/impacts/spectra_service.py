@@ -95,9 +95,8 @@ def srs(
         )
     if frame is None and values.ndim == 2 and values.shape[0] < values.shape[1]:
         raise ValueError(
-            f"an acceleration has the shape {values.shape}, more records than "
-            f"samples; expected records as columns: "
-            "give its transpose, acceleration.T"
+            f"an acceleration has the shape {values.shape}, more records than samples; expected "
+            "records as columns: give its transpose, acceleration.T"
         )
     if rate is None:
         if frame is None:
@@ -165,10 +164,9 @@ def _refuse_placeholders(
             column = "" if columns is None else f" of column {columns[number]!r}"
             samples = "sample" if at.size == 1 else "samples"
             raise ValueError(
-                f"{at.size} {samples}{column}, the first number {at[0]} = {record[at[0]]:.7g}, "
-                f"far outside of the neighbours ({usable[at[0]]:.4g}): a "
-                f"placeholder is no reading; replace it, for "
-                "example by the mean of its neighbours, or leave the record out"
+                f"{at.size} {samples}{column}, the first number {at[0]} = {record[at[0]]:.7g}, far "
+                f"outside of the neighbours ({usable[at[0]]:.4g}): a placeholder is no reading; "
+                "replace it, for example by the mean of its neighbours, or leave the record out"
             )
 
 
@@ -246,8 +244,7 @@ def _index_unit_s(index: pd.Index[Any]) -> float:
     scale = time_scale(name, unit) if is_time_name(name) or unit is not None else None
     if scale is None:
         raise ValueError(
-            f"the index is called {index.name!r}, which is no time in s, ms "
-            f"or us: call it time_s or time_ms, or give "
-            "the rate in Hz"
+            f"the index is called {index.name!r}, which is no time in s, ms or us: call it time_s "
+            "or time_ms, or give the rate in Hz"
         )
     return scale

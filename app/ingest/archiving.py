@@ -114,8 +114,7 @@ def _stone_of(session: Session, archive: Archive) -> Tombstone:
     )
     raise RestoreRefusedError(
         f"{archive.path} holds campaign {archive.campaign!r} with content "
-        f"{archive.content_hash[:12]}: {what}; "
-        "to add it as a new one: pyroshock db import"
+        f"{archive.content_hash[:12]}: {what}; to add it as a new one: pyroshock db import"
     )
 
 

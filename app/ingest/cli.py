@@ -412,9 +412,8 @@ def calibrate(
     )
     if line.enlarged > 1:
         note(
-            f"the points scatter {line.enlarged:.3g} times as much as their "
-            f"uncertainties say; the uncertainties of "
-            "the line were enlarged by that factor"
+            f"the points scatter {line.enlarged:.3g} times as much as their uncertainties say; the "
+            "uncertainties of the line were enlarged by that factor"
         )
     click.echo("\nFor campaign.toml, in place of sensitivity and offset_v of the channel:\n")
     click.echo(

@@ -58,9 +58,8 @@ class ExtractionPreview:
         if self.changes:
             largest = max(map(abs, self.changes))
             text += (
-                f". The contact times change by "
-                f"{signed_percent(median(self.changes))} in the median, and by "
-                f"{percent(largest)} at most"
+                f". The contact times change by {signed_percent(median(self.changes))} in the "
+                f"median, and by {percent(largest)} at most"
             )
         return text.replace("-", "−") + "."
 

@@ -213,9 +213,8 @@ def _refuse(campaign: str, other: str, effects: Sequence[AdoptedEffects]) -> Non
         else f" (version {own.version}: {', '.join(effect.id for effect in own.effects)})"
     )
     raise DeletionRefusedError(
-        f"what was adopted from campaign {campaign!r}{what} decides "
-        f"predictions of campaign {other!r}, which has the "
-        f"same bench; adopt from a campaign that stays first: pyroshock "
+        f"what was adopted from campaign {campaign!r}{what} decides predictions of campaign "
+        f"{other!r}, which has the same bench; adopt from a campaign that stays first: pyroshock "
         f"diagnose {other} --adopt EFFECT (or none)"
     )
 
@@ -241,9 +240,8 @@ def recording_of_impact(session: Session, key: int, *, all_of_recording: bool) -
     if keys and not all_of_recording:
         named = ", ".join(map(str, keys[:8])) + (" and more" if len(keys) > 8 else "")
         raise ValueError(
-            f"recording {impact.recording.path!r} of impact {key} holds other "
-            f"impacts too: {named}; they would be "
-            "deleted with it; add --all-of-recording to delete all of them"
+            f"recording {impact.recording.path!r} of impact {key} holds other impacts too: "
+            f"{named}; they would be deleted with it; add --all-of-recording to delete all of them"
         )
     campaign = session.get_one(Campaign, impact.campaign_id).name
     return recording_part(session, campaign, impact.recording.path)

@@ -304,9 +304,8 @@ for command in (augment, discriminate):
     callback=split_names,
     metavar="NAME=STRENGTH",
     help=(
-        "Set the strength of an effect: 0 removes it, 1 is the strength of a "
-        "realistic bench. Repeat the option, or "
-        "give a list: a=2,b=3."
+        "Set the strength of an effect: 0 removes it, 1 is the strength of a realistic bench. "
+        "Repeat the option, or give a list: a=2,b=3."
     ),
     shell_complete=effect_ids,
 )

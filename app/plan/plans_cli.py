@@ -39,7 +39,8 @@ def delete(name: str, db: str, dry_run: bool) -> None:
 plans = noun_group(
     plan.commands["list"],
     {"show": plan.commands["status"], "delete": delete},
-    """List the plans; show or delete one. Without a command, list them. `pyroshock plan` makes new plans.
+    """List the plans; show or delete one. Without a command, list them.
+    `pyroshock plan` makes new plans.
 
     \b
     Example:

@@ -141,9 +141,8 @@ def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
         if not verdict.first.fitted:
             first, fits = " or ".join(verdict.first.effects), ", ".join(given.fitted) or "nothing"
             raise ValueError(
-                f"the likeliest cause in the diagnosis of {verdict.campaign} "
-                f"is {first}, which has no effect to add; "
-                f"its attribute `fitted` has: {fits}"
+                f"the likeliest cause in the diagnosis of {verdict.campaign} is {first}, which has "
+                f"no effect to add; its attribute `fitted` has: {fits}"
             )
         return verdict.first.fitted
     listed = [given] if isinstance(given, str | Effect) else given

@@ -190,10 +190,9 @@ def _plan_sentence(plan: Mapping[str, Any]) -> str:
         if count
     ]
     return (
-        f"Plan {plan['plan']} ({plan['method']}): {done} of {plan['runs']} runs are done"
-        f"{''.join(f', {text}' for text in rest)}; {plan['recorded']} of "
-        f"{plan['repetitions']} repetitions are "
-        "recorded."
+        f"Plan {plan['plan']} ({plan['method']}): {done} of {plan['runs']} runs are "
+        f"done{''.join(f', {text}' for text in rest)}; {plan['recorded']} of {plan['repetitions']} "
+        "repetitions are recorded."
     )
 
 

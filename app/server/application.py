@@ -133,9 +133,12 @@ _WORDS = {
 PROBLEMS: dict[int | str, dict[str, Any]] = {
     status: {"model": Problem, "description": words} for status, words in _WORDS.items()
 }
-_ABOUT = """The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in the keys.
+_ABOUT = """\
+The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in \
+the keys.
 
-A write needs the header `X-CSRF-Token`: GET `/api/csrf` tells it, and sets the cookie that it belongs to."""
+A write needs the header `X-CSRF-Token`: GET `/api/csrf` tells it, and sets the cookie that it \
+belongs to."""
 
 
 def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGIApp:

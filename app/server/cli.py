@@ -60,10 +60,9 @@ if TYPE_CHECKING:
     metavar="ADDRESS",
     envvar="PYROSHOCK_TRUSTED_PROXY",
     show_envvar=True,
-    help="Believe the X-Forwarded-For and X-Forwarded-Proto headers of the proxy "
-    "at this address or network, such as "
-    "127.0.0.1, and of nobody else. Name the proxy that speaks TLS in front "
-    "of this server. May be repeated.",
+    help="Believe the X-Forwarded-For and X-Forwarded-Proto headers of the proxy at this address "
+    "or network, such as 127.0.0.1, and of nobody else. Name the proxy that speaks TLS in front of "
+    "this server. May be repeated.",
 )
 @click.option("--open", "show", is_flag=True, help="Open the application in the browser.")
 def serve(

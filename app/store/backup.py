@@ -110,9 +110,8 @@ def _place_of(url: str) -> ModelStorage:
     if place.database is None or (place.files is not None and "://" in place.files):
         where = place.shown if place.database is None else place.files
         raise StoreError(
-            f"the models are in {where}, which db backup and db restore do "
-            f"not copy: use deploy/backup.sh, or the "
-            "server's own backup"
+            f"the models are in {where}, which db backup and db restore do not copy: use "
+            "deploy/backup.sh, or the server's own backup"
         )
     return place
 

@@ -241,9 +241,8 @@ def _say_where_models_are(source: str) -> None:
     place = storage_for(source, user_environment())
     if place.database is not None and place.database.is_file():
         note(
-            f"The models stay in {place.shown}. Set MLFLOW_TRACKING_URI to it "
-            f"when you work on the copy "
-            "(docs/reference/store.md)."
+            f"The models stay in {place.shown}. Set MLFLOW_TRACKING_URI to it when you work on the "
+            "copy (docs/reference/store.md)."
         )
     elif place.database is None:
         note(f"models stay in {place.shown}, where MLFLOW_TRACKING_URI says")
@@ -310,9 +309,8 @@ def upgrade(db: str) -> None:
             note(f"{describe(engine)}: revision {before} -> {migrate.current_revision(engine)}")
             if before < migrate.FIRST_WITH_ROW_HASHES:
                 note(
-                    "each row that was there has the hash of what it holds "
-                    "now. Whether one was altered before, only "
-                    "figures, series and fingerprints tell, which had hashes "
+                    "each row that was there has the hash of what it holds now. Whether one was "
+                    "altered before, only figures, series and fingerprints tell, which had hashes "
                     "of their own: pyroshock db check"
                 )
             note_missing_roles(engine)

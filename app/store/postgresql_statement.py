@@ -41,7 +41,8 @@ WHERE oid = ANY (%s) AND NOT (
 """
 _FORBIDDEN_TABLES = """
 SELECT format('%%I.%%I', relnamespace::regnamespace::text, relname) FROM pg_catalog.pg_class
-WHERE oid = ANY (%s) AND relnamespace <> pg_catalog.current_schema()::regnamespace ORDER BY 1 LIMIT 1
+WHERE oid = ANY (%s) AND relnamespace <> pg_catalog.current_schema()::regnamespace
+ORDER BY 1 LIMIT 1
 """
 _READER_OF_THE_STORE = """
 SELECT rolname FROM pg_catalog.pg_roles WHERE rolname = %s AND pg_catalog.pg_has_role(rolname, %s)

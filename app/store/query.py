@@ -333,8 +333,8 @@ def _explained(text: str, statement: Statement) -> QueryError:
         near = get_close_matches(name, column_names, 5, 0.5)
         what = f"did you mean {', '.join(near)}?" if near else f"columns: {', '.join(column_names)}"
         return QueryError(
-            f"no column {name!r} in "
-            f"{', '.join(table.name for table in named) or 'the statement'}; {what}"
+            f"no column {name!r} in {', '.join(table.name for table in named) or 'the statement'}; "
+            f"{what}"
         )
     if "one statement" in text or "multiple commands" in text:
         return QueryError("query takes one statement; the text has several, separated by ;")

@@ -56,12 +56,10 @@ if TYPE_CHECKING:
     callback=split_names,
     metavar="S,T",
     help=(
-        "Choose what is held out: repetitions, configurations, treatments, "
-        "materials, campaigns, material=NAME or "
-        "campaign=NAME. Held-out repetitions flatter a model; read them "
-        "beside held-out configurations. Repeat the "
-        "option, or give a list: s,t. [default: repetitions and "
-        "configurations, as far as the dataset can be split so]"
+        "Choose what is held out: repetitions, configurations, treatments, materials, campaigns, "
+        "material=NAME or campaign=NAME. Held-out repetitions flatter a model; read them beside "
+        "held-out configurations. Repeat the option, or give a list: s,t. [default: repetitions "
+        "and configurations, as far as the dataset can be split so]"
     ),
 )
 @click.option(
@@ -170,9 +168,8 @@ def _train_tell(session: Session, floors: dict[str, str], json_to: str | None) -
     "--split",
     default=None,
     help=(
-        "Choose the split of models that are named without a version. "
-        "[default: repetitions, or that of the newest "
-        "model where none was judged on repetitions]"
+        "Choose the split of models that are named without a version. [default: repetitions, or "
+        "that of the newest model where none was judged on repetitions]"
     ),
 )
 @click.option(
@@ -262,9 +259,8 @@ def _suggest_after_comparison(comparison: Comparisons, metric: str) -> None:
         suggest_next("train", dataset, "--models", ",".join(names), "--split", "configurations")
     else:
         note(
-            "no version is better than the others beyond chance on unseen "
-            "configurations: measure further "
-            "configurations, and build a dataset with them"
+            "no version is better than the others beyond chance on unseen configurations: measure "
+            "further configurations, and build a dataset with them"
         )
 
 
@@ -487,9 +483,8 @@ def tell_version(
     rows = ({"setting": name, "value": value} for name, value in settings.items())
     print_table(rows, "no settings: nothing was searched, or older software trained it")
     for part, search in searches.items():
-        click.echo(
-            f"\n{search_sentence(part, search)}\n{importance_sentence(search, importance_of(search))}"
-        )
+        importance = importance_sentence(search, importance_of(search))
+        click.echo(f"\n{search_sentence(part, search)}\n{importance}")
 
 
 def _lost_pulses(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:

@@ -118,9 +118,8 @@ def versions_named(
     if len(chosen_versions) < 2:
         labels = ", ".join(version.label for version in chosen_versions)
         raise ValueError(
-            f"a comparison needs two models of split {split!r}, and there is "
-            f"{labels or 'none'}; train "
-            "another one on the same dataset, or name two: MODEL or MODEL@VERSION"
+            f"a comparison needs two models of split {split!r}, and there is {labels or 'none'}; "
+            "train another one on the same dataset, or name two: MODEL or MODEL@VERSION"
         )
     return tuple(chosen_versions)
 

@@ -198,9 +198,8 @@ def build(
         stated = built.snapshot.definition.get("velocity") or {}
         if stated.get("converted"):
             note(
-                f"  {stated['converted']} impact velocities were converted "
-                f"({stated['kind']}), with a standard "
-                f"uncertainty of {stated['relative_u']:.0%} in the median"
+                f"  {stated['converted']} impact velocities were converted ({stated['kind']}), "
+                f"with a standard uncertainty of {stated['relative_u']:.0%} in the median"
             )
         if facts:
             note(f"  {facts}")

@@ -42,7 +42,8 @@ dataset.add_command(delete)
 datasets = noun_group(
     dataset.commands["list"],
     {"show": dataset.commands["show"], "delete": delete},
-    """List the datasets; show or delete one. Without a command, list them. `pyroshock dataset` makes new datasets.
+    """List the datasets; show or delete one. Without a command, list them.
+    `pyroshock dataset` makes new datasets.
 
     \b
     Example:

@@ -47,9 +47,8 @@ def check_dataset_unused(store: Store, url: str, name: str) -> None:
         more = f" and {len(labels) - _NAMED} more" if len(labels) > _NAMED else ""
         raise InUseError(
             f"dataset {name!r} cannot be deleted: {', '.join(labels[:_NAMED])}{more} "
-            f"{'was' if len(labels) == 1 else 'were'} trained on it; delete "
-            f"the models first: pyroshock models delete "
-            f"{labels[0]}"
+            f"{'was' if len(labels) == 1 else 'were'} trained on it; delete the models first: "
+            f"pyroshock models delete {labels[0]}"
         )
 
 
@@ -70,9 +69,8 @@ def unused_version(url: str, label: str) -> Version:
         version = chosen(registry_of(url).versions(), label)
     if version.champion_of is not None:
         raise InUseError(
-            f"{version.label} cannot be deleted: it is the model in use for "
-            f"the predictors {version.champion_of!r}; "
-            "promote another model first: pyroshock promote MODEL@VERSION"
+            f"{version.label} cannot be deleted: it is the model in use for the predictors "
+            f"{version.champion_of!r}; promote another model first: pyroshock promote MODEL@VERSION"
         )
     return version
 

@@ -38,9 +38,8 @@ def ask_dataset(request: Request, name: Name, store: OpenStore, settings: Config
         f"dataset {row.name}",
         f"/datasets/{part(row.name)}",
         users,
-        why="It cannot be deleted, because models were trained on it. Their "
-        "figures could not be computed again. "
-        "Delete these models first:",
+        why="It cannot be deleted, because models were trained on it. Their figures could not be "
+        "computed again. Delete these models first:",
         lost=[f"The dataset {row.name}: its name and the list of its pulses."],
         kept=[
             "The pulses, with their impacts and campaigns. The same dataset "
@@ -65,9 +64,8 @@ def ask_version(request: Request, name: Name, version: Key, settings: Configured
         why = ""
     except InUseError:  # the page says so, with what to do
         why = (
-            "It cannot be deleted, because it is the model in use: "
-            "predictions take it. Promote another version first, "
-            "here:"
+            "It cannot be deleted, because it is the model in use: predictions take it. Promote "
+            "another version first, here:"
         )
     return _confirmation_page(
         request,

@@ -235,14 +235,11 @@ def importance_sentence(search: SettingsSearch, importance: Importance | None) -
     if importance is not None:
         first = next(iter(importance.shares))
         return (
-            f"What matters most is: {setting_words(first)} "
-            f"({importance.shares[first]:.0%} of the importance). The "
-            "importance of a setting is how much worse a random forest "
-            "predicts the score of a trial when the values "
-            f"of that setting are shuffled (permutation importance). The "
-            f"forest learned from {trials} trials, and "
-            f"explains {importance.explained:.0%} of the differences between "
-            f"trials that it has not seen."
+            f"What matters most is: {setting_words(first)} ({importance.shares[first]:.0%} of the "
+            "importance). The importance of a setting is how much worse a random forest predicts "
+            "the score of a trial when the values of that setting are shuffled (permutation "
+            f"importance). The forest learned from {trials} trials, and explains "
+            f"{importance.explained:.0%} of the differences between trials that it has not seen."
         )
     if len(names) < 2:
         return (
@@ -252,14 +249,12 @@ def importance_sentence(search: SettingsSearch, importance: Importance | None) -
     needed = max(_LEAST_TRIALS, _LEAST_FOR_EACH * len(names))
     if trials < needed:
         return (
-            f"The importance of the settings cannot be judged: there are "
-            f"{trials} trials of {len(names)} settings, and "
-            f"at least {needed} are needed."
+            f"The importance of the settings cannot be judged: there are {trials} trials of "
+            f"{len(names)} settings, and at least {needed} are needed."
         )
     return (
-        f"The importance of the settings cannot be judged: a random forest on "
-        f"the {trials} trials does not predict the "
-        "score of trials that it has not seen."
+        f"The importance of the settings cannot be judged: a random forest on the {trials} trials "
+        "does not predict the score of trials that it has not seen."
     )
 
 
@@ -267,9 +262,8 @@ def search_sentence(part: str, search: SettingsSearch) -> str:
     """How much was tried for which part, by which method, and which settings were the best."""
     best = search.best
     return (
-        f"For {part_words(part)}, the {search.method} tried "
-        f"{len(search.trials)} combinations of settings. The best "
-        f"has the score {format_number(best.score, 3)} ({search.score_name}). "
+        f"For {part_words(part)}, the {search.method} tried {len(search.trials)} combinations of "
+        f"settings. The best has the score {format_number(best.score, 3)} ({search.score_name}). "
         f"Its settings are {_settings_words(best)}."
     )
 

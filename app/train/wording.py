@@ -72,9 +72,8 @@ def error_sentence(row: Mapping[str, Any]) -> str:
     if force["mean"] is None:
         return f"{row['label']} has no force error on {unseen(row['split'])}."
     text = (
-        f"{row['label']} predicts the force within {share_with_range(force)} "
-        f"and the contact time within "
-        f"{share_with_range(metrics['contact_time_error'])} on {unseen(row['split'])}"
+        f"{row['label']} predicts the force within {share_with_range(force)} and the contact time "
+        f"within {share_with_range(metrics['contact_time_error'])} on {unseen(row['split'])}"
     )
     if row.get("not_usable"):
         return f"{text}. {row['not_usable']}."

@@ -103,9 +103,8 @@ def target_sentence(target: Target) -> str:
     )
     more = " and others" if len(sides) > 3 else ""
     return (
-        f"The specification reaches from {ends[0]} to {ends[1]} Hz and from "
-        f"{levels[0]} to {levels[1]} {display.unit}, "
-        f"with a tolerance of {tolerances}{more}."
+        f"The specification reaches from {ends[0]} to {ends[1]} Hz and from {levels[0]} to "
+        f"{levels[1]} {display.unit}, with a tolerance of {tolerances}{more}."
     )
 
 

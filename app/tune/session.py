@@ -90,9 +90,8 @@ def session_of(store: Store | None, db: str, ask: Ask) -> TuningSession:
     built = _without_double_counting(twin_of(store, db, ask.request), ask.measured)
     if not built.bench.has_gun:
         raise ValueError(
-            f"campaign {built.bench.campaign!r} is of kind "
-            f"{built.bench.kind!r} and has no gun, whose settings are "
-            "searched: give the campaign of a gun with --campaign"
+            f"campaign {built.bench.campaign!r} is of kind {built.bench.kind!r} and has no gun, "
+            "whose settings are searched: give the campaign of a gun with --campaign"
         )
     limits = read_limits(ask.factors.bench)
     own = built.setting(

@@ -14,22 +14,17 @@ from ..common.quantities import cell, display_of
 #: What can be done about an obstacle, by its kind (`twin.tune.attainability.Kind`).
 _REMEDIES = {
     "bench limit": "Check whether the limit of the bench can be changed, or whether the "
-    "specification allows a wider "
-    "tolerance at this line.",
-    "model domain": "Measure shots outside of the range of the contact model and train the "
-    "model again, so that the "
-    "search may propose such settings.",
-    "measured shots": "Fire the best setting, ingest the shot, and search again with its "
-    "campaign in the field “Learn "
-    "from the shots of”.",
+    "specification allows a wider tolerance at this line.",
+    "model domain": "Measure shots outside of the range of the contact model and train the model "
+    "again, so that the search may propose such settings.",
+    "measured shots": "Fire the best setting, ingest the shot, and search again with its campaign "
+    "in the field “Learn from the shots of”.",
     "level": "Add bullets, tips or anvils that change the level to the factors of the "
     "laboratory, and search again.",
-    "shape": "Try another plate or another sensor position, or ask whether the "
-    "specification allows a wider tolerance "
-    "at the worst line.",
-    "tolerance": "The scatter from shot to shot is larger than the tolerance. Ask for a "
-    "wider tolerance, or for a "
-    "share of the lines below 1.",
+    "shape": "Try another plate or another sensor position, or ask whether the specification "
+    "allows a wider tolerance at the worst line.",
+    "tolerance": "The scatter from shot to shot is larger than the tolerance. Ask for a wider "
+    "tolerance, or for a share of the lines below 1.",
 }
 
 
@@ -96,9 +91,8 @@ def verdict_text(data: Mapping[str, Any]) -> str:
         text = f"The best setting is {setting_words(best['settings'])}."
     else:
         text = (
-            f"With {setting_words(best['settings'])}, every line of the "
-            f"spectrum lies within tolerance with a "
-            f"probability of {_likely(best['probability_within'])}."
+            f"With {setting_words(best['settings'])}, every line of the spectrum lies within "
+            f"tolerance with a probability of {_likely(best['probability_within'])}."
         )
     met = best.get("probability_met", best["probability_within"])
     if round(met, 2) != round(best["probability_within"], 2):

@@ -74,9 +74,8 @@ def validation_document(data: Mapping[str, Any]) -> Document:
 
 #: What a verdict that is not calibrated means.
 CONSEQUENCE = (
-    "Do not rely on the 90 % bands of this twin yet. Diagnose the campaign "
-    "to find the cause of the deviations, or "
-    "train the contact model on more shots, and validate again."
+    "Do not rely on the 90 % bands of this twin yet. Diagnose the campaign to find the cause of "
+    "the deviations, or train the contact model on more shots, and validate again."
 )
 
 
@@ -88,11 +87,9 @@ def _scores(data: Mapping[str, Any]) -> list[Block]:
     return [
         Table(caption, COLUMNS, rows, main=MAIN_COLUMNS),
         Paragraph(
-            "The interval of a share counts configurations, not shots: "
-            "repetitions resemble each other. The mean "
-            "deviation is measured over predicted. CRPS is the continuous "
-            "ranked probability score of the logarithm, "
-            "or of the level in dB; less is better.",
+            "The interval of a share counts configurations, not shots: repetitions resemble each "
+            "other. The mean deviation is measured over predicted. CRPS is the continuous ranked "
+            "probability score of the logarithm, or of the level in dB; less is better.",
             quiet=True,
         ),
     ]
@@ -134,11 +131,10 @@ def _ranks(data: Mapping[str, Any]) -> list[Block]:
     figures = [Figure(quantity_words(row["name"]), _histogram(row)) for row in data["quantities"]]
     return [
         Paragraph(
-            "If the bands are right, a tenth of the measured values has a "
-            "rank in each tenth of the predicted draws "
-            "(dashed). Many values at both ends mean that the bands are too "
-            "narrow, many in the middle that they are "
-            "too wide, and many at one end that the predictions are too high or too low.",
+            "If the bands are right, a tenth of the measured values has a rank in each tenth of "
+            "the predicted draws (dashed). Many values at both ends mean that the bands are too "
+            "narrow, many in the middle that they are too wide, and many at one end that the "
+            "predictions are too high or too low.",
             quiet=True,
         ),
         ChartRow(figures),

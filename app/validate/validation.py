@@ -94,9 +94,8 @@ def adopted_lines(data: Mapping[str, Any]) -> list[str]:
     if not adopted:
         return []
     errors = [
-        f"{quantity_words(row['name'])}: median error "
-        f"{_size(row['without'], row['unit'])} without and "
-        f"{_size(row['with'], row['unit'])} with the adopted effects."
+        f"{quantity_words(row['name'])}: median error {_size(row['without'], row['unit'])} without "
+        f"and {_size(row['with'], row['unit'])} with the adopted effects."
         for row in adopted["errors"]
     ]
     lines = [*adopted["sentences"], *(f"{line[:1].upper()}{line[1:]}" for line in errors)]
@@ -476,9 +475,8 @@ def _model_words(seen: set[str]) -> str:
         )
     if REFITTED in seen:
         return (
-            "was refitted without the configurations of each fold; what it "
-            "tuned once (length scales, widths of bands) "
-            "was tuned on all its pulses"
+            "was refitted without the configurations of each fold; what it tuned once (length "
+            "scales, widths of bands) was tuned on all its pulses"
         )
     return "was not trained on these configurations"
 

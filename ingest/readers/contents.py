@@ -84,7 +84,10 @@ _TIME_WORDS = (
     r"x[ _-]?values?"
 )
 #: `Elapsed time`, `rel. Zeit`.
-_BEFORE_TIME = r"(?:elapsed|relative|rel\.?|recording|measurement|sample|absolute|abs\.?|relativ(?:e|er)?|abgelaufene) "
+_BEFORE_TIME = (
+    r"(?:elapsed|relative|rel\.?|recording|measurement|sample|absolute|abs\.?|relativ(?:e|er)?|"
+    r"abgelaufene) "
+)
 _UNIT_WORDS = "|".join(sorted(map(re.escape, TIME_UNITS), key=len, reverse=True))
 #: `time`, `Zeit`, `t_ms`, `Time/ms`, `Zeit in ms`, `temps, s`.
 _TIME_NAME = re.compile(

@@ -60,9 +60,8 @@ _MEANINGS: tuple[tuple[Meaning, re.Pattern[str]], ...] = (
     (
         Meaning.OFFSET,
         re.compile(
-            r"\b(?:offsets?|intercept|delays?|skew|pre ?trigger|t ?0|x ?0|x "
-            r"?zero|y ?zero|x ?origin|y ?origin|lag|"
-            r"time shift|start time|first time|start s|t start|begin "
+            r"\b(?:offsets?|intercept|delays?|skew|pre ?trigger|t ?0|x ?0|x ?zero|y ?zero|x "
+            r"?origin|y ?origin|lag|time shift|start time|first time|start s|t start|begin "
             r"time|delay time)\b|^(?:start|bias)$"
         ),
     ),
@@ -70,11 +69,9 @@ _MEANINGS: tuple[tuple[Meaning, re.Pattern[str]], ...] = (
         Meaning.SCALE,
         re.compile(
             r"\b(?:scal(?:e|es|ing)|gains?|slope|polynomial|multiplier|exponent|lsb|y "
-            r"?increment|attenuation)\b|"
-            r"\bper count\b|"
-            r"(?:^|\b(?:conversion|unit|multiplication|correction|linear|amplification) "
-            r")(?:factors?|coeff\w*)\b|"
-            r"^conversion$"
+            r"?increment|attenuation)\b|\bper "
+            r"count\b|(?:^|\b(?:conversion|unit|multiplication|correction|linear|amplification) "
+            r")(?:factors?|coeff\w*)\b|^conversion$"
         ),
     ),
 )

@@ -100,9 +100,8 @@ def channel_clock(
     unit_s = seconds_per_unit_of_x(name, unit)
     if unit_s is None:
         return {
-            "obstacle": f"has X_Dimension = {name!r} and X_Unit_Label = {unit!r}, which "
-            f"is no time in s, ms, us, ns, "
-            "min or h; write the series over time"
+            "obstacle": f"has X_Dimension = {name!r} and X_Unit_Label = {unit!r}, which is no time "
+            "in s, ms, us, ns, min or h; write the series over time"
         }
     if start_s is None:
         return {
@@ -155,8 +154,7 @@ def _with_column(
         return {"obstacle": f"has an X column that contradicts its Delta_X: {error}"}
     if abs(even.rate_hz - rate_hz) > _AGREEMENT * rate_hz and not rounded_from(times_s, rate_hz):
         return {
-            "obstacle": f"has a Delta_X of {rate_hz:g} Hz, and its X column gives "
-            f"{even.rate_hz:g} Hz; correct one of "
-            "them"
+            "obstacle": f"has a Delta_X of {rate_hz:g} Hz, and its X column gives {even.rate_hz:g} "
+            "Hz; correct one of them"
         }
     return {**clock, "header": {"time_gaps": even.gaps}} if even.gaps else clock

@@ -156,9 +156,8 @@ def _given_names(
     )
     if not options.columns and other is not None:
         raise RecordingError(
-            f"{path.name}: can be read as {table.columns} columns or as "
-            f"{other.columns}; give columns, or decimal, "
-            "under [recordings] in campaign.toml"
+            f"{path.name}: can be read as {table.columns} columns or as {other.columns}; give "
+            "columns, or decimal, under [recordings] in campaign.toml"
         )
     labels = [*(options.columns or [f"column_{number + 1}" for number in range(width)])]
     pairs = [name_and_unit(label) for label in labels + [""] * (table.columns - len(labels))]

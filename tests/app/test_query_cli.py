@@ -126,8 +126,10 @@ def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
     (("with a as (select 1) insert into factors (name) select 'x'",), "pyroshock ingest"),
     (("select set_config('transaction_read_only', 'off', true)",), ""),
     (("select * from impact",), "no table 'impact' in the store; tables: campaigns,"),
-    (("select " "p.peak_force from pulses p",), "no column 'peak_force' in " "pulses; did you " "mean peak_force_n"),
-    (("with recursive " "n(i) as (select 1 " "union all select i " "+ 1 from n where i " "> 0) select " "max(i / 1000000) from n",
+    (("select p.peak_force from pulses p",),
+     "no column 'peak_force' in pulses; did you mean peak_force_n"),
+    (("with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) "
+      "select max(i / 1000000) from n",
       "--timeout", "200ms"), "longer than 0.2 s"),
     (("select :a",), "no value for :a"),
     (("select 1", "-p", "a", "1"), "the statement has no :a"),

@@ -315,7 +315,8 @@ def _scattered_campaign(folder: Path, name: str, runs: int) -> Path:
 @pytest.mark.parametrize(("words", "said"), [
     (("train", "winter"), "no dataset 'winter'"),
     (("train", "spring", "--models", "magic"), "no model 'magic'; there are: "),
-    (("train", "spring", "--models", "hann", "--split", "halves"), "split is " "'halves'; expected one of"),
+    (("train", "spring", "--models", "hann", "--split", "halves"),
+     "split is 'halves'; expected one of"),
     (("compare", "hann", "hertz"), "no models yet"),
     (("compare", "--metric", "beauty"), "no metric 'beauty'"),
     (("promote", "hann", "1"), "no registered model 'hann'"),

@@ -108,7 +108,8 @@ TABLES = (
            lambda: seeds.shipped("dataset/data/gun.toml"), "dataset/predictors.py", toml.damaged),
     _table("target.csv", lambda path: target_from_upload(path.read_bytes(), path.name).lines().size,
     seeds.TARGETS,
-           "app/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py files/delimited_text.py"),
+           "app/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py "
+           "files/delimited_text.py"),
 )  # fmt: skip
 
 
@@ -135,7 +136,9 @@ def ingest(data: bytes, folder: Path) -> str:
 
 
 _RECORDINGS = """
-    select status, reason, (select count(*) from channels where channels.recording_id = recordings.id) from recordings
+    select status, reason,
+      (select count(*) from channels where channels.recording_id = recordings.id)
+    from recordings
 """
 
 

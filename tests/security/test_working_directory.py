@@ -35,7 +35,8 @@ from pyroshock.parallel.map_tasks import run_all_tasks
 from support.processes import chores
 
 if __name__ == "__main__":
-    print(dict(run_all_tasks(ExecutorConfig(jobs=2), chores.squared, range(4)))[3], os.environ.get("PYTHONSAFEPATH"))
+    squares = dict(run_all_tasks(ExecutorConfig(jobs=2), chores.squared, range(4)))
+    print(squares[3], os.environ.get("PYTHONSAFEPATH"))
 """
 TESTS = Path(__file__).resolve().parents[1]
 PATIENCE_S = 90.0

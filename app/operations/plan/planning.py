@@ -89,9 +89,8 @@ def _velocities(space: Space) -> dict[str, float]:
         or (level is not None and level.values is None)
     ):
         raise ValueError(
-            f"factors {space.name!r}: a gun's plan needs {MASS}, and either "
-            f"{TANK_PRESSURE}, or {VELOCITY_LEVEL} as an "
-            "ordered factor with values in m/s"
+            f"factors {space.name!r}: a gun's plan needs {MASS}, and either {TANK_PRESSURE}, or "
+            f"{VELOCITY_LEVEL} as an ordered factor with values in m/s"
         )
     if level is None or level.values is None:
         return {}

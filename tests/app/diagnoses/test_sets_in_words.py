@@ -144,9 +144,8 @@ def test_mean_of_a_set_is_offered_and_its_channel_is_named() -> None:
     first, second = alike().sets
     settled = alike(sets=(replace(first, settled_by=SettledBy("tank_pressure", 9.1)), second))
     line = (
-        f"To tell whether {SUBJECTS} acts, record the tank pressure: it would "
-        f"tell them apart by 9.1 standard "
-        "deviations of its noise."
+        f"To tell whether {SUBJECTS} acts, record the tank pressure: it would tell them apart by "
+        "9.1 standard deviations of its noise."
     )
     assert recommendations(settled)[1] == line and line in next_experiment(settled)
 
@@ -337,9 +336,8 @@ def test_figures_of_what_was_not_seen_have_their_units() -> None:
     }
 
 
-def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not_the_choice_of_the_folds() -> (
-    None
-):
+def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report() -> None:
+    """And not those that each fold chose."""
     nominal_verdict = verdicts.gun()
     entry = replace(nominal_verdict.shrinkage[0], effects=("gun.barrel_loss",))
     alike = "gun.valve_flow or gun.barrel_loss"

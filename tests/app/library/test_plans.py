@@ -142,7 +142,8 @@ def test_limit_that_is_no_pressure_is_refused(store, value) -> None:
     ("fractional_factorial", {"resolution": 3}, "fractional-factorial resolution=3", 8),
     ("plackett_burman", {}, "plackett-burman", 8),
     ("central_composite", {"categorical": "cross", "centre": 1, "ranges": RADII}, None, 4 * 16),
-    ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken " "categorical=cross", 4 * 15),
+    ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken categorical=cross",
+     4 * 15),
     ("optimal", {"runs": 8}, "optimal", 8),
 ])  # fmt: skip
 def test_method_gives_its_design(store, function, given, method, runs) -> None:

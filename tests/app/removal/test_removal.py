@@ -84,12 +84,16 @@ def test_list_of_datasets_tells_what_was_withdrawn_and_more_than_that_is_damage(
 
 
 @pytest.mark.parametrize(("statement", "message"), [
-    ("UPDATE " "tombstones SET restored_at " "= deleted_at " "WHERE kind = 'recording'", "was stored again by what"),
-    (f"UPDATE tombstones " f"SET replaced_by = " f"'{'1' * 64}' " f"WHERE kind = 'recording'", "a file that is not in the"),
-    ("UPDATE " "tombstones SET restored_at " "= deleted_at " "WHERE kind = 'campaign'", "the campaign " "was restored by"),
+    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'recording'",
+     "was stored again by what"),
+    (f"UPDATE tombstones SET replaced_by = '{'1' * 64}' WHERE kind = 'recording'",
+     "a file that is not in the"),
+    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'campaign'",
+     "the campaign was restored by"),
     (
         "UPDATE tombstones SET recording = (SELECT path FROM recordings WHERE campaign_id = 1), "
-        "file_sha256 = " "(SELECT sha256 FROM " "recordings WHERE " "campaign_id = 1) " "WHERE kind = 'recording'",
+        "file_sha256 = (SELECT sha256 FROM recordings WHERE campaign_id = 1) "
+        "WHERE kind = 'recording'",
         "was discarded, and is in the store all the same",
     ),
 ])  # fmt: skip
@@ -367,8 +371,8 @@ def test_version_of_the_twin_whose_number_was_taken_is_told(care_copy, tmp_path)
     execute(
         care_copy,
         "INSERT INTO twin_configurations (version, campaign_id, adopted_at, "
-        "reason, configuration, written_by_id) "
-        """SELECT 1, min(id), '2026-03-05', 'r', '{"stages": [], "effects": []}', 1 FROM campaigns""",
+        "reason, configuration, written_by_id) SELECT 1, min(id), '2026-03-05', 'r', "
+        """'{"stages": [], "effects": []}', 1 FROM campaigns""",
     )
     notes = restored(care_copy, tmp_path / "file")["notes"]
     assert len(notes) == 1 and "version 1 of the twin (r) was not restored" in notes[0]

@@ -26,8 +26,7 @@ from pyroshock.diagnosis.verdict import EffectShare, GapSize, PathStep, Unexplai
 from support.checks.well_formed import Page
 from support.records import verdicts
 
-# --- charts are true to their numbers, and every mark has its ink on paper
-# ------------------------------------------
+# --- charts are true to their numbers, and every mark has its ink on paper ---
 X = np.linspace(0.0, 1.0, 11)
 
 

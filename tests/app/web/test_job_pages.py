@@ -223,8 +223,7 @@ def test_jobs_are_filtered_by_state(pages: Window, odd: Odd) -> None:
     )
 
 
-# --- words
-# ----------------------------------------------------------------------------------------------------------
+# --- words ---
 NOW = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
 

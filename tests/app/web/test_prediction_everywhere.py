@@ -71,12 +71,11 @@ SHOTS: dict[str, tuple[str, dict[str, Any]]] = {
         {"impact_velocity_m_s": 8.0, "contact": "hertz", "coupled": True},
     ),
     "hammer, held plate, registered model": (
-        f"--campaign {HAMMER} --velocity 1.5m/s --contact linear@1 --tip delrin --tip-radius 30mm --anvil steel "
-        "--insulator polymeric --boundary-conditions fixed",
+        f"--campaign {HAMMER} --velocity 1.5m/s --contact linear@1 --tip delrin --tip-radius 30mm "
+        "--anvil steel --insulator polymeric --boundary-conditions fixed",
         {"campaign": HAMMER, "impact_velocity_m_s": 1.5, "contact": "linear@1",
-        "tip_material": "delrin",
-         "tip_radius_m": 0.03, "anvil_material": "steel", "insulator": "polymeric",
-         "boundary_conditions": "fixed"},
+         "tip_material": "delrin", "tip_radius_m": 0.03, "anvil_material": "steel",
+         "insulator": "polymeric", "boundary_conditions": "fixed"},
     ),
 }  # fmt: skip
 PARAMETERS = pytest.mark.parametrize("name", SHOTS)
