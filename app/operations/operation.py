@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 
 if TYPE_CHECKING:
-    from ..figures.figure import Figure
+    from ..figures.figure import Plot
     from .laboratory import Laboratory
     from .sentence import Sentence
 
@@ -81,7 +81,7 @@ class Result:
         """The answer in rows."""
         return ()
 
-    def figures(self) -> Sequence[Figure]:
+    def figures(self) -> Sequence[Plot]:
         """The answer in pictures."""
         return ()
 
