@@ -23,7 +23,9 @@ THEME = (
     "extraction included"
 )
 MEMORY_THEME = "Peak memory of the ingest, all its processes together"
-_LIBRARIES = "import pyroshock.app.ingest.cli, pyroshock.ingest.load, time; time.sleep(0.2)"
+_LIBRARIES = (
+    "import pyroshock.app.doors.commands.ingest, pyroshock.ingest.load, time; time.sleep(0.2)"
+)
 _FORMATS = {".mat": "MATLAB 5, uncompressed", ".npz": "NumPy .npz"}
 
 

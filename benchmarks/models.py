@@ -20,7 +20,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from pyroshock.app.train.tables import thesis_figures
+from pyroshock.app.operations.train.tables import thesis_figures
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry

@@ -23,11 +23,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pyroshock.app.impacts.export import export_table
-from pyroshock.app.impacts.impact import impact_page
-from pyroshock.app.impacts.overlays import pulse_overlay
-from pyroshock.app.impacts.signals import channel_window
-from pyroshock.app.ingest.campaign_overview import campaign_overview, list_campaigns_page
+from pyroshock.app.operations.impacts.export import export_table
+from pyroshock.app.operations.impacts.impact import impact_page
+from pyroshock.app.operations.impacts.overlays import pulse_overlay
+from pyroshock.app.operations.impacts.signals import channel_window
+from pyroshock.app.operations.ingest.campaign_overview import campaign_overview, list_campaigns_page
 from pyroshock.dataset.selection import select_pulses
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.engine import make_engine

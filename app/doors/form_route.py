@@ -14,8 +14,8 @@ from starlette.responses import RedirectResponse, Response
 from ..operations.faults import Fault, RequestError
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation
+from ..pages.jobs import followed
 from ..web.dependencies import Configured, OpenStore, Running
-from ..web.jobs_pages import followed
 from ..web.rendering import page
 from .form import controls, form_page, read_form
 from .job import ask

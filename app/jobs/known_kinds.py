@@ -40,14 +40,14 @@ KINDS = KindTable(
             name: (f".app.operations.{module}", attribute)
             for name, (module, attribute) in OPERATIONS.items()
         },
-        "ingest": (".app.ingest.job", "INGEST"),
-        "check": (".app.ingest.job", "CHECK"),
-        "archive": (".app.ingest.archive_job", "ARCHIVE"),
-        "restore": (".app.ingest.archive_job", "RESTORE"),
-        "extract": (".app.ingest.job", "EXTRACT"),
-        "train": (".app.train.job", "TRAIN"),
-        "tune": (".app.tune.job", "TUNE"),
-        "diagnose": (".app.diagnose.job", "DIAGNOSE"),
-        "validate": (".app.validate.job", "VALIDATE"),
+        "ingest": (".app.operations.ingest.job", "INGEST"),
+        "check": (".app.operations.ingest.job", "CHECK"),
+        "archive": (".app.operations.ingest.archive_job", "ARCHIVE"),
+        "restore": (".app.operations.ingest.archive_job", "RESTORE"),
+        "extract": (".app.operations.ingest.job", "EXTRACT"),
+        "train": (".app.operations.train.job", "TRAIN"),
+        "tune": (".app.operations.tune.job", "TUNE"),
+        "diagnose": (".app.operations.diagnose.job", "DIAGNOSE"),
+        "validate": (".app.operations.validate.job", "VALIDATE"),
     }
 )

@@ -28,10 +28,15 @@ from ..documents.document import (
     Table,
 )
 from ..documents.svg import Cloud, agreement_chart
-from ..ingest.campaign_overview import count_findings
-from ..ingest.design_coverage import achieved_settings, level_coverage, plan_coverage, worked_off
-from ..ingest.planned_achieved import constant_settings, planned_achieved_rows
-from ..ingest.recording_quality import (
+from ..operations.ingest.campaign_overview import count_findings
+from ..operations.ingest.design_coverage import (
+    achieved_settings,
+    level_coverage,
+    plan_coverage,
+    worked_off,
+)
+from ..operations.ingest.planned_achieved import constant_settings, planned_achieved_rows
+from ..operations.ingest.recording_quality import (
     FindingRow,
     list_finding_rows,
     recording_quality,

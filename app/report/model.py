@@ -34,8 +34,8 @@ from ..documents.svg import (
     line_chart,
     line_keys,
 )
-from ..train.figures import side_by_side, version_row
-from ..train.wording import (
+from ..operations.train.figures import side_by_side, version_row
+from ..operations.train.wording import (
     bounded,
     error_sentence,
     lead_sentence,

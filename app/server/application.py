@@ -26,35 +26,43 @@ from ...schema.conditions import ConditionError
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
-from ..diagnose import api as diagnose_api
-from ..diagnose import pages as diagnose_pages
 from ..documents.line_styles import COLOURS, PARTS
+from ..doors.api import diagnose as diagnose_api
+from ..doors.api import impacts as impacts_api
+from ..doors.api import ingest as ingest_api
+from ..doors.api import jobs as jobs_api
+from ..doors.api import plan as plan_api
+from ..doors.api import predict as predict_api
+from ..doors.api import train as train_api
+from ..doors.api import tune as tune_api
+from ..doors.api import validate as validate_api
 from ..doors.routes import form_router, json_router
-from ..home import pages as home_pages
-from ..impacts import api as impacts_api
-from ..impacts import list_pages as impact_list_pages
-from ..impacts import pages as impacts_pages
-from ..ingest import api as ingest_api
-from ..ingest import archive_pages, export_pages, extract_pages, ingest_pages, removal_pages
-from ..ingest import pages as campaign_pages
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
-from ..plan import api as plan_api
-from ..plan import pages as plan_pages
-from ..predict import api as predict_api
-from ..predict import pages as predict_pages
-from ..predict.shots import warm_up_in_thread
-from ..report import pages as report_pages
-from ..train import api as train_api
-from ..train import dataset_pages
-from ..train import deletion_pages as train_deletion_pages
-from ..train import pages as train_pages
-from ..tune import api as tune_api
-from ..tune import pages as tune_pages
+from ..operations.predict.shots import warm_up_in_thread
+from ..pages import api as api_pages
+from ..pages import archive as archive_pages
+from ..pages import campaigns as campaign_pages
+from ..pages import datasets as dataset_pages
+from ..pages import diagnose as diagnose_pages
+from ..pages import export as export_pages
+from ..pages import extract as extract_pages
+from ..pages import home as home_pages
+from ..pages import impact_lists as impact_list_pages
+from ..pages import impacts as impacts_pages
+from ..pages import ingest as ingest_pages
+from ..pages import jobs as jobs_pages
+from ..pages import model_deletion as train_deletion_pages
+from ..pages import plan as plan_pages
+from ..pages import predict as predict_pages
+from ..pages import removal as removal_pages
+from ..pages import report as report_pages
+from ..pages import sign_in as sign_in_pages
+from ..pages import train as train_pages
+from ..pages import tune as tune_pages
+from ..pages import validate as validate_pages
 from ..twins.twin_cache import TwinCache
-from ..validate import api as validate_api
-from ..validate import pages as validate_pages
-from ..web import api_pages, csrf, jobs_api, jobs_pages, sign_in_pages
+from ..web import csrf
 from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from pyroshock import __version__
-from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.app.common.filters import parse_where
+from pyroshock.app.doors.command_line.main import COMMANDS, main
 from pyroshock.schema.listings import Condition
 from support.records.campaigns import (
     blows,
@@ -328,7 +328,7 @@ def test_material_is_added_once_and_extract_keeps_the_old_version(tmp_path):
 
 
 def test_closed_pipe_is_no_error(filled):
-    code = "from pyroshock.app.cli.main import main; main()"
+    code = "from pyroshock.app.doors.command_line.main import main; main()"
     with subprocess.Popen(
         [sys.executable, "-c", code, "impacts", "--db", filled, "--json"],
         stdout=subprocess.PIPE,

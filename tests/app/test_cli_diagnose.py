@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.diagnose import diagnosing
-from pyroshock.app.diagnose.diagnosing import record_of
-from pyroshock.app.diagnose.request import DiagnosisRequest
+from pyroshock.app.operations.diagnose import diagnosing
+from pyroshock.app.operations.diagnose.diagnosing import record_of
+from pyroshock.app.operations.diagnose.request import DiagnosisRequest
 from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, Verdict
 from support.records import verdicts

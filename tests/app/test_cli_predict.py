@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.main import main
 from pyroshock.app.demo.demo import ingest_examples
-from pyroshock.app.predict.arguments import parse_effect
-from pyroshock.app.predict.batch import assumed, rows_of_file
-from pyroshock.app.predict.cli import predict
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.operations.predict.arguments import parse_effect
+from pyroshock.app.operations.predict.batch import assumed, rows_of_file
 from pyroshock.app.twins import building as twins
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic

@@ -16,7 +16,7 @@ from typing import IO
 import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
-from pyroshock.app.cli.main import COMMANDS, main
+from pyroshock.app.doors.command_line.main import COMMANDS, main
 from pyroshock.schema.tables import metadata
 from pyroshock.twin.effects import catalogue
 from support.missing import needs_program
@@ -261,7 +261,7 @@ def test_the_tab_key_completes_in_each_shell_as_documented(shell_home: Path):
 def test_completion_imports_neither_sqlalchemy_nor_mlflow(store):
     code = (
         "import sys; from click.shell_completion import ShellComplete; from "
-        "pyroshock.app.cli.main import main\n"
+        "pyroshock.app.doors.command_line.main import main\n"
         "for words in (['validate'], ['promote'], ['impacts', '--campaign'], "
         "['diagnose', 'x', '--with'], []):\n"
         "    assert ShellComplete(main, {}, 'pyroshock', '_X').get_completions(words, '')\n"

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 from click.testing import Result
-from pyroshock.app.diagnose import diagnosing
-from pyroshock.app.diagnose.diagnosing import keep
-from pyroshock.app.diagnose.discriminating_plan import factors_toml
+from pyroshock.app.operations.diagnose import diagnosing
+from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.discriminating_plan import factors_toml
 from pyroshock.diagnosis.verdict import NextRun
 from pyroshock.doe.space import space_from_text
 from support.records import verdicts

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pyroshock.app.tune.session import _levels, _without_double_counting
+from pyroshock.app.operations.tune.session import _levels, _without_double_counting
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import (
     PlateDrawing,

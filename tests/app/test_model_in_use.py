@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.predict.cli import predict
-from pyroshock.app.predict.shots import PredictionOptions
-from pyroshock.app.tune.cli import tune
+from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.doors.commands.tune import tune
+from pyroshock.app.operations.predict.shots import PredictionOptions
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.learning import (
     bench_kind_of,

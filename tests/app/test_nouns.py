@@ -8,9 +8,9 @@ from pathlib import Path
 
 import click
 import pytest
-from pyroshock.app.cli.main import main
-from pyroshock.app.diagnose.diagnosing import keep
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.app.jobs.queue import ask
+from pyroshock.app.operations.diagnose.diagnosing import keep
 from pyroshock.app.plan.job import PLAN
 from support.records.verdicts import verdict
 from support.stores.hammer_stores import copied, filled_store, full_campaign

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.app.impacts.overlays import MOST_SPECTRA, pulse_overlay, spectrum_overlay
-from pyroshock.app.impacts.spectra import MOST_BYTES, MOST_POINTS, source_name, target_from_upload
+from pyroshock.app.operations.impacts.overlays import MOST_SPECTRA, pulse_overlay, spectrum_overlay
+from pyroshock.app.operations.impacts.spectra import (
+    MOST_BYTES,
+    MOST_POINTS,
+    source_name,
+    target_from_upload,
+)
 from pyroshock.schema.campaigns import Campaign, Configuration
 from pyroshock.schema.conditions import UnknownFieldError
 from pyroshock.schema.configurations import configuration_id

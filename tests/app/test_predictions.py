@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.predict.predicting import (
+from pyroshock.app.operations.predict.predicting import (
     ShotRequest,
     domain_warnings,
     extrapolation_text,
@@ -18,8 +18,8 @@ from pyroshock.app.predict.predicting import (
     predicted_json,
     warnings,
 )
-from pyroshock.app.predict.shots import sliders
-from pyroshock.app.predict.tables import plot_prediction, quantity_rows
+from pyroshock.app.operations.predict.shots import sliders
+from pyroshock.app.operations.predict.tables import plot_prediction, quantity_rows
 from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
 from pyroshock.dataset.domain import Domain

@@ -11,8 +11,8 @@ from typing import Any
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
-from pyroshock.app.store.query import QueryError, Statement, list_columns, unit_of
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.store.query import QueryError, Statement, list_columns, unit_of
 from pyroshock.schema.session import Writer, count_rows, open_store
 from support.records.campaigns import hammer_campaign
 
@@ -197,7 +197,7 @@ def test_a_large_answer_does_not_fill_memory(tmp_path):
     import tracemalloc
 
     from pyroshock.app.common.table_files import write_batches
-    from pyroshock.app.store.query import run_statement
+    from pyroshock.app.operations.store.query import run_statement
     from pyroshock.schema.engine import make_engine
 
     url = f"sqlite:///{tmp_path / 'numbers.db'}"

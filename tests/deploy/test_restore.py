@@ -88,7 +88,7 @@ def _prepared(url: str, programs: Path, folder: Path) -> Server:
         (folder / "secrets" / name).write_text(f"{name} of a 'test'")
     command = folder / "bin" / "pyroshock"
     command.write_text(
-        f'#!/bin/sh\nexec {sys.executable} -c "from pyroshock.app.cli.main '
+        f'#!/bin/sh\nexec {sys.executable} -c "from pyroshock.app.doors.command_line.main '
         f'import main; main()" "$@"\n'
     )
     command.chmod(0o755)

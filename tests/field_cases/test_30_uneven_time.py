@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.impacts.spectra_cli import srs
+from pyroshock.app.doors.commands.spectra import srs
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.recordings import QualityFinding, Recording

@@ -10,7 +10,7 @@ from pathlib import Path
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.schema.addresses import AddressError, parse_store_address
 from pyroshock.training.registry.model_storage import storage_for
 from support.records.campaigns import hammer_campaign

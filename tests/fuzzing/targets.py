@@ -22,9 +22,9 @@ from fuzzing import seeds
 from fuzzing.mutations import binary, containers, folders, tables, toml
 from fuzzing.readers import FORMATS, READERS
 from fuzzing.target import ACCEPTED, SET_ASIDE, Mutate, Target, stacked
-from pyroshock.app.cli.main import main
-from pyroshock.app.impacts.spectra import target_from_upload
-from pyroshock.app.ingest.uploads import UploadError, unpacked
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.impacts.spectra import target_from_upload
+from pyroshock.app.operations.ingest.uploads import UploadError, unpacked
 from pyroshock.app.twins.benches import bench_of_file, shipped_bench
 from pyroshock.dataset.predictors import predictors_named
 from pyroshock.doe.designs.imported import read_table
@@ -108,7 +108,7 @@ TABLES = (
            lambda: seeds.shipped("dataset/data/gun.toml"), "dataset/predictors.py", toml.damaged),
     _table("target.csv", lambda path: target_from_upload(path.read_bytes(), path.name).lines().size,
     seeds.TARGETS,
-           "app/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py "
+           "app/operations/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py "
            "files/delimited_text.py"),
 )  # fmt: skip
 
@@ -244,11 +244,11 @@ WHOLE = (
     Target("srs of a file", srs,
            lambda: [bytes([n]) + content for n, content in enumerate(seeds.recordings(*_PLAIN))],
            _damaged_recording,
-           (Refused,), "pyroshock: ", ("app/impacts/spectra.py", "app/impacts/spectrum_tables.py"),
+           (Refused,), "pyroshock: ", ("app/operations/impacts/spectra.py", "app/operations/impacts/spectrum_tables.py"),
            weight=0.6),
     Target("upload of a ZIP", upload, lambda: (seeds.zipped_folder(),),
            stacked({containers.inside_zip: 3, binary.damaged: 3}, most=2), (UploadError,), "",
-           ("app/ingest/uploads.py",)),
+           ("app/operations/ingest/uploads.py",)),
 )  # fmt: skip
 
 TARGETS: dict[str, Target] = {target.name: target for target in (*READERS, *TABLES, *WHOLE)}

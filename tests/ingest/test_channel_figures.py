@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextraction import reextract
 from pyroshock.ingest.settings import ExtractionSettings

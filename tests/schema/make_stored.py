@@ -18,7 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from pyroshock.app.diagnose.stored import verdict_to_json
+from pyroshock.app.operations.diagnose.stored import verdict_to_json
 from pyroshock.diagnosis.verdict import Cause, GapSize, Pictures, ResidualPicture, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion

@@ -9,8 +9,11 @@ from pathlib import Path
 
 import psycopg
 import pytest
-from pyroshock.app.store.postgresql_statement import ForbiddenStatementError, check_statement
-from pyroshock.app.store.query import QueryError, Statement, run_statement
+from pyroshock.app.operations.store.postgresql_statement import (
+    ForbiddenStatementError,
+    check_statement,
+)
+from pyroshock.app.operations.store.query import QueryError, Statement, run_statement
 from pyroshock.schema.engine import make_engine
 from support.stores.roled_servers import ADMIN, OPERATOR, READER, Server, roled_server
 from support.stores.stores import counts

@@ -15,9 +15,9 @@ from typing import Any
 import click
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.common import SECRET_OPTIONS, command_line
-from pyroshock.app.cli.main import COMMANDS, main
-from pyroshock.app.server import cli
+from pyroshock.app.doors.command_line.common import SECRET_OPTIONS, command_line
+from pyroshock.app.doors.command_line.main import COMMANDS, main
+from pyroshock.app.doors.commands import serve as cli
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.addresses import (
     AddressError,

@@ -24,7 +24,7 @@ from support.stores.stores import counts, pyroshock
 #: What `pyroshock` is where it is installed: Python then has the folder of this file on its path,
 #: not the working one.
 PROGRAM = (
-    "import sys\nfrom pyroshock.app.cli.main import main\nif __name__ == "
+    "import sys\nfrom pyroshock.app.doors.command_line.main import main\nif __name__ == "
     "'__main__':\n    sys.exit(main())\n"
 )
 SCRIPT = """

@@ -7,16 +7,20 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.diagnose.recommendations import next_experiment, recommendations, rest_sentence
-from pyroshock.app.diagnose.report import effect_rows
-from pyroshock.app.diagnose.request import (
+from pyroshock.app.operations.diagnose.recommendations import (
+    next_experiment,
+    recommendations,
+    rest_sentence,
+)
+from pyroshock.app.operations.diagnose.report import effect_rows
+from pyroshock.app.operations.diagnose.request import (
     considered_effects,
     full_name,
     restriction_sentences,
     uncertain_numbers,
 )
-from pyroshock.app.diagnose.summary import held_out_fraction, nearest_effects, summary
-from pyroshock.app.diagnose.wording import (
+from pyroshock.app.operations.diagnose.summary import held_out_fraction, nearest_effects, summary
+from pyroshock.app.operations.diagnose.wording import (
     EFFECT_CHECKS,
     EFFECT_SUBJECTS,
     cause_lines,

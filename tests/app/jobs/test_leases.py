@@ -13,8 +13,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from pyroshock.app.diagnose.job import DIAGNOSE
-from pyroshock.app.diagnose.request import DiagnoseArguments
 from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
 from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, stopped
@@ -22,8 +20,10 @@ from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.worker import Watch, WorkerContext, attempt
+from pyroshock.app.operations.diagnose.job import DIAGNOSE
+from pyroshock.app.operations.diagnose.request import DiagnoseArguments
+from pyroshock.app.operations.train.job import FencedRegistry
 from pyroshock.app.plan.job import PLAN, PlanArguments
-from pyroshock.app.train.job import FencedRegistry
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError
@@ -342,7 +342,8 @@ def test_a_diagnosis_and_a_plan_are_kept_once(
     url = store.engine.url.render_as_string(False)
     ingested(url, hammer_campaign(tmp_path / "spring", 1, 1, "spring"))
     monkeypatch.setattr(
-        "pyroshock.app.diagnose.diagnosing.run_diagnosis", lambda *_: verdict(campaign="spring")
+        "pyroshock.app.operations.diagnose.diagnosing.run_diagnosis",
+        lambda *_: verdict(campaign="spring"),
     )
     before = rows(store, Diagnosis), rows(store, Plan)
     asked = [

@@ -14,10 +14,10 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.laboratory_twin import LaboratoryTwin
-from pyroshock.app.predict.cli import predict
-from pyroshock.app.predict.service import ShotPrediction
-from pyroshock.app.validate.cli import validate
+from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.doors.commands.validate import validate
+from pyroshock.app.library.laboratory_twin import LaboratoryTwin
+from pyroshock.app.operations.predict.service import ShotPrediction
 
 LINES = "200:4000:3"
 SHOT = {"tank_pressure": "0.5 bar", "bullet_mass": "0.5 kg", "tip": "steel"}

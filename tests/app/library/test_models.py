@@ -11,8 +11,8 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
-from pyroshock.app.train.contact_model import ContactPulses
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.train.contact_model import ContactPulses
 from scipy.stats import norm
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import fresh_registry, without_figures

@@ -15,7 +15,7 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.impacts.cli import impacts, shots
+from pyroshock.app.doors.commands.impact_records import impacts, shots
 from pyroshock.schema import series
 from support.stores.hammer_stores import HITS, full_campaign
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.ingest.removal import discard_recording
+from pyroshock.app.operations.ingest.removal import discard_recording
 from pyroshock.dataset.snapshot import SnapshotError, build_snapshot, read_snapshot
 from pyroshock.schema.campaigns import Campaign, PlannedRun
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
@@ -428,7 +428,7 @@ def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_
         assert pyroshock("extract", HAMMER, "--threshold", "0.2", "--db", care_copy).exit_code == 0
         return archive
 
-    monkeypatch.setattr("pyroshock.app.ingest.archiving.write_archive", and_then)
+    monkeypatch.setattr("pyroshock.app.operations.ingest.archiving.write_archive", and_then)
     message = run(
         care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2
     ).stderr

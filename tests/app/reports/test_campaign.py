@@ -21,7 +21,7 @@ from pyroshock.app.documents.document import (
 )
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
-from pyroshock.app.ingest.planned_achieved import planned_achieved_rows
+from pyroshock.app.operations.ingest.planned_achieved import planned_achieved_rows
 from pyroshock.app.report.campaign import campaign_document
 from pyroshock.app.report.campaign_pulses import pulses_of, telling_factor
 from pyroshock.schema.campaigns import Campaign

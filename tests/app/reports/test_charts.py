@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.diagnose.report_charts import path_chart, path_rows, share_chart, share_rows
 from pyroshock.app.documents.line_styles import SERIES, STYLE, css, light, series_styles
 from pyroshock.app.documents.pdf import drawing_of
 from pyroshock.app.documents.svg import (
@@ -21,6 +20,12 @@ from pyroshock.app.documents.svg import (
     dot_keys,
     line_chart,
     line_keys,
+)
+from pyroshock.app.operations.diagnose.report_charts import (
+    path_chart,
+    path_rows,
+    share_chart,
+    share_rows,
 )
 from pyroshock.diagnosis.verdict import EffectShare, GapSize, PathStep, Unexplained, Verdict
 from support.checks.well_formed import Page

@@ -11,7 +11,7 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
-from pyroshock.app.diagnose.stored import kept_report
+from pyroshock.app.operations.diagnose.stored import kept_report
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from support.processes.web_client import ADDRESS, ended, post_json, token
 from support.stores.stores import run_pyroshock

@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from pyroshock.app.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.diagnosing import keep
 from pyroshock.app.operations.plan.planning import make_plan
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import read_plan

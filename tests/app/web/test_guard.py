@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.ingest.uploads import (
+from pyroshock.app.operations.ingest.uploads import (
     PathError,
     UploadError,
     campaigns_below,

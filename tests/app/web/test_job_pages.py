@@ -11,17 +11,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.diagnose.form import arguments_of, fields_of
-from pyroshock.app.diagnose.job import DIAGNOSE
-from pyroshock.app.diagnose.request import DiagnoseArguments
-from pyroshock.app.ingest.archive_job import ArchiveArguments
-from pyroshock.app.ingest.job import INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
+from pyroshock.app.operations.diagnose.form import arguments_of, fields_of
+from pyroshock.app.operations.diagnose.job import DIAGNOSE
+from pyroshock.app.operations.diagnose.request import DiagnoseArguments
+from pyroshock.app.operations.ingest.archive_job import ArchiveArguments
+from pyroshock.app.operations.ingest.job import INGEST, ExtractArguments, IngestArguments
+from pyroshock.app.operations.train.job import TrainArguments
+from pyroshock.app.operations.tune.job import TuneArguments
+from pyroshock.app.operations.validate.job import ValidateArguments
 from pyroshock.app.plan.job import PlanArguments
-from pyroshock.app.train.job import TrainArguments
-from pyroshock.app.tune.job import TuneArguments
-from pyroshock.app.validate.job import ValidateArguments
 from pyroshock.app.web.job_words import duration_words, next_step_words, result_words, time_words
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient

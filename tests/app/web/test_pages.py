@@ -10,9 +10,9 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from pyroshock.app.diagnose.diagnosing import keep
-from pyroshock.app.diagnose.stored import kept_options, kept_report
-from pyroshock.app.diagnose.summary import summary
+from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.stored import kept_options, kept_report
+from pyroshock.app.operations.diagnose.summary import summary
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.impacts import Pulse
@@ -697,9 +697,10 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
 
         return SimpleNamespace(goal=goal, notes=("a note",), run=search)
 
-    monkeypatch.setattr("pyroshock.app.tune.session.session_of", session_of)
+    monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", session_of)
     monkeypatch.setattr(
-        "pyroshock.app.tune.bench_adapter.proposal_json", lambda each, rank: {"rank": rank, **each}
+        "pyroshock.app.operations.tune.bench_adapter.proposal_json",
+        lambda each, rank: {"rank": rank, **each},
     )
     before = filled.rows()
     sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}

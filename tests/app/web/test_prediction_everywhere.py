@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.common.number_format import format_interval
-from pyroshock.app.predict.shots import VELOCITY_M_S
+from pyroshock.app.operations.predict.shots import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.benches import bench_of_campaign
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyroshock.app.pages.sign_in import own_address
 from pyroshock.app.server.application import application
 from pyroshock.app.web import sessions as session_limits
 from pyroshock.app.web.client_address import client_network
@@ -18,7 +19,6 @@ from pyroshock.app.web.sessions import IDLE_S, LIFETIME_S, Sessions
 from pyroshock.app.web.settings import Settings
 from pyroshock.app.web.sign_in import SESSION
 from pyroshock.app.web.sign_in_attempts import ADDRESSES, LOCK_S, LOCKED_FROM, SignInAttempts
-from pyroshock.app.web.sign_in_pages import own_address
 from pyroshock.schema.session import Writer, open_store
 from starlette.testclient import TestClient
 from support.processes.web_client import sqlite, token_in

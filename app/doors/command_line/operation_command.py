@@ -1,0 +1,235 @@
+"""The command of an operation: options from the fields of its request, output from its result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+import click
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from ...common.progress import progress_bar
+from ...operations.faults import RequestError, bare, read
+from ...operations.fields import presentation_of
+from ...operations.laboratory import Laboratory
+from ...operations.operation import Operation, Output, Request, Result
+from . import completion
+from .common import (
+    db_option,
+    errors_as_one_line,
+    fail,
+    json_option,
+    note,
+    open_command_store,
+    print_table,
+    spreadsheet_guard_option,
+    write_json,
+)
+from .next_step import suggest_next
+
+_OUTPUT = "output_"
+#: Fields that a door knows from the operation itself.
+_HIDDEN = ("method",)
+
+
+def command_of(
+    operation: Operation[Any, Any], request: type[Request] | None = None
+) -> click.Command:
+    """The command of an operation, or of the variant of it that `request` is."""
+    asked = request or operation.request
+
+    def call(db: str, json_to: str | None, **given: Any) -> None:
+        files = {
+            output: path
+            for output in operation.outputs
+            if (path := given.pop(f"{_OUTPUT}{output.name}", None)) is not None
+        }
+        _perform(operation, asked, _stated(given), files, db, json_to)
+
+    function: Any = json_option(db_option(call))
+    if operation.outputs:
+        function = spreadsheet_guard_option(function)
+    for output in reversed(operation.outputs):
+        function = _output_option(output)(function)
+    for name, field in reversed(asked.model_fields.items()):
+        if name not in _HIDDEN:
+            function = parameter(name, field)(function)
+    return click.command(_words(operation, asked)[-1], help=_help(operation, asked))(function)
+
+
+def _words(operation: Operation[Any, Any], request: type[Request]) -> tuple[str, ...]:
+    if not operation.variants:
+        return operation.words
+    return (*operation.words, str(request.model_fields["method"].default))
+
+
+def _help(operation: Operation[Any, Any], request: type[Request]) -> str:
+    variant = bool(operation.variants)
+    text = (request.__doc__ or "") if variant else operation.help
+    paragraphs = text.strip().replace("\n    ", "\n")
+    example = str(getattr(request, "example_command", "")) if variant else operation.example
+    lines = "".join(f"\n    {line}" for line in example.splitlines())
+    return f"{paragraphs}\n\n\b\nExample:{lines}" if lines else paragraphs
+
+
+def _stated(given: Mapping[str, Any]) -> dict[str, Any]:
+    """What was typed: neither options that were left out nor empty repetitions."""
+    return {name: value for name, value in given.items() if value not in (None, ())}
+
+
+# --- options
+
+
+def option_of(name: str, field: FieldInfo) -> str:
+    """`--tank-pressure` of `tank_pressure`; `--no-adopted` of what is true unless it is refused."""
+    spelled = (presentation_of(field).option or name).replace("_", "-")
+    negated = bare(field.annotation) is bool and field.default is True
+    return f"--no-{spelled}" if negated else f"--{spelled}"
+
+
+def parameter(name: str, field: FieldInfo) -> Callable[[Any], Any]:
+    """The argument or option of a field. Its value is a text, which the request reads."""
+    shown, kind = presentation_of(field), bare(field.annotation)
+    complete = getattr(completion, shown.completion) if shown.completion else None
+    if shown.positional:
+        return click.argument(
+            name,
+            required=field.is_required(),
+            nargs=-1 if _is_repeated(kind) else 1,
+            metavar=shown.metavar or None,
+            shell_complete=complete,
+        )
+    option = option_of(name, field)
+    if kind is bool:
+        return click.option(
+            option,
+            name,
+            is_flag=True,
+            flag_value=option.startswith("--no-") is False,
+            default=None,
+            help=field.description,
+        )
+    words: dict[str, Any] = {
+        "help": _with_default(field),
+        "required": False,
+        "metavar": shown.metavar or _metavar(kind, shown.unit),
+        "multiple": _is_repeated(kind),
+        "shell_complete": complete or _choices(kind),
+        "type": click.UNPROCESSED if _is_repeated(kind) else str,
+    }
+    return click.option(option, name, **words)
+
+
+def _is_repeated(kind: Any) -> bool:
+    return get_origin(kind) in (tuple, list, dict)
+
+
+def _choices(kind: Any) -> Any:
+    if get_origin(kind) is not Literal:
+        return None
+    texts = [str(choice) for choice in get_args(kind)]
+    return lambda _context, _parameter, begun: [text for text in texts if text.startswith(begun)]
+
+
+def _metavar(kind: Any, unit: str) -> str | None:
+    if get_origin(kind) is Literal:
+        return f"[{'|'.join(map(str, get_args(kind)))}]"
+    if kind is int:
+        return "INTEGER"
+    if kind is float:
+        return f"NUMBER {unit}".strip() if unit else "NUMBER"
+    return None
+
+
+def _with_default(field: FieldInfo) -> str:
+    """The help of an option; its default where a person would not guess it."""
+    text = field.description or ""
+    default = field.default
+    if field.is_required():
+        return f"{text} [required]"
+    if default is PydanticUndefined or default in (None, "", (), {}) or "[default:" in text:
+        return text
+    return f"{text} [default: {default}]"
+
+
+def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
+    ending = "|".join(output.endings)
+    return click.option(
+        f"--{output.name}",
+        f"{_OUTPUT}{output.name}",
+        type=click.Path(path_type=Path, dir_okay=False),
+        metavar=f"FILE{ending}" if ending else "FILE",
+        help=output.help,
+    )
+
+
+# --- the work
+
+
+def _perform(
+    operation: Operation[Any, Any],
+    request: type[Request],
+    values: Mapping[str, Any],
+    files: Mapping[Output[Any], Path],
+    db: str,
+    json_to: str | None,
+) -> None:
+    with errors_as_one_line(), _faults_as_options(request):
+        # before the store is opened and anything heavy is imported
+        asked = read(request, values, "command")
+    label = operation.label(asked)
+    progress = progress_bar(f"{operation.name.capitalize()} {label}".strip(), operation.steps)
+    with open_command_store(db, create=operation.creates_store) as store:
+        laboratory = Laboratory(store, db)
+        if operation.check is not None:
+            operation.check(asked, laboratory)
+        with progress as step:
+            result = operation.answer(asked, laboratory, step)
+        _tell(result, files, json_to)
+    if words := result.next_command():
+        suggest_next(*words)
+    if result.exit_code:
+        raise click.exceptions.Exit(result.exit_code)
+
+
+def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None) -> None:
+    for line in result.notes():
+        note(line)
+    for output, path in files.items():
+        output.write(result, path)
+        note(f"written: {path}")
+    sentences = [sentence.text for sentence in result.sentences()]
+    if json_to is not None:
+        for text in sentences:
+            note(text)
+        write_json(result.to_json(), json_to)
+        return
+    for text in sentences:
+        click.echo(text)
+    if any(output.in_place_of_tables for output in files):
+        return
+    for table in result.tables():
+        if table.title:
+            click.echo(f"\n{table.title}" if sentences else table.title)
+        print_table(map(dict, table.rows), table.empty)
+
+
+@contextmanager
+def _faults_as_options(request: type[Request]) -> Iterator[None]:
+    """Faults of a request with the options that they are about."""
+    try:
+        yield
+    except RequestError as error:
+        lines: Sequence[str] = [
+            fault.spelled(
+                fault.field
+                if (field := request.model_fields.get(fault.field)) is None
+                or presentation_of(field).positional
+                else option_of(fault.field, field)
+            )
+            for fault in error.faults
+        ]
+        fail(*lines)
