@@ -11,14 +11,14 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request as HttpRequest
 from starlette.responses import RedirectResponse, Response
 
+from ..jobs.operation_kind import ask
 from ..operations.faults import Fault, RequestError
+from ..operations.form import controls, form_page, read_form
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation
 from ..pages.jobs import followed
 from ..web.dependencies import Configured, OpenStore, Running
 from ..web.rendering import page
-from .form import controls, form_page, read_form
-from .job import ask
 
 #: Larger files are given by their path.
 _MOST_BYTES = 2_000_000

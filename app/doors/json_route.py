@@ -10,13 +10,13 @@ from fastapi import APIRouter, Depends
 from starlette.requests import Request as HttpRequest
 
 from ..common.number_format import finite
+from ..jobs.operation_kind import ask
 from ..operations.faults import Fault, RequestError, read, read_variant
 from ..operations.fields import without_presentation
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request
 from ..web.dependencies import Configured, OpenStore, Running
 from ..web.guard import INNER_SLASH
-from .job import ask
 
 
 def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:

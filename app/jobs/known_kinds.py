@@ -25,7 +25,7 @@ class KindTable(UserDict[str, Any]):
                 importlib.import_module(module, __package__.partition(".")[0]), attribute
             )
             if isinstance(place, Operation):
-                from ..doors.job import kind_of
+                from .operation_kind import kind_of
 
                 place = kind_of(place)
             self[name] = place
@@ -40,14 +40,14 @@ KINDS = KindTable(
             name: (f".app.operations.{module}", attribute)
             for name, (module, attribute) in OPERATIONS.items()
         },
-        "ingest": (".app.operations.ingest.job", "INGEST"),
-        "check": (".app.operations.ingest.job", "CHECK"),
-        "archive": (".app.operations.ingest.archive_job", "ARCHIVE"),
-        "restore": (".app.operations.ingest.archive_job", "RESTORE"),
-        "extract": (".app.operations.ingest.job", "EXTRACT"),
-        "train": (".app.operations.train.job", "TRAIN"),
-        "tune": (".app.operations.tune.job", "TUNE"),
-        "diagnose": (".app.operations.diagnose.job", "DIAGNOSE"),
-        "validate": (".app.operations.validate.job", "VALIDATE"),
+        "ingest": (".app.doors.job_kinds.ingest", "INGEST"),
+        "check": (".app.doors.job_kinds.ingest", "CHECK"),
+        "archive": (".app.doors.job_kinds.archive", "ARCHIVE"),
+        "restore": (".app.doors.job_kinds.archive", "RESTORE"),
+        "extract": (".app.doors.job_kinds.ingest", "EXTRACT"),
+        "train": (".app.doors.job_kinds.train", "TRAIN"),
+        "tune": (".app.doors.job_kinds.tune", "TUNE"),
+        "diagnose": (".app.doors.job_kinds.diagnose", "DIAGNOSE"),
+        "validate": (".app.doors.job_kinds.validate", "VALIDATE"),
     }
 )

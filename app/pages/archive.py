@@ -13,15 +13,15 @@ from starlette.responses import FileResponse, Response
 
 from ...schema.provenance import Tombstone
 from ...schema.session import Store
-from ..jobs.queue import this_host
-from ..operations.ingest.archive_job import (
+from ..doors.job_kinds.archive import (
     ARCHIVE,
     RESTORE,
     ArchiveArguments,
     RestoreArguments,
     kept_archive,
 )
-from ..operations.ingest.job import discard, make_scratch
+from ..doors.job_kinds.ingest import discard, make_scratch
+from ..jobs.queue import this_host
 from ..operations.ingest.removal import list_tombstones, standing_lines, standing_on
 from ..operations.ingest.uploads import UploadError, copy_file
 from ..web.dependencies import Configured, Key, Name, OpenStore, Running, Text

@@ -22,7 +22,7 @@ from ...schema.recordings import STORED, Recording
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.number_format import percent, signed_percent
-from ..operations.ingest.job import EXTRACT, FIELDS, ExtractArguments
+from ..doors.job_kinds.ingest import EXTRACT, FIELDS, ExtractArguments
 from ..web.dependencies import Name, OpenStore, Running
 from ..web.forms import FieldError
 from ..web.rendering import page

@@ -18,8 +18,7 @@ from ...ingest.settings import ExtractionSettings, Segmentation
 from ...schema.campaigns import Plan
 from ...schema.jobs import DONE, Job
 from ...schema.session import Store
-from ..jobs.queue import JobView, UnknownJobError, this_host
-from ..operations.ingest.job import (
+from ..doors.job_kinds.ingest import (
     CHECK,
     INGEST,
     IngestArguments,
@@ -27,6 +26,7 @@ from ..operations.ingest.job import (
     make_scratch,
     take_checked,
 )
+from ..jobs.queue import JobView, UnknownJobError, this_host
 from ..operations.ingest.uploads import MOST_FILES, campaigns_below, confined, ingest_job, unpacked
 from ..web.dependencies import Configured, Key, OpenStore, Running
 from ..web.forms import FieldError

@@ -20,7 +20,7 @@ from ...doe.space import shipped_factors, space_from_text
 from ...files.spreadsheet_guard import guarding
 from ..common.plan_tables import run_counts
 from ..common.quantities import cell, heading
-from ..doors.form import controls
+from ..operations.form import controls
 from ..operations.plan.make import PLAN
 from ..operations.plan.quality import plan_page
 from ..web.dependencies import Key, Name, OpenStore

@@ -24,9 +24,9 @@ from ..common.model_registry import models_extra
 from ..common.number_format import format_number, percent
 from ..common.quantities import display_of
 from ..doors.api.tune import Tuning, tune_job
+from ..doors.job_kinds.tune import TUNE
 from ..operations.impacts.figures import paper_lines
 from ..operations.impacts.spectra import MOST_BYTES, target_from_upload
-from ..operations.tune.job import TUNE
 from ..operations.tune.verdict import answer_sentence, next_steps, verdict_text
 from ..twins.building import PRIOR, check_contact
 from ..web.dependencies import Configured, Key, OpenStore, Running, Word

@@ -15,7 +15,7 @@ from ...schema.conditions import list_campaign_names
 from ..common.model_registry import models_extra
 from ..common.quantities import shown_unit
 from ..doors.api.validate import ValidationQuestion, validate_job
-from ..operations.validate.job import VALIDATE
+from ..doors.job_kinds.validate import VALIDATE
 from ..operations.validate.report import validation_document
 from ..operations.validate.validation import (
     COLUMNS,

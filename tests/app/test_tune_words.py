@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pyroshock.app.doors.job_kinds.train import TRAIN, TrainArguments
+from pyroshock.app.doors.job_kinds.tune import TUNE, TuneArguments
+from pyroshock.app.doors.job_kinds.validate import VALIDATE, ValidateArguments
 from pyroshock.app.operations.impacts.spectra import target_from_upload
-from pyroshock.app.operations.train.job import TRAIN, TrainArguments
-from pyroshock.app.operations.tune.job import TUNE, TuneArguments
 from pyroshock.app.operations.tune.verdict import answer_sentence, verdict_text
-from pyroshock.app.operations.validate.job import VALIDATE, ValidateArguments
 from pyroshock.app.pages.tune import target_figure, target_sentence
 
 SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"

@@ -17,7 +17,7 @@ import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.doors.command_line.common import SECRET_OPTIONS, command_line
 from pyroshock.app.doors.command_line.main import COMMANDS, main
-from pyroshock.app.doors.commands import serve as cli
+from pyroshock.app.server import command as cli
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.addresses import (
     AddressError,

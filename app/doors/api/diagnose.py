@@ -13,12 +13,12 @@ from ...common.plan_tables import plan_as_json
 from ...jobs.queue import JobView
 from ...operations.diagnose.diagnosing import is_stored
 from ...operations.diagnose.discriminating_plan import store_experiment_of
-from ...operations.diagnose.job import DIAGNOSE
 from ...operations.diagnose.request import DiagnoseArguments, check_effects
 from ...operations.diagnose.stored import kept_report, kept_verdict, list_diagnoses
 from ...twins.adopted_effects import adopt
 from ...web.dependencies import Key, OpenStore, Running, Text
 from ...web.jobs import Jobs
+from ..job_kinds.diagnose import DIAGNOSE
 
 
 def diagnose_job(jobs: Jobs, store: Store, arguments: DiagnoseArguments) -> JobView:

@@ -9,9 +9,9 @@ from pydantic import BaseModel, Field
 
 from ....schema.session import Store
 from ...jobs.queue import JobView
-from ...operations.tune.job import TUNE, TuneArguments
 from ...web.dependencies import OpenStore, Running, Word
 from ...web.jobs import Jobs
+from ..job_kinds.tune import TUNE, TuneArguments
 
 
 class Tuning(BaseModel):

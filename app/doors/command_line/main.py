@@ -155,7 +155,7 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
         "query": (".app.doors.commands.query", "query", "Ask the store a question in SQL."),
     },
     "Operation": {
-        "serve": (".app.doors.commands.serve", "serve", "Start the web application."),
+        "serve": (".app.server.command", "serve", "Start the web application."),
         "work": (".app.doors.commands.jobs", "work", "Do the long work that was asked for."),
         "jobs": (
             ".app.doors.commands.jobs",

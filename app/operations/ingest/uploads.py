@@ -15,9 +15,9 @@ from typing import IO
 
 from ....ingest.settings import ExtractionSettings
 from ....schema.session import Store
+from ...doors.job_kinds.ingest import CHECK, INGEST, IngestArguments
 from ...jobs.queue import JobView, this_host
 from ...web.jobs import Jobs
-from .job import CHECK, INGEST, IngestArguments
 
 FILE = "campaign.toml"
 #: A tree of a million files is not walked through for a list of suggestions.

@@ -11,10 +11,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pyroshock.app.doors.job_kinds.diagnose import DIAGNOSE
+from pyroshock.app.doors.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
-from pyroshock.app.operations.diagnose.job import DIAGNOSE
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
-from pyroshock.app.operations.ingest.job import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.campaigns import Plan

@@ -13,6 +13,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from pyroshock.app.doors.job_kinds.diagnose import DIAGNOSE
+from pyroshock.app.doors.job_kinds.train import FencedRegistry
 from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
 from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, stopped
@@ -20,9 +22,7 @@ from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.worker import Watch, WorkerContext, attempt
-from pyroshock.app.operations.diagnose.job import DIAGNOSE
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
-from pyroshock.app.operations.train.job import FencedRegistry
 from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis

@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 from pyroshock.app.common.model_registry import MissingExtraError
+from pyroshock.app.doors.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.claims import stop
 from pyroshock.app.jobs.kind import NotHereError, Result, RunningJob
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, ask, get_job, list_jobs
-from pyroshock.app.operations.ingest.job import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
 from support.processes.odd_jobs import Odd, odd, work_off, working

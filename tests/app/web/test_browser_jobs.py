@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pyroshock.app.doors.job_kinds.ingest import INGEST, IngestArguments
+from pyroshock.app.doors.job_kinds.train import TRAIN, TrainArguments
 from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.queue import ask
-from pyroshock.app.operations.ingest.job import INGEST, IngestArguments
-from pyroshock.app.operations.train.job import TRAIN, TrainArguments
 from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.schema.session import Writer, open_store
 from support.processes.browsers import Lab, at, page_of, served

@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..common.number_format import finite
-from ..jobs.kind import Ending, JobForm, Kind, RunningJob
-from ..jobs.kind import Result as JobResult
-from ..jobs.queue import JobView
 from ..operations.faults import read, read_variant
+from ..operations.form import form_page, texts_of
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request, Result
-from .form import form_page, texts_of
+from .kind import Ending, JobForm, Kind, RunningJob
+from .kind import Result as JobResult
+from .queue import JobView
 
 
 def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:

@@ -21,7 +21,7 @@ class ValidateArguments:
 
 def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
     from ...common.model_registry import models_extra
-    from .validation import ValidationRequest, run_validation
+    from ...operations.validate.validation import ValidationRequest, run_validation
 
     with models_extra():
         validation = run_validation(

@@ -98,7 +98,7 @@ def _ingest_do(work: RunningJob, arguments: IngestArguments) -> Ending:
     from ....ingest.load import ingest_folder
     from ....ingest.plan_link import link_to_plan
     from ....ingest.settings import ExtractionSettings
-    from .service import training_notes
+    from ...operations.ingest.service import training_notes
 
     folder = _readable(work, arguments)
     report = ingest_folder(
@@ -159,8 +159,8 @@ INGEST = Kind("ingest", IngestArguments, _ingest_do, _after, _ingest_form)
 
 def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
     from ....ingest.settings import ExtractionSettings
-    from .dry_run import dry_run
-    from .service import IngestOptions
+    from ...operations.ingest.dry_run import dry_run
+    from ...operations.ingest.service import IngestOptions
 
     folder = _readable(work, arguments)
     options = IngestOptions(

@@ -12,7 +12,7 @@ from sqlalchemy import select
 from ....schema.provenance import Tombstone
 from ....training.registry.model_storage import storage_for
 from ...jobs.kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
-from .job import discard, is_scratch
+from .ingest import discard, is_scratch
 
 
 def archive_folder(db: str) -> Path:
@@ -40,7 +40,7 @@ class ArchiveArguments:
 
 
 def _archive(work: RunningJob, arguments: ArchiveArguments) -> Ending:
-    from .archiving import archive_campaign
+    from ...operations.ingest.archiving import archive_campaign
 
     folder = archive_folder(work.db)
     folder.mkdir(parents=True, exist_ok=True)
@@ -91,7 +91,7 @@ class RestoreArguments:
 
 
 def _restore(work: RunningJob, arguments: RestoreArguments) -> Ending:
-    from .archiving import restore_campaign
+    from ...operations.ingest.archiving import restore_campaign
 
     file = Path(arguments.file)
     if arguments.scratch is not None:

@@ -4,13 +4,13 @@ natural key."""
 from __future__ import annotations
 
 from ...jobs.kind import Ending, JobForm, Kind, Result, RunningJob
-from .request import DiagnoseArguments, DiagnosisRequest
+from ...operations.diagnose.request import DiagnoseArguments, DiagnosisRequest
 
 
 def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
     from ...common.model_registry import models_extra
-    from .diagnosing import is_stored, keep, report_json, run_diagnosis
-    from .summary import summary
+    from ...operations.diagnose.diagnosing import is_stored, keep, report_json, run_diagnosis
+    from ...operations.diagnose.summary import summary
 
     if not is_stored(work.store, arguments.target):  # a folder's path is nobody's to name from afar
         raise LookupError(f"no campaign {arguments.target!r} in the store; ingest it first")
@@ -32,7 +32,7 @@ def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
 def _form(arguments: DiagnoseArguments) -> JobForm:
     from urllib.parse import urlencode
 
-    from .form import fields_of
+    from ...operations.diagnose.form import fields_of
 
     return JobForm(f"/diagnoses?{urlencode(fields_of(vars(arguments)))}#diagnose")
 

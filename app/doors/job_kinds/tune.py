@@ -12,7 +12,7 @@ from ...jobs.kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ....twin.tune.tuner import Tuned
-    from .session import Ask, TuningSession
+    from ...operations.tune.session import Ask, TuningSession
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class TuneArguments:
     def ask(self) -> Ask:
         """Raises `ValueError` for a target or factors that cannot be read."""
         from ....doe.space import shipped_factors, space_from_form
+        from ...operations.impacts.spectra import target_from_upload
+        from ...operations.tune.session import Ask
         from ...twins.building import TwinRequest
-        from ..impacts.spectra import target_from_upload
-        from .session import Ask
 
         target = target_from_upload(self.target, "the specification", self.tolerance or None)
         request = TwinRequest(
@@ -66,7 +66,7 @@ class TuneArguments:
 
 def _do(work: RunningJob, arguments: TuneArguments) -> Ending:
     from ...common.model_registry import models_extra
-    from .session import session_of
+    from ...operations.tune.session import session_of
 
     work.step(0, 0, "building the twin")
     with models_extra():
@@ -78,7 +78,7 @@ def _do(work: RunningJob, arguments: TuneArguments) -> Ending:
 def _answer(arguments: TuneArguments, session: TuningSession, tuning: Tuned) -> dict[str, Any]:
     """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
     from ....twin.tune.probability import DRAWS
-    from .bench_adapter import SHOWN, avoid_json, proposal_rows
+    from ...operations.tune.bench_adapter import SHOWN, avoid_json, proposal_rows
 
     goal = session.goal
     return {

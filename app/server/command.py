@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..command_line.common import (
+from ..doors.command_line.common import (
     data_option,
     db_option,
     errors_as_one_line,
@@ -17,7 +17,7 @@ from ..command_line.common import (
 )
 
 if TYPE_CHECKING:
-    from ...web.settings import Settings
+    from ..web.settings import Settings
 
 
 @click.command()
@@ -94,7 +94,7 @@ def serve(
     """
     with errors_as_one_line():
         _need_packages()
-        from ...web.settings import MEGABYTE, Settings
+        from ..web.settings import MEGABYTE, Settings
 
         settings = Settings(
             db,
@@ -108,7 +108,7 @@ def serve(
             trusted_proxies=trusted_proxies,
         )
     with open_command_store(db, create=True) as store:
-        from ...server.application import application
+        from .application import application
 
         _listen(application(settings, store, warm=True), settings, show)
 
@@ -130,7 +130,7 @@ def _listen(app: Any, settings: Settings, show: bool) -> None:
 
     import uvicorn
 
-    from ...server.connections import server_options
+    from .connections import server_options
 
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as listener:

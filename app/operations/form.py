@@ -10,9 +10,9 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from ..operations.faults import bare, bounds, read, read_variant
-from ..operations.fields import TextFile, presentation_of
-from ..operations.operation import FormPage, Operation, Request
+from .faults import bare, bounds, read, read_variant
+from .fields import TextFile, presentation_of
+from .operation import FormPage, Operation, Request
 
 #: Ending of the control that takes a file for a field whose text can be pasted, too.
 FILE = ".file"

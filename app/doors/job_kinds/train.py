@@ -67,7 +67,7 @@ def _trained(work: RunningJob, arguments: TrainArguments) -> Session:
 
 def _rows(work: RunningJob, arguments: TrainArguments, session: Session) -> list[dict[str, object]]:
     from ...common.model_registry import registry_of
-    from .tables import json_row
+    from ...operations.train.tables import json_row
 
     floors = (
         registry_of(work.db).floors(session.versions[0].dataset.hash, arguments.seed)
