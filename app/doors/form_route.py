@@ -11,13 +11,12 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request as HttpRequest
 from starlette.responses import RedirectResponse, Response
 
-from ..jobs.operation_kind import ask
 from ..operations.faults import Fault, RequestError
 from ..operations.form import controls, form_page, read_form
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation
-from ..pages.jobs import followed
 from ..web.dependencies import Configured, OpenStore, Running
+from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
 
 #: Larger files are given by their path.
@@ -53,7 +52,7 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
         request = read_form(operation, texts)
         laboratory = Laboratory(store, settings.db, folders=settings.folders)
         if operation.long:
-            return followed(ask(operation, request, laboratory, running.ask))
+            return followed(ask_operation(operation, request, laboratory, running))
         if operation.check is not None:
             operation.check(request, laboratory)
         answer = operation.answer(request, laboratory, lambda _done, _total, _what: None)

@@ -10,13 +10,13 @@ from fastapi import APIRouter, Depends
 from starlette.requests import Request as HttpRequest
 
 from ..common.number_format import finite
-from ..jobs.operation_kind import ask
 from ..operations.faults import Fault, RequestError, read, read_variant
 from ..operations.fields import without_presentation
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request
 from ..web.dependencies import Configured, OpenStore, Running
 from ..web.guard import INNER_SLASH
+from ..web.jobs import ask_operation
 
 
 def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
@@ -33,7 +33,7 @@ def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
         request = _request(operation, {**_sent(http, method, body), **_in_address(http)})
         laboratory = Laboratory(store, settings.db, folders=settings.folders)
         if operation.long:
-            return ask(operation, request, laboratory, running.ask).as_json()
+            return ask_operation(operation, request, laboratory, running).as_json()
         if operation.check is not None:
             operation.check(request, laboratory)
         return finite(operation.answer(request, laboratory, _no_progress).to_json())

@@ -40,14 +40,14 @@ KINDS = KindTable(
             name: (f".app.operations.{module}", attribute)
             for name, (module, attribute) in OPERATIONS.items()
         },
-        "ingest": (".app.doors.job_kinds.ingest", "INGEST"),
-        "check": (".app.doors.job_kinds.ingest", "CHECK"),
-        "archive": (".app.doors.job_kinds.archive", "ARCHIVE"),
-        "restore": (".app.doors.job_kinds.archive", "RESTORE"),
-        "extract": (".app.doors.job_kinds.ingest", "EXTRACT"),
-        "train": (".app.doors.job_kinds.train", "TRAIN"),
-        "tune": (".app.doors.job_kinds.tune", "TUNE"),
-        "diagnose": (".app.doors.job_kinds.diagnose", "DIAGNOSE"),
-        "validate": (".app.doors.job_kinds.validate", "VALIDATE"),
+        "ingest": (".app.jobs.job_kinds.ingest", "INGEST"),
+        "check": (".app.jobs.job_kinds.ingest", "CHECK"),
+        "archive": (".app.jobs.job_kinds.archive", "ARCHIVE"),
+        "restore": (".app.jobs.job_kinds.archive", "RESTORE"),
+        "extract": (".app.jobs.job_kinds.ingest", "EXTRACT"),
+        "train": (".app.jobs.job_kinds.train", "TRAIN"),
+        "tune": (".app.jobs.job_kinds.tune", "TUNE"),
+        "diagnose": (".app.jobs.job_kinds.diagnose", "DIAGNOSE"),
+        "validate": (".app.jobs.job_kinds.validate", "VALIDATE"),
     }
 )

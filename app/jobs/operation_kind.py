@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from ..common.number_format import finite
@@ -12,7 +12,6 @@ from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request, Result
 from .kind import Ending, JobForm, Kind, RunningJob
 from .kind import Result as JobResult
-from .queue import JobView
 
 
 def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
@@ -56,17 +55,3 @@ def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
         return None
     shown = form_page(operation)
     return JobForm(shown.page, shown.form, texts_of(request))
-
-
-def ask(
-    operation: Operation[Any, Any],
-    request: Request,
-    laboratory: Laboratory,
-    queue: Callable[..., JobView],
-    host: str | None = None,
-) -> JobView:
-    """Queue a request. Raises what would only be refused after the work."""
-    if operation.check is not None:
-        operation.check(request, laboratory)
-    label = f"{operation.name.capitalize()} {operation.label(request)}".strip()
-    return queue(laboratory.store, kind_of(operation), label, request, host)

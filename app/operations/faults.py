@@ -40,6 +40,14 @@ class Fault:
         )
 
 
+class FieldError(ValueError):
+    """A value of one field of a form that cannot be used. `field`: the name of its control."""
+
+    def __init__(self, field: str, message: str) -> None:
+        super().__init__(message)
+        self.field = field
+
+
 class RequestError(ValueError):
     """A request that cannot be used; `faults` tell each field."""
 

@@ -13,21 +13,21 @@ from starlette.responses import FileResponse, Response
 
 from ...schema.provenance import Tombstone
 from ...schema.session import Store
-from ..doors.job_kinds.archive import (
+from ..jobs.job_kinds.archive import (
     ARCHIVE,
     RESTORE,
     ArchiveArguments,
     RestoreArguments,
     kept_archive,
 )
-from ..doors.job_kinds.ingest import discard, make_scratch
+from ..jobs.job_kinds.ingest import discard, make_scratch
 from ..jobs.queue import this_host
 from ..operations.ingest.removal import list_tombstones, standing_lines, standing_on
-from ..operations.ingest.uploads import UploadError, copy_file
 from ..web.dependencies import Configured, Key, Name, OpenStore, Running, Text
-from ..web.forms import FieldError
+from ..operations.faults import FieldError
+from ..web.jobs import followed
 from ..web.rendering import page
-from .jobs import followed
+from ..web.uploads import UploadError, copy_file
 
 router = APIRouter()
 #: The newest of what was deleted.

@@ -13,6 +13,7 @@ from starlette.responses import Response
 from ...schema.conditions import get_campaign_id
 from ...schema.known_facts import facts_from_json
 from ..common.quantities import display_of, heading, velocities_of, velocity_with_uncertainty
+from ..figures.plotly_base import Figure, figure, line, points
 from ..operations.ingest.campaign_overview import KINDS, campaign_overview, list_campaigns_page
 from ..operations.ingest.planned_achieved import (
     bench_facts,
@@ -22,7 +23,6 @@ from ..operations.ingest.planned_achieved import (
 )
 from ..operations.ingest.recording_quality import list_finding_rows, recording_quality
 from ..web.dependencies import Name, OpenStore
-from ..web.figures_base import Figure, figure, line, points
 from ..web.rendering import page, query
 from .plan import coverage_figure
 

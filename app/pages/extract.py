@@ -22,11 +22,11 @@ from ...schema.recordings import STORED, Recording
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.number_format import percent, signed_percent
-from ..doors.job_kinds.ingest import EXTRACT, FIELDS, ExtractArguments
+from ..jobs.job_kinds.ingest import EXTRACT, FIELDS, ExtractArguments
 from ..web.dependencies import Name, OpenStore, Running
-from ..web.forms import FieldError
+from ..operations.faults import FieldError
+from ..web.jobs import followed
 from ..web.rendering import page
-from .jobs import followed
 
 router = APIRouter()
 #: Recordings that a preview reads, taken evenly from the campaign.

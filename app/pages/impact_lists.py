@@ -28,7 +28,8 @@ from ..common.nominal_velocity import with_predictions
 from ..common.quantities import cell, heading, velocities_of, velocity_with_uncertainty
 from ..operations.impacts.impact import without_empty_figures
 from ..web.dependencies import OpenStore, Text
-from ..web.forms import FieldError, status_of_fault
+from ..operations.faults import FieldError
+from ..web.forms import status_of_fault
 from ..web.rendering import page, part, query
 
 router = APIRouter()

@@ -25,6 +25,7 @@ from ...schema.session import Store
 from ..common.filters import parse_where
 from ..common.number_format import percent
 from ..common.quantities import display_of_unit, velocities_of
+from ..figures.plotly_base import Figure
 from ..operations.impacts.curves import PulseView, pulse_view
 from ..operations.impacts.figures import (
     four_coordinate_figure,
@@ -39,7 +40,6 @@ from ..operations.impacts.overlays import PulseOverlay, pulse_overlay, spectrum_
 from ..operations.impacts.signals import channel_window, list_signals
 from ..operations.impacts.spectra import target_from_upload
 from ..web.dependencies import Key, OpenStore
-from ..web.figures_base import Figure
 from ..web.forms import status_of_fault
 from ..web.rendering import page, query
 

@@ -18,7 +18,7 @@ from ...ingest.settings import ExtractionSettings, Segmentation
 from ...schema.campaigns import Plan
 from ...schema.jobs import DONE, Job
 from ...schema.session import Store
-from ..doors.job_kinds.ingest import (
+from ..jobs.job_kinds.ingest import (
     CHECK,
     INGEST,
     IngestArguments,
@@ -27,13 +27,12 @@ from ..doors.job_kinds.ingest import (
     take_checked,
 )
 from ..jobs.queue import JobView, UnknownJobError, this_host
-from ..operations.ingest.uploads import MOST_FILES, campaigns_below, confined, ingest_job, unpacked
 from ..web.dependencies import Configured, Key, OpenStore, Running
-from ..web.forms import FieldError
-from ..web.jobs import Jobs
+from ..operations.faults import FieldError
+from ..web.jobs import Jobs, followed
 from ..web.rendering import page
 from ..web.settings import Settings
-from .jobs import followed
+from ..web.uploads import campaigns_below, confined, extraction_settings, ingest_job, known_plan, uploaded
 
 router = APIRouter()
 #: Plans that the form offers.
@@ -86,68 +85,6 @@ def _shown(job: JobView) -> Response:
         if job.kind == CHECK.name
         else followed(job)
     )
-
-
-async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Settings) -> JobView:
-    """The job for what a form brings: `files`, `plan`, settings of the extraction, and whether it
-    is a `dry_run`.
-
-    Raises `UploadError` and `FieldError`, and nothing is kept.
-    """
-    async with request.form(max_files=MOST_FILES) as form:
-        plan, segmentation, threshold = (
-            str(form.get(name) or "") for name in ("plan", "segmentation", "threshold")
-        )
-        chosen = extraction_settings(segmentation or "walk", threshold)
-        plan_name = await run_in_threadpool(known_plan, store, plan)
-        sent = [
-            (upload.filename or "", upload.file)
-            for upload in form.getlist("files")
-            if isinstance(upload, UploadFile)
-        ]
-        files = [file for file in sent if file[0]]
-        dry_run = bool(form.get("dry_run"))
-        scratch = make_scratch(dry_run=dry_run)
-        try:
-            folder = await run_in_threadpool(unpacked, files, scratch, settings.max_upload_bytes)
-            return ingest_job(jobs, store, folder, chosen, plan_name, scratch, dry_run=dry_run)
-        except BaseException:  # an interruption, too, leaves no upload behind; it is raised again
-            discard(scratch)
-            raise
-
-
-def extraction_settings(segmentation: str, threshold: str) -> ExtractionSettings:
-    """Settings of a form's texts; an empty threshold is the usual one. Raises `FieldError` with the
-    field."""
-    usual = ExtractionSettings()
-    try:
-        share = float(threshold) if threshold.strip() else usual.threshold
-    except ValueError as error:
-        expected = "expected a share of the peak such as 0.005"
-        raise FieldError(
-            "threshold", f"threshold {threshold!r} is no number; {expected}"
-        ) from error
-    try:
-        return ExtractionSettings(segmentation=cast(Segmentation, segmentation), threshold=share)
-    except ValueError as error:
-        raise FieldError(str(error).partition(" ")[0], str(error)) from error
-
-
-def known_plan(store: Store, name: str) -> str | None:
-    """The plan that a form names, None for an empty text. Raises `FieldError` for one that is not
-    in the store."""
-    wanted = name.strip()
-    if not wanted:
-        return None
-    if (
-        store.read(lambda session: session.scalar(select(Plan.id).where(Plan.name == wanted)))
-        is None
-    ):
-        raise FieldError(
-            "plan",
-            f"The store has no plan {wanted!r}; leave the field empty, or make the plan first.",
-        )
-    return wanted
 
 
 @router.get("/ingest/checks/{job}")

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import Response
 
-from ...schema.jobs import DONE, FAILED, STATES, STOPPED
+from ...schema.jobs import FAILED, STATES, STOPPED
 from ..jobs.kind import JobForm
 from ..jobs.queue import JobView
 from ..web.dependencies import Key, OpenStore, Running
@@ -20,6 +20,7 @@ from ..web.job_words import (
     result_words,
     time_words,
 )
+from ..web.jobs import followed
 from ..web.rendering import page, query
 
 router = APIRouter()
@@ -105,17 +106,3 @@ def stop(job: Key, running: Running) -> Response:
 def again(job: Key, store: OpenStore, running: Running) -> Response:
     """Ask for a job that failed or was stopped once more, with the same values."""
     return followed(running.again(store, job))
-
-
-def finished_result(running: Running, key: int, kind: str, noun: str) -> Any:
-    """What a job of this kind has given. Raises `LookupError` for one of another kind, or that has
-    not ended well."""
-    job_row = running.get(key)
-    if job_row.state != DONE or job_row.kind != kind:
-        raise LookupError(f"job {key} is no finished {noun}; its page is /jobs/{key}")
-    return job_row.result
-
-
-def followed(job: JobView) -> Response:
-    """On to the page of a job."""
-    return RedirectResponse(f"/jobs/{job.key}", 303)

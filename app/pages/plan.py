@@ -20,11 +20,11 @@ from ...doe.space import shipped_factors, space_from_text
 from ...files.spreadsheet_guard import guarding
 from ..common.plan_tables import run_counts
 from ..common.quantities import cell, heading
+from ..figures.plotly_base import COLOURS, DIVERGING, Figure, bars, categories, heat_map
 from ..operations.form import controls
 from ..operations.plan.make import PLAN
 from ..operations.plan.quality import plan_page
 from ..web.dependencies import Key, Name, OpenStore
-from ..web.figures_base import COLOURS, DIVERGING, Figure, bars, categories, heat_map
 from ..web.rendering import named_file, number, page, part
 
 

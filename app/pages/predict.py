@@ -20,6 +20,7 @@ from ...twin.contact.laws import LAWS
 from ...twin.prediction import Prediction
 from ..common.number_format import finite
 from ..common.quantities import display_of
+from ..figures.plotly_base import COLOURS, Figure, Trace, band, figure, line, points
 from ..operations.predict.nearest_shots import (
     MeasuredShot,
     measured_spectra,
@@ -35,8 +36,10 @@ from ..operations.predict.predicting import (
     predict_shot,
     prediction_json,
 )
-from ..operations.predict.shot_address import read_address, twin_at
-from ..operations.predict.shots import (
+from ..operations.predict.tables import quantity_rows
+from ..twins.building import BuiltTwin
+from ..web.dependencies import OpenStore
+from ..web.predicted_shots import (
     VELOCITY_M_S,
     Asked,
     PredictionOptions,
@@ -44,11 +47,8 @@ from ..operations.predict.shots import (
     link_arguments,
     sliders,
 )
-from ..operations.predict.tables import quantity_rows
-from ..twins.building import BuiltTwin
-from ..web.dependencies import OpenStore
-from ..web.figures_base import COLOURS, Figure, Trace, band, figure, line, points
 from ..web.rendering import page, query
+from ..web.shot_address import read_address, twin_at
 
 #: Points of an acceleration on the screen, and how much of it is shown.
 _POINTS, _UNTIL_S = 400, 0.01

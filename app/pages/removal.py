@@ -20,7 +20,7 @@ from ..operations.ingest.removal import (
     standing_on,
 )
 from ..web.dependencies import Configured, Key, Name, OpenStore, Text
-from ..web.forms import FieldError
+from ..operations.faults import FieldError
 from ..web.rendering import page, part
 from .impact_lists import Ticked, ticked
 

@@ -55,7 +55,7 @@ from ..operations.train.wording import (
     unseen,
 )
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
-from ..web.forms import FieldError
+from ..operations.faults import FieldError
 from ..web.rendering import page, part
 
 if TYPE_CHECKING:

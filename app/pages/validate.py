@@ -15,7 +15,8 @@ from ...schema.conditions import list_campaign_names
 from ..common.model_registry import models_extra
 from ..common.quantities import shown_unit
 from ..doors.api.validate import ValidationQuestion, validate_job
-from ..doors.job_kinds.validate import VALIDATE
+from ..figures.plotly_base import COLOURS, Figure, bars, categories, figure, line, points
+from ..jobs.job_kinds.validate import VALIDATE
 from ..operations.validate.report import validation_document
 from ..operations.validate.validation import (
     COLUMNS,
@@ -27,10 +28,9 @@ from ..operations.validate.validation import (
 )
 from ..twins.building import check_contact
 from ..web.dependencies import Configured, Key, OpenStore, Running, Word
-from ..web.figures_base import COLOURS, Figure, bars, categories, figure, line, points
-from ..web.forms import FieldError
+from ..operations.faults import FieldError
+from ..web.jobs import finished_result, followed
 from ..web.rendering import page
-from .jobs import finished_result, followed
 from .report import Ending, report_file
 
 

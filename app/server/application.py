@@ -39,7 +39,6 @@ from ..doors.api import validate as validate_api
 from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
-from ..operations.predict.shots import warm_up_in_thread
 from ..pages import api as api_pages
 from ..pages import archive as archive_pages
 from ..pages import campaigns as campaign_pages
@@ -67,6 +66,7 @@ from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
+from ..web.predicted_shots import warm_up_in_thread
 from ..web.rendering import HERE, page
 from ..web.settings import Settings
 from ..web.sign_in import SignIn

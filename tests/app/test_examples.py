@@ -52,7 +52,7 @@ def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     diagnosis is made up."""
     from pyroshock.app.demo.chapters import CHANGED
     from pyroshock.app.demo.virtual_campaign import fire_campaign
-    from pyroshock.app.doors.job_kinds.ingest import EXTRACT, ExtractArguments
+    from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
     from pyroshock.app.jobs.queue import ask
     from pyroshock.app.operations.diagnose.diagnosing import keep
     from pyroshock.training.fitting import fitting

@@ -16,7 +16,6 @@ import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.doors.commands.predict import predict
 from pyroshock.app.doors.commands.tune import tune
-from pyroshock.app.operations.predict.shots import PredictionOptions
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.learning import (
     bench_kind_of,
@@ -24,6 +23,7 @@ from pyroshock.app.twins.learning import (
     training_campaigns,
     velocity_kind_of,
 )
+from pyroshock.app.web.predicted_shots import PredictionOptions
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED

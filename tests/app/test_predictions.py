@@ -18,10 +18,10 @@ from pyroshock.app.operations.predict.predicting import (
     predicted_json,
     warnings,
 )
-from pyroshock.app.operations.predict.shots import sliders
 from pyroshock.app.operations.predict.tables import plot_prediction, quantity_rows
 from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
+from pyroshock.app.web.predicted_shots import sliders
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.rows import by_name
 from pyroshock.dataset.validity_limits import BETWEEN_LEVELS

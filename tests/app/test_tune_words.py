@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.doors.job_kinds.train import TRAIN, TrainArguments
-from pyroshock.app.doors.job_kinds.tune import TUNE, TuneArguments
-from pyroshock.app.doors.job_kinds.validate import VALIDATE, ValidateArguments
+from pyroshock.app.jobs.job_kinds.train import TRAIN, TrainArguments
+from pyroshock.app.jobs.job_kinds.tune import TUNE, TuneArguments
+from pyroshock.app.jobs.job_kinds.validate import VALIDATE, ValidateArguments
 from pyroshock.app.operations.impacts.spectra import target_from_upload
 from pyroshock.app.operations.tune.verdict import answer_sentence, verdict_text
 from pyroshock.app.pages.tune import target_figure, target_sentence

@@ -24,8 +24,8 @@ from fuzzing.readers import FORMATS, READERS
 from fuzzing.target import ACCEPTED, SET_ASIDE, Mutate, Target, stacked
 from pyroshock.app.doors.command_line.main import main
 from pyroshock.app.operations.impacts.spectra import target_from_upload
-from pyroshock.app.operations.ingest.uploads import UploadError, unpacked
 from pyroshock.app.twins.benches import bench_of_file, shipped_bench
+from pyroshock.app.web.uploads import UploadError, unpacked
 from pyroshock.dataset.predictors import predictors_named
 from pyroshock.doe.designs.imported import read_table
 from pyroshock.doe.space import read_space, space_from_text
@@ -248,7 +248,7 @@ WHOLE = (
            weight=0.6),
     Target("upload of a ZIP", upload, lambda: (seeds.zipped_folder(),),
            stacked({containers.inside_zip: 3, binary.damaged: 3}, most=2), (UploadError,), "",
-           ("app/operations/ingest/uploads.py",)),
+           ("app/web/uploads.py",)),
 )  # fmt: skip
 
 TARGETS: dict[str, Target] = {target.name: target for target in (*READERS, *TABLES, *WHOLE)}

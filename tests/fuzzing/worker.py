@@ -262,7 +262,7 @@ PACKAGES = (
     *(
         "pyroshock.app.operations.impacts.spectra",
         "pyroshock.app.twins.benches",
-        "pyroshock.app.operations.ingest.uploads",
+        "pyroshock.app.web.uploads",
     ),
     *("nptdms", "pyuff", "lvm_read", "zipfile", "tomllib"),
 )

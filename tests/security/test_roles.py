@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from pyroshock.app.doors.job_kinds.ingest import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.claims import stop
+from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.queue import ask
 from pyroshock.schema import migrate
 from pyroshock.schema.access import roles

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 
 from ....schema.session import Store
 from ...common.plan_tables import plan_as_json
+from ...jobs.job_kinds.diagnose import DIAGNOSE
 from ...jobs.queue import JobView
 from ...operations.diagnose.diagnosing import is_stored
 from ...operations.diagnose.discriminating_plan import store_experiment_of
@@ -18,7 +19,6 @@ from ...operations.diagnose.stored import kept_report, kept_verdict, list_diagno
 from ...twins.adopted_effects import adopt
 from ...web.dependencies import Key, OpenStore, Running, Text
 from ...web.jobs import Jobs
-from ..job_kinds.diagnose import DIAGNOSE
 
 
 def diagnose_job(jobs: Jobs, store: Store, arguments: DiagnoseArguments) -> JobView:

@@ -19,9 +19,8 @@ from ...operations.ingest.removal import (
     list_tombstones,
     standing_on,
 )
-from ...operations.ingest.uploads import campaigns_below, confined, ingest_job
-from ...pages.ingest import uploaded
 from ...web.dependencies import Configured, Name, OpenStore, Running, Text
+from ...web.uploads import campaigns_below, confined, ingest_job, uploaded
 
 router = APIRouter(tags=["campaigns"])
 

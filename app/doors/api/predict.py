@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import APIRouter
 
 from ...operations.predict.predicting import predicted_json
-from ...operations.predict.shots import Asked, PredictionOptions, Twins, sliders
+from ...web.predicted_shots import Asked, PredictionOptions, Twins, sliders
 
 router = APIRouter(tags=["twin"])
 

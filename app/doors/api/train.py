@@ -16,14 +16,14 @@ from ....schema.session import Store
 from ....training.registry.listing import chosen
 from ...common.model_registry import models_extra, reader_of, registry_of, splits_of
 from ...common.number_format import finite
+from ...jobs.job_kinds.ingest import EXTRACT, ExtractArguments
+from ...jobs.job_kinds.train import TRAIN, TrainArguments
 from ...jobs.queue import JobView
 from ...operations.train.figures import held_out_figures, listed_versions, side_by_side
 from ...operations.train.service import promote_version
 from ...operations.train.tables import USUAL_SPLITS
 from ...web.dependencies import Configured, Key, Name, OpenStore, Running, Text
 from ...web.jobs import Jobs
-from ..job_kinds.ingest import EXTRACT, ExtractArguments
-from ..job_kinds.train import TRAIN, TrainArguments
 from .impacts import ExtractionOptions
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from ....schema.session import Store
+from ...jobs.job_kinds.tune import TUNE, TuneArguments
 from ...jobs.queue import JobView
 from ...web.dependencies import OpenStore, Running, Word
 from ...web.jobs import Jobs
-from ..job_kinds.tune import TUNE, TuneArguments
 
 
 class Tuning(BaseModel):

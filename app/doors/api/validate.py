@@ -9,10 +9,10 @@ from pydantic import BaseModel, Field
 
 from ....schema.listings import get_campaign_id
 from ....schema.session import Store
+from ...jobs.job_kinds.validate import VALIDATE, ValidateArguments
 from ...jobs.queue import JobView
 from ...web.dependencies import OpenStore, Running, Word
 from ...web.jobs import Jobs
-from ..job_kinds.validate import VALIDATE, ValidateArguments
 
 
 class ValidationQuestion(BaseModel):

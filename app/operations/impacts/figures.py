@@ -11,8 +11,8 @@ import numpy as np
 
 from ....array_types import Floats
 from ...common.quantities import STANDARD_GRAVITY_M_S2, display_of, display_of_unit
-from ...web.figures_base import COLOURS, DASHES, Figure, Trace, band, figure, line, points
-from ...web.rendering import number
+from ...figures.plotly_base import COLOURS, DASHES, Figure, Trace, band, figure, line, points
+from ...common.number_format import format_number
 from .curves import PulseCurve, PulseView
 from .overlays import ImpactSpectrum, PulseOverlay, ReferenceBand, SpectrumOverlay
 from .signals import SignalWindow
@@ -119,7 +119,7 @@ def level_words(factor: str, level: float | str | None) -> str:
     if isinstance(level, str):
         return level
     display = display_of(factor)
-    return f"{number(level * display.scale)} {display.unit}".strip()
+    return f"{_number(level * display.scale)} {display.unit}".strip()
 
 
 def signal_figure(window: SignalWindow) -> Figure:
@@ -306,3 +306,8 @@ def _diagonal(
     words.append(
         {**place, "text": name, "bgcolor": "card/0.8", "font": {"size": 10, "color": "quiet"}}
     )
+
+
+def _number(value: float | None, digits: int = 4) -> str:
+    """A number with a true minus sign."""
+    return format_number(value, digits).replace("-", "−")

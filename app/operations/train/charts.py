@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...common.quantities import display_of
-from ...web.figures_base import COLOURS, Figure, Trace, categories, figure, line, points, spelled
+from ...figures.plotly_base import COLOURS, Figure, Trace, categories, figure, line, points, spelled
 from .searches import (
     QUARTERS,
     Importance,

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from pyroshock.app.doors.job_kinds.diagnose import DIAGNOSE
-from pyroshock.app.doors.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
+from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
+from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
 from pyroshock.app.plan.job import PLAN, PlanArguments

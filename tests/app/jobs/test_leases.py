@@ -13,11 +13,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from pyroshock.app.doors.job_kinds.diagnose import DIAGNOSE
-from pyroshock.app.doors.job_kinds.train import FencedRegistry
 from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
 from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, stopped
+from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
+from pyroshock.app.jobs.job_kinds.train import FencedRegistry
 from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job

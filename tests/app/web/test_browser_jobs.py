@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.doors.job_kinds.ingest import INGEST, IngestArguments
-from pyroshock.app.doors.job_kinds.train import TRAIN, TrainArguments
+from pyroshock.app.jobs.job_kinds.ingest import INGEST, IngestArguments
+from pyroshock.app.jobs.job_kinds.train import TRAIN, TrainArguments
 from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.queue import ask
 from pyroshock.app.plan.job import PLAN, PlanArguments

@@ -129,7 +129,7 @@ def test_a_failed_job_stays_until_the_same_succeeds_or_a_week_is_over(filled: La
 
 
 def test_running_and_waiting_jobs_are_shown_with_their_progress(tmp_path) -> None:
-    from pyroshock.app.doors.job_kinds.ingest import EXTRACT, ExtractArguments
+    from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
 
     with window(sqlite(tmp_path), works=False) as (client, store):
         ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.doors.job_kinds.ingest import make_scratch
+from pyroshock.app.jobs.job_kinds.ingest import make_scratch
 from pyroshock.app.operations.ingest.planned_achieved import (
     bench_facts,
     constant_settings,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...jobs.kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
+from ..kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
 
 
 @dataclass(frozen=True)

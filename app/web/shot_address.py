@@ -7,11 +7,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ...common.quantities import display_of
-from ...twins.building import BuiltTwin
-from ...twins.twin_cache import TwinCache
-from ...web.forms import faults_of
-from .shots import PredictionOptions
+from ..common.quantities import display_of
+from ..twins.building import BuiltTwin
+from ..twins.twin_cache import TwinCache
+from .forms import faults_of
+from .predicted_shots import PredictionOptions
 
 #: What a twin is made of; the other fields set the shot.
 _OF_TWIN = ("campaign", "contact", "plate", "chain_height_m", "coupled")

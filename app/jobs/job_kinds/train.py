@@ -11,7 +11,7 @@ from ....training.registry.connection import user_environment
 from ....training.registry.model_storage import storage_for
 from ....training.registry.records import Trained, Version
 from ....training.registry.registry import Registry
-from ...jobs.kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
+from ..kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ....training.fitting.session import Session

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ...common.number_format import finite
-from ...jobs.kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
+from ..kind import Ending, JobForm, Kind, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ....twin.tune.tuner import Tuned

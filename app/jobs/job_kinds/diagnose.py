@@ -3,8 +3,8 @@ natural key."""
 
 from __future__ import annotations
 
-from ...jobs.kind import Ending, JobForm, Kind, Result, RunningJob
 from ...operations.diagnose.request import DiagnoseArguments, DiagnosisRequest
+from ..kind import Ending, JobForm, Kind, Result, RunningJob
 
 
 def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
@@ -32,7 +32,7 @@ def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
 def _form(arguments: DiagnoseArguments) -> JobForm:
     from urllib.parse import urlencode
 
-    from ...operations.diagnose.form import fields_of
+    from ...web.diagnose_form import fields_of
 
     return JobForm(f"/diagnoses?{urlencode(fields_of(vars(arguments)))}#diagnose")
 

@@ -16,19 +16,25 @@ from fastapi import Depends, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
-from ....schema.known_factors import CHAIN_PITCH_M
-from ....twin.setting import BOUNDARY_CONDITIONS, INSULATORS
-from ...twins.benches import LEAST_PRESSURE_PA
-from ...twins.building import TwinRequest
-from ...twins.twin_cache import TwinCache
-from ...web.dependencies import Word
-from .predicting import NONE, TANK_PRESSURE_PA, ShotRequest, is_used, parse_factor
+from ...schema.known_factors import CHAIN_PITCH_M
+from ...twin.setting import BOUNDARY_CONDITIONS, INSULATORS
+from ..operations.predict.predicting import (
+    NONE,
+    TANK_PRESSURE_PA,
+    ShotRequest,
+    is_used,
+    parse_factor,
+)
+from ..twins.benches import LEAST_PRESSURE_PA
+from ..twins.building import TwinRequest
+from ..twins.twin_cache import TwinCache
+from .dependencies import Word
 
 if TYPE_CHECKING:
-    from ....dataset.validity_limits import Limit
-    from ....doe.factors import DesignFactor
-    from ....doe.space import Space
-    from ...twins.building import BuiltTwin
+    from ...dataset.validity_limits import Limit
+    from ...doe.factors import DesignFactor
+    from ...doe.space import Space
+    from ..twins.building import BuiltTwin
 
 
 def _twins(request: Request) -> TwinCache:
@@ -165,8 +171,8 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     knows its points alone. `factors`: what the lab owns, else the shipped gun's. Raises
     `ValueError` for factors without tip radius or bullet mass.
     """
-    from ....doe.limits.bench import read_limits
-    from ....doe.space import gun_space
+    from ...doe.limits.bench import read_limits
+    from ...doe.space import gun_space
 
     space = factors or gun_space()
     limits, of = read_limits(space.bench), {factor.name: factor for factor in space.factors}
@@ -276,7 +282,7 @@ def _choice(names: Sequence[str], default: str, is_seen: Callable[[str], bool]) 
 def _seen_in_training(built: BuiltTwin) -> Known:
     """By source, what the registered model was trained on; nothing for a law, which holds
     everywhere."""
-    from ....training.registry.contact_stage import RegisteredContact
+    from ...training.registry.contact_stage import RegisteredContact
 
     contact = built.twin.contact
     if not isinstance(contact, RegisteredContact):

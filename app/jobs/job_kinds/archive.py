@@ -11,7 +11,7 @@ from sqlalchemy import select
 
 from ....schema.provenance import Tombstone
 from ....training.registry.model_storage import storage_for
-from ...jobs.kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
+from ..kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
 from .ingest import discard, is_scratch
 
 

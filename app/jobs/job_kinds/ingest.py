@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, urlencode
 
-from ...jobs.kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
+from ..kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ....ingest.plan_link import PlanLinks
