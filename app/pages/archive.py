@@ -22,9 +22,9 @@ from ..jobs.job_kinds.archive import (
 )
 from ..jobs.job_kinds.ingest import discard, make_scratch
 from ..jobs.queue import this_host
+from ..operations.faults import FieldError
 from ..operations.ingest.removal import list_tombstones, standing_lines, standing_on
 from ..web.dependencies import Configured, Key, Name, OpenStore, Running, Text
-from ..operations.faults import FieldError
 from ..web.jobs import followed
 from ..web.rendering import page
 from ..web.uploads import UploadError, copy_file

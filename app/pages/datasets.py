@@ -20,11 +20,11 @@ from ...schema.session import Store
 from ..common.model_registry import models_extra
 from ..doors.api.train import registry_at, train_job
 from ..jobs.job_kinds.train import TrainArguments
+from ..operations.faults import FieldError
 from ..operations.train.datasets import correlation_rows, range_rows, snapshot_as_json
 from ..operations.train.figures import version_rows
 from ..operations.train.wording import MODEL_SENTENCES, bounded, share, share_range
 from ..web.dependencies import Configured, Name, OpenStore, Running, writable
-from ..operations.faults import FieldError
 from ..web.jobs import followed
 from ..web.rendering import page, part
 

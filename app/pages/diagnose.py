@@ -13,6 +13,13 @@ from ...schema.conditions import list_campaign_names
 from ...schema.diagnoses import Diagnosis
 from ..doors.api.diagnose import diagnose_job
 from ..operations.diagnose.discriminating_plan import plan_name, store_experiment_of
+from ..operations.diagnose.form import (
+    FIELDS,
+    STAGES,
+    UnknownValueError,
+    arguments_of,
+    check_simulator,
+)
 from ..operations.diagnose.page_parts import DiagnosisParts, list_row, parts_of
 from ..operations.diagnose.request import DiagnoseArguments
 from ..operations.diagnose.stored import (
@@ -22,16 +29,9 @@ from ..operations.diagnose.stored import (
     kept_verdict,
     list_diagnoses,
 )
+from ..operations.faults import FieldError
 from ..twins.adopted_effects import adopt
 from ..web.dependencies import Configured, Key, OpenStore, Running, Text
-from ..web.diagnose_form import (
-    FIELDS,
-    STAGES,
-    UnknownValueError,
-    arguments_of,
-    check_simulator,
-)
-from ..operations.faults import FieldError
 from ..web.jobs import followed
 from ..web.rendering import page, part, query
 

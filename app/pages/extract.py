@@ -23,8 +23,8 @@ from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.number_format import percent, signed_percent
 from ..jobs.job_kinds.ingest import EXTRACT, FIELDS, ExtractArguments
-from ..web.dependencies import Name, OpenStore, Running
 from ..operations.faults import FieldError
+from ..web.dependencies import Name, OpenStore, Running
 from ..web.jobs import followed
 from ..web.rendering import page
 

@@ -26,9 +26,9 @@ from ...schema.listings import (
 from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
 from ..common.quantities import cell, heading, velocities_of, velocity_with_uncertainty
+from ..operations.faults import FieldError
 from ..operations.impacts.impact import without_empty_figures
 from ..web.dependencies import OpenStore, Text
-from ..operations.faults import FieldError
 from ..web.forms import status_of_fault
 from ..web.rendering import page, part, query
 

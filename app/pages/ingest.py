@@ -5,16 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Form
-from fastapi.concurrency import run_in_threadpool
 from sqlalchemy import select
-from starlette.datastructures import UploadFile
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...ingest.settings import ExtractionSettings, Segmentation
+from ...ingest.settings import ExtractionSettings
 from ...schema.campaigns import Plan
 from ...schema.jobs import DONE, Job
 from ...schema.session import Store
@@ -23,16 +21,20 @@ from ..jobs.job_kinds.ingest import (
     INGEST,
     IngestArguments,
     discard,
-    make_scratch,
     take_checked,
 )
 from ..jobs.queue import JobView, UnknownJobError, this_host
 from ..web.dependencies import Configured, Key, OpenStore, Running
-from ..operations.faults import FieldError
-from ..web.jobs import Jobs, followed
+from ..web.jobs import followed
 from ..web.rendering import page
-from ..web.settings import Settings
-from ..web.uploads import campaigns_below, confined, extraction_settings, ingest_job, known_plan, uploaded
+from ..web.uploads import (
+    campaigns_below,
+    confined,
+    extraction_settings,
+    ingest_job,
+    known_plan,
+    uploaded,
+)
 
 router = APIRouter()
 #: Plans that the form offers.

@@ -12,6 +12,7 @@ from starlette.responses import RedirectResponse, Response
 from ...schema.recordings import Recording
 from ...schema.removal.part import recording_part
 from ...schema.session import Store
+from ..operations.faults import FieldError
 from ..operations.impacts.impact import get_impact, impact_page
 from ..operations.ingest.removal import (
     delete_campaign,
@@ -20,7 +21,6 @@ from ..operations.ingest.removal import (
     standing_on,
 )
 from ..web.dependencies import Configured, Key, Name, OpenStore, Text
-from ..operations.faults import FieldError
 from ..web.rendering import page, part
 from .impact_lists import Ticked, ticked
 

@@ -18,6 +18,7 @@ from ...schema.session import Store
 from ..common.model_registry import models_extra, reader_of, withdrawn_words
 from ..common.quantities import velocities_of
 from ..doors.api.train import chosen_versions, needed, promote, registry_at
+from ..operations.faults import FieldError
 from ..operations.train.charts import (
     against_figure,
     coverage_figure,
@@ -55,7 +56,6 @@ from ..operations.train.wording import (
     unseen,
 )
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
-from ..operations.faults import FieldError
 from ..web.rendering import page, part
 
 if TYPE_CHECKING:

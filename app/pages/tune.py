@@ -26,12 +26,12 @@ from ..common.quantities import display_of
 from ..doors.api.tune import Tuning, tune_job
 from ..figures.plotly_base import COLOURS, Figure, band, figure, line
 from ..jobs.job_kinds.tune import TUNE
+from ..operations.faults import FieldError
 from ..operations.impacts.figures import paper_lines
 from ..operations.impacts.spectra import MOST_BYTES, target_from_upload
 from ..operations.tune.verdict import answer_sentence, next_steps, verdict_text
 from ..twins.building import PRIOR, check_contact
 from ..web.dependencies import Configured, Key, OpenStore, Running, Word
-from ..operations.faults import FieldError
 from ..web.jobs import finished_result, followed
 from ..web.rendering import page, query
 

@@ -17,6 +17,7 @@ from ..common.quantities import shown_unit
 from ..doors.api.validate import ValidationQuestion, validate_job
 from ..figures.plotly_base import COLOURS, Figure, bars, categories, figure, line, points
 from ..jobs.job_kinds.validate import VALIDATE
+from ..operations.faults import FieldError
 from ..operations.validate.report import validation_document
 from ..operations.validate.validation import (
     COLUMNS,
@@ -28,7 +29,6 @@ from ..operations.validate.validation import (
 )
 from ..twins.building import check_contact
 from ..web.dependencies import Configured, Key, OpenStore, Running, Word
-from ..operations.faults import FieldError
 from ..web.jobs import finished_result, followed
 from ..web.rendering import page
 from .report import Ending, report_file

@@ -32,7 +32,7 @@ def _do(work: RunningJob, arguments: DiagnoseArguments) -> Ending:
 def _form(arguments: DiagnoseArguments) -> JobForm:
     from urllib.parse import urlencode
 
-    from ...web.diagnose_form import fields_of
+    from ...operations.diagnose.form import fields_of
 
     return JobForm(f"/diagnoses?{urlencode(fields_of(vars(arguments)))}#diagnose")
 

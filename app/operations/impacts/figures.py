@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ....array_types import Floats
+from ...common.number_format import format_number
 from ...common.quantities import STANDARD_GRAVITY_M_S2, display_of, display_of_unit
 from ...figures.plotly_base import COLOURS, DASHES, Figure, Trace, band, figure, line, points
-from ...common.number_format import format_number
 from .curves import PulseCurve, PulseView
 from .overlays import ImpactSpectrum, PulseOverlay, ReferenceBand, SpectrumOverlay
 from .signals import SignalWindow

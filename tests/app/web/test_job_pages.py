@@ -19,9 +19,9 @@ from pyroshock.app.jobs.job_kinds.tune import TuneArguments
 from pyroshock.app.jobs.job_kinds.validate import ValidateArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
+from pyroshock.app.operations.diagnose.form import arguments_of, fields_of
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
 from pyroshock.app.plan.job import PlanArguments
-from pyroshock.app.web.diagnose_form import arguments_of, fields_of
 from pyroshock.app.web.job_words import duration_words, next_step_words, result_words, time_words
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient

@@ -10,9 +10,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..common.model_registry import models_extra, registry_of
-from ..operations.diagnose.request import IN_USE, MODELS, DiagnoseArguments, full_name
-from ..operations.faults import FieldError
+from ...common.model_registry import models_extra, registry_of
+from ..faults import FieldError
+from .request import IN_USE, MODELS, DiagnoseArguments, full_name
 
 #: Stage, what of it is compared, the unit of its tolerance, the tolerance that is used where the
 #: field is empty.
@@ -84,7 +84,7 @@ def check_simulator(db: str, text: str | None) -> None:
         )
     if name.partition("@")[0] == IN_USE:
         return
-    from ...training.registry.listing import chosen
+    from ....training.registry.listing import chosen
 
     try:
         with models_extra():
