@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
+from urllib.parse import quote
 
 from ..common.number_format import finite
 from ..operations.faults import read, read_variant
@@ -54,4 +55,5 @@ def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
     if "form" in operation.absent:
         return None
     shown = form_page(operation)
-    return JobForm(shown.page, shown.form, texts_of(request))
+    values = {name: quote(text) for name, text in texts_of(request, everything=True).items()}
+    return JobForm(shown.page.format(**values), shown.form, texts_of(request))

@@ -6,6 +6,7 @@ of a form, `"field"` in JSON.
 
 from __future__ import annotations
 
+import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from .operation import Request
 #: (command), its path unless it has lines (python), or its content (network, and jobs as stored).
 Source = Literal["command", "python", "network", "stored"]
 
+_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
 Asked = TypeVar("Asked", bound=Request)
 
 
@@ -99,11 +101,13 @@ def _fault(item: Any, request: type[Request]) -> Fault:
         known = ", ".join(field for field in request.model_fields if field != "method")
         return Fault(name, f"{name} is not known; known: {known}")
     expected = expectation(field) if field is not None else item["msg"]
-    return Fault(name, f"{name} is {_shown(value)}; expected {expected}")
+    return Fault(name, f"{name} is {_shown(value, field)}; expected {expected}")
 
 
-def _shown(value: object) -> str:
-    text = repr(value)
+def _shown(value: object, field: FieldInfo | None) -> str:
+    """A value as it was given; a number that came as a text, as from a form, as a number."""
+    is_number = field is not None and bare(field.annotation) in (int, float)
+    text = str(value) if is_number and _NUMBER.fullmatch(str(value)) else repr(value)
     return text if len(text) <= 200 else f"{text[:200]}…"
 
 

@@ -1,4 +1,4 @@
-"""The form of an operation: a control for each field of its request, and how its values are read."""
+"""The form of an operation: a control for each field of its request, and how values are read."""
 
 from __future__ import annotations
 
@@ -129,14 +129,14 @@ def text_of(value: Any) -> str:
     return str(value)
 
 
-def texts_of(request: BaseModel) -> dict[str, str | list[str]]:
-    """The values of a request by control, of those that are not the default."""
+def texts_of(request: BaseModel, *, everything: bool = False) -> dict[str, str]:
+    """The values of a request by control: those that are not the default, or everything."""
     fields = type(request).model_fields
     values = {name: getattr(request, name) for name in fields}
     return {
         name: text_of(value)
         for name, value in values.items()
-        if name == "method" or value != fields[name].default
+        if everything or name == "method" or value != fields[name].default
     }
 
 

@@ -122,8 +122,8 @@ class Output(Generic[Answer]):
 
 @dataclass(frozen=True)
 class FormPage:
-    """A page of its own with the form of an operation: its address, the id of the form, and the
-    address that the form is sent to."""
+    """A page of its own with the form of an operation: its address, in which fields of the request
+    may stand in braces, the id of the form, and the address that the form is sent to."""
 
     page: str
     form: str
