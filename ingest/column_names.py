@@ -80,11 +80,10 @@ def check_columns(
         if similar is not None and column not in declared and column not in confirmed:
             faults.add(
                 [
-                    f"{table}: column {printable(column)} resembles the known "
-                    f"column {similar!r}; correct its name, "
-                    f"or, if it is a factor of its own, declare it in "
-                    f"campaign.toml ([factors], {_toml_key(column)} = "
-                    f'"what it is") or confirm it with --free-factor {_argument(column)}'
+                    f"{table}: column {printable(column)} resembles the known column {similar!r}; "
+                    "correct its name, or, if it is a factor of its own, declare it in "
+                    f'campaign.toml ([factors], {_toml_key(column)} = "what it is") or confirm it '
+                    f"with --free-factor {_argument(column)}"
                 ]
             )
     faults.refuse()

@@ -265,11 +265,10 @@ def _refuse_counter(path: Path, contents: Contents, options: ReadingOptions) -> 
             values = array.take(0, array.samples)
             if np.all(values == values[0] + np.arange(values.size)):
                 raise RecordingError(
-                    f"{path.name}: columns calls {array.name!r} what counts "
-                    f"{values[0]:g}, {values[1]:g} and on, which "
-                    'as seconds is 1 Hz; name that column "" and give '
-                    "sampling_rate_hz under [recordings] in "
-                    f'campaign.toml, or write "{array.name} [s]" where it is seconds'
+                    f"{path.name}: columns calls {array.name!r} what counts {values[0]:g}, "
+                    f'{values[1]:g} and on, which as seconds is 1 Hz; name that column "" and give '
+                    f'sampling_rate_hz under [recordings] in campaign.toml, or write "{array.name} '
+                    '[s]" where it is seconds'
                 )
 
 
