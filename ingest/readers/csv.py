@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 _WHOLE = "0.0% to 100.0%"
 #: What pandas reads as NaN.
 _MISSING = re.compile(
-    r"(?<!\S)(?:#N/A|#NA|-?1\.#IND|-?1\.#QNAN|<NA>|N/A|NA|NULL|None|n/a|null|[-+]?nan|[-+]?NaN|[-+]?NAN)(?!\S)"
+    r"(?<!\S)(?:#N/A|#NA|-?1\.#IND|-?1\.#QNAN|<NA>|N/A|NA|NULL|None|n/a|null|[-+]?nan|[-+]?NaN|"
+    r"[-+]?NAN)(?!\S)"
 )
 #: A table of numbers alone, whose header is a file of its own.
 _NUMBERS_ALONE = ".wfm.csv"
