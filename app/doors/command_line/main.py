@@ -136,8 +136,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List the diagnoses; show or delete one.",
         ),
         "blind-check": (
-            ".app.doors.commands.blind_check",
-            "blind_check",
+            ".app.operations.diagnose.blind_check",
+            "BLIND_CHECK",
             "Score the diagnosis on campaigns whose cause is withheld.",
         ),
     },
@@ -185,6 +185,10 @@ class LazyGroup(click.Group):
             return None
         module, name, _ = COMMANDS[cmd_name]
         command = getattr(importlib.import_module(module, __package__.partition(".")[0]), name)
+        if not isinstance(command, click.Command):
+            from .operation_command import command_of
+
+            command = command_of(command)
         assert isinstance(command, click.Command)
         return command
 
