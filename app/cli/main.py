@@ -143,6 +143,11 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
         "work": (".app.jobs.cli", "work", "Do the long work that was asked for."),
         "jobs": (".app.jobs.cli", "jobs", "List the long work; show, stop or delete a job."),
         "db": (".app.store.cli", "db", "Check, copy and upgrade a store; carry campaigns."),
+        "plugins": (
+            ".app.cli.plugins",
+            "plugins",
+            "List the readers, effects and models that other packages add.",
+        ),
         "demo": (".app.demo.cli", "demo", "Show the product in five chapters."),
     },
 }
