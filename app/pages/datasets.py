@@ -23,7 +23,7 @@ from ..jobs.job_kinds.train import TrainArguments
 from ..operations.faults import FieldError
 from ..operations.train.datasets import correlation_rows, range_rows, snapshot_as_json
 from ..operations.train.figures import version_rows
-from ..operations.train.wording import MODEL_SENTENCES, bounded, share, share_range
+from ..operations.train.wording import bounded, model_sentences, share, share_range
 from ..web.dependencies import Configured, Name, OpenStore, Running, writable
 from ..web.jobs import followed
 from ..web.rendering import page, part
@@ -184,7 +184,7 @@ def training_form(
             for row in rows
         ],
         dataset=dataset,
-        models=MODEL_SENTENCES,
+        models=model_sentences(),
         splits=list(SPLITS.items()),
     )
 
@@ -203,7 +203,7 @@ def train(
         raise FieldError("dataset", "Choose a dataset.")
     if not models:
         raise FieldError("models", "Choose at least one model.")
-    unknown = [model for model in models if model not in MODEL_SENTENCES]
+    unknown = [model for model in models if model not in model_sentences()]
     if unknown:
         raise FieldError("models", f"There is no model {unknown[0]!r}.")
     try:

@@ -171,6 +171,11 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "db",
             "Check, copy and upgrade a store; carry campaigns.",
         ),
+        "plugins": (
+            ".app.doors.commands.plugins",
+            "plugins",
+            "List the readers, effects and models that other packages add.",
+        ),
         "demo": (".app.doors.commands.demo", "demo", "Show the product in five chapters."),
     },
 }
