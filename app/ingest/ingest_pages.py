@@ -14,7 +14,7 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...ingest.settings import ExtractionSettings, Segmentation
+from ...ingest.extraction.settings import ExtractionSettings, Segmentation
 from ...schema.campaigns import Plan
 from ...schema.jobs import DONE, Job
 from ...schema.session import Store

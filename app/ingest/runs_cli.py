@@ -255,7 +255,7 @@ def replace(
     assert folder is not None
     path = None if file is None else file.resolve().relative_to(folder.resolve()).as_posix()
     with open_command_store(db) as store:
-        from ...ingest.replacing import prepared_replacement
+        from ...ingest.storing.replacement import prepared_replacement
         from ...schema.rehearsal import run_rehearsal
         from .campaigns_cli import tell_deletion
         from .removal import replace_recording

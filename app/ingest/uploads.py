@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import IO
 
-from ...ingest.settings import ExtractionSettings
+from ...ingest.extraction.settings import ExtractionSettings
 from ...schema.session import Store
 from ..jobs.queue import JobView, this_host
 from ..web.jobs import Jobs

@@ -16,7 +16,7 @@ from pyroshock.app.diagnose.request import DiagnoseArguments
 from pyroshock.app.ingest.job import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
 from pyroshock.app.plan.job import PLAN, PlanArguments
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, RUNNING, WAITING

@@ -27,7 +27,7 @@ COMMANDS = (
     "pyroshock.app.cli.main",
     "pyroshock.schema.session",
     "pyroshock.ingest.load",
-    "pyroshock.ingest.reextraction",
+    "pyroshock.ingest.storing.reextraction",
 )
 #: PyTorch and MLflow are left to those who train: they take seconds.
 MODELS = (
