@@ -174,9 +174,8 @@ def _left_out(
     )
     more = f" and {len(shocks) - _NAMED} more" if len(shocks) > _NAMED else ""
     message = (
-        f"{len(events)} shocks found for {len(wanted)} rows of runs.csv; the "
-        f"largest are stored, not stored: "
-        f"{named}{more}"
+        f"{len(events)} shocks found for {len(wanted)} rows of runs.csv; the largest are stored, "
+        f"not stored: {named}{more}"
     )
     doubtful = max(shock["peak_acceleration_m_s2"] for shock in shocks) >= 0.5 * smallest
     evidence = {

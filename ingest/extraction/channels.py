@@ -91,9 +91,8 @@ def _missing_channels(
             recording.info(name)  # raises, and names the channels that there are
         if other := resembled_channel(name, undeclared):
             raise RecordingError(
-                f"no channel {name!r}, but {other!r}, which resembles it and "
-                f"is not declared; correct the name in "
-                "campaign.toml or in the file, or declare both"
+                f"no channel {name!r}, but {other!r}, which resembles it and is not declared; "
+                "correct the name in campaign.toml or in the file, or declare both"
             )
     there = ", ".join(channel.name for channel in recording.channels)
     return {
@@ -146,9 +145,8 @@ def refuse_no_reading(file: str, channel: str, samples: NDArray[Any]) -> None:
     if beyond.any():
         at = int(np.argmax(beyond))
         raise RecordingError(
-            f"{file}: channel {channel!r} holds {samples[at]:.3g} at sample "
-            f"{at}; no sensor gives such a number, "
-            "the file is damaged or has another type of number"
+            f"{file}: channel {channel!r} holds {samples[at]:.3g} at sample {at}; no sensor gives "
+            "such a number, the file is damaged or has another type of number"
         )
 
 

@@ -46,9 +46,8 @@ def on_one_grid(channels: Sequence[Channel]) -> CommonGrid:
     for other in channels[1:]:
         if not np.isclose(other.sampling_rate_hz, rate, rtol=1e-6, atol=0.0):
             raise GridError(
-                f"{first.name!r} is recorded at {rate:g} Hz and "
-                f"{other.name!r} at {other.sampling_rate_hz:g} Hz; "
-                "record them at one rate"
+                f"{first.name!r} is recorded at {rate:g} Hz and {other.name!r} at "
+                f"{other.sampling_rate_hz:g} Hz; record them at one rate"
             )
     offsets = [(channel.start_s - first.start_s) * rate for channel in channels]
     shifted = [

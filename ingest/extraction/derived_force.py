@@ -78,11 +78,10 @@ def campaign_plate_response(tables: CampaignTables) -> TransferFunctions | None:
         place = None if struck is None else struck.label
         if place is not None and place != hammer:
             raise IngestError(
-                f"{row.place}: impact_position is "
-                f"{place!r}, force.impact_position of campaign.toml "
-                f"{hammer!r}: a transfer function holds for one place; hit "
-                f"the plate with the hammer where the "
-                "projectile strikes it, or put these rows into a campaign of their own"
+                f"{row.place}: impact_position is {place!r}, force.impact_position of "
+                f"campaign.toml {hammer!r}: a transfer function holds for one place; hit the plate "
+                "with the hammer where the projectile strikes it, or put these rows into a "
+                "campaign of their own"
             )
     return plate_response(file.folder, file.force, dict(file.sensors), file.reading)
 
@@ -157,8 +156,7 @@ def derived_force(
         if not np.isclose(rate, plate.sampling_rate_hz):
             raise GridError(
                 f"the shot was recorded at {rate:g} Hz, the hammer's hits at "
-                f"{plate.sampling_rate_hz:g} Hz; record "
-                "both at one rate"
+                f"{plate.sampling_rate_hz:g} Hz; record both at one rate"
             )
     except GridError as error:
         return None, Finding("derived-force", "reject", f"no force derived: {error}", first.name)
@@ -179,11 +177,9 @@ def derived_force(
     pulse = hits[0]
     if plate.to_hz * pulse.width_tenth_s < BAND_OF_PULSE:
         message = (
-            f"no force derived: the pulse lasts "
-            f"{pulse.width_tenth_s * 1e3:.3g} ms or less and needs the plate's "
-            f"transfer function up to "
-            f"{BAND_OF_PULSE / pulse.width_tenth_s:.4g} Hz, which the hammer's hits give up to "
-            f"{plate.to_hz:.4g} Hz; hit with a harder tip"
+            f"no force derived: the pulse lasts {pulse.width_tenth_s * 1e3:.3g} ms or less and "
+            f"needs the plate's transfer function up to {BAND_OF_PULSE / pulse.width_tenth_s:.4g} "
+            f"Hz, which the hammer's hits give up to {plate.to_hz:.4g} Hz; hit with a harder tip"
         )
         evidence = {"known_to_hz": plate.to_hz, "pulse_s": pulse.width_tenth_s}
         return None, Finding("derived-force", "reject", message, first.name, evidence)
@@ -217,11 +213,9 @@ def _residual_finding(plate: TransferFunctions, residual: float) -> Finding:
         else "; that both struck one place is assumed, for nobody states where"
     )
     message = (
-        f"the force is derived from {', '.join(plate.source.accelerometers)} "
-        f"by {plate.hits} hammer hits, up to "
-        f"{plate.to_hz:.4g} Hz; outside of the contact, where it should be 0, "
-        f"its rms is {residual:.2%} of the "
-        f"peak{place}"
+        f"the force is derived from {', '.join(plate.source.accelerometers)} by {plate.hits} "
+        f"hammer hits, up to {plate.to_hz:.4g} Hz; outside of the contact, where it should be 0, "
+        f"its rms is {residual:.2%} of the peak{place}"
     )
     evidence = {"residual": residual, "known_to_hz": plate.to_hz, "hits": plate.hits}
     return Finding("derived-force", severity, message, NAME, evidence)

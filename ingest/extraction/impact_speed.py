@@ -194,9 +194,8 @@ def _refuse_not_finite(channel: Channel, name: str, values: Floats, near: slice)
         at = near.start + int(lost[0])
         raise RecordingError(
             f"channel {name!r} has no number at sample {at} "
-            f"({channel.start_s + at * channel.period_s:.6g} s), beside "
-            "a contact, so that no impact velocity can be integrated; record "
-            "the hit again, or take the channel on the "
+            f"({channel.start_s + at * channel.period_s:.6g} s), beside a contact, so that no "
+            "impact velocity can be integrated; record the hit again, or take the channel on the "
             "impactor out of campaign.toml"
         )
 

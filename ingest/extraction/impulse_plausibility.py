@@ -93,11 +93,9 @@ def check_impulse(
         "limits": list(limits),
     }
     message = (
-        f"an impulse of {pulse.impulse_n_s:.3g} N s is {ratio:.2g} times mass "
-        f"times velocity ({mass_kg:.3g} kg, "
-        f"{velocity_m_s:.3g} m/s), where {expected[0]:.2g} to "
-        f"{expected[1]:.2g} are possible: look at mass, velocity, "
-        "unit and sensitivity of the force"
+        f"an impulse of {pulse.impulse_n_s:.3g} N s is {ratio:.2g} times mass times velocity "
+        f"({mass_kg:.3g} kg, {velocity_m_s:.3g} m/s), where {expected[0]:.2g} to {expected[1]:.2g} "
+        "are possible: look at mass, velocity, unit and sensitivity of the force"
     )
     return Finding(
         "implausible-impulse", "reject" if far else "warning", message, channel, evidence, contact
@@ -109,9 +107,8 @@ def check_tip(radius_m: float | None, contact: int | None, channel: str) -> Find
     if radius_m is None or radius_m >= SMALLEST_RADIUS_M:
         return None
     message = (
-        f"a tip radius of {radius_m * 1e3:.3g} mm is smaller than "
-        f"{SMALLEST_RADIUS_M * 1e3:g} mm: look whether "
-        "runs.csv gives it in mm"
+        f"a tip radius of {radius_m * 1e3:.3g} mm is smaller than {SMALLEST_RADIUS_M * 1e3:g} mm: "
+        "look whether runs.csv gives it in mm"
     )
     evidence = {"tip_radius_m": radius_m, "limit_m": SMALLEST_RADIUS_M}
     return Finding("implausible-tip", "warning", message, channel, evidence, contact)
@@ -165,10 +162,9 @@ def refuse_wrong_unit(campaign: str, ratios: Sequence[MomentumRatio]) -> None:
         f"the median of {len(ratios)} impacts, "
         f"{len(off)} of which are impossible; a factor of {factor:.4g} explains them: {words}"
         + (f"; or {others}" if others else "")
-        + f". Correct unit or sensitivity of the channel in campaign.toml (or "
-        f"mass and velocity in runs.csv); where "
-        f"all are right, confirm it with --confirm {UNIT_FACTOR} or with confirmed = "
-        f'["{UNIT_FACTOR}"] in [bench] of campaign.toml'
+        + ". Correct unit or sensitivity of the channel in campaign.toml (or mass and velocity in "
+        f"runs.csv); where all are right, confirm it with --confirm {UNIT_FACTOR} or with "
+        f'confirmed = ["{UNIT_FACTOR}"] in [bench] of campaign.toml'
     )
 
 
@@ -185,13 +181,11 @@ def refuse_wrong_clock(campaign: str, contact_times_s: Sequence[float]) -> None:
         mistake for mistake in unit_mistakes("clock") if (mistake[0] < 1.0) == slow
     )
     raise IngestError(
-        f"{campaign}: contacts last {middle:.3g} s in the median of "
-        f"{len(contact_times_s)} impacts, which no impact "
-        f"does; a factor of {1.0 / factor:.4g} explains it: sampling rate: {words}, or times in "
-        f"{'ms where s' if slow else 's where ms'} is declared. Correct the "
-        f"sampling rate or the unit of the time in "
-        f"the recordings or in campaign.toml; where it is right, confirm it "
-        f"with --confirm {UNIT_FACTOR} or with "
+        f"{campaign}: contacts last {middle:.3g} s in the median of {len(contact_times_s)} "
+        f"impacts, which no impact does; a factor of {1.0 / factor:.4g} explains it: sampling "
+        f"rate: {words}, or times in {'ms where s' if slow else 's where ms'} is declared. Correct "
+        "the sampling rate or the unit of the time in the recordings or in campaign.toml; where it "
+        f"is right, confirm it with --confirm {UNIT_FACTOR} or with "
         f'confirmed = ["{UNIT_FACTOR}"] in [bench] of campaign.toml'
     )
 

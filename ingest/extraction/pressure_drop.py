@@ -124,11 +124,9 @@ def pressure_drop(
         early = 1.0  # what follows is no drop that begins when those of the other records do
     if early > _MOST_BEFORE_RECORD:
         raise ShortRestError(
-            f"the pressure falls from the record's beginning on, or from "
-            f"within {1e3 * shortest:.2g} ms of it, with a "
-            f"probability of {early:.2g}: the level before the shot is not in "
-            f"the record; begin it earlier "
-            "(a longer pre-trigger)"
+            "the pressure falls from the record's beginning on, or from within "
+            f"{1e3 * shortest:.2g} ms of it, with a probability of {early:.2g}: the level before "
+            "the shot is not in the record; begin it earlier (a longer pre-trigger)"
         )
     above = np.flatnonzero(means[:stop] >= level - _SEEN * noise)
     seen_s = (float(above[-1] + 1 if above.size else 0) + 0.5) * block / sampling_rate_hz
@@ -187,10 +185,9 @@ def _located(means: Floats, noise: float) -> tuple[float, int, int]:
     knee = int(np.argmax(above))
     if not min(fall, 2 * float(above[knee])) > 2 * _SEEN * noise:
         raise NoDropError(
-            f"no drop: pressure falls by {fall:.3g} Pa, by "
-            f"{float(above[knee]):.3g} Pa at once, with noise of "
-            f"{noise:.3g} Pa in {_BLOCK_S * 1e3:g} ms; a shot is expected to "
-            f"exceed {2 * _SEEN:g} times the noise"
+            f"no drop: pressure falls by {fall:.3g} Pa, by {float(above[knee]):.3g} Pa at once, "
+            f"with noise of {noise:.3g} Pa in {_BLOCK_S * 1e3:g} ms; a shot is expected to exceed "
+            f"{2 * _SEEN:g} times the noise"
         )
     early = max(0, knee - (half - knee) // 4)
     near = means[max(0, early - 50) : early + 1]

@@ -96,12 +96,10 @@ def check_shot(
         for column, pair in pairs:
             if pair.differs():
                 message = (
-                    f"{column} of runs.csv is {pair.row:.4g} m/s and the "
-                    f"laser shows {read:.4g} m/s (standard "
-                    f"uncertainty {read_u:.2g} m/s): their ratio is "
-                    f"{pair.row / read:.3g}, and {pair.ratios[0]:.3g} to "
-                    f"{pair.ratios[1]:.3g} is expected beyond "
-                    f"{UNCERTAINTIES:g} uncertainties. {USED_VELOCITY}"
+                    f"{column} of runs.csv is {pair.row:.4g} m/s and the laser shows {read:.4g} "
+                    f"m/s (standard uncertainty {read_u:.2g} m/s): their ratio is "
+                    f"{pair.row / read:.3g}, and {pair.ratios[0]:.3g} to {pair.ratios[1]:.3g} is "
+                    f"expected beyond {UNCERTAINTIES:g} uncertainties. {USED_VELOCITY}"
                 )
                 evidence = {
                     "column": column,
@@ -116,11 +114,9 @@ def check_shot(
         if pair.differs():
             message = (
                 f"tank_pressure_bar of runs.csv is {set_pa / 1e5:.4g} bar and "
-                f"{pair.read / 1e5:.4g} bar is recorded "
-                f"before the shot (standard uncertainty "
-                f"{pair.read_u / 1e5:.2g} bar): they differ by more than "
-                f"{UNCERTAINTIES:g} uncertainties, {SHARE:.0%} and "
-                f"{GAUGES_PA / 1e5:g} bar together. "
+                f"{pair.read / 1e5:.4g} bar is recorded before the shot (standard uncertainty "
+                f"{pair.read_u / 1e5:.2g} bar): they differ by more than {UNCERTAINTIES:g} "
+                f"uncertainties, {SHARE:.0%} and {GAUGES_PA / 1e5:g} bar together. "
                 f"{USED_PRESSURE}"
             )
             evidence = {"row_pa": set_pa, "recorded_pa": pair.read, "recorded_u_pa": pair.read_u}

@@ -117,9 +117,8 @@ def _broken(file: CampaignFile, row: RunRow) -> Iterator[tuple[str, str]]:
         ]
         yield (
             PRESSURE,
-            f"tank_pressure_bar is {pressure / 1e5:g}, the regulator gives at "
-            f"most {limit / 1e5:g} bar "
-            "(max_regulated_pressure_pa in [bench.gun] states another limit"
+            f"tank_pressure_bar is {pressure / 1e5:g}, the regulator gives at most {limit / 1e5:g} "
+            "bar (max_regulated_pressure_pa in [bench.gun] states another limit"
             + (f"; possible would be {' or '.join(possible)})" if possible else ")"),
         )
 

@@ -38,9 +38,8 @@ class CalibrationPoints:
         line = fit_line(self.reference, self.reading_v, self.reference_u, self.reading_u_v)
         if not abs(line.sensitivity) > 3 * line.sensitivity_u:
             raise ValueError(
-                f"the readings do not follow the references: sensitivity "
-                f"{line.sensitivity:.4g} with a standard "
-                f"uncertainty of {line.sensitivity_u:.2g}"
+                f"the readings do not follow the references: sensitivity {line.sensitivity:.4g} "
+                f"with a standard uncertainty of {line.sensitivity_u:.2g}"
             )
         return Calibration(line, date, len(self.reference), common_u)
 

@@ -123,9 +123,8 @@ def _campaign(folder: Path, names: MaterialNames) -> CampaignFile:
     material = names(file.plate.material)
     if material is None:
         raise IngestError(
-            f"{FILE}: bench.plate.material is {file.plate.material!r}; "
-            f"expected a material of the store "
-            "(pyroshock materials lists and adds them)"
+            f"{FILE}: bench.plate.material is {file.plate.material!r}; expected a material of "
+            "the store (pyroshock materials lists and adds them)"
         )
     return replace(file, plate=replace(file.plate, material=material))
 

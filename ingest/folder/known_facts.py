@@ -111,9 +111,8 @@ def _source(entry: Mapping[str, Any], where: str) -> str:
     if not text or len(text) > LONGEST_NAME or not text.isprintable():
         stated = "missing" if value is None else printable(value)
         raise IngestError(
-            f"{FILE}: {where}.source is {stated}; expected one line of at "
-            f"most {LONGEST_NAME} characters that says "
-            "where the value is from, such as a certificate or a data sheet"
+            f"{FILE}: {where}.source is {stated}; expected one line of at most {LONGEST_NAME} "
+            "characters that says where the value is from, such as a certificate or a data sheet"
         )
     return text
 

@@ -61,8 +61,10 @@ _BENCH: dict[str, tuple[tuple[str, str], ...]] = {
     HAMMER: (("mass_kg", "nominal effective mass of the hammer"),),
 }
 _HEAD = f"""\
-# Written by pyroshock campaigns init. Replace every "{FILL_IN}", here and in runs.csv, look at the lines that say
-# "please check", and try it: pyroshock ingest FOLDER --dry-run. docs/reference/campaigns.md says what each key means.
+# Written by pyroshock campaigns init. Replace every "{FILL_IN}", here and in runs.csv, \
+look at the lines that say
+# "please check", and try it: pyroshock ingest FOLDER --dry-run. \
+docs/reference/campaigns.md says what each key means.
 """
 
 
@@ -294,9 +296,8 @@ def _with_recordings(
     runs = dict.fromkeys(row["run"] for row in rows)
     if len(recordings) != len(runs):
         raise IngestError(
-            f"{len(recordings)} recordings for a plan of {len(runs)} runs and "
-            f"{len(rows)} repetitions; expected one "
-            "for each run or for each repetition"
+            f"{len(recordings)} recordings for a plan of {len(runs)} runs and {len(rows)} "
+            "repetitions; expected one for each run or for each repetition"
         )
     of_run = dict(zip(runs, recordings, strict=True))
     return [{**row, "recording": of_run[row["run"]]} for row in rows]

@@ -148,9 +148,8 @@ def _chosen(filled: Mapping[str, object], name: str) -> str | None:
 def _refuse_size(name: str, rows: int, columns: int) -> None:
     if rows > MOST_ROWS or columns > MOST_COLUMNS:
         raise IngestError(
-            f"{name}: its last cell is in row {rows:,}, column "
-            f"{_letters(columns)}; expected a table of at most "
-            f"{MOST_ROWS:,} rows and {MOST_COLUMNS:,} columns"
+            f"{name}: its last cell is in row {rows:,}, column {_letters(columns)}; expected a "
+            f"table of at most {MOST_ROWS:,} rows and {MOST_COLUMNS:,} columns"
         )
 
 

@@ -106,10 +106,9 @@ def refuse_other_rate(path: Path, clock: Clock, given_hz: float | None) -> None:
     gives for it."""
     if given_hz is not None and abs(clock.rate_hz - given_hz) > _AGREEMENT * given_hz:
         raise RecordingError(
-            f"{path.name}: has a sampling rate of {clock.rate_hz} Hz, and "
-            f"{given_hz} Hz is given for it; correct "
-            "or leave out the given rate (sampling_rate_hz under "
-            "[recordings] in campaign.toml, --rate of a command)"
+            f"{path.name}: has a sampling rate of {clock.rate_hz} Hz, and {given_hz} Hz is given "
+            "for it; correct or leave out the given rate (sampling_rate_hz under [recordings] in "
+            "campaign.toml, --rate of a command)"
         )
 
 

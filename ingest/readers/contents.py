@@ -79,12 +79,15 @@ TIME_UNITS = {
 }
 #: What instruments and people call time, in the languages of laboratories; compared without case.
 _TIME_WORDS = (
-    r"t|times?|zeit(?:en|achse|basis|stempel)?|messzeit|temps|tiempos?|tempo|tempi|tijd|tid|czas|čas|cas|idő|ido|"
-    r"время|zaman|waktu|χρόνος|时间|時間|时刻|時刻|시간|time ?(?:stamps?|axis|base|vector|column)|"
-    r"x[ _-]?values?"
+    r"t|times?|zeit(?:en|achse|basis|stempel)?|messzeit|temps|tiempos?|tempo|tempi|tijd|tid|czas|"
+    r"čas|cas|idő|ido|время|zaman|waktu|χρόνος|时间|時間|时刻|時刻|시간|"
+    r"time ?(?:stamps?|axis|base|vector|column)|x[ _-]?values?"
 )
 #: `Elapsed time`, `rel. Zeit`.
-_BEFORE_TIME = r"(?:elapsed|relative|rel\.?|recording|measurement|sample|absolute|abs\.?|relativ(?:e|er)?|abgelaufene) "
+_BEFORE_TIME = (
+    r"(?:elapsed|relative|rel\.?|recording|measurement|sample|absolute|abs\.?|relativ(?:e|er)?|"
+    r"abgelaufene) "
+)
 _UNIT_WORDS = "|".join(sorted(map(re.escape, TIME_UNITS), key=len, reverse=True))
 #: `time`, `Zeit`, `t_ms`, `Time/ms`, `Zeit in ms`, `temps, s`.
 _TIME_NAME = re.compile(

@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 _WHOLE = "0.0% to 100.0%"
 #: What pandas reads as NaN.
 _MISSING = re.compile(
-    r"(?<!\S)(?:#N/A|#NA|-?1\.#IND|-?1\.#QNAN|<NA>|N/A|NA|NULL|None|n/a|null|[-+]?nan|[-+]?NaN|[-+]?NAN)(?!\S)"
+    r"(?<!\S)(?:#N/A|#NA|-?1\.#IND|-?1\.#QNAN|<NA>|N/A|NA|NULL|None|n/a|null|[-+]?nan|[-+]?NaN|"
+    r"[-+]?NAN)(?!\S)"
 )
 #: A table of numbers alone, whose header is a file of its own.
 _NUMBERS_ALONE = ".wfm.csv"
@@ -97,11 +98,10 @@ def _layout(path: Path, lines: list[str], options: ReadingOptions) -> Layout:
     if path.name.lower().endswith(_NUMBERS_ALONE) and (header.is_file() or not options.columns):
         if not header.is_file():
             raise RecordingError(
-                f"{path.name}: line 1 ({lines[0][:40] if lines else ''!r}) "
-                f"holds numbers already; the instrument "
-                f"writes names, units, rate and start into {header.name} "
-                f"beside it, which is not there; copy it here, "
-                "or give columns and sampling_rate_hz under [recordings] in campaign.toml"
+                f"{path.name}: line 1 ({lines[0][:40] if lines else ''!r}) holds numbers already; "
+                f"the instrument writes names, units, rate and start into {header.name} beside it, "
+                "which is not there; copy it here, or give columns and sampling_rate_hz under "
+                "[recordings] in campaign.toml"
             )
         table = tabulate(path, lines, options)[0]
         return with_given_names(
@@ -155,9 +155,8 @@ def _other_times(
         steps = np.flatnonzero(np.diff(count) != 1)
         if steps.size:
             raise RecordingError(
-                f"{path.name}: its sequence number goes from "
-                f"{count[steps[0]]:g} to {count[steps[0] + 1]:g}; expected "
-                "steps of one; a line is missing or damaged"
+                f"{path.name}: its sequence number goes from {count[steps[0]]:g} to "
+                f"{count[steps[0] + 1]:g}; expected steps of one; a line is missing or damaged"
             )
         return layout.start_s + count / rate_hz
     dates, clocks = _date_and_clock(layout, table)
@@ -237,9 +236,8 @@ def _table(path: Path, body: str, layout: Layout, delimiter: str, decimal: str) 
     delimiters, expected = body.count(delimiter), (len(names) - 1) * len(table)
     if delimiters != expected:
         raise RecordingError(
-            f"{path.name}: {len(table)} lines of {len(names)} fields need "
-            f"{expected} delimiters, found {delimiters}; "
-            "a line is cut or damaged"
+            f"{path.name}: {len(table)} lines of {len(names)} fields need {expected} delimiters, "
+            f"found {delimiters}; a line is cut or damaged"
         )
     return table
 
@@ -256,9 +254,8 @@ def _refuse_short_lines(path: Path, body: str, table: pd.DataFrame) -> None:
     written = len(_MISSING.findall(body)) if missing else 0
     if missing != written:
         raise RecordingError(
-            f"{path.name}: {len(table)} lines of {table.shape[1]} fields lack "
-            f"{missing - written} numbers; "
-            "a line is cut or damaged"
+            f"{path.name}: {len(table)} lines of {table.shape[1]} fields lack {missing - written} "
+            "numbers; a line is cut or damaged"
         )
 
 
@@ -269,11 +266,10 @@ def _refuse_counter(path: Path, contents: Contents, options: ReadingOptions) -> 
             values = array.take(0, array.samples)
             if np.all(values == values[0] + np.arange(values.size)):
                 raise RecordingError(
-                    f"{path.name}: columns calls {array.name!r} what counts "
-                    f"{values[0]:g}, {values[1]:g} and on, which "
-                    'as seconds is 1 Hz; name that column "" and give '
-                    "sampling_rate_hz under [recordings] in "
-                    f'campaign.toml, or write "{array.name} [s]" where it is seconds'
+                    f"{path.name}: columns calls {array.name!r} what counts {values[0]:g}, "
+                    f'{values[1]:g} and on, which as seconds is 1 Hz; name that column "" and give '
+                    f'sampling_rate_hz under [recordings] in campaign.toml, or write "{array.name} '
+                    '[s]" where it is seconds'
                 )
 
 

@@ -38,9 +38,8 @@ _PROBED = 512
 #: Fewer numbers than these can have a short last digit by chance.
 _FEWEST = 8
 CURE = (
-    'save the record evenly sampled, or write uneven_time = "resample" under '
-    "[recordings] of campaign.toml "
-    "(--uneven-time resample of a command)"
+    'save the record evenly sampled, or write uneven_time = "resample" under [recordings] of '
+    "campaign.toml (--uneven-time resample of a command)"
 )
 
 
@@ -227,9 +226,8 @@ def _description(times: Floats, unit_s: float, quantum: Quantum) -> str:
     ):
         before, after = ((half.size - 1) / (half[-1] - half[0]) / unit_s for half in halves)
         return (
-            f"its time has two rates, {before:.6g} Hz up to sample {at} "
-            f"({times[at] * unit_s:.6g} s) and "
-            f"{after:.6g} Hz from there on"
+            f"its time has two rates, {before:.6g} Hz up to sample {at} ({times[at] * unit_s:.6g} "
+            f"s) and {after:.6g} Hz from there on"
         )
     spread = float(np.std(steps))
     parts = np.array([np.mean(part) for part in np.array_split(steps, min(_PARTS, steps.size))])
@@ -237,14 +235,12 @@ def _description(times: Floats, unit_s: float, quantum: Quantum) -> str:
     calm = scatter <= max(0.2 * spread, MAX_STEP_DEVIATION * mean + quantum.total)
     if calm and np.mean(np.diff(parts) ** 2) < 0.6 * np.var(parts):
         return (
-            f"its time drifts: the step goes {range_text} (rate "
-            f"{1 / (parts.max() * unit_s):.6g} to "
-            f"{1 / (parts.min() * unit_s):.6g} Hz) in {steps.size} steps"
+            f"its time drifts: the step goes {range_text} (rate {1 / (parts.max() * unit_s):.6g} "
+            f"to {1 / (parts.min() * unit_s):.6g} Hz) in {steps.size} steps"
         )
     return (
-        f"its time has jitter: steps {range_text}, with a standard deviation "
-        f"of {100 * spread / mean:.3g} % of the "
-        f"mean step of {mean * unit_s:.6g} s (at most "
+        f"its time has jitter: steps {range_text}, with a standard deviation of "
+        f"{100 * spread / mean:.3g} % of the mean step of {mean * unit_s:.6g} s (at most "
         f"{100 * MAX_STEP_DEVIATION:g} % is taken as even)"
     )
 

@@ -25,10 +25,9 @@ INSTRUMENT_FIELDS: tuple[FieldRule, ...] = (
     used("x_values.*", "Testlab: start, step and unit of the axis; one that is no time is refused"),
     harmless(
         "y_values.quantity.*",
-        "Testlab: the unit of the display. The samples are in it or in SI, "
-        "as the export was set, and the file does "
-        "not say which: the channel has no unit until the laboratory gives "
-        "it; a factor or offset is refused",
+        "Testlab: the unit of the display. The samples are in it or in SI, as the export was set, "
+        "and the file does not say which: the channel has no unit until the laboratory gives it; a "
+        "factor or offset is refused",
     ),
 )
 _DEWESOFT_TIME = re.compile(r"(Data\d+)_time_(.+)")

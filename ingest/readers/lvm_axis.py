@@ -55,11 +55,10 @@ def _absolute(path: Path, date: str, time: str) -> np.datetime64 | None:
     day, clock = _DATE.fullmatch(date), _TIME.fullmatch(time)
     if day is None or clock is None:
         raise RecordingError(
-            f"{path.name}: its channels start at different times, and "
-            f"{date!r} {time!r} is not read; expected "
-            'yyyy/mm/dd and hh:mm:ss.sss, or harmless_fields = ["Date", '
-            '"Time"] under [recordings] of campaign.toml '
-            "(--harmless-field of a command) where all start together"
+            f"{path.name}: its channels start at different times, and {date!r} {time!r} is not "
+            'read; expected yyyy/mm/dd and hh:mm:ss.sss, or harmless_fields = ["Date", "Time"] '
+            "under [recordings] of campaign.toml (--harmless-field of a command) where all start "
+            "together"
         )
     year, month, number = (int(word) for word in day.groups())
     hour, minute, second, fraction = clock.groups()
@@ -100,17 +99,14 @@ def channel_clock(
     unit_s = seconds_per_unit_of_x(name, unit)
     if unit_s is None:
         return {
-            "obstacle": f"has X_Dimension = {name!r} and X_Unit_Label = {unit!r}, which "
-            f"is no time in s, ms, us, ns, "
-            "min or h; write the series over time"
+            "obstacle": f"has X_Dimension = {name!r} and X_Unit_Label = {unit!r}, which is no time "
+            "in s, ms, us, ns, min or h; write the series over time"
         }
     if start_s is None:
         return {
-            "obstacle": "has no Date and Time, and other channels have them: when it "
-            "starts beside them is not known; "
-            'harmless_fields = ["Date", "Time"] under [recordings] of '
-            "campaign.toml (--harmless-field of a command) "
-            "says that all channels start together"
+            "obstacle": "has no Date and Time, and other channels have them: when it starts beside "
+            'them is not known; harmless_fields = ["Date", "Time"] under [recordings] of '
+            "campaign.toml (--harmless-field of a command) says that all channels start together"
         }
     step, offset = (_number(segment, key, channel) for key in ("Delta_X", "X0"))
     if offset is not None and abs(offset * unit_s) > _ABSOLUTE_S:
@@ -155,8 +151,7 @@ def _with_column(
         return {"obstacle": f"has an X column that contradicts its Delta_X: {error}"}
     if abs(even.rate_hz - rate_hz) > _AGREEMENT * rate_hz and not rounded_from(times_s, rate_hz):
         return {
-            "obstacle": f"has a Delta_X of {rate_hz:g} Hz, and its X column gives "
-            f"{even.rate_hz:g} Hz; correct one of "
-            "them"
+            "obstacle": f"has a Delta_X of {rate_hz:g} Hz, and its X column gives {even.rate_hz:g} "
+            "Hz; correct one of them"
         }
     return {**clock, "header": {"time_gaps": even.gaps}} if even.gaps else clock

@@ -72,9 +72,8 @@ def with_columns(path: Path, arrays: Sequence[Array], names: Sequence[str]) -> l
     for array in arrays:
         if names and array.nameless and array not in fitting:
             raise RecordingError(
-                f"{path.name}: {len(names)} columns are named "
-                f"({', '.join(names)}), and its shape is {array.shape}; "
-                "expected as many names as columns"
+                f"{path.name}: {len(names)} columns are named ({', '.join(names)}), and its shape "
+                f"is {array.shape}; expected as many names as columns"
             )
         columns += _columns(path, array, names if array in fitting else ())
     return columns

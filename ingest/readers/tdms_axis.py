@@ -103,9 +103,8 @@ def _unit_of_x(properties: Mapping[str, Any]) -> tuple[float | None, str | None]
     scale = seconds_per_unit_of_x(name, unit)
     if scale is None:
         return None, (
-            f"has wf_xname = {name!r} and wf_xunit_string = {unit!r}, which "
-            f"is no time in s, ms, us, ns, min or h; "
-            "export the series over time"
+            f"has wf_xname = {name!r} and wf_xunit_string = {unit!r}, which is no time in s, ms, "
+            "us, ns, min or h; export the series over time"
         )
     return scale, None
 
@@ -126,9 +125,8 @@ def _with_gaps(axis: WaveformAxis, writes: Sequence[WrittenStart], unit_s: float
         if missing < -0.5:
             return replace(
                 axis,
-                obstacle=f"starts again {later_s:g} s after its start, at sample "
-                f"{write.before}, before the samples "
-                "written until then end; save the parts as files of their own",
+                obstacle=f"starts again {later_s:g} s after its start, at sample {write.before}, "
+                "before the samples written until then end; save the parts as files of their own",
             )
         if missing >= 0.5:
             gaps.append((write.before, max(1, round(missing))))
@@ -148,8 +146,7 @@ def with_stamps(axis: WaveformAxis, stamps: Stamps) -> WaveformAxis:
         return replace(
             axis,
             obstacle=f"has a wf_increment of {axis.rate_hz:g} Hz, and the time stamps "
-            f"{stamps.name!r} beside it are "
-            f"{rate_hz:g} Hz apart in the mean; correct one of them",
+            f"{stamps.name!r} beside it are {rate_hz:g} Hz apart in the mean; correct one of them",
         )
     if axis.start is None:
         return replace(axis, start=stamps.start)
@@ -157,9 +154,8 @@ def with_stamps(axis: WaveformAxis, stamps: Stamps) -> WaveformAxis:
     if stamps.start is not None and apart_s > max(1.0 / axis.rate_hz, 2e-6):
         return replace(
             axis,
-            obstacle=f"starts at {axis.start} by wf_start_time and at "
-            f"{stamps.values[0]} by the time stamps "
-            f"{stamps.name!r}; correct one of them",
+            obstacle=f"starts at {axis.start} by wf_start_time and at {stamps.values[0]} by the "
+            f"time stamps {stamps.name!r}; correct one of them",
         )
     return axis
 
@@ -183,11 +179,10 @@ def on_one_clock(axes: Sequence[WaveformAxis], names: Sequence[str]) -> list[Wav
             aligned.append(axis)
         elif start_s is None:
             obstacle = (
-                f"has no wf_start_time, and {dated!r} has one: when it starts "
-                f"beside that is not known; "
-                'harmless_fields = ["wf_start_time"] under [recordings] of '
-                "campaign.toml (--harmless-field "
-                "wf_start_time of a command) says that all channels start together"
+                f"has no wf_start_time, and {dated!r} has one: when it starts beside that is not "
+                'known; harmless_fields = ["wf_start_time"] under [recordings] of campaign.toml '
+                "(--harmless-field wf_start_time of a command) says that all channels start "
+                "together"
             )
             aligned.append(replace(axis, obstacle=obstacle))
         else:

@@ -73,9 +73,8 @@ def _written_anew(body: str, delimiter: str, decimal: str | None) -> tuple[str, 
         notation = notation_of(columns, comma_cells=delimiter == ",", decimal=decimal)
     except AmbiguousNumberError as error:
         raise ValueError(
-            f"{error}, and no other number of the file shows which; give "
-            f"decimal under [recordings] in campaign.toml, "
-            "or save the file again without signs between thousands"
+            f"{error}, and no other number of the file shows which; give decimal under "
+            "[recordings] in campaign.toml, or save the file again without signs between thousands"
         ) from error
     if notation is None:
         raise ValueError(

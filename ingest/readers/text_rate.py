@@ -52,9 +52,8 @@ def stated_rate(path: Path, layout: Layout, notation: Notation) -> float | None:
     for name in names[1:]:
         if abs(rates[name] - rates[names[0]]) > _AGREEMENT * abs(rates[names[0]]):
             raise RecordingError(
-                f"{path.name}: states two sampling rates, {rates[names[0]]} "
-                f"Hz ({names[0]}) and {rates[name]} Hz "
-                f"({name}); expected one"
+                f"{path.name}: states two sampling rates, {rates[names[0]]} Hz ({names[0]}) and "
+                f"{rates[name]} Hz ({name}); expected one"
             )
     return rates[names[0]] if names else None
 

@@ -158,9 +158,8 @@ def _unit_of_abscissa(head: dict[str, Any]) -> tuple[float, str | None]:
     if is_time and scale is not None:
         return scale, None
     return 1.0, (
-        f"has an abscissa of type {kind} (record 8), called {label!r} in "
-        f"{unit!r}, which is no time in s, ms, us, ns, "
-        "min or h; export the time response"
+        f"has an abscissa of type {kind} (record 8), called {label!r} in {unit!r}, which is no "
+        "time in s, ms, us, ns, min or h; export the time response"
     )
 
 

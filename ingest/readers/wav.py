@@ -143,9 +143,8 @@ def _form(path: Path) -> _Form:
         or chunks[b"data"][1] % block
     ):
         raise RecordingError(
-            f"{path.name}: {channels} channels of {bits} bits do not go into "
-            f"{chunks[b'data'][1]} bytes in blocks of "
-            f"{block}; it is cut or damaged"
+            f"{path.name}: {channels} channels of {bits} bits do not go into {chunks[b'data'][1]} "
+            f"bytes in blocks of {block}; it is cut or damaged"
         )
     return _Form(kind, channels, rate, bits, chunks[b"data"][1] // block)
 

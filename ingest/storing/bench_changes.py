@@ -34,9 +34,8 @@ def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -
         or "the name of the modal table's file is another"
     )
     raise IngestError(
-        f"campaign.toml: campaign {file.name!r} is in the store with another "
-        f"kind, date, bench or known fact: {words}; "
-        "restore the stored values, or give this campaign another name"
+        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date, bench or "
+        f"known fact: {words}; restore the stored values, or give this campaign another name"
     )
 
 
@@ -165,9 +164,8 @@ def refuse_other_modes(session: Session, campaign: Campaign, modes: ModalTableFi
     if modes is not None and plate_row is not None and plate_row.fingerprint != modes.fingerprint:
         changes = "; ".join(mode_changes(session, plate_row.id, modes))
         raise IngestError(
-            f"campaign.toml: campaign {campaign.name!r} is in the store with "
-            f"another modal table: {changes}; "
-            "restore the stored values, or give this campaign another name"
+            f"campaign.toml: campaign {campaign.name!r} is in the store with another modal table: "
+            f"{changes}; restore the stored values, or give this campaign another name"
         )
 
 
@@ -209,9 +207,8 @@ def refuse_changed_channels(session: Session, campaign: Campaign, file: Campaign
     if changes:
         listed = "; ".join(dict.fromkeys(changes))
         raise IngestError(
-            f"{FILE}: {listed}: later figures of campaign {campaign.name!r} "
-            f"would not mean what the stored ones do; "
-            "restore the stored values, or give this campaign another name"
+            f"{FILE}: {listed}: later figures of campaign {campaign.name!r} would not mean what "
+            "the stored ones do; restore the stored values, or give this campaign another name"
         )
 
 
@@ -264,11 +261,9 @@ def _calibration(calibration: Calibration | None) -> str | None:
         return None
     line = calibration.line
     return (
-        f"{calibration.points} points of {calibration.date} (sensitivity "
-        f"{line.sensitivity:.6g} with u "
-        f"{line.sensitivity_u:.2g}, offset {line.offset:.6g} V with u "
-        f"{line.offset_u:.2g}, common u "
-        f"{calibration.common_u:g})"
+        f"{calibration.points} points of {calibration.date} (sensitivity {line.sensitivity:.6g} "
+        f"with u {line.sensitivity_u:.2g}, offset {line.offset:.6g} V with u {line.offset_u:.2g}, "
+        f"common u {calibration.common_u:g})"
     )
 
 

@@ -98,9 +98,8 @@ class CampaignWriter:
         if stored.sha256 != sha256:
             raise IngestError(
                 f"{path}: the file has changed since it was ingested (SHA-256 "
-                f"{stored.sha256[:12]}… is stored, "
-                f"{sha256[:12]}… found); give the new recording a name of its "
-                f"own, {way_out(self._file.name, path)}"
+                f"{stored.sha256[:12]}… is stored, {sha256[:12]}… found); give the new recording a "
+                f"name of its own, {way_out(self._file.name, path)}"
             )
         return True
 

@@ -31,9 +31,8 @@ def check_other_campaigns(session: Session, recording: Recording, channel: str) 
     campaign, path = places[0]
     more = f" and {len(places) - 1} more" if len(places) > 1 else ""
     message = (
-        f"this very file is stored as {path} of campaign {campaign}{more}: "
-        f"datasets of both would hold its impacts "
-        "twice; delete one of the campaigns, or build datasets of one of them"
+        f"this very file is stored as {path} of campaign {campaign}{more}: datasets of both would "
+        "hold its impacts twice; delete one of the campaigns, or build datasets of one of them"
     )
     evidence = {"stored_as": [{"campaign": name, "recording": place} for name, place in places]}
     return Finding("same-recording", "warning", message, channel, evidence)

@@ -67,9 +67,8 @@ class Discarded:
     def finding(self) -> dict[str, Any]:
         """What an ingest says of it, in the form of a report's findings."""
         message = (
-            f"recording {self.path} was discarded on {self.date} because "
-            f"{self.reason}; not stored again "
-            f"(to store it again: pyroshock ingest FOLDER --again {self.path})"
+            f"recording {self.path} was discarded on {self.date} because {self.reason}; not stored "
+            f"again (to store it again: pyroshock ingest FOLDER --again {self.path})"
         )
         return {
             "recording": self.path, "channel": None, "check": DISCARDED, "severity": "note",
@@ -114,9 +113,8 @@ class DiscardedRecordings:
         if not stone.current:
             return False
         raise IngestError(
-            f"{path}: recording {path} was discarded on {stone.date} because "
-            f"{stone.reason}, and another file is in "
-            f"its place now (SHA-256 "
+            f"{path}: recording {path} was discarded on {stone.date} because {stone.reason}, and "
+            "another file is in its place now (SHA-256 "
             f"{stone.sha256[:12] if stone.sha256 else '?'}… was discarded, {sha256[:12]}… is "
             f"there); to store it: pyroshock ingest FOLDER --again {path}"
         )

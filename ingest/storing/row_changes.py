@@ -97,9 +97,8 @@ def refuse_changed_rows(
             path = row.recording or ""
             if path in recordings and recordings[path].status == STORED:
                 raise IngestError(
-                    f"{where}: {path} is in the store already, "
-                    f"without this row; give it back its rows, "
-                    f"{way_out(file.name, path)}"
+                    f"{where}: {path} is in the store already, without this row; give it back its "
+                    f"rows, {way_out(file.name, path)}"
                 )
         elif stored.recording != row.recording:
             source = stored.recording or "a row without recording"

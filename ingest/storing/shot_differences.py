@@ -220,18 +220,16 @@ def _velocity_finding(
     reasons = _units("velocity", common, ratios)
     if length_m is not None and 1 / 3 < common.factor < 3:
         reasons.append(
-            f"the bullet is {1e3 * common.factor * length_m:.4g} mm long, "
-            f"where bullet_length_mm is "
-            f"{1e3 * length_m:.4g}"
+            f"the bullet is {1e3 * common.factor * length_m:.4g} mm long, where bullet_length_mm "
+            f"is {1e3 * length_m:.4g}"
         )
     message = (
-        f"the velocities of runs.csv ({column}) are {common.factor:.3g} times "
-        f"the laser's (95 %: {common.low:.3g} to "
-        f"{common.high:.3g}) in most of {common.shots} shots; {common.off} are outside of "
-        f"{ratios[0]:g} to {ratios[1]:g} times it by more than "
-        f"{UNCERTAINTIES:g} of their uncertainties. "
-        f"One of these would explain it: {'; '.join((*reasons, 'a clock or gain that is wrong'))}. "
-        f"{USED_VELOCITY}: correct the column or the length"
+        f"the velocities of runs.csv ({column}) are {common.factor:.3g} times the laser's (95 %: "
+        f"{common.low:.3g} to {common.high:.3g}) in most of {common.shots} shots; {common.off} are "
+        f"outside of {ratios[0]:g} to {ratios[1]:g} times it by more than {UNCERTAINTIES:g} of "
+        "their uncertainties. One of these would explain it: "
+        f"{'; '.join((*reasons, 'a clock or gain that is wrong'))}. {USED_VELOCITY}: correct the "
+        "column or the length"
     )
     return Finding(COMMON_VELOCITY, "warning", message, laser, _evidence(common))
 
@@ -259,11 +257,9 @@ def _pressure_finding(common: CommonDifference, tank: str) -> Finding:
             "the sensitivity of the transducer in campaign.toml is wrong"
         ]
         message = (
-            f"the pressures of runs.csv are {common.factor:.3g} times the "
-            f"recorded ones (95 %: {common.low:.3g} to "
-            f"{common.high:.3g}) in most of {common.shots} shots; this would "
-            f"explain it: {', or '.join(reasons)}, or "
-            "the regulator's gauge is off by this factor"
+            f"the pressures of runs.csv are {common.factor:.3g} times the recorded ones (95 %: "
+            f"{common.low:.3g} to {common.high:.3g}) in most of {common.shots} shots; this would "
+            f"explain it: {', or '.join(reasons)}, or the regulator's gauge is off by this factor"
         )
     return Finding(
         COMMON_PRESSURE, "warning", f"{message}. {USED_PRESSURE}", tank, _evidence(common)
