@@ -17,25 +17,25 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .app.common.errors import InvalidValueError, NotFoundError, PyroshockError, StorageError
-    from .app.experiment_store import ExperimentStore
-    from .app.experiment_store import open_experiment_store as open
-    from .app.impacts.spectra_service import srs
-    from .app.laboratory_twin import shipped_twin
-    from .app.plan.service import PlannedDesign
+    from .app.library.experiment_store import ExperimentStore
+    from .app.library.experiment_store import open_experiment_store as open
+    from .app.library.laboratory_twin import shipped_twin
+    from .app.operations.impacts.spectra_service import srs
+    from .app.operations.plan.service import PlannedDesign
 
 __version__ = "0.1.0"
 
 #: Public name -> (module, name there).
 _PUBLIC = {
-    "ExperimentStore": (".app.experiment_store", "ExperimentStore"),
+    "ExperimentStore": (".app.library.experiment_store", "ExperimentStore"),
     "InvalidValueError": (".app.common.errors", "InvalidValueError"),
     "NotFoundError": (".app.common.errors", "NotFoundError"),
-    "PlannedDesign": (".app.plan.service", "PlannedDesign"),
+    "PlannedDesign": (".app.operations.plan.service", "PlannedDesign"),
     "PyroshockError": (".app.common.errors", "PyroshockError"),
     "StorageError": (".app.common.errors", "StorageError"),
-    "open": (".app.experiment_store", "open_experiment_store"),
-    "shipped_twin": (".app.laboratory_twin", "shipped_twin"),
-    "srs": (".app.impacts.spectra_service", "srs"),
+    "open": (".app.library.experiment_store", "open_experiment_store"),
+    "shipped_twin": (".app.library.laboratory_twin", "shipped_twin"),
+    "srs": (".app.operations.impacts.spectra_service", "srs"),
 }
 
 __all__ = [

@@ -7,6 +7,6 @@ if __name__ == "__main__":
         del sys.path[
             0
         ]  # the working directory, which Python has put there: before anything is imported from it
-    from pyroshock.app.cli.main import main
+    from pyroshock.app.doors.command_line.main import main
 
     main(prog_name="pyroshock")

@@ -109,8 +109,8 @@ def figure(
         THEME, f"{shots:,} shots with {name}",
         {k: [shares[k] * s for s in taken[k]] for k in taken}, peer, unit="s",
         limit=limit, question="a batch of gun shots" if limit else "",
-        bound=f"{needed:.0f} evaluations of the rates of each shot, as the thriftiest of scipy's methods needs them "
-        f"(velocities within {difference:.1g})",
+        bound=f"{needed:.0f} evaluations of the rates of each shot, as the thriftiest of scipy's "
+        f"methods needs them (velocities within {difference:.1g})",
     )  # fmt: skip
 
 

@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parent.parent
 FOLDER_VARIABLE = "PYROSHOCK_BENCH_FOLDER"
 ABSENT = "not installed: `make bench` does it"
 #: The product's command in a fresh process.
-PYROSHOCK = ("-c", "from pyroshock.app.cli.main import main; main()")
+PYROSHOCK = ("-c", "from pyroshock.app.doors.command_line.main import main; main()")
 _PEER_ENVIRONMENTS = ROOT / ".venv" / "peers"
 #: Factors from SI.
 _UNITS = {"": 1.0, "s": 1.0, "ms": 1e3, "MB": 1e-6, "MiB": 2.0**-20, "%": 100.0}
@@ -219,8 +219,10 @@ def beside(
     why: str = ABSENT,
     **fields: Any,
 ) -> Figure:
-    """ "ours" of the `seconds` beside a peer, and over the "bound" where it is among them; `why`: no
-    such peer."""
+    """ "ours" of the `seconds` beside a peer, and over the "bound" where it is among them.
+
+    `why`: no such peer.
+    """
     fields = {"peer_name": peer, "bound_values": seconds.get("bound"), **fields}
     if peer in seconds:
         return compared(theme, name, seconds["ours"], seconds[peer], **fields)

@@ -23,7 +23,9 @@ THEME = (
     "extraction included"
 )
 MEMORY_THEME = "Peak memory of the ingest, all its processes together"
-_LIBRARIES = "import pyroshock.app.ingest.cli, pyroshock.ingest.load, time; time.sleep(0.2)"
+_LIBRARIES = (
+    "import pyroshock.app.doors.commands.ingest, pyroshock.ingest.load, time; time.sleep(0.2)"
+)
 _FORMATS = {".mat": "MATLAB 5, uncompressed", ".npz": "NumPy .npz"}
 
 
@@ -118,8 +120,9 @@ def measure_memory(
                 MEMORY_THEME, f"{count} recordings against {recordings // 4}, --jobs {jobs}",
                 {"ours": peaks(count, jobs), peer: smallest, "bound": libraries}, peer, unit="MiB",
                 limit=MEMORY_LIMIT,
-                bound=f"{in_flight} x 4 MiB of recordings in flight at most, and one process that only loads the "
-                "libraries", question="memory of an ingest as the campaign grows", kind="growth",
+                bound=f"{in_flight} x 4 MiB of recordings in flight at most, and one process that "
+                "only loads the libraries",
+                question="memory of an ingest as the campaign grows", kind="growth",
             )  # fmt: skip
 
 

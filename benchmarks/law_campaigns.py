@@ -157,11 +157,13 @@ def drawn_pulses(
         "anvil_material": [float(("none", "aluminum", "steel").index(anvil)) for anvil in anvils],
         "insulator": [float(layer == "polymeric") for layer in layers],
         "boundary_conditions": [0.0] * n,
-        "plate_mass": [THICKNESS_M * PLATE_AREA_M2 * THESIS[plate].density_kg_m3 for plate in plates],
+        "plate_mass": [
+            THICKNESS_M * PLATE_AREA_M2 * THESIS[plate].density_kg_m3 for plate in plates
+        ],
     }  # fmt: skip
     for part, materials in (("tip", tips), ("plate", faces)):
-        for quantity, unit in (("youngs_modulus", "_pa"), ("poisson_ratio", ""), ("density", "_kg_m3"),
-                               ("yield_strength", "_pa")):  # fmt: skip
+        for quantity, unit in (("youngs_modulus", "_pa"), ("poisson_ratio", ""),
+                               ("density", "_kg_m3"), ("yield_strength", "_pa")):  # fmt: skip
             columns[f"{part}_{quantity}"] = [
                 float(getattr(THESIS[name], quantity + unit) or 0) for name in materials
             ]

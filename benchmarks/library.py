@@ -45,9 +45,10 @@ _PLAIN = "SELECT * FROM impacts AS i JOIN pulses AS p ON p.impact_id = i.id"
 #: The columns of the listing that stand in tables; the library finds factors, quality and kind of
 #: velocity as well.
 _ROWS = """
-    SELECT i.id, c.name AS campaign, i.run, i.repetition, i.configuration_id, i.recording_id, i.velocity_source,
-           i.impact_velocity_m_s, p.contact_time_s, p.peak_force_n, p.impulse_n_s, p.compression_time_s,
-           f.peak_acceleration_m_s2, f.pulse_duration_s, f.velocity_change_m_s
+    SELECT i.id, c.name AS campaign, i.run, i.repetition, i.configuration_id, i.recording_id,
+           i.velocity_source, i.impact_velocity_m_s, p.contact_time_s, p.peak_force_n,
+           p.impulse_n_s, p.compression_time_s, f.peak_acceleration_m_s2, f.pulse_duration_s,
+           f.velocity_change_m_s
     FROM impacts AS i
     JOIN campaigns AS c ON c.id = i.campaign_id
     LEFT JOIN pulses AS p ON p.impact_id = i.id AND p.current
@@ -153,7 +154,8 @@ def frame_figure(store: Any, repeats: int) -> Figure:
         LIBRARY, f"store.impacts(), {len(ours):,} of them, {store.store.engine.dialect.name}",
         seconds,
         "pandas.read_sql", limit=FRAME_LIMIT, question="listing as a DataFrame",
-        bound="the fetch of the rows; ours adds factors, quality and kind of velocity, which pandas does not read",
+        bound="the fetch of the rows; ours adds factors, quality and kind of velocity, which "
+        "pandas does not read",
     )  # fmt: skip
 
 

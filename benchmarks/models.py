@@ -20,7 +20,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from pyroshock.app.train.tables import thesis_figures
+from pyroshock.app.operations.train.tables import thesis_figures
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
@@ -221,9 +221,11 @@ def document(campaigns: Sequence[Campaign], results: Sequence[Check]) -> str:
     seeds = ", ".join(campaign.seed for campaign in campaigns)
     return f"""# Figures of the models
 
-`python -m benchmarks.models` wrote this page from virtual 180 x 10 hammer campaigns of seeds {seeds}.
+`python -m benchmarks.models` wrote this page from virtual 180 x 10 hammer campaigns of seeds \
+{seeds}.
 The settings of the models were chosen on another campaign.
-[metrics.md](../reference/metrics.md) explains the columns, and [models.md](../explanation/models.md) the models.
+[metrics.md](../reference/metrics.md) explains the columns, and \
+[models.md](../explanation/models.md) the models.
 
 ## All models, campaign {campaigns[0].seed}
 

@@ -25,21 +25,20 @@ PEERS = (
 AHEAD, BEHIND, SAME = "#1b6ca8", "#d1495b", "#7a7a7a"
 
 _INTRODUCTION = """
-Our software and its peer take turns in one run. A ratio is our value over the peer's, turn by turn; a cell gives its
-median and, in brackets, its least and its largest value. Below 1 we are ahead. Where we are behind, the row says
-**slower**, **more** or **worse**. A broken promise is **lost**, and the command then ends with exit code 1; an aim may
-be **missed**. The first call, with its imports and its compiling, does not count, except where a whole command is
-measured. The same run measures what bounds our value; the last column is our value over that bound.
+Our software and its peer take turns in one run. A ratio is our value over the peer's, turn by turn;
+a cell gives its median and, in brackets, its least and its largest value. Below 1 we are ahead.
+Where we are behind, the row says **slower**, **more** or **worse**. A broken promise is **lost**,
+and the command then ends with exit code 1; an aim may be **missed**. The first call, with its
+imports and its compiling, does not count, except where a whole command is measured. The same run
+measures what bounds our value; the last column is our value over that bound.
 """.strip()
 _RATIO_CAPTION = (
-    "The picture shows our time over each peer's time on a logarithmic axis. "
-    "We are faster left of the line. Bars "
-    "reach from the least to the largest repeat."
+    "The picture shows our time over each peer's time on a logarithmic axis. We are faster left of "
+    "the line. Bars reach from the least to the largest repeat."
 )
 _GROWTH_CAPTION = (
-    "The picture shows what more impacts, more configurations and more "
-    "training pulses cost, on logarithmic axes. Bars "
-    "reach from the least to the largest repeat."
+    "The picture shows what more impacts, more configurations and more training pulses cost, on "
+    "logarithmic axes. Bars reach from the least to the largest repeat."
 )
 _SUMMARY_HEAD = (
     "question",

@@ -23,11 +23,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pyroshock.app.impacts.export import export_table
-from pyroshock.app.impacts.impact import impact_page
-from pyroshock.app.impacts.overlays import pulse_overlay
-from pyroshock.app.impacts.signals import channel_window
-from pyroshock.app.ingest.campaign_overview import campaign_overview, list_campaigns_page
+from pyroshock.app.operations.impacts.export import export_table
+from pyroshock.app.operations.impacts.impact import impact_page
+from pyroshock.app.operations.impacts.overlays import pulse_overlay
+from pyroshock.app.operations.impacts.signals import channel_window
+from pyroshock.app.operations.ingest.campaign_overview import campaign_overview, list_campaigns_page
 from pyroshock.dataset.selection import select_pulses
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.engine import make_engine
@@ -409,12 +409,12 @@ def _ingest(url: str, source: Path) -> tuple[float, float]:
 
 _PAGE = """## What was measured
 
-PostgreSQL {server} runs with its own settings, and the client runs on the same machine ({machine}). A time is the \
-median (least to largest) of repeats in turn, all of them warm.
+PostgreSQL {server} runs with its own settings, and the client runs on the same machine \
+({machine}). A time is the median (least to largest) of repeats in turn, all of them warm.
 The large store has {stores[1]}; the small one has {stores[0]}.
-The columns under {target} are extrapolated to {campaigns:,} campaigns of the same size. Room, and times that grow \
-with the store (growth over 2), follow the straight line through both stores. Other times grow by the same factor \
-once more.
+The columns under {target} are extrapolated to {campaigns:,} campaigns of the same size. Room, and \
+times that grow with the store (growth over 2), follow the straight line through both stores. \
+Other times grow by the same factor once more.
 
 ## Questions
 
@@ -436,8 +436,8 @@ The table takes {frames_extra:.2g} % more than the frames in it, its key include
 
 ## Ingest
 
-A campaign has {impacts} impacts: ten in a MATLAB recording of 10 s with two channels at 51.2 kHz. Each client \
-extracts the pulses with `--jobs 1`:
+A campaign has {impacts} impacts: ten in a MATLAB recording of 10 s with two channels at 51.2 kHz. \
+Each client extracts the pulses with `--jobs 1`:
 
 {ingest}
 
@@ -447,7 +447,8 @@ An impact costs {processor} of the client's processor.
 
 ## Plans
 
-Each plan is that of a question's dearest statement in the large store, from the last step to the first.
+Each plan is that of a question's dearest statement in the large store, from the last step to the \
+first.
 A page has 8 kB.
 {plans}
 """

@@ -26,7 +26,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.app.tune.bench_adapter import SensorTwin, bench_refusals
+from pyroshock.app.operations.tune.bench_adapter import SensorTwin, bench_refusals
 from pyroshock.app.twins.benches import LEAST_PRESSURE_PA
 from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots

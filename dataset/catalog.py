@@ -80,9 +80,8 @@ class Withdrawal:
     def words(self) -> str:
         """A sentence for listings."""
         return (
-            f"{self.lost} of the {self.frozen} pulses of dataset "
-            f"{self.dataset} (hash {self.hash[:12]}) were "
-            f"withdrawn: they stood on {self.source})"
+            f"{self.lost} of the {self.frozen} pulses of dataset {self.dataset} (hash "
+            f"{self.hash[:12]}) were withdrawn: they stood on {self.source})"
         )
 
 
@@ -146,8 +145,7 @@ def _error(row: DatasetSnapshot, stone: Tombstone, source: str) -> str:
     else:
         again = "ingest the same again and build it again"
     return (
-        f"dataset {row.name!r} (hash {row.content_hash[:12]}) stood on "
-        f"{source}; tombstone {stone.id}, content "
-        f"{stone.content_hash[:12]}): models that were trained on it stay; "
+        f"dataset {row.name!r} (hash {row.content_hash[:12]}) stood on {source}; tombstone "
+        f"{stone.id}, content {stone.content_hash[:12]}): models that were trained on it stay; "
         f"{again}, or build another dataset"
     )

@@ -318,9 +318,8 @@ def _fitting(
     others = {name: kind for name, kind in kinds.items() if kind != predictors.kind}
     if others:
         raise ValueError(
-            f"predictors {predictors.name!r} are for campaigns of kind "
-            f"{predictors.kind!r}, not {_pairs(others)}; "
-            f"take others: --predictors {next(iter(others.values()))}"
+            f"predictors {predictors.name!r} are for campaigns of kind {predictors.kind!r}, not "
+            f"{_pairs(others)}; take others: --predictors {next(iter(others.values()))}"
         )
     return predictors
 

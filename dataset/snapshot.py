@@ -131,9 +131,8 @@ def _find_snapshot(session: Session, name: str, digest: str) -> _Known | None:
     taken = session.scalar(select(DatasetSnapshot.content_hash).where(DatasetSnapshot.name == name))
     if taken is not None:
         raise SnapshotError(
-            f"dataset {name!r} is frozen with other content (hash "
-            f"{taken[:12]}, not {digest[:12]}); "
-            "build this one under another name"
+            f"dataset {name!r} is frozen with other content (hash {taken[:12]}, not "
+            f"{digest[:12]}); build this one under another name"
         )
     return None
 
@@ -203,9 +202,8 @@ def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
     digest = content_hash(predictors, frozen.table)
     if digest != frozen.hash:
         raise SnapshotError(
-            f"dataset {frozen.name!r}: the store's rows give {digest[:12]}, "
-            f"it was frozen as {frozen.hash[:12]}: "
-            "pulses or campaigns were changed since; restore the store, or "
+            f"dataset {frozen.name!r}: the store's rows give {digest[:12]}, it was frozen as "
+            f"{frozen.hash[:12]}: pulses or campaigns were changed since; restore the store, or "
             "build a dataset under another name"
         )
     return frozen
@@ -242,9 +240,8 @@ def _session(source: Store | Session) -> AbstractContextManager[Session]:
 def _understood(row: DatasetSnapshot) -> dict[str, Any]:
     if row.definition.get("format") != FORMAT:
         raise SnapshotError(
-            f"dataset {row.name!r} has format "
-            f"{row.definition.get('format')!r}, this software reads {FORMAT}: "
-            "update pyroshock, or build it under another name"
+            f"dataset {row.name!r} has format {row.definition.get('format')!r}, this software "
+            f"reads {FORMAT}: update pyroshock, or build it under another name"
         )
     return row.definition
 
@@ -259,9 +256,8 @@ def _table(
         ]
     except ValueError as error:
         raise SnapshotError(
-            f"dataset {name!r}: a pulse no longer enters it ({error}): rows "
-            f"of the store were changed since; "
-            "restore the store, or build a dataset under another name"
+            f"dataset {name!r}: a pulse no longer enters it ({error}): rows of the store were "
+            "changed since; restore the store, or build a dataset under another name"
         ) from error
     if not members:
         raise SnapshotError(f"dataset {name!r} has lost its pulses: restore the store")

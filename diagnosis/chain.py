@@ -48,10 +48,9 @@ def stages_of(
     if settings.size == 1:
         label = record.configurations[int(settings[0])].label
         raise ValueError(
-            f"campaign {record.name}: all {int(compared.sum())} runs that can "
-            f"be compared are of one configuration "
-            f"({label}); effects are told apart by how the gap changes with "
-            f"the settings: record at least two"
+            f"campaign {record.name}: all {int(compared.sum())} runs that can be compared are of "
+            f"one configuration ({label}); effects are told apart by how the gap changes with the "
+            "settings: record at least two"
         )
     return tuple(stages), tuple(notes)
 
@@ -88,9 +87,8 @@ def _plate(record: CampaignRecord, options: Options) -> Stage | str:  # noqa: AR
         return "plate: no run has an acceleration record that can be used"
     if record.plate is None:
         return (
-            "plate: not diagnosed, since the campaign gives neither a modal "
-            "table of it nor its outline: "
-            "give --modes, or --bench for a drawing"
+            "plate: not diagnosed, since the campaign gives neither a modal table of it nor its "
+            "outline: give --modes, or --bench for a drawing"
         )
     driven = any(run.force is not None and run.accelerations for run in record.runs)
     try:

@@ -216,9 +216,8 @@ def _assumptions(
         )
     if gap.noise.assumed:
         yield (
-            "floor assumed: nothing was repeated, the scatter of one run is "
-            "the sensors' data sheets', and the "
-            "probabilities are not calibrated"
+            "floor assumed: nothing was repeated, the scatter of one run is the sensors' data "
+            "sheets', and the probabilities are not calibrated"
         )
     measured = {(fact.effect, fact.parameter) for fact in gap.record.known_facts}
     for row in conclusion.effects:
@@ -239,9 +238,7 @@ def _assumptions(
             and entry.fraction < _PREDICTS
         ):
             yield (
-                f"{first} is the likeliest cause of the catalogue, but what "
-                f"is chosen on other configurations takes "
-                f"only {entry.fraction:.0%} of the gap where it was not "
-                f"fitted: a cause outside of the catalogue is "
-                "possible"
+                f"{first} is the likeliest cause of the catalogue, but what is chosen on other "
+                f"configurations takes only {entry.fraction:.0%} of the gap where it was not "
+                "fitted: a cause outside of the catalogue is possible"
             )

@@ -124,9 +124,7 @@ def _sentence(contradiction: Contradiction) -> str:
     value = f"{fitted.value:.4g} {fitted.unit}".rstrip()
     interval = f" ({low:.4g} to {high:.4g})" if low < high else f", that is without {fact.effect}"
     return (
-        f"{fact.name}: campaign.toml states {fact.words}, and the record is "
-        f"explained better by {value}{interval}, "
-        f"{contradiction.uncertainties:.0f} standard uncertainties away; the "
-        f"causes of this report rest on the stated "
-        "value, so check it, its unit and its source"
+        f"{fact.name}: campaign.toml states {fact.words}, and the record is explained better by "
+        f"{value}{interval}, {contradiction.uncertainties:.0f} standard uncertainties away; the "
+        "causes of this report rest on the stated value, so check it, its unit and its source"
     )

@@ -80,9 +80,8 @@ def _where_unexplained(posterior: HypothesisPosterior) -> tuple[NextRun, ...]:
     pattern = posterior.likeliest_pattern
     acts = f"where {pattern.pattern}" if " = " in pattern.pattern else pattern.pattern
     why = (
-        "repeats the configuration in which most of the gap remains, in "
-        "another order of runs: what remains looks most "
-        f"like something in the {pattern.stage} that acts {acts}"
+        "repeats the configuration in which most of the gap remains, in another order of runs: "
+        f"what remains looks most like something in the {pattern.stage} that acts {acts}"
     )
     return (NextRun(why, _columns(factors), _REPEATS),)
 

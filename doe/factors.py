@@ -301,9 +301,8 @@ def _check_levels(factor: DesignFactor) -> None:
             or len(level) > _LONGEST_LEVEL
         ):
             raise ValueError(
-                f"factor {factor.name!r}: level {level[:_LONGEST_LEVEL]!r}; "
-                f"expected printable text without blanks "
-                f"around it, at most {_LONGEST_LEVEL} characters"
+                f"factor {factor.name!r}: level {level[:_LONGEST_LEVEL]!r}; expected printable "
+                f"text without blanks around it, at most {_LONGEST_LEVEL} characters"
             )
     if len(set(factor.levels)) < len(factor.levels):
         level = next(level for level in factor.levels if factor.levels.count(level) > 1)

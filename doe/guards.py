@@ -242,18 +242,16 @@ def _suspension_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check
     if limits.pendulum_length_m is None:
         if height:
             raise ValueError(
-                f"run {run.run}: chain_height_mm is {1e3 * height:g}, which "
-                f"changes how the plate swings; state "
-                "pendulum_length_m in [bench] of the factors, from the upper "
-                "member to the plate's centre of mass"
+                f"run {run.run}: chain_height_mm is {1e3 * height:g}, which changes how the plate "
+                "swings; state pendulum_length_m in [bench] of the factors, from the upper member "
+                "to the plate's centre of mass"
             )
         return
     length = limits.pendulum_length_m - height
     if not length > 0:
         raise ValueError(
-            f"run {run.run}: chain_height_mm is {1e3 * height:g}; expected "
-            f"less than pendulum_length_m, "
-            f"{1e3 * limits.pendulum_length_m:g} mm"
+            f"run {run.run}: chain_height_mm is {1e3 * height:g}; expected less than "
+            f"pendulum_length_m, {1e3 * limits.pendulum_length_m:g} mm"
         )
     swing = Swing(length, limits.plate(run.plate).mass_kg, run.momentum_kg_m_s)
     yield "max_chain_load_n", "chain load", swing.chain_load_n, limits.max_chain_load_n, "N"

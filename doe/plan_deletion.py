@@ -23,11 +23,9 @@ def check_plan_unused(session: Session, name: str) -> None:
     campaigns = _campaigns(session, name)
     if campaigns:
         raise PlanInUseError(
-            f"plan {name!r} cannot be deleted: {recorded} repetitions of it "
-            f"are recorded in campaign "
-            f"{', '.join(campaigns)}; to take a single run out of the plan: "
-            f"pyroshock plan discard {name} RUN --reason "
-            "TEXT"
+            f"plan {name!r} cannot be deleted: {recorded} repetitions of it are recorded in "
+            f"campaign {', '.join(campaigns)}; to take a single run out of the plan: pyroshock "
+            f"plan discard {name} RUN --reason TEXT"
         )
 
 

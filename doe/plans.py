@@ -243,10 +243,9 @@ def tick_run(
         complete = len(before.accepted) >= before.repetitions
         if status == "planned" and before.status == "done" and complete:
             raise ValueError(
-                f"run {run} of plan {plan_name!r} is done: "
-                f"{len(before.accepted)} of {before.repetitions} repetitions "
-                "are recorded. To record one again, discard its recording; "
-                "the run then asks for a repeat"
+                f"run {run} of plan {plan_name!r} is done: {len(before.accepted)} of "
+                f"{before.repetitions} repetitions are recorded. To record one again, discard its "
+                "recording; the run then asks for a repeat"
             )
         if status == "done":
             _check_done(
@@ -271,15 +270,13 @@ def _check_done(plan: str, run: StoredRun, note: str | None) -> None:
     if not run.accepted:
         rejected = f" ({len(run.rejected)} rejected)" if run.rejected else ""
         raise ValueError(
-            f"{name} is not done: 0 of {run.repetitions} repetitions are "
-            f"recorded and accepted{rejected}. Ingest its "
-            "recordings, or discard the run with a reason"
+            f"{name} is not done: 0 of {run.repetitions} repetitions are recorded and "
+            f"accepted{rejected}. Ingest its recordings, or discard the run with a reason"
         )
     if len(run.accepted) < run.repetitions and note is None:
         raise NoteMissingError(
-            f"{name} has {len(run.accepted)} of {run.repetitions} "
-            f"repetitions; ingest the others, or write a note that "
-            "says why these are enough"
+            f"{name} has {len(run.accepted)} of {run.repetitions} repetitions; ingest the others, "
+            "or write a note that says why these are enough"
         )
 
 

@@ -214,7 +214,8 @@ thead { display: table-header-group; }
 tr { break-inside: avoid; }
 tr.change td { border-top: 3px solid #222; }
 td.differs { font-weight: bold; }
-p.fields span { display: inline-block; border-bottom: 1px solid #222; min-width: 14em; margin: 0 2em 0 0.5em; }
+p.fields span { display: inline-block; border-bottom: 1px solid #222; min-width: 14em;
+  margin: 0 2em 0 0.5em; }
 tr.discarded td { text-decoration: line-through; color: #777; }
 td.done { text-align: center; font-size: 14pt; letter-spacing: 0.1em; min-width: 7em; }
 td.remarks { min-width: 10em; }
@@ -248,8 +249,8 @@ def _write_html(sheet: Sheet, path: Path) -> None:
 def _html_row(header: Sequence[str], row: SheetRow) -> str:
     classes = " ".join([row.status, *(["change"] if row.changes else [])])
     cells = "".join(
-        f"<td "
-        f"class='{html.escape(name.replace(' ', '-'))}{' differs' if differs else ''}'>{html.escape(cell)}</td>"
+        f"<td class='{html.escape(name.replace(' ', '-'))}{' differs' if differs else ''}'>"
+        f"{html.escape(cell)}</td>"
         for name, cell, differs in zip(header, row.cells, row.differs, strict=True)
     )
     return f"<tr class='{classes}'>{cells}</tr>"

@@ -37,9 +37,8 @@ def atomic_file(path: Path) -> Iterator[Path]:
             partial.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(
-            f"cannot write {path}: {error.strerror or error}; what was there "
-            f"is as it was: make room or choose another "
-            "place, and repeat"
+            f"cannot write {path}: {error.strerror or error}; what was there is as it was: make "
+            "room or choose another place, and repeat"
         ) from error
 
 

@@ -104,10 +104,9 @@ def _open_pool(jobs: int, isolation: Isolation[Any, Any]) -> Iterator[ProcessPoo
             pool.submit(_nothing).result()
         except BrokenProcessPool as error:
             raise OSError(
-                "a process that reads files ended before it read one, so "
-                "nothing is known about the files; its error "
-                "output says why, and where it says nothing, memory is "
-                "short: close other programs, then repeat"
+                "a process that reads files ended before it read one, so nothing is known about "
+                "the files; its error output says why, and where it says nothing, memory is short: "
+                "close other programs, then repeat"
             ) from error
         yield pool
 

@@ -1,18 +1,17 @@
-"""Samples that are no readings: placeholders that an instrument or an export writes where it has none (9.99e37, -9999,
--32768), told from the shock by their neighbours.
+"""Samples that are no readings: placeholders that an instrument or an export writes where it has
+none (9.99e37, -9999, -32768), told from the shock by their neighbours.
 
 What has passed an anti-alias filter is never one sample wide: one at 0.45 of the sampling rate or
-below (recorders have
-0.39 to 0.45) spreads the shortest impulse, so that the next samples have 11 % of its peak or more
-(sinc 0.9). A sample is therefore lone where it departs from the cubic through its four neighbours
-by twenty times as much as any of the samples around it departs from the cubic through its own,
-which does not look at the lone one: twice what a filter can leave. That is the identifier of Hampel
-(J. Amer. Statist. Assoc. 69 (1974) 383; Davies and Gather, ibid. 88 (1993) 782) on the residuals of
-an interpolation, with the largest residual near the sample in the place of their median deviation,
-which the first crest of any shock exceeds. Of 406 measured records an unfiltered 500 Hz logger
-comes nearest, which saw a shock in samples of 9, 100 and 0 %: 9 times. An unfiltered recorder that
-sees a contact in one sample alone cannot be told from a placeholder, and has no peak or impulse to
-lose.
+below (recorders have 0.39 to 0.45) spreads the shortest impulse, so that the next samples have 11 %
+of its peak or more (sinc 0.9). A sample is therefore lone where it departs from the cubic through
+its four neighbours by twenty times as much as any of the samples around it departs from the cubic
+through its own, which does not look at the lone one: twice what a filter can leave. That is the
+identifier of Hampel (J. Amer. Statist. Assoc. 69 (1974) 383; Davies and Gather, ibid. 88 (1993)
+782) on the residuals of an interpolation, with the largest residual near the sample in the place of
+their median deviation, which the first crest of any shock exceeds. Of 406 measured records an
+unfiltered 500 Hz logger comes nearest, which saw a shock in samples of 9, 100 and 0 %: 9 times. An
+unfiltered recorder that sees a contact in one sample alone cannot be told from a placeholder, and
+has no peak or impulse to lose.
 """
 
 from __future__ import annotations

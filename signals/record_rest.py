@@ -92,9 +92,8 @@ def without_rest(
         if not stretch.size:
             end_s = start_s + record.size / sampling_rate_hz
             raise ValueError(
-                f"the rest from {choice.from_s:g} to {choice.to_s:g} s holds "
-                f"no sample: the record reaches from "
-                f"{start_s:g} to {end_s:g} s"
+                f"the rest from {choice.from_s:g} to {choice.to_s:g} s holds no sample: the record "
+                f"reaches from {start_s:g} to {end_s:g} s"
             )
         level, what = float(stretch.mean()), f"the mean from {choice.from_s:g} to {choice.to_s:g} s"
     else:

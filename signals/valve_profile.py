@@ -34,9 +34,8 @@ class ValveProfile:
     def __post_init__(self) -> None:
         if not 0 < len(self.time_s) <= _MOST_POINTS or len(self.time_s) != len(self.position):
             raise ValueError(
-                f"valve profile: {len(self.time_s)} times and "
-                f"{len(self.position)} positions; expected as many of "
-                f"both, 1 to {_MOST_POINTS}"
+                f"valve profile: {len(self.time_s)} times and {len(self.position)} positions; "
+                f"expected as many of both, 1 to {_MOST_POINTS}"
             )
         for time, position in zip(self.time_s, self.position, strict=True):
             if not 0 <= time < math.inf:
@@ -94,9 +93,8 @@ class ValveProfile:
                 points.append((float(time), float(position)))
             except ValueError:
                 raise ValueError(
-                    f"valve profile {text!r}: point {part!r}; expected "
-                    f"TIME:POSITION in s and 0 (shut) to 1 (open), "
-                    "such as '0:0 0.1:1'"
+                    f"valve profile {text!r}: point {part!r}; expected TIME:POSITION in s and 0 "
+                    "(shut) to 1 (open), such as '0:0 0.1:1'"
                 ) from None
         return cls(*zip(*points, strict=True))
 

@@ -27,14 +27,15 @@ DATA_FILES = ("py.typed", "schema/data/*.csv", "schema/migrations/**/*.py", "exa
 IMPORT_EVERYTHING = """
 import importlib, json, pkgutil
 import pyroshock
-names = ["pyroshock", *(found.name for found in pkgutil.walk_packages(pyroshock.__path__, "pyroshock."))]
+modules = pkgutil.walk_packages(pyroshock.__path__, "pyroshock.")
+names = ["pyroshock", *(module.name for module in modules)]
 names.remove("pyroshock.schema.migrations.env")  # a script: runs only inside Alembic
 print(json.dumps({name: importlib.import_module(name).__file__ for name in names}))
 """
 
 LOADED_BY_COMMAND = """
 import json, sys
-import pyroshock.app.cli.main
+import pyroshock.app.doors.command_line.main
 print(json.dumps(sorted(sys.modules)))
 """
 
@@ -122,7 +123,7 @@ def test_every_module_of_the_wheel_imports_from_it(installed: Path, tmp_path: Pa
         name: file for name, file in files.items() if not Path(file).is_relative_to(installed)
     }
     assert strangers == {}
-    assert "pyroshock.app.cli.main" in files
+    assert "pyroshock.app.doors.command_line.main" in files
 
 
 def test_wheel_holds_every_module_and_data_file_and_no_tests_or_benchmarks(wheel: Path) -> None:

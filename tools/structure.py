@@ -3,7 +3,8 @@ change's record.
 
     python -m tools.structure                # this tree
     python -m tools.structure 7d11b52        # another commit, beside this tree
-    python -m tools.structure --lint         # fails on a name that says nothing, or a class name given twice
+    python -m tools.structure --lint         # fails on a name that says nothing, or a class name
+                                             # given twice
 
 The product is every Python file of the rooms that pyproject.toml installs, without tests,
 benchmarks and tools.
@@ -264,8 +265,8 @@ def figures(root: Path) -> dict[str, str]:
         "assigned locals that say nothing": f"{100 * banned / len(locals_):.2f} "
         f"% ({banned} of {len(locals_):,})",
         "class names defined more than once": f"{len(duplicate_classes(files))}",
-        "groups of siblings that import each other": f"{len(cycles)} "
-        f"({sum(map(len, cycles))} of them)",
+        "groups of siblings that import each other": f"{len(cycles)} ({sum(map(len, cycles))} of "
+        "them)",
         "lines of benchmarks": f"{_python_lines(root / 'benchmarks'):,}",
         "lines of tests": f"{_python_lines(root / 'tests'):,}",
         "words of docs": f"{words_of(prose_pages(root)):,}",

@@ -99,9 +99,8 @@ class Effect(ABC):
             good = (values >= item.low) & (values <= item.high)
             if not np.all(good):
                 raise ValueError(
-                    f"{self.id}: {item.name} = "
-                    f"{float(values[~good].flat[0])!r}; expected {item.low:g} to "
-                    f"{item.high:g} {item.unit}".rstrip()
+                    f"{self.id}: {item.name} = {float(values[~good].flat[0])!r}; expected "
+                    f"{item.low:g} to {item.high:g} {item.unit}".rstrip()
                 )
 
     @classmethod

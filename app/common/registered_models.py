@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     from ...training.registry.registry import Registry
 
 CURE = (
-    "restore the registry (pyroshock db restore), name it in "
-    "MLFLOW_TRACKING_URI, or register the surviving files "
-    "again: pyroshock models recover"
+    "restore the registry (pyroshock db restore), name it in MLFLOW_TRACKING_URI, or register the "
+    "surviving files again: pyroshock models recover"
 )
 
 

@@ -18,9 +18,9 @@ from .virtual_campaign import REHEARSAL, VirtualCampaign
 if TYPE_CHECKING:
     from ...training.registry.records import Version
     from ..common.progress import Step
-    from ..diagnose.service import GapDiagnosis
-    from ..train.service import PromotionDecision
-    from ..validate.service import TwinValidation
+    from ..operations.diagnose.service import GapDiagnosis
+    from ..operations.train.service import PromotionDecision
+    from ..operations.validate.service import TwinValidation
 
 #: Of the families, Gaussian processes learn most from so few pulses.
 DATASET, MODEL = "rehearsal-pulses", "gp"
@@ -62,7 +62,7 @@ def train_model(store: Store, url: str, step: Step) -> TrainedModel:
     """
     from ...dataset.snapshot import build_snapshot
     from ...training.fitting.session import Progress
-    from ..train.service import promote_version, train_models
+    from ..operations.train.service import promote_version, train_models
 
     snapshot = build_snapshot(store, DATASET, [REHEARSAL.name]).snapshot
     session, _ = train_models(store, url, snapshot.name, [MODEL], SPLIT, progress=Progress(step))
@@ -79,7 +79,7 @@ def draw_model(store: Store, url: str, model: TrainedModel, path: Path) -> None:
     """Peak force and contact time that the model predicts for pulses that it has not seen, over the
     measured ones."""
     from ..common.model_registry import reader_of, registry_of
-    from ..train.figures import held_out_figures
+    from ..operations.train.figures import held_out_figures
 
     points = held_out_figures(registry_of(url), model.version, reader_of(store))["points"]
     figure = new_figure(11, 4.2)
@@ -112,7 +112,7 @@ def _draw_against(axes: Any, columns: dict[str, Any], scale: float, what: str) -
 def validate_model(store: Store, url: str, step: Step) -> TwinValidation:
     """The rehearsal's shots, each beside a prediction of a twin that has not learned from its
     configuration."""
-    from ..validate.service import validate_twin
+    from ..operations.validate.service import validate_twin
 
     return validate_twin(store, url, REHEARSAL.name, None, FOLDS, DRAWS, 0, step)
 
@@ -144,8 +144,8 @@ CHANGED = VirtualCampaign("slow-valve", runs=12, repetitions=2, seed=2, effects=
 def diagnose_gap(store: Store, url: str, step: Step) -> GapDiagnosis:
     """The diagnosis of the campaign with the effect; the one that the store keeps, where it has
     one."""
-    from ..diagnose.service import diagnose_campaign, kept_diagnosis
-    from ..diagnose.stored import list_diagnoses
+    from ..operations.diagnose.service import diagnose_campaign, kept_diagnosis
+    from ..operations.diagnose.stored import list_diagnoses
 
     with store.reading() as session:
         kept = [row["id"] for row in list_diagnoses(session, CHANGED.name) if row["complete"]]
@@ -178,7 +178,7 @@ def draw_diagnosis(diagnosis: GapDiagnosis, path: Path) -> None:
 
 
 def _draw_path(axes: Any, diagnosis: GapDiagnosis) -> None:
-    from ..diagnose.report_charts import path_rows
+    from ..operations.diagnose.report_charts import path_rows
 
     colours = {"bar-error": PREDICTED, "bar-gone": MEASURED}
     rows: Sequence[Any] = path_rows(diagnosis.verdict)[::-1]

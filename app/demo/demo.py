@@ -28,7 +28,7 @@ from ...twin.gun.bench import GunBench
 from ...twin.gun.nominal import muzzle_velocity
 from ..common.nominal_velocity import with_predictions
 from ..common.plots import MEASURED, MODEL, new_figure, save
-from ..impacts.impact_plot import draw_pulse
+from ..operations.impacts.impact_plot import draw_pulse
 
 if TYPE_CHECKING:
     from ...twin.prediction import Prediction

@@ -17,8 +17,8 @@ from ...schema.listings import iter_shots
 from ...schema.session import Store
 from ..common.nominal_velocity import with_predictions
 from ..common.plots import MEASURED, QUIET, new_figure, save
-from ..plan.planning import make_plan
-from ..plan.rehearsal import NAME, SEED, RehearsalResult, simulate_plan
+from ..operations.plan.planning import make_plan
+from ..operations.plan.rehearsal import NAME, SEED, RehearsalResult, simulate_plan
 
 if TYPE_CHECKING:
     from ..common.progress import Step

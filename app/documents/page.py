@@ -50,7 +50,8 @@ def _text(text: str) -> str:
 
 
 def _section(section: Section) -> str:
-    return f"<section><h2>{_text(section.title)}</h2>{''.join(map(block_html, section.blocks))}</section>\n"
+    blocks = "".join(map(block_html, section.blocks))
+    return f"<section><h2>{_text(section.title)}</h2>{blocks}</section>\n"
 
 
 def block_html(block: Block) -> str:
@@ -117,15 +118,14 @@ def _bar(bar: ShareBar) -> str:
     note += f'<ul class="about">{lines}</ul>' if lines else ""
     return (
         f'<div class="row"><span>{_text(bar.name)}</span><span '
-        f'class="value">{_text(bar.value)}</span>'
-        f'<span class="track"><i class="{escape(bar.kind)}" '
-        f'style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>'
-        f"{note}</div>"
+        f'class="value">{_text(bar.value)}</span><span class="track"><i class="{escape(bar.kind)}" '
+        f'style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>{note}</div>'
     )
 
 
 def _figure(figure: Figure) -> str:
-    return f"<figure><h3>{_text(figure.title)}</h3>{clean(figure.drawing)}{_keys(figure.keys)}</figure>"
+    drawing, keys = clean(figure.drawing), _keys(figure.keys)
+    return f"<figure><h3>{_text(figure.title)}</h3>{drawing}{keys}</figure>"
 
 
 def _keys(keys: Sequence[tuple[str, str]]) -> str:

@@ -130,9 +130,8 @@ def remarks_on_letters(text: str) -> list[str]:
         if letter not in missing
     ):
         remarks.append(
-            "Arabic and Hebrew letters stand unjoined and from left to right "
-            "in this PDF. The same report as HTML "
-            "shows them joined and from right to left."
+            "Arabic and Hebrew letters stand unjoined and from left to right in this PDF. The same "
+            "report as HTML shows them joined and from right to left."
         )
     return remarks
 

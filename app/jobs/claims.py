@@ -99,9 +99,8 @@ def take_over(store: Store, hand: WorkerIdentity, silent: Sighting) -> Claimed |
 def mark_dead(store: Store, silent: Sighting) -> bool:
     """End a job that has cost as many workers as any may; whether it was still silent."""
     error = (
-        f"{silent.deaths + 1} workers in turn were killed at it or fell "
-        f"silent (memory, or a library that crashes, "
-        "perhaps); it is not begun again: try it with less data"
+        f"{silent.deaths + 1} workers in turn were killed at it or fell silent (memory, or a "
+        "library that crashes, perhaps); it is not begun again: try it with less data"
     )
     ended = {
         "state": FAILED,

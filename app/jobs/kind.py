@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from pydantic import BaseModel
+
 from .lease import FencedStore
 
 #: Told (done, total, what); raises `StoppedError` or another end of the attempt.
@@ -82,8 +84,8 @@ def _no_form(_: Any) -> JobForm | None:
 
 @dataclass(frozen=True)
 class Kind(Generic[Arguments]):
-    """`record` is a frozen dataclass of plain values; `do` may be begun again by another process,
-    whatever ended it.
+    """`record` is a frozen dataclass of plain values, or the request of an operation; `do` may be
+    begun again by another process, whatever ended it.
 
     So what `do` stores is either found again by its natural key, or written by the `Ending` that it
     returns. `after` is called on the machine that a job was bound to, once it is over, perhaps
@@ -96,10 +98,14 @@ class Kind(Generic[Arguments]):
     after: Callable[[Arguments], None] = _nothing
     #: The form that asks for such a job; None where no page has one.
     form: Callable[[Arguments], JobForm | None] = _no_form
+    #: Reads the arguments of a stored job, of a record that is a request of an operation.
+    read_stored: Callable[[Mapping[str, Any]], Arguments] | None = None
 
     def read(self, stored: Mapping[str, Any]) -> Arguments:
         """The arguments of a stored job. Raises `ValueError` for one that another version asked
         for."""
+        if self.read_stored is not None:
+            return self.read_stored(stored)
         try:
             return self.record(**stored)
         except TypeError as error:
@@ -112,6 +118,8 @@ class Kind(Generic[Arguments]):
 
     def plain(self, arguments: Arguments) -> dict[str, Any]:
         """The inverse of `read`."""
+        if isinstance(arguments, BaseModel):
+            return arguments.model_dump(mode="json")
         return asdict(arguments)  # type: ignore[call-overload, no-any-return]  # a dataclass
 
 

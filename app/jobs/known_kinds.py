@@ -6,6 +6,8 @@ import importlib
 from collections import UserDict
 from typing import Any
 
+from ..operations.catalogue import OPERATIONS
+from ..operations.operation import Operation
 from .kind import Kind
 
 
@@ -19,9 +21,14 @@ class KindTable(UserDict[str, Any]):
         place = super().__getitem__(name)
         if not isinstance(place, Kind):
             module, attribute = place
-            place = self[name] = getattr(
+            place = getattr(
                 importlib.import_module(module, __package__.partition(".")[0]), attribute
             )
+            if isinstance(place, Operation):
+                from .operation_kind import kind_of
+
+                place = kind_of(place)
+            self[name] = place
             assert isinstance(place, Kind)
         return place
 
@@ -29,15 +36,18 @@ class KindTable(UserDict[str, Any]):
 #: Kind of job -> (module of the package, its object there).
 KINDS = KindTable(
     {
-        "ingest": (".app.ingest.job", "INGEST"),
-        "check": (".app.ingest.job", "CHECK"),
-        "archive": (".app.ingest.archive_job", "ARCHIVE"),
-        "restore": (".app.ingest.archive_job", "RESTORE"),
-        "extract": (".app.ingest.job", "EXTRACT"),
-        "plan": (".app.plan.job", "PLAN"),
-        "train": (".app.train.job", "TRAIN"),
-        "tune": (".app.tune.job", "TUNE"),
-        "diagnose": (".app.diagnose.job", "DIAGNOSE"),
-        "validate": (".app.validate.job", "VALIDATE"),
+        **{
+            name: (f".app.operations.{module}", attribute)
+            for name, (module, attribute, *_) in OPERATIONS.items()
+        },
+        "ingest": (".app.jobs.job_kinds.ingest", "INGEST"),
+        "check": (".app.jobs.job_kinds.ingest", "CHECK"),
+        "archive": (".app.jobs.job_kinds.archive", "ARCHIVE"),
+        "restore": (".app.jobs.job_kinds.archive", "RESTORE"),
+        "extract": (".app.jobs.job_kinds.ingest", "EXTRACT"),
+        "train": (".app.jobs.job_kinds.train", "TRAIN"),
+        "tune": (".app.jobs.job_kinds.tune", "TUNE"),
+        "diagnose": (".app.jobs.job_kinds.diagnose", "DIAGNOSE"),
+        "validate": (".app.jobs.job_kinds.validate", "VALIDATE"),
     }
 )

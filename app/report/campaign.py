@@ -28,10 +28,15 @@ from ..documents.document import (
     Table,
 )
 from ..documents.svg import Cloud, agreement_chart
-from ..ingest.campaign_overview import count_findings
-from ..ingest.design_coverage import achieved_settings, level_coverage, plan_coverage, worked_off
-from ..ingest.planned_achieved import constant_settings, planned_achieved_rows
-from ..ingest.recording_quality import (
+from ..operations.ingest.campaign_overview import count_findings
+from ..operations.ingest.design_coverage import (
+    achieved_settings,
+    level_coverage,
+    plan_coverage,
+    worked_off,
+)
+from ..operations.ingest.planned_achieved import constant_settings, planned_achieved_rows
+from ..operations.ingest.recording_quality import (
     FindingRow,
     list_finding_rows,
     recording_quality,
@@ -190,10 +195,9 @@ def _plan_sentence(plan: Mapping[str, Any]) -> str:
         if count
     ]
     return (
-        f"Plan {plan['plan']} ({plan['method']}): {done} of {plan['runs']} runs are done"
-        f"{''.join(f', {text}' for text in rest)}; {plan['recorded']} of "
-        f"{plan['repetitions']} repetitions are "
-        "recorded."
+        f"Plan {plan['plan']} ({plan['method']}): {done} of {plan['runs']} runs are "
+        f"done{''.join(f', {text}' for text in rest)}; {plan['recorded']} of {plan['repetitions']} "
+        "repetitions are recorded."
     )
 
 

@@ -194,9 +194,8 @@ def pulses_section(pulses: PulseGroups, campaign: str) -> Section:
     if (hidden := len(pulses.groups) - _MOST_ROWS) > 0:
         blocks.append(
             Paragraph(
-                f"{hidden} further configurations are not listed here; "
-                f"pyroshock impacts --campaign {campaign} lists "
-                "all impacts.",
+                f"{hidden} further configurations are not listed here; pyroshock impacts "
+                f"--campaign {campaign} lists all impacts.",
                 quiet=True,
             )
         )
@@ -359,9 +358,8 @@ def _velocity_sentence(shots: Shots, judged: Shots) -> str:
         )
     off = np.array([_off(shot) for shot in judged], dtype=np.float64)
     return (
-        f"{len(judged)} of {len(shots)} shots have a measured velocity. It "
-        f"differs from that of the nominal gun by "
-        f"{_deviation_words(off, judged)}."
+        f"{len(judged)} of {len(shots)} shots have a measured velocity. It differs from that of "
+        f"the nominal gun by {_deviation_words(off, judged)}."
     )
 
 

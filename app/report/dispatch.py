@@ -60,7 +60,7 @@ def _campaign(store: Store, _db: str, name: str) -> Document:
 
 
 def _diagnosis(store: Store, _db: str, which: str) -> Document:
-    from ..diagnose.report import diagnosis_document
+    from ..operations.diagnose.report import diagnosis_document
 
     with store.reading() as session:
         if which.isdigit():

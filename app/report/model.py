@@ -34,8 +34,8 @@ from ..documents.svg import (
     line_chart,
     line_keys,
 )
-from ..train.figures import side_by_side, version_row
-from ..train.wording import (
+from ..operations.train.figures import side_by_side, version_row
+from ..operations.train.wording import (
     bounded,
     error_sentence,
     lead_sentence,
@@ -211,9 +211,8 @@ def _differences(
         "p value",
     )
     caption = (
-        "Mean errors on the pulses that both have held out, and their "
-        "difference in per cent points: below zero the "
-        f"error of {version.label} is smaller."
+        "Mean errors on the pulses that both have held out, and their difference in per cent "
+        f"points: below zero the error of {version.label} is smaller."
     )
     return Table(caption, heads, rows, main=(heads[0], heads[3], heads[5]))
 
@@ -248,9 +247,8 @@ def _figures(rows: Sequence[Mapping[str, Any]], versions: Sequence[Version]) -> 
             shares: list[Cell] = [name, *(cell for text in words for cell in (text, None))]
             cells.append([*shares, *[None] * (len(heads) - len(shares))])
     caption = (
-        "Means over the held-out pulses with 90 % intervals, and beside them "
-        "by how much repeated impacts of the bench "
-        "differ: no model can be expected to be better."
+        "Means over the held-out pulses with 90 % intervals, and beside them by how much repeated "
+        "impacts of the bench differ: no model can be expected to be better."
     )
     return Table(caption, heads, cells, main=heads[:2])
 
@@ -406,11 +404,9 @@ def _origin(version: Version) -> Bullets:
     cost = version.cost
     return Bullets(
         (
-            f"It was registered on {version.registered_at:%Y-%m-%d %H:%M} "
-            f"UTC, with the seed {version.seed}. "
-            f"The training took {format_number(cost.seconds, 2)} s and "
-            f"{format_number(cost.peak_memory_mb, 3)} MB of "
-            "memory.",
+            f"It was registered on {version.registered_at:%Y-%m-%d %H:%M} UTC, with the seed "
+            f"{version.seed}. The training took {format_number(cost.seconds, 2)} s and "
+            f"{format_number(cost.peak_memory_mb, 3)} MB of memory.",
             f"Hash of the dataset {version.dataset.name}: {version.dataset.hash}",
             f"SHA-256 of its files: {version.sha256}",
         ),

@@ -26,37 +26,46 @@ from ...schema.conditions import ConditionError
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
-from ..diagnose import api as diagnose_api
-from ..diagnose import pages as diagnose_pages
 from ..documents.line_styles import COLOURS, PARTS
-from ..home import pages as home_pages
-from ..impacts import api as impacts_api
-from ..impacts import list_pages as impact_list_pages
-from ..impacts import pages as impacts_pages
-from ..ingest import api as ingest_api
-from ..ingest import archive_pages, export_pages, extract_pages, ingest_pages, removal_pages
-from ..ingest import pages as campaign_pages
+from ..doors.api import diagnose as diagnose_api
+from ..doors.api import impacts as impacts_api
+from ..doors.api import ingest as ingest_api
+from ..doors.api import jobs as jobs_api
+from ..doors.api import predict as predict_api
+from ..doors.api import train as train_api
+from ..doors.api import tune as tune_api
+from ..doors.api import validate as validate_api
+from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
-from ..plan import api as plan_api
-from ..plan import pages as plan_pages
-from ..predict import api as predict_api
-from ..predict import pages as predict_pages
-from ..predict.shots import warm_up_in_thread
-from ..report import pages as report_pages
-from ..train import api as train_api
-from ..train import dataset_pages
-from ..train import deletion_pages as train_deletion_pages
-from ..train import pages as train_pages
-from ..tune import api as tune_api
-from ..tune import pages as tune_pages
+from ..operations.faults import Fault, RequestError
+from ..pages import api as api_pages
+from ..pages import archive as archive_pages
+from ..pages import campaigns as campaign_pages
+from ..pages import datasets as dataset_pages
+from ..pages import diagnose as diagnose_pages
+from ..pages import export as export_pages
+from ..pages import extract as extract_pages
+from ..pages import home as home_pages
+from ..pages import impact_lists as impact_list_pages
+from ..pages import impacts as impacts_pages
+from ..pages import ingest as ingest_pages
+from ..pages import jobs as jobs_pages
+from ..pages import model_deletion as train_deletion_pages
+from ..pages import plan as plan_pages
+from ..pages import predict as predict_pages
+from ..pages import removal as removal_pages
+from ..pages import report as report_pages
+from ..pages import sign_in as sign_in_pages
+from ..pages import train as train_pages
+from ..pages import tune as tune_pages
+from ..pages import validate as validate_pages
 from ..twins.twin_cache import TwinCache
-from ..validate import api as validate_api
-from ..validate import pages as validate_pages
-from ..web import api_pages, csrf, jobs_api, jobs_pages, sign_in_pages
+from ..web import csrf
 from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
+from ..web.predicted_shots import warm_up_in_thread
 from ..web.rendering import HERE, page
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
@@ -71,7 +80,6 @@ _API = (
     train_api,
     predict_api,
     tune_api,
-    plan_api,
     validate_api,
 )
 PAGES = (
@@ -131,9 +139,12 @@ _WORDS = {
 PROBLEMS: dict[int | str, dict[str, Any]] = {
     status: {"model": Problem, "description": words} for status, words in _WORDS.items()
 }
-_ABOUT = """The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in the keys.
+_ABOUT = """\
+The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in \
+the keys.
 
-A write needs the header `X-CSRF-Token`: GET `/api/csrf` tells it, and sets the cookie that it belongs to."""
+A write needs the header `X-CSRF-Token`: GET `/api/csrf` tells it, and sets the cookie that it \
+belongs to."""
 
 
 def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGIApp:
@@ -171,6 +182,8 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     app.state.sign_in = SignIn(settings.token)
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
+    app.include_router(json_router(), prefix="/api", responses=PROBLEMS)
+    app.include_router(form_router(), include_in_schema=False)
     for module in PAGES:
         app.include_router(module.router, include_in_schema=False)
     app.get("/static/plotly.min.js", include_in_schema=False)(_plotly)
@@ -238,7 +251,10 @@ def _tell_errors(app: FastAPI) -> None:
         except Exception as error:
             if not is_for_the_user(error):
                 raise
-            return error_response(request, status_of(error), str(error), field=field_of(error))
+            faults = error.faults if isinstance(error, RequestError) else ()
+            return error_response(
+                request, status_of(error), str(error), field=field_of(error), faults=faults
+            )
 
 
 def _invalid(request: Request, errors: Sequence[Any]) -> Response:
@@ -254,14 +270,18 @@ def error_response(
     headers: dict[str, str] | None = None,
     *,
     field: str = "",
+    faults: Sequence[Fault] = (),
 ) -> Response:
     """An error as who asked can read it: a page, JSON for the API, and for a form with the field
     that it is about."""
     why = without_secrets(why)
+    listed = [{"field": fault.field, "message": without_secrets(fault.message)} for fault in faults]
     if is_form(request):
-        return JSONResponse({"faults": [{"field": field, "message": why}]}, status, headers)
+        told = listed or [{"field": field, "message": why}]
+        return JSONResponse({"faults": told}, status, headers)
     if request.url.path.startswith("/api"):
-        return JSONResponse({"detail": why}, status, headers)
+        by_field = {"faults": listed} if listed else {}
+        return JSONResponse({"detail": why, **by_field}, status, headers)
     answer = page(
         request,
         "error.html",

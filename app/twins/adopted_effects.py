@@ -47,9 +47,8 @@ class UnseenGap:
     def sentence(self) -> str:
         before, after = (number(size / self.tolerance) for size in (self.before, self.after))
         return (
-            f"On configurations that the fit had not seen, the model error "
-            f"was {before} times the tolerance without "
-            f"and {after} times with what was adopted."
+            f"On configurations that the fit had not seen, the model error was {before} times the "
+            f"tolerance without and {after} times with what was adopted."
         )
 
 
@@ -89,9 +88,8 @@ class AdoptedEffects:
         if self.error is not None:
             return self.error.sentence
         return (
-            "The diagnosis did not measure the model error with these "
-            "effects on configurations that the fit had not "
-            "seen."
+            "The diagnosis did not measure the model error with these effects on configurations "
+            "that the fit had not seen."
         )
 
 
@@ -193,8 +191,7 @@ def adoption(verdict: Verdict, wanted: str) -> Adoption:
             f"{exceeded.effect} is not adopted: {item.name} = "
             f"{f'{exceeded.value:.3g} {item.unit}'.rstrip()} lies "
             f"{'beyond' if exceeded.is_beyond else 'at the end of'} its range "
-            f"({exceeded.limit:g}); this is a miss of "
-            "the law and not a value"
+            f"({exceeded.limit:g}); this is a miss of the law and not a value"
         )
     return Adoption(wanted, effects, probability, after=_after(verdict, wanted))
 

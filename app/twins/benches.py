@@ -88,9 +88,8 @@ class PlateDrawing:
         for name, point in points.items():
             if not _inside(self.outline_m, point):
                 raise ValueError(
-                    f"chain height {1e3 * height_m:g} mm: impact position "
-                    f"{name} would be at ({point[0]:.3g}, "
-                    f"{point[1]:.3g}) m, outside of the plate"
+                    f"chain height {1e3 * height_m:g} mm: impact position {name} would be at "
+                    f"({point[0]:.3g}, {point[1]:.3g}) m, outside of the plate"
                 )
         return replace(self, impact_points=points)
 

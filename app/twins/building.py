@@ -104,8 +104,7 @@ class TwinRequest:
         if not height.allows(self.chain_height_m / height.scale):
             raise ValueError(
                 f"chain height {1e3 * self.chain_height_m:g} mm: expected "
-                f"{height.expected_number}, for the plate "
-                f"hangs by links of {height.step:g} mm"
+                f"{height.expected_number}, for the plate hangs by links of {height.step:g} mm"
             )
 
 
@@ -455,9 +454,8 @@ def _learned(effects: tuple[Effect, ...], label: str) -> str:
         return ""
     names = ", ".join(effect.id for effect in effects)
     return (
-        f"{names} (adopted) does not act on {label}, which has learned it "
-        f"from measured pulses of this bench; "
-        "--effect adds it, --contact prior uses the law with it"
+        f"{names} (adopted) does not act on {label}, which has learned it from measured pulses of "
+        "this bench; --effect adds it, --contact prior uses the law with it"
     )
 
 
@@ -521,9 +519,8 @@ def _plates(
         spread = PlateSpread(frequency=0.002, damping=0.2)
         if request.chain_height_m:
             raise ValueError(
-                f"chain height {1e3 * request.chain_height_m:g} mm: the modal "
-                f"table knows the plate's shapes at the "
-                "points where they were measured only; leave the height out, "
+                f"chain height {1e3 * request.chain_height_m:g} mm: the modal table knows the "
+                "plate's shapes at the points where they were measured only; leave the height out, "
                 "or the table (--plate MATERIAL)"
             )
         return PlateStage({material.name: bench.modes}, effects, spread, bench.modes_source), ""

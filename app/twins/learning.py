@@ -75,9 +75,15 @@ def taught_gun(
             velocity or impact_velocity,
             (of_velocity if velocity else of_its_impact) or 0.0,
         )
-        for pressure, mass, velocity, of_velocity, impact_velocity, of_its_impact, source in session.execute(
-            query
-        )
+        for (
+            pressure,
+            mass,
+            velocity,
+            of_velocity,
+            impact_velocity,
+            of_its_impact,
+            source,
+        ) in session.execute(query)
         if velocity or (impact_velocity and velocity_kind(source) == BEFORE_CONTACT)
     ]
     if not rows:
@@ -94,8 +100,9 @@ def taught_gun(
     more_energy = "more energy than the gas of the stated bench can give"
     notes = [
         f"; {left_out} of {believed.size} shots have {more_energy}: left out" if left_out else "",
-        f"; {unlikely} of {believed.size} shots have {more_energy}: check the tank's volume and the travel of the "
-        "bench and the unit of the pressures; the velocity follows the shots" if unlikely else "",
+        f"; {unlikely} of {believed.size} shots have {more_energy}: check the tank's volume and "
+        "the travel of the bench and the unit of the pressures; the velocity follows the shots"
+        if unlikely else "",
     ]  # fmt: skip
     return gun, "".join(notes)
 

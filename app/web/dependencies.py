@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated
 
 from fastapi import Depends, Path
@@ -10,6 +9,7 @@ from pydantic import AfterValidator, Field
 from starlette.requests import Request
 
 from ...schema.session import Store, Writer
+from ..operations.operation import UNWRITABLE
 from .guard import INNER_SLASH
 from .jobs import Jobs
 from .settings import Settings
@@ -42,14 +42,12 @@ Configured = Annotated[Settings, Depends(_settings)]
 Name = Annotated[
     str, Path(max_length=1000), AfterValidator(lambda name: name.replace(INNER_SLASH, "/"))
 ]
-#: Control characters but for tabs and line ends, and halves of surrogate pairs.
-_UNWRITABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 
 
 def writable(text: str) -> str:
     """A text that every store, page and spreadsheet takes. Raises `ValueError` with the character
     that is none."""
-    unwritable = _UNWRITABLE.search(text)
+    unwritable = UNWRITABLE.search(text)
     if unwritable is not None:
         raise ValueError(
             f"has the character {unwritable[0]!r}, which cannot be written; leave it out"

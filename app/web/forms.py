@@ -17,14 +17,6 @@ from ...schema.conditions import ConditionError
 HEADER = "x-pyroshock-form"
 
 
-class FieldError(ValueError):
-    """A value of one field of a form that cannot be used. `field`: the name of its control."""
-
-    def __init__(self, field: str, message: str) -> None:
-        super().__init__(message)
-        self.field = field
-
-
 def is_form(request: Request) -> bool:
     """Whether the page's own script sent it, which reads JSON."""
     return HEADER in request.headers

@@ -30,11 +30,9 @@ UPLOADS = ("/ingest", "/api/ingest")
 _HEADERS = {
     # No address but this server's, whatever a page is made to hold. Styles within elements are how
     # plotly.js sizes its charts; data: and blob: are pictures that a page makes itself.
-    "content-security-policy": "default-src 'none'; script-src "
-    "'self'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; "
-    "form-action 'self'; frame-ancestors 'none'; "
-    "base-uri 'none'",
+    "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self' "
+    "'unsafe-inline'; img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; form-action "
+    "'self'; frame-ancestors 'none'; base-uri 'none'",
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
     "referrer-policy": "same-origin",

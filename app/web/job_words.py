@@ -102,9 +102,8 @@ def next_step_words(job: JobView, repeatable: bool) -> str:
         return ""
     if _FAULT in (job.error or ""):
         return (
-            "Nothing of what is stored is lost. Try again; if it fails "
-            "again, send this message to whoever operates "
-            "the server."
+            "Nothing of what is stored is lost. Try again; if it fails again, send this message to "
+            "whoever operates the server."
         )
     if not repeatable:
         return "Correct what the message names, and send the files or the form again."

@@ -6,11 +6,16 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Sequence
+from typing import Any
+
+from starlette.responses import RedirectResponse, Response
 
 from ...schema.engine import StoreRoleError
+from ...schema.jobs import DONE
 from ...schema.session import Store
 from ..jobs.claims import stop
 from ..jobs.kind import Arguments, JobForm, Kind
+from ..jobs.operation_kind import kind_of
 from ..jobs.queue import (
     JobView,
     ask,
@@ -22,6 +27,9 @@ from ..jobs.queue import (
     users_of,
 )
 from ..jobs.worker import Worker
+from ..operations.laboratory import Laboratory
+from ..operations.operation import Operation
+from ..operations.operation import Request as OperationRequest
 
 _log = logging.getLogger("pyroshock.web")
 
@@ -107,3 +115,31 @@ def _worked(worker: Worker) -> None:
         worker.run()
     except StoreRoleError as error:  # a reader's server shows pages
         _log.warning("%s; this server does no jobs", error)
+
+
+def finished_result(running: Jobs, key: int, kind: str, noun: str) -> Any:
+    """What a job of this kind has given. Raises `LookupError` for one of another kind, or that has
+    not ended well."""
+    job_row = running.get(key)
+    if job_row.state != DONE or job_row.kind != kind:
+        raise LookupError(f"job {key} is no finished {noun}; its page is /jobs/{key}")
+    return job_row.result
+
+
+def followed(job: JobView) -> Response:
+    """On to the page of a job."""
+    return RedirectResponse(f"/jobs/{job.key}", 303)
+
+
+def ask_operation(
+    operation: Operation[Any, Any],
+    request: OperationRequest,
+    laboratory: Laboratory,
+    jobs: Jobs,
+    host: str | None = None,
+) -> JobView:
+    """Queue a request. Raises what would only be refused after the work."""
+    if operation.check is not None:
+        operation.check(request, laboratory)
+    label = f"{operation.name.capitalize()} {operation.label(request)}".strip()
+    return jobs.ask(laboratory.store, kind_of(operation), label, request, host)

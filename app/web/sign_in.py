@@ -84,9 +84,8 @@ class SignIn:
         if wait_s > 0:
             raise SignInError(
                 429,
-                f"too many wrong tokens from {host}: the next one is looked "
-                f"at in {wait_s} s; sessions that are "
-                "open go on",
+                f"too many wrong tokens from {host}: the next one is looked at in {wait_s} s; "
+                "sessions that are open go on",
                 wait_s,
             )
         if self._token is not None and not hmac.compare_digest(

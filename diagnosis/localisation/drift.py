@@ -31,9 +31,8 @@ _FEWEST = 5
 _DRIFT = "from the first run to the last"
 _REPETITION = "from a setting's first repetition to its last"
 _CONFOUNDED = (
-    ", and {factors} changed in the same order: order of runs and {factors} "
-    "cannot be told apart before some levels "
-    "are run again"
+    ", and {factors} changed in the same order: order of runs and {factors} cannot be told apart "
+    "before some levels are run again"
 )
 
 
@@ -185,8 +184,7 @@ def _sentences(
             verb = "rises" if change[i] > 0 else "falls"
             surest[item.stage] = (
                 f"{item.stage}: measured less simulated {item.name} {verb} by "
-                f"{abs(change[i]):.2g}{unit} {stretch} "
-                f"(p = {trend.p_value[i]:.2g}){confounded}"
+                f"{abs(change[i]):.2g}{unit} {stretch} (p = {trend.p_value[i]:.2g}){confounded}"
             )
     return tuple(
         surest[stage]

@@ -57,9 +57,8 @@ def tensile_force(record: CampaignRecord) -> list[LikelyMistake]:
     if not shares or np.median(np.array(shares) / np.array(limits)) < 1.0:
         return []
     message = (
-        f"force pulls {float(np.median(shares)):.0%} as much as it pushes, "
-        f"which no contact does: is it another "
-        "sensor's channel? check the names in [channels.*] of campaign.toml"
+        f"force pulls {float(np.median(shares)):.0%} as much as it pushes, which no contact does: "
+        "is it another sensor's channel? check the names in [channels.*] of campaign.toml"
     )
     return [LikelyMistake("refuse", "force", message)]
 
@@ -143,10 +142,9 @@ def _reversed(fits: EarlyFits) -> Iterator[LikelyMistake]:
     for name, fit in zip(fits.names, np.diag(fits.correlation), strict=True):
         if fit <= _REVERSED:
             message = (
-                f"{name} begins with the sign opposite to the plate's "
-                f"(correlation {fit:.2f}): is its axis or polarity "
-                f"reversed? turn shape_{name} in the modal "
-                f"table, or its sensitivity in campaign.toml"
+                f"{name} begins with the sign opposite to the plate's (correlation {fit:.2f}): is "
+                f"its axis or polarity reversed? turn shape_{name} in the modal table, or its "
+                "sensitivity in campaign.toml"
             )
             yield LikelyMistake("refuse", name, message)
 
@@ -157,11 +155,9 @@ def _swapped(fits: EarlyFits) -> Iterator[LikelyMistake]:
         crossed, straight = (size[i, j] + size[j, i]) / 2, (size[i, i] + size[j, j]) / 2
         if min(size[i, j], size[j, i]) >= _WELL and crossed >= straight + _BETTER:
             message = (
-                f"{fits.names[i]} and {fits.names[j]} fit each other's place "
-                f"on the plate (correlation {crossed:.2f}) "
-                f"better than their own ({straight:.2f}): are they swapped? "
-                f"check [channels.*] in campaign.toml and "
-                "the columns of the modal table"
+                f"{fits.names[i]} and {fits.names[j]} fit each other's place on the plate "
+                f"(correlation {crossed:.2f}) better than their own ({straight:.2f}): are they "
+                "swapped? check [channels.*] in campaign.toml and the columns of the modal table"
             )
             yield LikelyMistake("refuse", fits.names[i], message)
 
@@ -235,9 +231,8 @@ def setting_findings(record: CampaignRecord) -> list[LikelyMistake]:
             continue
         unit = limit.below if value < limit.low else limit.above
         message = (
-            f"{setting} is {value:.4g}, and a bench has {limit.low:g} to "
-            f"{limit.high:g} in SI: is it in {unit}? "
-            "correct it where it stands in the campaign's folder"
+            f"{setting} is {value:.4g}, and a bench has {limit.low:g} to {limit.high:g} in SI: is "
+            f"it in {unit}? correct it where it stands in the campaign's folder"
         )
         findings.setdefault(setting, LikelyMistake("refuse", setting, message))
     return list(findings.values())

@@ -142,11 +142,9 @@ def unit_finding(
         :_NAMED
     ]
     message = (
-        f"{reading} is {math.exp(gap.centre):.3g} times what the {stage} can "
-        f"give ({gap.scatter:.0%} scatter between "
-        f"configurations), which a wrong unit does and physics hardly: is it "
-        f"{', or '.join(texts)}? "
-        f"{_REMEDY.get(first.channel, _SENSOR_REMEDY)}"
+        f"{reading} is {math.exp(gap.centre):.3g} times what the {stage} can give "
+        f"({gap.scatter:.0%} scatter between configurations), which a wrong unit does and physics "
+        f"hardly: is it {', or '.join(texts)}? {_REMEDY.get(first.channel, _SENSOR_REMEDY)}"
     )
     return LikelyMistake(first.severity or "name", first.channel, message)
 
@@ -197,9 +195,8 @@ def absolute_pressure(record: CampaignRecord, stages: Sequence[Stage]) -> list[L
     if before < _PRESSURE_GAP or not after <= min(_PRESSURE_REST, _PRESSURE_SHARE * before):
         return []
     message = (
-        f"tank_pressure: one atmosphere less takes the velocity's gap from "
-        f"{before:.0%} to {after:.0%}: are the "
-        "pressures absolute? tank_pressure_bar in runs.csv is gauge"
+        f"tank_pressure: one atmosphere less takes the velocity's gap from {before:.0%} to "
+        f"{after:.0%}: are the pressures absolute? tank_pressure_bar in runs.csv is gauge"
     )
     return [LikelyMistake("name", "tank_pressure", message)]
 

@@ -167,9 +167,8 @@ def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
         )
         if len(ratios) < len(pressures):
             yield (
-                f"tank pressure of {len(pressures) - len(ratios)} shots: the "
-                f"set one, on the line through what was set "
-                "and recorded in the others"
+                f"tank pressure of {len(pressures) - len(ratios)} shots: the set one, on the line "
+                "through what was set and recorded in the others"
             )
     elif pressures:
         yield "tank pressure: the set one, since none was recorded; gauge"
@@ -179,9 +178,8 @@ def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
             name for name in TRAVEL if any(name in c.factors for c in record.configurations)
         )
         yield (
-            f"travel to the vent holes: {min(travels) * 1e3:g} to "
-            f"{max(travels) * 1e3:g} mm, as the column {column} "
-            f"has it for {len(travels)} of {len(record.runs)} runs; "
+            f"travel to the vent holes: {min(travels) * 1e3:g} to {max(travels) * 1e3:g} mm, as "
+            f"the column {column} has it for {len(travels)} of {len(record.runs)} runs; "
             f"[bench.gun] has {record.gun.travel_m * 1e3:g} mm"
         )
 
@@ -194,18 +192,15 @@ def _tank_pressure(record: CampaignRecord, pressures: TankPressures) -> Iterator
     if pressures.levels:
         shares = [u_pa / level_pa for level_pa, u_pa in pressures.levels.values()]
         yield (
-            f"tank pressure of {len(pressures.levels)} shots whose record "
-            f"shows no certain rest: the level of the "
-            "record, given that the valve opens as long after the trigger as "
-            "in the other shots (standard uncertainty "
-            f"{float(np.median(shares)):.1%} in the median), is weighed with "
-            f"the line through the others"
+            f"tank pressure of {len(pressures.levels)} shots whose record shows no certain rest: "
+            "the level of the record, given that the valve opens as long after the trigger as in "
+            f"the other shots (standard uncertainty {float(np.median(shares)):.1%} in the median), "
+            "is weighed with the line through the others"
         )
     if pressures.without_passage:
         yield (
-            f"tank pressure: its record is not compared in "
-            f"{pressures.without_passage} shots, since no laser shows "
-            "when the projectile passed"
+            f"tank pressure: its record is not compared in {pressures.without_passage} shots, "
+            "since no laser shows when the projectile passed"
         )
     if pressures.rejected:
         yield (
@@ -221,9 +216,8 @@ def _velocity(hits: Sequence[StoredImpact]) -> Iterator[str]:
             (hit.velocity_u_m_s or 0.0) / hit.velocity_m_s for hit in integrated if hit.velocity_m_s
         ]
         yield (
-            f"impact velocity of {len(integrated)} of {len(hits)} hits: "
-            f"integrated from the impactor's acceleration "
-            f"(standard uncertainty "
+            f"impact velocity of {len(integrated)} of {len(hits)} hits: integrated from the "
+            "impactor's acceleration (standard uncertainty "
             f"{float(np.median(shares)) if shares else 0.0:.1%} in the median), which reads the "
             "velocity lost in compression: too low by what a yielding plate moves meanwhile"
         )
@@ -250,9 +244,8 @@ def _force(hits: Sequence[StoredImpact], series: HitSeries) -> Iterator[str]:
     silent = sum(hit.recording_id is not None and not hit.has_pulse for hit in hits)
     if series.without_force:
         yield (
-            f"no force was recorded with {series.without_force} of "
-            f"{len(hits)} hits: their accelerations are used from "
-            "where they begin to ring"
+            f"no force was recorded with {series.without_force} of {len(hits)} hits: their "
+            "accelerations are used from where they begin to ring"
         )
     elif silent:
         yield (
@@ -276,9 +269,8 @@ def _force(hits: Sequence[StoredImpact], series: HitSeries) -> Iterator[str]:
     for channel, count in sorted(series.rejected.items()):
         check_names = ", ".join(sorted(series.checks[channel]))
         yield (
-            f"{channel}: left out in {count} of {series.with_pulse} hits, "
-            f"since quality checks reject it there "
-            f"({check_names})"
+            f"{channel}: left out in {count} of {series.with_pulse} hits, since quality checks "
+            f"reject it there ({check_names})"
         )
 
 

@@ -183,9 +183,8 @@ def _refuse_empty(session: Session, campaign_id: int, empty: Mapping[str, int]) 
     for name, count in session.execute(channels):
         if empty.get(name) == count:
             raise ValueError(
-                f"channel {name} holds no number in any of its {count} "
-                f"recordings: mend these, or take "
-                f"[channels.{name}] out of campaign.toml, and ingest anew"
+                f"channel {name} holds no number in any of its {count} recordings: mend these, or "
+                f"take [channels.{name}] out of campaign.toml, and ingest anew"
             )
 
 

@@ -70,9 +70,8 @@ def from_two_levels(space: Space, coded: Floats, words: TwoLevelWords) -> Ids:
         axis = space.axes[index]
         if not axis.ordered and axis.size > 2 and words == "refuse":
             raise ValueError(
-                f"{axis.name} has {axis.size} levels without order "
-                f"({', '.join(axis.labels)}), and the design takes "
-                "two; expected fewer levels, or categorical=first-last"
+                f"{axis.name} has {axis.size} levels without order ({', '.join(axis.labels)}), and "
+                "the design takes two; expected fewer levels, or categorical=first-last"
             )
         rows[:, index] = np.where(coded[:, column] > 0, axis.size - 1, 0)
     return rows
@@ -115,9 +114,8 @@ def from_surface(space: Space, coded: Floats, ordered: list[int]) -> Ids:
 def _level_positions(axis: Axis, coded: Floats) -> Ids:
     if np.abs(coded).max() > 1 + 1e-9:
         raise ValueError(
-            f"{axis.name}: a run lies at {np.abs(coded).max():.3g} times its "
-            f"range; expected within the range: a "
-            "smaller cube, or face cci or ccf"
+            f"{axis.name}: a run lies at {np.abs(coded).max():.3g} times its range; expected "
+            "within the range: a smaller cube, or face cci or ccf"
         )
     exact = (np.asarray(coded) + 1) / 2 * (axis.size - 1)
     places = np.rint(exact)

@@ -230,9 +230,8 @@ METHODS: Mapping[str, DesignMethod] = {
             ),
             Option(
                 "resolution",
-                "Set the resolution: with 3, main effects "
-                "are aliased with pairs; with 4, pairs with "
-                "pairs; with 5, neither.",
+                "Set the resolution: with 3, main effects are aliased with pairs; with 4, pairs "
+                "with pairs; with 5, neither.",
                 4,
                 int,
             ),
@@ -284,9 +283,8 @@ METHODS: Mapping[str, DesignMethod] = {
             _SURFACE_WORDS,
         ],
         repeats=True,
-        example="plan central-composite surface --range tank_pressure_bar=1:6 "
-        "--range bullet_mass_kg=0.2:0.6 "
-        "--categorical cross",
+        example="plan central-composite surface --range tank_pressure_bar=1:6 --range "
+        "bullet_mass_kg=0.2:0.6 --categorical cross",
     ),
     "box-behnken": DesignMethod(
         "Box-Behnken design",
@@ -310,9 +308,8 @@ METHODS: Mapping[str, DesignMethod] = {
         [
             Option(
                 "criterion",
-                "Choose what is optimised: D takes the determinant of the "
-                "information, A the variance "
-                "of the coefficients, I the variance of predictions.",
+                "Choose what is optimised: D takes the determinant of the information, A the "
+                "variance of the coefficients, I the variance of predictions.",
                 "D",
                 choices=get_args(OptimalCriterion),
             ),

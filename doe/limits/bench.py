@@ -277,8 +277,8 @@ class BenchLimits:
         if self.safety_plate_material not in BALLISTIC_LAWS:
             law_names = ", ".join(BALLISTIC_LAWS)
             raise ValueError(
-                f"safety_plate_material = "
-                f"{self.safety_plate_material!r}: expected one of {law_names}"
+                f"safety_plate_material = {self.safety_plate_material!r}: expected one of "
+                f"{law_names}"
             )
         if self.safety_plate_margin < 1:
             raise ValueError(

@@ -164,10 +164,10 @@ class TermPower:
     columns: int  #: of the model: one less than the levels, one for a continuous factor
     variance_inflation: float  #: 1 is best
     power: float  #: chance that the effect asked for is called real; 0 where it cannot be estimated
-    smallest_effect: float  #: that is seen with a chance of 80 %, in standard deviations of a run; may be infinite
-    runs_needed: (
-        int | None
-    )  #: of a design as good as this one, for a power of 80 %; None where it has no estimate
+    #: that is seen with a chance of 80 %, in standard deviations of a run; may be infinite
+    smallest_effect: float
+    #: of a design as good as this one, for a power of 80 %; None where it has no estimate
+    runs_needed: int | None
 
 
 def main_effect_power(

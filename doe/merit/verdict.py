@@ -133,9 +133,8 @@ def _verdict(reasons: list[Reason], power: list[TermPower], effect: float) -> Pl
         return PlanVerdict("poor", f"The plan is poor: {_count(faults, 'fault')}.", tuple(reasons))
     seen = min((term.power for term in power), default=0.0)
     able = (
-        f"every main effect of {effect:g} standard deviations of a run is "
-        f"seen with a chance of at least "
-        f"{math.floor(100 * seen)} %"
+        f"every main effect of {effect:g} standard deviations of a run is seen with a chance of at "
+        f"least {math.floor(100 * seen)} %"
     )
     if cautions:
         return PlanVerdict(
@@ -184,9 +183,8 @@ def _level_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
                 "fault",
                 f"{_words(axis.name)} has no run at "
                 f"{', '.join(unused)}: nothing will be known there.",
-                "Add runs with plan augment, which takes the levels that "
-                "have too few, or leave the level out of the "
-                "factors.",
+                "Add runs with plan augment, which takes the levels that have too few, or leave "
+                "the level out of the factors.",
             )
         elif (
             not two_levels
@@ -195,9 +193,8 @@ def _level_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
         ):
             yield Reason(
                 "caution",
-                f"The levels of {_words(axis.name)} are uneven: "
-                f"{axis_counts.min()} to {axis_counts.max()} runs, where "
-                f"{share:.1f} is the balanced share.",
+                f"The levels of {_words(axis.name)} are uneven: {axis_counts.min()} to "
+                f"{axis_counts.max()} runs, where {share:.1f} is the balanced share.",
                 "Add runs with plan augment, or make the plan with the "
                 "method lhs and its criterion balance.",
             )
@@ -216,9 +213,8 @@ def _pair_reasons(space: Space, cells: Levels) -> Iterator[Reason]:
     if empty:
         yield Reason(
             "caution",
-            f"{empty} of {_count(pairs, 'pair')} of levels "
-            f"{'has' if empty == 1 else 'have'} no run, though there are "
-            f"runs enough: {_some(examples)}.",
+            f"{empty} of {_count(pairs, 'pair')} of levels {'has' if empty == 1 else 'have'} no "
+            f"run, though there are runs enough: {_some(examples)}.",
             "Add runs with plan augment, or make the plan with the method "
             "lhs and its criterion balance.",
         )
@@ -307,9 +303,8 @@ def _set_up_reasons(space: Space, rows: Levels) -> Iterator[Reason]:
     if seldom:
         yield Reason(
             "note",
-            f"These factors are set up so seldom that the scatter of a set-up "
-            f"cannot be told from their effect, and "
-            f"their power does not count it: {_some(seldom)}.",
+            "These factors are set up so seldom that the scatter of a set-up cannot be told from "
+            f"their effect, and their power does not count it: {_some(seldom)}.",
             "Make the plan with more --blocks, if a set-up does not come "
             "back to the same state each time.",
         )
@@ -327,9 +322,8 @@ def _power_reasons(power: list[TermPower], effect: float, runs: int) -> Iterator
     if runs <= coefficients:
         yield Reason(
             "fault",
-            f"{_count(runs, 'run')} are too few for the {coefficients} "
-            f"coefficients of all main effects and a measure "
-            "of their scatter.",
+            f"{_count(runs, 'run')} are too few for the {coefficients} coefficients of all main "
+            "effects and a measure of their scatter.",
             f"Make the plan with {2 * coefficients} runs or more, or leave out a factor.",
         )
         return
@@ -349,9 +343,8 @@ def _power_reasons(power: list[TermPower], effect: float, runs: int) -> Iterator
             "fault" if min(term.power for term in weak) < _LOW_POWER else "caution",
             f"An effect of {effect:g} standard deviations of a run is seen with a chance below "
             f"{100 * ENOUGH_POWER:.0f} %: {_some(names)}.",
-            f"Make the plan with about {needed} runs. Repetitions of a run "
-            f"help only as far as they make its mean more "
-            "certain.",
+            f"Make the plan with about {needed} runs. Repetitions of a run help only as far as "
+            "they make its mean more certain.",
         )
 
 
@@ -372,9 +365,8 @@ def _efficiency_reasons(figures: Quality, power: list[TermPower]) -> Iterator[Re
     if 0 < share < _LOW_EFFICIENCY:
         yield Reason(
             "caution",
-            f"The D-efficiency is {100 * share:.0f} % of that of a balanced "
-            f"orthogonal design: the runs say less of "
-            "the main effects than they could.",
+            f"The D-efficiency is {100 * share:.0f} % of that of a balanced orthogonal design: the "
+            "runs say less of the main effects than they could.",
             "Make the plan with the method optimal, or with lhs and its criterion balance.",
         )
 
@@ -383,9 +375,8 @@ def _repeat_reasons(space: Space, figures: Quality) -> Iterator[Reason]:
     if figures.runs > 1 and figures.distinct == figures.runs:
         yield Reason(
             "note",
-            "No treatment is run twice, so that the scatter from one set-up "
-            "to the next is not measured; repetitions "
-            "of a run do not show it.",
+            "No treatment is run twice, so that the scatter from one set-up to the next is not "
+            "measured; repetitions of a run do not show it.",
             # words have no centre: their levels take turns, and few centre points are alike
             "Add --replicates 2."
             if any(not axis.ordered for axis in space.axes)

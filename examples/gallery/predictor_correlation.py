@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pyroshock.app.common.plots import new_figure
-from pyroshock.app.train.datasets import draw_correlation
+from pyroshock.app.operations.train.datasets import draw_correlation
 
 from .virtual_campaign import HammerCampaign
 

@@ -263,10 +263,9 @@ MAY = {
     ADMIN: "and upgrade the store, whose tables it owns",
 }
 _MEMBERS = text(
-    "SELECT granted.rolname, member.rolname FROM pg_auth_members"
-    " JOIN pg_roles granted ON granted.oid = roleid JOIN pg_roles member ON "
-    "member.oid = pg_auth_members.member"
-    " ORDER BY member.rolname"
+    "SELECT granted.rolname, member.rolname FROM pg_auth_members JOIN pg_roles granted ON "
+    "granted.oid = roleid JOIN pg_roles member ON member.oid = pg_auth_members.member ORDER BY "
+    "member.rolname"
 )
 
 

@@ -175,9 +175,8 @@ def verify(copy: Connection, table: Table, written: TableDigest, bar: ProgressBa
     digest = TableDigest().take(bar.watch(iter_batches(copy, table), f"verifying {table.name}"))
     if digest != written:
         raise StoreError(
-            f"table {table.name} does not read back as it was copied "
-            f"({digest.rows} rows of {written.rows}); "
-            "nothing is kept"
+            f"table {table.name} does not read back as it was copied ({digest.rows} rows of "
+            f"{written.rows}); nothing is kept"
         )
 
 

@@ -165,9 +165,8 @@ def _refuse_damaged_file(file: Path, findings: Sequence[IntegrityFinding]) -> No
     if len(findings) > _MOST_FINDINGS:
         lines.append(f"and {len(findings) - _MOST_FINDINGS} further findings")
     raise ForeignFileError(
-        f"{file} is refused, and nothing of it was stored: "
-        f"{'; '.join(lines)}; ask for another export, or take the "
-        "file from its backup"
+        f"{file} is refused, and nothing of it was stored: {'; '.join(lines)}; ask for another "
+        "export, or take the file from its backup"
     )
 
 
@@ -227,9 +226,8 @@ def _refuse_other_revision(connection: Connection, file: Path, tables: set[str])
             "" if revision >= migrate.FIRST_WITH_ROW_HASHES else ", and its rows carry no hashes"
         )
         raise StoreVersionError(
-            f"{file} is at revision {revision}, older than this "
-            f"software{without}: pyroshock db upgrade --db "
-            f"{address_of(file)} checks what had a hash and gives each row its own"
+            f"{file} is at revision {revision}, older than this software{without}: pyroshock db "
+            f"upgrade --db {address_of(file)} checks what had a hash and gives each row its own"
         )
     raise StoreVersionError(
         f"{file} is at revision {revision!r:.40}, which this software does "

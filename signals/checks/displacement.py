@@ -34,10 +34,9 @@ def check_displacement(channel: Channel, contacts: tuple[Contact, ...]) -> list[
         "limit_ratio": LIMIT,
     }
     message = (
-        f"integrates to {farthest_m * 1e3:.3g} mm, where "
-        f"{motion.shock_velocity_m_s:.3g} m/s kept to the end would "
-        f"give {reach_m * 1e3:.3g} mm: the baseline wanders; high-pass the "
-        f"record, or use only lines far above it"
+        f"integrates to {farthest_m * 1e3:.3g} mm, where {motion.shock_velocity_m_s:.3g} m/s kept "
+        f"to the end would give {reach_m * 1e3:.3g} mm: the baseline wanders; high-pass the "
+        "record, or use only lines far above it"
     )
     return [
         Finding(

@@ -79,8 +79,7 @@ def _finding(
         "delay_s": delay_s,
     }
     message = (
-        f"a second hit of {second_n:.4g} N ({second_n / first_n:.0%} of the "
-        f"first, limit {MIN_SHARE:.0%}) "
-        f"follows after {delay_s * 1e3:.3g} ms"
+        f"a second hit of {second_n:.4g} N ({second_n / first_n:.0%} of the first, limit "
+        f"{MIN_SHARE:.0%}) follows after {delay_s * 1e3:.3g} ms"
     )
     return Finding("double-hit", "warning", message, channel.name, evidence, index)

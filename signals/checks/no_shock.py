@@ -75,9 +75,8 @@ def _nothing(channel: Channel, peak: float, sigma: float, limit: float, ratio: f
         "limit_swing_ratio": MIN_SWING_RATIO,
     }
     message = (
-        f"no shock: the largest excursion of {peak:.3g} m/s2 is "
-        f"{peak / sigma:.2g} times the noise (a shock has more "
-        f"than {limit:.2g}), and no part of the record swings "
+        f"no shock: the largest excursion of {peak:.3g} m/s2 is {peak / sigma:.2g} times the noise "
+        f"(a shock has more than {limit:.2g}), and no part of the record swings "
         f"{MIN_SWING_RATIO:g} times as much as a quiet one"
     )
     return Finding("no-shock", "reject", message, channel.name, evidence)

@@ -48,10 +48,9 @@ def check_noise_floor(channel: Channel, spectrum: Spectrum) -> list[Finding]:
         else "use no line"
     )
     message = (
-        f"the noise before the shock, {below_peak_db:.0f} dB below its peak, "
-        f"is less than {LIMIT_DB:g} dB below the "
-        f"spectrum at {np.count_nonzero(low)} of {np.count_nonzero(judged)} "
-        f"lines: {advice}, or measure with less noise"
+        f"the noise before the shock, {below_peak_db:.0f} dB below its peak, is less than "
+        f"{LIMIT_DB:g} dB below the spectrum at {np.count_nonzero(low)} of "
+        f"{np.count_nonzero(judged)} lines: {advice}, or measure with less noise"
     )
     evidence = {
         "from_hz": float(from_hz) if from_hz <= to_hz else None,

@@ -40,10 +40,9 @@ def _finding(channel: Channel, contact: int | None, runs: SampleRuns) -> Finding
     }
     more = f" (and {at.size - 1} more)" if at.size > 1 else ""
     message = (
-        f"sample {first} at {evidence['first_time_s']:.6g} s{more} is no "
-        f"reading: {float(channel.recorded[first]):.7g} "
-        f"in the file, {float(channel.si[first]):.4g} {unit} where its neighbours give "
-        f"{float(channel.readings[first]):.4g} {unit}; export the record "
-        f"again without placeholders, or mend the sample"
+        f"sample {first} at {evidence['first_time_s']:.6g} s{more} is no reading: "
+        f"{float(channel.recorded[first]):.7g} in the file, {float(channel.si[first]):.4g} {unit} "
+        f"where its neighbours give {float(channel.readings[first]):.4g} {unit}; export the record "
+        "again without placeholders, or mend the sample"
     )
     return Finding("placeholder", "reject", message, channel.name, evidence, contact)

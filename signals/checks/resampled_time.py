@@ -26,8 +26,7 @@ def check_resampled_time(channel: Channel, _: tuple[Contact, ...]) -> list[Findi
     )
     message = (
         f"time was uneven (steps from {facts['shortest_step_s']:.4g} to "
-        f"{facts['longest_step_s']:.4g} s) and is "
-        f"resampled at {channel.sampling_rate_hz:.6g} Hz; a sample errs by at "
-        f"most {100 * share:.2g} % of the peak"
+        f"{facts['longest_step_s']:.4g} s) and is resampled at {channel.sampling_rate_hz:.6g} Hz; "
+        f"a sample errs by at most {100 * share:.2g} % of the peak"
     )
     return [Finding("resampled-time", severity, message, channel.name, dict(facts))]

@@ -39,17 +39,15 @@ def check_sampling(channel: Channel, spectrum: Spectrum) -> list[Finding]:
     share = f"{error[worst]:.0%} of the line" if np.isfinite(error[worst]) else "the whole line"
     if folded:
         message = (
-            f"{spectrum.high_share:.0%} of the peak lie close to "
-            f"{half_hz:.4g} Hz, half the sampling rate, and cannot "
-            f"be told from content above it, which may have changed {share} "
-            f"at {worst_hz:.4g} Hz (limit {LIMIT:.0%}): "
-            "record faster, or with an anti-alias filter"
+            f"{spectrum.high_share:.0%} of the peak lie close to {half_hz:.4g} Hz, half the "
+            "sampling rate, and cannot be told from content above it, which may have changed "
+            f"{share} at {worst_hz:.4g} Hz (limit {LIMIT:.0%}): record faster, or with an "
+            "anti-alias filter"
         )
     else:
         message = (
-            f"{channel.sampling_rate_hz:g} Hz may hide {share} at "
-            f"{worst_hz:.4g} Hz (limit {LIMIT:.0%}): let the "
-            "record be resampled (without --no-resample), or record faster"
+            f"{channel.sampling_rate_hz:g} Hz may hide {share} at {worst_hz:.4g} Hz (limit "
+            f"{LIMIT:.0%}): let the record be resampled (without --no-resample), or record faster"
         )
     evidence = {
         "hidden_share": _finite(float(error[worst])),

@@ -40,8 +40,7 @@ def check_truncation(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
         "limit_share": LIMIT,
     }
     message = (
-        f"still swings by {swing / span.peak:.0%} of its peak at its end: a "
-        f"spectrum's slow lines and moments miss the "
-        "rest; record longer"
+        f"still swings by {swing / span.peak:.0%} of its peak at its end: a spectrum's slow lines "
+        "and moments miss the rest; record longer"
     )
     return [Finding("truncation", "note", message, channel.name, evidence)]

@@ -36,9 +36,8 @@ def check_velocity(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
         "limit_ratio": LIMIT,
     }
     message = (
-        f"integrates to {final_m_s:.3g} m/s at the end, after {shock_m_s:.3g} "
-        f"m/s in the shock: an offset, unless "
-        "something pushed on; do not trust lines of a spectrum at which the "
+        f"integrates to {final_m_s:.3g} m/s at the end, after {shock_m_s:.3g} m/s in the shock: an "
+        "offset, unless something pushed on; do not trust lines of a spectrum at which the "
         "pseudo-velocity is of that size"
     )
     return [

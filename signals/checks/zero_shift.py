@@ -114,9 +114,8 @@ def _acceleration_finding(
         "could_be_tilt": abs(levels.shift) <= TILT_M_S2,
     }
     message = (
-        f"offset of {levels.shift:.4g} m/s2 after the shock: it integrates to "
-        f"{residual_m_s:.3g} m/s by the end, "
-        f"{ratio:.3g} times the peak velocity (limit {MAX_VELOCITY_RATIO:g})"
+        f"offset of {levels.shift:.4g} m/s2 after the shock: it integrates to {residual_m_s:.3g} "
+        f"m/s by the end, {ratio:.3g} times the peak velocity (limit {MAX_VELOCITY_RATIO:g})"
     )
     evidence = {**_evidence(levels, span, "m_s2"), **velocity}
     return [Finding("zero-shift", severity, message, channel.name, evidence)]

@@ -6,13 +6,14 @@ D(w) of content at w, and a peak lies at most half a sample beside a sample, whe
 fallen by at most a2 / 8 for a2 the second derivative of the response in samples. Both follow from
 d2: as time series, what one d2 contributes is at most
 
-    line * (0.09 e(k) + rest)       e(k) = exp(-zeta line k) / sqrt(1 - zeta^2), k samples later, line in rad a sample,
+    line * (0.09 e(k) + rest)       e(k) = exp(-zeta line k) / sqrt(1 - zeta^2),
 
-for straight lines, 1.08 in place of 0.09 for a2, and the parts that do not decay so add up to no
-more than the rests below. Where the record is slower than the line, the response follows it, and d2
-itself with the same sums over fourth differences d4 and 1 / line in place of line is the smaller
-bound. Where it is faster, a2 follows from the equation of the oscillator, a2 = line^2 (a - x) + 2
-zeta line (a' - x'), and from Landau's inequality |x'|^2 <= 2 |x| |x''|.
+k samples later, line in rad a sample, for straight lines, 1.08 in place of 0.09 for a2, and the
+parts that do not decay so add up to no more than the rests below. Where the record is slower than
+the line, the response follows it, and d2 itself with the same sums over fourth differences d4 and 1
+/ line in place of line is the smaller bound. Where it is faster, a2 follows from the equation of
+the oscillator, a2 = line^2 (a - x) + 2 zeta line (a' - x'), and from Landau's inequality |x'|^2 <=
+2 |x| |x''|.
 
 The numbers hold for lines up to `MOST_LINE` and damping up to `MOST_DAMPING`;
 `test_difference_bound.py` transforms the functions of frequency and compares.

@@ -11,8 +11,14 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from pyroshock.app.diagnose import diagnosing
-from pyroshock.app.tune import session as tuning_session
+from pyroshock.app.operations.diagnose import diagnosing
+from pyroshock.app.operations.tune import session as tuning_session
+from pyroshock.app.operations.validate.report import validation_document
+from pyroshock.app.operations.validate.validation import (
+    ValidationRequest,
+    adopted_lines,
+    run_validation,
+)
 from pyroshock.app.twins import adopted_effects, learning
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.adopted_effects import (
@@ -28,8 +34,6 @@ from pyroshock.app.twins.adopted_effects import (
     offered,
 )
 from pyroshock.app.twins.building import TwinRequest
-from pyroshock.app.validate.report import validation_document
-from pyroshock.app.validate.validation import ValidationRequest, adopted_lines, run_validation
 from pyroshock.diagnosis.verdict import (
     AveragedEffects,
     Cause,

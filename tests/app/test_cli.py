@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from pyroshock import __version__
-from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.app.common.filters import parse_where
+from pyroshock.app.doors.command_line.main import COMMANDS, main
 from pyroshock.schema.listings import Condition
 from support.records.campaigns import (
     blows,
@@ -95,7 +95,8 @@ def test_json_goes_to_a_file_and_listings_have_the_contracts_keys(filled, tmp_pa
 @pytest.mark.parametrize(("words", "said"), [
     (("plann",), "No such command 'plann'; did you mean plan, plans?"),
     (("qqq",), "No such command 'qqq'; pyroshock --help lists them"),
-    (("plan", "show"), "No such command 'show'; " "augment, " "box-behnken, " "central-composite, " "discard, discriminate,"),
+    (("plan", "show"),
+     "No such command 'show'; augment, box-behnken, central-composite, discard, discriminate,"),
 ])  # fmt: skip
 def test_unknown_command_is_told_which_there_are(words, said):
     assert run(*words, code=2).stderr.startswith(f"pyroshock: {said}")
@@ -327,7 +328,7 @@ def test_material_is_added_once_and_extract_keeps_the_old_version(tmp_path):
 
 
 def test_closed_pipe_is_no_error(filled):
-    code = "from pyroshock.app.cli.main import main; main()"
+    code = "from pyroshock.app.doors.command_line.main import main; main()"
     with subprocess.Popen(
         [sys.executable, "-c", code, "impacts", "--db", filled, "--json"],
         stdout=subprocess.PIPE,

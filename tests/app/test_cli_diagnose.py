@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.diagnose import diagnosing
-from pyroshock.app.diagnose.diagnosing import record_of
-from pyroshock.app.diagnose.request import DiagnosisRequest
+from pyroshock.app.operations.diagnose import diagnosing
+from pyroshock.app.operations.diagnose.diagnosing import record_of
+from pyroshock.app.operations.diagnose.request import DiagnosisRequest
 from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, Verdict
 from support.records import verdicts
@@ -180,10 +180,13 @@ def test_restricted_diagnosis_names_no_other_effect_and_says_so(
 
 
 @pytest.mark.parametrize(("words", "message"), [
-    (("--with", "gun.magic"), "--with 'gun.magic': the catalogue has " "no such effect; it " "has gun.back_pressure"),
+    (("--with", "gun.magic"),
+     "--with 'gun.magic': the catalogue has no such effect; it has gun.back_pressure"),
     (("--without", "gun.magic"), "--without 'gun.magic': the catalogue has no such effect"),
-    (("--with", "plate.damping"), "the channels of spring cannot show " "this effect; they " "can show gun.back_p"),
-    (("--with", "gun.blow_by", "--without", "gun.blow_by"), "leave no effect to " "consider for spring"),
+    (("--with", "plate.damping"),
+     "the channels of spring cannot show this effect; they can show gun.back_p"),
+    (("--with", "gun.blow_by", "--without", "gun.blow_by"),
+     "leave no effect to consider for spring"),
 ])  # fmt: skip
 def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(
     lab: str, words, message
@@ -206,14 +209,19 @@ def test_every_answer_is_a_finished_diagnosis(
 
 @pytest.mark.parametrize(("words", "message"), [
     (("summer",), "no campaign and no folder 'summer'; campaigns: spring"),
-    (("spring", "--simulator", "magic"), "--simulator is 'magic'; " "expected " "nominal, or MODEL@VERSION"),
+    (("spring", "--simulator", "magic"),
+     "--simulator is 'magic'; expected nominal, or MODEL@VERSION"),
     (("spring", "--simulator", "models:/hybrid@1"), "no registered model 'hybrid@1'"),
     (("spring", "--tolerance", "gun=1"), "--tolerance is 'gun=1'; expected gun=1%"),
     (("spring", "--tolerance", "laser=1%"), "--tolerance is 'laser=1%'"),
-    (("spring", "--uncertain", "friction_coefficient"), "'friction_coefficient'; " "expected " "NUMBER=SD, such as gun."),
-    (("spring", "--uncertain", "bullet_mass=0.1"), "no number " "'bullet_mass'; the " "nearest is gun.bullet_mass_kg"),
-    (("spring", "--uncertain", "contact.friction_coeff=1"), "the nearest is " "gun.friction_coefficient"),
-    (("spring", "--uncertain", "weather=0.1"), "no number 'weather'; " "there are " "gun.tank_volume_m3, "),
+    (("spring", "--uncertain", "friction_coefficient"),
+     "'friction_coefficient'; expected NUMBER=SD, such as gun."),
+    (("spring", "--uncertain", "bullet_mass=0.1"),
+     "no number 'bullet_mass'; the nearest is gun.bullet_mass_kg"),
+    (("spring", "--uncertain", "contact.friction_coeff=1"),
+     "the nearest is gun.friction_coefficient"),
+    (("spring", "--uncertain", "weather=0.1"),
+     "no number 'weather'; there are gun.tank_volume_m3, "),
     (("spring", "--uncertain", "travel_m=-1"), "'travel_m=-1'; expected NUMBER=SD"),
     (("spring", "--list", "--db", "sqlite:///none.db"), "no store at"),
     (("summer", "--list"), "'summer'"),

@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.main import main
 from pyroshock.app.demo.demo import ingest_examples
-from pyroshock.app.predict.arguments import parse_effect
-from pyroshock.app.predict.batch import assumed, rows_of_file
-from pyroshock.app.predict.cli import predict
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.operations.predict.arguments import parse_effect
+from pyroshock.app.operations.predict.batch import assumed, rows_of_file
 from pyroshock.app.twins import building as twins
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
@@ -240,15 +240,18 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
         ("--coupled", "--contact", "hunter"),
         "--coupled with the contact 'hunter', which is not solved in time: expected --contact",
     ),
-    (("--tank-pressure", "5"), "--tank-pressure " "is '5'; expected a " "number with a " "unit: did you mean 5bar?"),
-    (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and " "--tank-pressure: " "expected one of them"),
+    (("--tank-pressure", "5"),
+     "--tank-pressure is '5'; expected a number with a unit: did you mean 5bar?"),
+    (("--tank-pressure", "5bar", "--velocity", "3m/s"),
+     "--velocity and --tank-pressure: expected one of them"),
     (("--tip", "cheese"), "no material 'cheese'; there are: aluminum"),
     (("--insulator", "polymeric"), "without an anvil"),
     (("--contact", "magic"), "no law of contact 'magic'"),
     (("--contact", "registered"), "no model is in use for the gun; make one so: pyroshock promote"),
     (("--effect", "gun.magic"), "no effect 'gun.magic'"),
     (("--effect", "sensor.force_gain:gain=loud"), "expected NAME=VALUE in SI"),
-    (("--effect", "sensor.force_gain:gain=99"), "sensor.force_gain: gain " "= 99.0; expected 0.2 to 5"),
+    (("--effect", "sensor.force_gain:gain=99"),
+     "sensor.force_gain: gain = 99.0; expected 0.2 to 5"),
     (("--sensor-at", "here"), "--sensor-at is 'here'; expected X,Y in m"),
     (("--impact-position", "#7"), "no impact position '#7' on this plate"),
     (("--campaign", "spring"), "no campaign 'spring'"),
@@ -397,7 +400,8 @@ def test_slip_in_a_table_is_one_line_with_its_run(lab, table, message):
     (("--plan", "spring"), "no plan 'spring': there is no store"),
     (("--shots", "shots.csv", "--tip", "steel"), "--tip: of one shot"),
     (("--out", "x.csv"), "--out and --spectra go with --plan or --shots"),
-    (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"), "a name that ends in " ".csv or .parquet or .json"),
+    (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"),
+     "a name that ends in .csv or .parquet or .json"),
 ])  # fmt: skip
 def test_options_that_do_not_go_together_are_refused(lab, words, message):
     assert message in run_table(*words, refused=True)

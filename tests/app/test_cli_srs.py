@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.impacts.spectra import parse_lines
-from pyroshock.app.impacts.spectra_cli import srs
+from pyroshock.app.doors.commands.spectra import srs
+from pyroshock.app.operations.impacts.spectra import parse_lines
 from pyroshock.signals.checks import SPECTRUM_CHECKS
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.srs.target_csv import read_target

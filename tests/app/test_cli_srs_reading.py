@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from nptdms import ChannelObject, TdmsWriter
-from pyroshock.app.impacts.spectra_cli import srs
+from pyroshock.app.doors.commands.spectra import srs
 
 LINES = "500,1000,2000"
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.common.number_format import percent
-from pyroshock.app.tune.bench_adapter import setting_json, tuning_space
-from pyroshock.app.tune.session import Ask, TuningSession, session_of
+from pyroshock.app.operations.tune.bench_adapter import setting_json, tuning_space
+from pyroshock.app.operations.tune.session import Ask, TuningSession, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.limits.bench import BenchLimits

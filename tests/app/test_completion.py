@@ -16,7 +16,7 @@ from typing import IO
 import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
-from pyroshock.app.cli.main import COMMANDS, main
+from pyroshock.app.doors.command_line.main import COMMANDS, main
 from pyroshock.schema.tables import metadata
 from pyroshock.twin.effects import catalogue
 from support.missing import needs_program
@@ -140,8 +140,8 @@ def test_the_option_goes_before_the_environment_and_commands_and_effects_are_off
 
 @pytest.mark.parametrize(
     "address",
-    ["sqlite:///missing.db", "sqlite:///damaged.db", "sqlite:///no/folder/lab.db", "sqlite://", "nonsense", "mysql://x",
-     "postgresql+psycopg://nobody@127.0.0.1:1/lab", ""],
+    ["sqlite:///missing.db", "sqlite:///damaged.db", "sqlite:///no/folder/lab.db", "sqlite://",
+     "nonsense", "mysql://x", "postgresql+psycopg://nobody@127.0.0.1:1/lab", ""],
 )  # fmt: skip
 @pytest.mark.parametrize("words", [("validate", ""), ("promote", "")])
 def test_no_store_has_no_names_and_is_not_made(address, words, monkeypatch, tmp_path):
@@ -165,8 +165,8 @@ TYPED = {
     "pyroshock validate fi": "validate first-shots",
     "pyroshock models show tree@1": "models show tree@1",
     "pyroshock dataset build x --from spring,fi": "dataset build x --from spring,first-shots",
-    "pyroshock diagnose x "
-    "--without gun.leak,sensor.zero": "diagnose x --without gun.leak,sensor.zero_shift",
+    "pyroshock diagnose x --without "
+    "gun.leak,sensor.zero": "diagnose x --without gun.leak,sensor.zero_shift",
     "pyroshock predict --contact=lin": "predict --contact=linear@1",
     "pyroshock promote linear@": "promote linear@1",
 }
@@ -261,7 +261,7 @@ def test_the_tab_key_completes_in_each_shell_as_documented(shell_home: Path):
 def test_completion_imports_neither_sqlalchemy_nor_mlflow(store):
     code = (
         "import sys; from click.shell_completion import ShellComplete; from "
-        "pyroshock.app.cli.main import main\n"
+        "pyroshock.app.doors.command_line.main import main\n"
         "for words in (['validate'], ['promote'], ['impacts', '--campaign'], "
         "['diagnose', 'x', '--with'], []):\n"
         "    assert ShellComplete(main, {}, 'pyroshock', '_X').get_completions(words, '')\n"

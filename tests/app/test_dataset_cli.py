@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.train.dataset_cli import dataset
+from pyroshock.app.doors.commands.dataset import dataset
 from pyroshock.dataset.snapshot import read_snapshot
 from support.stores.hammer_stores import HITS, copied, filled_store, full_campaign
 from support.stores.stores import opened

@@ -9,9 +9,10 @@ from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
 from pyroshock.app.common.model_registry import MissingExtraError
-from pyroshock.app.demo import chapters, cli, virtual_campaign
+from pyroshock.app.demo import chapters, virtual_campaign
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.doors.commands import demo as cli
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 from click.testing import Result
-from pyroshock.app.diagnose import diagnosing
-from pyroshock.app.diagnose.diagnosing import keep
-from pyroshock.app.diagnose.discriminating_plan import factors_toml
+from pyroshock.app.operations.diagnose import diagnosing
+from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.discriminating_plan import factors_toml
 from pyroshock.diagnosis.verdict import NextRun
 from pyroshock.doe.space import space_from_text
 from support.records import verdicts
@@ -73,7 +73,8 @@ def test_sheet_and_status_know_the_plan(lab: str, tmp_path: Path) -> None:
     ("spring", [NEXT], {"repetitions": 4, "tank_pressure_pa": 45_000.0, "bullet_mass_kg": 0.1428,
                         "tip_material": "PLA"}),
     ("spring", [NEXT, NextRun("separates A from C", dict(NEXT.settings), 7)], {"repetitions": 7}),
-    ("spring", [NextRun("by their own names, in SI", {"tank_pressure": 45_000.0, "bullet_mass": 0.1428}, 3)],
+    ("spring",
+     [NextRun("by their own names, in SI", {"tank_pressure": 45_000.0, "bullet_mass": 0.1428}, 3)],
      {"tank_pressure_pa": 45_000.0}),
     ("hammer", [NextRun("why", {"tip_material": "steel", "tip_radius_mm": 30.0}, 3)],
      {"tip_radius_m": 0.03, "hammer_speed": "low"}),

@@ -6,9 +6,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pyroshock.app.ingest.dry_run import dry_run
-from pyroshock.app.ingest.ingest_pages import faults_by_file, findings_by_check
-from pyroshock.app.ingest.service import IngestOptions
+from pyroshock.app.operations.ingest.dry_run import dry_run
+from pyroshock.app.operations.ingest.service import IngestOptions
+from pyroshock.app.pages.ingest import faults_by_file, findings_by_check
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.session import Store, Writer, count_rows, open_store
 from support.records.campaigns import gun_campaign, hammer_campaign, recording_name, replace_in

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.predict.predicting import bench_limit_warnings, warnings
+from pyroshock.app.operations.predict.predicting import bench_limit_warnings, warnings
 from pyroshock.app.twins.benches import bench_of_campaign
 from pyroshock.app.twins.building import THESIS_VELOCITY_SPREAD
 from pyroshock.app.twins.learning import taught_gun

@@ -52,9 +52,9 @@ def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     diagnosis is made up."""
     from pyroshock.app.demo.chapters import CHANGED
     from pyroshock.app.demo.virtual_campaign import fire_campaign
-    from pyroshock.app.diagnose.diagnosing import keep
-    from pyroshock.app.ingest.job import EXTRACT, ExtractArguments
+    from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
     from pyroshock.app.jobs.queue import ask
+    from pyroshock.app.operations.diagnose.diagnosing import keep
     from pyroshock.training.fitting import fitting
     from pyroshock.virtualbench.campaigns import ringing
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from pyroshock.app.impacts import impact_plot
-from pyroshock.app.impacts.impact_plot import draw_pulse, draw_record, plot_impact
+from pyroshock.app.operations.impacts import impact_plot
+from pyroshock.app.operations.impacts.impact_plot import draw_pulse, draw_record, plot_impact
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.storing.stored_channels import list_channels
 from pyroshock.schema.impacts import Impact, Pulse

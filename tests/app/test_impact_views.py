@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyroshock.app.impacts.curves import pulse_view
-from pyroshock.app.impacts.signals import (
+from pyroshock.app.operations.impacts.curves import pulse_view
+from pyroshock.app.operations.impacts.signals import (
     FEWEST_POINTS,
     bucket_length,
     channel_window,

@@ -9,8 +9,8 @@ import click
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.listed import Listing, listing_options
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.listed import Listing, listing_options
+from pyroshock.app.doors.command_line.main import main
 from support.records.campaigns import hammer_campaign
 
 ROWS = [

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pyroshock.app.tune.session import _levels, _without_double_counting
+from pyroshock.app.operations.tune.session import _levels, _without_double_counting
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import (
     PlateDrawing,
@@ -273,9 +273,8 @@ def test_campaigns_shots_teach_every_stage_but_for_configurations_left_out(built
     assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (6, 6, 6)
     assert set(twin.plate.plates) == {"aluminum", "steel"} and twin.rests_on.shots == 6
     assert twin.rests_on.sentence == (
-        "The bands rest on 6 measured shots of campaign gun; the contact is "
-        "the law with yield, loss and layer updated "
-        "by them."
+        "The bands rest on 6 measured shots of campaign gun; the contact is the law with yield, "
+        "loss and layer updated by them."
     )
     first, *_, last = read(session, "gun")[0].configuration.tolist()
     twin = built(without_configurations=frozenset((first, last))).twin
@@ -312,9 +311,8 @@ def test_twins_say_what_they_rest_on_and_what_lies_beyond_the_shots(built):
     twin = built(learn=False).twin
     assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 0, 0)
     assert twin.rests_on.sentence == (
-        "The bands rest on no measured shot of this bench: they show the "
-        "documented ranges of yield, loss, plate and "
-        "layer."
+        "The bands rest on no measured shot of this bench: they show the documented ranges of "
+        "yield, loss, plate and layer."
     )
     twin = built(contact="hertz").twin
     assert twin.calibration.shots == 6

@@ -6,14 +6,14 @@ import json
 
 import numpy as np
 import pytest
-from pyroshock.app.train.figures import (
+from pyroshock.app.operations.train.figures import (
     LEVELS,
     held_out_figures,
     listed_versions,
     side_by_side,
     version_row,
 )
-from pyroshock.app.train.tables import json_row
+from pyroshock.app.operations.train.tables import json_row
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.fitting.session import train
 from pyroshock.training.models.base import ContactPrediction

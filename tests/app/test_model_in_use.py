@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.predict.cli import predict
-from pyroshock.app.predict.shots import PredictionOptions
-from pyroshock.app.tune.cli import tune
+from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.doors.commands.tune import tune
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.learning import (
     bench_kind_of,
@@ -24,6 +23,7 @@ from pyroshock.app.twins.learning import (
     training_campaigns,
     velocity_kind_of,
 )
+from pyroshock.app.web.predicted_shots import PredictionOptions
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
@@ -183,9 +183,10 @@ def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, mon
     champion = version("tree", dataset("hammer", "hammer", BEFORE_CONTACT), "hammer")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))
     table = tmp_path / "shots.csv"
-    head = "run,impact_velocity_m_s,tip_material,tip_radius_mm,boundary_conditions,hammer_speed,recording,comment"
+    head = "run,impact_velocity_m_s,tip_material,tip_radius_mm,boundary_conditions,hammer_speed"
     table.write_text(
-        f"{head}\n1,1.5,delrin,30,fixed,high,a.lvm,good\n2,1.5,delrin,30,free,high,a.lvm,good\n"
+        f"{head},recording,comment\n1,1.5,delrin,30,fixed,high,a.lvm,good\n"
+        "2,1.5,delrin,30,free,high,a.lvm,good\n"
     )
     of_table = ("--campaign", "hammer", "--shots", str(table))
     assert len(told(asked(*of_table, "--json"))) == 2

@@ -4,13 +4,13 @@ its lead."""
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.train.charts import (
+from pyroshock.app.operations.train.charts import (
     difference_figure,
     differences_to,
     history_figure,
     training_figures,
 )
-from pyroshock.app.train.wording import (
+from pyroshock.app.operations.train.wording import (
     MODEL_SENTENCES,
     bounded,
     error_sentence,

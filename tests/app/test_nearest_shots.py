@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.predict.nearest_shots import (
+from pyroshock.app.operations.predict.nearest_shots import (
     SHOWN,
     MeasuredShot,
     difference_text,

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.app.impacts.overlays import MOST_SPECTRA, pulse_overlay, spectrum_overlay
-from pyroshock.app.impacts.spectra import MOST_BYTES, MOST_POINTS, source_name, target_from_upload
+from pyroshock.app.operations.impacts.overlays import MOST_SPECTRA, pulse_overlay, spectrum_overlay
+from pyroshock.app.operations.impacts.spectra import (
+    MOST_BYTES,
+    MOST_POINTS,
+    source_name,
+    target_from_upload,
+)
 from pyroshock.schema.campaigns import Campaign, Configuration
 from pyroshock.schema.conditions import UnknownFieldError
 from pyroshock.schema.configurations import configuration_id
@@ -228,7 +233,8 @@ def test_hits_of_one_recording_do_not_hear_each_other_and_silent_channels_are_to
 
 
 @pytest.mark.parametrize(("impacts", "named", "kind", "said"), [
-    ((5,), {}, ValueError, "no acceleration " "of these impacts has " "a spectrum: " "impact 5: no acceleration"),
+    ((5,), {}, ValueError,
+     "no acceleration of these impacts has a spectrum: impact 5: no acceleration"),
     ((1,), {"channel": "roof"}, ValueError, "impact 1: no acceleration 'roof' was recorded"),
     ((), {}, ValueError, "0 impacts"),
     (range(MOST_SPECTRA + 1), {}, ValueError, f"expected 1 to {MOST_SPECTRA}"),
@@ -262,12 +268,12 @@ def test_upload_is_what_the_file_is(tmp_path):
     [
         (
             SPEC.replace("50,6", "loud,6"),
-            r"spec.csv, line 3: level_g is " r"'loud'; expected a positive number",
+            r"spec.csv, line 3: level_g is 'loud'; expected a positive number",
         ),
         (SPEC.replace("1000,", "-1000,"), r"spec.csv, line 3: frequency_hz is '-1000'"),
         (
             SPEC.replace("10000,", "1e9,"),
-            r"spec.csv: frequency_hz is " r"1e\+09; expected 0.01 to 1e\+06 Hz",
+            r"spec.csv: frequency_hz is 1e\+09; expected 0.01 to 1e\+06 Hz",
         ),
         (SPEC.replace(",tolerance_db", ""), r"spec.csv, line 2: 3 fields; expected 2"),
         ("", "spec.csv: is empty"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.ingest.campaign_overview import campaign_overview, count_findings
+from pyroshock.app.operations.ingest.campaign_overview import campaign_overview, count_findings
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.storing.plan_link import link_campaign
 from pyroshock.schema.benches import material_names
@@ -20,8 +20,8 @@ FACTORS = (
     'name = "gun"\nkind = "gun"\n'
     '[[factors]]\nname = "bullet_mass"\ncolumn = "bullet_mass_kg"\nkind = "numeric"\nunit = "kg"\n'
     "levels = [0.1428, 0.2]\n"
-    '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = '
-    '["low", "high"]\nunit = "m/s"\n'
+    '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\nunit = '
+    '"m/s"\n'
     "values = [10, 20]\n"
 )
 #: run -> tank pressure (bar), mass, velocity level, state

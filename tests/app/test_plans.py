@@ -9,9 +9,9 @@ import re
 from pathlib import Path
 
 import pytest
-from pyroshock.app.plan.planning import make_plan
-from pyroshock.app.plan.quality import plan_page
-from pyroshock.app.plan.rehearsal import trigger_of
+from pyroshock.app.operations.plan.planning import make_plan
+from pyroshock.app.operations.plan.quality import plan_page
+from pyroshock.app.operations.plan.rehearsal import trigger_of
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import PlanExistsError, add_plan, discard_run, read_plan
 from pyroshock.doe.space import gun_space, shipped_factors
@@ -65,7 +65,8 @@ def test_same_seed_makes_the_same_plan_and_a_factorial_has_every_treatment(store
     ("lhs", {"runs": 3, "repetitions": 0}, "repetitions is 0; expected 1 or more"),
     ("lhs", {"runs": 3, "kind": "sling"}, "kind is 'sling'; expected one of hammer, gun"),
     ("import", {}, "no table to import"),
-    ("lhs", {"runs": 3, "options": {"face": "ccf"}}, "unknown option 'face'; " "the method has: criterion"),
+    ("lhs", {"runs": 3, "options": {"face": "ccf"}},
+     "unknown option 'face'; the method has: criterion"),
     ("lhs", {"runs": 3, "ranges": {"humidity": (1, 2)}}, "no factor 'humidity'"),
     ("plackett-burman", {}, "anvil_material\\+insulator has 5 levels without order"),
 ])  # fmt: skip
@@ -123,8 +124,7 @@ def test_page_counts_levels_changes_and_states_or_is_empty(store):
     )
 
 
-# --- the commands of `plan`, as a laboratory uses them
-# --------------------------------------------------------------
+# --- the commands of `plan`, as a laboratory uses them ---
 COLUMNS = (
     "run", "plate_material", "anvil_material", "insulator", "tip_material", "tip_radius_mm",
     "bullet_mass_kg",
@@ -179,7 +179,7 @@ def test_imported_table_goes_out_as_it_came_with_pressures_for_velocity_levels(u
     )
     assert first["tip_radius_m"] == 0.03
     pressures = {run["bullet_mass_kg"]: run["tank_pressure_pa"] for run in runs}
-    from pyroshock.app.plan.planning import gun_bench
+    from pyroshock.app.operations.plan.planning import gun_bench
     from pyroshock.twin.gun.nominal import muzzle_velocity
 
     fired = {
@@ -201,8 +201,8 @@ def test_run_beyond_the_bench_is_refused_and_a_lab_adds_its_own_factor(url, tmp_
     from pyroshock.doe.space import shipped_factors
 
     factors = tmp_path / "factors.toml"
-    factors.write_text(shipped_factors("hammer") + '\n[[factors]]\nname = "operator"\nkind = "categorical"\n'
-                       'levels = ["Ada", "Emil"]\n')  # fmt: skip
+    operator = 'name = "operator"\nkind = "categorical"\nlevels = ["Ada", "Emil"]\n'
+    factors.write_text(f"{shipped_factors('hammer')}\n[[factors]]\n{operator}")
     runs = as_json("factorial", "p", "--db", url, "--factors", factors, "--seed", "1")["runs"]
     assert len(runs) == 360 and {run["operator"] for run in runs} == {"Ada", "Emil"}
     assert "no plan 'spring'" in refusal(
@@ -322,7 +322,8 @@ def planned_url(tmp_path: Path) -> str:
     """A store with a plan of one hammer configuration left."""
     planned_url, table = f"sqlite:///{tmp_path / 'lab.db'}", tmp_path / "one.csv"
     table.write_text(
-        "run,impact_position,hammer_speed,tip_material,tip_radius_mm,anvil_material,insulator,boundary_conditions\n"
+        "run,impact_position,hammer_speed,tip_material,tip_radius_mm,anvil_material,insulator,"
+        "boundary_conditions\n"
         "4,#1,low,delrin,30,steel,none,free\n"
     )
     run_pyroshock(

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.predict.predicting import (
+from pyroshock.app.operations.predict.predicting import (
     ShotRequest,
     domain_warnings,
     extrapolation_text,
@@ -18,10 +18,10 @@ from pyroshock.app.predict.predicting import (
     predicted_json,
     warnings,
 )
-from pyroshock.app.predict.shots import sliders
-from pyroshock.app.predict.tables import plot_prediction, quantity_rows
+from pyroshock.app.operations.predict.tables import plot_prediction, quantity_rows
 from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
+from pyroshock.app.web.predicted_shots import sliders
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.rows import by_name
 from pyroshock.dataset.validity_limits import BETWEEN_LEVELS
@@ -138,7 +138,8 @@ def prediction(*extrapolation, outside=(), **own):
 
 
 @pytest.mark.parametrize(("item", "text"), [
-    (PRESSURE, "Tank pressure " "10 bar is beyond " "the 0.5 to 6.7 " "bar of the shots that " "were learned from."),
+    (PRESSURE,
+     "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."),
     (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),
      "Impactor mass 1 kg is beyond the 0.32 kg of the shots that were learned from."),
     (Extrapolation("impact_velocity_m_s", 31.4159, 2.0, 20.0),
@@ -146,9 +147,11 @@ def prediction(*extrapolation, outside=(), **own):
     (Extrapolation("tip_radius_m", 0.06, 0.015, 0.03),
      "Tip radius 60 mm is beyond the 15 to 30 mm of the shots that were learned from."),
     (Extrapolation("plate_youngs_modulus", 69.9e9, 2e11, 2.1e11),
-     "Plate youngs " "modulus 69.9 GPa is " "beyond the 200 " "to 210 GPa of the " "shots that " "were learned from."),
+     "Plate youngs modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned "
+     "from."),
     (Extrapolation("tip_density", 1240.0, 2700.0, 7800.0),
-     "Tip density " "1240 kg/m3 is beyond " "the 2700 to 7800 " "kg/m3 of the shots " "that were learned from."),
+     "Tip density 1240 kg/m3 is beyond the 2700 to 7800 kg/m3 of the shots that were learned "
+     "from."),
     (Extrapolation("humidity", 0.9, 0.2, 0.5),
      "Humidity 0.9 is beyond the 0.2 to 0.5 of the shots that were learned from."),
 ])  # fmt: skip

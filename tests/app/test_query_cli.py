@@ -11,8 +11,8 @@ from typing import Any
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
-from pyroshock.app.store.query import QueryError, Statement, list_columns, unit_of
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.store.query import QueryError, Statement, list_columns, unit_of
 from pyroshock.schema.session import Writer, count_rows, open_store
 from support.records.campaigns import hammer_campaign
 
@@ -126,8 +126,10 @@ def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
     (("with a as (select 1) insert into factors (name) select 'x'",), "pyroshock ingest"),
     (("select set_config('transaction_read_only', 'off', true)",), ""),
     (("select * from impact",), "no table 'impact' in the store; tables: campaigns,"),
-    (("select " "p.peak_force from pulses p",), "no column 'peak_force' in " "pulses; did you " "mean peak_force_n"),
-    (("with recursive " "n(i) as (select 1 " "union all select i " "+ 1 from n where i " "> 0) select " "max(i / 1000000) from n",
+    (("select p.peak_force from pulses p",),
+     "no column 'peak_force' in pulses; did you mean peak_force_n"),
+    (("with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) "
+      "select max(i / 1000000) from n",
       "--timeout", "200ms"), "longer than 0.2 s"),
     (("select :a",), "no value for :a"),
     (("select 1", "-p", "a", "1"), "the statement has no :a"),
@@ -195,7 +197,7 @@ def test_a_large_answer_does_not_fill_memory(tmp_path):
     import tracemalloc
 
     from pyroshock.app.common.table_files import write_batches
-    from pyroshock.app.store.query import run_statement
+    from pyroshock.app.operations.store.query import run_statement
     from pyroshock.schema.engine import make_engine
 
     url = f"sqlite:///{tmp_path / 'numbers.db'}"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.train.charts import importance_figure, search_figure
-from pyroshock.app.train.searches import (
+from pyroshock.app.operations.train.charts import importance_figure, search_figure
+from pyroshock.app.operations.train.searches import (
     draw_searches,
     importance_of,
     importance_sentence,

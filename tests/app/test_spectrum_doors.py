@@ -10,10 +10,10 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
-from pyroshock.app.impacts.api import AccelerationSeries
-from pyroshock.app.impacts.api import srs as api_srs
-from pyroshock.app.impacts.overlays import spectrum_overlay
+from pyroshock.app.doors.api.impacts import AccelerationSeries
+from pyroshock.app.doors.api.impacts import srs as api_srs
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.impacts.overlays import spectrum_overlay
 from pyroshock.schema.campaigns import Configuration
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.session import Writer, open_store

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from click import Command
 from click.testing import CliRunner, Result
-from pyroshock.app.train.cli import compare, promote, train
-from pyroshock.app.train.dataset_cli import dataset
-from pyroshock.app.train.models_cli import models
+from pyroshock.app.doors.commands.dataset import dataset
+from pyroshock.app.doors.commands.models import models
+from pyroshock.app.doors.commands.train import compare, promote, train
 from pyroshock.dataset.predictors import shipped
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.base import FitReport
@@ -315,7 +315,8 @@ def _scattered_campaign(folder: Path, name: str, runs: int) -> Path:
 @pytest.mark.parametrize(("words", "said"), [
     (("train", "winter"), "no dataset 'winter'"),
     (("train", "spring", "--models", "magic"), "no model 'magic'; there are: "),
-    (("train", "spring", "--models", "hann", "--split", "halves"), "split is " "'halves'; expected one of"),
+    (("train", "spring", "--models", "hann", "--split", "halves"),
+     "split is 'halves'; expected one of"),
     (("compare", "hann", "hertz"), "no models yet"),
     (("compare", "--metric", "beauty"), "no metric 'beauty'"),
     (("promote", "hann", "1"), "no registered model 'hann'"),

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.impacts.spectra import target_from_upload
-from pyroshock.app.train.job import TRAIN, TrainArguments
-from pyroshock.app.tune.job import TUNE, TuneArguments
-from pyroshock.app.tune.pages import target_figure, target_sentence
-from pyroshock.app.tune.verdict import answer_sentence, verdict_text
-from pyroshock.app.validate.job import VALIDATE, ValidateArguments
+from pyroshock.app.jobs.job_kinds.train import TRAIN, TrainArguments
+from pyroshock.app.jobs.job_kinds.tune import TUNE, TuneArguments
+from pyroshock.app.jobs.job_kinds.validate import VALIDATE, ValidateArguments
+from pyroshock.app.operations.impacts.spectra import target_from_upload
+from pyroshock.app.operations.tune.verdict import answer_sentence, verdict_text
+from pyroshock.app.pages.tune import target_figure, target_sentence
 
 SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"
 

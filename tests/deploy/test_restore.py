@@ -88,7 +88,7 @@ def _prepared(url: str, programs: Path, folder: Path) -> Server:
         (folder / "secrets" / name).write_text(f"{name} of a 'test'")
     command = folder / "bin" / "pyroshock"
     command.write_text(
-        f'#!/bin/sh\nexec {sys.executable} -c "from pyroshock.app.cli.main '
+        f'#!/bin/sh\nexec {sys.executable} -c "from pyroshock.app.doors.command_line.main '
         f'import main; main()" "$@"\n'
     )
     command.chmod(0o755)
@@ -141,7 +141,10 @@ def block(heading: str, last: str) -> str:
 DUMP = ("Backup", "--file=pyroshock.dump")
 RESTORE = ("Restore", "pyroshock db check")
 #: Who may log into the databases, and who owns them.
-RIGHTS = """psql -d postgres -Atc "SELECT datname, datdba, datacl FROM pg_database WHERE datname ~ '^pyro' ORDER BY 1" """
+RIGHTS = (
+    'psql -d postgres -Atc "SELECT datname, datdba, datacl FROM pg_database '
+    """WHERE datname ~ '^pyro' ORDER BY 1" """
+)
 
 
 def test_night_backup_comes_back(server, login, tmp_path):

@@ -6,8 +6,10 @@ after the other. HTML comments before a block, which no reader of the page sees,
 beforehand and what is not run:
 
     <!-- given: folder hammer spring; recording shot.csv -->    what `givens.py` prepares
-    <!-- not run: needs a second machine -->                    the block is parsed only, for this reason
-    <!-- exit code: 2 -->                                       of the block's last command, where it is not 0
+    <!-- not run: needs a second machine -->                    the block is parsed only, for this
+                                                                reason
+    <!-- exit code: 2 -->                                       of the block's last command, where
+                                                                it is not 0
 
 A block of language `text` right after a block of commands is what they print: every line of it in
 this order, numbers within 2 %; a line of `…` alone stands for any others, one that ends with `…` is

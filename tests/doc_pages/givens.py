@@ -177,7 +177,7 @@ def cluster(place: Place, address: str) -> None:
 def one_repetition(place: Place) -> None:
     """A plan's runs are repeated once where the page does not say how often: the virtual bench
     takes seconds a run."""
-    from pyroshock.app.plan import cli
+    from pyroshock.app.doors.commands import plan as cli
 
     for command in cli.plan.commands.values():
         for option in command.params:
@@ -188,7 +188,7 @@ def one_repetition(place: Place) -> None:
 def few_models(place: Place, names: str) -> None:
     """What `train` makes where the page does not say which: all 22 take minutes, and registry.md
     has them all."""
-    from pyroshock.app.train.cli import train
+    from pyroshock.app.doors.commands.train import train
 
     (option,) = (each for each in train.params if each.name == "models")
     place.patch.setattr(option, "default", names.split(","))

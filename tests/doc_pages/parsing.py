@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import click
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 
 from .blocks import Statement
 

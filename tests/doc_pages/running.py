@@ -18,9 +18,9 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.app.jobs.worker import Worker
-from pyroshock.app.server import cli
+from pyroshock.app.server import command as cli
 from pyroshock.app.twins import building as twins
 from pyroshock.virtualbench.campaigns import ringing
 from support.stores.registries import without_figures

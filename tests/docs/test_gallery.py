@@ -92,8 +92,7 @@ def page() -> str:
     return (ROOT / "docs" / "measurements" / "gallery.md").read_text(encoding="utf-8")
 
 
-# --- the page
-# -------------------------------------------------------------------------------------------------------
+# --- the page ---
 def test_every_drawable_figure_has_a_script_and_a_picture() -> None:
     assert [number for entry in FIGURES.values() for number in entry.thesis.split(", ")] == list(
         DRAWABLE
@@ -122,8 +121,7 @@ def test_page_has_the_picture_whose_axes_tell_what_and_in_which_unit(
         assert len([label for label in labels if label]) >= 2
 
 
-# --- every figure
-# ---------------------------------------------------------------------------------------------------
+# --- every figure ---
 
 
 def test_command_writes_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -139,8 +137,7 @@ def test_command_refuses_what_it_does_not_know(
     assert main(words) == 2 and words[-1] in capsys.readouterr().err
 
 
-# --- physics
-# --------------------------------------------------------------------------------------------------------
+# --- physics ---
 @pytest.mark.parametrize(
     ("name", "peak_at"), [("Hunter", 0.5), ("Reed", 0.5), ("asymmetric von Hann", 0.6)]
 )
@@ -199,8 +196,7 @@ def test_measured_shots_err_as_table_5_1_says_and_a_virtual_one_is_read_as_fired
     )  # 48 mm at 0.1 V/mm
 
 
-# --- the virtual campaign
-# -------------------------------------------------------------------------------------------
+# --- the virtual campaign ---
 def test_tests_are_grouped_by_tip_and_cost_adds_up_to_eq_5_4() -> None:
     rows = virtual_campaign.tests_in_order()
     tips = [row["tip_material"] for row in rows]
@@ -286,8 +282,7 @@ def test_exit_velocities_are_those_of_the_equation_of_motion_and_pulses_go_throu
             assert velocity[i] == pytest.approx(shot.muzzle_velocity_m_s, rel=1e-6)
 
 
-# --- models
-# ---------------------------------------------------------------------------------------------------------
+# --- models ---
 def test_held_out_hits_models_and_pulses_are_those_of_the_evaluation(
     judged: Evaluation, drawn: Drawn, campaign
 ):

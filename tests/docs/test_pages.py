@@ -137,7 +137,8 @@ def run(folder: Path, request: pytest.FixtureRequest, text: str) -> None:
     ("```sh\npip install 'pyroshock[tea]'\n```\n", "tea"),
     ("```sh\npython -m benchmarks.tea\n```\n", "no such module"),
     ("<!-- exit code: 2 -->\n```sh\npyroshock init\n```\n", "ended with 0, not 2"),
-    ("```sh\npyroshock " "init\n```\n\nsays\n\n```text\nstore " "ready: nowhere\n```\n", "does not print"),
+    ("```sh\npyroshock init\n```\n\nsays\n\n```text\nstore ready: nowhere\n```\n",
+     "does not print"),
     ("```python\nassert 1 == 2, 'sums'\n```\n", "sums"),
 ])  # fmt: skip
 def test_wrong_pages_fail(

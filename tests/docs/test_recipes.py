@@ -49,8 +49,9 @@ class BoltTension(PlateEffect):
     """Frequencies fall by the share that the joint loses of its stiffness, halved."""
 
     loss: float = parameter(
-        "share of stiffness that is lost", "", default=0.05, low=0.0, high=0.5, off=0.0, likely=(0, 0.2), owner="plate"
-    )
+        "share of stiffness that is lost", "", default=0.05, low=0.0, high=0.5, off=0.0,
+        likely=(0, 0.2), owner="plate",
+    )  # fmt: skip
 
     id = "plate.bolt_tension"
     law = "f' = (1 - loss / 2) f"
@@ -83,9 +84,11 @@ def check_quiet_force(channel: Channel, contacts: tuple[Contact, ...]) -> list[F
     """A `note` for a force channel in which nothing touches."""
     if channel.quantity != "force" or contacts:
         return []
-    return [Finding("quiet-force", "note", "no contact in this force channel", channel.name, {"contacts": 0}, None)]
+    message = "no contact in this force channel"
+    return [Finding("quiet-force", "note", message, channel.name, {"contacts": 0}, None)]
 ''',
-        "tests/signals/checks/test_quiet_force.py": '''"""Force channels without a contact are told."""
+        "tests/signals/checks/test_quiet_force.py": '''\
+"""Force channels without a contact are told."""
 
 from __future__ import annotations
 
@@ -117,7 +120,8 @@ def test_only_a_force_without_contact_is_told(quantity: str, told: int) -> None:
 
 READER = Recipe(
     files={
-        "ingest/readers/shk.py": '''"""A format of a shock recorder: a line of JSON, then the samples."""
+        "ingest/readers/shk.py": '''\
+"""A format of a shock recorder: a line of JSON, then the samples."""
 
 from __future__ import annotations
 
@@ -149,7 +153,9 @@ class ShkReader(ArrayReader):
         for name, dtype in head["channels"]:
             size = head["samples"] * np.dtype(dtype).itemsize
             if len(samples) < size:
-                raise RecordingError(f"{path.name}: {name!r} ends after {len(samples)} of {size} bytes")
+                raise RecordingError(
+                    f"{path.name}: {name!r} ends after {len(samples)} of {size} bytes"
+                )
             arrays.append(in_memory(name, np.frombuffer(samples[:size], dtype)))
             samples = samples[size:]
         return Contents(arrays)

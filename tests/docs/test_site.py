@@ -135,7 +135,8 @@ def test_first_pages_are_looked_at_and_generated_headings_can_be_led_to() -> Non
     ("[a](missing.md)", "missing.md: no such file"),
     ("text\n\n![a](missing.png)", "missing.png: no such file"),
     ("[a](#nowhere)", "#nowhere: no heading of this name; there are: a-title"),
-    ("<a href='other.md#b'>b</a>", "other.md#b: no " "heading of this " "name; there are: " "one, one-1, the-store"),
+    ("<a href='other.md#b'>b</a>",
+     "other.md#b: no heading of this name; there are: one, one-1, the-store"),
     ("[a][b]\n\n[b]: gone/", "gone/: no such file"),
 ])  # fmt: skip
 def test_a_link_to_nowhere_is_told(tmp_path: Path, text: str, told: str) -> None:

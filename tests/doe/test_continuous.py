@@ -82,7 +82,8 @@ def test_step_of_its_own_has_few_digits(low: float, high: float, step: str) -> N
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("high = 6", "high = 0.5"), "low is 0.8 and high 0.5; " "expected finite " "numbers, low below high"),
+        (("high = 6", "high = 0.5"),
+         "low is 0.8 and high 0.5; expected finite numbers, low below high"),
         (("high = 6", "high = inf"), "low is 0.8 and high inf"),
         (("step = 0.05", "step = 0.3"), "step is 0.3; expected a part of the range from 0.8 to 6"),
         (("step = 0.05", "step = 0"), "step is 0; expected"),
@@ -91,9 +92,12 @@ def test_step_of_its_own_has_few_digits(low: float, high: float, step: str) -> N
         (("high = 6\n", ""), "key 'high' is missing"),
         (("low = 0.8", "levels = [1, 2]"), "unknown key 'levels'"),
         (('unit = "bar"\n', ""), "unit is None"),
-        (("low = 0.8", "low = -0.8"), "tank_pressure_bar " "has level " "'-0.8'; expected " "a number above zero"),
-        (('kind = "gun"', 'kind = "gun"\nrequires = [{factor = "tip_material", level = "PLA", '
-          'needs = ' '"tank_pressure", ' 'levels = ["1"]}]'), "'tank_pressure' is " "continuous; " "expected " "factors with levels"),
+        (("low = 0.8", "low = -0.8"),
+         "tank_pressure_bar has level '-0.8'; expected a number above zero"),
+        (('kind = "gun"',
+          'kind = "gun"\nrequires = [{factor = "tip_material", level = "PLA", '
+          'needs = "tank_pressure", levels = ["1"]}]'),
+         "'tank_pressure' is continuous; expected factors with levels"),
     ],
 )  # fmt: skip
 def test_range_that_is_none_is_refused(change: tuple[str, str], message: str) -> None:

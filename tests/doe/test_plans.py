@@ -347,8 +347,9 @@ def test_xlsx_holds_numbers_and_texts(plan, tmp_path):
 
 @pytest.mark.parametrize(
     ("column", "label"),
-    [("tip_radius_mm", "tip radius (mm)"), ("impact_velocity_m_s", "impact velocity (m/s)"), ("run", "run"),
-     ("tank_pressure_bar", "tank pressure (bar)"), ("set-up change", "set-up change")],
+    [("tip_radius_mm", "tip radius (mm)"), ("impact_velocity_m_s", "impact velocity (m/s)"),
+     ("run", "run"), ("tank_pressure_bar", "tank pressure (bar)"),
+     ("set-up change", "set-up change")],
 )  # fmt: skip
 def test_column_of_a_sheet_is_named_in_words_with_its_unit(column, label):
     assert column_label(column) == label

@@ -179,7 +179,10 @@ def test_numbers_may_be_written_otherwise(seed: int, form: str) -> None:
 
 
 def test_level_stands_for_its_velocity_and_a_row_for_its_columns() -> None:
-    header = "plate_material,anvil_material,insulator,tip_material,tip_radius_mm,bullet_mass_kg,velocity_level"
+    header = (
+        "plate_material,anvil_material,insulator,tip_material,tip_radius_mm,bullet_mass_kg,"
+        "velocity_level"
+    )
     assert ",".join(GUN.rows(np.zeros((1, 6), dtype=np.int64))[0]) == header
     assert GUN.treatments([]).shape == (0, 6)
     assert GUN.rows(np.empty((0, 6), dtype=np.int64)) == []

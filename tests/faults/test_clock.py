@@ -8,9 +8,9 @@ from datetime import UTC, datetime, timedelta
 import pytest
 import time_machine
 from pyroshock.app.demo.demo import ingest_examples
-from pyroshock.app.diagnose.diagnosing import keep
-from pyroshock.app.diagnose.stored import list_diagnoses
-from pyroshock.app.train.comparing import versions_named
+from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.stored import list_diagnoses
+from pyroshock.app.operations.train.comparing import versions_named
 from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.training.fitting.session import Progress, train

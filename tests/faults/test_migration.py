@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.cli.main import COMMANDS
+from pyroshock.app.doors.command_line.main import COMMANDS
 from pyroshock.schema import migrate
 from pyroshock.schema.engine import make_engine
 from sqlalchemy import MetaData, Table, event, update

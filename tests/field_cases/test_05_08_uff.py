@@ -42,9 +42,10 @@ def text_of(
     head = [
         *["NONE"] * 5,
         f"{function:5d}         0    1         0        acc         1   3       NONE         0   0",
-        f"         4{len(values):10d}{0 if times is not None else 1:10d}{start:>13}{step:>13}  0.00000e+00",
-        axis(*abscissa), axis(12, "Acceleration", "m/s2"), axis(*denominator), axis(0, "NONE",
-        "NONE"),
+        f"         4{len(values):10d}{0 if times is not None else 1:10d}{start:>13}{step:>13}"
+        "  0.00000e+00",
+        axis(*abscissa), axis(12, "Acceleration", "m/s2"), axis(*denominator),
+        axis(0, "NONE", "NONE"),
     ]  # fmt: skip
     fields = [NUMBER(x) for x in values]
     if times is not None:

@@ -11,7 +11,7 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 
 CASE = Path(__file__).parent / "inputs" / "22-srs-content-above-line"
 LINES, RIGHT_M_S2 = np.loadtxt(CASE / "right.csv", delimiter=",", comments="#").T

@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.impacts.spectra_cli import srs
+from pyroshock.app.doors.commands.spectra import srs
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.recordings import QualityFinding, Recording
@@ -100,8 +100,8 @@ def test_recording_of_a_campaign_is_set_aside_or_resampled(sqlite_url, tmp_path,
         '[channels.force]\nquantity = "force"\nunit = "N"\n'
     )
     names = {"even": np.arange(SAMPLES) / 51200, "uneven": times("two rates")}
-    columns = "run,repetition,tip_material,tip_radius_mm,plate_material,anvil_material,insulator,hammer_speed"
-    rows = [f"{columns},boundary_conditions,impact_velocity_m_s,recording"]
+    columns = "run,repetition,tip_material,tip_radius_mm,plate_material,anvil_material,insulator"
+    rows = [f"{columns},hammer_speed,boundary_conditions,impact_velocity_m_s,recording"]
     noise = np.random.default_rng(1).normal(size=SAMPLES) * 0.05
     for run, (name, time_s) in enumerate(names.items(), 1):
         lines = [f"{t:.9f},{f:.6f}\n" for t, f in zip(time_s, force(time_s) + noise, strict=True)]

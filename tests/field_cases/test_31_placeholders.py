@@ -11,7 +11,7 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 
 INPUTS = Path(__file__).parent / "inputs"
 PLACEHOLDERS = INPUTS / "31-placeholder-values"

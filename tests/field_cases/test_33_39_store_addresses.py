@@ -10,7 +10,7 @@ from pathlib import Path
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.schema.addresses import AddressError, parse_store_address
 from pyroshock.training.registry.model_storage import storage_for
 from support.records.campaigns import hammer_campaign
@@ -26,8 +26,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize(
     "address",
-    ["sqlite://", "sqlite:///", "sqlite:///:memory:", ":memory:", "sqlite:///file::memory:?cache=shared",
-     "sqlite+pysqlite:///", "sqlite:///file:lab.db?mode=memory&uri=true", "sqlite:", "", " "],
+    ["sqlite://", "sqlite:///", "sqlite:///:memory:", ":memory:",
+     "sqlite:///file::memory:?cache=shared", "sqlite+pysqlite:///",
+     "sqlite:///file:lab.db?mode=memory&uri=true", "sqlite:", "", " "],
 )  # fmt: skip
 def test_a_store_in_memory_is_refused_where_something_is_to_be_kept(
     address: str, folder: Path

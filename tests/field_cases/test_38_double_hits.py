@@ -24,7 +24,7 @@ RECORDS = {
     "inverted": (((0.02, -1.0),), "force-sign"),
     "second150ms": (((0.02, 1.0), (0.17, 0.6)), "hit-without-row"),
 }
-_COLUMNS = "run,repetition,tip_material,tip_radius_mm,plate_material,anvil_material,insulator,hammer_speed,"
+_COLUMNS = "run,repetition,tip_material,tip_radius_mm,plate_material,anvil_material,insulator"
 CAMPAIGN = """[campaign]
 name = "hits"
 kind = "hammer"
@@ -51,7 +51,7 @@ def force_n(hits: tuple[tuple[float, float], ...]) -> np.ndarray:
 def write_campaign(folder: Path) -> Path:
     (folder / "recordings").mkdir(parents=True)
     (folder / "campaign.toml").write_text(CAMPAIGN)
-    rows = [f"{_COLUMNS}boundary_conditions,impact_velocity_m_s,recording"]
+    rows = [f"{_COLUMNS},hammer_speed,boundary_conditions,impact_velocity_m_s,recording"]
     for run, (name, (hits, _)) in enumerate(RECORDS.items(), 1):
         np.savez(folder / "recordings" / f"{name}.npz", force=force_n(hits), fs=RATE_HZ)
         rows.append(f"{run},1,steel,30,aluminum,none,none,low,free,1.0,recordings/{name}.npz")

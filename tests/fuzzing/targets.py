@@ -22,14 +22,14 @@ from fuzzing import seeds
 from fuzzing.mutations import binary, containers, folders, tables, toml
 from fuzzing.readers import FORMATS, READERS
 from fuzzing.target import ACCEPTED, SET_ASIDE, Mutate, Target, stacked
-from pyroshock.app.cli.main import main
-from pyroshock.app.impacts.spectra import target_from_upload
-from pyroshock.app.ingest.uploads import UploadError, unpacked
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.impacts.spectra import target_from_upload
 from pyroshock.app.twins.benches import bench_of_file, shipped_bench
+from pyroshock.app.web.uploads import UploadError, unpacked
 from pyroshock.dataset.predictors import predictors_named
 from pyroshock.doe.designs.imported import read_table
 from pyroshock.doe.space import read_space, space_from_text
-from pyroshock.ingest.folder import modal_table as modes
+from pyroshock.ingest.folder.campaign_file import modal_table as modes
 from pyroshock.ingest.folder.campaign_file import read_campaign_file
 from pyroshock.ingest.folder.runs_table import read_runs
 from pyroshock.twin.plate.table import read_modal_table
@@ -110,7 +110,8 @@ TABLES = (
            lambda: seeds.shipped("dataset/data/gun.toml"), "dataset/predictors.py", toml.damaged),
     _table("target.csv", lambda path: target_from_upload(path.read_bytes(), path.name).lines().size,
     seeds.TARGETS,
-           "app/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py files/delimited_text.py"),
+           "app/operations/impacts/spectra.py twin/srs/target_csv.py twin/srs/target.py "
+           "files/delimited_text.py"),
 )  # fmt: skip
 
 
@@ -137,7 +138,9 @@ def ingest(data: bytes, folder: Path) -> str:
 
 
 _RECORDINGS = """
-    select status, reason, (select count(*) from channels where channels.recording_id = recordings.id) from recordings
+    select status, reason,
+      (select count(*) from channels where channels.recording_id = recordings.id)
+    from recordings
 """
 
 
@@ -245,11 +248,12 @@ WHOLE = (
     Target("srs of a file", srs,
            lambda: [bytes([n]) + content for n, content in enumerate(seeds.recordings(*_PLAIN))],
            _damaged_recording,
-           (Refused,), "pyroshock: ", ("app/impacts/spectra.py", "app/impacts/spectrum_tables.py"),
+           (Refused,), "pyroshock: ",
+           ("app/operations/impacts/spectra.py", "app/operations/impacts/spectrum_tables.py"),
            weight=0.6),
     Target("upload of a ZIP", upload, lambda: (seeds.zipped_folder(),),
            stacked({containers.inside_zip: 3, binary.damaged: 3}, most=2), (UploadError,), "",
-           ("app/ingest/uploads.py",)),
+           ("app/web/uploads.py",)),
 )  # fmt: skip
 
 TARGETS: dict[str, Target] = {target.name: target for target in (*READERS, *TABLES, *WHOLE)}

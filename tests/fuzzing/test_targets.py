@@ -19,7 +19,7 @@ from fuzzing import seeds
 from fuzzing.mutations import folders
 from fuzzing.target import ACCEPTED, FINDING, REFUSED, SET_ASIDE, Target, judge
 from fuzzing.targets import TARGETS, ingest
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 
 #: A whole ingest takes as long as a hundred tables. What may crash its library is left to the long
 #: run's processes.

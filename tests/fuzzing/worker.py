@@ -260,9 +260,9 @@ PACKAGES = (
         "pyroshock.twin.srs.target",
     ),
     *(
-        "pyroshock.app.impacts.spectra",
+        "pyroshock.app.operations.impacts.spectra",
         "pyroshock.app.twins.benches",
-        "pyroshock.app.ingest.uploads",
+        "pyroshock.app.web.uploads",
     ),
     *("nptdms", "pyuff", "lvm_read", "zipfile", "tomllib"),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.ingest.campaign_overview import campaign_overview
+from pyroshock.app.operations.ingest.campaign_overview import campaign_overview
 from pyroshock.ingest.extraction import recording
 from pyroshock.ingest.load import ingest_folder
 from support.records.campaigns import (

@@ -57,7 +57,10 @@ def test_vrtac_hits_are_all_found_with_the_published_slope(store, real_data, tmp
         if records[key].ndim == 3
         for i in range(3)
     }
-    channels = '[channels.force]\nquantity="force"\nunit="N"\n[channels.acceleration]\nquantity="acceleration"\nunit="m/s2"\n'
+    channels = (
+        '[channels.force]\nquantity="force"\nunit="N"\n'
+        '[channels.acceleration]\nquantity="acceleration"\nunit="m/s2"\n'
+    )
     report = ingest_folder(store, write(tmp_path / "vrtac", "vrtac", channels, recordings))
     pulses = pulses_of(store)
     assert (report.impacts, len(pulses), report.set_aside) == (33, 33, [])

@@ -18,7 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from pyroshock.app.diagnose.stored import verdict_to_json
+from pyroshock.app.operations.diagnose.stored import verdict_to_json
 from pyroshock.diagnosis.verdict import Cause, GapSize, Pictures, ResidualPicture, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
@@ -54,7 +54,8 @@ quantity = "acceleration"
 unit = "g"
 
 [known]
-sensor.force_gain.gain = { value = 1.0, u = 0.005, source = "certificate of the load cell", date = 2025-11-30 }
+sensor.force_gain.gain = { value = 1.0, u = 0.005, \
+source = "certificate of the load cell", date = 2025-11-30 }
 """
 
 RUNS = """run,repetition,tip_material,tip_radius_mm,hammer_speed,operator_mood,recording
@@ -62,7 +63,10 @@ RUNS = """run,repetition,tip_material,tip_radius_mm,hammer_speed,operator_mood,r
 2,1,delrin,45,high,,2.npz
 """
 
-MODES = "mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration\n1,231,0.004,-0.27,0.31\n2,402,0.005,0.02,-0.1\n"
+MODES = """mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration
+1,231,0.004,-0.27,0.31
+2,402,0.005,0.02,-0.1
+"""
 
 
 def write_campaign(folder: Path) -> None:

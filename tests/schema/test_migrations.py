@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
-from pyroshock.app.diagnose.report import page
-from pyroshock.app.diagnose.stored import kept_verdict
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.diagnose.report import page
+from pyroshock.app.operations.diagnose.stored import kept_verdict
 from pyroshock.schema import migrate
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.integrity.checking import checks, iter_findings

@@ -9,8 +9,11 @@ from pathlib import Path
 
 import psycopg
 import pytest
-from pyroshock.app.store.postgresql_statement import ForbiddenStatementError, check_statement
-from pyroshock.app.store.query import QueryError, Statement, run_statement
+from pyroshock.app.operations.store.postgresql_statement import (
+    ForbiddenStatementError,
+    check_statement,
+)
+from pyroshock.app.operations.store.query import QueryError, Statement, run_statement
 from pyroshock.schema.engine import make_engine
 from support.stores.roled_servers import ADMIN, OPERATOR, READER, Server, roled_server
 from support.stores.stores import counts
@@ -21,25 +24,41 @@ SUPERUSER = "postgres"
 #: not come to be.
 ATTACKS = {
     "end a session": "select pg_terminate_backend({pid})",
-    "end every session": "select count(pg_terminate_backend(pid)) from pg_stat_activity where pid <> pg_backend_pid()",
+    "end every session": (
+        "select count(pg_terminate_backend(pid)) from pg_stat_activity "
+        "where pid <> pg_backend_pid()"
+    ),
     "cancel a session": "select pg_cancel_backend({pid})",
     "after a long name": f"select 1 as {'a' * 62}, pg_terminate_backend({{pid}}) as {'b' * 62}",
-    "names like fields of the tree": 'select pg_terminate_backend({pid}) as ":funcid", 1 as ":relid 1"',
+    "names like fields of the tree": (
+        'select pg_terminate_backend({pid}) as ":funcid", 1 as ":relid 1"'
+    ),
     "a quoted name": 'select "pg_terminate_backend"({pid})',
     "an escaped name": "select U&\"pg\\005Fterminate_backend\"({pid})",
     "a qualified name": 'select pg_catalog . "pg_terminate_backend" /* ( */ ({pid}, 0)',
-    "behind a string that ends elsewhere": "select E'\\'' || pg_terminate_backend({pid})::text || '\\''",
+    "behind a string that ends elsewhere": (
+        "select E'\\'' || pg_terminate_backend({pid})::text || '\\''"
+    ),
     "behind dollars": "select $a$'$a$ || pg_terminate_backend({pid})::text || $a$'$a$",
     "in a limit": "select 1 limit pg_terminate_backend({pid})::int",
     "in an order": "select 1 order by pg_terminate_backend({pid})",
-    "in a frame": "select count(*) over (rows between pg_cancel_backend({pid})::int preceding and current row)",
-    "in a common table": "with gone as materialized (select pg_terminate_backend({pid})) select 1 from gone",
+    "in a frame": (
+        "select count(*) over (rows between pg_cancel_backend({pid})::int "
+        "preceding and current row)"
+    ),
+    "in a common table": (
+        "with gone as materialized (select pg_terminate_backend({pid})) select 1 from gone"
+    ),
     "in a lateral call": "select 1 from campaigns, lateral pg_terminate_backend({pid})",
-    "in a filter of an aggregate": "select count(*) filter (where pg_terminate_backend({pid})) from campaigns",
+    "in a filter of an aggregate": (
+        "select count(*) filter (where pg_terminate_backend({pid})) from campaigns"
+    ),
     "in a case": "select case when pg_terminate_backend({pid}) then 1 end",
     "through XML": "select query_to_xml('select pg_terminate_backend({pid})', true, true, '')",
     "through a cursor as XML": "select cursor_to_xml('pyroshock_query', 1, true, true, '')",
-    "through text search": "select ts_stat('select to_tsvector(pg_terminate_backend({pid})::text)')",
+    "through text search": (
+        "select ts_stat('select to_tsvector(pg_terminate_backend({pid})::text)')"
+    ),
     "leave the role": "select set_config('role', 'postgres', true), pg_terminate_backend({pid})",
     "leave read only": "select set_config('transaction_read_only', 'off', true)",
     "no timeout": "select set_config('statement_timeout', '0', false)",
@@ -49,7 +68,9 @@ ATTACKS = {
     "write a file": "select lo_export(lo_from_bytea(0, 'x'), '{file}')",
     "a program": "copy campaigns to program 'touch {file}'",
     "a program, second statement": "select 1; copy campaigns to program 'touch {file}'",
-    "a program, prepared": "with a as (select 1) select 1 from a; copy (select 1) to program 'touch {file}'",
+    "a program, prepared": (
+        "with a as (select 1) select 1 from a; copy (select 1) to program 'touch {file}'"
+    ),
     "read a file": "select pg_read_file('/etc/passwd')",
     "read bytes of a file": "select pg_read_binary_file('PG_VERSION')",
     "list a folder": "select pg_ls_dir('.')",

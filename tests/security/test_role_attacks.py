@@ -34,21 +34,21 @@ ATTACKS: dict[str, tuple[str, ...]] = {
         " ON CONFLICT (channel_id, number) DO UPDATE SET frame = 'x'",
     ),
     "samples by merge": (
-        "MERGE INTO series_chunks s USING (SELECT {channel} AS id) c ON s.channel_id = c.id WHEN MATCHED THEN DELETE",
+        "MERGE INTO series_chunks s USING (SELECT {channel} AS id) c ON s.channel_id = c.id "
+        "WHEN MATCHED THEN DELETE",
     ),
-    "samples by a common table": ("WITH gone AS (DELETE FROM series_chunks RETURNING 1) SELECT count(*) FROM gone",),
+    "samples by a common table": (
+        "WITH gone AS (DELETE FROM series_chunks RETURNING 1) SELECT count(*) FROM gone",
+    ),
     **{
         f"change {column} of a channel": (f"UPDATE channels SET {column} = {value}",)
         for column, value in {
             "si_gain": "si_gain * 2", "si_offset": "1", "unit": "'kN'", "si_unit": "'Pa'",
-            "sampling_rate_hz": "1",
-            "start_s": "1", "sensitivity": "2", "offset_v": "1", "full_scale": "1",
-            "quantity": "'pressure'",
-            "sha256": "repeat('0', 64)", "samples": "1", "chunk_samples": "1", "step": "2",
-            "dtype": "'<f4'",
-            "name": "'x'", "position": "'x'", "axis": "'x'", "header": "'{{}}'",
-            "recording_id": "{recording} + 1",
-            "row_sha256": "'unsealed'",
+            "sampling_rate_hz": "1", "start_s": "1", "sensitivity": "2", "offset_v": "1",
+            "full_scale": "1", "quantity": "'pressure'", "sha256": "repeat('0', 64)",
+            "samples": "1", "chunk_samples": "1", "step": "2", "dtype": "'<f4'", "name": "'x'",
+            "position": "'x'", "axis": "'x'", "header": "'{{}}'",
+            "recording_id": "{recording} + 1", "row_sha256": "'unsealed'",
         }.items()
     },
     "delete channels": ("DELETE FROM channels",),
@@ -60,9 +60,12 @@ ATTACKS: dict[str, tuple[str, ...]] = {
         "SELECT 1 / pyroshock_delete_set_aside({recording})",
     ),
     "replace a stored recording by the function": (
-        "SELECT 1 / pyroshock_replace_set_aside({recording}, repeat('0', 64), 1, 'npz', 'set aside', 'x', 1, 'x')",
+        "SELECT 1 / pyroshock_replace_set_aside({recording}, repeat('0', 64), 1, 'npz', "
+        "'set aside', 'x', 1, 'x')",
     ),
-    "delete whole samples by the function": ("SELECT 1 / pyroshock_delete_damaged_chunks({channel})",),
+    "delete whole samples by the function": (
+        "SELECT 1 / pyroshock_delete_damaged_chunks({channel})",
+    ),
     "move a recording to another campaign": ("UPDATE recordings SET campaign_id = {campaign}",),
     "move an impact to another recording": ("UPDATE impacts SET recording_id = NULL",),
     "move an impact to another campaign": ("UPDATE impacts SET campaign_id = {campaign}",),
@@ -82,15 +85,16 @@ ATTACKS: dict[str, tuple[str, ...]] = {
     "drop the table": ("DROP TABLE series_chunks CASCADE",),
     "drop a function": ("DROP FUNCTION pyroshock_delete_set_aside(integer)",),
     "another function of the name": (
-        "CREATE OR REPLACE FUNCTION pyroshock_delete_set_aside(recording integer) RETURNS integer LANGUAGE sql"
-        " AS 'SELECT 1'",
+        "CREATE OR REPLACE FUNCTION pyroshock_delete_set_aside(recording integer) RETURNS integer "
+        "LANGUAGE sql AS 'SELECT 1'",
     ),
     "own a function": ("ALTER FUNCTION pyroshock_delete_set_aside(integer) OWNER TO CURRENT_USER",),
     "a function that looks elsewhere": (
         "ALTER FUNCTION pyroshock_delete_damaged_chunks(integer) SET search_path = pg_temp",
     ),
     "a temporary table before the real one": (
-        "CREATE TEMP TABLE channels (id integer, recording_id integer, samples bigint, chunk_samples integer)",
+        "CREATE TEMP TABLE channels (id integer, recording_id integer, samples bigint, "
+        "chunk_samples integer)",
         "CREATE TEMP TABLE recordings (id integer, status text)",
         "INSERT INTO pg_temp.channels VALUES ({channel}, -1, 0, 1)",
         "INSERT INTO pg_temp.recordings VALUES ({recording}, 'set aside')",
@@ -114,8 +118,10 @@ ATTACKS: dict[str, tuple[str, ...]] = {
     "DELETE FROM series_chunks"),
     "a rule": ("CREATE RULE gone AS ON SELECT TO series_chunks DO INSTEAD SELECT 1",),
     "a trigger": (
-        "CREATE FUNCTION pg_temp.nothing() RETURNS trigger LANGUAGE plpgsql AS 'BEGIN RETURN NULL; END'",
-        "CREATE TRIGGER nothing BEFORE INSERT ON series_chunks FOR EACH ROW EXECUTE FUNCTION pg_temp.nothing()",
+        "CREATE FUNCTION pg_temp.nothing() RETURNS trigger LANGUAGE plpgsql "
+        "AS 'BEGIN RETURN NULL; END'",
+        "CREATE TRIGGER nothing BEFORE INSERT ON series_chunks FOR EACH ROW EXECUTE FUNCTION "
+        "pg_temp.nothing()",
     ),
     "a policy": (
         "CREATE POLICY nobody ON series_chunks USING (false)",
@@ -185,9 +191,8 @@ def _keys(server: Server) -> dict[str, Any]:
     try:
         with engine.connect() as connection:
             channel, recording = connection.exec_driver_sql(
-                "SELECT c.id, c.recording_id FROM channels c JOIN "
-                "series_chunks s ON s.channel_id = c.id"
-                " ORDER BY 1 LIMIT 1"
+                "SELECT c.id, c.recording_id FROM channels c JOIN series_chunks s ON s.channel_id "
+                "= c.id ORDER BY 1 LIMIT 1"
             ).one()
             campaign = connection.exec_driver_sql("SELECT max(id) FROM campaigns").scalar()
     finally:

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from pyroshock.app.ingest.job import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.claims import stop
+from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.queue import ask
 from pyroshock.schema import migrate
 from pyroshock.schema.access import roles
@@ -56,13 +56,11 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
         assert missing_roles(connection) == [] and missing_rights(connection) == []
     with opened(server.address("keeper")) as store, store.engine.connect() as connection:
         query = (
-            "SELECT role, tablename, has_right FROM pg_tables,"
-            " unnest(ARRAY['pyroshock_reader', 'pyroshock_operator']) role,"
-            " "
+            "SELECT role, tablename, has_right FROM pg_tables, unnest(ARRAY['pyroshock_reader', "
+            "'pyroshock_operator']) role, "
             "unnest(ARRAY['SELECT','INSERT','UPDATE','DELETE','TRUNCATE','REFERENCES','TRIGGER']) "
-            "has_right"
-            " WHERE schemaname = 'public' AND "
-            "has_table_privilege(role::name, tablename::text, has_right)"
+            "has_right WHERE schemaname = 'public' AND has_table_privilege(role::name, "
+            "tablename::text, has_right)"
         )
         granted = {tuple(row) for row in connection.execute(text(query))}
         rights = [
@@ -77,8 +75,8 @@ def test_every_table_has_its_rights_and_no_role_has_more(server: Server) -> None
     ("ingest", "folder"),
     ("plan", "factorial", "mine", "--factors", "factors.toml", "--repetitions", "1"),
     ("extract", "spring", "--threshold", "0.02"),
-    ("materials", "add", "lead", "--youngs-modulus", "16GPa", "--poisson-ratio", "0.44", "--density",
-     "11340kg/m3", "--yield-strength", "12MPa", "--source", "a table"),
+    ("materials", "add", "lead", "--youngs-modulus", "16GPa", "--poisson-ratio", "0.44",
+     "--density", "11340kg/m3", "--yield-strength", "12MPa", "--source", "a table"),
 ], ids=lambda words: words[0])  # fmt: skip
 def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ...]) -> None:
     hammer_campaign(Path("folder"), recordings=1, hits=1, name="mine")

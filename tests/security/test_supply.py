@@ -105,7 +105,8 @@ def test_unknown_packages_are_named_and_accepted_ones_have_a_reason_and_an_end()
 
 @pytest.mark.parametrize(("accepted", "said"), [
     ([], "six 1.17.0: PYSEC-1, mended in 9.9: raise its pin"),
-    ([{"id": "PYSEC-1", "package": "six", "until": date(2026, 11, 30)}], "was accepted " "until 2026-11-30"),
+    ([{"id": "PYSEC-1", "package": "six", "until": date(2026, 11, 30)}],
+     "was accepted until 2026-11-30"),
     ([{"id": "PYSEC-1", "package": "other", "until": date(2027, 1, 1)}], "raise its pin"),
     ([{"id": "PYSEC-1", "package": "six", "until": date(2027, 1, 1)}], None),
 ])  # fmt: skip

@@ -24,7 +24,7 @@ from support.stores.stores import counts, pyroshock
 #: What `pyroshock` is where it is installed: Python then has the folder of this file on its path,
 #: not the working one.
 PROGRAM = (
-    "import sys\nfrom pyroshock.app.cli.main import main\nif __name__ == "
+    "import sys\nfrom pyroshock.app.doors.command_line.main import main\nif __name__ == "
     "'__main__':\n    sys.exit(main())\n"
 )
 SCRIPT = """
@@ -35,7 +35,8 @@ from pyroshock.parallel.map_tasks import run_all_tasks
 from support.processes import chores
 
 if __name__ == "__main__":
-    print(dict(run_all_tasks(ExecutorConfig(jobs=2), chores.squared, range(4)))[3], os.environ.get("PYTHONSAFEPATH"))
+    squares = dict(run_all_tasks(ExecutorConfig(jobs=2), chores.squared, range(4)))
+    print(squares[3], os.environ.get("PYTHONSAFEPATH"))
 """
 TESTS = Path(__file__).resolve().parents[1]
 PATIENCE_S = 90.0

@@ -40,9 +40,8 @@ def skip_for_want_of(name: str, why: str) -> NoReturn:
     """Skips the test, or fails it where tests may not lack this."""
     if name not in MAY_BE_MISSING:
         pytest.fail(
-            f"{name} is missing: {why}. Tests may lack shells, browsers and "
-            f"servers alone: take a Python package that "
-            "does the same, and enter it in pyproject.toml"
+            f"{name} is missing: {why}. Tests may lack shells, browsers and servers alone: take a "
+            "Python package that does the same, and enter it in pyproject.toml"
         )
     pytest.skip(f"{_WANT}{name}: {why}")
 

@@ -27,7 +27,8 @@ store, uri, table, answer = sys.argv[1:]
 mlflow.set_tracking_uri(store)
 table = pandas.DataFrame(json.load(open(table)))
 json.dump(mlflow.pyfunc.load_model(uri).predict(table).to_dict("list"), open(answer, "w"))
-print(json.dumps([name for name in ("torch", "gpytorch", "optuna") if importlib.util.find_spec(name)]))
+libraries = ("torch", "gpytorch", "optuna")
+print(json.dumps([name for name in libraries if importlib.util.find_spec(name)]))
 """
 
 

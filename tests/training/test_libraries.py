@@ -25,8 +25,9 @@ from pyroshock.training.models.catalogue import BuildOptions, entry_of
 pulses = pulse_table(np.random.default_rng(1), repetitions=2)
 imported = set(sys.modules)
 model = entry_of(sys.argv[2]).make(BuildOptions())
+small = {"population": 2, "generations": 1, "iterations": 1, "search_rows": 40}
 for part in vars(getattr(model, "model", model)).values():
-    for name, few in (("population", 2), ("generations", 1), ("iterations", 1), ("search_rows", 40)):
+    for name, few in small.items():
         if hasattr(part, name):
             setattr(part, name, few)
 model.fit(pulses, np.random.default_rng(2))

@@ -72,7 +72,8 @@ def _byte(path: Path) -> None:
 @pytest.mark.parametrize(("change", "words"), [
     (_byte, "is not the file that was registered"),
     (Path.unlink, "no "),
-    (lambda path: path.with_name("further.py").write_text("print(1)"), "further.py " "was not registered"),
+    (lambda path: path.with_name("further.py").write_text("print(1)"),
+     "further.py was not registered"),
 ], ids=["changed", "missing", "extra"])  # fmt: skip
 def test_each_changed_missing_or_further_file_is_named(
     tmp_path: Path, change: Callable[[Path], object], words: str

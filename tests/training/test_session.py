@@ -55,7 +55,8 @@ def counted(write):
 mlflow.register_model = counted(mlflow.register_model)
 mlflow.MlflowClient.set_model_version_tag = counted(mlflow.MlflowClient.set_model_version_tag)
 registry = Registry(storage_for(f"sqlite:///{sys.argv[2]}/lab.db", {}))
-done = session.train(registry, context_in(registry), ["hann", "hertz", "linear"], ["repetitions", "configurations"])
+models, splits = ["hann", "hertz", "linear"], ["repetitions", "configurations"]
+done = session.train(registry, context_in(registry), models, splits)
 print(done.trained)
 """
 

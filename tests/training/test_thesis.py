@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
-from pyroshock.app.train.tables import all_figures, thesis_figures
+from pyroshock.app.operations.train.tables import all_figures, thesis_figures
 from pyroshock.training.evaluation.metrics import METRICS
 
 TIMES = {

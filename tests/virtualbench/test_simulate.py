@@ -30,14 +30,16 @@ def rows_of(table: str) -> list[dict[str, str]]:
 
 
 HAMMER_ROWS = rows_of("""
-run impact_position hammer_speed tip_material tip_radius_mm anvil_material insulator boundary_conditions
+run impact_position hammer_speed tip_material tip_radius_mm anvil_material insulator \
+boundary_conditions
 11  #1              low          aluminum     30            none           none      free
 12  #3              high         polyurethane 15            steel          polymeric free
 """)
 GUN_ROWS = rows_of("""
-run plate_material anvil_material insulator tip_material tip_radius_mm bullet_mass_kg velocity_level tank_pressure_bar
-1   steel          none           none      PLA          45            0.2            low            0.6
-2   steel          none           none      steel        45            1              low            3.5
+run plate_material anvil_material insulator tip_material tip_radius_mm bullet_mass_kg \
+velocity_level tank_pressure_bar
+1   steel          none           none      PLA          45            0.2    low      0.6
+2   steel          none           none      steel        45            1      low      3.5
 """)
 SEED = 918273645
 HAMMER_CHANNELS = ("force", "acceleration_hammer", "acceleration_1", "acceleration_2")

@@ -4,7 +4,8 @@
 python -m tools.mutation                        # what plan.toml says and the rows lack
 python -m tools.mutation 'twin/gun/*' --jobs 2  # of these modules
 python -m tools.mutation --again survived       # what survived, once more
-python -m tools.mutation --page                 # only the table of docs/measurements/mutation.md, of the kept rows
+python -m tools.mutation --page                 # only the table of docs/measurements/mutation.md,
+                                                # of the kept rows
 """
 
 from __future__ import annotations

@@ -17,9 +17,8 @@ def page() -> str:
     """A section a check: what it finds, its limits and their reasons."""
     return joined(
         "## Of a record",
-        f"Made of every channel when a campaign is ingested, in this order, "
-        f"and by {code('pyroshock srs')}. Those of "
-        "an ingest are stored with their evidence.",
+        "Made of every channel when a campaign is ingested, in this order, and by "
+        f"{code('pyroshock srs')}. Those of an ingest are stored with their evidence.",
         *(_section(check) for check in checks.CHECKS),
         "### What several of them share",
         constants_table(levels),

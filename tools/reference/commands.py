@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 import click
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 
 from .markdown import code, escaped, joined, prose, table
 

@@ -22,7 +22,7 @@ def _section(kind: type[Effect]) -> str:
     ]
     if kind.regimes:
         facts.append(
-            f"- looked for in turn: "
+            "- looked for in turn: "
             f"{'; '.join(', '.join(map(code, names)) for names in kind.regimes)}"
         )
     header = [

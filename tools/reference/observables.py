@@ -37,9 +37,8 @@ def page() -> str:
         _table(OBSERVABLES),
         "## Plate",
         prose(plate_columns.__doc__),
-        "Here of one mode at 1000 Hz, one accelerometer, one line of its "
-        "spectrum and one window; a campaign has each "
-        "of them for every mode that it shows, every channel, three lines an "
+        "Here of one mode at 1000 Hz, one accelerometer, one line of its spectrum and one window; "
+        "a campaign has each of them for every mode that it shows, every channel, three lines an "
         "octave, and what follows the shock.",
         _table(of_plate()),
     )

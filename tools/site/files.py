@@ -25,6 +25,7 @@ PAGES = {
     "README.md": "index",
     "CHANGELOG.md": "changelog",
     "CONTRIBUTING.md": "contributing",
+    "SECURITY.md": "security",
     "docs": "index",
 }
 _LINK = re.compile(r"\]\((?![a-z]+:|#)([^)#\s]+)")

@@ -86,8 +86,8 @@ class Coregional(LearnedArrays):
     kind = "coregional"
 
     def __init__(
-        self, kernel: str | Mapping[str, Any] | Kernel = "rbf", rank: int = 6, iterations: int = 400,
-        components: bool = True,
+        self, kernel: str | Mapping[str, Any] | Kernel = "rbf", rank: int = 6,
+        iterations: int = 400, components: bool = True,
     ) -> None:  # fmt: skip
         if rank < 1:
             raise ValueError(f"rank {rank}: the outputs share at least 1 process")

@@ -194,10 +194,9 @@ class PipelineRegression(Estimator):
     def restore(self, arrays: Arrays) -> Self:
         if _REGRESSOR not in arrays or _VERSION not in arrays:
             raise ValueError(
-                f"{self.kind!r} is restored from {_REGRESSOR!r} and "
-                f"{_VERSION!r}, not from {', '.join(sorted(arrays))}"
-                ": the model was trained by older software, train it again "
-                "(pyroshock train … --retrain)"
+                f"{self.kind!r} is restored from {_REGRESSOR!r} and {_VERSION!r}, not from "
+                f"{', '.join(sorted(arrays))}: the model was trained by older software, train it "
+                "again (pyroshock train … --retrain)"
             )
         self._refuse_other_version(str(arrays[_VERSION]))
         try:

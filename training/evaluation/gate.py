@@ -106,11 +106,10 @@ def too_few(configurations: int) -> str:
     if configurations >= LEAST_CONFIGURATIONS:
         return ""
     return (
-        f"{configurations} configurations are not enough to judge a model: "
-        f"{LEAST_CONFIGURATIONS} at least are needed "
-        f"(with {configurations}, no p-value is below "
-        f"{least_p_value(configurations):.2g} and no 90 % band can be "
-        "checked); measure further configurations, or judge on another campaign (--on)"
+        f"{configurations} configurations are not enough to judge a model: {LEAST_CONFIGURATIONS} "
+        f"at least are needed (with {configurations}, no p-value is below "
+        f"{least_p_value(configurations):.2g} and no 90 % band can be checked); measure further "
+        "configurations, or judge on another campaign (--on)"
     )
 
 
@@ -137,10 +136,9 @@ def judge(scores: UnseenScores, p_value: float) -> GateVerdict:
         )
     if not all(check.holds for check in checks):
         reason = (
-            f"{scores.configurations} configurations are not enough to judge "
-            f"the 90 % bands of {scores.names[0]}: "
-            f"inside are {bands}, expected {NARROWEST:.0%} to {WIDEST:.0%}; "
-            f"measure further configurations"
+            f"{scores.configurations} configurations are not enough to judge the 90 % bands of "
+            f"{scores.names[0]}: inside are {bands}, expected {NARROWEST:.0%} to {WIDEST:.0%}; "
+            "measure further configurations"
         )
         return GateVerdict("not enough to judge", f"{reason}; {words}")
     return GateVerdict("promoted", f"{words}; inside its 90 % bands are {bands}")
@@ -178,8 +176,7 @@ def not_usable(label: str, errors: Mapping[str, float], floors: Mapping[str, flo
         times = times_repeatability(error, [floors[split]] if split in floors else [])
         if times is not None and not times < NOT_USABLE:
             return (
-                f"{label} is not usable: its force error on the split {split} "
-                f"is {error:.0%}, {times:.0f} times what "
-                f"repeated impacts differ by ({floors[split]:.1%})"
+                f"{label} is not usable: its force error on the split {split} is {error:.0%}, "
+                f"{times:.0f} times what repeated impacts differ by ({floors[split]:.1%})"
             )
     return ""

@@ -103,9 +103,8 @@ class Connection:
                 if is_transient(error):
                     raise
                 raise RegistryError(
-                    f"model registry {self.place.shown} cannot be read: "
-                    f"{_first_line(error)}; restore it from a backup "
-                    "(pyroshock db restore), or move it away and register "
+                    f"model registry {self.place.shown} cannot be read: {_first_line(error)}; "
+                    "restore it from a backup (pyroshock db restore), or move it away and register "
                     "its files again (pyroshock models recover)"
                 ) from error
             finally:

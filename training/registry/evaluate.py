@@ -41,9 +41,8 @@ def evaluate_held_out(
     )
     if not common:
         raise ValueError(
-            f"{' and '.join(held_out)} have no held-out pulse in common: "
-            f"compare models of one dataset and split, "
-            "or judge them on another campaign (promote --on)"
+            f"{' and '.join(held_out)} have no held-out pulse in common: compare models of one "
+            "dataset and split, or judge them on another campaign (promote --on)"
         )
     pulses = _pulses_of(versions, common, read)
     predictions = {label: _in_order(predicted, pulses.key) for label, predicted in held_out.items()}

@@ -71,9 +71,8 @@ def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> 
             f"{number} ({', '.join(splits)})" for number, splits in _splits_by_number(named)
         )
         raise LookupError(
-            f"no "
-            f"{text!r}{f' of split {split!r}' if split and not which else ''}; "
-            f"versions: {version_names}"
+            f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: "
+            f"{version_names}"
         )
     return max(
         matches, key=lambda version: (version.version, version.split == split, version.is_served)

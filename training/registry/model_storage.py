@@ -121,9 +121,8 @@ def _storage_at(uri: str) -> ModelStorage:
         scheme = "file"
     if scheme == "file":
         raise ValueError(
-            f"{VARIABLE}={address_for_display(uri)}: MLflow keeps no models "
-            f"in plain folders any more; "
-            "give sqlite:///FILE, postgresql+psycopg://USER@HOST/NAME or a server's address"
+            f"{VARIABLE}={address_for_display(uri)}: MLflow keeps no models in plain folders any "
+            "more; give sqlite:///FILE, postgresql+psycopg://USER@HOST/NAME or a server's address"
         )
     database = _file_of(parse_address(uri))
     if database is None:

@@ -197,9 +197,8 @@ def run_search(
         evaluated.append(len(seen))
         if progress:
             progress(
-                f"generation {generation} of "
-                f"{search.generations}: {best[-1]:.4f} with {show(leader)};"
-                f" {len(seen)} evaluated, {requested - len(seen)} duplicates saved"
+                f"generation {generation} of {search.generations}: {best[-1]:.4f} with "
+                f"{show(leader)}; {len(seen)} evaluated, {requested - len(seen)} duplicates saved"
             )
     return GeneticResult(leader, best[-1], tuple(best), requested, tuple(evaluated))
 

@@ -66,13 +66,13 @@ class PlatePoint:
         for name in ("damping_ratio", "shape"):
             if getattr(self, name).shape != self.frequency_hz.shape or self.frequency_hz.ndim != 1:
                 raise ValueError(
-                    f"{name} has shape "
-                    f"{getattr(self, name).shape}: expected that of frequency_hz, (m,)"
+                    f"{name} has shape {getattr(self, name).shape}: expected that of frequency_hz, "
+                    "(m,)"
                 )
         if not self.impedance_n_s_m > 0:
             raise ValueError(
-                f"impedance_n_s_m = "
-                f"{self.impedance_n_s_m!r}: expected a positive number, or infinity"
+                f"impedance_n_s_m = {self.impedance_n_s_m!r}: expected a positive number, or "
+                "infinity"
             )
         if np.any(self.frequency_hz < 0) or np.any(
             (self.damping_ratio < 0) | (self.damping_ratio >= 1)

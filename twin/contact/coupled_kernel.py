@@ -321,7 +321,8 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
             relative = velocity - inverse * impulse
             bend = -_acceleration(modes, ahead) if chi > 0 else 0.0
             ends = (
-                relative_displacement + h * relative - inverse * h * h * (0.35 * force + 0.05 * h * rate)
+                relative_displacement + h * relative
+                - inverse * h * h * (0.35 * force + 0.05 * h * rate)
                 - moved - dashed - mobility * h * (0.5 * force + h * rate / 12),
                 relative - inverse * h * (0.5 * force + h * rate / 12) - speed,
                 bend,

@@ -542,8 +542,8 @@ def _earlier_states(history, count, leads, earlier):  # type: ignore[no-untyped-
 
 @njit(nogil=True, error_model="numpy")
 def _moved(  # type: ignore[no-untyped-def]
-    q, valve, state, step, floor, relative, most_steps, work, system, by_time, new, slope, first, error,
-    leads, history, earlier,
+    q, valve, state, step, floor, relative, most_steps, work, system, by_time, new, slope, first,
+    error, leads, history, earlier,
 ):  # fmt: skip
     """One shot to its end, its state in its place: time, and how it ended; what was at `leads`
     before it (m, 3)."""
@@ -630,7 +630,8 @@ def _moved(  # type: ignore[no-untyped-def]
 
 @njit(
     void(
-        _TABLE, _VALVE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1]
+        _TABLE, _VALVE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1], f8[:, ::1],
+        f8[:, :, ::1],
     ),
     nogil=True,
     error_model="numpy",

@@ -190,12 +190,10 @@ def refuse_faster_than_gas(
     most = escape_speed_m_s(bench.heat_capacity_ratio, ROOM_K)
     for first in np.flatnonzero(velocity > most)[:1]:
         raise ValueError(
-            f"tank_pressure = {tank_pressure_pa[first] / 1e5:g} bar with "
-            f"bullet_mass = {bullet_mass_kg[first]:g} kg: "
-            f"eq. 2.16 gives {velocity[first]:,.0f} m/s, but the gas of the "
-            f"tank escapes no faster than "
-            f"{most:,.0f} m/s (2 c0 / (gamma - 1) at {ROOM_K:g} K); lower the "
-            f"pressure or take a heavier bullet"
+            f"tank_pressure = {tank_pressure_pa[first] / 1e5:g} bar with bullet_mass = "
+            f"{bullet_mass_kg[first]:g} kg: eq. 2.16 gives {velocity[first]:,.0f} m/s, but the gas "
+            f"of the tank escapes no faster than {most:,.0f} m/s (2 c0 / (gamma - 1) at {ROOM_K:g} "
+            "K); lower the pressure or take a heavier bullet"
         )
 
 

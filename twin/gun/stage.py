@@ -166,9 +166,8 @@ class GunStage:
             )
         if self.shots is None:
             return (
-                "The velocity rests on no measured shot: effects of the gun "
-                "that are not stated are drawn from their "
-                "likely ranges."
+                "The velocity rests on no measured shot: effects of the gun that are not stated "
+                "are drawn from their likely ranges."
             )
         pressure, mass = self.shots.tank_pressure_pa / 1e5, self.shots.bullet_mass_kg
         fired = f"{_range(pressure, 'bar')} and {_range(mass, 'kg')}"

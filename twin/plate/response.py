@@ -112,9 +112,8 @@ def check_step(plate: ModalPlate, step_s: float) -> None:
     highest = float(plate.frequency_hz.max(initial=0.0))
     if highest * step_s >= 0.5:
         raise ValueError(
-            f"step_s = {step_s:g}: the mode at {highest:g} Hz is beyond half "
-            f"the sampling rate, {0.5 / step_s:g} Hz; "
-            "take a shorter step, or leave it out (kept_below)"
+            f"step_s = {step_s:g}: the mode at {highest:g} Hz is beyond half the sampling rate, "
+            f"{0.5 / step_s:g} Hz; take a shorter step, or leave it out (kept_below)"
         )
 
 

@@ -71,9 +71,8 @@ class Target:
         """The same at other lines (f,). Raises `ValueError` naming a line outside of its range."""
         if not np.all(inside := self.covers(frequency_hz)):
             raise ValueError(
-                f"no level at {frequency_hz[~inside][0]:g} Hz: the target "
-                f"reaches from {self.frequency_hz[0]:g} to "
-                f"{self.frequency_hz[-1]:g} Hz"
+                f"no level at {frequency_hz[~inside][0]:g} Hz: the target reaches from "
+                f"{self.frequency_hz[0]:g} to {self.frequency_hz[-1]:g} Hz"
             )
         own = np.log(self.frequency_hz)
         level = np.exp(np.interp(np.log(frequency_hz), own, np.log(self.level_m_s2)))
@@ -185,9 +184,8 @@ def compare(maximax_m_s2: Floats, frequency_hz: Floats, target: Target) -> Spect
     inside = target.covers(frequency_hz)
     if not np.any(inside):
         raise ValueError(
-            f"no line of the spectrum ({frequency_hz.min():g} to "
-            f"{frequency_hz.max():g} Hz) lies in the target's range "
-            f"({target.frequency_hz[0]:g} to {target.frequency_hz[-1]:g} Hz)"
+            f"no line of the spectrum ({frequency_hz.min():g} to {frequency_hz.max():g} Hz) lies "
+            f"in the target's range ({target.frequency_hz[0]:g} to {target.frequency_hz[-1]:g} Hz)"
         )
     lines = target.at(frequency_hz[inside])
     with np.errstate(divide="ignore"):  # no response at all is -inf dB

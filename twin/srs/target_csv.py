@@ -138,9 +138,8 @@ def _level(
         return before[1] * math.pow(10, slope * math.log2(hz / before[0]) / 20)
     except OverflowError as error:
         raise ValueError(
-            f"{source}, line {line}: slope_db_per_octave is "
-            f"{row['slope_db_per_octave']!r}; expected less: "
-            f"the level at {hz:g} Hz would be no number"
+            f"{source}, line {line}: slope_db_per_octave is {row['slope_db_per_octave']!r}; "
+            f"expected less: the level at {hz:g} Hz would be no number"
         ) from error
 
 

@@ -231,9 +231,8 @@ def _refused(evidence: Evidence) -> Obstacle:
     """The bench refuses everything that it can be set to."""
     nearest = max(evidence.result.refused, key=evidence.searcher.nearness)
     sentence = (
-        f"The bench refuses all of {evidence.result.examined} settings. The "
-        f"nearest, {setting_text(nearest.setting)}, "
-        f"is refused for: {'; '.join(nearest.refused)}."
+        f"The bench refuses all of {evidence.result.examined} settings. The nearest, "
+        f"{setting_text(nearest.setting)}, is refused for: {'; '.join(nearest.refused)}."
     )
     return Obstacle(
         "bench limit", sentence, 0.0, *_decisive(nearest.level_db, evidence.goal), nearest.refused
@@ -249,9 +248,8 @@ def _outside(evidence: Evidence) -> list[Obstacle]:
         return []
     best = max(evidence.outside, key=lambda p: _promise(p, evidence.goal))
     sentence = (
-        f"The domain of the contact model stands in the way: "
-        f"{setting_text(best.setting)} would reach "
-        f"{_reached(best, evidence.goal)}, but the model has not learned from such shots: "
+        f"The domain of the contact model stands in the way: {setting_text(best.setting)} would "
+        f"reach {_reached(best, evidence.goal)}, but the model has not learned from such shots: "
         f"{'; '.join(best.outside)}. --extrapolate proposes it."
     )
     return [_of("model domain", sentence, best, evidence.goal, best.outside)]
@@ -276,14 +274,11 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
     line = int(np.argmax(half_db - margin))
     shots = f"{evidence.shots} measured shots were" if evidence.shots else "no measured shot was"
     sentence = (
-        f"Too few measured shots stand in the way: "
-        f"{setting_text(best.setting)} is expected within tolerance, but its "
-        f"90 % band at {evidence.goal.frequency_hz[line]:.0f} Hz reaches "
-        f"±{half_db[line]:.1f} dB, the edge is "
-        f"{margin[line]:.1f} dB away, and {shots} learned from. With nothing "
-        f"but the scatter from shot to shot the "
-        f"probability would be {_percent(without[place])}: measure this "
-        f"setting and name its campaign (--measured)."
+        f"Too few measured shots stand in the way: {setting_text(best.setting)} is expected within "
+        f"tolerance, but its 90 % band at {evidence.goal.frequency_hz[line]:.0f} Hz reaches "
+        f"±{half_db[line]:.1f} dB, the edge is {margin[line]:.1f} dB away, and {shots} learned "
+        "from. With nothing but the scatter from shot to shot the probability would be "
+        f"{_percent(without[place])}: measure this setting and name its campaign (--measured)."
     )
     return Obstacle(
         "measured shots", sentence, without[place], *_decisive(best.level_db, evidence.goal)
@@ -297,14 +292,12 @@ def _tolerance(scatter: Obstacle, evidence: Evidence) -> Obstacle:
     """The expected spectrum fits, and a shot's own scatter takes it out."""
     deviation = float(np.sqrt(np.diag(evidence.learned.prior.shot_covariance_db2()).max()))
     sentence = (
-        f"The tolerance stands in the way: the nearest expected spectrum "
-        f"leaves {scatter.margin_db:.1f} dB at "
-        f"{scatter.frequency_hz:.0f} Hz, and shots at the same setting "
-        f"scatter by {deviation:.1f} dB (standard "
-        f"deviation at a line). More measured shots do not help, for with "
-        f"that scatter alone the probability is "
-        f"{_percent(scatter.probability_without)}: widen the tolerance, or "
-        f"require fewer of the lines (--share)."
+        "The tolerance stands in the way: the nearest expected spectrum leaves "
+        f"{scatter.margin_db:.1f} dB at {scatter.frequency_hz:.0f} Hz, and shots at the same "
+        f"setting scatter by {deviation:.1f} dB (standard deviation at a line). More measured "
+        "shots do not help, for with that scatter alone the probability is "
+        f"{_percent(scatter.probability_without)}: widen the tolerance, or require fewer of the "
+        "lines (--share)."
     )
     return replace(scatter, kind="tolerance", sentence=sentence)
 
@@ -339,11 +332,9 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
             else ""
         )
         sentence = (
-            f"The level stands in the way: the nearest setting, "
-            f"{setting_text(nearest.setting)}, would have to be "
-            f"{abs(off_db):.1f} dB "
-            f"{'louder' if off_db > 0 else 'softer'}{rest}. The bench sets {low:.3g} to "
-            f"{high:.3g} bar.{further}"
+            f"The level stands in the way: the nearest setting, {setting_text(nearest.setting)}, "
+            f"would have to be {abs(off_db):.1f} dB {'louder' if off_db > 0 else 'softer'}{rest}. "
+            f"The bench sets {low:.3g} to {high:.3g} bar.{further}"
         )
         return Obstacle(
             "level",
@@ -360,13 +351,11 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
         "every line" if goal.share == 1 else f"{goal.required} of {goal.frequency_hz.size} lines"
     )
     sentence = (
-        f"The shape of the spectrum stands in the way: of "
-        f"{evidence.result.examined} settings none has {lines} within "
-        f"tolerance. The nearest, {setting_text(nearest.setting)}, has "
-        f"{within} of {goal.frequency_hz.size}; at "
-        f"{frequency:.0f} Hz it gives {expected:,.0f} m/s2 where "
-        f"{prescribed:,.0f} m/s2 is prescribed, "
-        f"{-margin:.1f} dB {_beyond(nearest.level_db, goal)}.{further}"
+        f"The shape of the spectrum stands in the way: of {evidence.result.examined} settings none "
+        f"has {lines} within tolerance. The nearest, {setting_text(nearest.setting)}, has {within} "
+        f"of {goal.frequency_hz.size}; at {frequency:.0f} Hz it gives {expected:,.0f} m/s2 where "
+        f"{prescribed:,.0f} m/s2 is prescribed, {-margin:.1f} dB "
+        f"{_beyond(nearest.level_db, goal)}.{further}"
     )
     return Obstacle("shape", sentence, 0.0, frequency, margin)
 
@@ -392,8 +381,8 @@ def _beyond(level_db: Floats, goal: Goal) -> str:
     if goal.margin_db(level_db)[line] < 0:
         return "outside of the tolerance"
     return (
-        f"below the level, which "
-        f"{goal.rule.required_above(goal.frequency_hz.size)} lines must reach"
+        f"below the level, which {goal.rule.required_above(goal.frequency_hz.size)} lines must "
+        "reach"
     )
 
 

@@ -175,10 +175,9 @@ def setting_text(setting: Setting) -> str:
     anvil = f", anvil of {setting.anvil.name}" if setting.anvil else ""
     layer = f", {setting.insulator} insulator" if setting.insulator != "none" else ""
     return (
-        f"{(setting.tank_pressure_pa or 0.0) / 1e5:.3g} bar, "
-        f"{setting.impactor_mass_kg:.3g} kg, tip of "
-        f"{setting.tip.name} of {setting.tip_radius_m * 1e3:.3g} "
-        f"mm{anvil}{layer}, position {setting.impact_position}"
+        f"{(setting.tank_pressure_pa or 0.0) / 1e5:.3g} bar, {setting.impactor_mass_kg:.3g} kg, "
+        f"tip of {setting.tip.name} of {setting.tip_radius_m * 1e3:.3g} mm{anvil}{layer}, position "
+        f"{setting.impact_position}"
     )
 
 

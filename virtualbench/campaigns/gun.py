@@ -74,9 +74,8 @@ def valve_way_of(row: Row) -> ValveWay | None:
         return ValveWay(moments, positions)
     except (TypeError, ValueError) as error:
         raise ValueError(
-            f"plan: run {row.get('run', '?')}: valve_profile is {text!r}; "
-            f"expected points TIME:POSITION in s and 0 "
-            "(shut) to 1 (open), such as '0:0 0.1:1'"
+            f"plan: run {row.get('run', '?')}: valve_profile is {text!r}; expected points "
+            "TIME:POSITION in s and 0 (shut) to 1 (open), such as '0:0 0.1:1'"
         ) from error
 
 

@@ -267,9 +267,8 @@ def shot_signals(
     moment = begin + np.arange(round(duration_s * sampling_rate_hz)) / sampling_rate_hz
     if moment[-1] > truth.time_s[-1]:
         raise ValueError(
-            f"the recording ends {moment[-1]:.4g} s after the valve's first "
-            f"turn, and the shot was followed for "
-            f"{truth.time_s[-1]:.4g} s: fire it with a larger until_s"
+            f"the recording ends {moment[-1]:.4g} s after the valve's first turn, and the shot was "
+            f"followed for {truth.time_s[-1]:.4g} s: fire it with a larger until_s"
         )
     blocked = _blocked_share(truth, projectile, moment)
     return {

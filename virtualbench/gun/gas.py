@@ -128,9 +128,8 @@ class ValveWay:
             and finite
         ):
             raise ValueError(
-                f"valve at {self.moments_s} s in {self.positions}: expected "
-                f"rising moments from 0 s on, and as many "
-                "positions of 0 to 1"
+                f"valve at {self.moments_s} s in {self.positions}: expected rising moments from 0 "
+                "s on, and as many positions of 0 to 1"
             )
 
     def slowed(self, factor: float) -> ValveWay:

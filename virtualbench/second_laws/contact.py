@@ -264,8 +264,8 @@ def _curve(
 
 @lru_cache(maxsize=512)
 def _tabulated(
-    modulus: float, radius: float, tip: str, softer: str, yields_pa: float, poisson: float, plastic: float, worn: float,
-    split: str, rate_1_s: float, sheet: float,
+    modulus: float, radius: float, tip: str, softer: str, yields_pa: float, poisson: float,
+    plastic: float, worn: float, split: str, rate_1_s: float, sheet: float,
 ) -> LoadingCurve:  # fmt: skip
     depth = np.geomspace(_SHALLOWEST_M, 0.5 * radius, _GRID)
     force = 4 / 3 * modulus * math.sqrt(radius) * depth**1.5
@@ -404,8 +404,8 @@ def _linear(depth: float, first: float, width: float, values: Floats) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _motion(
-    s: Floats, deepest: float, f: Floats, first: float, width: float, force: Floats, residual: Floats, shapes: Floats,
-    omega: Floats, rate: Floats,
+    s: Floats, deepest: float, f: Floats, first: float, width: float, force: Floats,
+    residual: Floats, shapes: Floats, omega: Floats, rate: Floats,
 ) -> tuple[float, float]:  # fmt: skip
     """Rates of the state: x, v, plate, its surface, layer, hand's x and v, modes; the force and the
     indentation."""
@@ -473,8 +473,8 @@ def _motion(
 
 @njit(cache=True, error_model="numpy")
 def run(
-    f: Floats, speed: float, step: float, limit: int, first: float, width: float, force: Floats, residual: Floats,
-    shapes: Floats, omega: Floats,
+    f: Floats, speed: float, step: float, limit: int, first: float, width: float, force: Floats,
+    residual: Floats, shapes: Floats, omega: Floats,
 ) -> Floats:  # fmt: skip
     """Force (n,) at even steps until the impactor lets go; empty where it has not within `limit`
     steps."""

@@ -112,13 +112,10 @@ class GunObservables(Stage):
             self._ask(self._windows.before_exit_s, self._windows.scale_pa)
             shots = sum(trace is not None for trace in self._traces)
             self.assumptions = (
-                f"tank pressure: its record is compared in {shots} of "
-                f"{len(self._traces)} shots, just before the exit, "
-                "half a nominal transit before it, once the tank is empty, "
-                "and, where it empties, after the exit "
-                "through an outlet whose area the records tell; the exit is "
-                "the middle of the passage through the "
-                "laser",
+                f"tank pressure: its record is compared in {shots} of {len(self._traces)} shots, "
+                "just before the exit, half a nominal transit before it, once the tank is empty, "
+                "and, where it empties, after the exit through an outlet whose area the records "
+                "tell; the exit is the middle of the passage through the laser",
             )
         self._set_pa = record.run_values("set_pressure_pa")
         self._has_regulator = bool(np.isfinite(self._set_pa).any())

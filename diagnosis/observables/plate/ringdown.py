@@ -152,12 +152,10 @@ def _assumed(record: CampaignRecord, used: NDArray[np.bool_]) -> list[str]:
     sentences = []
     if not record.plate_points_known:
         sentences.append(
-            f"plate: solved from its outline ({_make(record)}, free edges, "
-            f"one damping ratio for all modes), which is "
-            f"taken to agree within {_SOLVED[0]:.0%} of a frequency and "
-            f"{_SOLVED[1]:.0%} of a damping ratio; since "
-            f"nothing says where it was hit and where its sensors stand, "
-            f"{what}: --bench FILE gives these places"
+            f"plate: solved from its outline ({_make(record)}, free edges, one damping ratio for "
+            f"all modes), which is taken to agree within {_SOLVED[0]:.0%} of a frequency and "
+            f"{_SOLVED[1]:.0%} of a damping ratio; since nothing says where it was hit and where "
+            f"its sensors stand, {what}: --bench FILE gives these places"
         )
     if not any(run.force is not None and run.accelerations for run in record.runs):
         sentences.append(

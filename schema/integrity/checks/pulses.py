@@ -13,9 +13,8 @@ from ...series import SeriesError, as_floats, content_bytes
 from ..findings import IntegrityFinding, Scope
 
 ADVICE = (
-    "cut the recording again with other settings (pyroshock extract CAMPAIGN "
-    "--threshold …), or restore the store "
-    "from its backup"
+    "cut the recording again with other settings (pyroshock extract CAMPAIGN --threshold …), or "
+    "restore the store from its backup"
 )
 #: A pulse's row with its force, and where it belongs.
 PulseRow = Any

@@ -69,9 +69,8 @@ def _problem(row: HashedRow) -> str:
     if row.recorded == ALTERED:
         return "a figure was altered before the store was upgraded to revision 0011"
     return (
-        f"the row was altered: its values have the SHA-256 "
-        f"{row.computed[:12]}…, it was written with "
-        f"{row.recorded[:12]!s}…"
+        f"the row was altered: its values have the SHA-256 {row.computed[:12]}…, it was written "
+        f"with {row.recorded[:12]!s}…"
     )
 
 

@@ -48,9 +48,8 @@ def place_of(row: ChannelRow, chunk: int | None = None) -> dict[str, Any]:
 
 
 ADVICE = (
-    "read the recording again from its campaign folder with: pyroshock db "
-    "check --repair FOLDER; without the folder, "
-    "restore the store from its backup. All other series can be used"
+    "read the recording again from its campaign folder with: pyroshock db check --repair FOLDER; "
+    "without the folder, restore the store from its backup. All other series can be used"
 )
 
 

@@ -21,11 +21,9 @@ depends_on = None
 _PAGE = 500
 _HIT = ("run", "repetition")
 _PULSE = (
-    "start_s contact_time_s compression_time_s peak_force_n "
-    "spline_peak_force_n impulse_n_s compression_impulse_n_s "
-    "width_half_s width_tenth_s samples_in_contact spline_nrmse "
-    "segmentation_difference force_points_n fine_period_s "
-    "fine_force_n"
+    "start_s contact_time_s compression_time_s peak_force_n spline_peak_force_n impulse_n_s "
+    "compression_impulse_n_s width_half_s width_tenth_s samples_in_contact spline_nrmse "
+    "segmentation_difference force_points_n fine_period_s fine_force_n"
 )
 _SHOT = (
     "tank_pressure_pa recorded_pressure_pa recorded_pressure_u_pa bullet_mass_kg bullet_length_m "

@@ -13,10 +13,10 @@ depends_on = None
 
 _TEXTS = ("file_sha256", "replaced_by", "archive_path", "archive_sha256")
 _RULES = {
-    "file_sha256_of_recording": "file_sha256 IS NULL OR "
-    "(length(file_sha256) = 64 AND kind = 'recording')",
-    "replaced_by_of_recording": "replaced_by IS NULL OR "
-    "(length(replaced_by) = 64 AND kind = 'recording')",
+    "file_sha256_of_recording": "file_sha256 IS NULL OR (length(file_sha256) = 64 AND kind = "
+    "'recording')",
+    "replaced_by_of_recording": "replaced_by IS NULL OR (length(replaced_by) = 64 AND kind = "
+    "'recording')",
     "archive_of_campaign": "archive_sha256 IS NULL OR "
     "(length(archive_sha256) = 64 AND kind = 'campaign')",
     "archive_with_sha256": "(archive_path IS NULL) = (archive_sha256 IS NULL)",

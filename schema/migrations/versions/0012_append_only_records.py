@@ -28,13 +28,13 @@ LANGUAGE sql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
 $$""",
     """
 CREATE FUNCTION {schema}.pyroshock_replace_set_aside(
-  recording integer, new_sha256 text, new_size bigint, new_format text, new_status text, new_reason text,
-  new_writer integer, new_row_sha256 text
+  recording integer, new_sha256 text, new_size bigint, new_format text, new_status text,
+  new_reason text, new_writer integer, new_row_sha256 text
 ) RETURNS integer
 LANGUAGE sql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
   WITH changed AS (
-    UPDATE {schema}.recordings r SET sha256 = $2, size_bytes = $3, format = $4, status = $5, reason = $6,
-      written_by_id = $7, row_sha256 = $8
+    UPDATE {schema}.recordings r SET sha256 = $2, size_bytes = $3, format = $4, status = $5,
+      reason = $6, written_by_id = $7, row_sha256 = $8
     WHERE r.id = $1 AND r.status = 'set aside'
     AND NOT EXISTS (SELECT FROM {schema}.channels c WHERE c.recording_id = r.id)
     RETURNING 1
@@ -61,7 +61,8 @@ $$""",
 CREATE FUNCTION {schema}.pyroshock_withdraw_force_sign(recording integer) RETURNS integer
 LANGUAGE sql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
   WITH gone AS (
-    DELETE FROM {schema}.quality_findings f WHERE f.recording_id = $1 AND f."check" = 'force-sign' RETURNING 1
+    DELETE FROM {schema}.quality_findings f WHERE f.recording_id = $1 AND f."check" = 'force-sign'
+    RETURNING 1
   ) SELECT pg_catalog.count(*)::integer FROM gone
 $$""",
 )

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.common.model_registry import registry_of
-from pyroshock.app.store.backup import back_up, restore
+from pyroshock.app.operations.store.backup import back_up, restore
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.session import count_rows
 from pyroshock.training.fitting.fitting import fit_task, task_of

@@ -7,7 +7,7 @@ import shutil
 from types import SimpleNamespace
 
 import pytest
-from pyroshock.app.store.check import damaged_models
+from pyroshock.app.operations.store.check import damaged_models
 from pyroshock.schema import migrate
 from pyroshock.schema.engine import make_engine
 from support.processes.web_client import window

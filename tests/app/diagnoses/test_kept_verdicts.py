@@ -11,10 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyroshock.app.diagnose.diagnosing import keep, last_report, past_diagnoses, report_json
-from pyroshock.app.diagnose.report import page
-from pyroshock.app.diagnose.request import DiagnosisRequest, restriction_sentences
-from pyroshock.app.diagnose.stored import (
+from pyroshock.app.operations.diagnose.diagnosing import (
+    keep,
+    last_report,
+    past_diagnoses,
+    report_json,
+)
+from pyroshock.app.operations.diagnose.report import page
+from pyroshock.app.operations.diagnose.request import DiagnosisRequest, restriction_sentences
+from pyroshock.app.operations.diagnose.stored import (
     kept_options,
     kept_report,
     kept_verdict,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pyroshock.app.diagnose.plot_builder import pictures_of, residual_pictures
+from pyroshock.app.operations.diagnose.plot_builder import pictures_of, residual_pictures
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.observables.contact.stage import ContactObservables

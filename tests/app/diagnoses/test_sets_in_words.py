@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.app.common.number_format import percent
-from pyroshock.app.diagnose.page_parts import list_row, parts_of
-from pyroshock.app.diagnose.recommendations import next_experiment, recommendations
-from pyroshock.app.diagnose.report import (
+from pyroshock.app.documents.document import Table
+from pyroshock.app.operations.diagnose.page_parts import list_row, parts_of
+from pyroshock.app.operations.diagnose.recommendations import next_experiment, recommendations
+from pyroshock.app.operations.diagnose.report import (
     EFFECT_COLUMNS,
     GAIN,
     effect_rows,
@@ -17,11 +18,11 @@ from pyroshock.app.diagnose.report import (
     sections,
     verdict_of,
 )
-from pyroshock.app.diagnose.report_charts import path_rows, share_rows
-from pyroshock.app.diagnose.service import GapDiagnosis
-from pyroshock.app.diagnose.stored import verdict_from_json, verdict_to_json
-from pyroshock.app.diagnose.summary import held_out_fraction, is_unknown, summary
-from pyroshock.app.diagnose.wording import (
+from pyroshock.app.operations.diagnose.report_charts import path_rows, share_rows
+from pyroshock.app.operations.diagnose.service import GapDiagnosis
+from pyroshock.app.operations.diagnose.stored import verdict_from_json, verdict_to_json
+from pyroshock.app.operations.diagnose.summary import held_out_fraction, is_unknown, summary
+from pyroshock.app.operations.diagnose.wording import (
     ALIKE,
     drawn_effects_sentence,
     effect_subject,
@@ -29,7 +30,6 @@ from pyroshock.app.diagnose.wording import (
     shrinkage_line,
     single_effects,
 )
-from pyroshock.app.documents.document import Table
 from pyroshock.app.twins.adopted_effects import offered
 from pyroshock.diagnosis.verdict import (
     NONE,
@@ -144,9 +144,8 @@ def test_mean_of_a_set_is_offered_and_its_channel_is_named() -> None:
     first, second = alike().sets
     settled = alike(sets=(replace(first, settled_by=SettledBy("tank_pressure", 9.1)), second))
     line = (
-        f"To tell whether {SUBJECTS} acts, record the tank pressure: it would "
-        f"tell them apart by 9.1 standard "
-        "deviations of its noise."
+        f"To tell whether {SUBJECTS} acts, record the tank pressure: it would tell them apart by "
+        "9.1 standard deviations of its noise."
     )
     assert recommendations(settled)[1] == line and line in next_experiment(settled)
 
@@ -337,9 +336,8 @@ def test_figures_of_what_was_not_seen_have_their_units() -> None:
     }
 
 
-def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report_and_not_the_choice_of_the_folds() -> (
-    None
-):
+def test_line_and_table_of_what_was_not_seen_name_the_sets_of_the_report() -> None:
+    """And not those that each fold chose."""
     nominal_verdict = verdicts.gun()
     entry = replace(nominal_verdict.shrinkage[0], effects=("gun.barrel_loss",))
     alike = "gun.valve_flow or gun.barrel_loss"

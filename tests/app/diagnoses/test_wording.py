@@ -7,16 +7,20 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.diagnose.recommendations import next_experiment, recommendations, rest_sentence
-from pyroshock.app.diagnose.report import effect_rows
-from pyroshock.app.diagnose.request import (
+from pyroshock.app.operations.diagnose.recommendations import (
+    next_experiment,
+    recommendations,
+    rest_sentence,
+)
+from pyroshock.app.operations.diagnose.report import effect_rows
+from pyroshock.app.operations.diagnose.request import (
     considered_effects,
     full_name,
     restriction_sentences,
     uncertain_numbers,
 )
-from pyroshock.app.diagnose.summary import held_out_fraction, nearest_effects, summary
-from pyroshock.app.diagnose.wording import (
+from pyroshock.app.operations.diagnose.summary import held_out_fraction, nearest_effects, summary
+from pyroshock.app.operations.diagnose.wording import (
     EFFECT_CHECKS,
     EFFECT_SUBJECTS,
     cause_lines,
@@ -47,8 +51,7 @@ from support.records import verdicts
 from support.records.plate_records import played
 
 
-# --- every effect and every observable has words of the test bench
-# --------------------------------------------------
+# --- every effect and every observable has words of the test bench ---
 def test_effects_and_observables_have_words_of_their_own() -> None:
     assert set(EFFECT_SUBJECTS) == set(EFFECT_CHECKS) == set(catalogue())
     assert len(set(EFFECT_SUBJECTS.values())) == len(EFFECT_SUBJECTS)
@@ -65,8 +68,8 @@ def test_effects_and_observables_have_words_of_their_own() -> None:
         "ln_width_tenth": "pulse width at 10 % of the peak",
         "ln damping of the mode at 412 Hz": "damping of the mode at 412 Hz",
         "acceleration_1 spectrum at 400 Hz": "shock response spectrum at 400 Hz, acceleration 1",
-        "acceleration_2 ln "
-        "amplitude of the mode at 412 Hz": "amplitude of the mode at 412 Hz, acceleration 2",
+        "acceleration_2 ln amplitude of the mode at 412 "
+        "Hz": "amplitude of the mode at 412 Hz, acceleration 2",
         "left rest from 2 to 5 ms": "level at rest from 2 to 5 ms over the peak, left",
         "left delay": "delay over the contact time, left",
         "a_new_one": "a new one",
@@ -102,9 +105,11 @@ def test_effects_that_are_left(only, without, effects) -> None:
 
 
 @pytest.mark.parametrize(("only", "without", "kind", "message"), [
-    ("gun.magic", (), LookupError, "--with " "'gun.magic': the catalogue " "has no such " "effect; it has gun.back_p"),
-    ((), "plate.damping", ValueError, "--without " "plate.damping: the " "channels of spring " "cannot show this effect; "
-     "they can show gun.back_pressure"),
+    ("gun.magic", (), LookupError,
+     "--with 'gun.magic': the catalogue has no such effect; it has gun.back_p"),
+    ((), "plate.damping", ValueError,
+     "--without plate.damping: the channels of spring cannot show this effect; they can show "
+     "gun.back_pressure"),
     ("gun.blow_by", "gun.blow_by", ValueError, "leave no effect to consider for spring"),
 ])  # fmt: skip
 def test_effects_that_cannot_be_considered_are_named(only, without, kind, message) -> None:
@@ -124,18 +129,16 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
         "measurement noise; it arises in the gun."
     )
     assert (
-        "The flow resistance of the valve causes 61 % of it (52 to 68 %), "
-        "the atmosphere ahead of the projectile 27 % "
-        "(20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % "
-        "(1 to 6 %) remains unexplained."
+        "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of "
+        "the projectile 27 % (20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 "
+        "to 6 %) remains unexplained."
     ) in sentences
     assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
     path = (replace(verdicts.gun().path[0], fraction=-0.2),)
     assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
 
 
-# --- parameters are shown in the units of the field, causes as lists
-# ------------------------------------------------
+# --- parameters are shown in the units of the field, causes as lists ---
 @pytest.mark.parametrize(("name", "unit", "value", "words"), [
     ("gun.valve_flow.opening_time_s", "s", 0.25, "opening time = 250 ms (225 to 275 ms)"),
     ("atmosphere_pa", "Pa", 96500.0, "atmosphere = 0.965 bar (0.868 to 1.062 bar)"),
@@ -250,9 +253,8 @@ def test_stages_that_are_off_alike_are_told_as_a_near_tie() -> None:
         ("plate", 0.4, (0.1, 0.7)),
     )
     assert (
-        "The contact and the gun are off by nearly the same (3.1 and 3 times "
-        "their tolerances): these runs cannot rank "
-        "them."
+        "The contact and the gun are off by nearly the same (3.1 and 3 times their tolerances): "
+        "these runs cannot rank them."
     ) in summary(verdicts.gun(where=own_errors(contact, gun, plate)))
     # 30.7 + 7.7 reaches 34.8, although 34.8 - 1.9 does not reach 30.7; 2.4 + 0.3 and 3.1 - 0.5 do
     # not meet in squares.
@@ -314,16 +316,14 @@ def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
     alike_two = verdicts.gun(effects=(replace(valve, share=0.51), atmosphere, barrel, leak))
     assert [len(own.effects) for own in alike_two.cause_sets] == [2, 1, 1]
     assert (
-        "The flow resistance of the valve or the flow resistance of the "
-        "barrel (which these runs cannot tell apart) "
-        "causes 61 % of it, the atmosphere"
+        "The flow resistance of the valve or the flow resistance of the barrel (which these runs "
+        "cannot tell apart) causes 61 % of it, the atmosphere"
     ) in summary(alike_two)
     alike = ("gun.barrel_loss", "gun.sliding_friction", "gun.heat_exchange", "gun.dead_volume")
     others = tuple(replace(valve, effect=name, share=0.05, named=False) for name in alike)
     assert (
-        "The flow resistance of the valve, the flow resistance of the "
-        "barrel, the friction of the projectile in the "
-        "barrel or 2 more (which these runs cannot tell apart) causes 81 % of it"
+        "The flow resistance of the valve, the flow resistance of the barrel, the friction of the "
+        "projectile in the barrel or 2 more (which these runs cannot tell apart) causes 81 % of it"
     ) in summary(verdicts.gun(effects=(valve, *others)))
 
 
@@ -353,14 +353,16 @@ def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
     (Cause(("gun.blow_by",), 0.9), "Most probably the leak past the projectile causes it (90 %)."),
     (
         Cause(("gun.blow_by+sensor.force_gain",), 0.9),
-        "the leak past " "the projectile " "and the " "sensitivity of the force " "channel cause " "it together (90 %).",
+        "the leak past the projectile and the sensitivity of the force channel cause it together "
+        "(90 %).",
     ),
     (
         Cause(("gun.valve_flow", "gun.barrel_loss"), 0.9),
-        "it is the " "flow resistance of " "the valve or the " "flow resistance of " "the barrel, which " "these runs cannot tell "
-        "apart (together 90 %).",
+        "it is the flow resistance of the valve or the flow resistance of the barrel, which these "
+        "runs cannot tell apart (together 90 %).",
     ),
-    (Cause(("gun.blow_by",), 0.3), "No cause stands " "out; the likeliest " "is the leak past " "the projectile (30 %)."),
+    (Cause(("gun.blow_by",), 0.3),
+     "No cause stands out; the likeliest is the leak past the projectile (30 %)."),
 ])  # fmt: skip
 def test_verdict_without_shares_is_told_by_its_causes(cause: Cause, words: str) -> None:
     whole = verdicts.verdict()
@@ -448,20 +450,23 @@ def test_predicting_set_is_adopted_and_others_are_told_apart() -> None:
 
 @pytest.mark.parametrize(("why", "runs", "line"), [
     (
-        "separates " "gun.valve_flow from " "gun.barrel_loss " "only to 0.2 of the 4 " "standard " "deviations that it takes", 30,
-        "Even 30 runs " "at tank pressure " "0.9 bar would not " "separate the flow " "resistance of the " "valve from the flow "
-        f"resistance of the barrel; " f"measure " f"{effect_check('gun.valve_flow')} " f"or " f"{effect_check('gun.barrel_loss')} "
-        "instead.",
+        "separates gun.valve_flow from gun.barrel_loss only to 0.2 of the 4 standard deviations "
+        "that it takes", 30,
+        "Even 30 runs at tank pressure 0.9 bar would not separate the flow resistance of the "
+        f"valve from the flow resistance of the barrel; measure {effect_check('gun.valve_flow')} "
+        f"or {effect_check('gun.barrel_loss')} instead.",
     ),
     (
-        "separates " "gun.valve_flow from " "gun.blow_by+gun.valve_flow " "only to " "0.2 of the 4 " "standard deviations", 30,
-        "Even 30 runs " "at tank pressure " "0.9 bar would not " "separate the flow " "resistance of the " "valve from the leak "
-        "past the " "projectile with the " "flow resistance of " "the valve; measure " "the clearance " "between projectile and "
-        "barrel with a bore gauge instead.",
+        "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard "
+        "deviations", 30,
+        "Even 30 runs at tank pressure 0.9 bar would not separate the flow resistance of the valve "
+        "from the leak past the projectile with the flow resistance of the valve; measure the "
+        "clearance between projectile and barrel with a bore gauge instead.",
     ),
     (
         "shows whether gun.blow_by acts", 1,
-        "Fire 1 run at " "tank pressure 0.9 " "bar: this shows " "whether the leak " "past the projectile acts.",
+        "Fire 1 run at tank pressure 0.9 bar: this shows whether the leak past the projectile "
+        "acts.",
     ),
 ])  # fmt: skip
 def test_run_that_cannot_decide_says_what_to_measure_instead(

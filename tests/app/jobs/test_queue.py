@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 from pyroshock.app.common.model_registry import MissingExtraError
-from pyroshock.app.ingest.job import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.claims import stop
+from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.kind import NotHereError, Result, RunningJob
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, ask, get_job, list_jobs
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING

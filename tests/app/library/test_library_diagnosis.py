@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pyroshock as ps
 import pytest
-from pyroshock.app.diagnose import diagnosing
-from pyroshock.app.diagnose.service import GapDiagnosis
+from pyroshock.app.operations.diagnose import diagnosing
+from pyroshock.app.operations.diagnose.service import GapDiagnosis
 from pyroshock.diagnosis.verdict import Cause, EffectShare, PathStep, Unexplained, Verdict
 from support.records import verdicts
 from support.stores.stores import pyroshock

@@ -12,9 +12,9 @@ import pandas as pd
 import pint
 import pyroshock as ps
 import pytest
-from pyroshock.app.tune.bench_adapter import proposal_json
-from pyroshock.app.tune.service import TunedSettings, masses_of, target_of
-from pyroshock.app.tune.session import Ask, session_of
+from pyroshock.app.operations.tune.bench_adapter import proposal_json
+from pyroshock.app.operations.tune.service import TunedSettings, masses_of, target_of
+from pyroshock.app.operations.tune.session import Ask, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.space import read_space, shipped_factors

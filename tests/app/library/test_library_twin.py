@@ -14,10 +14,10 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.laboratory_twin import LaboratoryTwin
-from pyroshock.app.predict.cli import predict
-from pyroshock.app.predict.service import ShotPrediction
-from pyroshock.app.validate.cli import validate
+from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.doors.commands.validate import validate
+from pyroshock.app.library.laboratory_twin import LaboratoryTwin
+from pyroshock.app.operations.predict.service import ShotPrediction
 
 LINES = "200:4000:3"
 SHOT = {"tank_pressure": "0.5 bar", "bullet_mass": "0.5 kg", "tip": "steel"}
@@ -158,7 +158,8 @@ def test_many_shots_are_each_as_alone(twin: LaboratoryTwin) -> None:
     assert found["tip"].tolist() == ROWS["tip"].tolist()
     for row, arguments in zip(
         found.to_dict("records"),
-        ({"tank_pressure": "0.5 bar"}, {"tank_pressure": 1e5, "tip": "aluminum", "bullet_mass": 1.0},
+        ({"tank_pressure": "0.5 bar"},
+         {"tank_pressure": 1e5, "tip": "aluminum", "bullet_mass": 1.0},
          {"velocity": 3.0, "tip": "PLA"}),
         strict=True,
     ):  # fmt: skip
@@ -198,15 +199,19 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(
 
 
 @pytest.mark.parametrize(("function", "arguments", "message"), [
-    ("predict", {"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; " "expected a " "unit such as 'bar'"),
+    ("predict", {"tank_pressure": "5 kg"},
+     "tank_pressure is '5 kg'; expected a unit such as 'bar'"),
     ("predict", {"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
     ("predict", {"bullet_mass": "1 bar"}, "bullet_mass is '1 bar'"),
-    ("predict", {"tank_pressure": 1e5, "velocity": 2.0}, "velocity and " "tank_pressure: " "expected one of them"),
+    ("predict", {"tank_pressure": 1e5, "velocity": 2.0},
+     "velocity and tank_pressure: expected one of them"),
     ("predict", {"tip": "cheese"}, "no material 'cheese'; there are: "),
     ("predict", {"draws": -1}, "draws is -1; expected 0"),
-    ("predict", {"factors": {"colour": "red"}}, "colour = red: " "no stage of this " "twin uses it; " "the contact is the"),
+    ("predict", {"factors": {"colour": "red"}},
+     "colour = red: no stage of this twin uses it; the contact is the"),
     ("twin", {"q": 0.5}, "q is 0.5; expected"),
-    ("twin", {"frequencies": [100.0, -1.0]}, "frequencies is [100.0, " "-1.0]; expected " "positive numbers"),
+    ("twin", {"frequencies": [100.0, -1.0]},
+     "frequencies is [100.0, -1.0]; expected positive numbers"),
     ("twin", {"effects": "plate.damping:factor=much"}, "effects 'plate.damping:factor=much'"),
     ("twin", {"effects": ["gun.gremlins"]}, "gun.gremlins"),
     ("twin", {"coupled": True, "contact": "hann"}, "coupled with the contact 'hann'"),
@@ -222,13 +227,15 @@ def test_error_names_the_argument(
 
 
 @pytest.mark.parametrize(("table", "message"), [
-    ({"tank_pressure": [1e5], "colour": ["red"]}, "column 'colour' of shots " "is no argument of predict"),
+    ({"tank_pressure": [1e5], "colour": ["red"]},
+     "column 'colour' of shots is no argument of predict"),
     (
         {"tank_pressure_pa": [1e5], "tip": ["steel"]},
         "predict; a table of runs has it, with 'tip_material' for 'tip': use the names of one form",
     ),
     ({"tank_pressure": [1e5, "5 kg"]}, "shots, row 2: tank_pressure is '5 kg'"),
-    ({"run": [7], "bullet_mass_kg": [1.0]}, "shots, run 7: expected " "tank_pressure_bar " "or impact_velocity_m_s"),
+    ({"run": [7], "bullet_mass_kg": [1.0]},
+     "shots, run 7: expected tank_pressure_bar or impact_velocity_m_s"),
     ({"tank_pressure": []}, "shots has no row to predict"),
 ])  # fmt: skip
 def test_error_of_a_table_names_row_and_column(

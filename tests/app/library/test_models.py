@@ -11,8 +11,8 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
-from pyroshock.app.train.contact_model import ContactPulses
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.train.contact_model import ContactPulses
 from scipy.stats import norm
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import fresh_registry, without_figures
@@ -98,8 +98,10 @@ def test_a_comparison_says_what_the_command_says(lab):
 
 
 @pytest.mark.parametrize(("change", "kind", "words"), [
-    ({"tip_material": "cheese"}, ps.InvalidValueError, "tip_material is 'cheese' " "in row 0; expected one of"),
-    ({"impact_velocity_m_s": "fast"}, ps.InvalidValueError, "impact_velocity_m_s has " "a value that is no number"),
+    ({"tip_material": "cheese"}, ps.InvalidValueError,
+     "tip_material is 'cheese' in row 0; expected one of"),
+    ({"impact_velocity_m_s": "fast"}, ps.InvalidValueError,
+     "impact_velocity_m_s has a value that is no number"),
     ({"impact_velocity_m_s": None}, ps.NotFoundError, "no column 'impact_velocity_m_s'"),
 ])  # fmt: skip
 def test_a_frame_that_does_not_fit_is_refused(lab, change, kind, words):
@@ -123,7 +125,8 @@ def test_a_frame_that_does_not_fit_is_refused(lab, change, kind, words):
     (lambda store: store.promote("reed@1", force=True), ps.InvalidValueError, "reason"),
     (lambda store: store.train("spring-1", models="forest"), ps.PyroshockError, "forest"),
     (lambda store: store.train("autumn"), ps.NotFoundError, "autumn"),
-    (lambda store: store.train("spring-1", budget="huge"), ps.InvalidValueError, "budget is 'huge'"),
+    (lambda store: store.train("spring-1", budget="huge"), ps.InvalidValueError,
+     "budget is 'huge'"),
     (lambda store: store.dataset("spring-1", campaigns=["autumn"]), ps.NotFoundError, "autumn"),
 ])  # fmt: skip
 def test_what_is_wrong_is_named(lab, call, kind, words):

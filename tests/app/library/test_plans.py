@@ -142,7 +142,8 @@ def test_limit_that_is_no_pressure_is_refused(store, value) -> None:
     ("fractional_factorial", {"resolution": 3}, "fractional-factorial resolution=3", 8),
     ("plackett_burman", {}, "plackett-burman", 8),
     ("central_composite", {"categorical": "cross", "centre": 1, "ranges": RADII}, None, 4 * 16),
-    ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken " "categorical=cross", 4 * 15),
+    ("box_behnken", {"categorical": "cross", "ranges": RADII}, "box-behnken categorical=cross",
+     4 * 15),
     ("optimal", {"runs": 8}, "optimal", 8),
 ])  # fmt: skip
 def test_method_gives_its_design(store, function, given, method, runs) -> None:
@@ -202,7 +203,7 @@ def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, mo
         calls.append((rows, kind, out, options))
         return SimulatedCampaign(out, out.with_suffix(".sealed.json"), 0, 0)
 
-    monkeypatch.setattr("pyroshock.app.plan.rehearsal.simulate", fake)
+    monkeypatch.setattr("pyroshock.app.operations.plan.rehearsal.simulate", fake)
     plan = store.plan.lhs("summer", runs=2, seed=1, factors=FEW)
     effects = {"gun.blow_by": 3, "plate.damping": 0}
     more = {

@@ -45,9 +45,12 @@ def test_what_is_no_pressure_is_refused_by_name(value):
     ("880", "Pa", "--yield-strength", "880MPa"), ("0.5", "kg", "--bullet-mass", "0.5kg"),
     ("0,5", "kg", "--bullet-mass", "0,5kg"), ("500", "kg", "--bullet-mass", "500g"),
     ("45", "m", "--tip-radius", "45mm"),
-    ("0.045", "m", "--tip-radius", "0.045m"), ("8", "m/s", "--velocity", "8m/s"), ("2", "s", "--separation", "2ms"),
-    ("30", "s", "--timeout", "30s"), ("100", "Hz", "--rate", "100kHz"), ("51200", "Hz", "--rate", "51200Hz"),
-    ("500", "m/s**2", "--range", "500g"), ("4.4", "kg/m^3", "--density", "4.4g/cm3"), ("1", "V", "--reading-u", "1V"),
+    ("0.045", "m", "--tip-radius", "0.045m"), ("8", "m/s", "--velocity", "8m/s"),
+    ("2", "s", "--separation", "2ms"),
+    ("30", "s", "--timeout", "30s"), ("100", "Hz", "--rate", "100kHz"),
+    ("51200", "Hz", "--rate", "51200Hz"),
+    ("500", "m/s**2", "--range", "500g"), ("4.4", "kg/m^3", "--density", "4.4g/cm3"),
+    ("1", "V", "--reading-u", "1V"),
 ])  # fmt: skip
 def test_a_bare_number_is_refused_with_the_quantity_that_was_probably_meant(
     number, si_unit, name, meant

@@ -15,7 +15,7 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.impacts.cli import impacts, shots
+from pyroshock.app.doors.commands.impact_records import impacts, shots
 from pyroshock.schema import series
 from support.stores.hammer_stores import HITS, full_campaign
 
@@ -243,15 +243,18 @@ def test_a_typed_project_passes_mypy_strict(tmp_path):
                     steel = store.impacts(campaign=report.campaign, where="tip_material = steel")
                     force: pd.Series[float] = store.recording(12)["force"].between(0.0, 0.1)
                     spectrum: pd.Series[float] = ps.srs(np.asarray(force), 50_000.0)
-                    runs = store.train(store.dataset("spring", campaigns=[report.campaign]), models=["tree"])
+                    rows = store.dataset("spring", campaigns=[report.campaign])
+                    runs = store.train(rows, models=["tree"])
                     decision = store.promote(runs.labels[0], reason="first")
                     assert decision.promoted and len(spectrum) > 0
-                    shot = store.twin(campaign=report.campaign).predict(tank_pressure="5 bar", bullet_mass=0.5)
+                    nominal = store.twin(campaign=report.campaign)
+                    shot = nominal.predict(tank_pressure="5 bar", bullet_mass=0.5)
                     print(float(shot.velocity), shot.force.to_frame(), shot.srs.mean.max())
                     diagnosis = store.diagnose(report.campaign)
-                    twin = store.twin(campaign=report.campaign).with_effects(diagnosis)
+                    twin = nominal.with_effects(diagnosis)
                     tuned = twin.tune("spec.csv", tolerance="6 dB", bullet_mass=[0.5])
-                    print(tuned.to_frame(), diagnosis.effects, twin.predict_many(steel, jobs=2).attrs["units"])
+                    print(tuned.to_frame(), diagnosis.effects)
+                    print(twin.predict_many(steel, jobs=2).attrs["units"])
                     print(store.validate(report.campaign).scores, store.adopt(diagnosis).version)
                     return steel
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.ingest.removal import discard_recording
+from pyroshock.app.operations.ingest.removal import discard_recording
 from pyroshock.dataset.snapshot import SnapshotError, build_snapshot, read_snapshot
 from pyroshock.schema.campaigns import Campaign, PlannedRun
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
@@ -84,12 +84,16 @@ def test_list_of_datasets_tells_what_was_withdrawn_and_more_than_that_is_damage(
 
 
 @pytest.mark.parametrize(("statement", "message"), [
-    ("UPDATE " "tombstones SET restored_at " "= deleted_at " "WHERE kind = 'recording'", "was stored again by what"),
-    (f"UPDATE tombstones " f"SET replaced_by = " f"'{'1' * 64}' " f"WHERE kind = 'recording'", "a file that is not in the"),
-    ("UPDATE " "tombstones SET restored_at " "= deleted_at " "WHERE kind = 'campaign'", "the campaign " "was restored by"),
+    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'recording'",
+     "was stored again by what"),
+    (f"UPDATE tombstones SET replaced_by = '{'1' * 64}' WHERE kind = 'recording'",
+     "a file that is not in the"),
+    ("UPDATE tombstones SET restored_at = deleted_at WHERE kind = 'campaign'",
+     "the campaign was restored by"),
     (
         "UPDATE tombstones SET recording = (SELECT path FROM recordings WHERE campaign_id = 1), "
-        "file_sha256 = " "(SELECT sha256 FROM " "recordings WHERE " "campaign_id = 1) " "WHERE kind = 'recording'",
+        "file_sha256 = (SELECT sha256 FROM recordings WHERE campaign_id = 1) "
+        "WHERE kind = 'recording'",
         "was discarded, and is in the store all the same",
     ),
 ])  # fmt: skip
@@ -367,8 +371,8 @@ def test_version_of_the_twin_whose_number_was_taken_is_told(care_copy, tmp_path)
     execute(
         care_copy,
         "INSERT INTO twin_configurations (version, campaign_id, adopted_at, "
-        "reason, configuration, written_by_id) "
-        """SELECT 1, min(id), '2026-03-05', 'r', '{"stages": [], "effects": []}', 1 FROM campaigns""",
+        "reason, configuration, written_by_id) SELECT 1, min(id), '2026-03-05', 'r', "
+        """'{"stages": [], "effects": []}', 1 FROM campaigns""",
     )
     notes = restored(care_copy, tmp_path / "file")["notes"]
     assert len(notes) == 1 and "version 1 of the twin (r) was not restored" in notes[0]
@@ -424,7 +428,7 @@ def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_
         assert pyroshock("extract", HAMMER, "--threshold", "0.2", "--db", care_copy).exit_code == 0
         return archive
 
-    monkeypatch.setattr("pyroshock.app.ingest.archiving.write_archive", and_then)
+    monkeypatch.setattr("pyroshock.app.operations.ingest.archiving.write_archive", and_then)
     message = run(
         care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2
     ).stderr

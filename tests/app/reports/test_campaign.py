@@ -21,7 +21,7 @@ from pyroshock.app.documents.document import (
 )
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
-from pyroshock.app.ingest.planned_achieved import planned_achieved_rows
+from pyroshock.app.operations.ingest.planned_achieved import planned_achieved_rows
 from pyroshock.app.report.campaign import campaign_document
 from pyroshock.app.report.campaign_pulses import pulses_of, telling_factor
 from pyroshock.schema.campaigns import Campaign
@@ -74,9 +74,8 @@ def test_runs_are_counted_by_state_and_a_discarded_one_has_its_reason(planned: s
     with opened(planned) as store:
         content = document(store, "spring")
     assert (
-        f"Plan spring (lhs): {FIRED} of {RUNS} runs are done, 1 still to do, "
-        f"1 discarded; {FIRED * REPETITIONS} of "
-        f"{(RUNS - 1) * REPETITIONS} repetitions are recorded."
+        f"Plan spring (lhs): {FIRED} of {RUNS} runs are done, 1 still to do, 1 discarded; "
+        f"{FIRED * REPETITIONS} of {(RUNS - 1) * REPETITIONS} repetitions are recorded."
     ) in told(content)
     assert bullets(content) == [f"Run {RUNS} of plan spring is discarded: the anvil <b>broke</b>."]
     table = achieved_table(content)

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.diagnose.report_charts import path_chart, path_rows, share_chart, share_rows
 from pyroshock.app.documents.line_styles import SERIES, STYLE, css, light, series_styles
 from pyroshock.app.documents.pdf import drawing_of
 from pyroshock.app.documents.svg import (
@@ -22,12 +21,17 @@ from pyroshock.app.documents.svg import (
     line_chart,
     line_keys,
 )
+from pyroshock.app.operations.diagnose.report_charts import (
+    path_chart,
+    path_rows,
+    share_chart,
+    share_rows,
+)
 from pyroshock.diagnosis.verdict import EffectShare, GapSize, PathStep, Unexplained, Verdict
 from support.checks.well_formed import Page
 from support.records import verdicts
 
-# --- charts are true to their numbers, and every mark has its ink on paper
-# ------------------------------------------
+# --- charts are true to their numbers, and every mark has its ink on paper ---
 X = np.linspace(0.0, 1.0, 11)
 
 

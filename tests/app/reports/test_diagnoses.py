@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.diagnose.diagnosing import keep, report_json
-from pyroshock.app.diagnose.report import (
+from pyroshock.app.documents.document import Bars, ChartRow, Paragraph
+from pyroshock.app.documents.page import html_of
+from pyroshock.app.documents.pdf import pdf_of
+from pyroshock.app.operations.diagnose.diagnosing import keep, report_json
+from pyroshock.app.operations.diagnose.report import (
     diagnosis_document,
     document_of,
     page,
     verdict_of,
     write_page,
 )
-from pyroshock.app.diagnose.summary import summary
-from pyroshock.app.documents.document import Bars, ChartRow, Paragraph
-from pyroshock.app.documents.page import html_of
-from pyroshock.app.documents.pdf import pdf_of
+from pyroshock.app.operations.diagnose.summary import summary
 from pyroshock.diagnosis.verdict import GapSize, Pictures, Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text

@@ -29,7 +29,6 @@ from pyroshock.app.common.quantities import (
     shown_in,
     shown_unit,
 )
-from pyroshock.app.diagnose.wording import shrinkage_line, where_lines
 from pyroshock.app.documents import pdf as pdf_module
 from pyroshock.app.documents.document import (
     Bars,
@@ -48,6 +47,7 @@ from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import MissingPdfError, pdf_of
 from pyroshock.app.documents.pdf_sheet import column_widths, needed_width
 from pyroshock.app.documents.svg import Curve, line_chart, line_keys
+from pyroshock.app.operations.diagnose.wording import shrinkage_line, where_lines
 from support.checks.pdf_text import pages, pdf_text
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts
@@ -102,8 +102,9 @@ def test_page_and_paper_hold_every_part_and_words_are_never_markup() -> None:
     assert needs_nothing(Page(html_of(document()))) and html_of(document()) == html_of(document())
     assert pdf_of(document()) == pdf_of(document())
     page, paper = Page(html_of(document())).text, pdf_text(pdf_of(document()))
-    for part in ("spring", "lead of spring", "Operator", "said of spring", "first of spring", "nothing here",
-                 "No rows.", "93 %", "pulse of spring", "time (ms)", "brass"):  # fmt: skip
+    for part in ("spring", "lead of spring", "Operator", "said of spring", "first of spring",
+                 "nothing here", "No rows.", "93 %", "pulse of spring", "time (ms)",
+                 "brass"):  # fmt: skip
         for text in (page, paper):
             assert part in text.replace("\xa0", " "), part
     page = html_of(document(HOSTILE))
@@ -188,8 +189,7 @@ def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.Monkey
         pdf_module.pdf_of(document())
 
 
-# --- settings and figures are told in the units of the bench
-# --------------------------------------------------------
+# --- settings and figures are told in the units of the bench ---
 def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() -> None:
     assert (
         level_words("tip_radius_m", 0.045) == "45 mm"
@@ -220,9 +220,8 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
         )
     sentence = shrinkage_line(verdicts.gun().shrinkage[0], verdicts.gun())
     assert sentence.endswith(
-        "97 % (95 to 98 %) of the error above the noise disappears. With a "
-        "learned correction of the "
-        "rest 0.0085 would be left; a correction is not a cause."
+        "97 % (95 to 98 %) of the error above the noise disappears. With a learned correction of "
+        "the rest 0.0085 would be left; a correction is not a cause."
     )
     assert "correction" not in shrinkage_line(verdicts.verdict().shrinkage[0], verdicts.verdict())
     corner = shrinkage_line(verdicts.verdict().shrinkage[1], verdicts.verdict())
@@ -277,7 +276,8 @@ def test_a_value_has_the_digits_that_its_uncertainty_leaves() -> None:
      "full scale (10000 g) reached at -10000 g from 414.5 ms: only a bound"),
     ("noise of 4.95 N, peak 12500 N", "noise of 4.95 N, peak 12.5 kN"),
     ("integrates to 8.95e+03 mm in 12 s", "integrates to 8950 mm in 12 s"),
-    ("an impulse of 12.5 N s " "after 3 " "samples of 2e3-01.npz", "an impulse of 12.5 N s " "after 3 " "samples of 2e3-01.npz"),
+    ("an impulse of 12.5 N s after 3 samples of 2e3-01.npz",
+     "an impulse of 12.5 N s after 3 samples of 2e3-01.npz"),
     ("38000 Pa and 8.07 m/s", "0.38 bar and 8.07 m/s"),
 ])  # fmt: skip
 def test_stored_messages_are_shown_in_the_units_of_the_bench(stored: str, shown: str) -> None:

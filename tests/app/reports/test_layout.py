@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.diagnose.report import document_of
 from pyroshock.app.documents.document import (
     Bullets,
     ChartRow,
@@ -25,9 +24,10 @@ from pyroshock.app.documents.document import (
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.documents.pdf_sheet import MARGIN
+from pyroshock.app.operations.diagnose.report import document_of
+from pyroshock.app.operations.validate.report import validation_document
 from pyroshock.app.report.campaign import campaign_document
 from pyroshock.app.report.model import model_document
-from pyroshock.app.validate.report import validation_document
 from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.listing import chosen

@@ -13,8 +13,8 @@ from pyroshock.app.documents.document import Block, Bullets, ChartRow, Document,
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.documents.svg import MOST_POINTS
+from pyroshock.app.operations.train.wording import share, share_with_range
 from pyroshock.app.report.model import model_document, of_all_splits
-from pyroshock.app.train.wording import share, share_with_range
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.evaluation.summary import Estimate

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.validate.validation import ValidationRequest, predicted_folds
+from pyroshock.app.operations.validate.validation import ValidationRequest, predicted_folds
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.measured_shots import MeasuredShots

@@ -14,9 +14,8 @@ import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.common.model_registry import context_of, registry_of
 from pyroshock.app.demo.demo import ingest_examples
-from pyroshock.app.twins.building import TwinRequest, twin_of
-from pyroshock.app.validate.cli import validate
-from pyroshock.app.validate.validation import (
+from pyroshock.app.doors.commands.validate import validate
+from pyroshock.app.operations.validate.validation import (
     NOTHING,
     REFITTED,
     SEEN,
@@ -26,6 +25,7 @@ from pyroshock.app.validate.validation import (
     predicted_folds,
     run_validation,
 )
+from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.training.fitting.session import train
@@ -149,7 +149,7 @@ def test_campaign_without_a_shot_to_predict_says_why(
 ) -> None:
     reasons = tuple(f"run {run}, repetition 1: no mass of the impactor" for run in (1, 2))
     monkeypatch.setattr(
-        "pyroshock.app.validate.validation.campaign_shots",
+        "pyroshock.app.operations.validate.validation.campaign_shots",
         lambda *_: (shots_of([1]).take([]), reasons),
     )
     with opened(db) as store:
@@ -217,7 +217,7 @@ def test_model_that_had_not_seen_them_stays_and_one_without_its_pulses_is_called
     with opened(with_model) as store:
         contact = contact_of(store, with_model)
         assert UnseenContact(store, with_model, contact).without([]) == (contact, NOTHING)
-        monkeypatch.setattr("pyroshock.app.validate.validation.read_snapshot", gone)
+        monkeypatch.setattr("pyroshock.app.operations.validate.validation.read_snapshot", gone)
         assert UnseenContact(store, with_model, contact).without([1]) == (contact, SEEN)
 
 
@@ -283,7 +283,8 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(
     validate_lab, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(
-        "pyroshock.app.validate.service.validate_twin", lambda *_: pytest.fail("worked before")
+        "pyroshock.app.operations.validate.service.validate_twin",
+        lambda *_: pytest.fail("worked before"),
     )
     result = validate_lab("spring", "--out", str(tmp_path / "page.docx"))
     assert (
@@ -302,6 +303,8 @@ def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(
     overconfident = PredictionVerdict(
         "Not calibrated: the 90 % bands hold only 40 %.", calibrated=False
     )
-    monkeypatch.setattr("pyroshock.app.validate.validation.verdict", lambda _: overconfident)
+    monkeypatch.setattr(
+        "pyroshock.app.operations.validate.validation.verdict", lambda _: overconfident
+    )
     result = validate_lab("first-shots")
     assert result.exit_code == 1 and "Not calibrated" in result.stdout

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from pyroshock.app.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.diagnosing import keep
 from support.processes.browsers import Lab, browser, chromium, served
 from support.processes.served_pages import address
 from support.records.verdicts import verdict

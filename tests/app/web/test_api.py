@@ -11,7 +11,7 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
-from pyroshock.app.diagnose.stored import kept_report
+from pyroshock.app.operations.diagnose.stored import kept_report
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from support.processes.web_client import ADDRESS, ended, post_json, token
 from support.stores.stores import run_pyroshock
@@ -202,9 +202,12 @@ def test_a_bad_question_is_answered_in_words(
     ("/api/plans", '{"name": "x\\u0000"}', "cannot be written"),
     ("/api/plans", '{"name": "x\\ud800"}', "name"),
     ("/api/plans", '{"name": "x", "description": "\\u001b[31m"}', "description"),
-    ("/api/plans", '{"name": "x", ' '"method": "magic"}', "method is 'magic'; " "expected one of lhs, sobol"),
-    ("/api/plans", '{"name": "x", ' '"options": {"face": "ccf"}}', "unknown option 'face'; " "the method has: criterion"),
-    ("/api/plans", '{"name": "x", ' '"options": ' '{"criterion": 3}}', "criterion is 3; " "expected one of balance"),
+    ("/api/plans", '{"name": "x", "method": "magic"}',
+     "method is 'magic'; expected one of lhs, sobol"),
+    ("/api/plans", '{"name": "x", "options": {"face": "ccf"}}',
+     "unknown option 'face'; the method has: criterion"),
+    ("/api/plans", '{"name": "x", "options": {"criterion": 3}}',
+     "criterion is 3; expected one of balance"),
     ("/api/plans", "{", "JSON"),
     ("/api/plans", "NaN", "nan"),
     ("/api/plans/autumn%2F1/runs/1", '{"status": "done", "note": "\\u0007"}', "note"),
@@ -214,8 +217,10 @@ def test_a_bad_question_is_answered_in_words(
     ("/api/impacts/1/preview", '{"threshold": NaN}', "nan"),
     ("/api/impacts/1/extract", '{"threshold": 1e400}', "inf"),
     ("/api/impacts/1/extract", '{"segmentation": "guess"}', "guess"),
-    ("/api/srs", '{"acceleration_m_s2": ' '[0, NaN], ' '"sampling_rate_hz": ' '1, "frequency_hz": [1]}', "nan"),
-    ("/api/srs", '{"acceleration_m_s2": ' '[0, 1], ' '"sampling_rate_hz": ' '10, "frequency_hz": [9]}', "half the sampling"),
+    ("/api/srs", '{"acceleration_m_s2": [0, NaN], "sampling_rate_hz": 1, "frequency_hz": [1]}',
+     "nan"),
+    ("/api/srs", '{"acceleration_m_s2": [0, 1], "sampling_rate_hz": 10, "frequency_hz": [9]}',
+     "half the sampling"),
     ("/api/tune", '{"target": "no spectrum"}', "specification"),
     ("/api/ingest", '{"path": "/etc"}', "/etc"),
     ("/api/ingest", '{"path": "../.."}', "../.."),

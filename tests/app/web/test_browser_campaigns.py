@@ -70,7 +70,8 @@ _DROP = """async (files) => {
     transfer.items.add(new File([Uint8Array.from(atob(content), c => c.charCodeAt(0))], name));
   const options = { dataTransfer: transfer, bubbles: true, cancelable: true };
   const zone = document.getElementById("drop");
-  zone.dispatchEvent(new DragEvent("dragover", options)); zone.dispatchEvent(new DragEvent("drop", options)); }"""
+  zone.dispatchEvent(new DragEvent("dragover", options));
+  zone.dispatchEvent(new DragEvent("drop", options)); }"""
 
 
 def dropped(page: Any, folder: Path) -> str:

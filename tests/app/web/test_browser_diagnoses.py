@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from pyroshock.app.diagnose.stored import kept_report
+from pyroshock.app.operations.diagnose.stored import kept_report
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from sqlalchemy import func, select

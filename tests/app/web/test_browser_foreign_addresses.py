@@ -23,9 +23,11 @@ _ADDRESSES = """[...document.querySelectorAll('a, area, form, [formaction]')]
   .map(e => e.formAction || e.action || (e.href?.baseVal ?? e.href) || '').filter(a => a)"""
 #: Buttons that send no form; those of a form lead to its address. A click may take other buttons
 #: away.
-_CLICK_ALL = """[...document.querySelectorAll('main :is(button[type=button], .modebar-btn, summary)')]
+_CLICK_ALL = """[...document.querySelectorAll(
+    'main :is(button[type=button], .modebar-btn, summary)')]
   .filter(e => !e.closest('.chart-tools'))
-  .forEach(e => e.isConnected && e.dispatchEvent(new MouseEvent('click', { bubbles: true, cancelable: true })))"""
+  .forEach(e => e.isConnected && e.dispatchEvent(
+    new MouseEvent('click', { bubbles: true, cancelable: true })))"""
 _RECORD_OPENED = (
     "window.opened = []; window.open = (address) => { "
     "window.opened.push(String(address)); return null; };"

@@ -73,7 +73,7 @@ def test_zooming_fetches_every_sample_as_it_is_stored(browser, lab):
     np.testing.assert_allclose(trace["x"], time_s[inside] * 1e3, rtol=0, atol=1e-9)
     with lab.reading() as session:
         row = session.get_one(RecordedChannel, key)
-        from pyroshock.app.impacts.signals import channel_window
+        from pyroshock.app.operations.impacts.signals import channel_window
 
         exact = channel_window(session, row.id, points=200_000).values
     np.testing.assert_array_equal(trace["y"], exact[inside])

@@ -157,9 +157,11 @@ def test_trials_of_a_search_are_drawn_beside_the_importance_of_their_settings(br
         assert "kernel-ridge@1" not in page.locator("#models").inner_text()
 
 
-@pytest.mark.parametrize("address", ["/models", "/models/linear/1", "/models/compare?version=linear@1&version=hann@1",
-                                     "/models/train", "/datasets", "/datasets/guns", "/datasets/guns/delete",
-                                     "/models/hann/1/delete", "/tune"])  # fmt: skip
+@pytest.mark.parametrize("address", [
+    "/models", "/models/linear/1", "/models/compare?version=linear@1&version=hann@1",
+    "/models/train", "/datasets", "/datasets/guns", "/datasets/guns/delete",
+    "/models/hann/1/delete", "/tune",
+])  # fmt: skip
 def test_pages_of_models_fit_a_telephone(browser, lab, address):
     with page_of(browser, lab, width=390, height=844) as page:
         at(page, address)

@@ -24,12 +24,17 @@ _FOLLOWED = """[...document.querySelectorAll(".plot")].every((plot) => {
   return !drawing || Math.abs(drawing.getBoundingClientRect().width - plot.clientWidth) < 3; })"""
 _SCROLLS = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
 #: How many things of a page's own can be used: those in closed details, and hidden ones, cannot.
-_CONTROLS = """[...document.querySelectorAll('main :is(a[href], button, input, select, textarea, summary)')]
-  .filter(e => e.checkVisibility({ visibilityProperty: true }) && e.type !== 'hidden' && !e.closest('.plot')).length"""
+_CONTROLS = """[...document.querySelectorAll(
+    'main :is(a[href], button, input, select, textarea, summary)')]
+  .filter(e => e.checkVisibility({ visibilityProperty: true })
+    && e.type !== 'hidden' && !e.closest('.plot')).length"""
 #: Whether a focused element looks other than before: an outline, a shadow or a place.
-_FOCUS = """() => { const e = document.activeElement, s = getComputedStyle(e), r = e.getBoundingClientRect();
-  return { tag: e.tagName, id: e.id, text: e.textContent.trim().slice(0, 40), region: e.getAttribute('role') || '',
-           outline: s.outlineStyle !== 'none' && parseFloat(s.outlineWidth) > 0, left: r.left, width: r.width }; }"""
+_FOCUS = """() => {
+  const e = document.activeElement, s = getComputedStyle(e), r = e.getBoundingClientRect();
+  return { tag: e.tagName, id: e.id, text: e.textContent.trim().slice(0, 40),
+           region: e.getAttribute('role') || '',
+           outline: s.outlineStyle !== 'none' && parseFloat(s.outlineWidth) > 0,
+           left: r.left, width: r.width }; }"""
 
 
 def _in(page: Any, scheme: str) -> str:

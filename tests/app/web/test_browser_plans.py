@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from pyroshock.app.common.plan_tables import run_counts
-from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.operations.plan.planning import make_plan
 from pyroshock.doe.plans import StoredPlan, StoredRun, UnknownPlanError, read_plan
 from support.processes.browsers import Lab, at, drawn, ended, page_of, screenshot, wait_drawn
 from support.stores.planned_runs import find_fault, record_run

@@ -188,7 +188,8 @@ def test_specification_is_drawn_while_it_is_typed_and_its_faults_are_named(brows
 
 
 @pytest.mark.parametrize(("field", "value", "words"), [
-    ("tolerance", "much", "much"), ("at_least", "2", "less than or equal to 1"), ("share", "0", "greater than 0"),
+    ("tolerance", "much", "much"), ("at_least", "2", "less than or equal to 1"),
+    ("share", "0", "greater than 0"),
 ])  # fmt: skip
 def test_wrong_values_of_a_search_stand_at_their_fields(browser, lab, field, value, words):
     table = "frequency_hz,level_g\n100,30\n1000,300\n"

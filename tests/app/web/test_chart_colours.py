@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.web.figures_base import COLOURS, DASHES
+from pyroshock.app.figures.plotly_base import COLOURS, DASHES
 
 CSS = (Path(__file__).resolve().parents[3] / "app" / "web" / "static" / "style.css").read_text(
     encoding="utf-8"

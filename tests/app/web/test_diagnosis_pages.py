@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from pyroshock.app.diagnose.diagnosing import keep
-from pyroshock.app.diagnose.page_parts import stage_cards
+from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.page_parts import stage_cards
 from pyroshock.diagnosis.verdict import EffectShare
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient

@@ -11,8 +11,8 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from pyroshock.app.diagnose.diagnosing import keep
-from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.plan.planning import make_plan
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import read_plan
 from pyroshock.doe.space import shipped_factors
@@ -198,13 +198,15 @@ def test_evil_words_are_shown_and_are_no_html(evil: tuple[Any, Any], address: st
     f"/compare?where={quote('tip_material=' + EVIL[1])}",
     f"/campaigns?name={quote(EVIL[1])}",
     f"/compare/spectra?impacts=1&channel={quote(EVIL[1])}",
-    f"/compare/spectra?impacts={quote(EVIL[5])}&specification={quote(EVIL[4])}&tolerance={quote(EVIL[1])}",
+    f"/compare/spectra?impacts={quote(EVIL[5])}&specification={quote(EVIL[4])}"
+    f"&tolerance={quote(EVIL[1])}",
     f"/diagnoses?campaign={quote(NAME)}",
     f"/models?dataset={quote(EVIL[1])}",
     f"/models/compare?version={quote(EVIL[1])}",
     f"/models/train?dataset={quote(EVIL[1])}",
     f"/twin?tip_material={quote(EVIL[1])}",
-    f"/tune?text={quote(EVIL[0])}&contact={quote(EVIL[1])}&tolerance={quote(EVIL[2])}&share={quote(EVIL[4])}",
+    f"/tune?text={quote(EVIL[0])}&contact={quote(EVIL[1])}&tolerance={quote(EVIL[2])}"
+    f"&share={quote(EVIL[4])}",
     f"/validations?campaign={quote(EVIL[0])}&contact={quote(EVIL[1])}",
     f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
 ])  # fmt: skip
@@ -213,8 +215,9 @@ def test_what_an_address_says_is_no_html(evil: tuple[Any, Any], address: str) ->
 
 
 @pytest.mark.parametrize(
-    "address", ["/campaigns/{}", "/plans/{}", "/impacts?campaign={}", "/impacts?where={}", "/twin?contact={}",
-                "/twin?campaign={}", "/models/{}/1", "/jobs/{}", "/reports/campaign/{}.html", "/{}"]
+    "address",
+    ["/campaigns/{}", "/plans/{}", "/impacts?campaign={}", "/impacts?where={}", "/twin?contact={}",
+     "/twin?campaign={}", "/models/{}/1", "/jobs/{}", "/reports/campaign/{}.html", "/{}"],
 )  # fmt: skip
 @pytest.mark.parametrize("words", EVIL[:4])
 def test_errors_are_words_too(evil: tuple[Any, Any], address: str, words: str) -> None:

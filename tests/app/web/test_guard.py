@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.app.ingest.uploads import (
+from pyroshock.app.web.settings import Settings, SettingsError
+from pyroshock.app.web.uploads import (
     PathError,
     UploadError,
     campaigns_below,
@@ -20,7 +21,6 @@ from pyroshock.app.ingest.uploads import (
     safe_path,
     unpacked,
 )
-from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.session import Store, count_rows
 from starlette.testclient import TestClient
 from support.processes.web_client import post_json, sqlite, token, token_in, window

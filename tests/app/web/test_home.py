@@ -8,9 +8,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from pyroshock.app.home.overview import list_attention, list_recent_campaigns, list_running
 from pyroshock.app.jobs.queue import ask
-from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.operations.plan.planning import make_plan
+from pyroshock.app.pages.overview import list_attention, list_recent_campaigns, list_running
 from pyroshock.dataset.catalog import list_snapshots
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, FAILED, Job
@@ -129,7 +129,7 @@ def test_a_failed_job_stays_until_the_same_succeeds_or_a_week_is_over(filled: La
 
 
 def test_running_and_waiting_jobs_are_shown_with_their_progress(tmp_path) -> None:
-    from pyroshock.app.ingest.job import EXTRACT, ExtractArguments
+    from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
 
     with window(sqlite(tmp_path), works=False) as (client, store):
         ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
@@ -152,7 +152,7 @@ def test_a_registry_that_cannot_be_read_is_told_and_hides_nothing(
     def broken(_: str) -> None:
         raise ValueError("the registry is of another version")
 
-    monkeypatch.setattr("pyroshock.app.home.pages.registry_at", broken)
+    monkeypatch.setattr("pyroshock.app.pages.home.registry_at", broken)
     page = filled.client.get("/")
     assert (
         page.status_code == 200

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from pyroshock.app.impacts.list_pages import thumbnail_points
+from pyroshock.app.pages.impact_lists import thumbnail_points
 from pyroshock.dataset.snapshot import read_snapshot
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.listings import iter_impacts
@@ -54,7 +54,7 @@ def test_list_is_sorted_by_any_column_and_impacts_without_a_value_come_last(
 def test_sorted_list_goes_through_all_impacts_page_by_page(
     filled: Lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyroshock.app.impacts.list_pages.PAGE", 6)
+    monkeypatch.setattr("pyroshock.app.pages.impact_lists.PAGE", 6)
     address, keys = "/impacts?sort=-peak_force_n", []
     while address:
         keys += shown(filled, address)

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.ingest.job import make_scratch
-from pyroshock.app.ingest.planned_achieved import (
+from pyroshock.app.jobs.job_kinds.ingest import make_scratch
+from pyroshock.app.operations.ingest.planned_achieved import (
     bench_facts,
     constant_settings,
     planned_achieved_rows,

@@ -11,17 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.diagnose.form import arguments_of, fields_of
-from pyroshock.app.diagnose.job import DIAGNOSE
-from pyroshock.app.diagnose.request import DiagnoseArguments
-from pyroshock.app.ingest.archive_job import ArchiveArguments
-from pyroshock.app.ingest.job import INGEST, ExtractArguments, IngestArguments
+from pyroshock.app.jobs.job_kinds.archive import ArchiveArguments
+from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
+from pyroshock.app.jobs.job_kinds.ingest import INGEST, ExtractArguments, IngestArguments
+from pyroshock.app.jobs.job_kinds.train import TrainArguments
+from pyroshock.app.jobs.job_kinds.tune import TuneArguments
+from pyroshock.app.jobs.job_kinds.validate import ValidateArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
-from pyroshock.app.plan.job import PlanArguments
-from pyroshock.app.train.job import TrainArguments
-from pyroshock.app.tune.job import TuneArguments
-from pyroshock.app.validate.job import ValidateArguments
+from pyroshock.app.operations.diagnose.form import arguments_of, fields_of
+from pyroshock.app.operations.diagnose.request import DiagnoseArguments
 from pyroshock.app.web.job_words import duration_words, next_step_words, result_words, time_words
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient
@@ -114,8 +113,12 @@ ASKED: dict[str, Any] = {
     "extract": ExtractArguments(
         HAMMER, {"segmentation": "mask", "threshold": 0.03, "smoothing": 0.2}
     ),
-    "plan": PlanArguments(
-        "winter", "lhs", "hammer", 12, 3, 7, FACTORS, "a,b\n1,2\n", "cold", {"criterion": "maximin"}
+    "plan": KINDS["plan"].read(
+        {
+            **{"name": "winter", "method": "lhs", "kind": "hammer", "runs": 12, "seed": 7},
+            **{"repetitions": 3, "factors": {"text": FACTORS}, "description": "cold"},
+            "criterion": "maximin",
+        }
     ),
     "train": TrainArguments(DATASET, ["linear", "gp"], "repetitions", 5, "full"),
     "tune": TuneArguments(SPECIFICATION, "6dB", [HAMMER], GUN, share=0.9, at_least=0.8),
@@ -223,8 +226,7 @@ def test_jobs_are_filtered_by_state(pages: Window, odd: Odd) -> None:
     )
 
 
-# --- words
-# ----------------------------------------------------------------------------------------------------------
+# --- words ---
 NOW = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
 

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from pyroshock.app.ingest.job import discard, is_scratch, make_scratch
+from pyroshock.app.jobs.job_kinds.ingest import discard, is_scratch, make_scratch
 from pyroshock.app.jobs.kind import RunningJob
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.schema.jobs import DONE, WAITING
@@ -109,7 +109,7 @@ def test_a_tunings_page_is_drawn_from_the_store(
     refusal = Attainability(0.0, 0.5, 0, 0, "every line lies within tolerance", obstacle)
     found = SimpleNamespace(proposals=[], avoid=[], attainability=refusal)
     session = SimpleNamespace(goal=goal, notes=("learned from none",), run=lambda step: found)
-    monkeypatch.setattr("pyroshock.app.tune.session.session_of", lambda *_: session)
+    monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", lambda *_: session)
     with window(sqlite(tmp_path)) as (client, _):
         job = ended(
             client, post_json(client, "/api/tune", {"target": SPECIFICATION, "tolerance": "3dB"})
@@ -186,7 +186,7 @@ def test_no_row_makes_a_worker_remove_what_is_no_upload(
 def test_a_folder_beyond_those_of_a_worker_is_not_read_and_scripts_name_what_there_is(
     tmp_path: Path,
 ) -> None:
-    from pyroshock.app.ingest.job import INGEST, IngestArguments
+    from pyroshock.app.jobs.job_kinds.ingest import INGEST, IngestArguments
 
     folder = gun_campaign(tmp_path / "data" / "spring", 2, "spring")
     (tmp_path / "other").mkdir()

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pyroshock.app.common.errors import PyroshockError
 from pyroshock.app.common.filters import parse_where
-from pyroshock.app.experiment_store import ExperimentStore
+from pyroshock.app.library.experiment_store import ExperimentStore
 from pyroshock.app.server.application import _API, PAGES, application
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.conditions import ConditionError

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.common.model_registry import registry_of
-from pyroshock.app.train.deletion import delete_version
+from pyroshock.app.operations.train.deletion import delete_version
 from support.processes.web_client import post, sqlite, window
 from support.stores.web_stores import DATASET, Lab
 

@@ -10,9 +10,9 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from pyroshock.app.diagnose.diagnosing import keep
-from pyroshock.app.diagnose.stored import kept_options, kept_report
-from pyroshock.app.diagnose.summary import summary
+from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.stored import kept_options, kept_report
+from pyroshock.app.operations.diagnose.summary import summary
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.impacts import Pulse
@@ -208,7 +208,8 @@ def test_a_bad_address_is_answered_in_words(
     ("campaign=winter", 404, "campaign", "winter"),
     ("contact=gp@99", 404, "contact", "gp"),
     ("plate=butter", 404, "plate", "butter"),
-    ("tank_pressure_pa=abc", 422, "tank_pressure_pa", "Tank pressure is " "&#39;abc&#39;: " "expected a number."),
+    ("tank_pressure_pa=abc", 422, "tank_pressure_pa",
+     "Tank pressure is &#39;abc&#39;: expected a number."),
     ("tip_radius_m=0", 422, "tip_radius_m", "Tip radius is &#39;0&#39;"),
     ("tip_material=butter", 200, "tip_material", "expected one of"),
 ])  # fmt: skip
@@ -308,9 +309,12 @@ def test_an_unknown_contact_of_a_validation_stands_at_its_field(filled: Lab, con
     ("/campaigns/winter/extract", {}, 404, "winter"),
     ("/deleted/99/restore", {}, 404, "99"),
     ("/ingest/restore", {}, 422, "No file was sent"),
-    ("/impacts/1/extract", {"segmentation": "walk", "threshold": "x", "smoothing": "1"}, 422, "threshold"),
-    ("/impacts/1/extract", {"segmentation": "walk", "threshold": "nan", "smoothing": "1"}, 422, "nan"),
-    ("/impacts/777/extract", {"segmentation": "walk", "threshold": "0.01", "smoothing": "1"}, 404, "777"),
+    ("/impacts/1/extract", {"segmentation": "walk", "threshold": "x", "smoothing": "1"}, 422,
+     "threshold"),
+    ("/impacts/1/extract", {"segmentation": "walk", "threshold": "nan", "smoothing": "1"}, 422,
+     "nan"),
+    ("/impacts/777/extract", {"segmentation": "walk", "threshold": "0.01", "smoothing": "1"}, 404,
+     "777"),
     ("/plans", {"name": " "}, 422, "cannot name a plan"),
     ("/plans", {"name": "new"}, 422, "cannot name a plan"),
     ("/plans", {"name": "x", "runs": "0"}, 422, "runs"),
@@ -693,9 +697,10 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
 
         return SimpleNamespace(goal=goal, notes=("a note",), run=search)
 
-    monkeypatch.setattr("pyroshock.app.tune.session.session_of", session_of)
+    monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", session_of)
     monkeypatch.setattr(
-        "pyroshock.app.tune.bench_adapter.proposal_json", lambda each, rank: {"rank": rank, **each}
+        "pyroshock.app.operations.tune.bench_adapter.proposal_json",
+        lambda each, rank: {"rank": rank, **each},
     )
     before = filled.rows()
     sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.common.number_format import format_interval
-from pyroshock.app.predict.shots import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.benches import bench_of_campaign
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest
 from pyroshock.app.twins.twin_cache import TwinCache
+from pyroshock.app.web.predicted_shots import VELOCITY_M_S
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.prediction import Prediction, RestsOn
@@ -71,12 +71,11 @@ SHOTS: dict[str, tuple[str, dict[str, Any]]] = {
         {"impact_velocity_m_s": 8.0, "contact": "hertz", "coupled": True},
     ),
     "hammer, held plate, registered model": (
-        f"--campaign {HAMMER} --velocity 1.5m/s --contact linear@1 --tip delrin --tip-radius 30mm --anvil steel "
-        "--insulator polymeric --boundary-conditions fixed",
+        f"--campaign {HAMMER} --velocity 1.5m/s --contact linear@1 --tip delrin --tip-radius 30mm "
+        "--anvil steel --insulator polymeric --boundary-conditions fixed",
         {"campaign": HAMMER, "impact_velocity_m_s": 1.5, "contact": "linear@1",
-        "tip_material": "delrin",
-         "tip_radius_m": 0.03, "anvil_material": "steel", "insulator": "polymeric",
-         "boundary_conditions": "fixed"},
+         "tip_material": "delrin", "tip_radius_m": 0.03, "anvil_material": "steel",
+         "insulator": "polymeric", "boundary_conditions": "fixed"},
     ),
 }  # fmt: skip
 PARAMETERS = pytest.mark.parametrize("name", SHOTS)

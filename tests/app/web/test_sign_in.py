@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyroshock.app.pages.sign_in import own_address
 from pyroshock.app.server.application import application
 from pyroshock.app.web import sessions as session_limits
 from pyroshock.app.web.client_address import client_network
@@ -18,7 +19,6 @@ from pyroshock.app.web.sessions import IDLE_S, LIFETIME_S, Sessions
 from pyroshock.app.web.settings import Settings
 from pyroshock.app.web.sign_in import SESSION
 from pyroshock.app.web.sign_in_attempts import ADDRESSES, LOCK_S, LOCKED_FROM, SignInAttempts
-from pyroshock.app.web.sign_in_pages import own_address
 from pyroshock.schema.session import Writer, open_store
 from starlette.testclient import TestClient
 from support.processes.web_client import sqlite, token_in
@@ -207,8 +207,8 @@ def test_a_browser_gets_a_form_that_leads_on_to_the_page_it_came_for(server: Ser
 
 
 @pytest.mark.parametrize("address", [
-    "//evil.example", "/\\evil.example", "https://evil.example", "", "javascript:alert(1)", "/\t/evil.example", "/a\nb",
-    "evil.example", "\\\\evil.example", "/ /x",
+    "//evil.example", "/\\evil.example", "https://evil.example", "", "javascript:alert(1)",
+    "/\t/evil.example", "/a\nb", "evil.example", "\\\\evil.example", "/ /x",
 ])  # fmt: skip
 def test_a_sign_in_leads_to_no_other_host(server: Server, address: str) -> None:
     assert own_address(address) == "/"

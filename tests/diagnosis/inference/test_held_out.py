@@ -131,7 +131,7 @@ def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them(
         np.testing.assert_allclose(linear_residuals[~cells], unfitted_residuals[~cells], atol=1e-12)
 
 
-def test_corner_is_the_end_of_the_factor_with_the_larger_gap_among_the_configurations_of_a_problem():
+def test_corner_is_the_end_of_the_factor_with_the_larger_gap_among_the_configurations():
     count = 20
     problem = linear_problem(
         np.ones((1, count, 1)), np.linspace(1, 9, count)[:, None], NOISE**2 * np.eye(count)

@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.storing.reextraction import reextract

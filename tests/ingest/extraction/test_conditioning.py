@@ -229,8 +229,7 @@ def test_silence_and_what_a_response_does_not_fit_are_refused(clean: Record) -> 
         deconvolve(clean.output, response_of(clean, segment=1000, end_weight=0.1), RATE_HZ)
 
 
-# --- delay
-# -----------------------------------------------------------------------------------------------------------
+# --- delay ---
 
 
 def _half_sine(at: float, samples: float, length: int = 400) -> np.ndarray:
@@ -270,8 +269,7 @@ def test_two_samples_beyond_the_waves_travel_are_plausible(delay: float, plausib
     assert delay_is_plausible(delay, 1.24e-5, RATE_HZ) is plausible  # the wave takes 0.635 samples
 
 
-# --- a measured record
-# -----------------------------------------------------------------------------------------------
+# --- a measured record ---
 
 
 def test_force_of_measured_hits_from_the_acceleration_of_others(real_data: Path) -> None:

@@ -64,8 +64,7 @@ def uncertainty(
     return math.hypot(math.hypot(*parts) / RATE_HZ, velocity_share)
 
 
-# --- exact contacts
-# --------------------------------------------------------------------------------------------------
+# --- exact contacts ---
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.03])
@@ -162,8 +161,7 @@ def test_what_precedes_the_onset_is_not_used() -> None:
     assert after == plain
 
 
-# --- onset
-# -----------------------------------------------------------------------------------------------------------
+# --- onset ---
 
 
 @pytest.mark.parametrize(
@@ -220,8 +218,7 @@ def test_onset_is_at_most_a_sample_before_the_first_one_above(missing: float) ->
     assert result.velocity_m_s == pytest.approx(area / RATE_HZ, rel=1e-9)
 
 
-# --- the peak, where it is not as it should be
-# -----------------------------------------------------------------------
+# --- the peak, where it is not as it should be ---
 
 
 @pytest.mark.parametrize("beside", [-0.6, 0.6])
@@ -304,8 +301,7 @@ def test_impossible_contact_is_refused_with_its_limits(first: int, peak: int) ->
         impact_velocity(np.ones(100), RATE_HZ, first, peak, noise_m_s2=0.0)
 
 
-# --- noise before the contact
-# ----------------------------------------------------------------------------------------
+# --- noise before the contact ---
 
 
 def with_quiet(quiet: np.ndarray, first: int) -> np.ndarray:
@@ -345,8 +341,7 @@ def test_fewer_than_sixteen_quiet_samples_are_refused(first: int, quiet: int) ->
     )
 
 
-# --- half sines and Hertz's contact
-# -----------------------------------------------------------------------------------
+# --- half sines and Hertz's contact ---
 
 
 @pytest.fixture

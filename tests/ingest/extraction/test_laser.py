@@ -48,8 +48,7 @@ def flicker(samples: int) -> np.ndarray:
     return np.where(np.arange(samples) % 2, -1.0, 1.0)
 
 
-# --- edges, levels and velocity
-# --------------------------------------------------------------------------------------
+# --- edges, levels and velocity ---
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.125, 0.5, 0.75])
@@ -148,8 +147,7 @@ def test_many_crossings_of_a_slow_noisy_edge_are_centred_on_it() -> None:
     assert np.mean(found) == pytest.approx(500, abs=4 * np.std(found) / math.sqrt(60))
 
 
-# --- what is a passage
-# -----------------------------------------------------------------------------------------------
+# --- what is a passage ---
 
 #: A robust deviation is 1.4826 times the median one, which is 1 for `flicker`.
 NOISE = 1.4826
@@ -171,9 +169,8 @@ def test_within_eight_deviations_is_refused_with_its_numbers(margin: float, sign
     signal = flicker(200)
     signal[100:160] = sign * margin * NOISE
     message = (
-        f"no passage: the laser departs from rest by {margin * NOISE:.3g} at "
-        f"most, and its noise is 1.48; "
-        "a bullet is expected to exceed 8 times the noise"
+        f"no passage: the laser departs from rest by {margin * NOISE:.3g} at most, and its noise "
+        "is 1.48; a bullet is expected to exceed 8 times the noise"
     )
     with pytest.raises(NoPassageError, match=f"^{re.escape(message)}$"):
         muzzle_velocity(signal, RATE_HZ, LENGTH_M)
@@ -238,8 +235,7 @@ def test_first_sample_that_is_not_finite_is_named(bad: float) -> None:
         muzzle_velocity(signal, RATE_HZ, LENGTH_M)
 
 
-# --- uncertainty
-# -----------------------------------------------------------------------------------------------------
+# --- uncertainty ---
 
 
 @pytest.mark.parametrize("length_u_m", [None, 0.0, 2e-3])
@@ -269,8 +265,7 @@ def test_uncertainty_is_the_scatter_of_length_over_time_and_broadcasts() -> None
     assert spread[1, 2] == pytest.approx(math.hypot(1e-3 / 1e-3, 0.02 * 4e-5 / 1e-3**2))
 
 
-# --- a bullet with its rebound, in noise
-# ------------------------------------------------------------------------------
+# --- a bullet with its rebound, in noise ---
 
 
 @pytest.fixture

@@ -210,8 +210,7 @@ def test_uncertainty_of_a_wander_is_its_scatter() -> None:
     assert scatter < 1.3 * claimed
 
 
-# --- blow-down through a hole that opens by a law of its own
-# --------------------------------------------------------
+# --- blow-down through a hole that opens by a law of its own ---
 
 #: Open share of the port over the share of its time: nothing of these is a power of time all the
 #: way.
@@ -272,8 +271,7 @@ def test_blow_downs_through_ports_of_five_laws_lie_within_their_uncertainties(
         assert np.abs(errors).max() < 3.5
 
 
-# --- the virtual gun
-# ------------------------------------------------------------------------------------------------
+# --- the virtual gun ---
 
 
 @dataclass(frozen=True)

@@ -117,8 +117,9 @@ def test_record_that_ends_inside_a_contact_says_so(cut):
 
 
 def test_setting_out_of_bounds_is_named_and_a_fingerprint_tells_them_apart():
-    for name, value in (("threshold", 0.0), ("threshold", np.nan), ("refinement", 0), ("smoothing", 1.5),
-                        ("segmentation", "guess"), ("rigid_to_hz", 5.0)):  # fmt: skip
+    for name, value in (("threshold", 0.0), ("threshold", np.nan), ("refinement", 0),
+                        ("smoothing", 1.5), ("segmentation", "guess"),
+                        ("rigid_to_hz", 5.0)):  # fmt: skip
         with pytest.raises(ValueError, match=name.split("_to_")[0]):
             ExtractionSettings(**{name: value})
     assert ExtractionSettings().fingerprint == ExtractionSettings().fingerprint

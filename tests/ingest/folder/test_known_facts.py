@@ -26,7 +26,8 @@ from support.stores.stores import content, ingest, ingested, opened, pyroshock, 
 
 KNOWN = """
 [known]
-gun.valve_flow.opening_time_s = { value = 120, u = 10, unit = "ms", source = "data sheet", date = 2024-03-12 }
+gun.valve_flow.opening_time_s = { value = 120, u = 10, unit = "ms", \
+source = "data sheet", date = 2024-03-12 }
 sensor.velocity_gain.gain = { value = 1.0, u = 0.002, source = "certificate 4711" }
 """
 FACTS = (
@@ -83,9 +84,11 @@ def test_units_are_converted(unit, name, value, si):
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ({"gun": {"valve_flow": {"opening_s": ENTRY}}}, "known.gun.valve_flow.opening_s " "is no parameter; known: "
-         "gun.valve_flow.loss_coefficient, " "gun.valve_flow.opening_time_s, " "gun.valve_flow.steady_loss_coefficient"),
-        ({"gun": {"valve": {"x": ENTRY}}}, "is no parameter; known: " "gun.back_pressure.atmosphere_pa, "),
+        ({"gun": {"valve_flow": {"opening_s": ENTRY}}},
+         "known.gun.valve_flow.opening_s is no parameter; known: gun.valve_flow.loss_coefficient, "
+         "gun.valve_flow.opening_time_s, gun.valve_flow.steady_loss_coefficient"),
+        ({"gun": {"valve": {"x": ENTRY}}},
+         "is no parameter; known: gun.back_pressure.atmosphere_pa, "),
         ({"valve": ENTRY}, "known.valve is no parameter; known: gun.back_pressure"),
         ({"gun": {}}, "known.gun is no parameter"),
         ({GAIN: 1.0}, "is 1.0; expected { value = NUMBER, u = NUMBER, source = TEXT }"),
@@ -102,12 +105,16 @@ def test_units_are_converted(unit, name, value, si):
         ({GAIN: {"value": 1, "u": 0.1}}, ".source is missing; expected one line"),
         ({GAIN: ENTRY | {"source": " "}}, ".source is ' '; expected one line"),
         ({GAIN: ENTRY | {"source": "a\nb"}}, "expected one line"),
-        ({GAIN: ENTRY | {"date": "last spring"}}, ".date is 'last spring'; " "expected the day " "of the measurement"),
+        ({GAIN: ENTRY | {"date": "last spring"}},
+         ".date is 'last spring'; expected the day of the measurement"),
         ({GAIN: ENTRY | {"unit": "V"}}, ".unit is 'V'; expected no unit, for it is a pure number"),
         ({GAIN: ENTRY | {"unit": 3}}, ".unit is 3; expected no unit"),
-        ({"gun.dead_volume.volume_m3": {**ENTRY, "unit": "mm"}}, ".unit is 'mm'; expected " "a unit that converts to m3"),
-        ({"gun.dead_volume.volume_m3": {**ENTRY, "unit": "hat"}}, "expected a unit " "that converts to m3"),
-        ({GAIN: ENTRY, "sensor": {"velocity_gain": {"gain": ENTRY}}}, f"known.{GAIN} " f"is given twice"),
+        ({"gun.dead_volume.volume_m3": {**ENTRY, "unit": "mm"}},
+         ".unit is 'mm'; expected a unit that converts to m3"),
+        ({"gun.dead_volume.volume_m3": {**ENTRY, "unit": "hat"}},
+         "expected a unit that converts to m3"),
+        ({GAIN: ENTRY, "sensor": {"velocity_gain": {"gain": ENTRY}}},
+         f"known.{GAIN} is given twice"),
     ],
 )  # fmt: skip
 def test_what_is_no_fact_is_refused_with_what_is(table, message):

@@ -33,7 +33,9 @@ LAYOUTS = {
     ),
     "time in microseconds": "time [us],force [N],acc "
     "[g]\n0,0,10\n19.53125,1.5,20.5\n39.0625,-2.25,30\n",
-    "time in a unit row": "Time;force;acc\nms;N;g\n0,0;0;10\n0,01953125;1,5;20,5\n0,0390625;-2,25;30\n",
+    "time in a unit row": (
+        "Time;force;acc\nms;N;g\n0,0;0;10\n0,01953125;1,5;20,5\n0,0390625;-2,25;30\n"
+    ),
     "time with its unit in a name": "Time_us,force [N],acc "
     "[g]\n0,0,10\n19.53125,1.5,20.5\n39.0625,-2.25,30\n",
     "blanks": "# fs = 51200\nforce acc\nN g\n  0     10\n  1.5   20.5\n -2.25  30\n",

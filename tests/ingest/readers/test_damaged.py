@@ -49,7 +49,8 @@ def save(request, tmp_path):
         ({"force": WAVE}, "'force' has no sampling rate; expected fs in hertz, or a time vector"),
         ({"fs": 51200.0}, "holds no channel"),
         ({"fs": 51200.0, "force": WAVE + 1j}, "'force' is complex"),
-        ({"fs": 48000.0, "t": TIMES, "force": WAVE}, r"states two " r"sampling rates, " r"48000\.0 Hz " r"and 51200\.0 Hz"),
+        ({"fs": 48000.0, "t": TIMES, "force": WAVE},
+         r"states two sampling rates, 48000\.0 Hz and 51200\.0 Hz"),
         *(({"time": times, "force": WAVE}, "time does not increase at sample")
           for times in (TIMES[::-1], np.where(np.arange(64) == 9, np.nan, TIMES), TIMES * 0)),
     ],

@@ -28,8 +28,9 @@ def rate_of(path, **options):
 @pytest.mark.parametrize(
     ("label", "scale"),
     [
-        ("Zeit [ms]", 1e3), ("Temps (ms)", 1e3), ("Tiempo (us)", 1e6), ("(ms)", 1e3), ("t [ms]", 1e3), ("時間", 1),
-        ("Time (min)", 1 / 60), ("X_Value", 1), ("Abszisse [ms]", 1e3), ("Achse 1 [s]", 1), ("Kanal 1 (us)", 1e6),
+        ("Zeit [ms]", 1e3), ("Temps (ms)", 1e3), ("Tiempo (us)", 1e6), ("(ms)", 1e3),
+        ("t [ms]", 1e3), ("時間", 1), ("Time (min)", 1 / 60), ("X_Value", 1),
+        ("Abszisse [ms]", 1e3), ("Achse 1 [s]", 1), ("Kanal 1 (us)", 1e6),
     ],
 )  # fmt: skip
 def test_time_by_word_or_unit(tmp_path, label, scale):

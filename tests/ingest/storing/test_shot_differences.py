@@ -95,8 +95,7 @@ def test_a_pair_differs_beyond_its_uncertainties_and_the_share() -> None:
     )
 
 
-# --- through an ingest
-# ------------------------------------------------------------------------------------------------
+# --- through an ingest ---
 
 VELOCITY_M_S, LENGTH_M = 17.0, 0.085
 

@@ -133,13 +133,25 @@ def test_a_campaign_that_is_there_in_part_is_completed(care_source, spring, data
 OTHERS = {
     "UPDATE materials SET density_kg_m3 = 7850 WHERE name = 'steel'":
         r"material \(name 'steel'\) .*density_kg_m3 is 7850\.0 here, 7800\.0 in the file",
-    "UPDATE campaigns SET fingerprint = 'other'": r"campaign \(name 'spring'\) is another one.*a store of its own",
+    "UPDATE campaigns SET fingerprint = 'other'": (
+        r"campaign \(name 'spring'\) is another one.*a store of its own"
+    ),
     "UPDATE plans SET seed = 3": r"plan \(name 'spring'\) .*seed is 3 here",
-    "UPDATE factors SET si_unit = 'mm' WHERE si_unit = 'm'": r"factor \(name 'tip_radius'\) .*si_unit is 'mm' here",
-    "UPDATE recordings SET sha256 = :other WHERE id = 1": r"recording \(path 'recordings/test-01\.npz'\) .*sha256",
-    "UPDATE impacts SET impact_velocity_m_s = 9 WHERE id = 3": r"impact \(run 1, repetition 3\) .*city is 9\.0 here",
-    "UPDATE planned_runs SET position = 9 WHERE run = 3": r"planned run \(run 3\) is another one.*position is 9 here",
-    "UPDATE material_aliases SET alias = 'Delrin' WHERE id = 1": r"material 'delrin' of the file is another name of",
+    "UPDATE factors SET si_unit = 'mm' WHERE si_unit = 'm'": (
+        r"factor \(name 'tip_radius'\) .*si_unit is 'mm' here"
+    ),
+    "UPDATE recordings SET sha256 = :other WHERE id = 1": (
+        r"recording \(path 'recordings/test-01\.npz'\) .*sha256"
+    ),
+    "UPDATE impacts SET impact_velocity_m_s = 9 WHERE id = 3": (
+        r"impact \(run 1, repetition 3\) .*city is 9\.0 here"
+    ),
+    "UPDATE planned_runs SET position = 9 WHERE run = 3": (
+        r"planned run \(run 3\) is another one.*position is 9 here"
+    ),
+    "UPDATE material_aliases SET alias = 'Delrin' WHERE id = 1": (
+        r"material 'delrin' of the file is another name of"
+    ),
 }  # fmt: skip
 
 
@@ -212,31 +224,53 @@ def deep(levels):
 #: What is done to the file -> words of the refusal. None of these runs when the file is only
 #: opened.
 STATEMENTS = {
-    "CREATE TRIGGER t AFTER INSERT ON impacts BEGIN DELETE FROM impacts; END": "holds the trigger 't'",
+    "CREATE TRIGGER t AFTER INSERT ON impacts BEGIN DELETE FROM impacts; END": (
+        "holds the trigger 't'"
+    ),
     "CREATE VIEW v AS SELECT * FROM impacts": "holds the view 'v'",
     "CREATE TABLE extra (a)": "table 'extra' is unknown",
     "CREATE VIRTUAL TABLE f USING fts5(a)": "holds the table",
     "ALTER TABLE hammers ADD COLUMN more INTEGER": "table hammers has other columns",
     "ALTER TABLE hammers ADD COLUMN more AS (abs(mass_kg))": "table hammers has other columns",
     "DROP TABLE mode_shapes": "table 'mode_shapes' is missing",
-    "UPDATE alembic_version SET version_num = '0002'": r"revision 0002, older.*pyroshock db upgrade --db sqlite:///",
+    "UPDATE alembic_version SET version_num = '0002'": (
+        r"revision 0002, older.*pyroshock db upgrade --db sqlite:///"
+    ),
     "UPDATE alembic_version SET version_num = '9999'": "9999.*update pyroshock",
     "DROP TABLE alembic_version": "no file of pyroshock db export",
-    "UPDATE impacts SET configuration_id = 99 WHERE id = 1": "references: table impacts, row 1: configuration_id is 99",
+    "UPDATE impacts SET configuration_id = 99 WHERE id = 1": (
+        "references: table impacts, row 1: configuration_id is 99"
+    ),
     "UPDATE hammers SET mass_kg = 'heavy'": "values: table hammers: 1 rows hold no number",
-    "UPDATE campaigns SET name = 'two' || char(10) || 'lines'": "names: table campaigns: name is 'two",
-    "UPDATE recordings SET path = '../../etc/passwd' WHERE id = 1": "leads out of the campaign's folder",
-    "UPDATE diagnoses SET report = :deep": "names: table diagnoses: report cannot be read: RecursionError",
+    "UPDATE campaigns SET name = 'two' || char(10) || 'lines'": (
+        "names: table campaigns: name is 'two"
+    ),
+    "UPDATE recordings SET path = '../../etc/passwd' WHERE id = 1": (
+        "leads out of the campaign's folder"
+    ),
+    "UPDATE diagnoses SET report = :deep": (
+        "names: table diagnoses: report cannot be read: RecursionError"
+    ),
     "UPDATE diagnoses SET report = '[]'": "names: table diagnoses: report has not the form",
-    "UPDATE pulses SET force_points_n = '[1, \"two\"]' WHERE id = 1": "names: table pulses: force_points_n has not",
+    "UPDATE pulses SET force_points_n = '[1, \"two\"]' WHERE id = 1": (
+        "names: table pulses: force_points_n has not"
+    ),
     "UPDATE hammers SET mass_kg = 9": "fingerprints: table hammers",
-    "UPDATE channels SET chunk_samples = 100000000, samples = 300000000 WHERE id = 1": "samples in chunks of 100000000",
+    "UPDATE channels SET chunk_samples = 100000000, samples = 300000000 WHERE id = 1": (
+        "samples in chunks of 100000000"
+    ),
     "UPDATE channels SET dtype = 'O' WHERE id = 1": "its dtype is 'O'",
     "UPDATE channels SET sha256 = :zeros WHERE id = 1": "its samples have the SHA-256",
-    "UPDATE series_chunks SET frame = zeroblob(100000000) WHERE channel_id = 1 AND number = 0": "too big",
-    "UPDATE pulses SET contact_time_s = 1e9, fine_period_s = 0 WHERE id = 1": "points of its fine force do not fit",
+    "UPDATE series_chunks SET frame = zeroblob(100000000) WHERE channel_id = 1 AND number = 0": (
+        "too big"
+    ),
+    "UPDATE pulses SET contact_time_s = 1e9, fine_period_s = 0 WHERE id = 1": (
+        "points of its fine force do not fit"
+    ),
     "UPDATE impacts SET run = -5 WHERE id = 1": "refused.*ck_impacts_run_not_negative",
-    "UPDATE materials SET density_kg_m3 = -1, name = 'foam' WHERE name = 'delrin'": "ck_materials_density_positive",
+    "UPDATE materials SET density_kg_m3 = -1, name = 'foam' WHERE name = 'delrin'": (
+        "ck_materials_density_positive"
+    ),
 }  # fmt: skip
 
 

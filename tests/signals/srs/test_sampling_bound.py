@@ -62,11 +62,10 @@ def test_bound_holds_in_each_of_two_thousand_records():
     measured = outcome(2000, MEASURED_SEED)
     finite = np.isfinite(measured.stated)
     print(
-        f"\n{measured.broken} of 2000 records break the bound; stated over "
-        f"error: {measured.looseness():.2f} in the "
-        f"median; error {np.median(measured.error):.2%} in the median, "
-        f"{measured.error[finite].max():.2%} at most "
-        f"where a bound is stated; no bound at {np.mean(~finite):.1%} of the lines"
+        f"\n{measured.broken} of 2000 records break the bound; stated over error: "
+        f"{measured.looseness():.2f} in the median; error {np.median(measured.error):.2%} in the "
+        f"median, {measured.error[finite].max():.2%} at most where a bound is stated; no bound at "
+        f"{np.mean(~finite):.1%} of the lines"
     )
     for number, kind in enumerate(KINDS):
         rows = measured.kind == number

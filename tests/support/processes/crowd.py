@@ -24,7 +24,7 @@ FORBIDDEN = (
 )
 
 COMMANDS = (
-    "pyroshock.app.cli.main",
+    "pyroshock.app.doors.command_line.main",
     "pyroshock.schema.session",
     "pyroshock.ingest.load",
     "pyroshock.ingest.storing.reextraction",

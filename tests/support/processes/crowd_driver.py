@@ -39,7 +39,7 @@ def client(folder: Path, name: int, commands: list[list[str]], start: int) -> No
 
 
 def run(words: list[str]) -> int:
-    from pyroshock.app.cli.main import main
+    from pyroshock.app.doors.command_line.main import main
 
     sys.argv = ["pyroshock", *words]
     try:

@@ -20,10 +20,9 @@ from typing import Any
 
 #: What commands import within their functions.
 IMPORTS = (
-    "alembic.command", "alembic.autogenerate", "psycopg", "pyroshock.app.ingest.archiving",
-    "pyroshock.app.ingest.removal", "pyroshock.ingest.load", "scipy.interpolate", "scipy.io",
-    "scipy.signal",
-    "tqdm",
+    "alembic.command", "alembic.autogenerate", "psycopg",
+    "pyroshock.app.operations.ingest.archiving", "pyroshock.app.operations.ingest.removal",
+    "pyroshock.ingest.load", "scipy.interpolate", "scipy.io", "scipy.signal", "tqdm",
 )  # fmt: skip
 #: And those around models, which take longer than all others.
 OF_MODELS = (
@@ -42,7 +41,7 @@ def main() -> None:
     models = "models" in sys.argv
     for module in (*IMPORTS, *(OF_MODELS if models else ())):
         importlib.import_module(module)
-    from pyroshock.app.cli.main import COMMANDS, main
+    from pyroshock.app.doors.command_line.main import COMMANDS, main
 
     for name in COMMANDS:
         main.get_command(None, name)  # it looks a name up
@@ -82,7 +81,7 @@ def _run(asked: dict[str, Any]) -> None:
     os.chdir(asked["folder"])
     os.environ |= asked["environment"]
     statements = _struck_at(asked["at"])
-    from pyroshock.app.cli.main import main
+    from pyroshock.app.doors.command_line.main import main
 
     sys.argv = ["pyroshock", *asked["command"]]
     code = 1

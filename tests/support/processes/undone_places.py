@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from pyroshock.app.store.check import Wanted, findings_of
+from pyroshock.app.operations.store.check import Wanted, findings_of
 from pyroshock.schema.provenance import Tombstone
 from sqlalchemy import select
 

@@ -50,7 +50,8 @@ unit = "g"
 position = "plate"
 
 [known]
-sensor.force_gain.gain = { value = 1.0, u = 0.005, source = "certificate of the load cell", date = 2025-11-30 }
+sensor.force_gain.gain = { value = 1.0, u = 0.005, \
+source = "certificate of the load cell", date = 2025-11-30 }
 """
 _MODES = """\
 mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration_1

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pyroshock.app.diagnose.stored import verdict_to_json
-from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.operations.diagnose.stored import verdict_to_json
+from pyroshock.app.operations.plan.planning import make_plan
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.benches import Gun
 from pyroshock.schema.campaigns import Campaign

@@ -60,11 +60,14 @@ def add_recording(
             for s, v in channels.items()
         ]
         recording = Recording(
-            campaign_id=owner.id, path=f"{count}.npz", sha256=f"{count:064d}", size_bytes=1,
+            campaign_id=owner.id,
+            path=f"{count}.npz",
+            sha256=f"{count:064d}",
+            size_bytes=1,
             format="npz",
             status="stored",
-            channels=[RecordedChannel(**channel_values(channel_series)) for channel_series in series],
-        )  # fmt: skip
+            channels=[RecordedChannel(**channel_values(channel)) for channel in series],
+        )
         session.add(recording)
         session.flush()
         keys = {row.name: row.id for row in recording.channels}

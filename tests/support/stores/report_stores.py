@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.operations.plan.planning import make_plan
 from pyroshock.dataset.table import PulseTable
 from pyroshock.doe.plans import discard_run, read_plan
 from pyroshock.schema.session import Store

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pyroshock.app.demo.demo import ingest_examples
-from pyroshock.app.plan.planning import make_plan
+from pyroshock.app.operations.plan.planning import make_plan
 from sqlalchemy import make_url
 
 from support.missing import skip_for_want_of

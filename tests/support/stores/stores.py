@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.main import main
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.recordings import RecordedChannel, Recording
 from pyroshock.schema.series import layout_of, read_slice, series_hash
@@ -25,7 +25,7 @@ from sqlalchemy.orm import Session
 #: When and by whom, not what; the hash is of these, too.
 _NOT_CONTENT = ("id", "written_by_id", "extracted_at", "row_sha256")
 
-CLI = [sys.executable, "-c", "from pyroshock.app.cli.main import main; main()"]
+CLI = [sys.executable, "-c", "from pyroshock.app.doors.command_line.main import main; main()"]
 
 
 def pyroshock(*arguments: str | Path) -> Result:

@@ -103,8 +103,8 @@ def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
 
 
 def _plan_and_diagnose(store: Store) -> None:
-    from pyroshock.app.diagnose.diagnosing import keep
-    from pyroshock.app.plan.planning import make_plan
+    from pyroshock.app.operations.diagnose.diagnosing import keep
+    from pyroshock.app.operations.plan.planning import make_plan
 
     from support.records import verdicts
 

@@ -143,9 +143,8 @@ def test_predicts_without_pytorch() -> None:
     """Neither importing nor asking a restored network loads it."""
     script = (
         "import sys, numpy as np; from pyroshock.training.estimators.network import Network\n"
-        "arrays = dict(x_mean=np.zeros(1), x_width=np.ones(1), "
-        "y_mean=np.zeros(1), y_width=np.ones(1),"
-        " weights_1=np.ones((1, 1)), biases_1=np.zeros((1, 1)), "
+        "arrays = dict(x_mean=np.zeros(1), x_width=np.ones(1), y_mean=np.zeros(1), "
+        "y_width=np.ones(1), weights_1=np.ones((1, 1)), biases_1=np.zeros((1, 1)), "
         "weights_2=np.ones((1, 1)), biases_2=np.ones((1, 1)))\n"
         "answer = Network((1,)).restore(arrays).predict(np.array([[2.0], [-2.0]])).mean\n"
         "assert answer.tolist() == [[3.0], [1.0]], answer\n"

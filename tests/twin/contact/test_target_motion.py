@@ -104,9 +104,18 @@ def test_nothing_is_taken_away_and_draws_have_the_stated_moments() -> None:
 
 @pytest.mark.parametrize(
     ("tip", "anvil", "insulator"),
-    [(tip, *layers) for tip in TIPS for layers in (("none", "none"), ("aluminum", "none"), ("steel", "none"),
-                                                   ("aluminum", "polymeric"), ("steel", "polymeric"))],
-)  # fmt: skip
+    [
+        (tip, *layers)
+        for tip in TIPS
+        for layers in (
+            ("none", "none"),
+            ("aluminum", "none"),
+            ("steel", "none"),
+            ("aluminum", "polymeric"),
+            ("steel", "polymeric"),
+        )
+    ],
+)
 def test_virtual_hammer_lies_within_the_uncertainty(tip: str, anvil: str, insulator: str) -> None:
     """Other laws than the twin's, an anvil with a mass and a tip that relaxes: truth within two
     standard uncertainties.

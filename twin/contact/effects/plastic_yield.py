@@ -35,9 +35,8 @@ class PlasticYield(ContactEffect):
         "p_y)^3 R^2 / (6 E*^2), back by eq. 1.17"
     )
     source: ClassVar[str] = (
-        "Thornton, J. Appl. Mech. 64 (1997) 383, r = 1; hardening: Tabor, "
-        "The Hardness of Metals (1951), on Meyer's "
-        "law; thesis, eq. 1.17"
+        "Thornton, J. Appl. Mech. 64 (1997) 383, r = 1; hardening: Tabor, The Hardness of Metals "
+        "(1951), on Meyer's law; thesis, eq. 1.17"
     )
 
     # from a tip softer than its sheet says to one that is hardened and has shaken down, and hardly

@@ -30,9 +30,8 @@ class ViscousLoss(ContactEffect):
         "F = k delta^p (1 + chi x'); polymers: k' = (1 + s) k, x' = v - lambda l F / (m u)"
     )
     source: ClassVar[str] = (
-        "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; thesis, eq. 1.18 "
-        "to 1.21; polymers: Lee and Radok, J. Appl. "
-        "Mech. 27 (1960) 438"
+        "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; thesis, eq. 1.18 to 1.21; polymers: Lee "
+        "and Radok, J. Appl. Mech. 27 (1960) 438"
     )
 
     # up to a restitution of 0.35 at 1 m/s, of soft polymers (Goldsmith, Impact, 1960, ch. 8);

@@ -30,9 +30,8 @@ class AccelerationGain(SensorEffect):
     id = "sensor.acceleration_gain"
     law = "a_reading = gain (i f / (1 kHz))^lg(1 - fall) a"
     source = (
-        "ISO 16063-1:1998 (calibration of accelerometers); JCGM 200:2012 "
-        "(VIM), 4.12 sensitivity; fall of ceramics: "
-        "Serridge and Licht, Piezoelectric Accelerometers (1987), ch. 2"
+        "ISO 16063-1:1998 (calibration of accelerometers); JCGM 200:2012 (VIM), 4.12 sensitivity; "
+        "fall of ceramics: Serridge and Licht, Piezoelectric Accelerometers (1987), ch. 2"
     )
 
     # Some per cent for a certificate that is old, up to 3 dB for a wrong setting of the amplifier

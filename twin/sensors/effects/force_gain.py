@@ -30,9 +30,8 @@ class ForceGain(SensorEffect):
     id = "sensor.force_gain"
     law = "F_reading = gain^(1 + growth (F / (10 kN) - 1)) F"
     source = (
-        "ISO 7626-5:2019, 7 (calibration of the force channel); JCGM "
-        "200:2012 (VIM), 4.12 sensitivity; "
-        "interpolation error: ISO 376:2011"
+        "ISO 7626-5:2019, 7 (calibration of the force channel); JCGM 200:2012 (VIM), 4.12 "
+        "sensitivity; interpolation error: ISO 376:2011"
     )
 
     # certificates err by a few per cent; a bolt that preloads the cell carries up to half of the

@@ -31,9 +31,8 @@ class PressureGain(SensorEffect):
     id = "sensor.pressure_gain"
     law = "p_reading = gain^(1 + growth (p_reading / 2.5 bar - 1)) p"
     source = (
-        "JCGM 200:2012 (VIM), 4.12 sensitivity; Doebelin, Measurement "
-        "Systems, 5th ed. 2003, ch. 3.3; "
-        "zero-based and independent linearity: IEC 61298-2:2008, ISA-37.1-1975 (R1982)"
+        "JCGM 200:2012 (VIM), 4.12 sensitivity; Doebelin, Measurement Systems, 5th ed. 2003, ch. "
+        "3.3; zero-based and independent linearity: IEC 61298-2:2008, ISA-37.1-1975 (R1982)"
     )
 
     # Likely: a wrong range or shunt, seldom a fifth; larger errors are units, which plausibility

@@ -24,9 +24,8 @@ class PressureOffset(SensorEffect):
     id = "sensor.pressure_offset"
     law = "p_reading = p + offset (1 - fading p)"
     source = (
-        "JCGM 200:2012 (VIM), 4.20 datum measurement error; Doebelin, "
-        "Measurement Systems, 5th ed. 2003, ch. 3.3; "
-        "zero and span adjustment, terminal-based errors: IEC 61298-2:2008"
+        "JCGM 200:2012 (VIM), 4.20 datum measurement error; Doebelin, Measurement Systems, 5th ed. "
+        "2003, ch. 3.3; zero and span adjustment, terminal-based errors: IEC 61298-2:2008"
     )
     place = 3
 

@@ -1,0 +1,1 @@
+"""How a question comes in: command line, JSON, forms and Python. No door knows an operation."""

@@ -1,0 +1,303 @@
+"""The command of an operation: options from the fields of its request, output from its result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+
+import click
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from ....parallel.executor import ExecutorConfig
+from ...common.progress import progress_bar
+from ...operations.faults import RequestError, bare, read
+from ...operations.fields import presentation_of
+from ...operations.laboratory import Laboratory
+from ...operations.operation import (
+    Lines,
+    NegativeAnswerError,
+    Operation,
+    Output,
+    Request,
+    Result,
+    Rows,
+)
+from . import completion
+from .common import (
+    db_option,
+    errors_as_one_line,
+    fail,
+    json_option,
+    note,
+    open_command_store,
+    open_for_dry_run,
+    open_scratch_store,
+    print_table,
+    spreadsheet_guard_option,
+    worker_options,
+    write_json,
+)
+from .listed import Listing, listing_options
+from .next_step import suggest_next
+from .options import confirm_deletion, deletion_options
+
+if TYPE_CHECKING:
+    from ....schema.session import Store
+
+_OUTPUT = "output_"
+#: Fields that a door knows from the operation itself.
+_HIDDEN = ("method",)
+
+
+def command_of(
+    operation: Operation[Any, Any], request: type[Request] | None = None, name: str = ""
+) -> click.Command:
+    """The command of an operation, or of the variant of it that `request` is; `name` is its last
+    word where it has several."""
+    asked = request or operation.request
+
+    def call(json_to: str | None = None, db: str = "", **given: Any) -> None:
+        files = {
+            output: path
+            for output in operation.outputs
+            if (path := given.pop(f"{_OUTPUT}{output.name}", None)) is not None
+        }
+        for output in operation.outputs:
+            if output.required and output not in files:
+                fail(f"--{output.name} is missing; expected the path of a file")
+        executor = given.pop("executor", None)
+        dry_run = given.pop("dry_run", False)
+        listing = given.pop("listing", None)
+        _perform(operation, asked, _stated(given), files, db, json_to, executor, dry_run, listing)
+
+    function: Any = db_option(call) if operation.uses_store else call
+    function = listing_options(function) if operation.listing else json_option(function)
+    if operation.deletes is not None:
+        function = deletion_options(function)
+    if operation.workers:
+        function = worker_options(operation.workers)(function)
+    if operation.outputs:
+        function = spreadsheet_guard_option(function)
+    for output in reversed(operation.outputs):
+        function = _output_option(output)(function)
+    for name, field in reversed(asked.model_fields.items()):
+        if name not in _HIDDEN:
+            function = parameter(name, field)(function)
+    word = name or _words(operation, asked)[-1]
+    return click.command(word, help=_help(operation, asked))(function)
+
+
+def _words(operation: Operation[Any, Any], request: type[Request]) -> tuple[str, ...]:
+    if not operation.variants:
+        return operation.words
+    return (*operation.words, str(request.model_fields["method"].default))
+
+
+def _help(operation: Operation[Any, Any], request: type[Request]) -> str:
+    variant = bool(operation.variants)
+    text = (request.__doc__ or "") if variant else operation.help
+    paragraphs = text.strip().replace("\n    ", "\n")
+    example = str(getattr(request, "example_command", "")) if variant else operation.example
+    lines = "".join(f"\n    {line}" for line in example.splitlines())
+    return f"{paragraphs}\n\n\b\nExample:{lines}" if lines else paragraphs
+
+
+def _stated(given: Mapping[str, Any]) -> dict[str, Any]:
+    """What was typed: neither options that were left out nor empty repetitions."""
+    return {name: value for name, value in given.items() if value not in (None, ())}
+
+
+# --- options
+
+
+def option_of(name: str, field: FieldInfo) -> str:
+    """`--tank-pressure` of `tank_pressure`; `--no-adopted` of what is true unless it is refused."""
+    spelled = (presentation_of(field).option or name).replace("_", "-")
+    negated = bare(field.annotation) is bool and field.default is True
+    return f"--no-{spelled}" if negated else f"--{spelled}"
+
+
+def parameter(name: str, field: FieldInfo) -> Callable[[Any], Any]:
+    """The argument or option of a field. Its value is a text, which the request reads."""
+    shown, kind = presentation_of(field), bare(field.annotation)
+    complete = getattr(completion, shown.completion) if shown.completion else None
+    if shown.positional:
+        return click.argument(
+            name,
+            required=field.is_required(),
+            nargs=-1 if _is_repeated(kind) else 1,
+            metavar=shown.metavar or None,
+            shell_complete=complete,
+        )
+    option = option_of(name, field)
+    if kind is bool:
+        return click.option(
+            option,
+            name,
+            is_flag=True,
+            flag_value=option.startswith("--no-") is False,
+            default=None,
+            help=field.description,
+        )
+    words: dict[str, Any] = {
+        "help": _with_default(field),
+        "required": False,
+        "metavar": shown.metavar or _metavar(kind, shown.unit),
+        "multiple": _is_repeated(kind),
+        "shell_complete": complete or _choices(kind),
+        "type": click.UNPROCESSED if _is_repeated(kind) else str,
+    }
+    return click.option(option, name, **words)
+
+
+def _is_repeated(kind: Any) -> bool:
+    return get_origin(kind) in (tuple, list, dict)
+
+
+def _choices(kind: Any) -> Any:
+    if get_origin(kind) is not Literal:
+        return None
+    texts = [str(choice) for choice in get_args(kind)]
+    return lambda _context, _parameter, begun: [text for text in texts if text.startswith(begun)]
+
+
+def _metavar(kind: Any, unit: str) -> str | None:
+    if get_origin(kind) is Literal:
+        return f"[{'|'.join(map(str, get_args(kind)))}]"
+    if kind is int:
+        return "INTEGER"
+    if kind is float:
+        return f"NUMBER {unit}".strip() if unit else "NUMBER"
+    return None
+
+
+def _with_default(field: FieldInfo) -> str:
+    """The help of an option; its default where a person would not guess it."""
+    text = field.description or ""
+    default = field.default
+    if field.is_required():
+        return f"{text} [required]"
+    if default is PydanticUndefined or default in (None, "", (), {}) or "[default:" in text:
+        return text
+    return f"{text} [default: {default}]"
+
+
+def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
+    ending = "|".join(output.endings)
+    required = " [required]" if output.required else ""
+    return click.option(
+        f"--{output.name}",
+        f"{_OUTPUT}{output.name}",
+        type=click.Path(path_type=Path, dir_okay=False),
+        metavar=f"FILE{ending}" if ending else "FILE",
+        help=f"{output.help}{required}",
+    )
+
+
+# --- the work
+
+
+def _perform(
+    operation: Operation[Any, Any],
+    request: type[Request],
+    values: Mapping[str, Any],
+    files: Mapping[Output[Any], Path],
+    db: str,
+    json_to: str | None,
+    executor: ExecutorConfig | None = None,
+    dry_run: bool = False,
+    listing: Listing | None = None,
+) -> None:
+    with errors_as_one_line(), _faults_as_options(request):
+        # before the store is opened and anything heavy is imported
+        asked = read(request, values, "command")
+    label = operation.label(asked)
+    progress = progress_bar(f"{operation.name.capitalize()} {label}".strip(), operation.steps)
+    with _opened(operation, db) as store:
+        laboratory = Laboratory(store, db) if executor is None else Laboratory(store, db, executor)
+        if operation.check is not None:
+            operation.check(asked, laboratory)
+        if operation.deletes is not None:
+            lost = operation.deletes(asked, laboratory)
+            if dry_run:
+                note(f"{lost} can be deleted; nothing was deleted")
+                return
+            confirm_deletion(lost)
+        try:
+            with progress as step:
+                result = operation.answer(asked, laboratory, step)
+        except NegativeAnswerError as error:
+            note(str(error))
+            raise click.exceptions.Exit(1) from error
+        if listing is not None and isinstance(result, Rows):
+            listing.show(map(dict, result.rows), result.empty, result.shortened)
+        else:
+            _tell(result, files, json_to)
+    if words := result.next_command():
+        suggest_next(*words)
+    if result.exit_code:
+        raise click.exceptions.Exit(result.exit_code)
+
+
+def _opened(operation: Operation[Any, Any], db: str) -> AbstractContextManager[Store]:
+    if not operation.uses_store:
+        return open_scratch_store()
+    if operation.needs_store:
+        return open_command_store(db, create=operation.creates_store)
+    return open_for_dry_run(db)
+
+
+def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None) -> None:
+    for line in result.notes():
+        note(line)
+    for output, path in files.items():
+        output.write(result, path)
+        note(f"written: {path}")
+    sentences = [sentence.text for sentence in result.sentences()]
+    if json_to is not None:
+        for text in sentences:
+            note(text)
+        write_json(result.to_json(), json_to)
+        return
+    for text in sentences:
+        click.echo(text)
+    if any(output.in_place_of_tables for output in files):
+        return
+    if text := result.text():
+        click.echo(text)
+        return
+    for table in result.tables():
+        if isinstance(table, Lines):
+            _tell_lines(table)
+            continue
+        if table.title:
+            click.echo(f"\n{table.title}" if sentences else table.title)
+        print_table(map(dict, table.rows), table.empty)
+
+
+def _tell_lines(lines: Lines) -> None:
+    if lines.sentences:
+        click.echo(f"\n{lines.title}")
+    for line in lines.sentences:
+        click.echo(f"  {line}")
+
+
+@contextmanager
+def _faults_as_options(request: type[Request]) -> Iterator[None]:
+    """Faults of a request with the options that they are about."""
+    try:
+        yield
+    except RequestError as error:
+        lines: Sequence[str] = [
+            fault.spelled(
+                fault.field
+                if (field := request.model_fields.get(fault.field)) is None
+                or presentation_of(field).positional
+                else option_of(fault.field, field)
+            )
+            for fault in error.faults
+        ]
+        fail(*lines)

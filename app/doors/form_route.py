@@ -1,0 +1,80 @@
+"""The page of an operation's form, and what answers when it is sent: the page of a result, the page
+of its job, or the faults beside their controls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends
+from starlette.datastructures import UploadFile
+from starlette.requests import Request as HttpRequest
+from starlette.responses import RedirectResponse, Response
+
+from ..operations.faults import Fault, RequestError
+from ..operations.form import controls, form_page, read_form
+from ..operations.laboratory import Laboratory
+from ..operations.operation import Operation
+from ..web.dependencies import Configured, OpenStore, Running
+from ..web.jobs import ask_operation, followed
+from ..web.rendering import page
+from .json_route import in_address
+
+#: Larger files are given by their path.
+_MOST_BYTES = 2_000_000
+
+
+#: What a hidden control sends for a checkbox that may be ticked.
+_UNTICKED = "false"
+
+
+async def sent_texts(http: HttpRequest) -> dict[str, str]:
+    """The text of each control, and of each file that was sent; of several controls of one name
+    with commas between. Fields in the address are those of the operation."""
+    form = await http.form()
+    texts: dict[str, str] = {}
+    for name, value in form.multi_items():
+        if isinstance(value, UploadFile):
+            content = await value.read(_MOST_BYTES + 1)
+            if len(content) > _MOST_BYTES:
+                words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
+                raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
+            texts[name] = content.decode("utf-8-sig", "replace")
+        elif texts.get(name, "") in ("", _UNTICKED):
+            texts[name] = value
+        elif value:
+            texts[name] = f"{texts[name]},{value}"
+    return {**texts, **in_address(http)}
+
+
+SentTexts = Annotated[Mapping[str, str], Depends(sent_texts)]
+
+
+def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
+    """Answer the form of an operation, and show it where no page of its own does."""
+    action = form_page(operation).action
+
+    def send(
+        texts: SentTexts, store: OpenStore, running: Running, settings: Configured
+    ) -> Response:
+        request = read_form(operation, texts)
+        laboratory = Laboratory(store, settings.db, folders=settings.folders)
+        if operation.long:
+            return followed(ask_operation(operation, request, laboratory, running))
+        if operation.check is not None:
+            operation.check(request, laboratory)
+        answer = operation.answer(request, laboratory, lambda _done, _total, _what: None)
+        return RedirectResponse(answer.address(), 303)
+
+    def show(http: HttpRequest) -> Response:
+        return page(
+            http,
+            "operation.html",
+            operation=operation,
+            controls=controls(operation, dict(http.query_params)),
+            methods=[request.model_fields["method"].default for request in operation.variants],
+        )
+
+    router.add_api_route(action, send, methods=["POST"])
+    if operation.form is None:
+        router.add_api_route(action, show, methods=["GET"])

@@ -1,0 +1,144 @@
+"""The JSON route of an operation, with its entry in the OpenAPI description."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends
+from starlette.requests import Request as HttpRequest
+
+from ..common.number_format import finite
+from ..operations.faults import Fault, RequestError, read, read_variant
+from ..operations.fields import without_presentation
+from ..operations.laboratory import Laboratory
+from ..operations.operation import Operation, Request
+from ..web.dependencies import Configured, OpenStore, Running
+from ..web.guard import INNER_SLASH
+from ..web.jobs import ask_operation
+
+
+def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
+    """Offer an operation below /api: the answer as JSON, or the job that works on it."""
+    method, address = operation.route or ("POST", f"/{operation.name}")
+
+    def endpoint(
+        http: HttpRequest,
+        body: Annotated[bytes, Depends(_body)],
+        store: OpenStore,
+        running: Running,
+        settings: Configured,
+    ) -> Any:
+        request = _request(operation, {**_sent(http, method, body), **in_address(http)})
+        laboratory = Laboratory(store, settings.db, folders=settings.folders)
+        if operation.long:
+            return ask_operation(operation, request, laboratory, running).as_json()
+        if operation.check is not None:
+            operation.check(request, laboratory)
+        return finite(operation.answer(request, laboratory, _no_progress).to_json())
+
+    router.add_api_route(
+        address,
+        endpoint,
+        methods=[method],
+        name=operation.name,
+        summary=operation.help.partition("\n")[0],
+        description=operation.help,
+        openapi_extra=_openapi(operation, method, address),
+    )
+
+
+async def _body(http: HttpRequest) -> bytes:
+    return await http.body()
+
+
+def _no_progress(_done: int, _total: int, _what: str) -> None:
+    pass
+
+
+def in_address(http: HttpRequest) -> dict[str, str]:
+    """The fields of a request that stand in the address."""
+    return {name: str(text).replace(INNER_SLASH, "/") for name, text in http.path_params.items()}
+
+
+def _sent(http: HttpRequest, method: str, body: bytes) -> dict[str, Any]:
+    if method == "GET":
+        query = http.query_params
+        names = list(dict.fromkeys(query.keys()))
+        return {
+            name: texts[0] if len(texts := query.getlist(name)) == 1 else texts for name in names
+        }
+    try:
+        values = json.loads(body or b"{}")
+    except ValueError as error:
+        raise RequestError([Fault("", f"the body is no JSON: {error}")]) from error
+    if not isinstance(values, dict):
+        raise RequestError([Fault("", f"the body is {type(values).__name__}; expected an object")])
+    return values
+
+
+def _request(operation: Operation[Any, Any], values: Mapping[str, Any]) -> Request:
+    request: Request
+    if operation.variants:
+        request = read_variant(operation.requests(), values, "network")
+    else:
+        request = read(operation.request, values, "network")
+    return request
+
+
+# --- its entry in the description
+
+
+def _openapi(operation: Operation[Any, Any], method: str, address: str) -> dict[str, Any]:
+    schemas = [_schema(request) for request in operation.requests()]
+    of_address = [
+        {"name": name, "in": "path", "required": True, "schema": part}
+        for name, part in schemas[0]["properties"].items()
+        if f"{{{name}}}" in address
+    ]
+    if method == "GET":
+        required = schemas[0].get("required", ())
+        of_query = [
+            {
+                "name": name,
+                "in": "query",
+                "required": name in required,
+                "schema": part,
+                "description": part.get("description", ""),
+            }
+            for name, part in schemas[0]["properties"].items()
+            if f"{{{name}}}" not in address
+        ]
+        return {"parameters": of_address + of_query}
+    for schema in schemas:
+        for entry in of_address:
+            schema["properties"].pop(entry["name"], None)
+            if entry["name"] in schema.get("required", ()):
+                schema["required"].remove(entry["name"])
+    body = schemas[0] if len(schemas) == 1 else {"oneOf": schemas}
+    content = {"application/json": {"schema": body}}
+    return {
+        "parameters": of_address,
+        "requestBody": {"required": bool(body.get("required")), "content": content},
+    }
+
+
+def _schema(request: type[Request]) -> dict[str, Any]:
+    """The schema of a request without references, which would point into this part alone."""
+    schema = without_presentation(request.model_json_schema(mode="validation"))
+    definitions = schema.pop("$defs", {})
+    whole: dict[str, Any] = _resolved(schema, definitions)
+    return whole
+
+
+def _resolved(schema: Any, definitions: Mapping[str, Any]) -> Any:
+    if isinstance(schema, list):
+        return [_resolved(part, definitions) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    reference = schema.get("$ref")
+    if reference is not None:
+        named = definitions[reference.rsplit("/", 1)[-1]]
+        return _resolved({**named, **{k: v for k, v in schema.items() if k != "$ref"}}, definitions)
+    return {key: _resolved(part, definitions) for key, part in schema.items()}

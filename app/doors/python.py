@@ -1,0 +1,130 @@
+"""The Python method of an operation, with the signature and the parameters of its request."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, ParamSpec, cast
+
+from pydantic_core import PydanticUndefined
+
+from ..common.errors import library_errors
+from ..common.frames import step_bar
+from ..operations.faults import read
+from ..operations.fields import presentation_of
+from ..operations.laboratory import Laboratory
+from ..operations.operation import Answer, Asked, Operation, Request
+
+if TYPE_CHECKING:
+    from typing import Protocol
+
+    from ...schema.session import Store
+
+    class Owner(Protocol):
+        """An object of the library with an open store."""
+
+        @property
+        def store(self) -> Store: ...
+        @property
+        def url(self) -> str: ...
+
+
+Parameters = ParamSpec("Parameters")
+
+
+class PythonMethod(Generic[Parameters, Answer]):
+    """A method of a class of the library that asks for an operation.
+
+    `request` gives type checkers the names of the parameters. Fields that are positional on the
+    command line may be given without their names. `progress=False` shows no bar.
+    """
+
+    def __init__(
+        self, request: Callable[Parameters, Asked], operation: Operation[Asked, Answer]
+    ) -> None:
+        assert isinstance(request, type) and issubclass(request, Request)
+        self.request: type[Request] = request
+        self.operation: Operation[Any, Answer] = operation
+        self.__doc__ = documentation(request, operation)
+        self.__signature__ = signature(request)
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.__name__, self.__qualname__ = name, f"{owner.__qualname__}.{name}"
+
+    def __get__(
+        self, instance: Owner | None, owner: type | None = None
+    ) -> Callable[Parameters, Answer]:
+        if instance is None:
+            return self  # what help() and Sphinx read
+
+        def call(*args: Any, progress: bool = True, **given: Any) -> Answer:
+            with library_errors():
+                return self._answer(instance, args, progress, given)
+
+        call.__doc__, call.__name__ = self.__doc__, self.__name__
+        call.__signature__ = self.__signature__  # type: ignore[attr-defined]
+        return cast(Callable[Parameters, Answer], call)
+
+    def _answer(
+        self, owner: Owner, args: tuple[Any, ...], progress: bool, given: dict[str, Any]
+    ) -> Answer:
+        places = positional_fields(self.request)
+        if len(args) > len(places):
+            takes = f"{self.__name__}() takes {len(places)} positional arguments"
+            raise TypeError(f"{takes}, {len(args)} were given")
+        values = {**dict(zip(places, args, strict=False)), **given}
+        request = read(self.request, values, "python")
+        operation = self.operation
+        laboratory = Laboratory(owner.store, owner.url)
+        if operation.check is not None:
+            operation.check(request, laboratory)
+        label = f"{operation.name} {operation.label(request)}".strip()
+        with step_bar(label, operation.steps, progress and operation.long) as step:
+            return operation.answer(request, laboratory, step)
+
+    def __call__(self, *_: Parameters.args, **__: Parameters.kwargs) -> Answer:
+        """What type checkers see of a method; an object has to ask."""
+        raise TypeError(f"{self.__qualname__} is a method; call it on an object")
+
+
+def positional_fields(request: type[Request]) -> list[str]:
+    """Fields that may be given without their names, in their order."""
+    fields = request.model_fields.items()
+    return [name for name, field in fields if presentation_of(field).positional]
+
+
+def signature(request: type[Request]) -> inspect.Signature:
+    """The parameters of a request as a method has them."""
+    places = positional_fields(request)
+    parameters = [inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)]
+    ordered = [*places, *(name for name in request.model_fields if name not in places)]
+    for name in ordered:
+        if name == "method":
+            continue
+        field = request.model_fields[name]
+        kind = (
+            inspect.Parameter.POSITIONAL_OR_KEYWORD
+            if name in places
+            else inspect.Parameter.KEYWORD_ONLY
+        )
+        drawn = None if field.default is PydanticUndefined else field.default
+        default = inspect.Parameter.empty if field.is_required() else drawn
+        parameters.append(inspect.Parameter(name, kind, default=default))
+    return inspect.Signature(parameters)
+
+
+def documentation(request: type[Request], operation: Operation[Any, Any]) -> str:
+    """A docstring with a section of parameters: help, unit, bounds and default of each."""
+    text = (request.__doc__ if operation.variants else operation.help) or operation.help
+    lines = [" ".join(part.split()) for part in text.split("\n\n")]
+    rows = []
+    for name, field in request.model_fields.items():
+        if name == "method":
+            continue
+        unit = presentation_of(field).unit
+        facts = [f"in {unit}, as text with a unit, or a quantity of pint"] if unit else []
+        if not field.is_required() and field.default not in (PydanticUndefined, None, "", (), {}):
+            facts.append(f"default {field.default}")
+        aside = f" ({'; '.join(facts)})" if facts else ""
+        rows.append(f"    {name}: {field.description}{aside}")
+    return "\n\n".join(lines) + "\n\nParameters:\n" + "\n".join(rows)

@@ -1,0 +1,64 @@
+"""The job of an operation: its arguments are the request as JSON, its ending keeps the result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+from urllib.parse import quote
+
+from ..common.number_format import finite
+from ..operations.faults import read, read_variant
+from ..operations.form import form_page, texts_of
+from ..operations.laboratory import Laboratory
+from ..operations.operation import Operation, Request, Result
+from .kind import Ending, JobForm, Kind, RunningJob
+from .kind import Result as JobResult
+
+
+def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
+    """The kind of job that does an operation."""
+
+    def do(work: RunningJob, request: Request) -> Ending:
+        laboratory = Laboratory(work.store, work.db, folders=work.folders)
+        made = operation.run(request, laboratory, work.step)
+
+        def ending() -> JobResult:
+            kept = made if operation.keep is None else operation.keep(made, laboratory)
+            return _job_result(kept)
+
+        return ending
+
+    return Kind(
+        operation.name,
+        operation.request,
+        do,
+        form=lambda request: _form(operation, request),
+        read_stored=lambda stored: _read(operation, stored),
+    )
+
+
+def _read(operation: Operation[Any, Any], stored: Mapping[str, Any]) -> Request:
+    requests = operation.requests()
+    request: Request = (
+        read_variant(requests, stored, "stored")
+        if operation.variants
+        else read(operation.request, stored, "stored")
+    )
+    return request
+
+
+def _job_result(result: Result) -> JobResult:
+    return JobResult(result.address(), result.summary(), finite(_job_data(result)))
+
+
+def _job_data(result: Result) -> Any:
+    keys = result.stored_keys()
+    return {**keys, **result.to_json()} if keys else result.to_json()
+
+
+def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
+    if "form" in operation.absent:
+        return None
+    shown = form_page(operation)
+    values = {name: quote(text) for name, text in texts_of(request, everything=True).items()}
+    return JobForm(shown.page.format(**values), shown.form, texts_of(request))

@@ -1,0 +1,1 @@
+"""The Python library: what notebooks open, and the objects that they get."""

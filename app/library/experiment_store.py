@@ -1,0 +1,502 @@
+"""The experiment store as notebooks use it: `ps.open(...)`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterable, Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...schema.addresses import address_for_display
+from ...schema.session import Store, Writer, open_store
+from ..common.errors import raises_library_errors
+from ..common.frames import chosen_columns, frame_of, sorted_by, step_bar, titled_table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import pandas as pd
+
+    from ..common.frames import Quantity
+    from ..operations.diagnose.service import GapDiagnosis
+    from ..operations.impacts.service import ForcePulse, StoredRecording
+    from ..operations.ingest.service import IngestedCampaign
+    from ..operations.predict.arguments import EffectsLike
+    from ..operations.train.contact_model import StoredModel
+    from ..operations.train.service import (
+        FrozenDataset,
+        ModelComparison,
+        PromotionDecision,
+        TrainingRuns,
+    )
+    from ..operations.validate.service import TwinValidation
+    from .laboratory_twin import LaboratoryTwin
+    from .plans import PlanCollection
+
+#: What is held out for judging, unless a training says otherwise.
+SPLITS = ("repetitions", "configurations")
+
+
+class ExperimentStore:
+    """Campaigns, impacts, plans, datasets, models and diagnoses of a laboratory, under one address.
+
+    Use it in a `with` block, or call `close()`. What is read comes back as a pandas DataFrame, or
+    as an object with `.to_frame()` and `.plot()`. Numbers are SI; a frame's columns bear their
+    units, and `.attrs["units"]` lists them. Errors that a user can mend are `PyroshockError`s.
+    `store` is the store of the database layer, for what has no method here.
+    """
+
+    def __init__(self, store: Store, url: str) -> None:
+        self.store = store
+        self.url = url
+
+    # --- plans
+
+    @property
+    def plan(self) -> PlanCollection:
+        """The plans of campaigns, and the methods to make one: `store.plan.lhs("summer",
+        runs=105)`."""
+        from .plans import PlanCollection
+
+        return PlanCollection(self.store, self.url)
+
+    # --- campaigns, impacts, recordings
+
+    @raises_library_errors
+    def ingest(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        plan: str | None = None,
+        jobs: int | None = None,
+        free_factors: Collection[str] = (),
+        confirmed: Collection[str] = (),
+        again: Collection[str] = (),
+        target_motion: str = "none",
+        dry_run: bool = False,
+        progress: bool = True,
+        **settings: Any,
+    ) -> IngestedCampaign:
+        """Read the campaign in `folder` into the store, as `pyroshock ingest` does; what is stored
+        is not stored again.
+
+        `settings` are those of the pulse extraction: `segmentation`, `threshold`, `smoothing`,
+        `refinement`, `points`, `event_share`, `separation_s`. With `dry_run` everything is checked
+        and nothing is stored.
+        """
+        from ...ingest.extraction.settings import ExtractionSettings
+        from ..operations.ingest.service import IngestOptions, ingest_campaign
+
+        if target_motion not in ("none", "plate"):
+            raise ValueError(f"target_motion is {target_motion!r}; expected 'none' or 'plate'")
+        options = IngestOptions(
+            _settings(ExtractionSettings, settings),
+            jobs,
+            plan,
+            free_factors,
+            confirmed,
+            again,
+            target_motion,
+            dry_run,
+        )
+        path = Path(folder)
+        with step_bar(path.name, "recordings", progress) as step:
+            return ingest_campaign(self.store, path, options, step)
+
+    @raises_library_errors
+    def campaigns(self) -> pd.DataFrame:
+        """A campaign in each row: kind, date, counts of impacts, shots, and runs planned and
+        done."""
+        from ...schema.listings import list_campaigns
+
+        with self.store.reading() as session:
+            return frame_of(list_campaigns(session), ("name", "kind", "date"))
+
+    @raises_library_errors
+    def impacts(
+        self,
+        *,
+        campaign: str | None = None,
+        where: str | Iterable[str] = (),
+        columns: Sequence[str] | None = None,
+        sort: str | None = None,
+        limit: int | None = None,
+    ) -> pd.DataFrame:
+        """Impacts with their factors and the figures of their pulses: the rows of `pyroshock
+        impacts`.
+
+        `where` is a condition or several: "tip_material = steel", "peak_force_n > 1000". `sort` is
+        a column, "-column" for falling values. `limit` counts after sorting.
+        """
+        from ..operations.impacts.service import impacts_frame, with_absent_factors
+
+        _check_limit(limit)
+        named = [*(columns or ()), *([] if sort is None else [sort.removeprefix("-")])]
+        with self.store.reading() as session:
+            frame = impacts_frame(session, campaign, where, limit if sort is None else None)
+            frame = with_absent_factors(session, frame, named)
+        frame = sorted_by(frame, sort)
+        return chosen_columns(frame if limit is None else frame.head(limit), columns)
+
+    @raises_library_errors
+    def shots(
+        self,
+        *,
+        campaign: str | None = None,
+        where: str | Iterable[str] = (),
+        columns: Sequence[str] | None = None,
+        sort: str | None = None,
+        limit: int | None = None,
+    ) -> pd.DataFrame:
+        """Shots of the gun with their measured velocity and that of the nominal model: as
+        `pyroshock shots`."""
+        from ...schema.conditions import SHOT_COLUMNS
+        from ...schema.listings import iter_shots
+        from ..common.filters import parse_where
+        from ..common.nominal_velocity import with_predictions
+
+        _check_limit(limit)
+        conditions = parse_where((where,) if isinstance(where, str) else tuple(where))
+        listed = ("campaign", *SHOT_COLUMNS, "predicted_velocity_m_s")
+        with self.store.reading() as session:
+            rows = iter_shots(session, campaign, conditions)
+            frame = sorted_by(frame_of(with_predictions(session, rows), listed), sort)
+        return chosen_columns(frame if limit is None else frame.head(limit), columns)
+
+    @raises_library_errors
+    def pulse(self, impact: int) -> ForcePulse:
+        """The contact force of an impact: the pulse in use."""
+        from ..operations.impacts.service import read_pulse
+
+        with self.store.reading() as session:
+            return read_pulse(session, impact)
+
+    @raises_library_errors
+    def recording(self, impact: int) -> StoredRecording:
+        """The recording of an impact: channels by name, of which only the samples that are used are
+        read."""
+        from ..operations.impacts.service import StoredRecording
+
+        return StoredRecording(self.store, impact)
+
+    # --- datasets and models
+
+    @raises_library_errors
+    def datasets(self) -> pd.DataFrame:
+        """A frozen dataset in each row: name, hash, pulses, campaigns."""
+        from ...dataset.catalog import list_snapshots
+
+        with self.store.reading() as session:
+            return frame_of(list_snapshots(session), ("name", "hash", "pulses", "campaigns"))
+
+    @raises_library_errors
+    def dataset(
+        self,
+        name: str,
+        *,
+        campaigns: Sequence[str] | None = None,
+        predictors: str | None = None,
+        quality: str = "reject",
+        extraction: str | None = None,
+        velocity: str | None = None,
+    ) -> FrozenDataset:
+        """The dataset of this name (or hash); with `campaigns`, their usable pulses frozen under
+        it.
+
+        The same content again is the same dataset. `predictors` is "hammer", "gun" or the path of a
+        TOML file; `quality` the gravest verdict that leaves an impact out ("reject", "warning",
+        "none"); `velocity` "before-contact" or "integrated" converts impact velocities to one kind.
+        """
+        from ...dataset.predictors import predictors_named
+        from ...dataset.snapshot import build_snapshot, read_snapshot
+        from ..operations.train.service import FrozenDataset
+
+        if campaigns is None:
+            return FrozenDataset(read_snapshot(self.store, name))
+        chosen = predictors_named(predictors) if predictors else None
+        names = _names(campaigns)
+        return FrozenDataset(
+            build_snapshot(self.store, name, names, chosen, quality, extraction, velocity).snapshot
+        )
+
+    @raises_library_errors
+    def train(
+        self,
+        dataset: FrozenDataset | str,
+        *,
+        models: str | Sequence[str] = "all",
+        splits: str | Sequence[str] = SPLITS,
+        seed: int = 0,
+        budget: str = "reduced",
+        retrain: bool = False,
+        jobs: int = 1,
+        progress: bool = True,
+    ) -> TrainingRuns:
+        """Train models on a dataset and register them, each judged on pulses that it has not seen:
+        `pyroshock train`.
+
+        What is registered already is not trained again. `jobs` processes train at once.
+        """
+        from ...parallel.executor import ExecutorConfig
+        from ...training.fitting.session import Progress
+        from ..operations.train.service import train_models, training_runs
+
+        if budget not in ("reduced", "full"):
+            raise ValueError(f"budget is {budget!r}; expected 'reduced' or 'full'")
+        with step_bar("training", "models", progress) as step:
+            session, _ = train_models(
+                self.store,
+                self.url,
+                dataset if isinstance(dataset, str) else dataset.name,
+                [models] if isinstance(models, str) else models,
+                splits if isinstance(splits, str) else ",".join(splits),
+                seed=seed,
+                budget="full" if budget == "full" else "reduced",
+                retrain=retrain,
+                executor=ExecutorConfig(jobs=jobs),
+                progress=Progress(step),
+            )
+        return training_runs(session)
+
+    @raises_library_errors
+    def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
+        """Every registered version in a row, the newest first, with its errors; `in_use` says for
+        which bench."""
+        from ...training.registry.listing import of_dataset
+        from ..common.model_registry import models_extra, registry_of
+        from ..operations.train.service import versions_frame
+
+        with models_extra():
+            versions = registry_of(self.url).versions()
+            versions = versions if dataset is None else of_dataset(versions, dataset)
+            return versions_frame(version for version in versions if split in (None, version.split))
+
+    @raises_library_errors
+    def model(self, name: str, *, split: str | None = None) -> StoredModel:
+        """A registered model that predicts the pulses of a DataFrame: "hybrid@3",
+        "hybrid@champion", or "hybrid" for the newest one (judged on `split`)."""
+        from ..operations.train.contact_model import read_model
+
+        return read_model(self.url, name, split)
+
+    @raises_library_errors
+    def compare(
+        self,
+        *models: str,
+        dataset: str | None = None,
+        split: str = "repetitions",
+        metric: str = "force_nrmse",
+    ) -> ModelComparison:
+        """Versions ("hybrid@3") on the held-out pulses they have in common: which is better, and
+        whether by chance."""
+        from ..operations.train.comparing import metrics_named
+        from ..operations.train.service import ModelComparison, compare_versions
+
+        (wanted,) = metrics_named(metric)[:1]
+        comparisons = compare_versions(
+            self.store, self.url, models, dataset=dataset, split=split, metric=wanted
+        )
+        return ModelComparison(comparisons, wanted)
+
+    @raises_library_errors
+    def promote(
+        self, model: str, *, reason: str = "", on: str | None = None, force: bool = False
+    ) -> PromotionDecision:
+        """Put a version ("hybrid@3") in use for the benches of its kind, if it predicts unseen
+        configurations better.
+
+        `on` is a dataset or campaign whose pulses decide; `force` puts it in use though it is
+        worse, which needs a `reason`. The decision is kept either way.
+        """
+        from ..operations.train.service import promote_version
+
+        return promote_version(self.store, self.url, model, on=on, force=force, reason=reason)
+
+    # --- twin and diagnosis
+
+    @raises_library_errors
+    def twin(
+        self,
+        *,
+        campaign: str | None = None,
+        bench: str | os.PathLike[str] | None = None,
+        modes: str | os.PathLike[str] | None = None,
+        contact: str | None = None,
+        effects: EffectsLike = (),
+        plate: str | None = None,
+        impact_points: Sequence[tuple[float, float]] = (),
+        sensors: Sequence[tuple[float, float]] = (),
+        q: float = 10.0,
+        frequencies: str | Sequence[float] | None = None,
+        adopted: bool = True,
+        chain_height: Quantity = 0.0,
+        coupled: bool = False,
+    ) -> LaboratoryTwin:
+        """The twin of a campaign's bench (without one, the newest of a gun), taught by its measured
+        shots.
+
+        `contact` is a law ("hertz"), "prior", "registered" or "hybrid@3"; without it the model in
+        use. `effects` are ids of the catalogue, with parameters in SI ("plate.damping:factor=2"),
+        or a diagnosis, whose likeliest cause acts; one given here goes before an adopted one of the
+        same id. `adopted` takes those that diagnoses have left to the bench. `impact_points` and
+        `sensors` are places on the plate in m, `frequencies` lines in Hz or "100:10000:6".
+        """
+        from .laboratory_twin import laboratory_twin
+
+        return laboratory_twin(
+            self.store,
+            self.url,
+            campaign=campaign,
+            bench=bench,
+            modes=modes,
+            contact=contact,
+            effects=effects,
+            plate=plate,
+            impact_points=impact_points,
+            sensors=sensors,
+            q=q,
+            frequencies=frequencies,
+            adopted=adopted,
+            chain_height=chain_height,
+            coupled=coupled,
+        )
+
+    @raises_library_errors
+    def validate(
+        self,
+        campaign: str,
+        *,
+        contact: str | None = None,
+        folds: int = 5,
+        draws: int = 64,
+        seed: int = 0,
+        progress: bool = True,
+    ) -> TwinValidation:
+        """Each measured shot of a campaign beside a prediction of the twin that had not seen it."""
+        from ..operations.validate.service import validate_twin
+
+        with step_bar("validate", "shots", progress) as step:
+            return validate_twin(self.store, self.url, campaign, contact, folds, draws, seed, step)
+
+    @raises_library_errors
+    def diagnose(
+        self,
+        campaign: str | os.PathLike[str],
+        *,
+        simulator: str | None = None,
+        with_effects: Sequence[str] = (),
+        without_effects: Sequence[str] = (),
+        tolerances: Mapping[str, float] | None = None,
+        uncertain: Mapping[str, float] | None = None,
+        modes: str | os.PathLike[str] | None = None,
+        bench: str | os.PathLike[str] | None = None,
+        adopt: str | None = None,
+        seed: int = 0,
+        progress: bool = True,
+    ) -> GapDiagnosis:
+        """Where the gap between measurement and twin lies, which effect causes it, and how far it
+        shrinks with it.
+
+        A campaign of the store keeps its diagnosis; a folder is read into nothing that stays.
+        `tolerances` by stage are shares for gun and contact and dB for the plate; `uncertain` are
+        standard deviations of nominal numbers in SI. `adopt` is an effect ("gun.valve_flow") that
+        predictions use from now on, or "none".
+        """
+        from ..operations.diagnose.service import diagnose_campaign
+
+        with step_bar("diagnose", "steps", progress) as step:
+            return diagnose_campaign(
+                self.store,
+                self.url,
+                str(campaign),
+                step,
+                adopt=adopt,
+                simulator=simulator,
+                with_effects=_names(with_effects),
+                without_effects=_names(without_effects),
+                tolerances=tolerances or {},
+                uncertain=uncertain or {},
+                modes=None if modes is None else Path(modes),
+                bench=None if bench is None else Path(bench),
+                seed=seed,
+            )
+
+    @raises_library_errors
+    def diagnoses(self, *, campaign: str | None = None) -> pd.DataFrame:
+        """Diagnoses that the store keeps, the newest first: first answer, gap, and whether an
+        effect was adopted."""
+        from ..operations.diagnose.service import kept_diagnoses
+
+        return kept_diagnoses(self.store, campaign)
+
+    @raises_library_errors
+    def diagnosis(self, number: int) -> GapDiagnosis:
+        """A diagnosis that the store keeps, by its `id` in `diagnoses()`."""
+        from ..operations.diagnose.service import kept_diagnosis
+
+        return kept_diagnosis(self.store, number)
+
+    @raises_library_errors
+    def adopt(self, diagnosis: GapDiagnosis, *, effect: str | None = None) -> GapDiagnosis:
+        """Let predictions use an effect of a diagnosis from now on: "gun.valve_flow", "a+b", or
+        "none" for no longer.
+
+        Without `effect` it is what the diagnosis says first. Its `version` is that of the bench's
+        twin.
+        """
+        from ..operations.diagnose.service import adopt_effect
+
+        return adopt_effect(self.store, diagnosis, effect)
+
+    # --- the store itself
+
+    def close(self) -> None:
+        """Release the connection to the database."""
+        self.store.close()
+
+    def __enter__(self) -> ExperimentStore:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<experiment store {address_for_display(self.url)}>"
+
+    def _repr_html_(self) -> str:
+        return titled_table(f"experiment store {escape(repr(self)[18:-1])}", self.campaigns())
+
+
+@raises_library_errors
+def open_experiment_store(
+    address: str | os.PathLike[str], *, create: bool = True
+) -> ExperimentStore:
+    """The store at `address`: "sqlite:///lab.db", "postgresql+psycopg://USER@HOST/NAME", or the
+    path of a file.
+
+    An SQLite file that does not exist is made, unless `create` is False. Raises `StorageError`
+    where the store cannot be opened.
+    """
+    from ... import __version__
+
+    url = os.fspath(address)
+    return ExperimentStore(open_store(url, Writer("python", __version__), create=create), url)
+
+
+def _check_limit(limit: int | None) -> None:
+    if limit is not None and limit < 1:
+        raise ValueError(f"limit is {limit!r}; expected 1 or more rows")
+
+
+def _names(given: str | Sequence[str]) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
+def _settings(kind: Callable[..., Any], given: dict[str, Any]) -> Any:
+    try:
+        return kind(**given)
+    except TypeError as error:
+        raise ValueError(
+            f"{', '.join(given)}: {error}; see `help(ExperimentStore.ingest)`"
+        ) from error

@@ -1,0 +1,272 @@
+"""The digital twin of a bench for notebooks: predict a shot, many shots, or find settings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from ..common.errors import argument_names, raises_library_errors
+from ..common.frames import facts_table, step_bar, with_units
+from ..common.model_registry import models_extra
+from ..operations.predict.arguments import effects_of, python_name, shot_of, twin_request
+from ..operations.predict.predicting import DRAWS, NONE, predict_shot
+from ..twins.building import BuiltTwin, TwinRequest, twin_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from ...schema.session import Store
+    from ..common.frames import Quantity
+    from ..operations.predict.arguments import EffectsLike
+    from ..operations.predict.service import ShotPrediction
+    from ..operations.tune.service import TargetLike, TunedSettings
+
+
+class LaboratoryTwin:
+    """Gun, contact, plate and sensors of one bench as one model, taught by the shots that the store
+    holds.
+
+    `built` is the twin behind it. `predict` and `tune` take quantities as numbers in SI, text with
+    a unit or pint quantities; pressures are gauge.
+    """
+
+    def __init__(
+        self, built: BuiltTwin, store: Store | None, url: str, request: TwinRequest
+    ) -> None:
+        self.built = built
+        self.request = request
+        self._store, self._url = store, url
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed, and what each stage rests on."""
+        return tuple(argument_names(note) for note in self.built.notes if note)
+
+    @property
+    def rests_on(self) -> str:
+        """What the bands of its predictions rest on, in one sentence."""
+        rests_on = self.built.twin.rests_on
+        return "" if rests_on is None else rests_on.sentence
+
+    @property
+    def models(self) -> dict[str, str]:
+        """Stage -> the model or law that answers there."""
+        return dict(self.built.twin.models)
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of the sensors on the plate."""
+        return self.built.twin.sensor_names
+
+    @raises_library_errors
+    def predict(
+        self,
+        *,
+        tank_pressure: Quantity | None = None,
+        velocity: Quantity | None = None,
+        bullet_mass: Quantity | None = None,
+        tip: str = "steel",
+        tip_radius: Quantity = 0.045,
+        anvil: str = NONE,
+        insulator: str = NONE,
+        impact_position: str = "#1",
+        boundary_conditions: str | None = None,
+        valve_profile: str | None = None,
+        factors: Mapping[str, float | str] | None = None,
+        draws: int = DRAWS,
+        seed: int = 0,
+    ) -> ShotPrediction:
+        """One shot: velocity, force, accelerations and spectra with 90 % bands from `draws` random
+        shots.
+
+        `tank_pressure` (gauge) fires the gun; `velocity`, of impact before contact, stands in for
+        it. Without either a gun is fired with 5 bar. `factors` are the laboratory's own, in SI. The
+        same `seed` gives the same bands.
+        """
+        from ..operations.predict.service import ShotPrediction
+
+        if draws < 0:
+            raise ValueError(f"draws is {draws!r}; expected 0 (the nominal shot alone) or more")
+        shot = shot_of(
+            python_name,
+            tank_pressure=tank_pressure,
+            velocity=velocity,
+            bullet_mass=bullet_mass,
+            tip=tip,
+            tip_radius=tip_radius,
+            anvil=anvil,
+            insulator=insulator,
+            impact_position=impact_position,
+            boundary_conditions=boundary_conditions,
+            valve_profile=valve_profile,
+            factors=factors,
+        )
+        return ShotPrediction(self.built, predict_shot(self.built, shot, draws=draws, seed=seed))
+
+    @raises_library_errors
+    def predict_many(
+        self,
+        shots: pd.DataFrame,
+        *,
+        draws: int = DRAWS,
+        seed: int = 0,
+        jobs: int = 1,
+        progress: bool = True,
+    ) -> pd.DataFrame:
+        """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of
+        the 90 % bands, SI.
+
+        The columns of `shots` are arguments of `predict` ("tank_pressure": "5 bar"), or those of a
+        table of runs ("tank_pressure_bar") or of the store's frames ("tank_pressure_pa"), as
+        `runs.csv` and plans have them; an empty cell leaves the argument out. `jobs` processes work
+        at once. Each row is predicted as `predict` predicts it alone; `.attrs["notes"]` says what
+        was assumed.
+        """
+        import pandas as pd
+
+        from ...parallel.executor import ExecutorConfig
+        from ..operations.predict.batch import bench_of_rows, predict_batch
+        from ..operations.predict.service import shot_rows
+
+        rows = shot_rows(shots)
+        bench, rows, notes = bench_of_rows(
+            self._store, self._url, self.request, rows, draws, seed, self.built
+        )
+        with step_bar("predicting", "shots", progress) as step:
+            predicted_shots = predict_batch(bench, rows, ExecutorConfig(jobs=jobs), step)
+        numbers = [
+            {name: value for name, value in shot.figures.items() if name not in row.labels}
+            for shot, row in zip(predicted_shots, rows, strict=True)
+        ]
+        table = with_units(shots.reset_index(drop=True).join(pd.DataFrame(numbers)))
+        table.attrs["notes"] = [argument_names(note) for note in notes]
+        return table
+
+    @raises_library_errors
+    def tune(
+        self,
+        target: TargetLike,
+        *,
+        tolerance: str | float | None = None,
+        measured: str | Sequence[str] = (),
+        sensor: str | None = None,
+        bullet_mass: Quantity | Iterable[Quantity] | None = None,
+        factors: str | os.PathLike[str] | None = None,
+        share: float = 1.0,
+        at_least: float = 0.5,
+        extrapolate: bool = False,
+        seed: int = 0,
+        progress: bool = True,
+    ) -> TunedSettings:
+        """Settings of the bench that give a prescribed spectrum, the best first.
+
+        `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame
+        with the columns frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2).
+        `tolerance` is "6dB", "+9/-6dB" or a number in dB; without one that of the target, else
+        NASA-STD-7003's. `measured` are campaigns whose shots teach the search, `bullet_mass` the
+        masses that the laboratory owns ("0.2kg:1kg": any between them), `factors` a plan's TOML
+        file with all that it owns. A setting meets the target from the probability `at_least` on,
+        where the `share` of all lines lies within. `extrapolate` proposes settings outside of the
+        model's domain, too.
+        """
+        from ..operations.tune.service import factors_of, masses_of, search_settings, target_of
+        from ..operations.tune.session import Ask
+
+        campaigns = (measured,) if isinstance(measured, str) else tuple(measured)
+        masses = masses_of(bullet_mass, "bullet_mass")
+        wanted, owned = target_of(target, tolerance), factors_of(factors)
+        ask = Ask(
+            wanted,
+            self.request,
+            owned,
+            campaigns,
+            sensor,
+            masses,
+            share,
+            extrapolate,
+            seed,
+            at_least,
+        )
+        with step_bar("tune", "settings", progress) as step:
+            return search_settings(self._store, self._url, ask, step)
+
+    @raises_library_errors
+    def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:
+        """The same twin with further effects, which take the place of those with the same id.
+
+        `effects` are ids ("plate.damping:factor=2"), effects of the catalogue, or a diagnosis,
+        whose likeliest cause acts then; `diagnosis.fitted` has its other fits. Raises
+        `InvalidValueError` for a diagnosis whose likeliest cause is none or unknown.
+        """
+        added = effects_of(effects, "effects")
+        own = {effect.id for effect in added}
+        others = tuple(effect for effect in self.request.effects if effect.id not in own)
+        request = replace(self.request, effects=(*others, *added))
+        return _built_twin(self._store, self._url, request)
+
+    def __repr__(self) -> str:
+        return (
+            f"<twin of {self._bench()}: "
+            f"{', '.join(f'{stage} {model}' for stage, model in self.models.items())}>"
+        )
+
+    def _repr_html_(self) -> str:
+        notes = "".join(f"<p>{escape(note)}</p>" for note in (self.rests_on, *self.notes) if note)
+        return facts_table(f"twin of {self._bench()}", self.models) + notes
+
+    def _bench(self) -> str:
+        campaign = self.built.bench.campaign
+        return f"campaign {campaign}" if campaign else "the bench that ships with the software"
+
+
+@raises_library_errors
+def shipped_twin(
+    *,
+    bench: str | os.PathLike[str] | None = None,
+    modes: str | os.PathLike[str] | None = None,
+    contact: str | None = None,
+    effects: EffectsLike = (),
+    plate: str | None = None,
+    impact_points: Sequence[tuple[float, float]] = (),
+    sensors: Sequence[tuple[float, float]] = (),
+    q: float = 10.0,
+    frequencies: str | Sequence[float] | None = None,
+    chain_height: Quantity = 0.0,
+    coupled: bool = False,
+) -> LaboratoryTwin:
+    """The twin of the bench that ships with the software, without a store. Arguments as
+    `ExperimentStore.twin`.
+
+    Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
+    """
+    from ..common.default_store import DEFAULT_DB
+
+    return laboratory_twin(
+        None,
+        DEFAULT_DB,
+        bench=bench,
+        modes=modes,
+        contact=contact,
+        effects=effects,
+        plate=plate,
+        impact_points=impact_points,
+        sensors=sensors,
+        q=q,
+        frequencies=frequencies,
+        chain_height=chain_height,
+        coupled=coupled,
+    )
+
+
+def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> LaboratoryTwin:
+    """The twin of a campaign's bench. `arguments` are those of `twin_request`. Raises as
+    `building.twin_of`."""
+    return _built_twin(store, url, twin_request(python_name, **arguments))
+
+
+def _built_twin(store: Store | None, url: str, request: TwinRequest) -> LaboratoryTwin:
+    with models_extra():
+        return LaboratoryTwin(twin_of(store, url, request), store, url, request)

@@ -1,0 +1,82 @@
+"""Plans of campaigns as notebooks make and read them: `store.plan.lhs("summer", runs=105)`."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...doe.plans import list_plans, read_plan
+from ...files.spreadsheet_guard import guarded_frame
+from ...schema.session import Store
+from ..common.errors import raises_library_errors
+from ..common.frames import frame_of
+from ..doors.python import PythonMethod
+from ..operations.plan.make import PLAN, REQUESTS
+from ..operations.plan.service import PlannedDesign
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class PlanCollection:
+    """The plans of a store, and the methods to make one: `lhs`, `sobol`, `halton`, `factorial`,
+    `subset`, `fractional_factorial`, `plackett_burman`, `central_composite`, `box_behnken`,
+    `optimal` and `from_table`.
+
+    Each design is put in an order of run with few changeovers, gets its tank pressures, is held
+    against the limits of the bench, and is stored under its name. All methods raise
+    `InvalidValueError` for what the factors do not allow, a name in use, and runs beyond the bench.
+    """
+
+    def __init__(self, store: Store, url: str) -> None:
+        self.store, self.url = store, url
+
+    @raises_library_errors
+    def list(self) -> pd.DataFrame:
+        """A row for each plan, with its method and its counts of runs by state."""
+        with self.store.reading() as session:
+            return frame_of(list_plans(session), ("name", "kind", "method", "seed", "runs"))
+
+    @raises_library_errors
+    def open(self, name: str) -> PlannedDesign:
+        """A stored plan. Raises `NotFoundError`, which names those there are."""
+        with self.store.reading() as session:
+            return PlannedDesign(read_plan(session, name))
+
+    def from_table(
+        self, name: str, *, table: str | os.PathLike[str] | pd.DataFrame, **settings: Any
+    ) -> PlannedDesign:
+        """Somebody else's design, in its order: a CSV file or a DataFrame with `run` and the
+        columns of the factors.
+
+        Parameters:
+            name: The name of the plan.
+            table: A path, or rows with `run` and a column for each factor, in its unit.
+            settings: Those of `pyroshock plan import`.
+        """
+        given: Any = table
+        if not isinstance(table, str | os.PathLike):
+            buffer = io.StringIO()
+            guarded_frame(table).to_csv(buffer, index=False)
+            given = {"name": "table.csv", "text": buffer.getvalue()}
+        elif not isinstance(table, str):
+            given = Path(table)
+        make: Callable[..., PlannedDesign] = _METHODS["import"].__get__(self)
+        return make(name, given, **settings)
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Callable[..., PlannedDesign]: ...
+
+
+_METHODS: dict[str, PythonMethod[..., PlannedDesign]] = {
+    name: PythonMethod(request, PLAN) for name, request in REQUESTS.items()
+}
+for _name, _method in _METHODS.items():
+    _identifier = _name.replace("-", "_")
+    _method.__set_name__(PlanCollection, _identifier)
+    if _name != "import":  # no word that Python takes: `from_table`
+        setattr(PlanCollection, _identifier, _method)

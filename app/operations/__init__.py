@@ -1,0 +1,1 @@
+"""What a person asks of the software: each operation is declared once, and every door offers it."""

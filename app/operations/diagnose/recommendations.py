@@ -1,0 +1,342 @@
+"""What to do next after a diagnosis, in full sentences: adopt, fire, measure, repeat. Functions of
+a verdict alone."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterable, Iterator
+
+from ....diagnosis.parameter_limits import exceeded_limit
+from ....diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
+from ...common.number_format import join_words, number, percent
+from ...common.quantities import display_of
+from ...twins.adopted_effects import offered
+from .summary import (
+    MOST,
+    NEAREST,
+    WORTH_SAYING,
+    held_out_fraction,
+    is_agreement,
+    is_unknown,
+    nearest_effects,
+    set_subject,
+    stage_name,
+)
+from .wording import (
+    EFFECT_SUBJECTS,
+    effect_check,
+    effect_subject,
+    miss_sentence,
+    owned_parameters,
+    set_name,
+    single_effects,
+    span_label,
+    with_labels,
+)
+
+#: From this held-out fraction on an effect is worth adopting.
+_WORTH_ADOPTING = 0.5
+#: From this unexplained share on the reader is told where the rest lies.
+_LARGE_REST = 0.15
+#: So many sentences at most.
+_MOST_STEPS = 5
+
+#: What would show the cause of an error of a stage that no effect explains, and which runs.
+_STAGE_EXPERIMENTS = {
+    "gun": (
+        "the pressure behind the projectile and the velocity at two places along the barrel",
+        "the lowest and at the highest tank pressure with one projectile",
+    ),
+    "contact": (
+        "the indentation after the hit and the force with a second sensor",
+        "the lowest and at the highest impact velocity with one tip",
+    ),
+    "plate": (
+        "the acceleration at more places, and the supports' motion",
+        "two impact points with one tip",
+    ),
+}
+#: Of other channels: the plate, for those are accelerations.
+_STAGE_OF_CHANNEL = {"velocity": "gun", "force": "contact"}
+
+
+def recommendations(verdict: Verdict) -> tuple[str, ...]:
+    """Two to five sentences: what to do next, the most useful first."""
+    if is_agreement(verdict):
+        return (
+            "Nothing has to be changed: the nominal model can be used for this campaign.",
+            "To look for a smaller error, diagnose again with a smaller tolerance (--tolerance) or "
+            "with more repetitions of each configuration.",
+        )
+    if is_unknown(verdict):
+        steps = [_nearest_sentence(verdict), rest_sentence(verdict), *next_experiment(verdict)]
+    else:
+        rest = verdict.unexplained is not None and verdict.unexplained.share >= _LARGE_REST
+        steps = [_adoption(verdict), _separation(verdict), *_limits(verdict)]
+        steps += [rest_sentence(verdict) if rest else "", _confirmation(verdict)]
+    if any(sentence.startswith("floor assumed") for sentence in verdict.assumptions):
+        steps.append(
+            "Repeat three configurations three times: nothing was repeated, so the measurement "
+            "noise is an assumption and the probabilities are not calibrated."
+        )
+    return tuple(filter(None, steps))[:_MOST_STEPS]
+
+
+def _adoption(verdict: Verdict) -> str:
+    best = offered(verdict)
+    names = join_words([set_name(own.effects) for own in verdict.cause_sets]) or set_subject(
+        verdict.first.effects[0]
+    )
+    if best is None:
+        return f"Do not adopt {names}: no fit of them has parameters that the parts can have."
+    fraction = held_out_fraction(verdict) if best.after is None else _fraction(verdict, best.after)
+    if fraction is None:
+        return (
+            f"How far the error shrinks with {names} was not measured: do not "
+            f"adopt it on this alone."
+        )
+    if fraction < _WORTH_ADOPTING:
+        return (
+            f"Do not adopt {names} yet: only {percent(max(fraction, 0.0))} of the error disappears "
+            "on configurations that the fit has not seen."
+        )
+    command = (
+        f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {best.name.replace('+', ',')}"
+    )
+    if best.is_averaged:
+        return (
+            f"Adopt the mean of what these sets of effects predict, so that "
+            f"predictions include it: {command}."
+        )
+    members = {effect.id for effect in best.effects}
+    omitted = [
+        set_name(own.effects) for own in verdict.cause_sets if members.isdisjoint(own.effects)
+    ]
+    if omitted:
+        subjects = join_words([effect_subject(effect.id) for effect in best.effects])
+        return (
+            f"Adopt {subjects}, and not {join_words(omitted)}: together with that no fit has "
+            f"parameters that the parts can have: {command}."
+        )
+    if len(best.effects) > 1:
+        return f"Adopt these effects, so that predictions include them: {command}."
+    if any(len(own.effects) > 1 for own in verdict.cause_sets) or len(verdict.first.effects) > 1:
+        subject = effect_subject(best.effects[0].id)
+        reason = f", {best.reason}" if best.reason else ""
+        return (
+            f"Of the effects that these runs cannot tell apart, adopt {subject}{reason}: {command}."
+        )
+    return f"Adopt this effect, so that predictions include it: {command}."
+
+
+def _fraction(verdict: Verdict, after: float) -> float | None:
+    """The part of the reducible error that is gone where `after` is left."""
+    room = verdict.gap.before - verdict.gap.noise_floor
+    return (verdict.gap.before - after) / room if room > 0 else None
+
+
+def _settling(verdict: Verdict) -> str:
+    """The channel that would tell the effects of the largest such set apart; "" where none is
+    known."""
+    for own in verdict.cause_sets:
+        if own.settled_by is not None:
+            channel, distance = (
+                own.settled_by.channel.replace("_", " "),
+                number(own.settled_by.d_prime),
+            )
+            subjects = join_words([effect_subject(name) for name in own.effects], "or")
+            return (
+                f"To tell whether {subjects} acts, record the {channel}: it would tell them apart "
+                f"by {distance} standard deviations of its noise."
+            )
+    return ""
+
+
+def _separation(verdict: Verdict) -> str:
+    if settling := _settling(verdict):
+        return settling
+    if verdict.next_runs:
+        return run_sentence(verdict.next_runs[0])
+    several = [own.effects for own in verdict.cause_sets if len(own.effects) > 1]
+    names = next(
+        iter([*several, *([verdict.first.effects] if len(verdict.first.effects) > 1 else [])]), ()
+    )
+    checks = _checks(single_effects(names))
+    subjects = join_words([set_subject(name, "with") for name in names], "or")
+    return (
+        f"These runs cannot tell whether {subjects} acts; to decide, measure {checks}."
+        if checks
+        else ""
+    )
+
+
+def _checks(effects: Iterable[str]) -> str:
+    """The first two measurements that show one of the effects by itself; "" where none is known."""
+    return join_words(list(dict.fromkeys(filter(None, map(effect_check, effects))))[:2], "or")
+
+
+def _setting_words(column: str, level: float | str) -> str:
+    """A setting by its column: "tank pressure 0.3 bar", "tip material steel"."""
+    shown = display_of(column)
+    if isinstance(level, str):
+        return f"{shown.label} {level}"
+    return f"{shown.label} {number(level * shown.scale)} {shown.unit}".rstrip()
+
+
+def run_sentence(run: NextRun) -> str:
+    """The next experiment in a sentence; one that cannot decide says so, and what to measure
+    instead."""
+    settings = join_words([_setting_words(column, level) for column, level in run.settings.items()])
+    runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
+    match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
+    if match is None:
+        ids = "|".join(map(re.escape, EFFECT_SUBJECTS))
+        why = re.sub(ids, lambda identity: effect_subject(identity[0]), run.why)
+        return f"Fire {runs} at {settings}: this {why}."
+    # "and" between effects that act together would be read with what stands beside it
+    pair = f"{set_subject(match[1], 'with')} from {set_subject(match[2], 'with')}"
+    if not match[3]:
+        return f"Fire {runs} at {settings}: this separates {pair}."
+    first, second = match[1].split("+"), match[2].split("+")
+    checks = _checks(name for name in (*first, *second) if (name in first) != (name in second))
+    instead = f"; measure {checks} instead" if checks else ""
+    return f"Even {runs} at {settings} would not separate {pair}{instead}."
+
+
+def _limits(verdict: Verdict) -> Iterator[str]:
+    """A sentence for each fitted parameter of a cause that is no value of the part."""
+    for identity, fitted in _fitted_parameters(verdict):
+        exceeded = exceeded_limit(identity, fitted.parameter, fitted.value)
+        if exceeded is not None:
+            yield miss_sentence(exceeded)
+
+
+def _fitted_parameters(verdict: Verdict) -> list[tuple[str, Fitted]]:
+    """Parameters with their effects: of the sets that are causes, or of the first answer where
+    there is none."""
+    members = {name for own in verdict.cause_sets for name in own.effects}
+    if members:
+        rows = [effect for effect in verdict.effects if effect.effect in members]
+        return [(effect.effect, item) for effect in rows for item in effect.parameters]
+    return owned_parameters(verdict.first)
+
+
+def _confirmation(verdict: Verdict) -> str:
+    """What shows the largest cause by itself; a set of several is to be told apart first."""
+    sets = verdict.cause_sets
+    largest = sets[0].effects if sets else (verdict.first.effects[0].split("+")[0],)
+    check = effect_check(largest[0]) if len(largest) == 1 else ""
+    return (
+        f"To confirm {effect_subject(largest[0])} without the model, measure {check}."
+        if check
+        else ""
+    )
+
+
+def _nearest_sentence(verdict: Verdict) -> str:
+    """What the nearest effects take away held out, each by itself and all of the path together."""
+    nearest = [
+        (effect_subject(item.effect), percent(item.held_out_gain))
+        for item in nearest_effects(verdict)
+    ]
+    if nearest:
+        subject, gain = nearest[0]
+        others = join_words([" ".join(item) for item in nearest[1:]])
+        together = ""
+        if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
+            together = (
+                f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
+            )
+        return (
+            f"The nearest effect is {subject}, which takes {gain} of the error away beside the "
+            "other likely effects, on configurations that it was not fitted "
+            f"to{', ' if others else ''}{others}{together}."
+        )
+    if verdict.effects:
+        return (
+            "No effect of the catalogue takes anything away on configurations "
+            "that it was not fitted to."
+        )
+    causes = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][
+        :NEAREST
+    ]
+    names = [f"{set_subject(cause.effects[0])} ({percent(cause.probability)})" for cause in causes]
+    return f"The nearest answer of the catalogue is {join_words(names, 'or')}." if names else ""
+
+
+def rest_sentence(verdict: Verdict) -> str:
+    """Where the error that is not explained lies: stage, settings, time, frequency, order of runs;
+    "" if nowhere."""
+    where, main_stage = verdict.where, _main_stage(verdict)
+    places = []
+    if len(where.stage) > 1:
+        places += [f"in {stage_name(stage.name)}" for stage in where.stage if stage.share >= MOST][
+            :1
+        ]
+    if where.factors:
+        places.append(f"where {where.factors[0].rule}")
+    for spans in (
+        where.time,
+        where.frequency,
+    ):  # a span of another stage than the main one would mislead
+        shown = [
+            span
+            for span in spans
+            if not where.stage or _STAGE_OF_CHANNEL.get(span.channel, "plate") == main_stage
+        ]
+        places += [f"in {span_label(span)}" for span in shown[:1]]
+    largest = f"The error is largest {join_words(places)}." if places else ""
+    drift = (
+        f"It changes while the campaign goes on: {with_labels(where.drift[0])}."
+        if where.drift
+        else ""
+    )
+    return " ".join(filter(None, (largest, drift)))
+
+
+def next_experiment(verdict: Verdict) -> tuple[str, ...]:
+    """What to fire or measure next; never empty. Under `unknown` always an experiment."""
+    runs = tuple(map(run_sentence, verdict.next_runs))
+    if is_unknown(verdict):
+        return (*(runs or (_separating_runs(verdict),)), _further_measurement(verdict))
+    if runs:
+        return tuple(filter(None, (_settling(verdict), *runs)))
+    if is_agreement(verdict):
+        return ("No experiment is needed: model and measurement agree.",)
+    separation = _separation(verdict) or "No run is needed to tell causes apart."
+    return tuple(filter(None, (separation, _confirmation(verdict))))
+
+
+def _separating_runs(verdict: Verdict) -> str:
+    """Repeated runs on both sides of where the error is large: they show whether the place is the
+    cause."""
+    if verdict.where.factors:
+        return (
+            f"Fire three repetitions of two settings where {verdict.where.factors[0].rule} and of "
+            "two where this does not hold, with all other settings the same: this shows whether "
+            "that setting makes the error."
+        )
+    _, runs = _STAGE_EXPERIMENTS[_main_stage(verdict)]
+    return (
+        f"Fire three repetitions at {runs} and with all other settings the same: "
+        f"this shows how the error grows."
+    )
+
+
+def _further_measurement(verdict: Verdict) -> str:
+    further, _ = _STAGE_EXPERIMENTS[_main_stage(verdict)]
+    nearest = next(iter(nearest_effects(verdict)), None)
+    if nearest is None or not effect_check(nearest.effect):
+        return f"Measure {further}: this shows causes that the recorded channels cannot show."
+    return (
+        f"Measure {effect_check(nearest.effect)}, to see whether {effect_subject(nearest.effect)} "
+        f"acts; other causes may show in {further}."
+    )
+
+
+def _main_stage(verdict: Verdict) -> str:
+    """Where most of the error arises; else the first stage that was simulated."""
+    named = [stage.name for stage in sorted(verdict.where.stage, key=lambda stage: -stage.share)]
+    simulated = [part.split(":")[0].strip() for part in verdict.simulator.split("|")]
+    return next((name for name in (*named, *simulated) if name in _STAGE_EXPERIMENTS), "contact")

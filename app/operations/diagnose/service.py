@@ -1,0 +1,306 @@
+"""The diagnosis of the gap between measurement and twin, as notebooks and the command line see
+it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from ....twin.effects import Effect
+from ...common.errors import argument_names
+from ...common.frames import axes_or_new, frame_of, titled_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from ....diagnosis.verdict import Verdict
+    from ....schema.diagnoses import TwinVersion
+    from ....schema.session import Store
+    from ...common.progress import Step
+
+
+@dataclass(frozen=True, eq=False)
+class GapDiagnosis:
+    """Where the gap lies, what causes it, and how far it shrinks. `verdict` is the record behind
+    it.
+
+    `number` is that of the diagnosis in the store, None for one of a folder. `version` is the
+    version of the bench's twin that adopted an effect of it, None where none was adopted.
+    """
+
+    verdict: Verdict
+    number: int | None = None
+    version: TwinVersion | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The answer in a few sentences."""
+        from .request import restrictions_among
+        from .summary import summary
+
+        return " ".join((*restrictions_among(self.verdict.assumptions), summary(self.verdict)))
+
+    @property
+    def recommendations(self) -> list[str]:
+        """What to do next, in sentences."""
+        from .recommendations import recommendations
+
+        return list(recommendations(self.verdict))
+
+    @property
+    def effects(self) -> pd.DataFrame:
+        """An effect in each row: probability that it acts, share of the squared gap with its 90 %
+        interval, gain on configurations that it was not fitted to, parameters as {name: value} in
+        SI."""
+        return frame_of(
+            (
+                {
+                    "effect": effect.effect,
+                    "probability": effect.inclusion,
+                    "share": effect.share,
+                    "share_low": effect.ci90[0],
+                    "share_high": effect.ci90[1],
+                    "held_out_gain": effect.held_out_gain,
+                    "named": effect.named,
+                    "credible_set": effect.credible_set,
+                    "parameters": {
+                        parameter.name: parameter.value for parameter in effect.parameters
+                    },
+                }
+                for effect in self.verdict.effects
+            ),
+            ("effect", "probability", "share", "share_low", "share_high", "held_out_gain", "named"),
+        )
+
+    @property
+    def sets(self) -> pd.DataFrame:
+        """A set of effects in each row of which at least one acts and which these runs cannot tell
+        apart, by falling share; an effect that is established by itself is a set of one."""
+        return frame_of(
+            (
+                {
+                    "effects": " or ".join(own.effects),
+                    "probability": own.inclusion,
+                    "share": own.share,
+                    "share_low": own.ci90[0],
+                    "share_high": own.ci90[1],
+                    "held_out_gain": own.held_out_gain,
+                    "settled_by": None if own.settled_by is None else own.settled_by.channel,
+                }
+                for own in self.verdict.cause_sets
+            ),
+            (
+                "effects",
+                "probability",
+                "share",
+                "share_low",
+                "share_high",
+                "held_out_gain",
+                "settled_by",
+            ),
+        )
+
+    @property
+    def causes(self) -> pd.DataFrame:
+        """An entry of the answer in each row, by falling probability."""
+        return frame_of(
+            {"cause": " or ".join(cause.effects), "probability": cause.probability}
+            for cause in self.verdict.causes
+        )
+
+    @property
+    def gap(self) -> dict[str, Any]:
+        """The size of the gap, of the noise and of the tolerance, in the unit that `metric`
+        names."""
+        return dict(self.to_json()["gap"])
+
+    @property
+    def stages(self) -> pd.DataFrame:
+        """The share of the gap that arises in each stage, with its 90 % interval, and its own gap
+        in tolerances."""
+        return frame_of(
+            (
+                {
+                    "stage": stage.name,
+                    "share": stage.share,
+                    "share_low": stage.ci90[0],
+                    "share_high": stage.ci90[1],
+                    "own": stage.own,
+                }
+                for stage in self.verdict.where.stage
+            ),
+            ("stage", "share", "share_low", "share_high", "own"),
+        )
+
+    @property
+    def path(self) -> pd.DataFrame:
+        """The gap after each effect was added, the largest share first; fractions on configurations
+        not seen."""
+        return frame_of(
+            (
+                {"added": step.added, "gap": step.after, "fraction": step.fraction}
+                for step in self.verdict.path
+            ),
+            ("added", "gap", "fraction"),
+        )
+
+    @property
+    def fraction(self) -> float | None:
+        """The share of the reducible gap that is gone on configurations that the fit has not seen;
+        None: not known."""
+        from .summary import held_out_fraction
+
+        return held_out_fraction(self.verdict)
+
+    @property
+    def shrinkage(self) -> pd.DataFrame:
+        """How far the gap shrinks on configurations that the fit has not seen with the effects of
+        `path`, a row for each way of holding configurations out."""
+        from .wording import held_out_name
+
+        return frame_of(
+            (
+                {
+                    "effects": held_out_name(entry, self.verdict),
+                    "held_out_by": entry.held_out_by,
+                    "before": entry.before,
+                    "after": entry.after,
+                    "fraction": entry.fraction,
+                }
+                for entry in self.verdict.shrinkage
+            ),
+            ("effects", "held_out_by", "before", "after", "fraction"),
+        )
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What the diagnosis assumed, in sentences."""
+        return tuple(map(argument_names, self.verdict.assumptions))
+
+    @property
+    def fitted(self) -> dict[str, tuple[Effect, ...]]:
+        """Effects with the parameters that were fitted, by name ("gun.valve_flow", "a+b"):
+        `store.twin(effects=...)` takes them."""
+        from ...twins.adopted_effects import adoptable
+
+        return {
+            "+".join(effect.id for effect in effects): effects
+            for effects in adoptable(self.verdict).values()
+        }
+
+    def to_frame(self) -> pd.DataFrame:
+        """`effects`."""
+        return self.effects
+
+    def to_json(self) -> dict[str, Any]:
+        """The report as `pyroshock diagnose --json` prints it."""
+        from .diagnosing import report_json
+
+        return report_json(self.verdict)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The shares of the gap by set of effects, with their 90 % intervals, the causes at the
+        top."""
+        sets = self.verdict.cause_sets
+        members = {name for own in sets for name in own.effects}
+        bars = [(own.name, own.share, own.ci90, "#1b6ca8") for own in sets]
+        bars += [
+            (effect.effect, effect.share, effect.ci90, "0.75")
+            for effect in self.verdict.effects
+            if effect.effect not in members and abs(effect.share) >= 0.005
+        ]
+        bars = bars[:12][::-1]
+        axes = axes_or_new(ax, height=1.2 + 0.35 * max(len(bars), 2))
+        for place, (_, share, interval, colour) in enumerate(bars):
+            axes.barh(place, share, color=colour)
+            axes.plot(interval, [place, place], color="black", lw=1)
+        axes.set_yticks(range(len(bars)), [name for name, *_ in bars])
+        axes.set_xlabel("share of the squared gap, with its 90 % interval; blue: named as a cause")
+        return axes
+
+    def __repr__(self) -> str:
+        return f"<{self.verdict.campaign}: {self.sentence}>"
+
+    def _repr_html_(self) -> str:
+        columns = ["effect", "probability", "share", "share_low", "share_high", "held_out_gain"]
+        return titled_table(f"{self.verdict.campaign}: {self.sentence}", self.effects[columns])
+
+
+def diagnose_campaign(
+    store: Store | None,
+    url: str,
+    target: str,
+    step: Step,
+    *,
+    adopt: str | None = None,
+    **given: Any,
+) -> GapDiagnosis:
+    """The diagnosis of a campaign, which its store keeps, or of a folder, of which nothing is kept.
+
+    `given` are the other fields of `DiagnosisRequest`. Raises as `diagnosing.diagnosed` and
+    `adopting.adopt`, and `ValueError` where an effect is to be adopted for a folder.
+    """
+    from ...common.model_registry import models_extra
+    from ...twins import adopted_effects
+    from .diagnosing import is_stored, keep, run_diagnosis
+    from .request import DiagnosisRequest
+
+    request = DiagnosisRequest(target, **given)
+    stored = is_stored(store, target)
+    if adopt is not None and not stored:
+        raise ValueError(
+            f"adopting {adopt} needs a campaign of the store; ingest it "
+            f"first: pyroshock ingest {target}"
+        )
+    with models_extra():
+        verdict = run_diagnosis(store, url, request, step)
+    if adopt is not None:
+        adopted_effects.check_adoptable(verdict, adopt)
+    key = keep(store, verdict, request) if store is not None and stored else None
+    version = (
+        adopted_effects.adopt(store, verdict, adopt, key)
+        if store is not None and adopt is not None
+        else None
+    )
+    return GapDiagnosis(verdict, key, version)
+
+
+def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> GapDiagnosis:
+    """The diagnosis with the twin's version that adopted `effect` of it (None: what it offers).
+
+    Raises as `adopting.adopt`, and `ValueError` for a diagnosis that the store does not keep.
+    """
+    from ...twins import adopted_effects
+
+    verdict = diagnosis.verdict
+    if diagnosis.number is None:
+        raise ValueError(
+            f"the diagnosis of {verdict.campaign} is of a folder; ingest it, "
+            f"and diagnose the campaign"
+        )
+    best = adopted_effects.offered(verdict)
+    wanted = effect or (verdict.first.effects[0] if best is None else best.name)
+    return replace(
+        diagnosis, version=adopted_effects.adopt(store, verdict, wanted, diagnosis.number)
+    )
+
+
+def kept_diagnoses(store: Store, campaign: str | None) -> pd.DataFrame:
+    """Diagnoses that the store keeps, the newest first. Raises `LookupError` for an unknown
+    campaign."""
+    from .stored import list_diagnoses
+
+    with store.reading() as session:
+        return frame_of(
+            list_diagnoses(session, campaign, limit=None),
+            ("id", "diagnosed_at", "campaign", "first"),
+        )
+
+
+def kept_diagnosis(store: Store, number: int) -> GapDiagnosis:
+    """Diagnosis `number` as it was made. Raises as `kept.kept_verdict`."""
+    from .stored import kept_verdict
+
+    with store.reading() as session:
+        return GapDiagnosis(kept_verdict(session, number), number)

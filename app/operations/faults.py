@@ -1,0 +1,181 @@
+"""What is wrong with a request: said once, with field, value, what was expected and the cure.
+
+A door changes the spelling of the field alone: `--tank-pressure` on the command line, the control
+of a form, `"field"` in JSON.
+"""
+
+from __future__ import annotations
+
+import re
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+
+import annotated_types
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from .operation import Request
+
+#: Where the values of a request come from, which says what a text of a file's field is: its path
+#: (command), its path unless it has lines (python), or its content (network, and jobs as stored).
+Source = Literal["command", "python", "network", "stored"]
+
+_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
+Asked = TypeVar("Asked", bound=Request)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """`message` begins with the name of the `field`; "" of what is about several fields."""
+
+    field: str
+    message: str
+
+    def spelled(self, name: str) -> str:
+        """The message with the field spelled `name`."""
+        return (
+            name + self.message.removeprefix(self.field)
+            if self.field and self.message.startswith(self.field)
+            else self.message
+        )
+
+
+class FieldError(ValueError):
+    """A value of one field of a form that cannot be used. `field`: the name of its control."""
+
+    def __init__(self, field: str, message: str) -> None:
+        super().__init__(message)
+        self.field = field
+
+
+class RequestError(ValueError):
+    """A request that cannot be used; `faults` tell each field."""
+
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        super().__init__("\n  ".join(fault.message for fault in faults))
+        self.faults = tuple(faults)
+
+
+def read(request: type[Asked], values: Mapping[str, Any], source: Source) -> Asked:
+    """The request of these values. Raises `RequestError`."""
+    try:
+        return request.model_validate(dict(values), context={"source": source})
+    except ValidationError as error:
+        raise RequestError(list(faults_of(error, request))) from error
+
+
+def read_variant(
+    requests: Sequence[type[Asked]], values: Mapping[str, Any], source: Source
+) -> Asked:
+    """The request of that variant whose `method` the values name; the first where they name none.
+
+    Raises `RequestError`.
+    """
+    by_method = {str(request.model_fields["method"].default): request for request in requests}
+    given = values.get("method")
+    method = next(iter(by_method)) if given in (None, "") else str(given)
+    if method not in by_method:
+        words = f"method is {given!r}; expected one of {', '.join(by_method)}"
+        raise RequestError([Fault("method", words)])
+    return read(by_method[method], {**values, "method": method}, source)
+
+
+def faults_of(error: ValidationError, request: type[Request]) -> Iterator[Fault]:
+    """A fault for each value that cannot be used, in the order of the request's fields."""
+    for item in error.errors():
+        yield _fault(item, request)
+
+
+def _fault(item: Any, request: type[Request]) -> Fault:
+    path = [str(part) for part in item["loc"]]
+    name = path[0] if path else ""
+    field = request.model_fields.get(name)
+    kind, value = item["type"], item.get("input")
+    if kind in ("value_error", "assertion_error"):
+        return Fault(name, str(item["ctx"]["error"]))
+    if kind == "missing":
+        return Fault(name, f"{name} is missing; expected {expectation(field)}")
+    if kind == "extra_forbidden":
+        known = ", ".join(field for field in request.model_fields if field != "method")
+        return Fault(name, f"{name} is not known; known: {known}")
+    expected = expectation(field) if field is not None else item["msg"]
+    return Fault(name, f"{name} is {_shown(value, field)}; expected {expected}")
+
+
+def _shown(value: object, field: FieldInfo | None) -> str:
+    """A value as it was given; a number that came as a text, as from a form, as a number."""
+    is_number = field is not None and bare(field.annotation) in (int, float)
+    text = str(value) if is_number and _NUMBER.fullmatch(str(value)) else repr(value)
+    return text if len(text) <= 200 else f"{text[:200]}…"
+
+
+def bare(annotation: Any) -> Any:
+    """The type of a field that may also be None."""
+    if get_origin(annotation) in (Union, types.UnionType):
+        kinds = [kind for kind in get_args(annotation) if kind is not type(None)]
+        return bare(kinds[0]) if len(kinds) == 1 else annotation
+    if hasattr(annotation, "__metadata__"):
+        return bare(annotation.__origin__)
+    return annotation
+
+
+def bounds(field: FieldInfo) -> dict[str, Any]:
+    """`ge`, `gt`, `le`, `lt`, `min_length`, `max_length` of a field, also of those within a union
+    with None."""
+    limits: dict[str, Any] = {}
+    metadata = [*field.metadata]
+    pending = [field.annotation]
+    while pending:
+        annotation = pending.pop()
+        metadata += getattr(annotation, "__metadata__", ())
+        pending += [kind for kind in get_args(annotation) if kind is not type(None)]
+    for entry in metadata:
+        if isinstance(entry, FieldInfo):
+            metadata_of_field = entry.metadata
+        elif isinstance(entry, annotated_types.GroupedMetadata):
+            metadata_of_field = list(entry)
+        else:
+            metadata_of_field = [entry]
+        for limit in metadata_of_field:
+            for name in ("ge", "gt", "le", "lt", "min_length", "max_length"):
+                value = getattr(limit, name, None)
+                if value is not None:
+                    limits[name] = value
+    return limits
+
+
+def expectation(field: FieldInfo | None) -> str:
+    """What a field takes: `a whole number from 1 to 2000`."""
+    if field is None:
+        return "a value"
+    kind, limits = bare(field.annotation), bounds(field)
+    if get_origin(kind) is Literal:
+        return f"one of {', '.join(map(str, get_args(kind)))}"
+    if kind is bool:
+        return "true or false"
+    if kind in (int, float):
+        return _number_words("a whole number" if kind is int else "a number", limits)
+    if kind is str:
+        least, most = limits.get("min_length", 0), limits.get("max_length")
+        if least:
+            return "a text" + (f" of at most {most:,} characters" if most else "")
+        return f"a text of at most {most:,} characters" if most else "a text"
+    if get_origin(kind) in (tuple, list):
+        most = limits.get("max_length")
+        return f"a list of at most {most} values" if most else "a list of values"
+    return "a value that it can take"
+
+
+def _number_words(noun: str, limits: Mapping[str, Any]) -> str:
+    low = limits.get("ge", limits.get("gt"))
+    high = limits.get("le", limits.get("lt"))
+    if low is not None and high is not None and "ge" in limits and "le" in limits:
+        return f"{noun} from {low:g} to {high:.10g}"
+    words = [noun]
+    if low is not None:
+        words.append(f"of {low:g} or more" if "ge" in limits else f"above {low:g}")
+    if high is not None:
+        words.append(f"up to {high:.10g}" if "le" in limits else f"below {high:.10g}")
+    return ", ".join([" ".join(words[:2]), *words[2:]]) if len(words) > 1 else noun

@@ -1,0 +1,180 @@
+"""The form of an operation: a control for each field of its request, and how values are read."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from .faults import bare, bounds, read, read_variant
+from .fields import TextFile, presentation_of, spelling_of
+from .operation import FormPage, Operation, Request
+
+#: Ending of the control that takes a file for a field whose text can be pasted, too.
+FILE = ".file"
+
+
+@dataclass(frozen=True)
+class Control:
+    """A control of a form, ready for a template.
+
+    `kind` is checkbox, select, lines (a text of several lines), file, number or text; `choices` are
+    the values of a select or the suggestions of a text; `limits` are attributes of HTML.
+    """
+
+    name: str
+    label: str
+    help: str
+    kind: str
+    value: str
+    required: bool
+    choices: tuple[str, ...] = ()
+    limits: tuple[tuple[str, Any], ...] = ()
+    methods: tuple[str, ...] = ()
+
+    @property
+    def id(self) -> str:
+        """Its own where several methods have controls of one name."""
+        return "-".join([self.name, *self.methods[:1]])
+
+
+def form_page(operation: Operation[Any, Any]) -> FormPage:
+    """The page with the form of an operation."""
+    usual = f"/ask/{operation.name}"
+    return operation.form or FormPage(usual, operation.name, usual)
+
+
+def controls(
+    operation: Operation[Any, Any],
+    values: Mapping[str, str] | None = None,
+    *,
+    names: Collection[str] = (),
+    suggestions: Mapping[str, Sequence[str]] | None = None,
+) -> list[Control]:
+    """The controls of an operation's fields, in their order; `names`: of these alone.
+
+    A field that only some variants have says so in `methods`, which `static/plan.js` reads.
+    """
+    by_control: dict[Control, list[str]] = {}
+    for request in operation.requests():
+        for name, field in request.model_fields.items():
+            if name == "method" or (names and name not in names):
+                continue
+            given = (values or {}).get(name)
+            control = _control(name, field, given, (suggestions or {}).get(name, ()))
+            methods = by_control.setdefault(control, [])
+            if operation.variants:
+                methods.append(str(request.model_fields["method"].default))
+    everywhere = len(operation.requests())
+    return [
+        control if len(methods) in (0, everywhere) else replace(control, methods=tuple(methods))
+        for control, methods in by_control.items()
+    ]
+
+
+def _control(name: str, field: FieldInfo, value: str | None, choices: Sequence[str]) -> Control:
+    shown, kind, limits = presentation_of(field), bare(field.annotation), bounds(field)
+    default = "" if field.default is PydanticUndefined else _text_in(field, field.default)
+    label = shown.label or name.replace("_", " ").capitalize()
+    if shown.unit:
+        label = f"{label} (with its unit, such as {(field.examples or [shown.unit])[0]})"
+    attributes: dict[str, Any] = {"step": "any"} if kind is float and not shown.unit else {}
+    attributes |= {
+        html: limits[limit]
+        for limit, html in (("ge", "min"), ("le", "max"), ("max_length", "maxlength"))
+        if limit in limits and not (limit == "max_length" and get_origin(kind) is not None)
+    }
+    return Control(
+        name,
+        label,
+        field.description or "",
+        _control_kind(kind, shown.lines, bool(shown.unit)),
+        value if value is not None else default,
+        field.is_required(),
+        tuple(choices) or (tuple(map(str, get_args(kind))) if get_origin(kind) is Literal else ()),
+        tuple(attributes.items()),
+    )
+
+
+def _control_kind(kind: Any, lines: int, has_unit: bool) -> str:
+    if kind is bool:
+        return "checkbox"
+    if get_origin(kind) is Literal:
+        return "select"
+    if kind is TextFile:
+        return "file"
+    if lines > 1:
+        return "lines"
+    return "number" if kind in (int, float) and not has_unit else "text"
+
+
+def text_of(value: Any) -> str:
+    """A value as a control holds it."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, TextFile):
+        return value.text
+    if isinstance(value, Mapping):
+        return ",".join(f"{key}={text_of(part)}" for key, part in value.items())
+    if isinstance(value, tuple | list):
+        if value and isinstance(value[0], tuple | list):
+            return ";".join(",".join(map(str, part)) for part in value)
+        return ",".join(map(text_of, value))
+    return str(value)
+
+
+def _text_in(field: FieldInfo, value: Any) -> str:
+    """A value of a field as its control holds it."""
+    spelling = spelling_of(field)
+    if spelling is None or not isinstance(value, Mapping):
+        return text_of(value)
+    return ",".join(f"{key}={spelling.spell(key, part)}" for key, part in value.items())
+
+
+def texts_of(request: BaseModel, *, everything: bool = False) -> dict[str, str]:
+    """The values of a request by control: those that are not the default, or everything."""
+    fields = type(request).model_fields
+    values = {name: getattr(request, name) for name in fields}
+    return {
+        name: _text_in(fields[name], value)
+        for name, value in values.items()
+        if everything or name == "method" or value != fields[name].default
+    }
+
+
+def read_form(operation: Operation[Any, Any], sent: Mapping[str, str]) -> Request:
+    """The request of a form: what was left empty has its default.
+
+    Raises `faults.RequestError`, whose faults name the controls.
+    """
+    values: dict[str, Any] = {}
+    for name, text in sent.items():
+        field_name = name.removesuffix(FILE)
+        if text.strip() and (name == field_name or not values.get(field_name)):
+            values[field_name] = text
+    request: Request
+    if operation.variants:
+        request = read_variant(operation.requests(), _own_fields(operation, values), "network")
+    else:
+        request = read(operation.request, _own_fields(operation, values), "network")
+    return request
+
+
+def _own_fields(operation: Operation[Any, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Without what the form carries beside the fields: its token, and controls of other methods."""
+    method = values.get("method")
+    requests = [
+        request
+        for request in operation.requests()
+        if method is None
+        or not operation.variants
+        or request.model_fields["method"].default == method
+    ] or operation.requests()
+    known = {name for request in requests for name in request.model_fields}
+    return {name: value for name, value in values.items() if name in known}

@@ -1,0 +1,238 @@
+"""A campaign folder into the store: recordings, plan, the motion of a struck plate's surface, and a
+note on facts that training needs; and a new folder from a plan of the store."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from sqlalchemy import select
+
+from ....array_types import Floats
+from ....doe.plans import StoredRun, read_plan
+from ....ingest.extraction.impact_speed import ImpactSpeed, StruckPlate
+from ....ingest.folder.new_folder import KIND_OF_START, NewFolder, start_folder
+from ....schema.campaigns import Campaign
+from ....schema.session import Store
+from ....twin.contact.impacts import plate_impedance
+from ....twin.contact.target_motion import with_plate_motion
+from ...common.frames import frame_of, titled_table
+from ...common.plan_tables import cells_of
+from .campaign_overview import missing_facts_words
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from ....ingest.extraction.settings import ExtractionSettings
+    from ....ingest.storing.plan_link import PlanLinks
+    from ....ingest.storing.report import IngestReport
+
+
+@dataclass(frozen=True)
+class IngestOptions:
+    """What an ingest may be told; `pyroshock ingest --help` explains each. `target_motion` is
+    "none" or "plate"."""
+
+    settings: ExtractionSettings | None = None
+    jobs: int | None = None
+    plan: str | None = None
+    free_factors: Collection[str] = ()
+    confirmed: Collection[str] = ()
+    again: Collection[str] = ()
+    target_motion: str = "none"
+    dry_run: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class IngestedCampaign:
+    """What an ingest did. `report` has the totals of the campaign and what was added, `links` the
+    plan's runs.
+
+    With `dry_run` nothing was stored, and the totals are those that the campaign would have.
+    """
+
+    report: IngestReport
+    links: PlanLinks | None
+    dry_run: bool
+
+    @property
+    def campaign(self) -> str:
+        """Its name."""
+        return self.report.campaign
+
+    @property
+    def added(self) -> dict[str, int]:
+        """What this ingest added: counts of recordings, impacts and shots."""
+        return dict(self.report.added)
+
+    @property
+    def findings(self) -> list[dict[str, Any]]:
+        """What the checks of the recordings and the comparison with the plan say, a row each."""
+        return [
+            *self.report.findings,
+            *(self.links.as_findings() if self.links is not None else ()),
+        ]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Findings of the quality checks, recordings that were set aside and deviations from the
+        plan, a row each."""
+        set_aside = [
+            {
+                "recording": row["recording"],
+                "check": "set-aside",
+                "severity": "reject",
+                "message": row["reason"],
+            }
+            for row in self.report.set_aside
+        ]
+        columns = ("recording", "channel", "check", "severity", "message")
+        frame = frame_of([*set_aside, *self.findings], columns)
+        return frame.reindex(columns=list(columns))
+
+    def to_json(self) -> dict[str, Any]:
+        """As `pyroshock ingest --json` prints it."""
+        return {**self.report.as_json(), "findings": self.findings}
+
+    def __repr__(self) -> str:
+        return f"<{self._sentence()}>"
+
+    def _repr_html_(self) -> str:
+        counts = (
+            self.to_frame()
+            .groupby(["severity", "check"], dropna=False)
+            .size()
+            .rename("findings")
+            .reset_index()
+        )
+        return titled_table(self._sentence(), counts)
+
+    def _sentence(self) -> str:
+        report = self.report
+        added, totals = report.added_words, report.total_words
+        if self.dry_run:
+            return (
+                f"{report.campaign}: dry run, nothing is stored; would add "
+                f"{added}; it would hold {totals}"
+            )
+        return f"{report.campaign}: added {added}; the campaign holds {totals}"
+
+
+def ingest_campaign(
+    store: Store,
+    folder: Path,
+    options: IngestOptions,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> IngestedCampaign:
+    """Read the campaign in `folder` into the store, link it to its plan, and look for facts that
+    training needs.
+
+    Raises as `ingest.load.ingest_folder`.
+    """
+    from ....schema.rehearsal import run_rehearsal
+
+    with run_rehearsal(store) if options.dry_run else nullcontext(store) as target:
+        return ingest_into(target, folder, options, progress)
+
+
+def ingest_into(
+    target: Store,
+    folder: Path,
+    options: IngestOptions,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> IngestedCampaign:
+    """`ingest_campaign` into a store that is open already: for a dry run, the one of a
+    rehearsal."""
+    from ....ingest.load import ingest_folder
+    from ....ingest.storing.plan_link import link_to_plan
+
+    report = ingest_folder(
+        target,
+        folder,
+        options.settings,
+        jobs=options.jobs,
+        progress=progress,
+        free_factors=options.free_factors,
+        confirmed=options.confirmed,
+        again=options.again,
+        target_motion=add_plate_motion if options.target_motion == "plate" else None,
+    )
+    links = link_to_plan(target, report.campaign, options.plan)
+    report.findings += training_notes(target, report.campaign)
+    return IngestedCampaign(report, links, options.dry_run)
+
+
+def add_plate_motion(speed: ImpactSpeed, force_n: Floats, plate: StruckPlate) -> ImpactSpeed:
+    """A speed with its plate's motion, from the mobility of a plate without edges; its uncertainty
+    grows by it."""
+    figures = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, plate.thickness_m)
+    impedance = float(plate_impedance(*(np.array([value]) for value in figures))[0])
+    velocity, uncertainty = with_plate_motion(
+        speed.velocity_m_s, speed.velocity_u_m_s, force_n, impedance, plate.anvil
+    )
+    return ImpactSpeed(velocity, uncertainty, "integrated with target motion")
+
+
+CHECK = "missing-facts"
+
+
+def training_notes(store: Store, campaign: str) -> list[dict[str, Any]]:
+    """A note in the form of an ingest's findings, of the predictors that ship for the campaign's
+    kind; none where nothing is missing."""
+    with store.reading() as session:
+        words = missing_facts_words(
+            session, session.scalars(select(Campaign).where(Campaign.name == campaign)).one()
+        )
+    note = {
+        "recording": None,
+        "channel": None,
+        "check": CHECK,
+        "severity": "note",
+        "message": words,
+    }
+    return [note] if words else []
+
+
+def start_campaign(
+    store: Store | None, folder: Path, start: str, plan: str | None, recordings: str | None
+) -> NewFolder:
+    """Write campaign.toml and runs.csv into `folder`. Without a plan no `store` is needed.
+
+    Raises `UnknownPlanError`, `IngestError`, `OSError`, and `ValueError` for a plan of another
+    kind.
+    """
+    rows = planned_rows(store, plan, start) if store is not None and plan is not None else []
+    new = start_folder(folder, start, recordings, rows)
+    new.write(folder)
+    return new
+
+
+def planned_rows(store: Store, name: str, start: str) -> list[dict[str, str]]:
+    """A row of runs.csv for each missing repetition of the plan's open runs, in their order, with
+    factors and settings.
+
+    Raises `UnknownPlanError`, and `ValueError` for a plan of another kind or without an open run.
+    """
+    with store.reading() as session:
+        plan = read_plan(session, name)
+    if plan.space.kind != KIND_OF_START[start]:
+        raise ValueError(f"plan {name!r} is one of a {plan.space.kind}, and --kind is {start!r}")
+    rows = [
+        {"run": str(run.run), "repetition": str(repetition), **cells_of(run)}
+        for run in plan.runs
+        if run.status == "planned"
+        for repetition in _missing_repetitions(run)
+    ]
+    if not rows:
+        raise ValueError(f"plan {name!r} has no run that is still to do")
+    return rows
+
+
+def _missing_repetitions(run: StoredRun) -> range:
+    """Numbers for what is still to be recorded, rejected ones again; they go on from those that
+    were recorded."""
+    last = max((*run.accepted, *run.rejected), default=0)
+    return range(last + 1, last + 1 + run.repetitions - len(run.accepted))

@@ -1,0 +1,22 @@
+"""The laboratory that an operation works in: its open store, and where models and processes are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ...parallel.executor import ExecutorConfig
+from ...schema.session import Store
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """`db` is the address of the store, beside which models and solved plates lie.
+
+    `folders` are those that a request from the network may name; None: any folder of this machine.
+    """
+
+    store: Store
+    db: str
+    executor: ExecutorConfig = field(default_factory=ExecutorConfig)
+    folders: tuple[Path, ...] | None = None

@@ -1,0 +1,238 @@
+"""An operation: what is asked, the function that answers, and what the answer is made of.
+
+A request knows no door, and neither does a function: no click, no HTTP, no print. `app.doors` makes
+the command, the JSON route, the form, the job and the Python method of each operation.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
+
+if TYPE_CHECKING:
+    from ..figures.figure import Plot
+    from .laboratory import Laboratory
+    from .sentence import Sentence
+
+#: Control characters but for tabs and line ends, and halves of surrogate pairs.
+UNWRITABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
+#: Receives (steps done, all steps, what is being done).
+Progress = Callable[[int, int, str], None]
+Door = Literal["command", "json", "form", "python"]
+DOORS: tuple[Door, ...] = ("command", "json", "form", "python")
+
+
+class Request(BaseModel):
+    """What is asked: fields with type, unit, bounds, default and one sentence of help.
+
+    `operations.fields.request_field` makes a field. A request is made by `operations.faults.read`
+    at a door, where faults are told by field.
+    """
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, str_strip_whitespace=True
+    )
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _is_writable(cls, value: Any, info: ValidationInfo) -> Any:
+        """Texts are stored, printed and looked up: every store and spreadsheet must take them."""
+        if isinstance(value, str) and (unwritable := UNWRITABLE.search(value)):
+            raise ValueError(
+                f"{info.field_name} has the character {unwritable[0]!r}, which cannot be written; "
+                "leave it out"
+            )
+        return value
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of a result. Keys are names of quantities with their SI unit at the end, or words.
+
+    `empty` is what stands in the place of a table without rows.
+    """
+
+    title: str
+    rows: Sequence[Mapping[str, Any]]
+    empty: str = "none"
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Sentences of a result under a heading of their own; left out where there are none."""
+
+    title: str
+    sentences: Sequence[Sentence | str]
+
+
+class NegativeAnswerError(ValueError):
+    """The answer is no, and there is nothing to show: exit code 1 on the command line."""
+
+
+class Result:
+    """An answer. Its sentences, tables, figures and JSON are made from its fields, and from nothing
+    else."""
+
+    #: 1 where the answer to what was asked is "no".
+    exit_code: int = 0
+
+    def notes(self) -> Sequence[str]:
+        """Remarks beside the answer: what was assumed, and what was left out."""
+        return ()
+
+    def sentences(self) -> Sequence[Sentence]:
+        """The answer in words."""
+        return ()
+
+    def tables(self) -> Sequence[Table | Lines]:
+        """The answer in rows, and what is said of its parts."""
+        return ()
+
+    def text(self) -> str:
+        """The answer as it is printed in place of its tables, of one that is laid out already."""
+        return ""
+
+    def figures(self) -> Sequence[Plot]:
+        """The answer in pictures."""
+        return ()
+
+    def to_json(self) -> Any:
+        """The answer for other programs: SI numbers, units in the keys."""
+        raise NotImplementedError
+
+    def stored_keys(self) -> Mapping[str, Any]:
+        """Numbers under which the answer is stored: a job's result has them before its JSON."""
+        return {}
+
+    def address(self) -> str:
+        """The page that shows the answer; empty where the page of its job does."""
+        return ""
+
+    def summary(self) -> str:
+        """A few words for a list of jobs."""
+        return ""
+
+    def next_command(self) -> Sequence[str]:
+        """Words of the command that usually follows; none where nothing does."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Rows(Result):
+    """The answer of a listing. On the command line its rows can be sorted, chosen by column and
+    written as CSV."""
+
+    rows: Sequence[Mapping[str, Any]]
+    empty: str
+
+    def tables(self) -> Sequence[Table]:
+        """The one table."""
+        return (Table("", [self.shortened(row) for row in self.rows], self.empty),)
+
+    def shortened(self, row: Mapping[str, Any]) -> dict[str, Any]:
+        """A row as a table of limited width shows it."""
+        return dict(row)
+
+    def to_json(self) -> Any:
+        """All rows with all their columns."""
+        return [dict(row) for row in self.rows]
+
+
+Asked = TypeVar("Asked", bound=Request)
+Answer = TypeVar("Answer", bound=Result)
+
+
+@dataclass(frozen=True)
+class Output(Generic[Answer]):
+    """A file that a result can be written to: an option of the command, a link of a page.
+
+    `in_place_of_tables`: whoever asks for the file does not read the tables as well.
+    """
+
+    name: str
+    help: str
+    write: Callable[[Answer, Path], None]
+    endings: tuple[str, ...] = ()
+    in_place_of_tables: bool = False
+    #: The command does nothing else than to write it.
+    required: bool = False
+
+
+@dataclass(frozen=True)
+class FormPage:
+    """A page of its own with the form of an operation: its address, in which fields of the request
+    may stand in braces, the id of the form, and the address that the form is sent to."""
+
+    page: str
+    form: str
+    action: str
+
+
+def _label(request: Any) -> str:
+    return str(getattr(request, "name", "") or getattr(request, "campaign", "") or "")
+
+
+@dataclass(frozen=True)
+class Operation(Generic[Asked, Answer]):
+    """Something that a person asks of the software.
+
+    `command`: its words on the command line ("plan", "lhs"); of an operation with `variants`, which
+    are requests of one `method` each, every variant is a command below these words. `run` works and
+    stores nothing that must not be stored twice; `keep`, where there is one, stores what `run` has
+    made, in the transaction that ends a job. `absent`: door -> why it does not offer the operation.
+    """
+
+    name: str
+    request: type[Asked]
+    run: Callable[[Asked, Laboratory, Progress], Any]
+    help: str
+    example: str = ""
+    keep: Callable[[Any, Laboratory], Answer] | None = None
+    command: tuple[str, ...] = ()
+    #: Method and address of the JSON route below /api; fields of the request may stand in it.
+    route: tuple[Literal["GET", "POST"], str] | None = None
+    variants: Sequence[type[Asked]] = ()
+    #: Its result is `Rows`.
+    listing: bool = False
+    #: Takes more than a second: a job at every door that cannot wait.
+    long: bool = False
+    #: What the steps of its progress are, such as "shots".
+    steps: str = "steps"
+    creates_store: bool = False
+    #: Works without a store, too: an empty one stands for it, and is gone afterwards.
+    needs_store: bool = True
+    #: Neither reads nor writes the store: the command has no `--db`.
+    uses_store: bool = True
+    #: Help of `--jobs` of an operation whose work `Laboratory.executor` does.
+    workers: str = ""
+    #: What would be lost, of an operation that deletes: the command asks before, and takes `--yes`
+    #: and `--dry-run`. Raises what would refuse the deletion.
+    deletes: Callable[[Asked, Laboratory], str] | None = None
+    outputs: Sequence[Output[Any]] = ()
+    absent: Mapping[Door, str] = field(default_factory=dict)
+    #: Raises what would only be refused after the work; called before a job is queued.
+    check: Callable[[Asked, Laboratory], None] | None = None
+    #: What a list of jobs calls a request.
+    label: Callable[[Any], str] = _label
+    #: The page with its form; None: a page made from its fields, at /ask/NAME.
+    form: FormPage | None = None
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words of its command."""
+        return self.command or (self.name,)
+
+    def answer(self, request: Asked, laboratory: Laboratory, progress: Progress) -> Answer:
+        """The answer, with everything stored."""
+        made = self.run(request, laboratory, progress)
+        answer: Answer = made if self.keep is None else self.keep(made, laboratory)
+        return answer
+
+    def requests(self) -> Sequence[type[Asked]]:
+        """The classes of request that it takes."""
+        return tuple(self.variants) or (self.request,)

@@ -1,0 +1,330 @@
+"""Searches for settings: their trials on parallel axes, and how much each setting mattered."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...common.number_format import format_number
+from ...common.plots import MODEL, QUIET, new_figure, save
+
+if TYPE_CHECKING:
+    from ....training.tuning.trials import SettingsSearch, Trial, TrialValue
+
+#: Part of a model that a search was for -> what it is called in a sentence.
+PARTS = {"force": "the contact force", "time": "the contact time", "process": "the pulse"}
+#: Setting of a search -> its axis. Settings have no unit: predictors and outputs are standardised
+#: where nothing else is said.
+_SETTINGS = {
+    "kernel": "kernel",
+    "ard": "a lengthscale for each predictor",
+    "basis": "mean of the process",
+    "standardise": "predictors standardised",
+    "log_time": "logarithm of the time learned",
+    "noise": "noise at the start of the fit",
+    "gamma": "gamma of the kernel",
+    "alpha": "ridge alpha",
+    "cost": "cost C of an error",
+    "components": "components",
+    "hidden_layers": "hidden layers",
+    "neurons_per_layer": "neurons of each hidden layer",
+    "regularisation": "penalty lambda of the weights",
+}
+#: Trials by their score, the best first.
+QUARTERS = ("best quarter of the trials", "second quarter", "third quarter", "worst quarter")
+#: Fewer trials than these, or than so many for each setting, say nothing of importance.
+_LEAST_TRIALS, _LEAST_FOR_EACH = 12, 4
+#: A forest that explains less of the trials that it has not seen says nothing of importance.
+_LEAST_EXPLAINED = 0.2
+#: More values than these on a logarithmic axis are marked by decades.
+_MOST_TICKS = 6
+#: Share of an axis between two words on it.
+_ROOM = 0.25
+
+
+@dataclass(frozen=True)
+class ParallelAxis:
+    """One axis: its title, where each trial crosses it (0 to 1; None where the trial lacks it), and
+    its ticks."""
+
+    title: str
+    places: tuple[float | None, ...]
+    ticks: tuple[tuple[float, str], ...]
+
+
+@dataclass(frozen=True)
+class Importance:
+    """How much each setting matters: shares that sum to 1, the largest first; and how well a forest
+    explains trials that it has not seen (R²)."""
+
+    shares: Mapping[str, float]
+    explained: float
+
+
+def setting_words(name: str) -> str:
+    """What an axis calls a setting."""
+    return _SETTINGS.get(name, name.replace("_", " "))
+
+
+def trial_rows(search: SettingsSearch) -> list[dict[str, Any]]:
+    """Every trial in a row, the best first: its number, its settings, its score and its duration
+    (s)."""
+    order = sorted(range(len(search.trials)), key=lambda index: search.trials[index].score)
+    return [
+        {
+            "trial": index + 1,
+            **{
+                setting_words(name): _word(value)
+                for name, value in search.trials[index].settings.items()
+            },
+            "score": search.trials[index].score,
+            "duration_s": search.trials[index].duration_s,
+        }
+        for index in order
+    ]
+
+
+def part_words(name: str) -> str:
+    """What a sentence calls the part of a model that was searched for."""
+    return PARTS.get(name, name.replace(".", " ") or "the model")
+
+
+def parallel_axes(search: SettingsSearch) -> list[ParallelAxis]:
+    """An axis for each setting and, last, one for the score; the score's is logarithmic where the
+    worst is more than three times the best."""
+    axes = []
+    for name in search.settings:
+        values = [trial.settings.get(name) for trial in search.trials]
+        axes.append(_axis(setting_words(name), values, logarithmic=name in search.logarithmic))
+    scores: list[TrialValue | None] = [trial.score for trial in search.trials]
+    lowest, highest = (end(trial.score for trial in search.trials) for end in (min, max))
+    wide = lowest > 0 and highest > 3 * lowest
+    return [*axes, _axis("score (low is good)", scores, logarithmic=wide)]
+
+
+def _axis(title: str, values: Sequence[TrialValue | None], *, logarithmic: bool) -> ParallelAxis:
+    numbers = [
+        value for value in values if isinstance(value, int | float) and not isinstance(value, bool)
+    ]
+    if len(numbers) < sum(value is not None for value in values):
+        return _axis_of_words(title, values)
+    scale = math.log10 if logarithmic else float
+    low, high = scale(min(numbers)), scale(max(numbers))
+
+    def place(value: float) -> float:
+        return 0.5 if high == low else (scale(value) - low) / (high - low)
+
+    tried = sorted(set(numbers))
+    ticks = tried
+    if logarithmic and len(tried) > _MOST_TICKS and high - low >= 2:
+        ticks = _decades(low, high)
+    elif len(tried) > 1:
+        ticks = _spaced(tried, place)
+    words = title + (", log scale" if logarithmic else "")
+    places = tuple(None if value is None else place(float(value)) for value in values)
+    return ParallelAxis(
+        words, places, tuple((place(tick), format_number(tick, 3)) for tick in ticks)
+    )
+
+
+def _decades(low: float, high: float) -> list[float]:
+    """Powers of ten between two logarithms."""
+    return [
+        10.0**exponent for exponent in range(math.ceil(low - 1e-9), math.floor(high + 1e-9) + 1)
+    ]
+
+
+def _spaced(tried: Sequence[float], place: Callable[[float], float]) -> list[float]:
+    """Of the values that were tried the ends, and between them those whose words have room beside
+    each other."""
+    ticks = [tried[0]]
+    for value in tried[1:-1]:
+        if place(value) - place(ticks[-1]) >= _ROOM and 1 - place(value) >= _ROOM:
+            ticks.append(value)
+    return [*ticks, tried[-1]]
+
+
+def _axis_of_words(title: str, values: Sequence[TrialValue | None]) -> ParallelAxis:
+    words = [None if value is None else _word(value) for value in values]
+    levels = sorted({word for word in words if word is not None})
+    at = {
+        word: index / (len(levels) - 1) if len(levels) > 1 else 0.5
+        for index, word in enumerate(levels)
+    }
+    places = tuple(None if word is None else at[word] for word in words)
+    return ParallelAxis(title, places, tuple((at[word], word) for word in levels))
+
+
+def _word(value: TrialValue) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value if isinstance(value, str) else format_number(value, 3)
+
+
+def quarters_of(search: SettingsSearch) -> tuple[int, ...]:
+    """0 to 3 for each trial, by the rank of its score: 0 is the best quarter."""
+    ranks = np.argsort(
+        np.argsort([trial.score for trial in search.trials], kind="stable"), kind="stable"
+    )
+    return tuple(int(4 * rank // len(ranks)) for rank in ranks)
+
+
+def trial_words(search: SettingsSearch, index: int) -> str:
+    """`trial 7: gamma of the kernel: 0.02; ridge alpha: 0.1; score: 0.134; 0.2 s`."""
+    trial = search.trials[index]
+    took = "" if trial.duration_s is None else f"; {format_number(trial.duration_s, 2)} s"
+    return (
+        f"trial {index + 1}: {_settings_words(trial)}; score: {format_number(trial.score, 3)}{took}"
+    )
+
+
+def _settings_words(trial: Trial) -> str:
+    return "; ".join(
+        f"{setting_words(name)}: {_word(value)}" for name, value in trial.settings.items()
+    )
+
+
+def importance_of(search: SettingsSearch) -> Importance | None:
+    """Permutation importance of a random forest that predicts the score of a trial from its
+    settings.
+
+    Breiman, "Random forests", Machine Learning 45 (2001), as scikit-learn has it. The forest learns
+    the logarithm of the score, so that a few very bad trials do not hide the others. None where the
+    trials are too few, one setting alone was searched, or the forest explains less than a fifth of
+    trials that it has not seen (out of its bags).
+    """
+    names = search.settings
+    if len(names) < 2 or len(search.trials) < max(_LEAST_TRIALS, _LEAST_FOR_EACH * len(names)):
+        return None
+    scores = np.array([trial.score for trial in search.trials])
+    if scores.min() <= 0 or np.ptp(scores) == 0:
+        return None
+    from sklearn.ensemble import RandomForestRegressor
+    from sklearn.inspection import permutation_importance
+
+    x = np.column_stack(
+        [
+            [np.nan if place is None else place for place in axis.places]
+            for axis in parallel_axes(search)[:-1]
+        ]
+    )
+    target = np.log(scores)
+    forest = RandomForestRegressor(60, oob_score=True, random_state=0, n_jobs=1).fit(x, target)
+    if not forest.oob_score_ >= _LEAST_EXPLAINED:
+        return None
+    means = permutation_importance(
+        forest, x, target, n_repeats=5, random_state=0, n_jobs=1
+    ).importances_mean
+    sizes = np.clip(means, 0.0, None)
+    if sizes.sum() == 0:
+        return None
+    pairs = sorted(
+        zip(names, (sizes / sizes.sum()).tolist(), strict=True), key=lambda pair: -pair[1]
+    )
+    return Importance(dict(pairs), float(forest.oob_score_))
+
+
+def importance_sentence(search: SettingsSearch, importance: Importance | None) -> str:
+    """What the importance says and by which method, or why it cannot be judged."""
+    trials, names = len(search.trials), search.settings
+    if importance is not None:
+        first = next(iter(importance.shares))
+        return (
+            f"What matters most is: {setting_words(first)} ({importance.shares[first]:.0%} of the "
+            "importance). The importance of a setting is how much worse a random forest predicts "
+            "the score of a trial when the values of that setting are shuffled (permutation "
+            f"importance). The forest learned from {trials} trials, and explains "
+            f"{importance.explained:.0%} of the differences between trials that it has not seen."
+        )
+    if len(names) < 2:
+        return (
+            f"Only one setting was searched ({setting_words(names[0])}), so that "
+            f"there is no importance to compare."
+        )
+    needed = max(_LEAST_TRIALS, _LEAST_FOR_EACH * len(names))
+    if trials < needed:
+        return (
+            f"The importance of the settings cannot be judged: there are {trials} trials of "
+            f"{len(names)} settings, and at least {needed} are needed."
+        )
+    return (
+        f"The importance of the settings cannot be judged: a random forest on the {trials} trials "
+        "does not predict the score of trials that it has not seen."
+    )
+
+
+def search_sentence(part: str, search: SettingsSearch) -> str:
+    """How much was tried for which part, by which method, and which settings were the best."""
+    best = search.best
+    return (
+        f"For {part_words(part)}, the {search.method} tried {len(search.trials)} combinations of "
+        f"settings. The best has the score {format_number(best.score, 3)} ({search.score_name}). "
+        f"Its settings are {_settings_words(best)}."
+    )
+
+
+def draw_searches(searches: Mapping[str, SettingsSearch], path: Path) -> None:
+    """Trials on parallel axes beside the importance of the settings, a row for each search.
+
+    Raises `ValueError` for a suffix that cannot be drawn.
+    """
+    rows = list(searches.items())
+    figure = new_figure(14.0, sum(1.0 + 0.8 * len(parallel_axes(search)) for _, search in rows))
+    heights = [1.0 + 0.8 * len(parallel_axes(search)) for _, search in rows]
+    parts = figure.subfigures(len(rows), 1, squeeze=False, height_ratios=heights)
+    for (name, search), part in zip(rows, parts[:, 0], strict=True):
+        trial_axes, importance_axes = part.subplots(1, 2, width_ratios=(3, 2))
+        part.suptitle(search_sentence(name, search), fontsize=9, wrap=True)
+        _draw_parallel(trial_axes, search)
+        _draw_importance(importance_axes, search)
+    save(figure, path)
+
+
+def _draw_parallel(axes: Any, search: SettingsSearch) -> None:
+    drawn = parallel_axes(search)
+    rows = np.arange(len(drawn))
+    quarters = quarters_of(search)
+    shades = ((MODEL, 0.9), (MODEL, 0.45), (QUIET, 0.5), (QUIET, 0.25))
+    for index in sorted(range(len(quarters)), key=lambda index: -quarters[index]):
+        colour, opacity = shades[quarters[index]]
+        places = [np.nan if axis.places[index] is None else axis.places[index] for axis in drawn]
+        axes.plot(places, rows, color=colour, alpha=opacity, linewidth=1.0)
+    for row, axis in enumerate(drawn):
+        axes.axhline(row, color="black", linewidth=0.6)
+        for place, word in axis.ticks:
+            axes.annotate(
+                word,
+                (place, row),
+                (0, -3),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=7,
+            )
+    axes.set_yticks(rows, [axis.title for axis in drawn], fontsize=8)
+    axes.set(ylim=(len(drawn) - 0.5, -0.5), xlim=(-0.05, 1.05), xticks=[])
+    axes.set_title("a line for each trial; the darker, the better its score", fontsize=8)
+
+
+def _draw_importance(axes: Any, search: SettingsSearch) -> None:
+    importance = importance_of(search)
+    if importance is None:
+        axes.axis("off")
+        axes.text(0.0, 0.5, importance_sentence(search, None), wrap=True, fontsize=8, va="center")
+        return
+    names = list(importance.shares)
+    axes.barh(
+        [setting_words(name) for name in names],
+        [100 * importance.shares[name] for name in names],
+        color=MODEL,
+    )
+    axes.invert_yaxis()
+    axes.tick_params(labelsize=8)
+    axes.set_xlabel(
+        f"share of the importance (%); forest on {len(search.trials)} trials", fontsize=8
+    )

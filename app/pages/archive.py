@@ -1,0 +1,138 @@
+"""Archive of a campaign, the list of what was deleted or archived, and the way back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Form
+from fastapi.concurrency import run_in_threadpool
+from starlette.datastructures import UploadFile
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+
+from ...schema.provenance import Tombstone
+from ...schema.session import Store
+from ..jobs.job_kinds.archive import (
+    ARCHIVE,
+    RESTORE,
+    ArchiveArguments,
+    RestoreArguments,
+    kept_archive,
+)
+from ..jobs.job_kinds.ingest import discard, make_scratch
+from ..jobs.queue import this_host
+from ..operations.faults import FieldError
+from ..operations.ingest.removal import list_tombstones, standing_lines, standing_on
+from ..web.dependencies import Configured, Key, Name, OpenStore, Running, Text
+from ..web.jobs import followed
+from ..web.rendering import page
+from ..web.uploads import UploadError, copy_file
+
+router = APIRouter()
+#: The newest of what was deleted.
+_MOST = 300
+
+
+@router.get("/campaigns/{name}/archive")
+def ask_archive(request: Request, name: Name, store: OpenStore, settings: Configured) -> Response:
+    standing = standing_on(store, settings.db, name)
+    return page(request, "archive.html", campaign=name, lines=standing_lines(standing))
+
+
+@router.post("/campaigns/{name}/archive")
+def archive(
+    name: Name,
+    store: OpenStore,
+    jobs: Running,
+    settings: Configured,
+    reason: Annotated[Text, Form(max_length=4000)] = "",
+) -> Response:
+    """Write the campaign to a file of this machine, then delete it from the store."""
+    standing_on(store, settings.db, name)  # a campaign that there is
+    if not reason.strip():
+        raise FieldError("reason", "The reason is empty; say why the campaign leaves the store.")
+    job = jobs.ask(
+        store, ARCHIVE, f"Archive of {name}", ArchiveArguments(name, reason), host=this_host()
+    )
+    return followed(job)
+
+
+@router.get("/deleted")
+def deleted(request: Request, store: OpenStore, settings: Configured) -> Response:
+    with store.reading() as session:
+        stones = list_tombstones(session)[::-1][:_MOST]
+    return page(request, "deleted.html", rows=[_line(stone, settings.db) for stone in stones])
+
+
+def _line(stone: dict[str, Any], db: str) -> dict[str, Any]:
+    return {
+        **stone,
+        "lines": standing_lines(stone),
+        "file": stone["restored_at"] is None
+        and kept_archive(db, stone["archive_path"]) is not None,
+    }
+
+
+@router.get("/deleted/{stone}/file")
+def archived_file(stone: Key, store: OpenStore, settings: Configured) -> Response:
+    """The file of an archive, to keep elsewhere."""
+    campaign, file = _archive_of(store, settings.db, stone)
+    return FileResponse(
+        file, filename=f"{campaign}.pyroshock", media_type="application/octet-stream"
+    )
+
+
+@router.post("/deleted/{stone}/restore")
+def restore(stone: Key, store: OpenStore, jobs: Running, settings: Configured) -> Response:
+    """Bring an archived campaign back from the file of this machine."""
+    campaign, file = _archive_of(store, settings.db, stone)
+    return followed(
+        jobs.ask(
+            store, RESTORE, f"Return of {campaign}", RestoreArguments(str(file)), host=this_host()
+        )
+    )
+
+
+def _archive_of(store: Store, db: str, key: int) -> tuple[str, Path]:
+    with store.reading() as session:
+        stone = session.get(Tombstone, key)
+        campaign, path = ("", None) if stone is None else (stone.campaign, stone.archive_path)
+    file = kept_archive(db, path)
+    if file is None:
+        raise LookupError(
+            f"deletion {key} has no archive on this machine; upload the file "
+            f"to restore the campaign"
+        )
+    return campaign, file
+
+
+@router.post("/ingest/restore")
+async def restore_upload(
+    request: Request, store: OpenStore, jobs: Running, settings: Configured
+) -> Response:
+    """Bring a deleted campaign back from a file that was saved before."""
+    async with request.form(max_files=2) as form:
+        upload = form.get("file")
+        if not isinstance(upload, UploadFile) or not upload.filename:
+            raise FieldError("file", "No file was sent; choose a file that ends in .pyroshock.")
+        scratch = make_scratch()
+        try:
+            file = scratch / "campaign.pyroshock"
+            await run_in_threadpool(copy_file, upload.file, file, settings.max_upload_bytes)
+            arguments = RestoreArguments(str(file), str(scratch))
+            job = await run_in_threadpool(
+                jobs.ask,
+                store,
+                RESTORE,
+                f"Return from {upload.filename[:100]}",
+                arguments,
+                this_host(),
+            )
+        except UploadError as error:
+            discard(scratch)
+            raise FieldError("file", str(error)) from error
+        except BaseException:  # an interruption, too, leaves no upload behind; it is raised again
+            discard(scratch)
+            raise
+    return followed(job)

@@ -1,0 +1,150 @@
+"""Campaigns: the list, and one campaign with its quality, planned against achieved settings, and
+charts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response
+
+from ...schema.conditions import get_campaign_id
+from ...schema.known_facts import facts_from_json
+from ..common.quantities import display_of, heading, velocities_of, velocity_with_uncertainty
+from ..figures.plotly_base import Figure, figure, line, points
+from ..operations.ingest.campaign_overview import KINDS, campaign_overview, list_campaigns_page
+from ..operations.ingest.planned_achieved import (
+    bench_facts,
+    constant_settings,
+    planned_achieved_rows,
+    several_levels,
+)
+from ..operations.ingest.recording_quality import list_finding_rows, recording_quality
+from ..web.dependencies import Name, OpenStore
+from ..web.rendering import page, query
+from .plan import coverage_figure
+
+
+def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Figure:
+    """Achieved (mean, least and largest of a run) over planned, of one quantity of
+    `achieved.achieved_settings`."""
+    quantity_rows = [row for row in rows if row["quantity"] == quantity]
+    scale = display_of(quantity).scale
+    planned = [row["planned"] * scale for row in quantity_rows]
+    mean = [row["mean"] * scale for row in quantity_rows]
+    bars = {
+        "type": "data",
+        "symmetric": False,
+        "array": [row["largest"] * scale - m for row, m in zip(quantity_rows, mean, strict=True)],
+        "arrayminus": [
+            m - row["least"] * scale for row, m in zip(quantity_rows, mean, strict=True)
+        ],
+        "color": "c0/0.5",
+    }
+    names = [f"{row['plan']}, run {row['run']}" for row in quantity_rows]
+    ends = [min(planned + mean), max(planned + mean)]
+    return figure(
+        [
+            line(ends, ends, "as planned", "quiet", dash="dash"),
+            points(planned, mean, "runs", "c0", error_y=bars, text=names),
+        ],
+        f"planned {heading(quantity)}",
+        "achieved",
+        showlegend=False,
+    )
+
+
+router = APIRouter()
+PAGE = 50
+
+
+@router.get("/campaigns")
+def campaigns(
+    request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = ""
+) -> Response:
+    rows: list[dict[str, Any]] = []
+    fault, status, following = "", 200, None
+    with store.reading() as session:
+        try:
+            rows, following = list_campaigns_page(
+                session, kind=kind or None, text=name, after=after or None, limit=PAGE
+            )
+        except (ValueError, LookupError) as error:
+            fault, status = str(error), 404 if isinstance(error, LookupError) else 422
+        keys = {row["name"]: get_campaign_id(session, row["name"]) for row in rows}
+        quality = recording_quality(session, list(keys.values()))
+    filters = {"kind": kind, "name": name}
+    return page(
+        request,
+        "campaigns.html",
+        status=status,
+        rows=[{**row, "quality": quality[keys[row["name"]]].words} for row in rows],
+        kinds=KINDS,
+        kind=kind,
+        name=name,
+        fault=fault,
+        following=query({**filters, "after": following}) if following else "",
+        beginning=(query(filters) or "/campaigns") if after else "",
+    )
+
+
+@router.get("/campaigns/{name}")
+def campaign(request: Request, name: Name, store: OpenStore) -> Response:
+    with store.reading() as session:
+        overview = campaign_overview(session, name)
+        key = get_campaign_id(session, name)
+        quality = recording_quality(session, [key])[key]
+        findings = list_finding_rows(session, key, overview["findings"])
+    levels, achieved = overview["levels"], overview["achieved"]
+    several = several_levels(levels)
+    factors = (
+        dict.fromkeys(row["factor"] for row in levels if row["factor"] in several)
+        if overview["plans"]
+        else {}
+    )
+    quantities = [summary["quantity"] for summary in overview["achieved_summary"]]
+    shown = {
+        **overview,
+        "findings": findings,
+        "first_impacts": _short(overview["first_impacts"], several),
+        "first_shots": [velocity_with_uncertainty(row) for row in overview["first_shots"]],
+    }
+    with velocities_of(overview["first_impacts"]):
+        return page(
+            request,
+            "campaign.html",
+            **shown,
+            quality_words=quality.sentence,
+            poor=bool(quality.rejected or quality.set_aside),
+            coverage={factor: coverage_figure(levels, factor) for factor in factors},
+            achieved_figures={
+                quantity: achieved_figure(achieved, quantity) for quantity in quantities
+            },
+            planned_achieved=planned_achieved_rows(levels, achieved),
+            constant=constant_settings(levels),
+            bench=list(bench_facts(overview["campaign"]["bench"])),
+            known_facts=[
+                (fact.name, fact.words) for fact in facts_from_json(overview["campaign"]["known"])
+            ],
+        )
+
+
+#: What the table of the first impacts has beside the factors that change.
+_IMPACT_COLUMNS = (
+    "impact_velocity_m_s",
+    "peak_force_n",
+    "contact_time_s",
+    "peak_acceleration_m_s2",
+    "quality",
+)
+_FIRST_IMPACTS = 8
+
+
+def _short(impacts: Sequence[Mapping[str, Any]], several: Collection[str]) -> list[dict[str, Any]]:
+    """The first impacts with run, the factors that change, and the figures that any of them has."""
+    rows = impacts[:_FIRST_IMPACTS]
+    wanted = ("id", "run", "repetition", *several, *_IMPACT_COLUMNS)
+    columns = [name for name in wanted if any(row.get(name) is not None for row in rows)]
+    return [{name: row.get(name) for name in columns} for row in rows]

@@ -1,0 +1,363 @@
+"""One impact with its record and its pulse, and pulses and shock response spectra of many over each
+other."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields, replace
+from typing import Annotated, Any
+
+import numpy as np
+from fastapi import APIRouter, Form, Query
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+
+from ...ingest.extraction.settings import ExtractionSettings
+from ...ingest.storing.reextraction import preview_impacts, reextract_recording
+from ...schema.campaigns import Campaign, Factor
+from ...schema.conditions import QUALITY, Condition, list_campaign_names
+from ...schema.impacts import Impact, Pulse
+from ...schema.listings import list_pulse_keys
+from ...schema.series import SeriesError
+from ...schema.session import Store
+from ..common.filters import parse_where
+from ..common.number_format import percent
+from ..common.quantities import display_of_unit, velocities_of
+from ..figures.plotly_base import Figure
+from ..operations.impacts.curves import PulseView, pulse_view
+from ..operations.impacts.figures import (
+    four_coordinate_figure,
+    level_words,
+    overlay_figure,
+    segmentation_figure,
+    signal_figure,
+    spectra_figure,
+)
+from ..operations.impacts.impact import get_impact, impact_page
+from ..operations.impacts.overlays import PulseOverlay, pulse_overlay, spectrum_overlay
+from ..operations.impacts.signals import channel_window, list_signals
+from ..operations.impacts.spectra import target_from_upload
+from ..web.dependencies import Key, OpenStore
+from ..web.forms import status_of_fault
+from ..web.rendering import page, query
+
+router = APIRouter()
+#: Of a whole channel on a page; zooming in fetches the rest.
+POINTS = 2000
+
+
+@router.get("/impacts/{impact}")
+def impact(
+    request: Request,
+    impact: Key,
+    store: OpenStore,
+    preview: bool = False,
+    segmentation: str = "",
+    threshold: float | None = None,
+    smoothing: float | None = None,
+) -> Response:
+    with store.reading() as session:
+        impact_view = impact_page(session, impact)
+        recording = get_impact(session, impact).recording_id
+    settings = _settings(impact_view, segmentation, threshold, smoothing)
+    view, why_not = _viewed(store, impact, recording, settings if preview else None)
+    with store.reading() as session:
+        signals = [] if recording is None else list_signals(session, recording)
+        contact = contact_span(impact_view)
+        figures, damaged = _channel_charts(session, signals, contact)
+        before, after = neighbours(session, impact)
+    scales = {signal["key"]: display_of_unit(signal["unit"]).scale for signal in signals}
+    lists = ("pulses", "channel_figures", "findings", "channels")
+    with velocities_of([impact_view]):
+        return page(
+            request,
+            "impact.html",
+            impact=impact,
+            facts={key: value for key, value in impact_view.items() if key not in lists},
+            **{key: impact_view[key] for key in lists},
+            signals=signals,
+            figures=figures,
+            scales=scales,
+            before=before,
+            after=after,
+            damaged=damaged,
+            segmentation=None if view is None else segmentation_figure(view),
+            previewed=view.preview if view else None,
+            used=next((version for version in view.versions if version.in_use), None)
+            if view
+            else None,
+            why_not=why_not,
+            asked=settings,
+            points=POINTS,
+        )
+
+
+def contact_span(impact_view: dict[str, Any]) -> tuple[float, float] | None:
+    """From a contact time before the pulse in use to two after it, in s of the recording; None
+    without a pulse."""
+    used = next((pulse for pulse in impact_view["pulses"] if pulse["in_use"] == "yes"), None)
+    if used is None:
+        return None
+    return used["start_s"] - used["contact_time_s"], used["start_s"] + 3 * used["contact_time_s"]
+
+
+def neighbours(session: Session, impact: int) -> tuple[int | None, int | None]:
+    """The impacts before and after this one in its campaign; None where there is none."""
+    campaign = select(Impact.campaign_id).where(Impact.id == impact).scalar_subquery()
+    of_campaign = select(Impact.id).where(Impact.campaign_id == campaign)
+    before = of_campaign.where(Impact.id < impact).order_by(Impact.id.desc()).limit(1)
+    after = of_campaign.where(Impact.id > impact).order_by(Impact.id).limit(1)
+    return session.scalar(before), session.scalar(after)
+
+
+def _channel_charts(
+    session: Session, signals: list[dict[str, Any]], contact: tuple[float, float] | None
+) -> tuple[dict[int, tuple[Figure, Figure | None]], dict[int, str]]:
+    """Channels as charts of the whole record and of the contact, and why one is none.
+
+    A damaged series keeps no page from being shown.
+    """
+    figures: dict[int, tuple[Figure, Figure | None]] = {}
+    damaged = {}
+    for signal in signals:
+        try:
+            whole = signal_figure(channel_window(session, signal["key"], points=POINTS))
+            near = None
+            if contact is not None and signal["quantity"] in ("force", "acceleration"):
+                near = signal_figure(
+                    channel_window(session, signal["key"], *contact, points=POINTS)
+                )
+            figures[signal["key"]] = whole, near
+        except SeriesError as error:
+            damaged[signal["key"]] = str(error)
+    return figures, damaged
+
+
+def _settings(
+    version: dict[str, Any], segmentation: str, threshold: float | None, smoothing: float | None
+) -> ExtractionSettings:
+    """What the form asks for; what it leaves open is as the version in use was cut."""
+    used: dict[str, Any] = next(
+        (pulse for pulse in version["pulses"] if pulse["in_use"] == "yes"), {}
+    )
+    setting_names = {field.name for field in fields(ExtractionSettings)}
+    settings = replace(
+        ExtractionSettings(), **{key: value for key, value in used.items() if key in setting_names}
+    )
+    given = {"segmentation": segmentation or None, "threshold": threshold, "smoothing": smoothing}
+    return replace(settings, **{key: value for key, value in given.items() if value is not None})  # type: ignore[arg-type]
+
+
+def _viewed(
+    store: Store, impact: int, recording: int | None, settings: ExtractionSettings | None
+) -> tuple[PulseView | None, str]:
+    """The segmentation, with the preview of other settings; and why there is none."""
+    try:
+        cut = (
+            preview_impacts(store, recording, settings)
+            if settings is not None and recording is not None
+            else None
+        )
+        pulse = cut.pulse_of(impact) if cut is not None else None
+        with store.reading() as session:
+            view = pulse_view(
+                session,
+                impact,
+                (pulse, settings) if pulse is not None and settings is not None else None,
+            )
+    except (LookupError, SeriesError) as error:
+        return None, str(error)
+    return view, (cut.mismatch or "") if cut is not None else ""
+
+
+@router.post("/impacts/{impact}/extract")
+def extract(
+    impact: Key,
+    store: OpenStore,
+    segmentation: Annotated[str, Form()],
+    threshold: Annotated[float, Form()],
+    smoothing: Annotated[float, Form()],
+) -> Response:
+    """Store what was previewed, of the whole recording: its hits are told apart together."""
+    with store.reading() as session:
+        page = impact_page(session, impact)
+        recording = get_impact(session, impact).recording_id
+    if recording is None:
+        raise LookupError(f"impact {impact} has no recording to cut")
+    settings = _settings(page, segmentation, threshold, smoothing)
+    report = reextract_recording(store, recording, settings)
+    if report.skipped:
+        raise ValueError(f"left as it was: {report.skipped[0]['reason']}")
+    return RedirectResponse(f"/impacts/{impact}", 303)
+
+
+#: Stands in the address for all campaigns together.
+EVERY = "*"
+#: Pulses on the page, of all that match: enough for a mean, and drawn at once.
+PULSES = 400
+#: Spectra that are taken of a filter where no impacts are named.
+SPECTRA = 6
+
+
+@router.get("/compare")
+def compare(
+    request: Request,
+    store: OpenStore,
+    where: Annotated[list[str], Query(max_length=20)] = [],  # noqa: B006
+    campaign: str | None = None,
+    factor: str = "tip_material",
+    normalised: bool = False,
+    rejected: bool = False,
+) -> Response:
+    where, overlay, spectra, error = (
+        [condition for condition in where if condition.strip()],
+        None,
+        [],
+        "",
+    )
+    status = 200
+    with store.reading() as session:
+        factors = list(session.scalars(select(Factor.name).order_by(Factor.name).limit(200)))
+        campaigns = list_campaign_names(session)
+        if (
+            campaign is None
+        ):  # pulses of several campaigns are compared only where somebody asks for it
+            campaign = EVERY if where else _newest_with_pulses(session)
+        of_campaign = None if campaign in ("", EVERY) else campaign
+        try:
+            conditions = parse_where(tuple(where)) + (
+                () if rejected else (Condition(QUALITY, "!=", "reject"),)
+            )
+            if factors:
+                chosen = factor if factor in factors else factors[0]
+                overlay = pulse_overlay(
+                    session, of_campaign, conditions, chosen, normalised=normalised, most=PULSES
+                )
+            spectra = (
+                _some_of(overlay)
+                if overlay is not None
+                else _some_impacts(session, of_campaign, conditions)
+            )
+        except (ValueError, LookupError) as why:
+            error, status = str(why), status_of_fault(why)
+    return page(
+        request,
+        "compare.html",
+        status=status,
+        error=error,
+        rejected=rejected,
+        campaigns=campaigns,
+        campaign=campaign,
+        where=where,
+        factors=factors,
+        factor=factor,
+        normalised=normalised,
+        overlay=overlay,
+        figure=overlay_figure(overlay) if overlay and overlay.groups else None,
+        groups=_groups(overlay) if overlay else [],
+        spectra_address="/compare/spectra" + query({"impacts": ",".join(map(str, spectra))})
+        if spectra
+        else "",
+    )
+
+
+def _groups(overlay: PulseOverlay) -> list[dict[str, Any]]:
+    """A row for each level: pulses, and mean and standard deviation of peak and contact time."""
+    rows = []
+    for group in overlay.groups:
+        peaks = group.force_n.max(axis=1)
+        single = group.count < 2
+        rows.append(
+            {
+                "level": level_words(overlay.factor, group.level),
+                "pulses": group.count,
+                "mean_peak_n": float(peaks.mean()),
+                "deviation_n": None if single else float(peaks.std(ddof=1)),
+                "contact_time_s": float(group.contact_time_s.mean()),
+                "deviation_s": None if single else float(np.std(group.contact_time_s, ddof=1)),
+            }
+        )
+    return rows
+
+
+def _some_of(overlay: PulseOverlay) -> list[int]:
+    """Impacts of the picture, taken evenly: asking the database again doubles what the page
+    takes."""
+    impacts = sorted(impact for group in overlay.groups for impact in group.impacts)
+    return impacts[:: max(1, -(-len(impacts) // SPECTRA))]
+
+
+def _newest_with_pulses(session: Session) -> str:
+    """The newest campaign with a pulse in use; empty where no pulse was extracted."""
+    newest = (
+        select(Pulse.impact_id)
+        .where(Pulse.current)
+        .order_by(Pulse.impact_id.desc())
+        .limit(1)
+        .scalar_subquery()
+    )
+    campaign = (
+        select(Campaign.name)
+        .join(Impact, Impact.campaign_id == Campaign.id)
+        .where(Impact.id == newest)
+    )
+    return session.scalar(campaign) or ""
+
+
+def _some_impacts(
+    session: Session, campaign: str | None, conditions: tuple[Condition, ...]
+) -> list[int]:
+    keys, _ = list_pulse_keys(session, campaign, conditions, SPECTRA)
+    return list(
+        session.scalars(select(Pulse.impact_id).where(Pulse.id.in_(keys)).order_by(Pulse.impact_id))
+    )
+
+
+@router.get("/compare/spectra")
+def spectra(
+    request: Request,
+    store: OpenStore,
+    impacts: Annotated[str, Query(max_length=2000)] = "",
+    channel: Annotated[str, Query(max_length=200)] = "",
+    q: Annotated[float, Query(gt=0.5, le=1000)] = 10.0,
+    sides: bool = False,
+    specification: Annotated[str, Query(max_length=20_000)] = "",
+    tolerance: Annotated[str, Query(max_length=100)] = "",
+) -> Response:
+    keys = [int(word) for word in re.findall(r"\d{1,9}", impacts)]
+    overlay, why_not = None, ""
+    if keys:
+        wanted = (
+            target_from_upload(specification, "specification", tolerance or None)
+            if specification.strip()
+            else None
+        )
+        try:
+            with store.reading() as session:
+                overlay = spectrum_overlay(
+                    session, keys, channel or None, q=q, specification=wanted
+                )
+        except ValueError as error:
+            why_not = str(error)
+    return page(
+        request,
+        "spectra.html",
+        impacts=impacts,
+        channel=channel,
+        q=q,
+        sides=sides,
+        specification=specification,
+        tolerance=tolerance,
+        overlay=overlay,
+        why_not=why_not,
+        figure=spectra_figure(overlay, sides) if overlay else None,
+        paper=four_coordinate_figure(overlay) if overlay else None,
+        rows=[
+            {**row, **{name: percent(row[name]) for name in ("share_within", "share_above")}}
+            for row in overlay.rows()
+        ]
+        if overlay
+        else [],
+    )

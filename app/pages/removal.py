@@ -1,0 +1,116 @@
+"""A campaign deleted, a recording discarded: first what stands on it, then the reason, then it
+goes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Form
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+
+from ...schema.recordings import Recording
+from ...schema.removal.part import recording_part
+from ...schema.session import Store
+from ..operations.faults import FieldError
+from ..operations.impacts.impact import get_impact, impact_page
+from ..operations.ingest.removal import (
+    delete_campaign,
+    discard_recording,
+    standing_lines,
+    standing_on,
+)
+from ..web.dependencies import Configured, Key, Name, OpenStore, Text
+from ..web.rendering import page, part
+from .impact_lists import Ticked, ticked
+
+router = APIRouter()
+Reason = Annotated[Text, Form(max_length=4000)]
+
+
+@router.get("/campaigns/{name}/delete")
+def ask_campaign(request: Request, name: Name, store: OpenStore, settings: Configured) -> Response:
+    return _confirmation_page(
+        request, standing_on(store, settings.db, name), f"/campaigns/{part(name)}/delete"
+    )
+
+
+@router.post("/campaigns/{name}/delete")
+def delete(name: Name, store: OpenStore, settings: Configured, reason: Reason) -> Response:
+    delete_campaign(store, settings.db, name, _stated(reason))
+    return RedirectResponse("/campaigns", 303)
+
+
+@router.get("/impacts/{impact}/discard")
+def ask_recording(
+    request: Request, impact: Key, store: OpenStore, settings: Configured
+) -> Response:
+    campaign, path = recording_of(store, impact)
+    return _confirmation_page(
+        request, standing_on(store, settings.db, campaign, path), f"/impacts/{impact}/discard"
+    )
+
+
+@router.post("/impacts/{impact}/discard")
+def discard(impact: Key, store: OpenStore, settings: Configured, reason: Reason) -> Response:
+    campaign, path = recording_of(store, impact)
+    with store.reading() as session:
+        chosen = recording_part(session, campaign, path)
+    discard_recording(store, settings.db, chosen, _stated(reason))
+    return RedirectResponse(f"/campaigns/{part(campaign)}", 303)
+
+
+def _stated(reason: str) -> str:
+    """Raises `FieldError` for a reason of blanks alone."""
+    if not reason.strip():
+        raise FieldError("reason", "The reason is empty; say why it is deleted.")
+    return reason
+
+
+@router.post("/impacts/reject")
+def reject(
+    store: OpenStore,
+    settings: Configured,
+    impact: Ticked = [],  # noqa: B006
+    reason: Annotated[Text, Form(max_length=4000)] = "",
+) -> Response:
+    """Discard the recordings of the impacts that are ticked; the reason stays with each."""
+    impacts = ticked(impact)
+    if not reason.strip():
+        raise FieldError(
+            "reason", "Say why these recordings are rejected; the reason is kept with each of them."
+        )
+    # all are looked up before any is gone
+    for campaign, path in dict.fromkeys([recording_of(store, key) for key in impacts]):
+        with store.reading() as session:
+            chosen = recording_part(session, campaign, path)
+        discard_recording(store, settings.db, chosen, reason)
+    return RedirectResponse("/impacts", 303)
+
+
+def recording_of(store: Store, impact: int) -> tuple[str, str]:
+    """Campaign and path of the recording that an impact is of. Raises `LookupError` where there is
+    none."""
+    with store.reading() as session:
+        key = get_impact(session, impact).recording_id
+        if key is None:
+            raise LookupError(
+                f"impact {impact} came from a row without "
+                f"a recording; only recordings are discarded"
+            )
+        return impact_page(session, impact)["campaign"], session.get_one(Recording, key).path
+
+
+def _confirmation_page(request: Request, standing: dict[str, Any], address: str) -> Response:
+    return page(
+        request,
+        "removal.html",
+        campaign=standing["campaign"],
+        recording=standing["recording"],
+        counts=[
+            {"table": table.replace("_", " "), "rows": rows}
+            for table, rows in standing["counts"].items()
+        ],
+        lines=standing_lines(standing),
+        address=address,
+    )
