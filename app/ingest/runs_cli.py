@@ -277,7 +277,7 @@ def replace(
     verb = "would be stored" if dry_run else "stored"
     note(
         f"  {verb} in its place: {replacement.new.path}, "
-        f"{len(replacement.hits)} hits, file {stone['replaced_by'][:12]}"
+        f"{len(replacement.new.hits)} hits, file {stone['replaced_by'][:12]}"
     )
     for name, pulses in stone["returned"].items():
         note(f"  dataset {name} has {pulses} pulses again")
