@@ -12,7 +12,7 @@ import numpy as np
 
 from ...doe.plans import StoredPlan, UnknownPlanError, read_plan
 from ...ingest.load import ingest_folder
-from ...ingest.plan_link import link_campaign
+from ...ingest.storing.plan_link import link_campaign
 from ...schema.listings import iter_shots
 from ...schema.session import Store
 from ..common.nominal_velocity import with_predictions

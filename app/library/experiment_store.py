@@ -85,7 +85,7 @@ class ExperimentStore:
         `refinement`, `points`, `event_share`, `separation_s`. With `dry_run` everything is checked
         and nothing is stored.
         """
-        from ...ingest.settings import ExtractionSettings
+        from ...ingest.extraction.settings import ExtractionSettings
         from ..operations.ingest.service import IngestOptions, ingest_campaign
 
         if target_motion not in ("none", "plate"):

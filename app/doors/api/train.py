@@ -10,7 +10,7 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
 from ....dataset.snapshot import read_snapshot
-from ....ingest.settings import ExtractionSettings
+from ....ingest.extraction.settings import ExtractionSettings
 from ....schema.listings import get_campaign_id
 from ....schema.session import Store
 from ....training.registry.listing import chosen

@@ -158,7 +158,7 @@ def check(
 
 
 def _repair(store: object, folder: Path) -> None:
-    from ....ingest.repair import repair_series
+    from ....ingest.storing.series_repair import repair_series
 
     report = repair_series(store, folder)  # type: ignore[arg-type]
     for finding in report.mended:
