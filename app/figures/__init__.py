@@ -1,0 +1,1 @@
+"""Figures of what the features show, each in a file named after its subject."""
