@@ -133,7 +133,7 @@ def _plan_of(store: Store, campaign: VirtualCampaign) -> StoredPlan:
 def draw_campaign(store: Store, name: str, path: Path) -> None:
     """Left: the levels of the plan from run to run. Right: measured velocities over those of the
     nominal gun."""
-    from ...doe.plots import draw_runs
+    from ..figures.design_quality import draw_runs
 
     with store.reading() as session:
         plan = read_plan(session, name)

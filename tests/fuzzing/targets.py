@@ -29,7 +29,7 @@ from pyroshock.app.web.uploads import UploadError, unpacked
 from pyroshock.dataset.predictors import predictors_named
 from pyroshock.doe.designs.imported import read_table
 from pyroshock.doe.space import read_space, space_from_text
-from pyroshock.ingest.folder.campaign_file import modal_table as modes
+from pyroshock.ingest.folder import modal_table as modes
 from pyroshock.ingest.folder.campaign_file import read_campaign_file
 from pyroshock.ingest.folder.runs_table import read_runs
 from pyroshock.twin.plate.table import read_modal_table

@@ -1,32 +1,27 @@
-"""An error by test for several models: Fig. 5.4 (cost) and Fig. 5.5 (impulse) of the thesis.
+"""What models predict of held-out pulses, beside what was measured.
 
-Errors of many models over all tests: Fig. 4.10 of the thesis.
-
-Whether intervals hold what they promise.
-
-Measured pulses and the predicted ones on top, with their 90 % band.
-
-Two models' differences: by metric, and where.
+An error by test for several models (Fig. 5.4, cost, and Fig. 5.5, impulse, of the thesis); errors
+of many models over all tests (Fig. 4.10); whether intervals hold what they promise; pulses with their
+90 % band.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ...dataset.table import PulseTable
+from ..evaluation.coverage import LEVELS, coverage, standardised
+from ..evaluation.metrics import BAND, PulseErrors, pulse_errors, reconstruct
 from ..models.base import ContactPrediction
-from .comparison import Comparison, Difference
-from .metrics import BAND, PulseErrors, pulse_errors, reconstruct
-from .plot_style import (
+from .style import (
     COLOURS,
     LABELS,
     MARKERS,
-    QUIET,
     PulseRuns,
     new_figure,
     number_tests,
@@ -116,8 +111,6 @@ def heat_map(
     return figure
 
 
-LEVELS = np.concatenate([np.arange(0.1, 0.9, 0.1), [0.9, 0.95, 0.99]])
-
 #: What the 90 % band should cover on held-out configurations.
 WANTED = (0.87, 0.93)
 
@@ -152,29 +145,6 @@ def coverage_figure(pulses: PulseTable, predictions: Mapping[str, ContactPredict
         if drawn:
             axes.legend(frameon=False, loc="upper left", title="at 0.90")
     return figure
-
-
-def coverage(scores: Floats, levels: Floats = LEVELS) -> Floats:
-    """Share of standardised errors within the central normal interval of each of `levels`."""
-    from scipy.special import ndtri
-
-    return np.asarray(np.mean(np.abs(scores.ravel()) <= ndtri((1 + levels) / 2)[:, None], axis=1))
-
-
-def standardised(pulses: PulseTable, prediction: ContactPrediction, name: str) -> Floats | None:
-    """Errors of "force" (n, 20) or "contact time" (n,) in spreads; None for a model without."""
-    spread = prediction.force_spread_n if name == "force" else prediction.contact_time_spread_s
-    if spread is None:
-        return None
-    force = name == "force"
-    off = (
-        prediction.force_n - pulses.force_n
-        if force
-        else prediction.contact_time_s - pulses.contact_time_s
-    )
-    # Where a law is certain (the ends of a hybrid's pulse) any error is beyond all of its
-    # intervals.
-    return np.divide(off, spread, out=np.where(off == 0, 0.0, np.inf), where=spread > 0)
 
 
 def _frame(axes: Axes, name: str) -> None:
@@ -260,50 +230,3 @@ def _draw(axes: Axes, pulses: PulseTable, prediction: ContactPrediction, row: in
             label="90 % band of contact time",
         )
     axes.axhline(0, color="black", lw=0.4)
-
-
-def difference_figure(comparison: Comparison, metric: str = "force_nrmse") -> Figure:
-    """Left, all metrics over all pulses; right, `metric` by group. In per cent of b's mean error,
-    90 % intervals.
-
-    Filled points are beyond chance (p < 0.05, on the right corrected for the number of groups).
-    """
-    groups = [row for row in comparison.by_group if row.metric == metric]
-    rows = max(len(comparison.overall), len(groups))
-    figure = new_figure(12 if groups else 7, 1.6 + 0.3 * rows)
-    panels = figure.subplots(1, 2 if groups else 1, squeeze=False)[0]
-    names = [LABELS[row.metric].split(" (")[0] for row in comparison.overall]
-    _panel(panels[0], comparison.overall, names)
-    panels[0].set_title("all held-out pulses", fontsize=10, pad=18)
-    if groups:
-        _panel(
-            panels[1],
-            groups,
-            [f"{row.group[0]}: {row.group[1]}".replace("_", " ") for row in groups if row.group],
-        )
-        panels[1].set_title(f"{LABELS[metric].split(' (')[0]}, by group", fontsize=10, pad=18)
-    figure.supxlabel(
-        f"error of {comparison.a} minus that of {comparison.b}, % of the latter", fontsize=10
-    )
-    return figure
-
-
-def _panel(axes: Axes, rows: Sequence[Difference], names: Sequence[str]) -> None:
-    for place, row in enumerate(rows):
-        scale = 100 / row.mean_b if row.mean_b > 0 else np.nan
-        colour = (
-            QUIET if not row.beyond_chance else COLOURS[2] if row.difference < 0 else COLOURS[1]
-        )
-        axes.plot([row.low * scale, row.high * scale], [place, place], color=colour, lw=2)
-        face = colour if row.beyond_chance else "white"
-        axes.plot(row.difference * scale, place, "o", ms=6, color=colour, markerfacecolor=face)
-    axes.axvline(0, color="black", lw=0.8)
-    axes.set_yticks(range(len(rows)), list(names))
-    axes.set_ylim(len(rows) - 0.4, -0.6)
-    axes.grid(axis="x", lw=0.4, alpha=0.5)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    if rows:
-        corner: dict[str, Any] = {"xycoords": "axes fraction", "fontsize": 8, "va": "bottom"}
-        axes.annotate(f"← {rows[0].a} better", (0.0, 1.0), ha="left", **corner)
-        axes.annotate(f"{rows[0].b} better →", (1.0, 1.0), ha="right", **corner)

@@ -6,9 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.tune.kernels import Coordinates
-from pyroshock.twin.tune.likelihood import fitted
-from pyroshock.twin.tune.shot_correction import TERMS, Discrepancy, ShotCorrection, covariance
+from pyroshock.twin.discrepancy.kernels import Coordinates
+from pyroshock.twin.discrepancy.likelihood import fitted
+from pyroshock.twin.discrepancy.shot_correction import (
+    TERMS,
+    Discrepancy,
+    ShotCorrection,
+    covariance,
+)
 from scipy.stats import multivariate_normal
 from support.records.tuning_toy import SPACE
 
