@@ -9,7 +9,7 @@ from ..common.number_format import finite
 from ..operations.faults import read, read_variant
 from ..operations.form import form_page, texts_of
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Operation, Request, Result
+from ..operations.operation import Operation, Request
 from .kind import Ending, JobForm, Kind, RunningJob
 from .kind import Result as JobResult
 
@@ -23,7 +23,8 @@ def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
 
         def ending() -> JobResult:
             kept = made if operation.keep is None else operation.keep(made, laboratory)
-            return _job_result(kept)
+            address = operation.result_page.format(job=work.job) or kept.address()
+            return JobResult(address, kept.summary(), finite(kept.job_data()))
 
         return ending
 
@@ -44,10 +45,6 @@ def _read(operation: Operation[Any, Any], stored: Mapping[str, Any]) -> Request:
         else read(operation.request, stored, "stored")
     )
     return request
-
-
-def _job_result(result: Result) -> JobResult:
-    return JobResult(result.address(), result.summary(), finite(result.to_json()))
 
 
 def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:

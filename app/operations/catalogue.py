@@ -15,6 +15,7 @@ from .operation import Operation
 #: Name -> (module below this package, attribute).
 OPERATIONS: dict[str, tuple[str, str]] = {
     "plan": ("plan.make", "PLAN"),
+    "tune": ("tune.tuning", "TUNE"),
 }
 
 

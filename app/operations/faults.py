@@ -6,8 +6,10 @@ of a form, `"field"` in JSON.
 
 from __future__ import annotations
 
+import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
@@ -17,6 +19,7 @@ from pydantic.fields import FieldInfo
 
 from .operation import Request
 
+_NUMBER = re.compile(r"[+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?", re.IGNORECASE)
 #: Where the values of a request come from, which says what a text of a file's field is: its path
 #: (command), its path unless it has lines (python), or its content (network, and jobs as stored).
 Source = Literal["command", "python", "network", "stored"]
@@ -46,6 +49,16 @@ class FieldError(ValueError):
     def __init__(self, field: str, message: str) -> None:
         super().__init__(message)
         self.field = field
+
+
+@contextmanager
+def about_field(name: str) -> Iterator[None]:
+    """What is looked up because a field names it: a form shows the error beside that field."""
+    try:
+        yield
+    except LookupError as error:
+        error.field = name  # type: ignore[attr-defined]  # `web.forms.field_of` reads it
+        raise
 
 
 class RequestError(ValueError):
@@ -99,11 +112,15 @@ def _fault(item: Any, request: type[Request]) -> Fault:
         known = ", ".join(field for field in request.model_fields if field != "method")
         return Fault(name, f"{name} is not known; known: {known}")
     expected = expectation(field) if field is not None else item["msg"]
-    return Fault(name, f"{name} is {_shown(value)}; expected {expected}")
+    is_number = field is not None and bare(field.annotation) in (int, float)
+    return Fault(name, f"{name} is {_shown(value, is_number)}; expected {expected}")
 
 
-def _shown(value: object) -> str:
+def _shown(value: object, is_number: bool) -> str:
+    """A value as it was given; a number that came as text is shown as every door shows it."""
     text = repr(value)
+    if is_number and isinstance(value, str) and _NUMBER.fullmatch(value):
+        text = value
     return text if len(text) <= 200 else f"{text[:200]}…"
 
 

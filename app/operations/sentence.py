@@ -111,6 +111,12 @@ REACHES = Rule(
     "the number is at least what was asked for",
     lambda value, limit: _finite(value, limit) and value >= limit,
 )
+#: A number that does not reach what was asked for.
+FALLS_SHORT = Rule(
+    "falls short",
+    "the number is less than what was asked for",
+    lambda value, limit: _finite(value, limit) and value < limit,
+)
 #: Too few to say more.
 NOT_ENOUGH = Rule(
     "not enough",

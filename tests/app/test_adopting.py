@@ -482,8 +482,8 @@ def test_tune_leaves_it_out_where_asked(
 ) -> None:
     asked = []
 
-    def stop(_store, _db, ask):
-        asked.append(ask.request.adopted)
+    def stop(_store, _db, _target, _search, twin):
+        asked.append(twin.adopted)
         raise ValueError("enough")
 
     monkeypatch.setattr(tuning_session, "session_of", stop)

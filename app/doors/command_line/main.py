@@ -119,8 +119,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "Show how far the predictions for a campaign can be trusted.",
         ),
         "tune": (
-            ".app.doors.commands.tune",
-            "tune",
+            ".app.operations.tune.tuning",
+            "TUNE",
             "Search the settings that give a prescribed spectrum.",
         ),
     },
@@ -185,6 +185,10 @@ class LazyGroup(click.Group):
             return None
         module, name, _ = COMMANDS[cmd_name]
         command = getattr(importlib.import_module(module, __package__.partition(".")[0]), name)
+        if not isinstance(command, click.Command):
+            from .operation_command import command_of
+
+            command = command_of(command)
         assert isinstance(command, click.Command)
         return command
 

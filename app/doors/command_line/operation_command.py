@@ -50,7 +50,7 @@ def command_of(
         _perform(operation, asked, _stated(given), files, db, json_to)
 
     function: Any = json_option(db_option(call))
-    if operation.outputs:
+    if any(".csv" in output.endings for output in operation.outputs):
         function = spreadsheet_guard_option(function)
     for output in reversed(operation.outputs):
         function = _output_option(output)(function)
@@ -180,12 +180,16 @@ def _perform(
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
         asked = read(request, values, "command")
+        for output, path in files.items():
+            if output.check is not None:
+                output.check(path)
     label = operation.label(asked)
     progress = progress_bar(f"{operation.name.capitalize()} {label}".strip(), operation.steps)
     with open_command_store(db, create=operation.creates_store) as store:
         laboratory = Laboratory(store, db)
         if operation.check is not None:
-            operation.check(asked, laboratory)
+            with _faults_as_options(request):
+                operation.check(asked, laboratory)
         with progress as step:
             result = operation.answer(asked, laboratory, step)
         _tell(result, files, json_to)
@@ -199,6 +203,9 @@ def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None
     for line in result.notes():
         note(line)
     for output, path in files.items():
+        if missing := output.missing(result):
+            note(f"not written: {path}: {missing}")
+            continue
         output.write(result, path)
         note(f"written: {path}")
     sentences = [sentence.text for sentence in result.sentences()]
