@@ -40,7 +40,8 @@ _UNIT = re.compile(r"(_(?:kg|mm|m_s|m|bar|hz))$")
 #: "tank_pressure_psi" and "tank_pressure" are "tank_pressure_bar" in another unit or in none.
 _STEMS = {_UNIT.sub("", column): column for column in _RESEMBLED if _UNIT.search(column)}
 _OTHER_UNIT = re.compile(
-    "_(?:k?g|mg|t|lb|lbs|oz|m|mm|cm|um|in|inch|ft|bar|mbar|k?pa|mpa|psi|atm|k?hz|m_s|ms|mps|mm_s|ft_s|fps|km_h|kmh)"
+    "_(?:k?g|mg|t|lb|lbs|oz|m|mm|cm|um|in|inch|ft|bar|mbar|k?pa|mpa|psi|atm|k?hz|m_s|ms|mps|mm_s|"
+    "ft_s|fps|km_h|kmh)"
 )
 _STEMS |= {factor.name: factor.column for factor in KNOWN_FACTORS if factor.is_number}
 
@@ -80,11 +81,10 @@ def check_columns(
         if similar is not None and column not in declared and column not in confirmed:
             faults.add(
                 [
-                    f"{table}: column {printable(column)} resembles the known "
-                    f"column {similar!r}; correct its name, "
-                    f"or, if it is a factor of its own, declare it in "
-                    f"campaign.toml ([factors], {_toml_key(column)} = "
-                    f'"what it is") or confirm it with --free-factor {_argument(column)}'
+                    f"{table}: column {printable(column)} resembles the known column {similar!r}; "
+                    "correct its name, or, if it is a factor of its own, declare it in "
+                    f'campaign.toml ([factors], {_toml_key(column)} = "what it is") or confirm it '
+                    f"with --free-factor {_argument(column)}"
                 ]
             )
     faults.refuse()

@@ -336,9 +336,8 @@ def _plate(bench: Mapping[str, Any]) -> PlatePart | None:
     if "modes" not in table and not {"material", "thickness_m"} <= table.keys():
         faults.add(
             [
-                f'{FILE}: [bench.plate] needs modes = "FILE.csv", or material '
-                f"and thickness_m (with outline_m for the "
-                "finite element model)"
+                f'{FILE}: [bench.plate] needs modes = "FILE.csv", or material and thickness_m '
+                "(with outline_m for the finite element model)"
             ]
         )
     faults.refuse()

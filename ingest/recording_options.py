@@ -79,9 +79,8 @@ def _columns(table: Mapping[str, Any]) -> tuple[str, ...]:
     double = next((name for name in names if name and names.count(name) > 1), None)
     if double is not None:
         raise IngestError(
-            f"campaign.toml: recordings.columns names {printable(double)} "
-            f"twice; expected different names "
-            '("" for a column that is not read)'
+            f"campaign.toml: recordings.columns names {printable(double)} twice; expected "
+            'different names ("" for a column that is not read)'
         )
     return tuple(names)
 
@@ -109,9 +108,8 @@ def _harmless_fields(table: Mapping[str, Any]) -> tuple[str, ...]:
         isinstance(name, str) and name.strip() for name in value
     ):
         raise IngestError(
-            f"campaign.toml: recordings.harmless_fields is "
-            f"{printable(value)}; expected the names of fields of the "
-            'files that change no number, such as ["Trigger delay"]'
+            f"campaign.toml: recordings.harmless_fields is {printable(value)}; expected the names "
+            'of fields of the files that change no number, such as ["Trigger delay"]'
         )
     return tuple(value)
 

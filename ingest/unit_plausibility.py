@@ -77,9 +77,8 @@ def refuse_wrong_unit(campaign: str, ratios: Sequence[MomentumRatio]) -> None:
         f"the median of {len(ratios)} impacts, "
         f"{len(off)} of which are impossible; a factor of {factor:.4g} explains them: {words}"
         + (f"; or {others}" if others else "")
-        + f". Correct unit or sensitivity of the channel in campaign.toml (or "
-        f"mass and velocity in runs.csv); where "
-        f"all are right, confirm it with --confirm {RULE} or with confirmed = "
+        + ". Correct unit or sensitivity of the channel in campaign.toml (or mass and velocity in "
+        f"runs.csv); where all are right, confirm it with --confirm {RULE} or with confirmed = "
         f'["{RULE}"] in [bench] of campaign.toml'
     )
 
@@ -97,14 +96,12 @@ def refuse_wrong_clock(campaign: str, contact_times_s: Sequence[float]) -> None:
         mistake for mistake in unit_mistakes("clock") if (mistake[0] < 1.0) == slow
     )
     raise IngestError(
-        f"{campaign}: contacts last {middle:.3g} s in the median of "
-        f"{len(contact_times_s)} impacts, which no impact "
-        f"does; a factor of {1.0 / factor:.4g} explains it: sampling rate: {words}, or times in "
-        f"{'ms where s' if slow else 's where ms'} is declared. Correct the "
-        f"sampling rate or the unit of the time in "
-        f"the recordings or in campaign.toml; where it is right, confirm it "
-        f"with --confirm {RULE} or with "
-        f'confirmed = ["{RULE}"] in [bench] of campaign.toml'
+        f"{campaign}: contacts last {middle:.3g} s in the median of {len(contact_times_s)} "
+        f"impacts, which no impact does; a factor of {1.0 / factor:.4g} explains it: sampling "
+        f"rate: {words}, or times in {'ms where s' if slow else 's where ms'} is declared. Correct "
+        "the sampling rate or the unit of the time in the recordings or in campaign.toml; where it "
+        f'is right, confirm it with --confirm {RULE} or with confirmed = ["{RULE}"] in [bench] of '
+        "campaign.toml"
     )
 
 

@@ -26,7 +26,8 @@ _BARE_LOGIN = re.compile(r"(?<![\w/])([\w.+-]+):[^\s:/@]+@(?=[\w.-]+[/:])")
 _BEARER = re.compile(r"(https?://)[^\s/?#:@]+@")
 #: `password=..` of a query string or of libpq's key=value form, quoted or not.
 _PAIR = re.compile(
-    r"(\b(?:\w*password|passwd|pwd|passphrase|token|secret)\s*=\s*)('(?:\\.|[^'\\])*'|\"[^\"]*\"|[^\s&;,'\"]+)",
+    r"(\b(?:\w*password|passwd|pwd|passphrase|token|secret)\s*=\s*)('(?:\\.|[^'\\])*'|\"[^\"]*\"|"
+    r"[^\s&;,'\"]+)",
     re.I,
 )
 
@@ -36,8 +37,8 @@ _PAIR = re.compile(
 _SQLITE = re.compile(r"sqlite(?:\+\w+)?:", re.IGNORECASE)
 #: Options of SQLite's own addresses and of Python's driver, as the last part of an address.
 _SQLITE_OPTIONS = re.compile(
-    r"\?(?:(?:mode|cache|uri|immutable|vfs|psow|nolock|modeof|timeout|isolation_level|check_same_thread|detect_types|"
-    r"cached_statements)=[^/\\]*)$",
+    r"\?(?:(?:mode|cache|uri|immutable|vfs|psow|nolock|modeof|timeout|isolation_level|"
+    r"check_same_thread|detect_types|cached_statements)=[^/\\]*)$",
     re.IGNORECASE,
 )
 #: What begins so is a server's address or a list of settings, and no path; drives have one letter.

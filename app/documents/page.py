@@ -118,10 +118,8 @@ def _bar(bar: ShareBar) -> str:
     note += f'<ul class="about">{lines}</ul>' if lines else ""
     return (
         f'<div class="row"><span>{_text(bar.name)}</span><span '
-        f'class="value">{_text(bar.value)}</span>'
-        f'<span class="track"><i class="{escape(bar.kind)}" '
-        f'style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>'
-        f"{note}</div>"
+        f'class="value">{_text(bar.value)}</span><span class="track"><i class="{escape(bar.kind)}" '
+        f'style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>{note}</div>'
     )
 
 

@@ -1,1 +1,1 @@
-"""How a question comes in: command line, JSON, forms, jobs and Python. No door knows an operation."""
+"""How a question comes in: command line, JSON, forms and Python. No door knows an operation."""

@@ -18,13 +18,19 @@ from ..operations.operation import Operation
 from ..web.dependencies import Configured, OpenStore, Running
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
+from .json_route import in_address
 
 #: Larger files are given by their path.
 _MOST_BYTES = 2_000_000
 
 
+#: What a hidden control sends for a checkbox that may be ticked.
+_UNTICKED = "false"
+
+
 async def sent_texts(http: HttpRequest) -> dict[str, str]:
-    """Each control's last text, and the text of each file that was sent."""
+    """The text of each control, and of each file that was sent; of several controls of one name
+    with commas between. Fields in the address are those of the operation."""
     form = await http.form()
     texts: dict[str, str] = {}
     for name, value in form.multi_items():
@@ -34,9 +40,11 @@ async def sent_texts(http: HttpRequest) -> dict[str, str]:
                 words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
                 raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
             texts[name] = content.decode("utf-8-sig", "replace")
-        else:
+        elif texts.get(name, "") in ("", _UNTICKED):
             texts[name] = value
-    return texts
+        elif value:
+            texts[name] = f"{texts[name]},{value}"
+    return {**texts, **in_address(http)}
 
 
 SentTexts = Annotated[Mapping[str, str], Depends(sent_texts)]

@@ -70,9 +70,8 @@ class PythonMethod(Generic[Parameters, Answer]):
     ) -> Answer:
         places = positional_fields(self.request)
         if len(args) > len(places):
-            raise TypeError(
-                f"{self.__name__}() takes {len(places)} positional arguments, {len(args)} were given"
-            )
+            takes = f"{self.__name__}() takes {len(places)} positional arguments"
+            raise TypeError(f"{takes}, {len(args)} were given")
         values = {**dict(zip(places, args, strict=False)), **given}
         request = read(self.request, values, "python")
         operation = self.operation

@@ -84,8 +84,8 @@ def _no_form(_: Any) -> JobForm | None:
 
 @dataclass(frozen=True)
 class Kind(Generic[Arguments]):
-    """`record` is a frozen dataclass of plain values, or the request of an operation; `do` may be begun again by another process,
-    whatever ended it.
+    """`record` is a frozen dataclass of plain values, or the request of an operation; `do` may be
+    begun again by another process, whatever ended it.
 
     So what `do` stores is either found again by its natural key, or written by the `Ending` that it
     returns. `after` is called on the machine that a job was bound to, once it is over, perhaps

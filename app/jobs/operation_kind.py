@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
+from urllib.parse import quote
 
 from ..common.number_format import finite
 from ..operations.faults import read, read_variant
 from ..operations.form import form_page, texts_of
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Operation, Request
+from ..operations.operation import Operation, Request, Result
 from .kind import Ending, JobForm, Kind, RunningJob
 from .kind import Result as JobResult
 
@@ -24,7 +25,7 @@ def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
         def ending() -> JobResult:
             kept = made if operation.keep is None else operation.keep(made, laboratory)
             address = operation.result_page.format(job=work.job) or kept.address()
-            return JobResult(address, kept.summary(), finite(kept.job_data()))
+            return JobResult(address, kept.summary(), finite(_job_data(kept)))
 
         return ending
 
@@ -47,8 +48,14 @@ def _read(operation: Operation[Any, Any], stored: Mapping[str, Any]) -> Request:
     return request
 
 
+def _job_data(result: Result) -> Any:
+    keys = result.stored_keys()
+    return {**keys, **result.job_data()} if keys else result.job_data()
+
+
 def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
     if "form" in operation.absent:
         return None
     shown = form_page(operation)
-    return JobForm(shown.page, shown.form, texts_of(request))
+    values = {name: quote(text) for name, text in texts_of(request, everything=True).items()}
+    return JobForm(shown.page.format(**values), shown.form, texts_of(request))

@@ -76,7 +76,7 @@ _METHODS: dict[str, PythonMethod[..., PlannedDesign]] = {
     name: PythonMethod(request, PLAN) for name, request in REQUESTS.items()
 }
 for _name, _method in _METHODS.items():
-    if _name != "import":
-        _identifier = _name.replace("-", "_")
+    _identifier = _name.replace("-", "_")
+    _method.__set_name__(PlanCollection, _identifier)
+    if _name != "import":  # no word that Python takes: `from_table`
         setattr(PlanCollection, _identifier, _method)
-        _method.__set_name__(PlanCollection, _identifier)

@@ -19,11 +19,11 @@ from pydantic.fields import FieldInfo
 
 from .operation import Request
 
-_NUMBER = re.compile(r"[+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?", re.IGNORECASE)
 #: Where the values of a request come from, which says what a text of a file's field is: its path
 #: (command), its path unless it has lines (python), or its content (network, and jobs as stored).
 Source = Literal["command", "python", "network", "stored"]
 
+_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
 Asked = TypeVar("Asked", bound=Request)
 
 
@@ -112,15 +112,13 @@ def _fault(item: Any, request: type[Request]) -> Fault:
         known = ", ".join(field for field in request.model_fields if field != "method")
         return Fault(name, f"{name} is not known; known: {known}")
     expected = expectation(field) if field is not None else item["msg"]
+    return Fault(name, f"{name} is {_shown(value, field)}; expected {expected}")
+
+
+def _shown(value: object, field: FieldInfo | None) -> str:
+    """A value as it was given; a number that came as a text, as from a form, as a number."""
     is_number = field is not None and bare(field.annotation) in (int, float)
-    return Fault(name, f"{name} is {_shown(value, is_number)}; expected {expected}")
-
-
-def _shown(value: object, is_number: bool) -> str:
-    """A value as it was given; a number that came as text is shown as every door shows it."""
-    text = repr(value)
-    if is_number and isinstance(value, str) and _NUMBER.fullmatch(value):
-        text = value
+    text = str(value) if is_number and _NUMBER.fullmatch(str(value)) else repr(value)
     return text if len(text) <= 200 else f"{text[:200]}…"
 
 

@@ -1,4 +1,4 @@
-"""The form of an operation: a control for each field of its request, and how its values are read."""
+"""The form of an operation: a control for each field of its request, and how values are read."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from .faults import bare, bounds, read, read_variant
-from .fields import TextFile, presentation_of
+from .fields import TextFile, presentation_of, spelling_of
 from .operation import FormPage, Operation, Request
 
 #: Ending of the control that takes a file for a field whose text can be pasted, too.
@@ -78,7 +78,7 @@ def controls(
 
 def _control(name: str, field: FieldInfo, value: str | None, choices: Sequence[str]) -> Control:
     shown, kind, limits = presentation_of(field), bare(field.annotation), bounds(field)
-    default = "" if field.default is PydanticUndefined else text_of(field.default)
+    default = "" if field.default is PydanticUndefined else _text_in(field, field.default)
     label = shown.label or name.replace("_", " ").capitalize()
     if shown.unit:
         label = f"{label} (with its unit, such as {(field.examples or [shown.unit])[0]})"
@@ -129,14 +129,22 @@ def text_of(value: Any) -> str:
     return str(value)
 
 
-def texts_of(request: BaseModel) -> dict[str, str | list[str]]:
-    """The values of a request by control, of those that are not the default."""
+def _text_in(field: FieldInfo, value: Any) -> str:
+    """A value of a field as its control holds it."""
+    spelling = spelling_of(field)
+    if spelling is None or not isinstance(value, Mapping):
+        return text_of(value)
+    return ",".join(f"{key}={spelling.spell(key, part)}" for key, part in value.items())
+
+
+def texts_of(request: BaseModel, *, everything: bool = False) -> dict[str, str]:
+    """The values of a request by control: those that are not the default, or everything."""
     fields = type(request).model_fields
     values = {name: getattr(request, name) for name in fields}
     return {
-        name: text_of(value)
+        name: _text_in(fields[name], value)
         for name, value in values.items()
-        if name == "method" or value != fields[name].default
+        if everything or name == "method" or value != fields[name].default
     }
 
 

@@ -65,6 +65,18 @@ class Table:
     empty: str = "none"
 
 
+@dataclass(frozen=True)
+class Lines:
+    """Sentences of a result under a heading of their own; left out where there are none."""
+
+    title: str
+    sentences: Sequence[Sentence | str]
+
+
+class NegativeAnswerError(ValueError):
+    """The answer is no, and there is nothing to show: exit code 1 on the command line."""
+
+
 class Result:
     """An answer. Its sentences, tables, figures and JSON are made from its fields, and from nothing
     else."""
@@ -80,9 +92,13 @@ class Result:
         """The answer in words."""
         return ()
 
-    def tables(self) -> Sequence[Table]:
-        """The answer in rows."""
+    def tables(self) -> Sequence[Table | Lines]:
+        """The answer in rows, and what is said of its parts."""
         return ()
+
+    def text(self) -> str:
+        """The answer as it is printed in place of its tables, of one that is laid out already."""
+        return ""
 
     def figures(self) -> Sequence[Plot]:
         """The answer in pictures."""
@@ -95,6 +111,10 @@ class Result:
     def job_data(self) -> Any:
         """What a job keeps, from which the page of the answer is drawn."""
         return self.to_json()
+
+    def stored_keys(self) -> Mapping[str, Any]:
+        """Numbers under which the answer is stored: a job's result has them before its JSON."""
+        return {}
 
     def address(self) -> str:
         """The page that shows the answer; empty where the page of its job does."""
@@ -133,8 +153,8 @@ class Output(Generic[Answer]):
 
 @dataclass(frozen=True)
 class FormPage:
-    """A page of its own with the form of an operation: its address, the id of the form, and the
-    address that the form is sent to."""
+    """A page of its own with the form of an operation: its address, in which fields of the request
+    may stand in braces, the id of the form, and the address that the form is sent to."""
 
     page: str
     form: str
@@ -170,6 +190,15 @@ class Operation(Generic[Asked, Answer]):
     #: What the steps of its progress are, such as "shots".
     steps: str = "steps"
     creates_store: bool = False
+    #: Works without a store, too: an empty one stands for it, and is gone afterwards.
+    needs_store: bool = True
+    #: Neither reads nor writes the store: the command has no `--db`.
+    uses_store: bool = True
+    #: Help of `--jobs` of an operation whose work `Laboratory.executor` does.
+    workers: str = ""
+    #: What would be lost, of an operation that deletes: the command asks before, and takes `--yes`
+    #: and `--dry-run`. Raises what would refuse the deletion.
+    deletes: Callable[[Asked, Laboratory], str] | None = None
     outputs: Sequence[Output[Any]] = ()
     absent: Mapping[Door, str] = field(default_factory=dict)
     #: Raises what would only be refused after the work; called before a job is queued.

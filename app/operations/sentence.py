@@ -165,10 +165,10 @@ def sentence(
 def first_allowed(
     evidence: Mapping[str, Any], *choices: tuple[Rule, str], **shown: Any
 ) -> Sentence:
-    """The sentence of the first rule that the evidence allows; raises `UnfoundedSentenceError` where
-    none does.
+    """The sentence of the first rule that the evidence allows.
 
-    Each rule takes of the evidence what it names.
+    Each rule takes of the evidence what it names. Raises `UnfoundedSentenceError` where none allows
+    its claim.
     """
     for rule, template in choices:
         needed = rule.allows.__code__.co_varnames[: rule.allows.__code__.co_argcount]

@@ -79,9 +79,9 @@ TIME_UNITS = {
 }
 #: What instruments and people call time, in the languages of laboratories; compared without case.
 _TIME_WORDS = (
-    r"t|times?|zeit(?:en|achse|basis|stempel)?|messzeit|temps|tiempos?|tempo|tempi|tijd|tid|czas|čas|cas|idő|ido|"
-    r"время|zaman|waktu|χρόνος|时间|時間|时刻|時刻|시간|time ?(?:stamps?|axis|base|vector|column)|"
-    r"x[ _-]?values?"
+    r"t|times?|zeit(?:en|achse|basis|stempel)?|messzeit|temps|tiempos?|tempo|tempi|tijd|tid|czas|"
+    r"čas|cas|idő|ido|время|zaman|waktu|χρόνος|时间|時間|时刻|時刻|시간|"
+    r"time ?(?:stamps?|axis|base|vector|column)|x[ _-]?values?"
 )
 #: `Elapsed time`, `rel. Zeit`.
 _BEFORE_TIME = (

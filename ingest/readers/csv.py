@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 _WHOLE = "0.0% to 100.0%"
 #: What pandas reads as NaN.
 _MISSING = re.compile(
-    r"(?<!\S)(?:#N/A|#NA|-?1\.#IND|-?1\.#QNAN|<NA>|N/A|NA|NULL|None|n/a|null|[-+]?nan|[-+]?NaN|[-+]?NAN)(?!\S)"
+    r"(?<!\S)(?:#N/A|#NA|-?1\.#IND|-?1\.#QNAN|<NA>|N/A|NA|NULL|None|n/a|null|[-+]?nan|[-+]?NaN|"
+    r"[-+]?NAN)(?!\S)"
 )
 #: A table of numbers alone, whose header is a file of its own.
 _NUMBERS_ALONE = ".wfm.csv"
@@ -265,11 +266,10 @@ def _refuse_counter(path: Path, contents: Contents, options: ReadingOptions) -> 
             values = array.take(0, array.samples)
             if np.all(values == values[0] + np.arange(values.size)):
                 raise RecordingError(
-                    f"{path.name}: columns calls {array.name!r} what counts "
-                    f"{values[0]:g}, {values[1]:g} and on, which "
-                    'as seconds is 1 Hz; name that column "" and give '
-                    "sampling_rate_hz under [recordings] in "
-                    f'campaign.toml, or write "{array.name} [s]" where it is seconds'
+                    f"{path.name}: columns calls {array.name!r} what counts {values[0]:g}, "
+                    f'{values[1]:g} and on, which as seconds is 1 Hz; name that column "" and give '
+                    f'sampling_rate_hz under [recordings] in campaign.toml, or write "{array.name} '
+                    '[s]" where it is seconds'
                 )
 
 

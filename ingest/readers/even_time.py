@@ -38,9 +38,8 @@ _PROBED = 512
 #: Fewer numbers than these can have a short last digit by chance.
 _FEWEST = 8
 CURE = (
-    'save the record evenly sampled, or write uneven_time = "resample" under '
-    "[recordings] of campaign.toml "
-    "(--uneven-time resample of a command)"
+    'save the record evenly sampled, or write uneven_time = "resample" under [recordings] of '
+    "campaign.toml (--uneven-time resample of a command)"
 )
 
 

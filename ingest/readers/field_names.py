@@ -25,10 +25,9 @@ class Meaning(Enum):
 
 #: Words that make a field a remark on another: `calibration date`, `unit under test`, `scale name`.
 _REMARK = re.compile(
-    r"\b(?:dates?|due|expir\w*|until|serial|sn|certificate|ids?|names?|labels?|comments?|remarks?|notes?|description|"
-    r"operator|user|version|model|manufacturer|lab|laboratory|zone|files?|paths?|under "
-    r"test|colou?r|author|source|mode|"
-    r"type|status|state|revision)\b"
+    r"\b(?:dates?|due|expir\w*|until|serial|sn|certificate|ids?|names?|labels?|comments?|remarks?|"
+    r"notes?|description|operator|user|version|model|manufacturer|lab|laboratory|zone|files?|"
+    r"paths?|under test|colou?r|author|source|mode|type|status|state|revision)\b"
 )
 _MEANINGS: tuple[tuple[Meaning, re.Pattern[str]], ...] = (
     (
@@ -50,10 +49,9 @@ _MEANINGS: tuple[tuple[Meaning, re.Pattern[str]], ...] = (
     (
         Meaning.RATE,
         re.compile(
-            r"\b(?:sampl\w*|acquisition|scan|recording|data|time|x)[ "
-            r"_]?(?:rate|freq\w*|interval|period|step|increment|"
-            r"delta|spacing|resolution)\b|^(?:rate|fs|frequency|freq|interval|increment|dt|delta "
-            r"t|delta x|delta|dx|"
+            r"\b(?:sampl\w*|acquisition|scan|recording|data|time|x)[ _]?"
+            r"(?:rate|freq\w*|interval|period|step|increment|delta|spacing|resolution)\b|"
+            r"^(?:rate|fs|frequency|freq|interval|increment|dt|delta t|delta x|delta|dx|"
             r"xinc|x inc|time base|timebase)$|\bsamplerate\b"
         ),
     ),

@@ -88,12 +88,10 @@ def unread_field(
                 return f"has {name} = {_shown(value)}; {rule.reason}"
         elif _may_change_numbers(name, value, unit, rate_hz):
             return (
-                f"has the field {name!r} = {_shown(value)}, which the reader "
-                f"does not know and which may change what "
-                "the numbers mean; apply it and save again without it, or, "
-                "where it changes no number, write "
-                f'harmless_fields = ["{name}"] under [recordings] of '
-                f"campaign.toml (--harmless-field of a command)"
+                f"has the field {name!r} = {_shown(value)}, which the reader does not know and "
+                "which may change what the numbers mean; apply it and save again without it, or, "
+                f'where it changes no number, write harmless_fields = ["{name}"] under '
+                "[recordings] of campaign.toml (--harmless-field of a command)"
             )
     return None
 

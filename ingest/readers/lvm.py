@@ -134,12 +134,10 @@ def _lengths(path: Path, parsed: dict[Any, Any], rows: int, gaps_known: bool) ->
     if parsed.get("Multi_Headings") == "No" and rows % longest == 0 and min(declared) == longest:
         if rows > longest and not gaps_known:
             raise RecordingError(
-                f"{path.name}: holds {rows // longest} writes of {longest} "
-                f"samples under one heading and no X column, "
-                "so that the gaps between them are not known; write it with "
-                "one X column, or, where the writes follow "
-                'each other without a gap, harmless_fields = ["Samples"] '
-                "under [recordings] of campaign.toml "
+                f"{path.name}: holds {rows // longest} writes of {longest} samples under one "
+                "heading and no X column, so that the gaps between them are not known; write it "
+                "with one X column, or, where the writes follow each other without a gap, "
+                'harmless_fields = ["Samples"] under [recordings] of campaign.toml '
                 "(--harmless-field Samples of a command)"
             )
         return [rows] * count

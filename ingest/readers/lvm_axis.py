@@ -55,11 +55,10 @@ def _absolute(path: Path, date: str, time: str) -> np.datetime64 | None:
     day, clock = _DATE.fullmatch(date), _TIME.fullmatch(time)
     if day is None or clock is None:
         raise RecordingError(
-            f"{path.name}: its channels start at different times, and "
-            f"{date!r} {time!r} is not read; expected "
-            'yyyy/mm/dd and hh:mm:ss.sss, or harmless_fields = ["Date", '
-            '"Time"] under [recordings] of campaign.toml '
-            "(--harmless-field of a command) where all start together"
+            f"{path.name}: its channels start at different times, and {date!r} {time!r} is not "
+            'read; expected yyyy/mm/dd and hh:mm:ss.sss, or harmless_fields = ["Date", "Time"] '
+            "under [recordings] of campaign.toml (--harmless-field of a command) where all start "
+            "together"
         )
     year, month, number = (int(word) for word in day.groups())
     hour, minute, second, fraction = clock.groups()
@@ -105,11 +104,9 @@ def channel_clock(
         }
     if start_s is None:
         return {
-            "obstacle": "has no Date and Time, and other channels have them: when it "
-            "starts beside them is not known; "
-            'harmless_fields = ["Date", "Time"] under [recordings] of '
-            "campaign.toml (--harmless-field of a command) "
-            "says that all channels start together"
+            "obstacle": "has no Date and Time, and other channels have them: when it starts beside "
+            'them is not known; harmless_fields = ["Date", "Time"] under [recordings] of '
+            "campaign.toml (--harmless-field of a command) says that all channels start together"
         }
     step, offset = (_number(segment, key, channel) for key in ("Delta_X", "X0"))
     if offset is not None and abs(offset * unit_s) > _ABSOLUTE_S:

@@ -179,11 +179,10 @@ def on_one_clock(axes: Sequence[WaveformAxis], names: Sequence[str]) -> list[Wav
             aligned.append(axis)
         elif start_s is None:
             obstacle = (
-                f"has no wf_start_time, and {dated!r} has one: when it starts "
-                f"beside that is not known; "
-                'harmless_fields = ["wf_start_time"] under [recordings] of '
-                "campaign.toml (--harmless-field "
-                "wf_start_time of a command) says that all channels start together"
+                f"has no wf_start_time, and {dated!r} has one: when it starts beside that is not "
+                'known; harmless_fields = ["wf_start_time"] under [recordings] of campaign.toml '
+                "(--harmless-field wf_start_time of a command) says that all channels start "
+                "together"
             )
             aligned.append(replace(axis, obstacle=obstacle))
         else:

@@ -139,12 +139,10 @@ def _given_names(
         )
     if not options.columns and options.sampling_rate_hz is None:
         raise RecordingError(
-            f"{path.name}: {width} columns of numbers from line "
-            f"{table.first + 1} and no line of names above them; "
-            "expected a header such as time,force, or columns and "
-            "sampling_rate_hz under [recordings] in campaign.toml "
-            '(call the first column "time" only where it is time in seconds, '
-            'and "" where it counts samples)'
+            f"{path.name}: {width} columns of numbers from line {table.first + 1} and no line of "
+            "names above them; expected a header such as time,force, or columns and "
+            'sampling_rate_hz under [recordings] in campaign.toml (call the first column "time" '
+            'only where it is time in seconds, and "" where it counts samples)'
         )
     other = next(
         (

@@ -95,10 +95,8 @@ def refuse_unnamed_time(
     ):
         return
     raise RecordingError(
-        f"{path.name}: {name!r} rises evenly by {step:.6g}, as time does, "
-        f"which is not the step of {rate_hz:g} Hz; if "
-        'it is time, name it so with its unit (columns = ["time [ms]", ...] '
-        "under [recordings] of campaign.toml) and "
-        f"leave out the rate; if it is none, write harmless_fields = "
-        f'["{name}"] (--harmless-field of a command)'
+        f"{path.name}: {name!r} rises evenly by {step:.6g}, as time does, which is not the step of "
+        f'{rate_hz:g} Hz; if it is time, name it so with its unit (columns = ["time [ms]", ...] '
+        "under [recordings] of campaign.toml) and leave out the rate; if it is none, write "
+        f'harmless_fields = ["{name}"] (--harmless-field of a command)'
     )

@@ -184,7 +184,8 @@ def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, mon
     table = tmp_path / "shots.csv"
     head = "run,impact_velocity_m_s,tip_material,tip_radius_mm,boundary_conditions,hammer_speed"
     table.write_text(
-        f"{head},recording,comment\n1,1.5,delrin,30,fixed,high,a.lvm,good\n2,1.5,delrin,30,free,high,a.lvm,good\n"
+        f"{head},recording,comment\n1,1.5,delrin,30,fixed,high,a.lvm,good\n"
+        "2,1.5,delrin,30,free,high,a.lvm,good\n"
     )
     of_table = ("--campaign", "hammer", "--shots", str(table))
     assert len(told(asked(*of_table, "--json"))) == 2

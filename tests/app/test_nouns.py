@@ -9,9 +9,9 @@ from pathlib import Path
 import click
 import pytest
 from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask
 from pyroshock.app.operations.diagnose.diagnosing import keep
-from pyroshock.app.plan.job import PLAN
 from support.records.verdicts import verdict
 from support.stores.hammer_stores import copied, filled_store, full_campaign
 from support.stores.registries import fresh_registry, without_figures
@@ -138,9 +138,9 @@ def test_a_job_is_deleted_when_it_has_ended(lab):
     with opened(lab) as store:
         ask(
             store,
-            PLAN,
+            KINDS["plan"],
             "Plan",
-            PLAN.read({"name": "x", "kind": "gun", "method": "lhs", "runs": 4, "repetitions": 1}),
+            KINDS["plan"].read({"name": "x", "method": "lhs", "runs": 4, "repetitions": 1}),
         )
     assert rows("jobs", "show", "1")["state"] == "waiting"
     assert "it is waiting; stop it first" in refusal("jobs", "delete", "1", "--yes")

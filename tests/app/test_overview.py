@@ -20,8 +20,8 @@ FACTORS = (
     'name = "gun"\nkind = "gun"\n'
     '[[factors]]\nname = "bullet_mass"\ncolumn = "bullet_mass_kg"\nkind = "numeric"\nunit = "kg"\n'
     "levels = [0.1428, 0.2]\n"
-    '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = '
-    '["low", "high"]\nunit = "m/s"\n'
+    '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\nunit = '
+    '"m/s"\n'
     "values = [10, 20]\n"
 )
 #: run -> tank pressure (bar), mass, velocity level, state

@@ -26,8 +26,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize(
     "address",
-    ["sqlite://", "sqlite:///", "sqlite:///:memory:", ":memory:", "sqlite:///file::memory:?cache=shared",
-     "sqlite+pysqlite:///", "sqlite:///file:lab.db?mode=memory&uri=true", "sqlite:", "", " "],
+    ["sqlite://", "sqlite:///", "sqlite:///:memory:", ":memory:",
+     "sqlite:///file::memory:?cache=shared", "sqlite+pysqlite:///",
+     "sqlite:///file:lab.db?mode=memory&uri=true", "sqlite:", "", " "],
 )  # fmt: skip
 def test_a_store_in_memory_is_refused_where_something_is_to_be_kept(
     address: str, folder: Path

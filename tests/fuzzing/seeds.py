@@ -137,13 +137,14 @@ offset_v = 0.3624
 """
 )
 HAMMER_RUNS = """\
-run,repetition,tip_material,tip_radius_mm,plate_material,anvil_material,insulator,boundary_conditions,impact_position,\
-hammer_speed,operator_name,impact_velocity_m_s,impact_velocity_u_m_s,recording
+run,repetition,tip_material,tip_radius_mm,plate_material,anvil_material,insulator,\
+boundary_conditions,impact_position,hammer_speed,operator_name,\
+impact_velocity_m_s,impact_velocity_u_m_s,recording
 1,1,steel,15,aluminum,none,none,free,center,low,Ana,1.5,0.1,{0}
 """
 GUN_RUNS = """\
-run;repetition;bullet_mass_kg;tank_pressure_bar;tip_material;measured_velocity_m_s;measured_velocity_u_m_s;\
-bullet_length_mm;bullet_length_u_mm;recording
+run;repetition;bullet_mass_kg;tank_pressure_bar;tip_material;measured_velocity_m_s;\
+measured_velocity_u_m_s;bullet_length_mm;bullet_length_u_mm;recording
 1;1;0,1428;0,25;PLA;11,5;0,1;40;0,1;{0}
 2;1;0,1428;0,30;PLA;12,5;;;;
 """

@@ -44,7 +44,8 @@ from support.stores.web_stores import FACTORS
     ("postgresql://me:P@W:x@host:5432/db", "postgresql://me:***@host:5432/db"),
     ("postgresql://me:P/W@host/db", "postgresql://me:***@host/db"),
     ("postgresql://me:P W@host/db", "postgresql://me:***@host/db"),
-    ("postgresql://me@host/db?password=PW&sslmode=require", "postgresql://me@host/db?password=***&sslmode=require"),
+    ("postgresql://me@host/db?password=PW&sslmode=require",
+     "postgresql://me@host/db?password=***&sslmode=require"),
     ("postgresql://me@host/db?sslpassword=PW", "postgresql://me@host/db?sslpassword=***"),
     ("host=x user=me password=PW dbname=lab", "host=x user=me password=*** dbname=lab"),
     ("host=x password = 'P W' dbname=lab", "host=x password = *** dbname=lab"),
@@ -57,7 +58,8 @@ def test_secrets_of_addresses_are_hidden(typed: str, seen: str) -> None:
 
 
 def test_texts_commands_and_records_keep_all_but_their_secrets() -> None:
-    for address in ("sqlite:///a@b.db", "sqlite:////home/m e/lab é.db", "postgresql+psycopg://me@host/db",
+    for address in ("sqlite:///a@b.db", "sqlite:////home/m e/lab é.db",
+                    "postgresql+psycopg://me@host/db",
                     "http://127.0.0.1:5000/models/hybrid@3"):  # fmt: skip
         assert address_for_display(address) == without_secrets(address) == address
     message = (

@@ -136,8 +136,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List the diagnoses; show or delete one.",
         ),
         "blind-check": (
-            ".app.doors.commands.blind_check",
-            "blind_check",
+            ".app.operations.diagnose.blind_check",
+            "BLIND_CHECK",
             "Score the diagnosis on campaigns whose cause is withheld.",
         ),
     },

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from ....parallel.executor import ExecutorConfig
 from ...common.progress import progress_bar
 from ...operations.faults import RequestError, bare, read
 from ...operations.fields import presentation_of
 from ...operations.laboratory import Laboratory
-from ...operations.operation import Operation, Output, Request, Result
+from ...operations.operation import Lines, NegativeAnswerError, Operation, Output, Request, Result
 from . import completion
 from .common import (
     db_option,
@@ -24,11 +25,18 @@ from .common import (
     json_option,
     note,
     open_command_store,
+    open_for_dry_run,
+    open_scratch_store,
     print_table,
     spreadsheet_guard_option,
+    worker_options,
     write_json,
 )
 from .next_step import suggest_next
+from .options import confirm_deletion, deletion_options
+
+if TYPE_CHECKING:
+    from ....schema.session import Store
 
 _OUTPUT = "output_"
 #: Fields that a door knows from the operation itself.
@@ -41,15 +49,21 @@ def command_of(
     """The command of an operation, or of the variant of it that `request` is."""
     asked = request or operation.request
 
-    def call(db: str, json_to: str | None, **given: Any) -> None:
+    def call(json_to: str | None, db: str = "", **given: Any) -> None:
         files = {
             output: path
             for output in operation.outputs
             if (path := given.pop(f"{_OUTPUT}{output.name}", None)) is not None
         }
-        _perform(operation, asked, _stated(given), files, db, json_to)
+        executor = given.pop("executor", None)
+        dry_run = given.pop("dry_run", False)
+        _perform(operation, asked, _stated(given), files, db, json_to, executor, dry_run)
 
-    function: Any = json_option(db_option(call))
+    function: Any = json_option(db_option(call) if operation.uses_store else call)
+    if operation.deletes is not None:
+        function = deletion_options(function)
+    if operation.workers:
+        function = worker_options(operation.workers)(function)
     if any(".csv" in output.endings for output in operation.outputs):
         function = spreadsheet_guard_option(function)
     for output in reversed(operation.outputs):
@@ -176,6 +190,8 @@ def _perform(
     files: Mapping[Output[Any], Path],
     db: str,
     json_to: str | None,
+    executor: ExecutorConfig | None = None,
+    dry_run: bool = False,
 ) -> None:
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
@@ -185,18 +201,36 @@ def _perform(
                 output.check(path)
     label = operation.label(asked)
     progress = progress_bar(f"{operation.name.capitalize()} {label}".strip(), operation.steps)
-    with open_command_store(db, create=operation.creates_store) as store:
-        laboratory = Laboratory(store, db)
+    with _opened(operation, db) as store:
+        laboratory = Laboratory(store, db) if executor is None else Laboratory(store, db, executor)
         if operation.check is not None:
             with _faults_as_options(request):
                 operation.check(asked, laboratory)
-        with progress as step:
-            result = operation.answer(asked, laboratory, step)
+        if operation.deletes is not None:
+            lost = operation.deletes(asked, laboratory)
+            if dry_run:
+                note(f"{lost} can be deleted; nothing was deleted")
+                return
+            confirm_deletion(lost)
+        try:
+            with progress as step:
+                result = operation.answer(asked, laboratory, step)
+        except NegativeAnswerError as error:
+            note(str(error))
+            raise click.exceptions.Exit(1) from error
         _tell(result, files, json_to)
     if words := result.next_command():
         suggest_next(*words)
     if result.exit_code:
         raise click.exceptions.Exit(result.exit_code)
+
+
+def _opened(operation: Operation[Any, Any], db: str) -> AbstractContextManager[Store]:
+    if not operation.uses_store:
+        return open_scratch_store()
+    if operation.needs_store:
+        return open_command_store(db, create=operation.creates_store)
+    return open_for_dry_run(db)
 
 
 def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None) -> None:
@@ -218,10 +252,23 @@ def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None
         click.echo(text)
     if any(output.in_place_of_tables for output in files):
         return
+    if text := result.text():
+        click.echo(text)
+        return
     for table in result.tables():
+        if isinstance(table, Lines):
+            _tell_lines(table)
+            continue
         if table.title:
             click.echo(f"\n{table.title}" if sentences else table.title)
         print_table(map(dict, table.rows), table.empty)
+
+
+def _tell_lines(lines: Lines) -> None:
+    if lines.sentences:
+        click.echo(f"\n{lines.title}")
+    for line in lines.sentences:
+        click.echo(f"  {line}")
 
 
 @contextmanager

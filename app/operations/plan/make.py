@@ -242,5 +242,5 @@ PLAN = Operation(
             in_place_of_tables=True,
         ),
     ),
-    form=FormPage("/plans/new", "make", "/plans"),
+    form=FormPage("/plans/new?kind={kind}", "make", "/plans"),
 )

@@ -1,5 +1,4 @@
-"""A plan of the store: its runs, their quality, their run sheet, and what the virtual bench makes of
-it."""
+"""A plan of the store: its runs, their quality, their run sheet, and its virtual shots."""
 
 from __future__ import annotations
 

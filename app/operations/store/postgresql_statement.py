@@ -17,7 +17,8 @@ from typing import Any
 #: Fields of the tree that hold the number of a function (src/include/nodes/primnodes.h,
 #: parsenodes.h).
 _CALLED = re.compile(
-    r":(?:funcid|opfuncid|aggfnoid|winfnoid|hashfuncid|negfuncid|elemfuncid|tsmhandler|startInRangeFunc|endInRangeFunc)"
+    r":(?:funcid|opfuncid|aggfnoid|winfnoid|hashfuncid|negfuncid|elemfuncid|tsmhandler|"
+    r"startInRangeFunc|endInRangeFunc)"
     r"\s+(\S+)"  # the server breaks long lines
 )
 _READ = re.compile(r":relid\s+(\S+)")

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
 from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
+from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
-from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
@@ -30,7 +30,13 @@ from support.stores.web_stores import FACTORS
 #: A process imports for seconds, on a machine that may be busy.
 PATIENCE_S = 60.0
 RECORDINGS = 16
-PLANNED = PlanArguments("p", "lhs", "hammer", runs=8, seed=1, factors=FACTORS)
+PLAN = KINDS["plan"]
+PLANNED = PLAN.read(
+    {
+        **{"name": "p", "method": "lhs", "kind": "hammer", "runs": 8, "seed": 1},
+        "factors": {"text": FACTORS},
+    }
+)
 
 
 def until(true: Callable[[], bool]) -> None:

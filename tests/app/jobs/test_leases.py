@@ -6,7 +6,6 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from datetime import datetime, timedelta, tzinfo
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,11 +18,11 @@ from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, 
 from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
 from pyroshock.app.jobs.job_kinds.train import FencedRegistry
 from pyroshock.app.jobs.kind import Result, RunningJob
+from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.worker import Watch, WorkerContext, attempt
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
-from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError
@@ -78,7 +77,13 @@ def test_only_the_holder_registers_and_nobody_twice(
 
 # --- A dead worker's job is the next one's, and what a late one still writes is not stored
 # --------------------------
-PLANNED = PlanArguments("spring", "factorial", "hammer", repetitions=1, seed=1, factors=FACTORS)
+PLAN = KINDS["plan"]
+PLANNED = PLAN.read(
+    {
+        **{"name": "spring", "method": "factorial", "kind": "hammer", "seed": 1},
+        **{"repetitions": 1, "factors": {"text": FACTORS}},
+    }
+)
 
 
 @pytest.fixture(scope="module")
@@ -348,7 +353,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(
     before = rows(store, Diagnosis), rows(store, Plan)
     asked = [
         ask(store, DIAGNOSE, "Diagnosis of spring", DiagnoseArguments("spring")).key,
-        ask(store, PLAN, "Plan", replace(PLANNED, name="once")).key,
+        ask(store, PLAN, "Plan", PLANNED.model_copy(update={"name": "once"})).key,
     ]
     for key in asked:
         taken: Claimed | None = claimed(store)

@@ -12,8 +12,8 @@ import pytest
 from pyroshock.app.jobs.job_kinds.ingest import INGEST, IngestArguments
 from pyroshock.app.jobs.job_kinds.train import TRAIN, TrainArguments
 from pyroshock.app.jobs.kind import Result, RunningJob
+from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask
-from pyroshock.app.plan.job import PLAN, PlanArguments
 from pyroshock.schema.session import Writer, open_store
 from support.processes.browsers import Lab, at, page_of, served
 from support.processes.odd_jobs import Odd, odd
@@ -157,12 +157,16 @@ def refilled(page: Any, lab: Lab, kind: Any, arguments: Any) -> None:
 
 def test_form_of_a_plan_is_filled_with_its_long_texts_and_options(browser, fresh):
     factors = 'name = "broken"\nkind = "hammer"\n' + "# " + "x" * 20_000
-    wanted = PlanArguments(
-        "winter", "lhs", "hammer", 12, 3, 7, factors, "", "cold hall", {"criterion": "maximin"}
+    wanted = KINDS["plan"].read(
+        {
+            **{"name": "winter", "method": "lhs", "kind": "hammer", "runs": 12, "seed": 7},
+            **{"repetitions": 3, "factors": {"text": factors}, "description": "cold hall"},
+            "criterion": "maximin",
+        }
     )
     with page_of(browser, fresh) as page:
-        refilled(page, fresh, PLAN, wanted)
-        assert page.url.split("?")[1].startswith("kind=hammer&again=")
+        refilled(page, fresh, KINDS["plan"], wanted)
+        assert page.url.split("?")[1].startswith("again=")
         typed = {
             name: page.input_value(f"#{name}")
             for name in ("name", "method", "runs", "repetitions", "seed")

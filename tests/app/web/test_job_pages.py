@@ -21,7 +21,6 @@ from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
 from pyroshock.app.operations.diagnose.form import arguments_of, fields_of
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
 from pyroshock.app.operations.faults import read
-from pyroshock.app.operations.plan.make import REQUESTS
 from pyroshock.app.operations.tune.tuning import Tuning
 from pyroshock.app.web.job_words import duration_words, next_step_words, result_words, time_words
 from pyroshock.schema.session import Store
@@ -115,19 +114,12 @@ ASKED: dict[str, Any] = {
     "extract": ExtractArguments(
         HAMMER, {"segmentation": "mask", "threshold": 0.03, "smoothing": 0.2}
     ),
-    "plan": read(
-        REQUESTS["lhs"],
+    "plan": KINDS["plan"].read(
         {
-            "name": "winter",
-            "kind": "hammer",
-            "runs": 12,
-            "repetitions": 3,
-            "seed": 7,
-            "factors": FACTORS,
-            "description": "cold",
+            **{"name": "winter", "method": "lhs", "kind": "hammer", "runs": 12, "seed": 7},
+            **{"repetitions": 3, "factors": {"text": FACTORS}, "description": "cold"},
             "criterion": "maximin",
-        },
-        "stored",
+        }
     ),
     "train": TrainArguments(DATASET, ["linear", "gp"], "repetitions", 5, "full"),
     # as older software has stored it

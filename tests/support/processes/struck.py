@@ -20,10 +20,9 @@ from typing import Any
 
 #: What commands import within their functions.
 IMPORTS = (
-    "alembic.command", "alembic.autogenerate", "psycopg", "pyroshock.app.operations.ingest.archiving",
-    "pyroshock.app.operations.ingest.removal", "pyroshock.ingest.load", "scipy.interpolate", "scipy.io",
-    "scipy.signal",
-    "tqdm",
+    "alembic.command", "alembic.autogenerate", "psycopg",
+    "pyroshock.app.operations.ingest.archiving", "pyroshock.app.operations.ingest.removal",
+    "pyroshock.ingest.load", "scipy.interpolate", "scipy.io", "scipy.signal", "tqdm",
 )  # fmt: skip
 #: And those around models, which take longer than all others.
 OF_MODELS = (

@@ -72,7 +72,8 @@ YOKOGAWA = (
     '"Header Size",16\n"Model '
     'Name","DLM3000"\n"Comment",""\n"BlockNumber",1\n"TraceName","CH1","CH2"\n'
     f'"BlockSize",{SAMPLES},{SAMPLES}\n"VUnit","V","V"\n"SampleRate",1.000000E+05,1.000000E+05\n'
-    '"HResolution",1.000000E-05,1.000000E-05\n"HOffset",-5.000000E-03,-5.000000E-03\n"HUnit","s","s"\n'
+    '"HResolution",1.000000E-05,1.000000E-05\n"HOffset",-5.000000E-03,-5.000000E-03\n'
+    '"HUnit","s","s"\n'
     f'"DisplayBlockSize",{SAMPLES},{SAMPLES}\n"DisplayPointNo.",1,1\n"Date",2026/03/02,2026/03/02\n'
     '"Time",12:00:00.00000000,12:00:00.00000000\n\n' + _rows(",{:.5E},{:.5E},", _A, _B)
 )
@@ -92,7 +93,8 @@ HIOKI_CSV = (
 RTB = "in s,CH1 in V,CH2 in V\n" + _rows("{:.7E},{:.7E},{:.7E}", _TIME, _A, _B)
 PICOSCOPE = "Time,CH1,CH2\n(ms),(V),(V)\n\n" + _rows("{:.8f},{:.8f},{:.8f}", 1e3 * _TIME, _A, _B)
 LECROY = (
-    f"LECROYWS3024,00001,Waveform\nSegments,1,SegmentSize,{SAMPLES}\nSegment,TrigTime,TimeSinceSegment1\n"
+    f"LECROYWS3024,00001,Waveform\nSegments,1,SegmentSize,{SAMPLES}\n"
+    "Segment,TrigTime,TimeSinceSegment1\n"
     "#1,02-Mar-2026 12:00:00,0\nTime,Ampl\n" + _rows("{:.8e},{:.5e}", _TIME, _A)
 )
 CATMAN = (
@@ -114,9 +116,12 @@ DIGILENT = (
 )
 #: The header of an RTO, and its numbers in a file beside it.
 RTO_HEADER = (
-    "Type:RTO\nResolution:1e-05:\nRecordLength:240:\nXStart:-0.005:\nXStop:-0.0026:\nSource:CH1:\nBaseUnit:V:\n"
-    "MultiChannelExport:On:\nMultiChannelSource:CH1:CH2:\nSignalResolution:1e-05:\nSignalRecordLength:240:\n"
-    "HardwareXStart:-0.005:\nHardwareXStop:-0.0026:\nSignalHardwareRecordLength:240:\nVerticalScale:0.5:\n"
+    "Type:RTO\nResolution:1e-05:\nRecordLength:240:\nXStart:-0.005:\nXStop:-0.0026:\nSource:CH1:\n"
+    "BaseUnit:V:\n"
+    "MultiChannelExport:On:\nMultiChannelSource:CH1:CH2:\nSignalResolution:1e-05:\n"
+    "SignalRecordLength:240:\n"
+    "HardwareXStart:-0.005:\nHardwareXStop:-0.0026:\nSignalHardwareRecordLength:240:\n"
+    "VerticalScale:0.5:\n"
     "VerticalOffset:0:\nTimestampState:Off:\nNumberOfAcquisitions:1:\n"
 )
 RTO_NUMBERS = _rows("{:.6g},{:.6g}", _A, _B)

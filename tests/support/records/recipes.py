@@ -124,7 +124,8 @@ def write_csv_german(path: Path, truth: Truth) -> Truth:
     truth = replace(all_double(truth), start_s=0.125)
     with path.open("w", encoding="utf-8-sig", newline="\r\n") as out:
         out.write(
-            f"Prüfer;Ana\nSamples;{truth.samples}\n\nTime;force;acceleration_1;counts\nms;N;m/s2;V\n"
+            f"Prüfer;Ana\nSamples;{truth.samples}\n\nTime;force;acceleration_1;counts\n"
+            "ms;N;m/s2;V\n"
         )
         for time, *values in zip(times(truth), *truth.channels.values(), strict=True):
             out.write(
