@@ -47,6 +47,5 @@ KINDS = KindTable(
         "extract": (".app.jobs.job_kinds.ingest", "EXTRACT"),
         "train": (".app.jobs.job_kinds.train", "TRAIN"),
         "diagnose": (".app.jobs.job_kinds.diagnose", "DIAGNOSE"),
-        "validate": (".app.jobs.job_kinds.validate", "VALIDATE"),
     }
 )

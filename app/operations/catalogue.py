@@ -16,6 +16,7 @@ from .operation import Operation
 OPERATIONS: dict[str, tuple[str, str]] = {
     "plan": ("plan.make", "PLAN"),
     "tune": ("tune.tuning", "TUNE"),
+    "validate": ("validate.validating", "VALIDATE"),
 }
 
 

@@ -34,7 +34,6 @@ from ..doors.api import jobs as jobs_api
 from ..doors.api import plan as plan_api
 from ..doors.api import predict as predict_api
 from ..doors.api import train as train_api
-from ..doors.api import validate as validate_api
 from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
@@ -80,7 +79,6 @@ _API = (
     train_api,
     predict_api,
     plan_api,
-    validate_api,
 )
 PAGES = (
     home_pages,

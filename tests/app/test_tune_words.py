@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.jobs.job_kinds.train import TRAIN, TrainArguments
-from pyroshock.app.jobs.job_kinds.validate import VALIDATE, ValidateArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.operations.faults import read
 from pyroshock.app.operations.impacts.spectra import target_from_upload
 from pyroshock.app.operations.tune.tuning import Tuning
 from pyroshock.app.operations.tune.verdict import answer_sentences, best_sentences
+from pyroshock.app.operations.validate.validating import ValidationRequest
 from pyroshock.app.pages.tune import target_figure, target_sentence
 
 SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"
@@ -145,6 +145,7 @@ def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:
         "dataset": "a b", "models": ["linear", "gp"], "split": "materials", "seed": "7",
         "budget": "full",
     }  # fmt: skip
-    form = VALIDATE.form(ValidateArguments("first-shots", "gp@9"))
+    asked = {"campaign": "first-shots", "contact": "gp@9"}
+    form = KINDS["validate"].form(read(ValidationRequest, asked, "network"))
     assert form is not None and form.address == "/validations"
     assert form.fields == {"campaign": "first-shots", "contact": "gp@9"}

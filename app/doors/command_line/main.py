@@ -114,8 +114,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "Predict velocity, force, acceleration and spectrum of a shot.",
         ),
         "validate": (
-            ".app.doors.commands.validate",
-            "validate",
+            ".app.operations.validate.validating",
+            "VALIDATE",
             "Show how far the predictions for a campaign can be trusted.",
         ),
         "tune": (

@@ -170,7 +170,7 @@ def _with_default(field: FieldInfo) -> str:
 
 
 def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
-    ending = "|".join(output.endings)
+    ending = "|FILE".join(output.endings)
     return click.option(
         f"--{output.name}",
         f"{_OUTPUT}{output.name}",

@@ -188,7 +188,8 @@ def test_specification_is_drawn_while_it_is_typed_and_its_faults_are_named(brows
 
 
 @pytest.mark.parametrize(("field", "value", "words"), [
-    ("tolerance", "much", "much"), ("at_least", "2", "at_least is 2; expected a number above 0, up to 1"),
+    ("tolerance", "much", "much"),
+    ("at_least", "2", "at_least is 2; expected a number above 0, up to 1"),
     ("share", "0", "share is 0; expected a number above 0, up to 1"),
     ("seed", "99999999999", "seed is 99999999999; expected a whole number from 0 to 2147483647"),
     ("impact_at", "1,2,3", "impact_at is '1,2,3'; expected two numbers in m"),

@@ -15,13 +15,13 @@ from pyroshock.app.jobs.job_kinds.archive import ArchiveArguments
 from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
 from pyroshock.app.jobs.job_kinds.ingest import INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.job_kinds.train import TrainArguments
-from pyroshock.app.jobs.job_kinds.validate import ValidateArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
 from pyroshock.app.operations.diagnose.form import arguments_of, fields_of
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
 from pyroshock.app.operations.faults import read
 from pyroshock.app.operations.tune.tuning import Tuning
+from pyroshock.app.operations.validate.validating import ValidationRequest
 from pyroshock.app.web.job_words import duration_words, next_step_words, result_words, time_words
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient
@@ -143,7 +143,11 @@ ASKED: dict[str, Any] = {
         },
         "stored",
     ),
-    "validate": ValidateArguments(GUN, "hertz"),
+    "validate": read(
+        ValidationRequest,
+        {"campaign": GUN, "contact": "hertz", "folds": 5, "draws": 64, "seed": 0},
+        "stored",
+    ),
     "diagnose": DiagnoseArguments(GUN, tolerances={"gun": 0.02}, seed=4),
 }
 #: Kinds without a form of values: their files are chosen again.
