@@ -12,11 +12,21 @@ from typing import Any
 
 from .operation import Operation
 
-#: Name -> (module below this package, attribute).
-OPERATIONS: dict[str, tuple[str, str]] = {
-    "plan": ("plan.make", "PLAN"),
-    "tune": ("tune.tuning", "TUNE"),
-    "validate": ("validate.validating", "VALIDATE"),
+#: Name -> (module below this package, attribute, and the words of its commands). The words stand
+#: here and not with the operations, so that a command imports its own operation alone.
+OPERATIONS: dict[str, tuple[str, ...]] = {
+    "plan": ("plan.make", "PLAN", "plan"),
+    "plan-list": ("plan.status", "PLAN_LIST", "plan list", "plans list"),
+    "plan-status": ("plan.status", "PLAN_STATUS", "plan status", "plans show"),
+    "plan-quality": ("plan.judge", "PLAN_QUALITY", "plan quality"),
+    "plan-sheet": ("plan.sheet", "PLAN_SHEET", "plan sheet"),
+    "plan-decide": ("plan.runs", "PLAN_DECIDE", "plan decide"),
+    "plan-discard": ("plan.runs", "PLAN_DISCARD", "plan discard"),
+    "plan-augment": ("plan.runs", "PLAN_AUGMENT", "plan augment"),
+    "plan-delete": ("plan.status", "PLAN_DELETE", "plans delete"),
+    "simulate": ("plan.simulate", "SIMULATE", "simulate"),
+    "tune": ("tune.tuning", "TUNE", "tune"),
+    "validate": ("validate.validating", "VALIDATE", "validate"),
 }
 
 
@@ -24,10 +34,20 @@ def operation(name: str) -> Operation[Any, Any]:
     """The operation of a name. Raises `LookupError` for one that there is not."""
     if name not in OPERATIONS:
         raise LookupError(f"no operation {name!r}; there are: {', '.join(OPERATIONS)}")
-    module, attribute = OPERATIONS[name]
+    module, attribute, *_ = OPERATIONS[name]
     declared = getattr(importlib.import_module(f".{module}", __package__), attribute)
     assert isinstance(declared, Operation)
     return declared
+
+
+def commands_of_noun(noun: str) -> dict[str, str]:
+    """The word behind a noun -> the operation; "" of one whose words are the noun alone."""
+    return {
+        " ".join(words.split()[1:]): name
+        for name, (_, _, *commands) in OPERATIONS.items()
+        for words in commands
+        if words.split()[0] == noun
+    }
 
 
 def operations() -> Iterator[Operation[Any, Any]]:

@@ -129,6 +129,27 @@ class Result:
         return ()
 
 
+@dataclass(frozen=True)
+class Rows(Result):
+    """The answer of a listing. On the command line its rows can be sorted, chosen by column and
+    written as CSV."""
+
+    rows: Sequence[Mapping[str, Any]]
+    empty: str
+
+    def tables(self) -> Sequence[Table]:
+        """The one table."""
+        return (Table("", [self.shortened(row) for row in self.rows], self.empty),)
+
+    def shortened(self, row: Mapping[str, Any]) -> dict[str, Any]:
+        """A row as a table of limited width shows it."""
+        return dict(row)
+
+    def to_json(self) -> Any:
+        """All rows with all their columns."""
+        return [dict(row) for row in self.rows]
+
+
 Asked = TypeVar("Asked", bound=Request)
 Answer = TypeVar("Answer", bound=Result)
 
@@ -149,6 +170,8 @@ class Output(Generic[Answer]):
     in_place_of_tables: bool = False
     check: Callable[[Path], None] | None = None
     missing: Callable[[Answer], str] = lambda _: ""
+    #: The command does nothing else than to write it.
+    required: bool = False
 
 
 @dataclass(frozen=True)
@@ -185,6 +208,8 @@ class Operation(Generic[Asked, Answer]):
     #: Method and address of the JSON route below /api; fields of the request may stand in it.
     route: tuple[Literal["GET", "POST"], str] | None = None
     variants: Sequence[type[Asked]] = ()
+    #: Its result is `Rows`.
+    listing: bool = False
     #: Takes more than a second: a job at every door that cannot wait.
     long: bool = False
     #: What the steps of its progress are, such as "shots".

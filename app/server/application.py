@@ -31,7 +31,6 @@ from ..doors.api import diagnose as diagnose_api
 from ..doors.api import impacts as impacts_api
 from ..doors.api import ingest as ingest_api
 from ..doors.api import jobs as jobs_api
-from ..doors.api import plan as plan_api
 from ..doors.api import predict as predict_api
 from ..doors.api import train as train_api
 from ..doors.routes import form_router, json_router
@@ -78,7 +77,6 @@ _API = (
     jobs_api,
     train_api,
     predict_api,
-    plan_api,
 )
 PAGES = (
     home_pages,

@@ -72,8 +72,12 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "plan",
             "Design a campaign, write its run sheet, and see what is still to do.",
         ),
-        "plans": (".app.doors.commands.plans", "plans", "List the plans; show or delete one."),
-        "simulate": (".app.doors.commands.plan", "simulate", "Fire a plan on the virtual bench."),
+        "plans": (".app.doors.commands.plan", "plans", "List the plans; show or delete one."),
+        "simulate": (
+            ".app.operations.plan.simulate",
+            "SIMULATE",
+            "Fire a plan on the virtual bench.",
+        ),
     },
     "Models": {
         "dataset": (

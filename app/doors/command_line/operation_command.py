@@ -16,7 +16,15 @@ from ...common.progress import progress_bar
 from ...operations.faults import RequestError, bare, read
 from ...operations.fields import presentation_of
 from ...operations.laboratory import Laboratory
-from ...operations.operation import Lines, NegativeAnswerError, Operation, Output, Request, Result
+from ...operations.operation import (
+    Lines,
+    NegativeAnswerError,
+    Operation,
+    Output,
+    Request,
+    Result,
+    Rows,
+)
 from . import completion
 from .common import (
     db_option,
@@ -32,6 +40,7 @@ from .common import (
     worker_options,
     write_json,
 )
+from .listed import Listing, listing_options
 from .next_step import suggest_next
 from .options import confirm_deletion, deletion_options
 
@@ -44,22 +53,28 @@ _HIDDEN = ("method",)
 
 
 def command_of(
-    operation: Operation[Any, Any], request: type[Request] | None = None
+    operation: Operation[Any, Any], request: type[Request] | None = None, name: str = ""
 ) -> click.Command:
-    """The command of an operation, or of the variant of it that `request` is."""
+    """The command of an operation, or of the variant of it that `request` is; `name` is its last
+    word where it has several."""
     asked = request or operation.request
 
-    def call(json_to: str | None, db: str = "", **given: Any) -> None:
+    def call(json_to: str | None = None, db: str = "", **given: Any) -> None:
         files = {
             output: path
             for output in operation.outputs
             if (path := given.pop(f"{_OUTPUT}{output.name}", None)) is not None
         }
+        for output in operation.outputs:
+            if output.required and output not in files:
+                fail(f"--{output.name} is missing; expected the path of a file")
         executor = given.pop("executor", None)
         dry_run = given.pop("dry_run", False)
-        _perform(operation, asked, _stated(given), files, db, json_to, executor, dry_run)
+        listing = given.pop("listing", None)
+        _perform(operation, asked, _stated(given), files, db, json_to, executor, dry_run, listing)
 
-    function: Any = json_option(db_option(call) if operation.uses_store else call)
+    function: Any = db_option(call) if operation.uses_store else call
+    function = listing_options(function) if operation.listing else json_option(function)
     if operation.deletes is not None:
         function = deletion_options(function)
     if operation.workers:
@@ -71,7 +86,8 @@ def command_of(
     for name, field in reversed(asked.model_fields.items()):
         if name not in _HIDDEN:
             function = parameter(name, field)(function)
-    return click.command(_words(operation, asked)[-1], help=_help(operation, asked))(function)
+    word = name or _words(operation, asked)[-1]
+    return click.command(word, help=_help(operation, asked))(function)
 
 
 def _words(operation: Operation[Any, Any], request: type[Request]) -> tuple[str, ...]:
@@ -171,12 +187,13 @@ def _with_default(field: FieldInfo) -> str:
 
 def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
     ending = "|FILE".join(output.endings)
+    required = " [required]" if output.required else ""
     return click.option(
         f"--{output.name}",
         f"{_OUTPUT}{output.name}",
         type=click.Path(path_type=Path, dir_okay=False),
         metavar=f"FILE{ending}" if ending else "FILE",
-        help=output.help,
+        help=f"{output.help}{required}",
     )
 
 
@@ -192,6 +209,7 @@ def _perform(
     json_to: str | None,
     executor: ExecutorConfig | None = None,
     dry_run: bool = False,
+    listing: Listing | None = None,
 ) -> None:
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
@@ -218,7 +236,10 @@ def _perform(
         except NegativeAnswerError as error:
             note(str(error))
             raise click.exceptions.Exit(1) from error
-        _tell(result, files, json_to)
+        if listing is not None and isinstance(result, Rows):
+            listing.show(map(dict, result.rows), result.empty, result.shortened)
+        else:
+            _tell(result, files, json_to)
     if words := result.next_command():
         suggest_next(*words)
     if result.exit_code:
