@@ -128,13 +128,10 @@ def test_bench_that_allows_nothing_is_exit_code_1_and_no_plot(url, tmp_path):
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    (("--tolerance", "6"), "tolerance is '6'"),
     (("--bullet-mass", "0.5"), "with a unit"),
     (("--bullet-mass", "0.2:1"), "with a unit"),
     (("--measured", "nowhere"), "no campaign 'nowhere'"),
     (("--plate", "oak"), "no material 'oak'"),
-    (("--at-least", "1.5"), "at-least"),
-    (("--impact-at", "0.4"), "expected two numbers in m"),
 ])  # fmt: skip
 def test_what_cannot_be_tuned_is_said_in_one_line(url, tmp_path, words, said):
     result = tune(url, tmp_path, *words)

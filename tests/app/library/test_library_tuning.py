@@ -124,7 +124,6 @@ def test_settings_are_those_of_the_service(
 
 @pytest.mark.parametrize(("options", "message"), [
     ({"share": 0.0}, "share is 0.0; expected"),
-    ({"at_least": 1.5}, "at_least is 1.5; expected"),
     ({"bullet_mass": "5 bar"}, "bullet_mass is '5 bar'"),
     ({"tolerance": "6"}, "tolerance is '6'"),
     ({"sensor": "nose"}, "no sensor 'nose'"),
