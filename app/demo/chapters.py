@@ -113,8 +113,10 @@ def validate_model(store: Store, url: str, step: Step) -> TwinValidation:
     """The rehearsal's shots, each beside a prediction of a twin that has not learned from its
     configuration."""
     from ..operations.validate.service import validate_twin
+    from ..operations.validate.validating import ValidationRequest
 
-    return validate_twin(store, url, REHEARSAL.name, None, FOLDS, DRAWS, 0, step)
+    request = ValidationRequest(campaign=REHEARSAL.name, folds=FOLDS, draws=DRAWS)
+    return validate_twin(store, url, request, step)
 
 
 def validation_json(validation: TwinValidation) -> dict[str, Any]:

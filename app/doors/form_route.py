@@ -31,19 +31,19 @@ _UNTICKED = "false"
 async def sent_texts(http: HttpRequest) -> dict[str, str]:
     """The text of each control, and of each file that was sent; of several controls of one name
     with commas between. Fields in the address are those of the operation."""
-    form = await http.form()
     texts: dict[str, str] = {}
-    for name, value in form.multi_items():
-        if isinstance(value, UploadFile):
-            content = await value.read(_MOST_BYTES + 1)
-            if len(content) > _MOST_BYTES:
-                words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
-                raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
-            texts[name] = content.decode("utf-8-sig", "replace")
-        elif texts.get(name, "") in ("", _UNTICKED):
-            texts[name] = value
-        elif value:
-            texts[name] = f"{texts[name]},{value}"
+    async with http.form() as form:
+        for name, value in form.multi_items():
+            if isinstance(value, UploadFile):
+                content = await value.read(_MOST_BYTES + 1)
+                if len(content) > _MOST_BYTES:
+                    words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
+                    raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
+                texts[name] = content.decode("utf-8-sig", "replace")
+            elif texts.get(name, "") in ("", _UNTICKED):
+                texts[name] = value
+            elif value:
+                texts[name] = f"{texts[name]},{value}"
     return {**texts, **in_address(http)}
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
@@ -48,6 +49,16 @@ class FieldError(ValueError):
     def __init__(self, field: str, message: str) -> None:
         super().__init__(message)
         self.field = field
+
+
+@contextmanager
+def about_field(name: str) -> Iterator[None]:
+    """What is looked up because a field names it: a form shows the error beside that field."""
+    try:
+        yield
+    except LookupError as error:
+        error.field = name  # type: ignore[attr-defined]  # `web.forms.field_of` reads it
+        raise
 
 
 class RequestError(ValueError):

@@ -41,7 +41,10 @@ class Request(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _is_writable(cls, value: Any, info: ValidationInfo) -> Any:
-        """Texts are stored, printed and looked up: every store and spreadsheet must take them."""
+        """Texts are stored, printed and looked up: every store and spreadsheet must take them. An
+        empty text leaves out what need not be given."""
+        if value == "" and cls.model_fields[str(info.field_name)].default is None:
+            return None
         if isinstance(value, str) and (unwritable := UNWRITABLE.search(value)):
             raise ValueError(
                 f"{info.field_name} has the character {unwritable[0]!r}, which cannot be written; "
@@ -105,6 +108,10 @@ class Result:
         """The answer for other programs: SI numbers, units in the keys."""
         raise NotImplementedError
 
+    def job_data(self) -> Any:
+        """What a job keeps, from which the page of the answer is drawn."""
+        return self.to_json()
+
     def stored_keys(self) -> Mapping[str, Any]:
         """Numbers under which the answer is stored: a job's result has them before its JSON."""
         return {}
@@ -151,7 +158,9 @@ Answer = TypeVar("Answer", bound=Result)
 class Output(Generic[Answer]):
     """A file that a result can be written to: an option of the command, a link of a page.
 
-    `in_place_of_tables`: whoever asks for the file does not read the tables as well.
+    `in_place_of_tables`: whoever asks for the file does not read the tables as well. `check` raises
+    for a file that cannot be written, before the work; `missing` says why an answer has nothing to
+    write, and is empty where it has.
     """
 
     name: str
@@ -159,6 +168,8 @@ class Output(Generic[Answer]):
     write: Callable[[Answer, Path], None]
     endings: tuple[str, ...] = ()
     in_place_of_tables: bool = False
+    check: Callable[[Path], None] | None = None
+    missing: Callable[[Answer], str] = lambda _: ""
     #: The command does nothing else than to write it.
     required: bool = False
 
@@ -221,6 +232,8 @@ class Operation(Generic[Asked, Answer]):
     label: Callable[[Any], str] = _label
     #: The page with its form; None: a page made from its fields, at /ask/NAME.
     form: FormPage | None = None
+    #: The page that draws what a job keeps, with {job} for its number; empty: `Result.address`.
+    result_page: str = ""
 
     @property
     def words(self) -> tuple[str, ...]:

@@ -23,18 +23,21 @@ SIGNIFICANCE = 0.05
 class Number:
     """A number of a result. `key` is its column: a quantity with its SI unit at the end.
 
-    `kind` "share" is a probability or a part, shown in per cent; "count" a whole number.
+    `kind` "share" is a probability or a part of a whole, shown in whole per cent; "part" an error
+    as a part of its value, with a decimal; "count" a whole number.
     """
 
     key: str
     value: float
-    kind: Literal["quantity", "share", "count"] = "quantity"
+    kind: Literal["quantity", "share", "part", "count"] = "quantity"
 
     @property
     def cell(self) -> str:
         """As a cell of a table holds it, without unit."""
         if self.kind == "share":
             return percent(self.value)
+        if self.kind == "part":
+            return f"{100 * self.value:.1f} %"
         return str(int(self.value)) if self.kind == "count" else cell(self.key, float(self.value))
 
     def __str__(self) -> str:
@@ -110,6 +113,12 @@ REACHES = Rule(
     "reaches",
     "the number is at least what was asked for",
     lambda value, limit: _finite(value, limit) and value >= limit,
+)
+#: A number that does not reach what was asked for.
+FALLS_SHORT = Rule(
+    "falls short",
+    "the number is less than what was asked for",
+    lambda value, limit: _finite(value, limit) and value < limit,
 )
 #: Too few to say more.
 NOT_ENOUGH = Rule(

@@ -214,6 +214,8 @@ def tune(
         best, learned, goal, rng, outside=outside([c.setting for c in best]), draws=draws
     )
     kept = [p for p in ranked if extrapolate or not p.outside] or ranked
+    # ranks are of rounded probabilities: what meets the goal goes before what nearly does
+    kept = sorted(kept, key=lambda proposal: proposal.probability_met < at_least)
     stay = {id(proposal) for proposal in kept}
     apart = [p for p in ranked if id(p) not in stay]
     normals = rng.standard_normal((draws, goal.frequency_hz.size))

@@ -306,7 +306,7 @@ def domain_warnings(prediction: Prediction) -> tuple[str, ...]:
     beyond = {_base(item.quantity) for item in prediction.extrapolation}
     contact = prediction.models["contact"]
     outside = (
-        _outside_text(item, contact)
+        outside_text(item, contact)
         for item in prediction.outside
         if _base(item.predictor) not in beyond
     )
@@ -353,7 +353,7 @@ def _of_number(prediction: Prediction, number: str) -> Iterator[str]:
             yield extrapolation_text(item)
 
 
-def _outside_text(item: OutOfDomain, contact: str) -> str:
+def outside_text(item: OutOfDomain, contact: str) -> str:
     """What a registered model never met, in the units of the lab; the range of a law is its own
     text in SI."""
     name, unit, scale = _in_lab_units(item.predictor)
