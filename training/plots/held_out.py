@@ -1,8 +1,8 @@
 """What models predict of held-out pulses, beside what was measured.
 
 An error by test for several models (Fig. 5.4, cost, and Fig. 5.5, impulse, of the thesis); errors
-of many models over all tests (Fig. 4.10); whether intervals hold what they promise; pulses with their
-90 % band.
+of many models over all tests (Fig. 4.10); whether intervals hold what they promise; pulses with
+their 90 % band.
 """
 
 from __future__ import annotations

@@ -186,8 +186,8 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
     factor: how often it is changed in the order of runs, and the work that a change is; `time` by
     axis: the share of its variance that goes with time; `power` by main effect; `terms` and their
     `correlations`, the first `mains` of which are main effects; `pairs`
-    (`doe.merit.pair_balance.pair_matrix`) with `pair_labels`. Where no run is left, the verdict is None and all others but `counts` are
-    empty.
+    (`doe.merit.pair_balance.pair_matrix`) with `pair_labels`. Where no run is left, the verdict is
+    None and all others but `counts` are empty.
     """
     counts = run_counts(plan)
     rows = plan.treatments("planned", "done")
