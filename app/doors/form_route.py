@@ -16,6 +16,7 @@ from ..operations.form import controls, form_page, read_form
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation
 from ..web.dependencies import Configured, OpenStore, Running
+from ..web.guard import INNER_SLASH
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
 
@@ -23,23 +24,25 @@ from ..web.rendering import page
 _MOST_BYTES = 2_000_000
 
 
-async def sent_texts(http: HttpRequest) -> dict[str, str]:
-    """Each control's last text, and the text of each file that was sent."""
+async def sent_texts(http: HttpRequest) -> dict[str, list[str]]:
+    """The texts of each control and of each file that was sent, and what the address holds."""
     form = await http.form()
-    texts: dict[str, str] = {}
+    texts: dict[str, list[str]] = {}
     for name, value in form.multi_items():
         if isinstance(value, UploadFile):
             content = await value.read(_MOST_BYTES + 1)
             if len(content) > _MOST_BYTES:
                 words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
                 raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
-            texts[name] = content.decode("utf-8-sig", "replace")
+            texts[name] = [content.decode("utf-8-sig", "replace")]
         else:
-            texts[name] = value
+            texts.setdefault(name, []).append(value)
+    for name, part in http.path_params.items():
+        texts[name] = [str(part).replace(INNER_SLASH, "/")]
     return texts
 
 
-SentTexts = Annotated[Mapping[str, str], Depends(sent_texts)]
+SentTexts = Annotated[Mapping[str, list[str]], Depends(sent_texts)]
 
 
 def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:

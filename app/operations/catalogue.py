@@ -15,6 +15,13 @@ from .operation import Operation
 #: Name -> (module below this package, attribute).
 OPERATIONS: dict[str, tuple[str, str]] = {
     "plan": ("plan.make", "PLAN"),
+    "train": ("train.train", "TRAIN"),
+    "compare": ("train.compare", "COMPARE"),
+    "promote": ("train.promote", "PROMOTE"),
+    "build-dataset": ("train.build_dataset", "BUILD_DATASET"),
+    "list-datasets": ("train.stored_datasets", "LIST_DATASETS"),
+    "show-dataset": ("train.stored_datasets", "SHOW_DATASET"),
+    "trace-pulse": ("train.stored_datasets", "TRACE_PULSE"),
 }
 
 

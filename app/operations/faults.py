@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
@@ -56,6 +57,16 @@ class RequestError(ValueError):
     def __init__(self, faults: Sequence[Fault]) -> None:
         super().__init__("\n  ".join(fault.message for fault in faults))
         self.faults = tuple(faults)
+
+
+@contextmanager
+def about(field: str) -> Iterator[None]:
+    """Errors within are about this field, so that a form shows them beside its control."""
+    try:
+        yield
+    except (LookupError, ValueError) as error:
+        error.__dict__.setdefault("field", field)
+        raise
 
 
 def read(request: type[Asked], values: Mapping[str, Any], source: Source) -> Asked:

@@ -66,8 +66,15 @@ class Result:
     """An answer. Its sentences, tables, figures and JSON are made from its fields, and from nothing
     else."""
 
-    #: 1 where the answer to what was asked is "no".
-    exit_code: int = 0
+    @property
+    def exit_code(self) -> int:
+        """1 where the answer to what was asked is "no"."""
+        return 0
+
+    def fault(self) -> str:
+        """What of it could not be done, which is told last and makes the exit code 2; mostly
+        empty."""
+        return ""
 
     def notes(self) -> Sequence[str]:
         """Remarks beside the answer: what was assumed, and what was left out."""
@@ -88,6 +95,10 @@ class Result:
     def to_json(self) -> Any:
         """The answer for other programs: SI numbers, units in the keys."""
         raise NotImplementedError
+
+    def to_network_json(self) -> Any:
+        """What the JSON route answers; mostly the same."""
+        return self.to_json()
 
     def address(self) -> str:
         """The page that shows the answer; empty where the page of its job does."""
@@ -110,7 +121,8 @@ Answer = TypeVar("Answer", bound=Result)
 class Output(Generic[Answer]):
     """A file that a result can be written to: an option of the command, a link of a page.
 
-    `in_place_of_tables`: whoever asks for the file does not read the tables as well.
+    `in_place_of_tables`: whoever asks for the file does not read the tables as well. `older` is a
+    spelling of the option that commands keep.
     """
 
     name: str
@@ -118,16 +130,19 @@ class Output(Generic[Answer]):
     write: Callable[[Answer, Path], None]
     endings: tuple[str, ...] = ()
     in_place_of_tables: bool = False
+    older: str = ""
 
 
 @dataclass(frozen=True)
 class FormPage:
     """A page of its own with the form of an operation: its address, in which fields of the request
-    may stand in braces, the id of the form, and the address that the form is sent to."""
+    may stand in braces, the id of the form, and the address that the form is sent to, in which
+    fields may stand, too. `required` are fields that the form does not leave to their defaults."""
 
     page: str
     form: str
     action: str
+    required: tuple[str, ...] = ()
 
 
 def _label(request: Any) -> str:
@@ -158,6 +173,8 @@ class Operation(Generic[Asked, Answer]):
     long: bool = False
     #: What the steps of its progress are, such as "shots".
     steps: str = "steps"
+    #: Help of the number of processes, of an operation that several can work on.
+    workers: str = ""
     creates_store: bool = False
     outputs: Sequence[Output[Any]] = ()
     absent: Mapping[Door, str] = field(default_factory=dict)
@@ -172,6 +189,10 @@ class Operation(Generic[Asked, Answer]):
     def words(self) -> tuple[str, ...]:
         """The words of its command."""
         return self.command or (self.name,)
+
+    def title(self, request: Asked) -> str:
+        """What a list of jobs and a progress bar call a request: "Plan spring"."""
+        return f"{' '.join(self.words).capitalize()} {self.label(request)}".strip()
 
     def answer(self, request: Asked, laboratory: Laboratory, progress: Progress) -> Answer:
         """The answer, with everything stored."""

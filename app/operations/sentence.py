@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ..common.number_format import percent
+from ..common.number_format import error_percent, percent
 from ..common.quantities import cell, display_of
 
 #: From this probability of chance on, a difference is not called one.
@@ -23,18 +23,21 @@ SIGNIFICANCE = 0.05
 class Number:
     """A number of a result. `key` is its column: a quantity with its SI unit at the end.
 
-    `kind` "share" is a probability or a part, shown in per cent; "count" a whole number.
+    `kind` "share" is a probability or a part, shown in whole per cent; "error" a relative error, in
+    per cent with three digits; "count" a whole number.
     """
 
     key: str
     value: float
-    kind: Literal["quantity", "share", "count"] = "quantity"
+    kind: Literal["quantity", "share", "error", "count"] = "quantity"
 
     @property
     def cell(self) -> str:
         """As a cell of a table holds it, without unit."""
         if self.kind == "share":
             return percent(self.value)
+        if self.kind == "error":
+            return error_percent(self.value)
         return str(int(self.value)) if self.kind == "count" else cell(self.key, float(self.value))
 
     def __str__(self) -> str:
@@ -80,6 +83,12 @@ BETTER = Rule(
     lambda difference, p_value: (
         _finite(difference, p_value) and difference < 0 and p_value < SIGNIFICANCE
     ),
+)
+#: Two that came out alike to the last digit.
+EQUAL = Rule(
+    "equal",
+    "there is no difference at all",
+    lambda difference: difference == 0,
 )
 #: A comparison that chance explains.
 NOT_TOLD_APART = Rule(

@@ -11,8 +11,7 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
 from ...dataset.catalog import get_snapshot_row
-from ..common.model_registry import models_extra
-from ..doors.api.train import needed
+from ..common.model_registry import models_extra, needed
 from ..operations.train.deletion import (
     InUseError,
     delete_dataset,

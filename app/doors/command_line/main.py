@@ -87,8 +87,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List the datasets; show or delete one.",
         ),
         "train": (
-            ".app.doors.commands.train",
-            "train",
+            ".app.operations.train.train",
+            "TRAIN",
             "Train models on a dataset and register them.",
         ),
         "models": (
@@ -97,13 +97,13 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List the registered models with their figures; show or delete one.",
         ),
         "compare": (
-            ".app.doors.commands.train",
-            "compare",
+            ".app.operations.train.compare",
+            "COMPARE",
             "Compare models on the same held-out pulses.",
         ),
         "promote": (
-            ".app.doors.commands.train",
-            "promote",
+            ".app.operations.train.promote",
+            "PROMOTE",
             "Put a version of a model in use, if it is better.",
         ),
     },
@@ -185,6 +185,10 @@ class LazyGroup(click.Group):
             return None
         module, name, _ = COMMANDS[cmd_name]
         command = getattr(importlib.import_module(module, __package__.partition(".")[0]), name)
+        if not isinstance(command, click.Command):
+            from .operation_command import command_of
+
+            command = command_of(command)
         assert isinstance(command, click.Command)
         return command
 

@@ -11,6 +11,7 @@ import click
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from ....parallel.executor import HERE, ExecutorConfig
 from ...common.progress import progress_bar
 from ...operations.faults import RequestError, bare, read
 from ...operations.fields import presentation_of
@@ -26,6 +27,7 @@ from .common import (
     open_command_store,
     print_table,
     spreadsheet_guard_option,
+    worker_options,
     write_json,
 )
 from .next_step import suggest_next
@@ -41,15 +43,17 @@ def command_of(
     """The command of an operation, or of the variant of it that `request` is."""
     asked = request or operation.request
 
-    def call(db: str, json_to: str | None, **given: Any) -> None:
-        files = {
-            output: path
-            for output in operation.outputs
-            if (path := given.pop(f"{_OUTPUT}{output.name}", None)) is not None
-        }
-        _perform(operation, asked, _stated(given), files, db, json_to)
+    def call(db: str, json_to: str | None, executor: ExecutorConfig = HERE, **given: Any) -> None:
+        files = {}
+        for output in operation.outputs:
+            paths = [given.pop(_OUTPUT + name, None) for name in (output.name, output.older)]
+            if any(paths):
+                files[output] = next(filter(None, paths))
+        _perform(operation, asked, _stated(given), files, db, executor, json_to)
 
     function: Any = json_option(db_option(call))
+    if operation.workers:
+        function = worker_options(operation.workers)(function)
     if operation.outputs:
         function = spreadsheet_guard_option(function)
     for output in reversed(operation.outputs):
@@ -57,7 +61,38 @@ def command_of(
     for name, field in reversed(asked.model_fields.items()):
         if name not in _HIDDEN:
             function = parameter(name, field)(function)
-    return click.command(_words(operation, asked)[-1], help=_help(operation, asked))(function)
+    name, text = _words(operation, asked)[-1], _help(operation, asked)
+    return click.command(name, cls=_WordsCommand, help=text)(function)
+
+
+class _WordsCommand(click.Command):
+    """Options whose field says `words` take all words behind them: `--from A B C` is
+    `--from A --from B --from C`."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        greedy = {
+            spelled
+            for option in self.params
+            if isinstance(option, click.Option) and getattr(option, "takes_words", False)
+            for spelled in option.opts
+        }
+        typed: list[str] = []
+        taking = ""
+        for word in args:
+            if word.startswith("-"):
+                taking = spelled if (spelled := word.split("=")[0]) in greedy else ""
+            elif taking and typed[-1] != taking:
+                typed.append(taking)
+            typed.append(word)
+        return super().parse_args(ctx, typed)
+
+
+class _Option(click.Option):
+    """An option that may take all words behind it."""
+
+    def __init__(self, *args: Any, takes_words: bool = False, **words: Any) -> None:
+        super().__init__(*args, **words)
+        self.takes_words = takes_words
 
 
 def _words(operation: Operation[Any, Any], request: type[Request]) -> tuple[str, ...]:
@@ -120,7 +155,7 @@ def parameter(name: str, field: FieldInfo) -> Callable[[Any], Any]:
         "shell_complete": complete or _choices(kind),
         "type": click.UNPROCESSED if _is_repeated(kind) else str,
     }
-    return click.option(option, name, **words)
+    return click.option(option, name, cls=_Option, takes_words=shown.words, **words)
 
 
 def _is_repeated(kind: Any) -> bool:
@@ -157,13 +192,21 @@ def _with_default(field: FieldInfo) -> str:
 
 def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
     ending = "|".join(output.endings)
-    return click.option(
-        f"--{output.name}",
-        f"{_OUTPUT}{output.name}",
-        type=click.Path(path_type=Path, dir_okay=False),
-        metavar=f"FILE{ending}" if ending else "FILE",
-        help=output.help,
-    )
+    path = click.Path(path_type=Path, dir_okay=False)
+
+    def decorated(function: Any) -> Any:
+        if output.older:
+            older = f"{_OUTPUT}{output.older}"
+            function = click.option(f"--{output.older}", older, type=path, hidden=True)(function)
+        return click.option(
+            f"--{output.name}",
+            f"{_OUTPUT}{output.name}",
+            type=path,
+            metavar=f"FILE{ending}" if ending else "FILE",
+            help=output.help,
+        )(function)
+
+    return decorated
 
 
 # --- the work
@@ -175,15 +218,15 @@ def _perform(
     values: Mapping[str, Any],
     files: Mapping[Output[Any], Path],
     db: str,
+    executor: ExecutorConfig,
     json_to: str | None,
 ) -> None:
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
         asked = read(request, values, "command")
-    label = operation.label(asked)
-    progress = progress_bar(f"{operation.name.capitalize()} {label}".strip(), operation.steps)
+    progress = progress_bar(operation.title(asked), operation.steps)
     with open_command_store(db, create=operation.creates_store) as store:
-        laboratory = Laboratory(store, db)
+        laboratory = Laboratory(store, db, executor)
         if operation.check is not None:
             operation.check(asked, laboratory)
         with progress as step:
@@ -191,6 +234,8 @@ def _perform(
         _tell(result, files, json_to)
     if words := result.next_command():
         suggest_next(*words)
+    if fault := result.fault():
+        fail(fault)
     if result.exit_code:
         raise click.exceptions.Exit(result.exit_code)
 

@@ -91,9 +91,8 @@ def test_a_comparison_says_what_the_command_says(lab):
     (verdict,) = (row["verdict"] for row in rows if "verdict" in row)
     (unusable,) = (row["not_usable"] for row in rows if row.get("not_usable"))
     assert unusable.startswith("reed@1 is not usable: its force error")
-    assert comparison.sentences[:2] == [f"{unusable}.", verdict] and set(
-        comparison.to_frame()["model"]
-    ) == set(runs.labels)
+    assert [str(said) for said in comparison.sentences()][1:3] == [f"{unusable}.", verdict]
+    assert set(comparison.to_frame()["model"]) == set(runs.labels)
     assert comparison.plot().get_xlabel().startswith("force_nrmse of")
 
 

@@ -14,7 +14,6 @@ import pytest
 from pyroshock.app.jobs.job_kinds.archive import ArchiveArguments
 from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
 from pyroshock.app.jobs.job_kinds.ingest import INGEST, ExtractArguments, IngestArguments
-from pyroshock.app.jobs.job_kinds.train import TrainArguments
 from pyroshock.app.jobs.job_kinds.tune import TuneArguments
 from pyroshock.app.jobs.job_kinds.validate import ValidateArguments
 from pyroshock.app.jobs.known_kinds import KINDS
@@ -120,7 +119,10 @@ ASKED: dict[str, Any] = {
             "criterion": "maximin",
         }
     ),
-    "train": TrainArguments(DATASET, ["linear", "gp"], "repetitions", 5, "full"),
+    "train": KINDS["train"].read(
+        {"dataset": DATASET, "models": ["linear", "gp"], "split": "repetitions", "seed": 5}
+        | {"budget": "full"}
+    ),
     "tune": TuneArguments(SPECIFICATION, "6dB", [HAMMER], GUN, share=0.9, at_least=0.8),
     "validate": ValidateArguments(GUN, "hertz"),
     "diagnose": DiagnoseArguments(GUN, tolerances={"gun": 0.02}, seed=4),
